@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/oracle/flat_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace haptic::sim {
+namespace {
+
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Point scaled(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Point rotated(const std::array<Point, 3>& r, const Point& v) { return {dot(r[0], v), dot(r[1], v), dot(r[2], v)}; }
+Point point_of(const ConstVec3Map& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+}  // namespace
+
+PlacedMoving place_moving(const SceneView& view, const Pose& pose_wa) {
+  const Quat& q = pose_wa.q_wa;
+  double w = static_cast<double>(q.w()), x = static_cast<double>(q.x());
+  double y = static_cast<double>(q.y()), z = static_cast<double>(q.z());
+  const double s = 1.0 / std::sqrt(w * w + x * x + y * y + z * z);
+  w *= s, x *= s, y *= s, z *= s;
+  PlacedMoving moving;
+  moving.r_wa[0] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)};
+  moving.r_wa[1] = {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)};
+  moving.r_wa[2] = {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+  const double* g = view.bodies()[0].reference_m;
+  const Point p{static_cast<double>(pose_wa.p_wa[0]), static_cast<double>(pose_wa.p_wa[1]),
+                static_cast<double>(pose_wa.p_wa[2])};
+  moving.grip_w = p + rotated(moving.r_wa, {g[0], g[1], g[2]});
+  return moving;
+}
+
+FlatPair::FlatPair(const SceneView& view, std::uint32_t pair) : view_(view.pair(pair)) {
+  const double* reference = view.bodies()[view_.b.record->body].reference_m;
+  reference_b_ = {reference[0], reference[1], reference[2]};
+  const auto normal_of = [](const PieceView& piece, std::uint32_t f) {
+    const Vec3 n = piece.face_normal(f);
+    return Point{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
+  };
+  for (std::uint32_t v = 0; v < view_.a.vertex_count; ++v) va_local_.push_back(point_of(view_.a.vertex(v)));
+  for (std::uint32_t f = 0; f < view_.a.face_count; ++f) na_local_.push_back(normal_of(view_.a, f));
+  for (std::uint32_t v = 0; v < view_.b.vertex_count; ++v) vb_.push_back(point_of(view_.b.vertex(v)));
+  for (std::uint32_t f = 0; f < view_.b.face_count; ++f) nb_.push_back(normal_of(view_.b, f));
+  for (std::uint32_t e = 0; e < view_.b.edge_count; ++e) {
+    ub_.push_back(vb_[view_.b.edges[e].vertex[1]] - vb_[view_.b.edges[e].vertex[0]]);
+  }
+  va_.resize(va_local_.size());
+  na_.resize(na_local_.size());
+  ua_.resize(view_.a.edge_count);
+}
+
+void FlatPair::place(const PlacedMoving& moving) {
+  grip_ = moving.grip_w - reference_b_;
+  for (std::size_t v = 0; v < va_.size(); ++v) va_[v] = grip_ + rotated(moving.r_wa, va_local_[v]);
+  for (std::size_t f = 0; f < na_.size(); ++f) na_[f] = rotated(moving.r_wa, na_local_[f]);
+  for (std::size_t e = 0; e < ua_.size(); ++e) {
+    const EdgeRecord& edge = view_.a.edges[e];
+    ua_[e] = rotated(moving.r_wa, va_local_[edge.vertex[1]] - va_local_[edge.vertex[0]]);
+  }
+}
+
+FlatPair::Value FlatPair::evaluate_c(std::uint32_t e, std::uint32_t g, Point& normal) const {
+  const EdgeRecord &ea = view_.a.edges[e], &eb = view_.b.edges[g];
+  const Point &u = ua_[e], &v = ub_[g];
+  const Point m = cross(u, v);
+  const double m_squared = dot(m, m);
+  if (m_squared <= kParallelSine * kParallelSine * dot(u, u) * dot(v, v)) {
+    return {0.0, std::numeric_limits<double>::infinity()};
+  }
+  const Point &a0 = va_[ea.vertex[0]], &b0 = vb_[eb.vertex[0]];
+  const double hb0 = dot(m, vb_[eb.apex[0]] - b0), hb1 = dot(m, vb_[eb.apex[1]] - b0);
+  const double ha0 = -dot(m, va_[ea.apex[0]] - a0), ha1 = -dot(m, va_[ea.apex[1]] - a0);
+  const double plus = std::max(std::max(hb0, hb1), std::max(ha0, ha1));
+  const double minus = -std::min(std::min(hb0, hb1), std::min(ha0, ha1));
+  const double inverse = (minus < plus ? -1.0 : 1.0) / std::sqrt(m_squared);
+  normal = scaled(inverse, m);
+  return {dot(normal, a0 - b0), std::min(plus, minus) * std::abs(inverse)};
+}
+
+FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
+  const NodeRecord& features = view_.nodes[node];
+  Value value{0.0, -std::numeric_limits<double>::infinity()};
+  switch (contact_type(*view_.record, node)) {
+    case ContactType::kA: {
+      const Point n = scaled(-1.0, na_[features.a]);
+      const Point& b = vb_[features.b];
+      value.depth_m = dot(n, va_[view_.a.face_vertices(features.a)[0]] - b);
+      for (const std::uint16_t e : view_.b.edges_at(features.b)) {
+        value.violation_m = std::max(value.violation_m, dot(n, vb_[view_.b.other_end(e, features.b)] - b));
+      }
+      return value;
+    }
+    case ContactType::kB: {
+      const Point& n = nb_[features.b];
+      const Point& a = va_[features.a];
+      value.depth_m = dot(n, a - vb_[view_.b.face_vertices(features.b)[0]]);
+      for (const std::uint16_t e : view_.a.edges_at(features.a)) {
+        value.violation_m = std::max(value.violation_m, -dot(n, va_[view_.a.other_end(e, features.a)] - a));
+      }
+      return value;
+    }
+    case ContactType::kC:
+      break;
+  }
+  Point normal{};
+  return evaluate_c(features.a, features.b, normal);
+}
+
+double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (std::uint32_t node = 0; node < view_.record->node_count; ++node) {
+    const Value value = evaluate(node);
+    if (value.violation_m <= tolerance_m) largest = std::max(largest, value.depth_m);
+  }
+  return largest;
+}
+
+void FlatPair::contact(std::uint32_t node, Point& normal, Point& application_point) const {
+  const NodeRecord& features = view_.nodes[node];
+  switch (contact_type(*view_.record, node)) {
+    case ContactType::kA:
+      normal = scaled(-1.0, na_[features.a]);
+      application_point = vb_[features.b];
+      return;
+    case ContactType::kB: {
+      normal = nb_[features.b];
+      const Point& a = va_[features.a];
+      application_point = a - scaled(evaluate(node).depth_m, normal);
+      return;
+    }
+    case ContactType::kC:
+      break;
+  }
+  static_cast<void>(evaluate_c(features.a, features.b, normal));
+  // Crossing of the edge of B with the plane through the edge of A and the normal: closest point of the two lines.
+  const Point &u = ua_[features.a], &v = ub_[features.b];
+  const Point &a0 = va_[view_.a.edges[features.a].vertex[0]], &b0 = vb_[view_.b.edges[features.b].vertex[0]];
+  const Point m = cross(u, v);
+  const double s = dot(cross(a0 - b0, u), m) / -dot(m, m);
+  application_point = b0 + scaled(s, v);
+}
+
+double FlatPair::largest_lever_m() const {
+  double largest = 0.0;
+  for (const Point& a : va_) {
+    for (const Point& b : vb_) largest = std::max(largest, dot(a - b, a - b));
+  }
+  return std::sqrt(largest);
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Pose, twist and wrench: frames and units once for the whole project.
+/// Frames: W workspace (fixed), A manipulated object, B obstacle. `r_wa` maps A-vectors to W.
+/// SI units: m, rad, s, N, N m. Quaternions: Hamilton, unit, stored x y z w.
+
+#include "rt_core/base/scalar.hpp"
+
+namespace haptic {
+
+/// Pose of frame A in frame W: a point p_a of A is at p_wa + q_wa * p_a.
+struct Pose {
+  Vec3 p_wa = Vec3::Zero();        ///< origin of A in W [m]
+  Quat q_wa = Quat::Identity();    ///< orientation of A in W
+};
+
+/// Velocity of A in W axes, at the grip point.
+struct Twist {
+  Vec3 linear_w = Vec3::Zero();   ///< [m/s]
+  Vec3 angular_w = Vec3::Zero();  ///< [rad/s]
+};
+
+/// Force and torque on the hand, in W axes; torque about the grip point x_0^A.
+struct Wrench {
+  Vec3 force_w = Vec3::Zero();   ///< [N]
+  Vec3 torque_w = Vec3::Zero();  ///< [N m]
+};
+
+}  // namespace haptic

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/contact/contact_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace haptic {
+namespace {
+
+constexpr Real kLowest = -std::numeric_limits<Real>::max();
+
+/// The search of one pair in one tick.
+class PairSearch {
+ public:
+  PairSearch(const PairPose& pose, Real epsilon_m, PairTrack& track, TrackerScratch& scratch) noexcept
+      : pose_(pose), record_(*pose.pair->record), epsilon_(epsilon_m), tolerance_(applicability_tolerance(pose.size_m)),
+        track_(track), scratch_(scratch) {
+    scratch_.reached.clear();
+    scratch_.candidates.clear();
+  }
+
+  /// Steps 1-3 over the last neighbor subgraph; ties crossed.
+  void search_locally() noexcept {
+    for (const NearNode& near : track_.near) insert_neighborhood(*pose_.pair, near.node, scratch_.reached);
+    track_.neighborhood_size = scratch_.reached.size();
+    std::uint32_t done = 0;
+    evaluate_reached(done);
+    for (const NearNode& near : track_.near) snap(near);
+    // Exact ties: a node that shares the best plane may be the only way to the next one (method 7.2: nodes of one
+    // plane count as one vertex of the dual graph). One forward pass is enough: the best value only rises, so a
+    // candidate that is no tie when it is passed never becomes one, and new ones come behind.
+    for (std::uint32_t k = 0; k < scratch_.candidates.size(); ++k) {
+      if (!counts(scratch_.candidates[k]) || scratch_.candidates[k].value_m < best_ - tolerance_) continue;
+      const std::uint32_t before = scratch_.reached.size();
+      insert_neighborhood(*pose_.pair, scratch_.candidates[k].node, scratch_.reached);
+      if (scratch_.reached.size() == before) continue;
+      compacted_ = false;
+      evaluate_reached(done);
+      if (compacted_) k = 0;
+    }
+  }
+
+  /// Every node of the pair: the first tick, and the answer to whatever the local set could not decide.
+  void search_exhaustively() noexcept {
+    scratch_.reached.clear();
+    scratch_.candidates.clear();
+    best_ = kLowest;
+    collect_ = false;  // first the value alone, then what is near it: the candidates need no room for all nodes
+    for (std::uint32_t node = 0; node < record_.node_count; ++node) evaluate(node);
+    collect_ = true;
+    for (std::uint32_t node = 0; node < record_.node_count; ++node) evaluate(node);
+    track_.neighborhood_size = record_.node_count;
+    result_.flags |= kTrackRelocalised;
+  }
+
+  /// Step 3: D_near and the near set. A node belongs to it while |D_near - f| plus its violation is below epsilon.
+  void select_near() noexcept {
+    track_.d_near_m = best_;
+    track_.near.clear();
+    const NearNode* best_node = nullptr;
+    for (const NearNode& c : scratch_.candidates) {
+      const bool tied = counts(c) && c.value_m >= best_ - std::min(tolerance_, epsilon_);
+      if (tied && (best_node == nullptr || preferred(c, *best_node))) best_node = &c;
+    }
+    if (best_node == nullptr) return;
+    track_.best_node = best_node->node;
+    static_cast<void>(track_.near.push(*best_node));  // first, so that a cut never loses it
+    for (const NearNode& c : scratch_.candidates) {
+      if (!is_near(c) || c.node == best_node->node) continue;
+      if (!track_.near.push(c)) result_.flags |= kTrackNearCut;
+    }
+    // A heap sort: no recursion, n log n.
+    const auto by_node = [](const NearNode& l, const NearNode& r) { return l.node < r.node; };
+    std::make_heap(track_.near.begin(), track_.near.end(), by_node);
+    std::sort_heap(track_.near.begin(), track_.near.end(), by_node);
+  }
+
+  [[nodiscard]] bool empty() const noexcept { return best_ == kLowest; }
+  [[nodiscard]] Real best() const noexcept { return best_; }
+  [[nodiscard]] TrackResult& result() noexcept { return result_; }
+
+ private:
+  [[nodiscard]] bool counts(const NearNode& c) const noexcept { return c.violation_m <= tolerance_; }
+  [[nodiscard]] bool is_near(const NearNode& c) const noexcept {
+    const Real gap = c.plane.f_m < best_ ? best_ - c.plane.f_m : c.plane.f_m - best_;
+    return gap + std::max(c.violation_m, Real{0}) < epsilon_;
+  }
+  /// Among tied nodes: faces before edges (their normals are exact), then the lowest number.
+  [[nodiscard]] static bool preferred(const NearNode& l, const NearNode& r) noexcept {
+    const bool l_edges = l.type == ContactType::kC, r_edges = r.type == ContactType::kC;
+    return l_edges != r_edges ? r_edges : l.node < r.node;
+  }
+
+  void evaluate_reached(std::uint32_t& done) noexcept {
+    for (; done < scratch_.reached.size(); ++done) evaluate(scratch_.reached[done]);
+  }
+
+  /// Plane, value and violation of a node; kept as a candidate when it can still matter. f is never below the node's
+  /// value, so a node with f below best - epsilon is neither near nor best and its violation need not be known.
+  void evaluate(std::uint32_t node) noexcept {
+    result_.nodes_evaluated += 1;
+    const NodeRecord& features = pose_.pair->nodes[node];
+    NearNode c;
+    c.node = node;
+    c.type = contact_type(record_, node);
+    c.plane = node_plane(pose_, c.type, features.a, features.b);
+    if (!c.plane.defined || c.plane.f_m < best_ - std::max(epsilon_, tolerance_)) return;
+    c.violation_m = node_violation(pose_, c.type, features.a, features.b, c.plane);
+    if (c.violation_m >= std::max(epsilon_, tolerance_)) return;
+    if (counts(c)) {
+      c.value_m = node_value(pose_, c.type, features.a, features.b, c.plane, c.violation_m);
+      best_ = std::max(best_, c.value_m);
+    }
+    if (collect_ && !scratch_.candidates.push(c)) drop_far_candidates(c);
+  }
+
+  /// Candidates are full: those that have fallen behind make room.
+  void drop_far_candidates(const NearNode& c) noexcept {
+    compacted_ = true;
+    std::uint32_t kept = 0;
+    BoundedList<NearNode>& list = scratch_.candidates;
+    const std::uint32_t size = list.size();
+    for (std::uint32_t k = 0; k < size; ++k) {
+      if (list[k].plane.f_m >= best_ - std::max(epsilon_, tolerance_)) list[kept++] = list[k];
+    }
+    list.clear();
+    for (std::uint32_t k = 0; k < kept; ++k) static_cast<void>(list.push(list[k]));
+    if (!list.push(c)) result_.flags |= kTrackNearCut;
+  }
+
+  /// The applicable node on the same face as a near node that has ceased to apply: keeps a face that turned over to
+  /// another vertex (method 7.3, snap).
+  void snap(const NearNode& near) noexcept {
+    if (near.type == ContactType::kC) return;
+    const NodeRecord& features = pose_.pair->nodes[near.node];
+    const NodePlane plane = node_plane(pose_, near.type, features.a, features.b);
+    if (node_violation(pose_, near.type, features.a, features.b, plane) <= tolerance_) return;
+    const NodeNumbering numbers = numbering(pose_.pair->a, pose_.pair->b);
+    const std::uint32_t node =
+        near.type == ContactType::kA
+            ? numbers.type_a(features.a, highest_vertex_b(pose_, plane.normal_w, features.b))
+            : numbers.type_b(lowest_vertex_a(pose_, plane.normal_w, features.a), features.b);
+    if (scratch_.reached.insert(node)) evaluate(node);
+  }
+
+  const PairPose& pose_;
+  const PairRecord& record_;
+  Real epsilon_;
+  Real tolerance_;
+  PairTrack& track_;
+  TrackerScratch& scratch_;
+  Real best_ = kLowest;
+  bool collect_ = true;     ///< keep candidates
+  bool compacted_ = false;  ///< candidates have moved to lower places
+  TrackResult result_;
+};
+
+}  // namespace
+
+TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsilon_m, PairTrack& track,
+                       TrackerScratch& scratch) noexcept {
+  PairSearch search(pose, epsilon_m, track, scratch);
+  TrackResult& result = search.result();
+  const Real rounding = 64 * kRealEpsilon * (pose.size_m + std::sqrt(pose.y_w.squaredNorm()));
+  if (!track.valid) {
+    search.search_exhaustively();
+    result.flags |= kTrackFirst;
+  } else {
+    search.search_locally();
+    // Inside, D_near is the largest gap over all directions, and none of them falls by more than the motion.
+    const bool fell = search.best() <= 0 && search.best() < track.d_near_m - motion.bound_m - rounding;
+    if (search.empty() || fell) {
+      result.flags |= search.empty() ? kTrackEmpty : kTrackContradiction;
+      search.search_exhaustively();
+    }
+  }
+  if (search.best() <= 0) {  // a positive value is its own certificate
+    const VerdictResult verdict = pair_verdict(pose, track.verdict);
+    result.support_pairs += verdict.support_pairs;
+    if (verdict.verdict == Verdict::kUndecided) result.flags |= kTrackUndecided;
+    const bool contradicts = verdict.verdict == Verdict::kSeparated && verdict.separation_bound_m > rounding;
+    if (contradicts && (result.flags & kTrackRelocalised) == 0) {
+      result.flags |= kTrackContradiction;
+      search.search_exhaustively();
+    }
+  }
+  search.select_near();
+  track.valid = true;
+  return result;
+}
+
+}  // namespace haptic

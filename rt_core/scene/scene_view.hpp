@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Checked, read-only access to a compiled scene. `SceneView::open` verifies every offset, index and number once; the
+/// servo loop then reads the tables without further checks. The blob must outlive the view; nothing is copied.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "rt_core/base/status.hpp"
+#include "rt_core/scene/scene_format.hpp"
+
+namespace haptic {
+
+/// One convex piece: pointers into the tables, indices local to the piece.
+/// Geometry frame: moving body: A's axes about the grip point; static body: W's axes about the body's reference.
+struct PieceView {
+  const PieceRecord* record = nullptr;
+  const Real* vertices = nullptr;             ///< 3 per vertex [m]
+  const FaceRecord* faces = nullptr;
+  const EdgeRecord* edges = nullptr;
+  const EdgeDirection* edge_directions = nullptr;
+  const std::uint32_t* vertex_edge_begin = nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
+  const std::uint16_t* vertex_edges = nullptr;       ///< whole table
+  const std::uint16_t* loop_vertices = nullptr;      ///< whole table
+  const std::uint16_t* loop_edges = nullptr;         ///< whole table
+  const PlaneRecord* planes = nullptr;               ///< of the body
+  const std::int32_t* source_vertices = nullptr;
+  std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
+
+  [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept { return ConstVec3Map(vertices + 3 * std::size_t{v}); }
+  [[nodiscard]] std::span<const std::uint16_t> face_vertices(std::uint32_t f) const noexcept {
+    return {loop_vertices + faces[f].loop_begin, faces[f].loop_count};
+  }
+  [[nodiscard]] std::span<const std::uint16_t> face_edges(std::uint32_t f) const noexcept {
+    return {loop_edges + faces[f].loop_begin, faces[f].loop_count};
+  }
+  [[nodiscard]] std::span<const std::uint16_t> edges_at(std::uint32_t v) const noexcept {
+    return {vertex_edges + vertex_edge_begin[v], vertex_edge_begin[v + 1] - vertex_edge_begin[v]};
+  }
+  /// The end of edge `e` that is not `v`.
+  [[nodiscard]] std::uint32_t other_end(std::uint32_t e, std::uint32_t v) const noexcept {
+    const EdgeRecord& edge = edges[e];
+    return edge.vertex[0] == v ? edge.vertex[1] : edge.vertex[0];
+  }
+  /// Outward unit normal of face `f`, geometry frame.
+  [[nodiscard]] Vec3 face_normal(std::uint32_t f) const noexcept {
+    const PlaneRecord& p = planes[faces[f].plane];
+    const Real s = static_cast<Real>(faces[f].sign);
+    return {s * p.normal[0], s * p.normal[1], s * p.normal[2]};
+  }
+  /// face_normal(f) . p for points p of the face [m].
+  [[nodiscard]] Real face_offset(std::uint32_t f) const noexcept {
+    return static_cast<Real>(faces[f].sign) * planes[faces[f].plane].offset_m;
+  }
+};
+
+/// Neighbor lists of one pair in CSR form; 16- or 32-bit indices.
+struct NeighborLists {
+  const std::uint32_t* begin = nullptr;  ///< of the pair's node 0; absolute positions
+  const void* table = nullptr;
+  bool wide = false;                     ///< 32-bit
+
+  [[nodiscard]] std::uint32_t count(std::uint32_t node) const noexcept { return begin[node + 1] - begin[node]; }
+  [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t k) const noexcept {
+    const std::size_t i = std::size_t{begin[node]} + k;
+    return wide ? static_cast<const std::uint32_t*>(table)[i] : static_cast<const std::uint16_t*>(table)[i];
+  }
+};
+
+/// One pair: its record, its two pieces and its graph.
+struct PairView {
+  const PairRecord* record = nullptr;
+  PieceView a, b;
+  const NodeRecord* nodes = nullptr;
+  NeighborLists neighbors;
+};
+
+class SceneView {
+ public:
+  /// Checks `blob` and fills `view`. On failure `view` is unchanged.
+  /// Cost: O(bytes + arcs log degree), no allocation. Any byte sequence is safe.
+  [[nodiscard]] static RtStatus open(std::span<const std::byte> blob, SceneView& view) noexcept;
+
+  [[nodiscard]] const SceneHeader& header() const noexcept { return *header_; }
+  [[nodiscard]] const SceneParameters& parameters() const noexcept { return *parameters_; }
+  [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }
+  [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return pieces_; }
+  [[nodiscard]] std::span<const PairRecord> pairs() const noexcept { return pairs_; }
+  [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
+  [[nodiscard]] std::span<const std::byte> blob() const noexcept { return blob_; }
+  /// Piece and pair by index; the index must be in range.
+  [[nodiscard]] PieceView piece(std::uint32_t index) const noexcept;
+  [[nodiscard]] PairView pair(std::uint32_t index) const noexcept;
+  [[nodiscard]] std::string_view text(std::uint32_t offset, std::uint32_t bytes) const noexcept;
+
+ private:
+  [[nodiscard]] RtStatus bind(std::span<const std::byte> blob) noexcept;
+  [[nodiscard]] RtStatus check_parameters() const noexcept;
+  [[nodiscard]] RtStatus check_bodies() const noexcept;
+  [[nodiscard]] RtStatus check_piece(std::uint32_t index) const noexcept;
+  [[nodiscard]] RtStatus check_pair(std::uint32_t index) const noexcept;
+  [[nodiscard]] RtStatus check_capacity() const noexcept;
+
+  std::span<const std::byte> blob_;
+  const SceneHeader* header_ = nullptr;
+  const SceneParameters* parameters_ = nullptr;
+  std::span<const SectionEntry> sections_;
+  std::span<const BodyRecord> bodies_;
+  std::span<const PlaneRecord> planes_;
+  std::span<const PieceRecord> pieces_;
+  std::span<const Real> vertices_;  ///< 3 per vertex
+  std::span<const FaceRecord> faces_;
+  std::span<const std::uint16_t> loop_vertices_, loop_edges_;
+  std::span<const EdgeRecord> edges_;
+  std::span<const EdgeDirection> edge_directions_;
+  std::span<const std::uint32_t> vertex_edge_begin_;
+  std::span<const std::uint16_t> vertex_edges_;
+  std::span<const PairRecord> pairs_;
+  std::span<const NodeRecord> nodes_;
+  std::span<const std::uint32_t> neighbor_begin_;
+  std::span<const std::byte> neighbors_;
+  std::uint64_t neighbor_count_ = 0;
+  bool neighbors_wide_ = false;
+  std::span<const std::int32_t> source_vertices_;
+  std::span<const std::byte> text_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs a check on a violating sample; passes only when the check fails with the expected text.
+# cmake -DEXPECT=<text> -P expect_refusal.cmake -- <command> <arguments>
+cmake_minimum_required(VERSION 3.25)
+
+set(command)
+set(past FALSE)
+math(EXPR last "${CMAKE_ARGC} - 1")
+foreach(i RANGE ${last})
+  if(past)
+    list(APPEND command "${CMAKE_ARGV${i}}")
+  elseif("${CMAKE_ARGV${i}}" STREQUAL "--")
+    set(past TRUE)
+  endif()
+endforeach()
+execute_process(COMMAND ${command} OUTPUT_VARIABLE output ERROR_VARIABLE errors RESULT_VARIABLE code)
+string(APPEND output "${errors}")
+if(output MATCHES "(^|\n)skipped: ")
+  message("${output}")
+  return()
+endif()
+if(code STREQUAL "0")
+  message(FATAL_ERROR "the check accepted the violating sample:\n${output}")
+endif()
+# Long CMake messages are wrapped; compare without regard to white space.
+string(REGEX REPLACE "[ \t\n]+" " " flat "${output}")
+string(FIND "${flat}" "${EXPECT}" at)
+if(at EQUAL -1)
+  message(FATAL_ERROR "the check refused the sample, but not with '${EXPECT}':\n${output}")
+endif()
+message("refused as it must be: ${EXPECT}")

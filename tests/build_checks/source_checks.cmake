@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+# Rules that read the sources; each probe is a tree of one file.
+foreach(rule include_direction core_words licence_line top_level)
+  haptic_build_check(${rule} ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/${rule}.cmake)
+endforeach()
+
+function(haptic_tree_probe rule what path text expected)
+  set(tree ${samples}/${rule}_${what})
+  file(REMOVE_RECURSE ${tree})
+  file(WRITE ${tree}/${path} "${text}\n")
+  haptic_build_probe(${rule}.probe_${what} "${expected}"
+    ${CMAKE_COMMAND} -DROOT=${tree} -P ${checks}/${rule}.cmake)
+endfunction()
+
+haptic_tree_probe(include_direction base_to_law rt_core/base/pose.hpp "\n#include \"rt_core/law/paper_law.hpp\""
+  "rt_core/base/pose.hpp:2: includes 'rt_core/law/paper_law.hpp'; rt_core/base may include rt_core/base/")
+haptic_tree_probe(include_direction scene_to_contact rt_core/scene/a.cpp "#include \"rt_core/contact/near_set.hpp\""
+  "includes 'rt_core/contact/near_set.hpp'; rt_core/scene may include")
+haptic_tree_probe(include_direction exchange_to_scene rt_core/exchange/a.hpp "#include \"rt_core/scene/a.hpp\""
+  "includes 'rt_core/scene/a.hpp'; rt_core/exchange may include")
+haptic_tree_probe(include_direction core_to_hal rt_core/haptic_core.cpp "#include \"hal/device.hpp\""
+  "includes 'hal/device.hpp'; rt_core may include rt_core/")
+haptic_tree_probe(include_direction core_vector rt_core/contact/a.hpp "#include <vector>" "includes 'vector'; the core takes")
+haptic_tree_probe(include_direction core_mutex rt_core/contact/a.hpp "# include <mutex>" "includes 'mutex'; the core takes")
+haptic_tree_probe(include_direction core_dense rt_core/law/a.hpp "#include <Eigen/Dense>" "includes 'Eigen/Dense'; the core takes")
+haptic_tree_probe(include_direction core_macro rt_core/law/a.hpp "#include CONFIG" "cannot be checked")
+haptic_tree_probe(include_direction hal_to_tools hal/a.cpp "#include \"tools/common/error.hpp\""
+  "includes 'tools/common/error.hpp'; hal may include rt_core/ hal/")
+haptic_tree_probe(include_direction tools_to_hal tools/scene_inspect/main.cpp "#include \"hal/device.hpp\""
+  "includes 'hal/device.hpp'; tools may include rt_core/ tools/")
+haptic_tree_probe(include_direction sim_to_mesh host_sim/a.cpp "#include \"tools/graph_compiler/mesh/surface.hpp\""
+  "includes 'tools/graph_compiler/mesh/surface.hpp'; host_sim may include")
+haptic_tree_probe(include_direction up_and_over rt_core/base/a.hpp "#include \"rt_core/base/../law/a.hpp\""
+  "includes 'rt_core/base/../law/a.hpp'; rt_core/base may include rt_core/base/")
+haptic_tree_probe(include_direction not_from_root tools/common/a.cpp "#include \"error.hpp\""
+  "write project headers from the root")
+
+haptic_tree_probe(core_words dynamic rt_core/a.hpp "Eigen::Matrix<double, 3, Eigen::Dynamic> m;" "'Eigen::Dynamic'")
+haptic_tree_probe(core_words matrix_x rt_core/a.hpp "MatrixXd m;" "'MatrixXd'")
+haptic_tree_probe(core_words vector_x rt_core/a.hpp "Eigen::VectorXf v;" "'VectorXf'")
+haptic_tree_probe(core_words std_vector rt_core/a.hpp "std::vector<int> v;" "'std::vector'")
+haptic_tree_probe(core_words std_function rt_core/a.hpp "std::function<void()> f;" "'std::function'")
+haptic_tree_probe(core_words throw rt_core/a.cpp "void f() { throw 1; }" "'throw'")
+
+haptic_tree_probe(licence_line missing hal/a.cpp "int main() {}" "hal/a.cpp:1: first line is not")
+haptic_tree_probe(licence_line second_line hal/a.hpp "#pragma once\n// SPDX-License-Identifier: Apache-2.0"
+  "hal/a.hpp:1: first line is not")
+haptic_tree_probe(licence_line other_licence linker/a.ld "/* SPDX-License-Identifier: MIT */" "linker/a.ld:1: first line")
+
+haptic_tree_probe(top_level stray_folder utils/a.cpp "" "utils: not at the top level")
+haptic_tree_probe(top_level stray_file notes.txt "" "notes.txt: not at the top level")

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+
+namespace haptic::tools {
+namespace {
+
+/// Name of the format that the first word of the text announces; empty if it announces none.
+std::string_view announced_format(std::string_view text) {
+  LineScanner lines(text.substr(0, 4096), {.comments = true, .continuation = false});
+  std::vector<std::string_view> words;
+  if (!lines.next(words)) {
+    return {};
+  }
+  const std::string_view first = words.front();
+  if (first == "ply") {
+    return "PLY";
+  }
+  if (first.ends_with("OFF")) {
+    return "OFF";
+  }
+  if (equals_lower(first, "solid") || equals_lower(first, "facet")) {
+    return "STL";
+  }
+  if (first == "v" || first == "mtllib" || first == "vn") {
+    return "OBJ";
+  }
+  if (first.starts_with("<?xml") || first.starts_with("{") || first.starts_with("glTF")) {
+    return "no mesh format known here (OBJ, STL, OFF)";
+  }
+  return {};
+}
+
+void check_announced(std::string_view text, std::string_view expected, const std::string& file) {
+  const std::string_view found = announced_format(text);
+  if (!found.empty() && found != expected) {
+    refuse_line(file, 1,
+                "read as " + std::string(expected) + " but the content is " + std::string(found),
+                "rename the file or convert it to OBJ, STL or OFF");
+  }
+}
+
+}  // namespace
+
+MeshFormat mesh_format_of(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (equals_lower(extension, ".obj")) {
+    return MeshFormat::kObj;
+  }
+  if (equals_lower(extension, ".stl")) {
+    return MeshFormat::kStl;
+  }
+  if (equals_lower(extension, ".off")) {
+    return MeshFormat::kOff;
+  }
+  refuse_file(path.string(), "the extension " + shown_word(extension) + " names no mesh format",
+              "give a file named .obj, .stl or .off");
+}
+
+RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {
+  if (bytes.empty()) {
+    refuse_file(file, "the file is empty (0 bytes)", "export the part again");
+  }
+  if (bytes.size() > kMaxMeshBytes) {
+    refuse_file(file,
+                "the file has " + std::to_string(bytes.size()) + " bytes, limit " +
+                    std::to_string(kMaxMeshBytes),
+                "simplify the part");
+  }
+  RawMesh mesh;
+  if (format == MeshFormat::kStl) {
+    const std::string_view head(bytes.data(), std::min<std::size_t>(bytes.size(), 4));
+    if (head.starts_with("OFF") || head.starts_with("COFF") || head.starts_with("ply")) {
+      check_announced(std::string_view(bytes.data(), bytes.size()), "STL", file);
+    }
+    mesh = parse_stl(bytes, file);
+  } else {
+    const std::string_view text = checked_text(bytes, file);
+    check_announced(text, format == MeshFormat::kObj ? "OBJ" : "OFF", file);
+    mesh = format == MeshFormat::kObj ? parse_obj(text, file) : parse_off(text, file);
+  }
+  if (mesh.faces.empty()) {
+    refuse_file(file, "the file holds no face", "export the part as a polygon mesh");
+  }
+  return mesh;
+}
+
+RawMesh read_mesh(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const MeshFormat format = mesh_format_of(path);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    refuse_file(file, "there is no such file", "check the path");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) {
+    refuse_file(file, "the size cannot be read (" + error.message() + ")", "check the permissions");
+  }
+  if (size > kMaxMeshBytes) {
+    refuse_file(
+        file,
+        "the file has " + std::to_string(size) + " bytes, limit " + std::to_string(kMaxMeshBytes),
+        "simplify the part");
+  }
+  std::vector<char> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!stream || static_cast<std::uintmax_t>(stream.gcount()) != size) {
+    refuse_file(file, "the file cannot be read", "check the permissions");
+  }
+  return parse_mesh(bytes, format, file);
+}
+
+}  // namespace haptic::tools

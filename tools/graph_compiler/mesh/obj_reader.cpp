@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Wavefront OBJ: vertices, faces, groups. Texture coordinates, normals, materials and lines carry
+/// no shape.
+#include <map>
+#include <utility>
+
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+
+namespace haptic::tools {
+namespace {
+
+class ObjParser {
+ public:
+  ObjParser(std::string_view text, const std::string& file)
+      : lines_(text, {.comments = true, .continuation = true}), file_(file) {
+    mesh_.file = file;
+    mesh_.indexed = true;
+  }
+
+  RawMesh parse() {
+    while (lines_.next(words_)) {
+      const std::string_view keyword = words_.front();
+      if (keyword == "v") {
+        read_vertex();
+      } else if (keyword == "f" || keyword == "fo") {
+        read_face();
+      } else if (keyword == "o") {
+        object_ = name_of_rest();
+        group_.clear();
+        choose_group();
+      } else if (keyword == "g") {
+        group_ = name_of_rest();
+        choose_group();
+      } else if (keyword == "surf" || keyword == "curv" || keyword == "cstype") {
+        refuse("free-form surfaces are not polygons", "export the part as a polygon mesh");
+      } else if (keyword.find_first_of("0123456789+-.") == 0) {
+        refuse("the line starts with " + shown_word(keyword) + " instead of a keyword",
+               "start it with v or f, or end the line before with a backslash");
+      }
+    }
+    check_forward_references();
+    mesh_.print_resolution = printed_.resolution();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& defect, const std::string& mend) const {
+    refuse_line(file_, lines_.line(), defect, mend);
+  }
+
+  std::string name_of_rest() const {
+    std::string name;
+    for (std::size_t i = 1; i < words_.size(); ++i) {
+      name += std::string(words_[i]) + ' ';
+    }
+    return name;
+  }
+
+  /// A group that is entered again under its name is the same group.
+  void choose_group() {
+    const auto next = static_cast<std::uint32_t>(groups_.size() + 1);
+    current_group_ = groups_.try_emplace({object_, group_}, next).first->second;
+  }
+
+  void read_vertex() {
+    const std::size_t values = words_.size() - 1;
+    // x y z, then nothing, a weight, a colour, or both.
+    if (values != 3 && values != 4 && values != 6 && values != 7) {
+      refuse("a vertex has " + std::to_string(values) + " numbers", "give x, y and z");
+    }
+    if (mesh_.vertices.size() >= kMaxMeshVertices) {
+      refuse("more than " + std::to_string(kMaxMeshVertices) + " vertices", "simplify the part");
+    }
+    Point3 point{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      point[i] = parse_number(words_[i + 1], file_, lines_.line(), "coordinate", &printed_);
+    }
+    for (std::size_t i = 4; i <= values; ++i) {
+      const double extra = parse_number(words_[i], file_, lines_.line(), "value", nullptr);
+      const bool is_weight = i == 4 && values != 6;
+      if (is_weight && extra != 1.0) {
+        refuse("a vertex has the weight " + shown_word(words_[i]),
+               "export a polygon mesh (weight 1)");
+      }
+    }
+    mesh_.vertices.push_back(point);
+    mesh_.vertex_places.push_back(lines_.line());
+  }
+
+  /// Index of the vertex of one corner `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+  std::uint32_t read_corner(std::string_view word) const {
+    const std::size_t slash = word.find('/');
+    check_attribute_indices(word, slash);
+    const std::int64_t index =
+        parse_integer(word.substr(0, slash), file_, lines_.line(), "vertex index");
+    const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
+    if (index == 0) {
+      refuse("vertex index 0", "OBJ counts from 1");
+    }
+    if (index < 0 && -index > count) {
+      refuse("vertex index " + std::to_string(index) + " reaches before the first of " +
+                 std::to_string(count) + " vertices",
+             "correct the index");
+    }
+    if (index > static_cast<std::int64_t>(kMaxMeshVertices)) {
+      refuse("vertex index " + std::to_string(index) + " is out of range", "correct the index");
+    }
+    return static_cast<std::uint32_t>(index > 0 ? index - 1 : count + index);
+  }
+
+  /// Texture and normal indices are skipped, but what stands there must be an index.
+  void check_attribute_indices(std::string_view word, std::size_t slash) const {
+    std::size_t fields = 0;
+    while (slash != std::string_view::npos) {
+      const std::size_t next = word.find('/', slash + 1);
+      const std::string_view field =
+          word.substr(slash + 1, next == std::string_view::npos ? next : next - slash - 1);
+      const bool may_be_empty = fields == 0 && next != std::string_view::npos;
+      if (!field.empty() || !may_be_empty) {
+        if (parse_integer(field, file_, lines_.line(), "texture or normal index") == 0) {
+          refuse("texture or normal index 0", "OBJ counts from 1");
+        }
+      }
+      slash = next;
+      if (++fields > 2) {
+        refuse("corner " + shown_word(word) + " has more than three indices", "write v/vt/vn");
+      }
+    }
+  }
+
+  void read_face() {
+    if (words_.size() < 4) {
+      refuse("a face with " + std::to_string(words_.size() - 1) + " corners",
+             "a face needs three; delete it or complete the file");
+    }
+    if (mesh_.faces.size() >= kMaxMeshFaces) {
+      refuse("more than " + std::to_string(kMaxMeshFaces) + " faces", "simplify the part");
+    }
+    RawFace face;
+    face.source_place = lines_.line();
+    face.group = current_group_;
+    face.vertices.reserve(words_.size() - 1);
+    for (std::size_t i = 1; i < words_.size(); ++i) {
+      face.vertices.push_back(read_corner(words_[i]));
+    }
+    mesh_.faces.push_back(std::move(face));
+  }
+
+  /// A positive index may name a vertex that follows later in the file.
+  void check_forward_references() const {
+    for (const RawFace& face : mesh_.faces) {
+      for (const std::uint32_t vertex : face.vertices) {
+        if (vertex >= mesh_.vertices.size()) {
+          refuse_line(file_, face.source_place,
+                      "vertex index " + std::to_string(std::uint64_t{vertex} + 1) +
+                          " but the file has " + std::to_string(mesh_.vertices.size()) +
+                          " vertices",
+                      "correct the index or complete the file");
+        }
+      }
+    }
+  }
+
+  LineScanner lines_;
+  std::string file_;
+  RawMesh mesh_;
+  PrintedDigits printed_;
+  std::vector<std::string_view> words_;
+  std::string object_;
+  std::string group_;
+  std::map<std::pair<std::string, std::string>, std::uint32_t> groups_;
+  std::uint32_t current_group_ = 0;
+};
+
+}  // namespace
+
+RawMesh parse_obj(std::string_view text, const std::string& file) {
+  return ObjParser(text, file).parse();
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+/// STL, text and binary. The stored normals are ignored: the order of the corners is the
+/// orientation.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr std::size_t kBinaryHeader = 84;    // 80 bytes of text, then the count
+constexpr std::size_t kBinaryTriangle = 50;  // normal, three corners (float), two bytes
+
+std::uint32_t little_endian_word(std::span<const char> bytes, std::size_t at) {
+  std::uint32_t word = 0;
+  for (std::size_t i = 4; i-- > 0;) {
+    word = (word << 8) | static_cast<unsigned char>(bytes[at + i]);
+  }
+  return word;
+}
+
+class StlTextParser {
+ public:
+  StlTextParser(std::string_view text, const std::string& file)
+      : lines_(text, {.comments = false, .continuation = false}), file_(file) {
+    mesh_.file = file;
+  }
+
+  RawMesh parse() {
+    std::uint32_t solid = 0;
+    while (lines_.next(words_)) {
+      at_ = 0;
+      if (!equals_lower(words_.front(), "solid")) {
+        refuse(
+            "found " + shown_word(words_.front()) + " where 'solid' or the end of the file must be",
+            "delete what does not belong to the mesh");
+      }
+      words_.clear();  // the rest of the line is a name
+      read_solid(solid++);
+    }
+    mesh_.print_resolution = printed_.resolution();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& defect, const std::string& mend) const {
+    refuse_line(file_, lines_.line(), defect, mend);
+  }
+
+  std::string_view next_word() {
+    while (at_ >= words_.size()) {
+      at_ = 0;
+      if (!lines_.next(words_)) {
+        refuse("the file ends inside a solid", "complete the file: 'endsolid' is missing");
+      }
+    }
+    return words_[at_++];
+  }
+
+  void expect(std::string_view keyword) {
+    const std::string_view word = next_word();
+    if (!equals_lower(word, keyword)) {
+      refuse("found " + shown_word(word) + " where '" + std::string(keyword) + "' must be",
+             "export the part again");
+    }
+  }
+
+  void read_solid(std::uint32_t group) {
+    for (;;) {
+      const std::string_view word = next_word();
+      if (equals_lower(word, "endsolid")) {
+        words_.clear();
+        return;
+      }
+      if (!equals_lower(word, "facet")) {
+        refuse("found " + shown_word(word) + " where 'facet' or 'endsolid' must be",
+               "export the part again");
+      }
+      read_facet(group);
+    }
+  }
+
+  void read_facet(std::uint32_t group) {
+    if (mesh_.faces.size() >= kMaxMeshFaces) {
+      refuse("more than " + std::to_string(kMaxMeshFaces) + " faces", "simplify the part");
+    }
+    RawFace face;
+    face.source_place = lines_.line();
+    face.group = group;
+    expect("normal");
+    for (int i = 0; i < 3; ++i) {
+      next_word();  // often wrong, sometimes NaN
+    }
+    expect("outer");
+    expect("loop");
+    for (int i = 0; i < 3; ++i) {
+      expect("vertex");
+      Point3 point{};
+      for (double& value : point) {
+        const std::string_view word = next_word();
+        value = parse_number(word, file_, lines_.line(), "coordinate", &printed_);
+      }
+      face.vertices.push_back(static_cast<std::uint32_t>(mesh_.vertices.size()));
+      mesh_.vertices.push_back(point);
+      mesh_.vertex_places.push_back(lines_.line());
+    }
+    expect("endloop");
+    expect("endfacet");
+    mesh_.faces.push_back(std::move(face));
+  }
+
+  LineScanner lines_;
+  std::string file_;
+  RawMesh mesh_;
+  PrintedDigits printed_;
+  std::vector<std::string_view> words_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+RawMesh parse_stl_text(std::string_view text, const std::string& file) {
+  return StlTextParser(text, file).parse();
+}
+
+RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file) {
+  const std::size_t count = little_endian_word(bytes, kBinaryHeader - 4);
+  if (count > kMaxMeshFaces) {
+    refuse_byte(file, kBinaryHeader - 4,
+                std::to_string(count) + " triangles, limit " + std::to_string(kMaxMeshFaces),
+                "simplify the part");
+  }
+  RawMesh mesh;
+  mesh.file = file;
+  mesh.places_are_lines = false;
+  mesh.vertices.reserve(3 * count);
+  mesh.vertex_places.reserve(3 * count);
+  mesh.faces.reserve(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const std::size_t begin = kBinaryHeader + kBinaryTriangle * t;
+    RawFace face;
+    face.source_place = begin;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::size_t at = begin + 12 * (corner + 1);
+      Point3 point{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const float value = std::bit_cast<float>(little_endian_word(bytes, at + 4 * i));
+        if (!std::isfinite(value)) {
+          refuse_byte(file, at + 4 * i,
+                      "a coordinate of triangle " + std::to_string(t) + " is not finite",
+                      "export the part again or delete the triangle");
+        }
+        point[i] = static_cast<double>(value);
+      }
+      face.vertices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+      mesh.vertices.push_back(point);
+      mesh.vertex_places.push_back(at);
+    }
+    mesh.faces.push_back(std::move(face));
+  }
+  return mesh;
+}
+
+RawMesh parse_stl(std::span<const char> bytes, const std::string& file) {
+  const std::size_t size = bytes.size();
+  const bool has_count = size >= kBinaryHeader;
+  const std::size_t count = has_count ? little_endian_word(bytes, kBinaryHeader - 4) : 0;
+  if (has_count && size == kBinaryHeader + kBinaryTriangle * count) {
+    return parse_stl_binary(bytes, file);
+  }
+  const std::string_view all(bytes.data(), size);
+  const std::string_view head = all.substr(0, 512);
+  const bool wide = all.starts_with("\xFF\xFE") || all.starts_with("\xFE\xFF");
+  std::string_view word = head;
+  if (word.starts_with("\xEF\xBB\xBF")) {
+    word.remove_prefix(3);
+  }
+  word.remove_prefix(std::min(word.find_first_not_of(" \t\r\n"), word.size()));
+  const bool says_solid = equals_lower(word.substr(0, 5), "solid");
+  if (wide || (says_solid && head.find('\0') == std::string_view::npos)) {
+    return parse_stl_text(checked_text(bytes, file), file);
+  }
+  if (head.find('\0') == std::string_view::npos) {
+    refuse_byte(file, 0, "neither text STL (it starts with 'solid') nor binary STL",
+                "check that the extension names the true format, or export the part again");
+  }
+  if (!has_count) {
+    refuse_byte(
+        file, size,
+        "the file ends inside the header of a binary STL (" + std::to_string(size) + " bytes)",
+        "export the part again");
+  }
+  refuse_byte(file, kBinaryHeader - 4,
+              "the header announces " + std::to_string(count) + " triangles, " +
+                  std::to_string(kBinaryHeader + kBinaryTriangle * count) +
+                  " bytes, but the file has " + std::to_string(size),
+              "export the part again");
+}
+
+}  // namespace haptic::tools

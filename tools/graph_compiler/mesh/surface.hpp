@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Meshes between the file and exact geometry: as read (RawMesh) and as cleaned, closed, oriented
+/// polygon surfaces (Surface). Double precision; lengths in metres after the scale has been
+/// applied.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace haptic::tools {
+
+using Point3 = std::array<double, 3>;
+
+/// One face as the file gives it: an n-gon, n >= 3, counter-clockwise seen from outside if the file
+/// is right.
+struct RawFace {
+  std::vector<std::uint32_t> vertices;  ///< indices into RawMesh::vertices
+  std::size_t source_place = 0;         ///< line number (text formats) or byte offset (binary STL)
+  std::uint32_t group =
+      0;  ///< object/group of the file (OBJ `o`, `g`; STL `solid`): parts the file keeps apart
+};
+
+/// A mesh exactly as a file holds it; nothing merged, nothing dropped.
+struct RawMesh {
+  std::string file;              ///< for messages
+  bool indexed = false;          ///< OBJ, OFF: the file shares vertices by index; STL: it does not
+  bool places_are_lines = true;  ///< false: RawFace::source_place is a byte offset
+  double print_resolution =
+      0.0;  ///< 10^-digits of the printed coordinates, in file units; 0 for binary STL
+  std::vector<Point3> vertices;            ///< file units
+  std::vector<std::size_t> vertex_places;  ///< line or byte offset of each vertex
+  std::vector<RawFace> faces;
+};
+
+/// Largest deviations and counts of one cleaning step, for the report.
+struct CleaningStep {
+  std::string name;             ///< "recentre", "weld", "degenerate faces", ...
+  std::size_t count = 0;        ///< elements changed
+  double largest_move_m = 0.0;  ///< largest distance that a vertex moved in this step
+};
+
+/// One polygon of a cleaned surface. Oriented: counter-clockwise seen from outside of the solid.
+struct SurfaceFace {
+  std::vector<std::uint32_t>
+      vertices;                   ///< indices into Surface::vertices; one simple loop, no repeats
+  std::uint32_t shell = 0;        ///< index into Surface::shells
+  std::uint32_t source_face = 0;  ///< 0-based index of the face in the file
+};
+
+/// A closed, edge-manifold, consistently oriented set of faces.
+struct Shell {
+  std::vector<std::uint32_t> faces;
+  bool is_void = false;      ///< a cavity of the shell `parent`
+  std::uint32_t parent = 0;  ///< index of the enclosing solid shell when is_void
+  std::uint32_t solid =
+      0;  ///< index of the solid (one outer shell and its voids) that the shell bounds
+};
+
+/// Result of the cleaning: welded, without degenerate or duplicate faces, T-junctions stitched,
+/// oriented, every edge shared by exactly two faces of one shell. Coordinates in metres relative to
+/// `centre_m` of the part's own (scaled) file frame; nothing has been flattened yet.
+struct Surface {
+  std::string file;
+  Point3 centre_m{0, 0, 0};        ///< file frame (scaled) = local + centre_m
+  double diagonal_m = 0.0;         ///< diagonal of the bounding box
+  double plane_tolerance_m = 0.0;  ///< tol of decomposition section 3
+  std::vector<Point3> vertices;    ///< local [m]
+  std::vector<std::uint32_t>
+      source_vertex;  ///< 0-based index in the file of one vertex welded into this one
+  std::vector<SurfaceFace> faces;
+  std::vector<Shell> shells;
+  std::size_t solid_count = 0;
+  std::vector<CleaningStep> steps;
+  std::vector<std::string> warnings;
+};
+
+}  // namespace haptic::tools
