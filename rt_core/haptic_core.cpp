@@ -54,8 +54,8 @@ RtStatus check_pose(const Pose& pose) noexcept {
   return n > 0.999_r && n < 1.001_r ? RtStatus::kOk : RtStatus::kPoseNotUnit;
 }
 
-/// Length of the difference of two unit quaternions, sign-aligned: the chord of the turn between them is at most
-/// twice that.
+/// Length of the difference of two unit quaternions, sign-aligned: the chord of the turn between
+/// them is at most twice that.
 Real quaternion_step(const Quat& l, const Quat& r) noexcept {
   const Real minus = (l.coeffs() - r.coeffs()).squaredNorm();
   const Real plus = (l.coeffs() + r.coeffs()).squaredNorm();
@@ -130,7 +130,8 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   const auto marks = arena.take<std::uint64_t>((std::size_t{c.largest_pair_nodes} + 63) / 64);
   const auto reached = arena.take<std::uint32_t>(c.largest_pair_nodes);
   tracker.reached = NodeSet(marks, reached);
-  tracker.candidates = BoundedList<NearNode>(arena.take<NearNode>(std::size_t{kCandidateFactor} * c.largest_near));
+  tracker.candidates =
+      BoundedList<NearNode>(arena.take<NearNode>(std::size_t{kCandidateFactor} * c.largest_near));
   patches = BoundedList<ContactPatch>(arena.take<ContactPatch>(c.pair_count));
   merged = arena.take<std::uint8_t>(c.pair_count);
   points = BoundedList<Vec3>(arena.take<Vec3>(c.total_near));
@@ -152,20 +153,26 @@ void HapticCore::State::bind_pairs() noexcept {
 std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
   Arena counting;
   State state;
-  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) /
+                            kStateAlignment * kStateAlignment;
   state.place(counting, scene);
   return (fixed + counting.used() + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
 }
 
-RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene, HapticCore*& core) noexcept {
+RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
+                            HapticCore*& core) noexcept {
   core = nullptr;
   const std::size_t needed = state_bytes(scene);
   if (scene.header().capacity.state_bytes != needed) return RtStatus::kBlobBadCapacity;
-  if (reinterpret_cast<std::uintptr_t>(memory.data()) % kStateAlignment != 0) return RtStatus::kMemoryMisaligned;
+  if (reinterpret_cast<std::uintptr_t>(memory.data()) % kStateAlignment != 0)
+    return RtStatus::kMemoryMisaligned;
   if (memory.size() < needed) return RtStatus::kMemoryTooSmall;
-  static_assert(alignof(State) <= alignof(std::max_align_t) && sizeof(HapticCore) % alignof(State) == 0);
-  State* const state = ::new (static_cast<void*>(memory.data() + sizeof(HapticCore))) State();  // placement, no heap
-  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+  static_assert(alignof(State) <= alignof(std::max_align_t) &&
+                sizeof(HapticCore) % alignof(State) == 0);
+  State* const state =
+      ::new (static_cast<void*>(memory.data() + sizeof(HapticCore))) State();  // placement, no heap
+  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) /
+                            kStateAlignment * kStateAlignment;
   Arena arena(memory.data() + fixed);
   state->place(arena, scene);
   state->scene = scene;
@@ -181,6 +188,8 @@ void HapticCore::reset() noexcept {
   for (PairState& pair : state_->pairs) {
     pair.track.valid = false;
     pair.track.verdict = VerdictMemory{};
+    pair.track.audit_next = 0;
+    pair.track.audit_support = SupportPair{};
     pair.track.near.clear();
     pair.near_nodes.clear();
     pair.contact_nodes.clear();
@@ -188,11 +197,13 @@ void HapticCore::reset() noexcept {
   state_->has_last = false;
 }
 
-void HapticCore::State::visit_pair(PairState& pair, const GripPose& grip, StepResult& result) noexcept {
+void HapticCore::State::visit_pair(PairState& pair, const GripPose& grip,
+                                   StepResult& result) noexcept {
   const PairPose pose = make_pair_pose(pair.view, moving, grip.r_wa, grip.x0_w - pair.reference_w);
   PairMotion motion;
   if (has_last) {
-    motion.bound_m = std::sqrt((grip.x0_w - last.x0_w).squaredNorm()) + 2 * quaternion_step(grip.q_wa, last.q_wa) * pair.lever_m;
+    motion.bound_m = std::sqrt((grip.x0_w - last.x0_w).squaredNorm()) +
+                     2 * quaternion_step(grip.q_wa, last.q_wa) * pair.lever_m;
   }
   const TrackResult tracked = track_pair(pose, motion, epsilon_m, pair.track, tracker);
   result.counters.nodes_evaluated += tracked.nodes_evaluated;
@@ -202,9 +213,9 @@ void HapticCore::State::visit_pair(PairState& pair, const GripPose& grip, StepRe
   result.counters.relocalised_pairs += pair.relocalised ? 1 : 0;
   constexpr struct {
     std::uint32_t track, step;
-  } kFlags[] = {{kTrackRelocalised, kFlagRelocalised},   {kTrackFirst, kFlagFirstTick},
-                {kTrackEmpty, kFlagLocalSetEmpty},       {kTrackContradiction, kFlagContradiction},
-                {kTrackNearCut, kFlagNearSetCut},        {kTrackUndecided, kFlagVerdictUndecided}};
+  } kFlags[] = {{kTrackRelocalised, kFlagRelocalised}, {kTrackFirst, kFlagFirstTick},
+                {kTrackEmpty, kFlagLocalSetEmpty},     {kTrackContradiction, kFlagContradiction},
+                {kTrackNearCut, kFlagNearSetCut},      {kTrackUndecided, kFlagVerdictUndecided}};
   for (const auto& flag : kFlags) result.flags |= (tracked.flags & flag.track) != 0 ? flag.step : 0;
 
   pair.near_nodes.clear();
@@ -213,7 +224,8 @@ void HapticCore::State::visit_pair(PairState& pair, const GripPose& grip, StepRe
   pair.situation = ContactSituation::kNone;
   if (pair.track.d_near_m > 0) return;
   bool several_planes = false;
-  const ContactPatch patch = make_contact_patch(pose, pair.track, epsilon_m, points, pair.contact_nodes, several_planes);
+  const ContactPatch patch =
+      make_contact_patch(pose, pair.track, epsilon_m, points, pair.contact_nodes, several_planes);
   if (several_planes) result.flags |= kFlagSeveralPlanes;
   pair.situation = patch.situation;
   static_cast<void>(patches.push(patch));
@@ -224,14 +236,17 @@ Wrench HapticCore::State::total_wrench() noexcept {
   std::fill(merged.begin(), merged.end(), std::uint8_t{0});
   for (std::uint32_t i = 0; i < patches.size(); ++i) {
     if (merged[i] != 0) continue;
-    // Contacts of one body in one plane are one contact: deepest D_near once, points united (method section 10).
+    // Contacts of one body in one plane are one contact: deepest D_near once, points united (method
+    // section 10).
     ContactPatch group = patches[i];
     merged_points.clear();
     for (std::uint32_t j = i; j < patches.size(); ++j) {
       const ContactPatch& other = patches[j];
-      const bool same_plane = other.body_b == group.body_b &&
-                              (other.normal_w - patches[i].normal_w).squaredNorm() <= kSamePlaneChord * kSamePlaneChord &&
-                              std::abs(other.d_near_m - patches[i].d_near_m) <= other.merge_distance_m;
+      const bool same_plane =
+          other.body_b == group.body_b &&
+          (other.normal_w - patches[i].normal_w).squaredNorm() <=
+              kSamePlaneChord * kSamePlaneChord &&
+          std::abs(other.d_near_m - patches[i].d_near_m) <= other.merge_distance_m;
       if (j != i && !same_plane) continue;
       merged[j] = 1;
       group.d_near_m = std::min(group.d_near_m, other.d_near_m);
@@ -244,7 +259,8 @@ Wrench HapticCore::State::total_wrench() noexcept {
         if (!known) static_cast<void>(merged_points.push(p));
       }
     }
-    const Wrench wrench = paper_wrench(group, merged_points.view(), k_f_n_per_m, group.size_m, hull);
+    const Wrench wrench =
+        paper_wrench(group, merged_points.view(), k_f_n_per_m, group.size_m, hull);
     total.force_w += wrench.force_w;
     total.torque_w += wrench.torque_w;
   }
@@ -282,7 +298,8 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   grip.x0_w = input.pose_wa.p_wa + grip.r_wa * s.grip_a;
 
   const std::uint32_t moving_pieces = s.scene.bodies()[0].piece_count;
-  for (std::uint32_t i = 0; i < moving_pieces; ++i) turn_piece(s.scene.piece(i), grip.r_wa, s.moving);
+  for (std::uint32_t i = 0; i < moving_pieces; ++i)
+    turn_piece(s.scene.piece(i), grip.r_wa, s.moving);
   s.patches.clear();
   s.points.clear();
   result.d_near_m = std::numeric_limits<Real>::max();
@@ -303,18 +320,26 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   return result;
 }
 
-std::uint32_t HapticCore::pair_count() const noexcept { return static_cast<std::uint32_t>(state_->pairs.size()); }
-Real HapticCore::pair_d_near_m(std::uint32_t pair) const noexcept { return state_->pairs[pair].track.d_near_m; }
+std::uint32_t HapticCore::pair_count() const noexcept {
+  return static_cast<std::uint32_t>(state_->pairs.size());
+}
+Real HapticCore::pair_d_near_m(std::uint32_t pair) const noexcept {
+  return state_->pairs[pair].track.d_near_m;
+}
 std::span<const std::uint32_t> HapticCore::pair_near_nodes(std::uint32_t pair) const noexcept {
   return state_->pairs[pair].near_nodes.view();
 }
 std::span<const std::uint32_t> HapticCore::pair_contact_nodes(std::uint32_t pair) const noexcept {
   return state_->pairs[pair].contact_nodes.view();
 }
-ContactSituation HapticCore::pair_situation(std::uint32_t pair) const noexcept { return state_->pairs[pair].situation; }
+ContactSituation HapticCore::pair_situation(std::uint32_t pair) const noexcept {
+  return state_->pairs[pair].situation;
+}
 std::uint32_t HapticCore::pair_neighborhood_size(std::uint32_t pair) const noexcept {
   return state_->pairs[pair].track.neighborhood_size;
 }
-bool HapticCore::pair_relocalised(std::uint32_t pair) const noexcept { return state_->pairs[pair].relocalised; }
+bool HapticCore::pair_relocalised(std::uint32_t pair) const noexcept {
+  return state_->pairs[pair].relocalised;
+}
 
 }  // namespace haptic

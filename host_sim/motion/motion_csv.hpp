@@ -14,11 +14,10 @@ namespace haptic::sim {
 constexpr double kMotionQuaternionTolerance = 1.0e-3;
 
 /// Reads a motion; quaternions are normalised. Lines may end in LF or CRLF, a UTF-8 byte order mark
-/// and blank lines at the end are skipped. Cost: one pass, about 1 us per line.
+/// and blank lines at the end are skipped. Cost: one pass, about 0.3 us per line.
 /// @throws tools::InputError with file and line: unreadable or empty file, other header, too few or
-/// too many
-///         numbers, a number that is malformed or not finite, time not increasing, quaternion not
-///         unit.
+///         too many numbers, a number that is malformed or not finite, time not increasing,
+///         quaternion not unit.
 [[nodiscard]] std::vector<MotionSample> read_motion_csv(const std::string& path);
 
 /// Writes a motion with fixed digits: time 6, positions 9, quaternions 12, lines ending in LF.

@@ -25,8 +25,7 @@ constexpr double kQuaternionTolerance = 1.0e-3;
 constexpr double kLargestTurn_rad = 3.0;
 constexpr double kTwoPi = 6.28318530717958647693;
 
-// ---- reading
-// -------------------------------------------------------------------------------------------------------
+// ---- Reading ----
 
 // The script being read; every refusal names its file and line.
 class Reader {
@@ -212,8 +211,7 @@ void read_tremor(const Reader& reader, const toml::node& node, double rate_hz, T
   }
 }
 
-// ---- generating
-// ----------------------------------------------------------------------------------------------------
+// ---- Generating ----
 
 // splitmix64 (Steele, Lea, Flood 2014).
 class SplitMix64 {
@@ -262,8 +260,7 @@ class TremorAxis {
   std::array<Sine, 3> sines_;
 };
 
-// Minimum-jerk blend: 0 to 1 with zero velocity and acceleration at both ends (Flash and Hogan
-// 1985).
+// Minimum-jerk blend from 0 to 1: zero velocity and acceleration at both ends (Flash, Hogan 1985).
 double minimum_jerk(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
 
 // Index of the way point that ends the segment holding t_s, at least 1.

@@ -28,7 +28,7 @@ struct WayPoint {
   double tremor = 1.0;  ///< factor of the tremor here, blended along the segments; 0 to 1
 };
 
-/// Tremor of the hand. Each of the three displacements and three rotations is the sum of three
+/// Tremor of the hand. Each of the three displacements and three rotations is the mean of three
 /// sines whose frequencies and phases are drawn from the seed.
 struct Tremor {
   double position_m = 0.0;  ///< no axis moves by more than this
@@ -45,8 +45,8 @@ struct MotionScript {
 
 /// Reads a script.
 /// @throws tools::InputError with file and line: unreadable file, TOML syntax, unknown or missing
-/// key, value out of
-///         range, times not increasing, a turn of more than 3 rad within one segment.
+///         key, value out of range, times not increasing, a turn of more than 3 rad within one
+///         segment.
 [[nodiscard]] MotionScript read_motion_script(const std::string& path);
 
 /// The motion from the first way point to the last at `rate_hz`, both ends included when the

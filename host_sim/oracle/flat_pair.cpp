@@ -117,9 +117,45 @@ FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
 
 double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
   double largest = -std::numeric_limits<double>::infinity();
-  for (std::uint32_t node = 0; node < view_.record->node_count; ++node) {
-    const Value value = evaluate(node);
-    if (value.violation_m <= tolerance_m) largest = std::max(largest, value.depth_m);
+  for (std::uint32_t f = 0; f < view_.a.face_count; ++f) {
+    const Point n = scaled(-1.0, na_[f]);
+    const Point& a = va_[view_.a.face_vertices(f)[0]];
+    for (std::uint32_t v = 0; v < view_.b.vertex_count; ++v) {
+      const double depth = dot(n, a - vb_[v]);
+      if (depth <= largest) continue;
+      bool applicable = true;
+      for (const std::uint16_t e : view_.b.edges_at(v)) {
+        applicable = applicable && dot(n, vb_[view_.b.other_end(e, v)] - vb_[v]) <= tolerance_m;
+      }
+      if (applicable) largest = depth;
+    }
+  }
+  for (std::uint32_t f = 0; f < view_.b.face_count; ++f) {
+    const Point& n = nb_[f];
+    const Point& b = vb_[view_.b.face_vertices(f)[0]];
+    for (std::uint32_t v = 0; v < view_.a.vertex_count; ++v) {
+      const double depth = dot(n, va_[v] - b);
+      if (depth <= largest) continue;
+      bool applicable = true;
+      for (const std::uint16_t e : view_.a.edges_at(v)) {
+        applicable = applicable && -dot(n, va_[view_.a.other_end(e, v)] - va_[v]) <= tolerance_m;
+      }
+      if (applicable) largest = depth;
+    }
+  }
+  for (std::uint32_t e = 0; e < view_.a.edge_count; ++e) {
+    for (std::uint32_t g = 0; g < view_.b.edge_count; ++g) {
+      // The cheapest half of the sign test first: both faces of the edge of B on one side of the plane.
+      const EdgeRecord& eb = view_.b.edges[g];
+      const Point& b0 = vb_[eb.vertex[0]];
+      const Point m = cross(ua_[e], ub_[g]);
+      const double h0 = dot(m, vb_[eb.apex[0]] - b0), h1 = dot(m, vb_[eb.apex[1]] - b0);
+      const double slack = tolerance_m * (std::abs(m[0]) + std::abs(m[1]) + std::abs(m[2]));
+      if ((h0 > slack && h1 < -slack) || (h0 < -slack && h1 > slack)) continue;
+      Point normal{};
+      const Value value = evaluate_c(e, g, normal);
+      if (value.violation_m <= tolerance_m) largest = std::max(largest, value.depth_m);
+    }
   }
   return largest;
 }

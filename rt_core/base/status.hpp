@@ -13,23 +13,23 @@ enum class RtStatus : std::uint8_t {
   kPoseNotFinite,  ///< a component of the pose is NaN or infinite: state unchanged, wrench zero
   kPoseNotUnit,    ///< | |q| - 1 | > 1e-3: state unchanged, wrench zero
   // SceneView::open
-  kBlobTooSmall,           ///< fewer bytes than the header or than byte_count says
-  kBlobMisaligned,         ///< first byte not aligned to kSceneAlignment
-  kBlobBadMagic,           ///< not a compiled scene
-  kBlobBadVersion,         ///< compiled for another format version: recompile the scene
-  kBlobWrongScalar,        ///< compiled for the other scalar (double or float)
-  kBlobBadHash,            ///< content does not match the stored hash
-  kBlobBadSectionTable,    ///< a section lies outside the blob, overlaps or repeats
-  kBlobMissingSection,     ///< a required table is absent
-  kBlobBadCount,           ///< a count exceeds the format's limit or disagrees with another
-  kBlobBadIndex,           ///< an index points outside its table
-  kBlobBadNumber,          ///< a number is not finite, not unit or out of its range
-  kBlobBadTopology,        ///< vertices, edges and faces of a piece do not fit together
-  kBlobBadGraph,           ///< nodes or arcs of a pair are not those of its two pieces
-  kBlobBadCapacity,        ///< capacities or state bytes differ from those the tables need
+  kBlobTooSmall,         ///< fewer bytes than the header or than byte_count says
+  kBlobMisaligned,       ///< first byte not aligned to kSceneAlignment
+  kBlobBadMagic,         ///< not a compiled scene
+  kBlobBadVersion,       ///< compiled for another format version: recompile the scene
+  kBlobWrongScalar,      ///< compiled for the other scalar (double or float)
+  kBlobBadHash,          ///< content does not match the stored hash
+  kBlobBadSectionTable,  ///< a section lies outside the blob, overlaps or repeats
+  kBlobMissingSection,   ///< a required table is absent
+  kBlobBadCount,         ///< a count exceeds the format's limit or disagrees with another
+  kBlobBadIndex,         ///< an index points outside its table
+  kBlobBadNumber,        ///< a number is not finite, not unit or out of its range
+  kBlobBadTopology,      ///< vertices, edges and faces of a piece do not fit together
+  kBlobBadGraph,         ///< nodes or arcs of a pair are not those of its two pieces
+  kBlobBadCapacity,      ///< capacities or state bytes differ from those the tables need
   // HapticCore::create
-  kMemoryTooSmall,   ///< the caller's memory holds fewer bytes than the header states
-  kMemoryMisaligned, ///< the caller's memory is not aligned to kStateAlignment
+  kMemoryTooSmall,    ///< the caller's memory holds fewer bytes than the header states
+  kMemoryMisaligned,  ///< the caller's memory is not aligned to kStateAlignment
   kCount
 };
 

@@ -7,7 +7,8 @@
 namespace haptic {
 namespace {
 
-/// Heights of the two apex vertices of an edge of A over a plane through the edge, along n; >= 0 when applicable.
+/// Heights of the two apex vertices of an edge of A over a plane through the edge, along n; >= 0
+/// when applicable.
 struct ApexHeights {
   Real low, high;
 };
@@ -16,21 +17,27 @@ ApexHeights heights(Real h0, Real h1) noexcept { return {std::min(h0, h1), std::
 ApexHeights apex_heights_a(const PairPose& pose, std::uint32_t e, const Vec3& n) noexcept {
   const EdgeRecord& edge = pose.pair->a.edges[e];
   const auto origin = pose.vertex_a(edge.vertex[0]);
-  return heights(n.dot(pose.vertex_a(edge.apex[0]) - origin), n.dot(pose.vertex_a(edge.apex[1]) - origin));
+  return heights(n.dot(pose.vertex_a(edge.apex[0]) - origin),
+                 n.dot(pose.vertex_a(edge.apex[1]) - origin));
 }
 
 ApexHeights apex_heights_b(const PairPose& pose, std::uint32_t g, const Vec3& n) noexcept {
   const EdgeRecord& edge = pose.pair->b.edges[g];
   const auto origin = pose.vertex_b(edge.vertex[0]);
-  return heights(n.dot(pose.vertex_b(edge.apex[0]) - origin), n.dot(pose.vertex_b(edge.apex[1]) - origin));
+  return heights(n.dot(pose.vertex_b(edge.apex[0]) - origin),
+                 n.dot(pose.vertex_b(edge.apex[1]) - origin));
 }
 
-Real edge_violation(const ApexHeights& a, const ApexHeights& b) noexcept { return std::max(-a.low, b.high); }
+Real edge_violation(const ApexHeights& a, const ApexHeights& b) noexcept {
+  return std::max(-a.low, b.high);
+}
 
-/// Largest distance of point p from the convex polygon, measured outwards over its sides' lines, in the polygon's
-/// plane; 0 inside. `vertex(k)` gives the k-th corner, counter-clockwise about `normal`.
+/// Largest distance of point p from the convex polygon, measured outwards over its sides' lines, in
+/// the polygon's plane; 0 inside. `vertex(k)` gives the k-th corner, counter-clockwise about
+/// `normal`.
 template <typename VertexAt>
-Real outside_polygon(const VertexAt& vertex, std::size_t count, const Vec3& normal, const Vec3& p) noexcept {
+Real outside_polygon(const VertexAt& vertex, std::size_t count, const Vec3& normal,
+                     const Vec3& p) noexcept {
   Real outside = 0;
   Vec3 from = vertex(count - 1);
   for (std::size_t k = 0; k < count; ++k) {
@@ -45,7 +52,8 @@ Real outside_polygon(const VertexAt& vertex, std::size_t count, const Vec3& norm
 
 }  // namespace
 
-NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j) noexcept {
+NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i,
+                     std::uint32_t j) noexcept {
   NodePlane plane;
   const PieceView& a = pose.pair->a;
   const PieceView& b = pose.pair->b;
@@ -87,24 +95,28 @@ Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i, std
   switch (type) {
     case ContactType::kA:
       for (const std::uint16_t e : b.edges_at(j)) {
-        violation = std::max(violation, plane.normal_w.dot(pose.vertex_b(b.other_end(e, j)) - pose.vertex_b(j)));
+        violation = std::max(
+            violation, plane.normal_w.dot(pose.vertex_b(b.other_end(e, j)) - pose.vertex_b(j)));
       }
       break;
     case ContactType::kB:
       for (const std::uint16_t e : a.edges_at(i)) {
-        violation = std::max(violation, plane.normal_w.dot(pose.vertex_a(i) - pose.vertex_a(a.other_end(e, i))));
+        violation = std::max(
+            violation, plane.normal_w.dot(pose.vertex_a(i) - pose.vertex_a(a.other_end(e, i))));
       }
       break;
     case ContactType::kC:
-      violation = edge_violation(apex_heights_a(pose, i, plane.normal_w), apex_heights_b(pose, j, plane.normal_w));
+      violation = edge_violation(apex_heights_a(pose, i, plane.normal_w),
+                                 apex_heights_b(pose, j, plane.normal_w));
       break;
   }
   return violation;
 }
 
-Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j, const NodePlane& plane,
-                Real violation_m) noexcept {
-  const bool strict = type == ContactType::kC ? violation_m < -applicability_tolerance(pose.size_m) : violation_m <= 0;
+Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
+                const NodePlane& plane, Real violation_m) noexcept {
+  const bool strict = type == ContactType::kC ? violation_m < -applicability_tolerance(pose.size_m)
+                                              : violation_m <= 0;
   if (strict && plane.sine > kWellConditionedSine) return plane.f_m;
   const PieceView& a = pose.pair->a;
   const PieceView& b = pose.pair->b;
@@ -115,7 +127,8 @@ Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::ui
   start.b = type == ContactType::kA   ? j
             : type == ContactType::kB ? b.face_vertices(j)[0]
                                       : b.edges[j].vertex[0];
-  return std::min(plane.f_m, gap_along(pose, plane.normal_w, support_pair(pose, plane.normal_w, start)));
+  return std::min(plane.f_m,
+                  gap_along(pose, plane.normal_w, support_pair(pose, plane.normal_w, start)));
 }
 
 ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
@@ -130,19 +143,22 @@ ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t
       point.app_w = pose.vertex_b(j) - pose.y_w;
       const auto loop = a.face_vertices(i);
       const Vec3 normal = pose.normal_a(i);
-      point.outside_m = outside_polygon([&](std::size_t k) -> Vec3 { return pose.vertex_a(loop[k]) + lift; }, loop.size(),
-                                        normal, point.app_w);
+      point.outside_m =
+          outside_polygon([&](std::size_t k) -> Vec3 { return pose.vertex_a(loop[k]) + lift; },
+                          loop.size(), normal, point.app_w);
       break;
     }
     case ContactType::kB: {
       point.app_w = pose.vertex_a(i) + lift;
       const auto loop = b.face_vertices(j);
-      point.outside_m = outside_polygon([&](std::size_t k) -> Vec3 { return pose.vertex_b(loop[k]) - pose.y_w; },
-                                        loop.size(), n, point.app_w);
+      point.outside_m =
+          outside_polygon([&](std::size_t k) -> Vec3 { return pose.vertex_b(loop[k]) - pose.y_w; },
+                          loop.size(), n, point.app_w);
       break;
     }
     case ContactType::kC: {
-      // Lines a0 + s u and b0 + t v, A lifted: they cross. s from the plane spanned by v and n, and vice versa.
+      // Lines a0 + s u and b0 + t v, A lifted: they cross. s from the plane spanned by v and n, and
+      // vice versa.
       const Vec3 u = pose.direction_a(i);
       const Vec3 v = ConstVec3Map(b.edge_directions[j].unit);
       const Vec3 a0 = pose.vertex_a(a.edges[i].vertex[0]) + lift;

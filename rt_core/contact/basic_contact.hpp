@@ -10,15 +10,17 @@
 
 namespace haptic {
 
-/// A type-C node whose unit edge directions have |u x v| below this is skipped: sqrt of the unit roundoff balances the
-/// rounding of its normal against the width of the strip that its C-face is (method section 11).
+/// A type-C node whose unit edge directions have |u x v| below this is skipped: sqrt of the unit
+/// roundoff balances the rounding of its normal against the width of the strip that its C-face is
+/// (method section 11).
 inline constexpr Real kMinEdgeSine = HAPTIC_REAL_IS_FLOAT ? 2.4e-4_r : 1.5e-8_r;
 
-/// Below this sine a type-C value is taken from supports: the plane's own value could lie, a support gap only lose.
+/// Below this sine a type-C value is taken from supports: the plane's own value could lie, a
+/// support gap only lose.
 inline constexpr Real kWellConditionedSine = 1.0e-3_r;
 
-/// Tolerance of applicability [m] for a pair of the given size: ties are accepted, values then come from supports, so
-/// the tolerance never makes a separation (method section 6, row 6).
+/// Tolerance of applicability [m] for a pair of the given size: ties are accepted, values then come
+/// from supports, so the tolerance never makes a separation (method section 6, row 6).
 [[nodiscard]] constexpr Real applicability_tolerance(Real size_m) noexcept {
   constexpr Real kShare = 64 * kRealEpsilon > 1.0e-8_r ? 64 * kRealEpsilon : 1.0e-8_r;
   return kShare * size_m;
@@ -34,26 +36,30 @@ struct NodePlane {
 
 /// Plane and value of node (type, i, j). Cost: a few dot products; type C also a square root.
 /// For type C the sign of the normal is the one with the smaller violation.
-[[nodiscard]] NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j) noexcept;
+[[nodiscard]] NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i,
+                                   std::uint32_t j) noexcept;
 
-/// Largest height [m] of a neighbouring vertex over the plane: 0 or less means applicable (method section 2).
-/// Cost: the degree of the vertex (types A and B), four dot products (type C).
-[[nodiscard]] Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
-                                  const NodePlane& plane) noexcept;
+/// Largest height [m] of a neighbouring vertex over the plane: 0 or less means applicable (method
+/// section 2). Cost: the degree of the vertex (types A and B), four dot products (type C).
+[[nodiscard]] Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i,
+                                  std::uint32_t j, const NodePlane& plane) noexcept;
 
-/// Value that may count for D_near: f itself where the node is applicable beyond doubt, else the support gap of its
-/// normal, which is a lower bound of the signed distance whatever the normal [m].
-[[nodiscard]] Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
-                              const NodePlane& plane, Real violation_m) noexcept;
+/// Value that may count for D_near: f itself where the node is applicable beyond doubt, else the
+/// support gap of its normal, which is a lower bound of the signed distance whatever the normal
+/// [m].
+[[nodiscard]] Real node_value(const PairPose& pose, ContactType type, std::uint32_t i,
+                              std::uint32_t j, const NodePlane& plane, Real violation_m) noexcept;
 
 /// A node of the pair and its application point.
 struct ContactPoint {
   Vec3 app_w = Vec3::Zero();  ///< App on B, about x_0^A, W axes [m]
-  Real outside_m = 0;         ///< distance of App from its two features when A is moved to the SCP; 0 = in both
+  Real outside_m =
+      0;  ///< distance of App from its two features when A is moved to the SCP; 0 = in both
 };
 
-/// App of a node and how far it lies outside its features (method section 8.2, o_k). Cost: the edges of its face.
-[[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
-                                         const NodePlane& plane) noexcept;
+/// App of a node and how far it lies outside its features (method section 8.2, o_k). Cost: the
+/// edges of its face.
+[[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i,
+                                         std::uint32_t j, const NodePlane& plane) noexcept;
 
 }  // namespace haptic

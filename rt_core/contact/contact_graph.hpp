@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Walks on the stored contact graph of a pair: which nodes have been reached in this tick, and the neighbor subgraph
-/// of a set of nodes. The rule that makes nodes and arcs is scene/graph_rule.hpp.
+/// Walks on the stored contact graph of a pair: which nodes have been reached in this tick, and the
+/// neighbor subgraph of a set of nodes. The rule that makes nodes and arcs is scene/graph_rule.hpp.
 
 #include <cstdint>
 #include <span>
@@ -11,12 +11,13 @@
 
 namespace haptic {
 
-/// A set of nodes of one pair: a bit per node for "is it in", a list for "which". Memory is the caller's; `marks` must
-/// hold a bit per node of the largest pair and be zero at first.
+/// A set of nodes of one pair: a bit per node for "is it in", a list for "which". Memory is the
+/// caller's; `marks` must hold a bit per node of the largest pair and be zero at first.
 class NodeSet {
  public:
   NodeSet() = default;
-  NodeSet(std::span<std::uint64_t> marks, std::span<std::uint32_t> list) noexcept : marks_(marks), list_(list) {}
+  NodeSet(std::span<std::uint64_t> marks, std::span<std::uint32_t> list) noexcept
+      : marks_(marks), list_(list) {}
 
   /// Adds `node`; false when it was in already or the list is full.
   bool insert(std::uint32_t node) noexcept {
@@ -42,7 +43,8 @@ class NodeSet {
   BoundedList<std::uint32_t> list_;
 };
 
-/// Adds `node` and its G-neighbors to `set` (paper Sec. II-A: neighbor subgraph). Cost: the degree of the node.
+/// Adds `node` and its G-neighbors to `set` (paper Sec. II-A: neighbor subgraph). Cost: the degree
+/// of the node.
 inline void insert_neighborhood(const PairView& pair, std::uint32_t node, NodeSet& set) noexcept {
   set.insert(node);
   const std::uint32_t degree = pair.neighbors.count(node);

@@ -9,15 +9,19 @@ namespace {
 
 ContactSituation single_contact(ContactType type) noexcept {
   switch (type) {
-    case ContactType::kA: return ContactSituation::kFaceVertex;
-    case ContactType::kB: return ContactSituation::kVertexFace;
-    case ContactType::kC: return ContactSituation::kEdgeEdge;
+    case ContactType::kA:
+      return ContactSituation::kFaceVertex;
+    case ContactType::kB:
+      return ContactSituation::kVertexFace;
+    case ContactType::kC:
+      return ContactSituation::kEdgeEdge;
   }
   return ContactSituation::kNone;
 }
 
 bool coplanar(const NearNode& l, const NearNode& r) noexcept {
-  return (l.plane.normal_w - r.plane.normal_w).squaredNorm() < kCoplanarAngle_rad * kCoplanarAngle_rad;
+  return (l.plane.normal_w - r.plane.normal_w).squaredNorm() <
+         kCoplanarAngle_rad * kCoplanarAngle_rad;
 }
 
 /// Whether the points span a polygon rather than a segment.
@@ -35,8 +39,9 @@ bool spans_polygon(const Vec3* points, std::uint32_t count, Real width_m) noexce
 
 }  // namespace
 
-ContactPatch make_contact_patch(const PairPose& pose, const PairTrack& track, Real epsilon_m, BoundedList<Vec3>& points,
-                                BoundedList<std::uint32_t>& nodes, bool& several_planes) noexcept {
+ContactPatch make_contact_patch(const PairPose& pose, const PairTrack& track, Real epsilon_m,
+                                BoundedList<Vec3>& points, BoundedList<std::uint32_t>& nodes,
+                                bool& several_planes) noexcept {
   const PairView& pair = *pose.pair;
   const Real tolerance = std::max(epsilon_m, applicability_tolerance(pose.size_m));
   const auto features = [&](const NearNode& n) -> const NodeRecord& { return pair.nodes[n.node]; };
@@ -44,16 +49,19 @@ ContactPatch make_contact_patch(const PairPose& pose, const PairTrack& track, Re
     return contact_point(pose, n.type, features(n).a, features(n).b, n.plane);
   };
 
-  // The node that names the plane has its point in both features: at exact ties the rounding winner may be a type-C
-  // node of nearly parallel edges, whose crossing point is far away (method section 6, row 15).
+  // The node that names the plane has its point in both features: at exact ties the rounding winner
+  // may be a type-C node of nearly parallel edges, whose crossing point is far away (method section
+  // 6, row 15).
   const NearNode* leader = nullptr;
   Real leader_key = 0;
   for (const NearNode& n : track.near) {
     const Real below = n.value_m < track.d_near_m ? track.d_near_m - n.value_m : Real{0};
     const bool counts = n.violation_m <= applicability_tolerance(pose.size_m) && below < tolerance;
     if (!counts && n.node != track.best_node) continue;
-    const Real outside = std::max(Real{0}, point_of(n).outside_m - applicability_tolerance(pose.size_m));
-    const Real key = outside + below + (n.type == ContactType::kC ? applicability_tolerance(pose.size_m) : Real{0});
+    const Real outside =
+        std::max(Real{0}, point_of(n).outside_m - applicability_tolerance(pose.size_m));
+    const Real key = outside + below +
+                     (n.type == ContactType::kC ? applicability_tolerance(pose.size_m) : Real{0});
     if (leader == nullptr || key < leader_key) {
       leader = &n;
       leader_key = key;
@@ -88,7 +96,8 @@ ContactPatch make_contact_patch(const PairPose& pose, const PairTrack& track, Re
   } else if (patch.point_count <= 1) {
     patch.situation = single_contact(leader->type);
   } else {
-    const bool polygon = spans_polygon(points.begin() + patch.point_begin, patch.point_count, tolerance);
+    const bool polygon =
+        spans_polygon(points.begin() + patch.point_begin, patch.point_count, tolerance);
     patch.situation = polygon ? ContactSituation::kFaceFace : ContactSituation::kEdgeFace;
   }
   return patch;

@@ -13,25 +13,34 @@ constexpr Real kLowest = -std::numeric_limits<Real>::max();
 /// The search of one pair in one tick.
 class PairSearch {
  public:
-  PairSearch(const PairPose& pose, Real epsilon_m, PairTrack& track, TrackerScratch& scratch) noexcept
-      : pose_(pose), record_(*pose.pair->record), epsilon_(epsilon_m), tolerance_(applicability_tolerance(pose.size_m)),
-        track_(track), scratch_(scratch) {
+  PairSearch(const PairPose& pose, Real epsilon_m, PairTrack& track,
+             TrackerScratch& scratch) noexcept
+      : pose_(pose),
+        record_(*pose.pair->record),
+        epsilon_(epsilon_m),
+        tolerance_(applicability_tolerance(pose.size_m)),
+        track_(track),
+        scratch_(scratch) {
     scratch_.reached.clear();
     scratch_.candidates.clear();
   }
 
   /// Steps 1-3 over the last neighbor subgraph; ties crossed.
   void search_locally() noexcept {
-    for (const NearNode& near : track_.near) insert_neighborhood(*pose_.pair, near.node, scratch_.reached);
+    for (const NearNode& near : track_.near)
+      insert_neighborhood(*pose_.pair, near.node, scratch_.reached);
     track_.neighborhood_size = scratch_.reached.size();
+    for (const NearNode& near : track_.near) snap(near);
+    audit_faces();
     std::uint32_t done = 0;
     evaluate_reached(done);
-    for (const NearNode& near : track_.near) snap(near);
-    // Exact ties: a node that shares the best plane may be the only way to the next one (method 7.2: nodes of one
-    // plane count as one vertex of the dual graph). One forward pass is enough: the best value only rises, so a
-    // candidate that is no tie when it is passed never becomes one, and new ones come behind.
+    // Exact ties: a node that shares the best plane may be the only way to the next one
+    // (method 7.2: nodes of one plane count as one vertex of the dual graph). One forward pass is
+    // enough: the best value only rises, so a candidate that is no tie when it is passed never
+    // becomes one, and new ones come behind.
     for (std::uint32_t k = 0; k < scratch_.candidates.size(); ++k) {
-      if (!counts(scratch_.candidates[k]) || scratch_.candidates[k].value_m < best_ - tolerance_) continue;
+      if (!counts(scratch_.candidates[k]) || scratch_.candidates[k].value_m < best_ - tolerance_)
+        continue;
       const std::uint32_t before = scratch_.reached.size();
       insert_neighborhood(*pose_.pair, scratch_.candidates[k].node, scratch_.reached);
       if (scratch_.reached.size() == before) continue;
@@ -41,12 +50,14 @@ class PairSearch {
     }
   }
 
-  /// Every node of the pair: the first tick, and the answer to whatever the local set could not decide.
+  /// Every node of the pair: the first tick, and the answer to whatever the local set could not
+  /// decide.
   void search_exhaustively() noexcept {
     scratch_.reached.clear();
     scratch_.candidates.clear();
     best_ = kLowest;
-    collect_ = false;  // first the value alone, then what is near it: the candidates need no room for all nodes
+    collect_ = false;  // first the value alone, then what is near it: the candidates need no room
+                       // for all nodes
     for (std::uint32_t node = 0; node < record_.node_count; ++node) evaluate(node);
     collect_ = true;
     for (std::uint32_t node = 0; node < record_.node_count; ++node) evaluate(node);
@@ -54,7 +65,8 @@ class PairSearch {
     result_.flags |= kTrackRelocalised;
   }
 
-  /// Step 3: D_near and the near set. A node belongs to it while |D_near - f| plus its violation is below epsilon.
+  /// Step 3: D_near and the near set. A node belongs to it while |D_near - f| plus its violation is
+  /// below epsilon.
   void select_near() noexcept {
     track_.d_near_m = best_;
     track_.near.clear();
@@ -81,7 +93,9 @@ class PairSearch {
   [[nodiscard]] TrackResult& result() noexcept { return result_; }
 
  private:
-  [[nodiscard]] bool counts(const NearNode& c) const noexcept { return c.violation_m <= tolerance_; }
+  [[nodiscard]] bool counts(const NearNode& c) const noexcept {
+    return c.violation_m <= tolerance_;
+  }
   [[nodiscard]] bool is_near(const NearNode& c) const noexcept {
     const Real gap = c.plane.f_m < best_ ? best_ - c.plane.f_m : c.plane.f_m - best_;
     return gap + std::max(c.violation_m, Real{0}) < epsilon_;
@@ -96,8 +110,9 @@ class PairSearch {
     for (; done < scratch_.reached.size(); ++done) evaluate(scratch_.reached[done]);
   }
 
-  /// Plane, value and violation of a node; kept as a candidate when it can still matter. f is never below the node's
-  /// value, so a node with f below best - epsilon is neither near nor best and its violation need not be known.
+  /// Plane, value and violation of a node; kept as a candidate when it can still matter. f is never
+  /// below the node's value, so a node with f below best - epsilon is neither near nor best and its
+  /// violation need not be known.
   void evaluate(std::uint32_t node) noexcept {
     result_.nodes_evaluated += 1;
     const NodeRecord& features = pose_.pair->nodes[node];
@@ -129,8 +144,8 @@ class PairSearch {
     if (!list.push(c)) result_.flags |= kTrackNearCut;
   }
 
-  /// The applicable node on the same face as a near node that has ceased to apply: keeps a face that turned over to
-  /// another vertex (method 7.3, snap).
+  /// Adds the applicable node on the same face as a near node that has ceased to apply: keeps a
+  /// face that turned over to another vertex (method 7.3, snap).
   void snap(const NearNode& near) noexcept {
     if (near.type == ContactType::kC) return;
     const NodeRecord& features = pose_.pair->nodes[near.node];
@@ -141,7 +156,30 @@ class PairSearch {
         near.type == ContactType::kA
             ? numbers.type_a(features.a, highest_vertex_b(pose_, plane.normal_w, features.b))
             : numbers.type_b(lowest_vertex_a(pose_, plane.normal_w, features.a), features.b);
-    if (scratch_.reached.insert(node)) evaluate(node);
+    scratch_.reached.insert(node);
+  }
+
+  /// Adds the next face directions in turn, each at its support vertex: a face that has become the
+  /// nearest one behind the back of the local search is seen after at most (faces / kAuditFaces)
+  /// ticks (method 7.3, audit).
+  void audit_faces() noexcept {
+    const NodeNumbering numbers = numbering(pose_.pair->a, pose_.pair->b);
+    const std::uint32_t faces = numbers.nfa + numbers.nfb;
+    SupportPair start = track_.audit_support;
+    for (std::uint32_t k = 0; k < std::min(kAuditFaces, faces); ++k) {
+      const std::uint32_t face = track_.audit_next;
+      track_.audit_next = face + 1 == faces ? 0 : face + 1;
+      std::uint32_t node = 0;
+      if (face < numbers.nfa) {
+        start.b = highest_vertex_b(pose_, -pose_.normal_a(face), start.b);
+        node = numbers.type_a(face, start.b);
+      } else {
+        start.a = lowest_vertex_a(pose_, pose_.pair->b.face_normal(face - numbers.nfa), start.a);
+        node = numbers.type_b(start.a, face - numbers.nfa);
+      }
+      scratch_.reached.insert(node);
+    }
+    track_.audit_support = start;
   }
 
   const PairPose& pose_;
@@ -158,8 +196,8 @@ class PairSearch {
 
 }  // namespace
 
-TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsilon_m, PairTrack& track,
-                       TrackerScratch& scratch) noexcept {
+TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsilon_m,
+                       PairTrack& track, TrackerScratch& scratch) noexcept {
   PairSearch search(pose, epsilon_m, track, scratch);
   TrackResult& result = search.result();
   const Real rounding = 64 * kRealEpsilon * (pose.size_m + std::sqrt(pose.y_w.squaredNorm()));
@@ -168,8 +206,10 @@ TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsi
     result.flags |= kTrackFirst;
   } else {
     search.search_locally();
-    // Inside, D_near is the largest gap over all directions, and none of them falls by more than the motion.
-    const bool fell = search.best() <= 0 && search.best() < track.d_near_m - motion.bound_m - rounding;
+    // Inside, D_near is the largest gap over all directions, and none of them falls by more than
+    // the motion.
+    const bool fell =
+        search.best() <= 0 && search.best() < track.d_near_m - motion.bound_m - rounding;
     if (search.empty() || fell) {
       result.flags |= search.empty() ? kTrackEmpty : kTrackContradiction;
       search.search_exhaustively();
@@ -179,7 +219,8 @@ TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsi
     const VerdictResult verdict = pair_verdict(pose, track.verdict);
     result.support_pairs += verdict.support_pairs;
     if (verdict.verdict == Verdict::kUndecided) result.flags |= kTrackUndecided;
-    const bool contradicts = verdict.verdict == Verdict::kSeparated && verdict.separation_bound_m > rounding;
+    const bool contradicts =
+        verdict.verdict == Verdict::kSeparated && verdict.separation_bound_m > rounding;
     if (contradicts && (result.flags & kTrackRelocalised) == 0) {
       result.flags |= kTrackContradiction;
       search.search_exhaustively();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Keeps the nearest C-faces of one C-obstacle between two servo ticks: the paper's steps 1-6 (Sec. III) as completed by
-/// method section 6. One hop over the stored graph from the last near set, no pruning by delta, D_near from true support
-/// values, exact ties crossed. What the local set cannot answer is flagged and answered by an exhaustive search.
+/// Keeps the nearest C-faces of one C-obstacle between two servo ticks: the paper's steps 1-6 (Sec.
+/// III) as completed by method section 6. One hop over the stored graph from the last near set, no
+/// pruning by delta, D_near from true support values, exact ties crossed. What the local set cannot
+/// answer is flagged and answered by an exhaustive search.
 
 #include <cstdint>
 #include <span>
@@ -25,26 +26,35 @@ struct NearNode {
 
 /// What one pair keeps from tick to tick. `near` has the pair's near capacity.
 struct PairTrack {
-  BoundedList<NearNode> near;          ///< ascending by node
-  std::uint32_t best_node = 0;         ///< node of D_near; with ties the one of best conditioning, lowest number
+  BoundedList<NearNode> near;  ///< ascending by node
+  std::uint32_t best_node =
+      0;  ///< node of D_near; with ties the one of best conditioning, lowest number
   Real d_near_m = 0;
-  std::uint32_t neighborhood_size = 0; ///< of the neighbor subgraph evaluated in the last tick
+  std::uint32_t neighborhood_size = 0;  ///< of the neighbor subgraph evaluated in the last tick
   VerdictMemory verdict;
-  bool valid = false;                  ///< false: the next tick is a first tick
+  std::uint32_t audit_next = 0;        ///< face direction to be looked at next: faces of A, then of B
+  SupportPair audit_support;           ///< where the last audit's climbs ended
+  bool valid = false;  ///< false: the next tick is a first tick
 };
 
 /// Memory shared by all pairs within a tick.
 struct TrackerScratch {
-  NodeSet reached;                     ///< nodes evaluated in this tick; capacity of the largest pair
-  BoundedList<NearNode> candidates;    ///< evaluated nodes not far below the best; kCandidateFactor near capacities
+  NodeSet reached;  ///< nodes evaluated in this tick; capacity of the largest pair
+  BoundedList<NearNode>
+      candidates;  ///< evaluated nodes not far below the best; kCandidateFactor near capacities
 };
 
-/// Room for candidates, in units of the largest near capacity: those of the last best plane and of the new one.
+/// Room for candidates, in units of the largest near capacity: those of the last best plane and of
+/// the new one.
 inline constexpr std::uint32_t kCandidateFactor = 4;
+
+/// Face directions looked at per tick beside the neighbor subgraph.
+inline constexpr std::uint32_t kAuditFaces = 16;
 
 /// Motion of A since the last tick, for the bound on how much a gap can have changed.
 struct PairMotion {
-  Real bound_m = 0;  ///< |dx| + largest lever * turn: no support gap of a fixed direction falls by more
+  Real bound_m =
+      0;  ///< |dx| + largest lever * turn: no support gap of a fixed direction falls by more
 };
 
 enum TrackFlag : std::uint32_t {
@@ -63,9 +73,10 @@ struct TrackResult {
 };
 
 /// One tick of one pair (paper Sec. III, steps 1-6). `epsilon_m` is the paper's epsilon.
-/// After it `track.d_near_m` is the largest value over the applicable nodes reached; > 0 is certified by the support
-/// gap of a direction, <= 0 agrees with a certified verdict. Cost: at most nodes_evaluated_bound node evaluations.
-[[nodiscard]] TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsilon_m, PairTrack& track,
-                                     TrackerScratch& scratch) noexcept;
+/// After it `track.d_near_m` is the largest value over the applicable nodes reached; > 0 is
+/// certified by the support gap of a direction, <= 0 agrees with a certified verdict. Cost: at most
+/// nodes_evaluated_bound node evaluations.
+[[nodiscard]] TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsilon_m,
+                                     PairTrack& track, TrackerScratch& scratch) noexcept;
 
 }  // namespace haptic

@@ -21,11 +21,13 @@ void turn_piece(const PieceView& piece, const Mat3& r_wa, const MovingGeometry& 
     store(out.normals_w + 3 * std::size_t{r.face_begin + f}, r_wa * piece.face_normal(f));
   }
   for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
-    store(out.directions_w + 3 * std::size_t{r.edge_begin + e}, r_wa * ConstVec3Map(piece.edge_directions[e].unit));
+    store(out.directions_w + 3 * std::size_t{r.edge_begin + e},
+          r_wa * ConstVec3Map(piece.edge_directions[e].unit));
   }
 }
 
-PairPose make_pair_pose(const PairView& pair, const MovingGeometry& moving, const Mat3& r_wa, const Vec3& y_w) noexcept {
+PairPose make_pair_pose(const PairView& pair, const MovingGeometry& moving, const Mat3& r_wa,
+                        const Vec3& y_w) noexcept {
   const PieceRecord& a = *pair.a.record;
   const PieceRecord& b = *pair.b.record;
   PairPose pose;
@@ -34,8 +36,10 @@ PairPose make_pair_pose(const PairView& pair, const MovingGeometry& moving, cons
   pose.normals_w = moving.normals_w + 3 * std::size_t{a.face_begin};
   pose.directions_w = moving.directions_w + 3 * std::size_t{a.edge_begin};
   pose.y_w = y_w;
-  const Vec3 mean_a(static_cast<Real>(a.centre_m[0]), static_cast<Real>(a.centre_m[1]), static_cast<Real>(a.centre_m[2]));
-  const Vec3 mean_b(static_cast<Real>(b.centre_m[0]), static_cast<Real>(b.centre_m[1]), static_cast<Real>(b.centre_m[2]));
+  const Vec3 mean_a(static_cast<Real>(a.centre_m[0]), static_cast<Real>(a.centre_m[1]),
+                    static_cast<Real>(a.centre_m[2]));
+  const Vec3 mean_b(static_cast<Real>(b.centre_m[0]), static_cast<Real>(b.centre_m[1]),
+                    static_cast<Real>(b.centre_m[2]));
   pose.interior_w = mean_b - r_wa * mean_a;
   pose.size_m = static_cast<Real>(a.radius_m + b.radius_m);
   return pose;

@@ -18,8 +18,12 @@ struct PortalPoint {
 class PortalSearch {
  public:
   PortalSearch(const PairPose& pose, SupportPair start, std::uint32_t& support_pairs) noexcept
-      : pose_(pose), x_(pose.y_w - pose.interior_w), last_(start), support_pairs_(support_pairs),
-        limit_(support_pairs + kMaxSupportPairsPerAttempt), tolerance_(16 * kRealEpsilon * pose.size_m) {}
+      : pose_(pose),
+        x_(pose.y_w - pose.interior_w),
+        last_(start),
+        support_pairs_(support_pairs),
+        limit_(support_pairs + kMaxSupportPairsPerAttempt),
+        tolerance_(16 * kRealEpsilon * pose.size_m) {}
 
   /// Starts from stored directions. False: they do not span a cone that holds X.
   [[nodiscard]] bool start_warm(const std::array<Vec3, 3>& directions) noexcept {
@@ -30,8 +34,8 @@ class PortalSearch {
     return orient();
   }
 
-  /// Finds a first portal from X alone. False: X is (numerically) on a line or plane through c; answer is then set
-  /// where the line decides.
+  /// Finds a first portal from X alone. False: X is (numerically) on a line or plane through c;
+  /// answer is then set where the line decides.
   [[nodiscard]] bool start_cold() noexcept {
     const Real x_norm = std::sqrt(x_.squaredNorm());
     if (!(x_norm > tolerance_)) {  // x is the interior point
@@ -41,7 +45,8 @@ class PortalSearch {
     portal_[0] = support(x_ / x_norm);
     if (separated_) return true;
     Vec3 side = portal_[0].v.cross(x_);
-    if (!(std::sqrt(side.squaredNorm()) > tolerance_ * x_norm)) {  // the ray meets the support point itself
+    if (!(std::sqrt(side.squaredNorm()) >
+          tolerance_ * x_norm)) {  // the ray meets the support point itself
       colliding_ = true;
       return true;
     }
@@ -114,7 +119,8 @@ class PortalSearch {
   }
 
  private:
-  /// Support point in unit direction n; notes a separation: n.x beyond the support plane by more than rounding.
+  /// Support point in unit direction n; notes a separation: n.x beyond the support plane by more
+  /// than rounding.
   PortalPoint support(const Vec3& n) noexcept {
     last_ = support_pair(pose_, n, last_);
     support_pairs_ += 1;
@@ -127,15 +133,18 @@ class PortalSearch {
     return {(pose_.vertex_b(last_.b) - pose_.vertex_a(last_.a)) - pose_.interior_w, n};
   }
 
-  /// Orders the portal counter-clockwise about its outward normal; false when X is not strictly in its cone.
+  /// Orders the portal counter-clockwise about its outward normal; false when X is not strictly in
+  /// its cone.
   [[nodiscard]] bool orient() noexcept {
     if (portal_[0].v.cross(portal_[1].v).dot(portal_[2].v) < 0) std::swap(portal_[0], portal_[1]);
-    return portal_[0].v.cross(portal_[1].v).dot(x_) > 0 && portal_[1].v.cross(portal_[2].v).dot(x_) > 0 &&
+    return portal_[0].v.cross(portal_[1].v).dot(x_) > 0 &&
+           portal_[1].v.cross(portal_[2].v).dot(x_) > 0 &&
            portal_[2].v.cross(portal_[0].v).dot(x_) > 0;
   }
 
-  /// Puts `next` in the place that keeps X in the cone. Seen along X, v.(next x X) > 0 says that `next` is
-  /// counter-clockwise from v; X is between the two neighbouring portal points with different signs.
+  /// Puts `next` in the place that keeps X in the cone. Seen along X, v.(next x X) > 0 says that
+  /// `next` is counter-clockwise from v; X is between the two neighbouring portal points with
+  /// different signs.
   void replace(const PortalPoint& next) noexcept {
     const Vec3 m = next.v.cross(x_);
     if (portal_[0].v.dot(m) > 0) {

@@ -4,9 +4,10 @@
 namespace haptic {
 namespace {
 
-/// Steepest climb of sign * n.v over the vertex graph; `vertices` holds 3 Reals per vertex. Each step strictly rises,
-/// so no vertex comes twice and the count bounds the steps.
-std::uint32_t climb(const PieceView& piece, const Real* vertices, const Vec3& n, Real sign, std::uint32_t start) noexcept {
+/// Steepest climb of sign * n.v over the vertex graph; `vertices` holds 3 Reals per vertex. Each
+/// step strictly rises, so no vertex comes twice and the count bounds the steps.
+std::uint32_t climb(const PieceView& piece, const Real* vertices, const Vec3& n, Real sign,
+                    std::uint32_t start) noexcept {
   const Vec3 direction = sign * n;
   std::uint32_t best = start;
   Real height = direction.dot(ConstVec3Map(vertices + 3 * std::size_t{best}));
@@ -31,7 +32,8 @@ std::uint32_t lowest_vertex_a(const PairPose& pose, const Vec3& n_w, std::uint32
   return climb(pose.pair->a, pose.vertices_w, n_w, -1.0_r, start);
 }
 
-std::uint32_t highest_vertex_b(const PairPose& pose, const Vec3& n_w, std::uint32_t start) noexcept {
+std::uint32_t highest_vertex_b(const PairPose& pose, const Vec3& n_w,
+                               std::uint32_t start) noexcept {
   return climb(pose.pair->b, pose.pair->b.vertices, n_w, 1.0_r, start);
 }
 

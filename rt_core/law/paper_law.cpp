@@ -7,25 +7,34 @@
 namespace haptic {
 namespace {
 
-PlanePoint operator-(const PlanePoint& l, const PlanePoint& r) noexcept { return {l.x - r.x, l.y - r.y}; }
+PlanePoint operator-(const PlanePoint& l, const PlanePoint& r) noexcept {
+  return {l.x - r.x, l.y - r.y};
+}
 Real dot(const PlanePoint& l, const PlanePoint& r) noexcept { return l.x * r.x + l.y * r.y; }
 Real cross(const PlanePoint& l, const PlanePoint& r) noexcept { return l.x * r.y - l.y * r.x; }
 Real norm(const PlanePoint& p) noexcept { return std::sqrt(dot(p, p)); }
 
-/// Two unit vectors that make (e1, e2, n) right-handed; any will do, the result does not depend on the choice.
+/// Two unit vectors that make (e1, e2, n) right-handed; any will do, the result does not depend on
+/// the choice.
 struct PlaneBasis {
   Vec3 e1, e2;
 };
 PlaneBasis basis_of(const Vec3& n) noexcept {
   const Real ax = std::abs(n[0]), ay = std::abs(n[1]), az = std::abs(n[2]);
-  const Vec3 least = ax <= ay && ax <= az ? Vec3(1, 0, 0) : ay <= az ? Vec3(0, 1, 0) : Vec3(0, 0, 1);
+  const Vec3 least = ax <= ay && ax <= az ? Vec3(1, 0, 0)
+                     : ay <= az           ? Vec3(0, 1, 0)
+                                          : Vec3(0, 0, 1);
   const Vec3 e1 = least.cross(n).normalized();
   return {e1, n.cross(e1)};
 }
 
-/// Convex hull, counter-clockwise, strictly convex within `width`; Andrew's monotone chain. Returns its size.
-std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull, Real width) noexcept {
-  const auto before = [](const PlanePoint& l, const PlanePoint& r) { return l.x < r.x || (l.x == r.x && l.y < r.y); };
+/// Convex hull, counter-clockwise, strictly convex within `width`; Andrew's monotone chain. Returns
+/// its size.
+std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
+                          Real width) noexcept {
+  const auto before = [](const PlanePoint& l, const PlanePoint& r) {
+    return l.x < r.x || (l.x == r.x && l.y < r.y);
+  };
   std::make_heap(points.begin(), points.end(), before);
   std::sort_heap(points.begin(), points.end(), before);
   const auto turns_left = [width](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
@@ -48,7 +57,8 @@ std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hu
 /// Sign class of a value: zero has its own (method section 6, row 11).
 int sign_class(Real value, Real zero) noexcept { return value > zero ? 1 : value < -zero ? -1 : 0; }
 
-/// Unit direction of the contact frame's x axis, or {0, 0} when pi lies in H and the torque is zero.
+/// Unit direction of the contact frame's x axis, or {0, 0} when pi lies in H and the torque is
+/// zero.
 PlanePoint frame_axis(std::span<const PlanePoint> hull, Real width) noexcept {
   const std::size_t count = hull.size();
   if (count == 2) {  // edge-face: the contact edge
@@ -69,7 +79,8 @@ PlanePoint frame_axis(std::span<const PlanePoint> hull, Real width) noexcept {
     inside = inside && line <= 0;
     const Real s = std::clamp(dot(unit, to_pi), Real{0}, length);
     const Real distance = norm({to_pi.x - s * unit.x, to_pi.y - s * unit.y});
-    // At a corner both sides are equally near: the one whose line is farther from pi (method section 6, row 10).
+    // At a corner both sides are equally near: the one whose line is farther from pi (method
+    // section 6, row 10).
     const bool tie = std::abs(distance - nearest) <= width;
     if (tie ? line > farthest_line : distance < nearest) {
       axis = unit;
@@ -82,8 +93,8 @@ PlanePoint frame_axis(std::span<const PlanePoint> hull, Real width) noexcept {
 
 }  // namespace
 
-Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, Real k_f_n_per_m, Real size_m,
-                    const HullScratch& scratch) noexcept {
+Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, Real k_f_n_per_m,
+                    Real size_m, const HullScratch& scratch) noexcept {
   Wrench wrench;
   const Vec3& n = patch.normal_w;
   wrench.force_w = (-k_f_n_per_m * patch.d_near_m) * n;  // eqs. (1), (2)
@@ -95,7 +106,8 @@ Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, R
   const Real width = 16 * kRealEpsilon * size_m;
   const PlaneBasis basis = basis_of(n);
   std::span<PlanePoint> points = scratch.points.first(points_w.size());
-  for (std::size_t k = 0; k < points.size(); ++k) points[k] = {basis.e1.dot(points_w[k]), basis.e2.dot(points_w[k])};
+  for (std::size_t k = 0; k < points.size(); ++k)
+    points[k] = {basis.e1.dot(points_w[k]), basis.e2.dot(points_w[k])};
   const std::uint32_t hull_size = convex_hull(points, scratch.hull, width);
   if (hull_size < 2) {
     wrench.torque_w = points_w[0].cross(wrench.force_w);
@@ -103,7 +115,8 @@ Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, R
   }
   const PlanePoint x_axis = frame_axis(scratch.hull.first(hull_size), width);
   if (x_axis.x == 0 && x_axis.y == 0) return wrench;  // pi(x_0^A) in H: zero torque
-  // Contact frame: x along the edge, z = n. A force F_n along z at (p_x, p_y) makes torque (p_y F_n, -p_x F_n, 0).
+  // Contact frame: x along the edge, z = n. A force F_n along z at (p_x, p_y) makes torque (p_y
+  // F_n, -p_x F_n, 0).
   const Real f_n = -k_f_n_per_m * patch.d_near_m;
   const PlanePoint y_axis{-x_axis.y, x_axis.x};
   Real sum_x = 0, sum_y = 0;
@@ -118,11 +131,11 @@ Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, R
     sum_y += -along * f_n;
   }
   const Real count = static_cast<Real>(points.size());
-  const Real torque_x = sum_x / count;                              // eq. (6)
-  const Real torque_y = equal_signs ? sum_y / count : Real{0};      // eq. (5)
+  const Real torque_x = sum_x / count;                          // eq. (6)
+  const Real torque_y = equal_signs ? sum_y / count : Real{0};  // eq. (5)
   const Vec3 x_w = x_axis.x * basis.e1 + x_axis.y * basis.e2;
   const Vec3 y_w = y_axis.x * basis.e1 + y_axis.y * basis.e2;
-  wrench.torque_w = torque_x * x_w + torque_y * y_w;                // eq. (4)
+  wrench.torque_w = torque_x * x_w + torque_y * y_w;  // eq. (4)
   return wrench;
 }
 

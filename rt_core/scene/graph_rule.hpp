@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Nodes and arcs of the contact graph of one pair (paper Sec. II-A and Appendix; method section 3).
-/// Nodes: type A (face of A, vertex of B) `f nVB + v`; type B (vertex of A, face of B) `nFA nVB + v nFB + f`;
-/// type C (edge of A, edge of B) `nFA nVB + nVA nFB + e nEB + g`. The Appendix's arcs are taken both ways.
+/// Nodes and arcs of the contact graph of one pair (paper Sec. II-A and Appendix; method section
+/// 3). Nodes: type A (face of A, vertex of B) `f nVB + v`; type B (vertex of A, face of B) `nFA nVB
+/// + v nFB + f`; type C (edge of A, edge of B) `nFA nVB + nVA nFB + e nEB + g`. The Appendix's arcs
+/// are taken both ways.
 
 #include <cstdint>
 
@@ -21,13 +22,16 @@ struct NodeNumbering {
   [[nodiscard]] constexpr std::uint64_t count() const noexcept {
     return std::uint64_t{nfa} * nvb + std::uint64_t{nva} * nfb + std::uint64_t{nea} * neb;
   }
-  [[nodiscard]] constexpr std::uint32_t type_a(std::uint32_t face_a, std::uint32_t vertex_b) const noexcept {
+  [[nodiscard]] constexpr std::uint32_t type_a(std::uint32_t face_a,
+                                               std::uint32_t vertex_b) const noexcept {
     return face_a * nvb + vertex_b;
   }
-  [[nodiscard]] constexpr std::uint32_t type_b(std::uint32_t vertex_a, std::uint32_t face_b) const noexcept {
+  [[nodiscard]] constexpr std::uint32_t type_b(std::uint32_t vertex_a,
+                                               std::uint32_t face_b) const noexcept {
     return count_a() + vertex_a * nfb + face_b;
   }
-  [[nodiscard]] constexpr std::uint32_t type_c(std::uint32_t edge_a, std::uint32_t edge_b) const noexcept {
+  [[nodiscard]] constexpr std::uint32_t type_c(std::uint32_t edge_a,
+                                               std::uint32_t edge_b) const noexcept {
     return count_a() + count_b() + edge_a * neb + edge_b;
   }
 };
@@ -60,8 +64,8 @@ void for_each_adjacent_face(const PieceView& piece, std::uint32_t f, const Visit
   }
 }
 
-/// Calls `visit(face)` for N_f(V): the faces round vertex `v`. Each face at v has exactly one edge at v that enters
-/// it counter-clockwise with v as its start, which makes every face come once.
+/// Calls `visit(face)` for N_f(V): the faces round vertex `v`. Each face at v has exactly one edge
+/// at v that enters it counter-clockwise with v as its start, which makes every face come once.
 template <typename Visit>
 void for_each_face_at(const PieceView& piece, std::uint32_t v, const Visit& visit) {
   for (const std::uint16_t e : piece.edges_at(v)) {
@@ -70,11 +74,12 @@ void for_each_face_at(const PieceView& piece, std::uint32_t v, const Visit& visi
   }
 }
 
-/// Calls `visit(node)` for every G-neighbor of node (type, i, j), each once, in no particular order. The factored form
-/// of the graph: per-body incidence, products formed on the fly. Cost: the degree of the node.
+/// Calls `visit(node)` for every G-neighbor of node (type, i, j), each once, in no particular
+/// order. The factored form of the graph: per-body incidence, products formed on the fly. Cost: the
+/// degree of the node.
 template <typename Visit>
-void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type, std::uint32_t i, std::uint32_t j,
-                       const Visit& visit) {
+void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type, std::uint32_t i,
+                       std::uint32_t j, const Visit& visit) {
   const NodeNumbering nodes = numbering(a, b);
   switch (type) {
     case ContactType::kA:  // Appendix step 1

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of a blob against each other: bodies, pieces and pairs. A table that passes is exactly what the graph
-// compiler would have written for its pieces, so the servo loop can trust every index.
+// The tables of a blob against each other: bodies, pieces and pairs. A table that passes is exactly
+// what the graph compiler would have written for its pieces, so the servo loop can trust every
+// index.
 #include "rt_core/scene/scene_check.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "rt_core/scene/graph_rule.hpp"
 #include "rt_core/scene/capacity.hpp"
+#include "rt_core/scene/graph_rule.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
@@ -20,13 +21,18 @@ Double3 vertex_of(const PieceView& p, std::uint32_t v) noexcept {
   const Real* r = p.vertices + 3 * std::size_t{v};
   return {static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2])};
 }
-Double3 operator-(const Double3& a, const Double3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-double dot(const Double3& a, const Double3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Double3 operator-(const Double3& a, const Double3& b) noexcept {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+double dot(const Double3& a, const Double3& b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 Double3 cross(const Double3& a, const Double3& b) noexcept {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate is not finite.
+/// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate
+/// is not finite.
 double coordinate_scale(const PieceView& p) noexcept {
   double scale = 0.0;
   for (std::size_t i = 0; i < 3 * std::size_t{p.vertex_count}; ++i) {
@@ -38,9 +44,10 @@ double coordinate_scale(const PieceView& p) noexcept {
 }
 
 bool counts_fit(const PieceRecord& r) noexcept {
-  return r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6 && r.vertex_count <= kMaxPieceFeatures &&
-         r.face_count <= kMaxPieceFeatures && r.edge_count <= kMaxPieceFeatures &&
-         r.vertex_count + r.face_count == r.edge_count + 2 && r.loop_count == 2 * r.edge_count && r.reserved == 0;
+  return r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6 &&
+         r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
+         r.edge_count <= kMaxPieceFeatures && r.vertex_count + r.face_count == r.edge_count + 2 &&
+         r.loop_count == 2 * r.edge_count && r.reserved == 0;
 }
 
 RtStatus check_edges(const PieceView& p, double scale) noexcept {
@@ -48,11 +55,13 @@ RtStatus check_edges(const PieceView& p, double scale) noexcept {
   for (std::uint32_t e = 0; e < p.edge_count; ++e) {
     const EdgeRecord& edge = p.edges[e];
     for (int k = 0; k < 2; ++k) {
-      if (edge.vertex[k] >= p.vertex_count || edge.face[k] >= p.face_count || edge.apex[k] >= p.vertex_count) {
+      if (edge.vertex[k] >= p.vertex_count || edge.face[k] >= p.face_count ||
+          edge.apex[k] >= p.vertex_count) {
         return RtStatus::kBlobBadIndex;
       }
     }
-    if (edge.vertex[0] >= edge.vertex[1] || edge.face[0] == edge.face[1]) return RtStatus::kBlobBadTopology;
+    if (edge.vertex[0] >= edge.vertex[1] || edge.face[0] == edge.face[1])
+      return RtStatus::kBlobBadTopology;
     if (e > 0) {
       const EdgeRecord& before = p.edges[e - 1];
       if (before.vertex[0] > edge.vertex[0] ||
@@ -61,9 +70,11 @@ RtStatus check_edges(const PieceView& p, double scale) noexcept {
       }
     }
     const EdgeDirection& d = p.edge_directions[e];
-    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]), static_cast<double>(d.unit[2])};
+    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]),
+                       static_cast<double>(d.unit[2])};
     const double length = static_cast<double>(d.length_m);
-    if (!check::positive(length) || !(check::absolute(dot(unit, unit) - 1.0) < check::kGeometryTolerance)) {
+    if (!check::positive(length) ||
+        !(check::absolute(dot(unit, unit) - 1.0) < check::kGeometryTolerance)) {
       return RtStatus::kBlobBadNumber;
     }
     const Double3 along = vertex_of(p, edge.vertex[1]) - vertex_of(p, edge.vertex[0]);
@@ -73,7 +84,8 @@ RtStatus check_edges(const PieceView& p, double scale) noexcept {
   return RtStatus::kOk;
 }
 
-/// The loop of face `f` walks its edges counter-clockwise, and its vertices lie on its plane and all others inside it.
+/// The loop of face `f` walks its edges counter-clockwise, and its vertices lie on its plane and
+/// all others inside it.
 RtStatus check_face(const PieceView& p, std::uint32_t f, double scale) noexcept {
   const auto vertices = p.face_vertices(f);
   const auto edges = p.face_edges(f);
@@ -83,11 +95,13 @@ RtStatus check_face(const PieceView& p, std::uint32_t f, double scale) noexcept 
     const std::uint16_t v = vertices[k + 1 == vertices.size() ? 0 : k + 1];
     const EdgeRecord& edge = p.edges[edges[k]];
     const int side = edge.vertex[0] == u ? 0 : 1;
-    if (edge.vertex[side] != u || edge.vertex[1 - side] != v || edge.face[side] != f) return RtStatus::kBlobBadTopology;
+    if (edge.vertex[side] != u || edge.vertex[1 - side] != v || edge.face[side] != f)
+      return RtStatus::kBlobBadTopology;
   }
   const PlaneRecord& plane = p.planes[p.faces[f].plane];
   const double sign = static_cast<double>(p.faces[f].sign);
-  const Double3 n{sign * static_cast<double>(plane.normal[0]), sign * static_cast<double>(plane.normal[1]),
+  const Double3 n{sign * static_cast<double>(plane.normal[0]),
+                  sign * static_cast<double>(plane.normal[1]),
                   sign * static_cast<double>(plane.normal[2])};
   const double offset = sign * static_cast<double>(plane.offset_m);
   const double tolerance = check::kGeometryTolerance * scale;
@@ -100,14 +114,16 @@ RtStatus check_face(const PieceView& p, std::uint32_t f, double scale) noexcept 
   return RtStatus::kOk;
 }
 
-/// apex[k] is a vertex of face[k] at the largest distance from the edge's line (the first such within rounding).
+/// apex[k] is a vertex of face[k] at the largest distance from the edge's line (the first such
+/// within rounding).
 RtStatus check_apexes(const PieceView& p, double scale) noexcept {
   const double tolerance = check::kGeometryTolerance * scale;
   for (std::uint32_t e = 0; e < p.edge_count; ++e) {
     const EdgeRecord& edge = p.edges[e];
     const Double3 origin = vertex_of(p, edge.vertex[0]);
     const EdgeDirection& d = p.edge_directions[e];
-    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]), static_cast<double>(d.unit[2])};
+    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]),
+                       static_cast<double>(d.unit[2])};
     for (int k = 0; k < 2; ++k) {
       double largest = 0.0, at_apex = -1.0;
       for (const std::uint16_t v : p.face_vertices(edge.face[k])) {
@@ -156,34 +172,44 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
     const Double3 x = vertex_of(p, v) - centre;
     radius = std::max(radius, std::sqrt(dot(x, x)));
   }
-  if (!check::finite(r.radius_m) || check::absolute(radius - r.radius_m) > tolerance) return RtStatus::kBlobBadNumber;
+  if (!check::finite(r.radius_m) || check::absolute(radius - r.radius_m) > tolerance)
+    return RtStatus::kBlobBadNumber;
   double volume = 0.0;
   for (std::uint32_t f = 0; f < p.face_count; ++f) {
     const auto loop = p.face_vertices(f);
     const Double3 a = vertex_of(p, loop[0]) - centre;
     for (std::size_t k = 2; k < loop.size(); ++k) {
-      volume += dot(a, cross(vertex_of(p, loop[k - 1]) - centre, vertex_of(p, loop[k]) - centre)) / 6.0;
+      volume +=
+          dot(a, cross(vertex_of(p, loop[k - 1]) - centre, vertex_of(p, loop[k]) - centre)) / 6.0;
     }
   }
   const double slack = 1e-6 * volume + tolerance * radius * radius;
-  if (!check::positive(r.volume_m3) || check::absolute(volume - r.volume_m3) > slack) return RtStatus::kBlobBadNumber;
+  if (!check::positive(r.volume_m3) || check::absolute(volume - r.volume_m3) > slack)
+    return RtStatus::kBlobBadNumber;
   return RtStatus::kOk;
 }
 
-/// The stored neighbor list of every node is exactly the G-neighbors of the paper's Appendix, ascending.
-RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t arc_count, bool wide) noexcept {
+/// The stored neighbor list of every node is exactly the G-neighbors of the paper's Appendix,
+/// ascending.
+RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t arc_count,
+                     bool wide) noexcept {
   const PairRecord& r = *pair.record;
   std::uint32_t max_degree = 0;
   for (std::uint32_t node = 0; node < r.node_count; ++node) {
     const std::uint32_t begin = pair.neighbors.begin[node], end = pair.neighbors.begin[node + 1];
     if (begin > end || end > arc_count) return RtStatus::kBlobBadIndex;
     const ContactType type = contact_type(r, node);
-    const std::uint32_t base = type == ContactType::kA ? 0 : type == ContactType::kB ? n.count_a() : n.count_a() + n.count_b();
-    const std::uint32_t columns = type == ContactType::kA ? n.nvb : type == ContactType::kB ? n.nfb : n.neb;
+    const std::uint32_t base = type == ContactType::kA   ? 0
+                               : type == ContactType::kB ? n.count_a()
+                                                         : n.count_a() + n.count_b();
+    const std::uint32_t columns = type == ContactType::kA   ? n.nvb
+                                  : type == ContactType::kB ? n.nfb
+                                                            : n.neb;
     const std::uint32_t i = (node - base) / columns, j = (node - base) % columns;
     if (pair.nodes[node].a != i || pair.nodes[node].b != j) return RtStatus::kBlobBadGraph;
     for (std::uint32_t k = 0; k + 1 < end - begin; ++k) {
-      if (pair.neighbors.at(node, k) >= pair.neighbors.at(node, k + 1)) return RtStatus::kBlobBadGraph;
+      if (pair.neighbors.at(node, k) >= pair.neighbors.at(node, k + 1))
+        return RtStatus::kBlobBadGraph;
     }
     std::uint32_t found = 0, generated = 0;
     for_each_neighbor(pair.a, pair.b, type, i, j, [&](std::uint32_t neighbor) {
@@ -208,7 +234,8 @@ RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t
 
 std::uint32_t largest_face(const PieceView& p) noexcept {
   std::uint32_t largest = 0;
-  for (std::uint32_t f = 0; f < p.face_count; ++f) largest = std::max(largest, p.faces[f].loop_count);
+  for (std::uint32_t f = 0; f < p.face_count; ++f)
+    largest = std::max(largest, p.faces[f].loop_count);
   return largest;
 }
 
@@ -219,11 +246,13 @@ RtStatus SceneView::check_bodies() const noexcept {
   std::uint64_t pieces = 0, planes = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const BodyRecord& body = bodies_[b];
-    if (body.piece_begin != pieces || body.plane_begin != planes || body.piece_count == 0) return RtStatus::kBlobBadCount;
+    if (body.piece_begin != pieces || body.plane_begin != planes || body.piece_count == 0)
+      return RtStatus::kBlobBadCount;
     pieces += body.piece_count;
     planes += body.plane_count;
     if (pieces > pieces_.size() || planes > planes_.size()) return RtStatus::kBlobBadCount;
-    if (!check::within(body.name_offset, body.name_bytes, text_.size())) return RtStatus::kBlobBadIndex;
+    if (!check::within(body.name_offset, body.name_bytes, text_.size()))
+      return RtStatus::kBlobBadIndex;
     double volume = 0.0;
     for (std::uint32_t i = 0; i < body.piece_count; ++i) {
       if (pieces_[body.piece_begin + i].body != b) return RtStatus::kBlobBadIndex;
@@ -232,19 +261,22 @@ RtStatus SceneView::check_bodies() const noexcept {
     for (const double x : body.reference_m) {
       if (!check::finite(x)) return RtStatus::kBlobBadNumber;
     }
-    if (!check::finite(body.volume_m3) || !(check::absolute(volume - body.volume_m3) <= 1e-6 * volume)) {
+    if (!check::finite(body.volume_m3) ||
+        !(check::absolute(volume - body.volume_m3) <= 1e-6 * volume)) {
       return RtStatus::kBlobBadNumber;
     }
     for (std::uint32_t i = 0; i < body.plane_count; ++i) {
       const PlaneRecord& plane = planes_[body.plane_begin + i];
       double n2 = 0.0;
       for (const Real x : plane.normal) n2 += static_cast<double>(x) * static_cast<double>(x);
-      if (!(check::absolute(n2 - 1.0) < check::kGeometryTolerance) || !check::finite(plane.offset_m)) {
+      if (!(check::absolute(n2 - 1.0) < check::kGeometryTolerance) ||
+          !check::finite(plane.offset_m)) {
         return RtStatus::kBlobBadNumber;
       }
     }
   }
-  return pieces == pieces_.size() && planes == planes_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
+  return pieces == pieces_.size() && planes == planes_.size() ? RtStatus::kOk
+                                                              : RtStatus::kBlobBadCount;
 }
 
 RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
@@ -263,17 +295,21 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   const std::uint64_t faces_end = std::uint64_t{r.face_begin} + r.face_count;
   const std::uint64_t edges_end = std::uint64_t{r.edge_begin} + r.edge_count;
   const std::uint64_t loops_end = std::uint64_t{r.loop_begin} + r.loop_count;
-  const bool fits = vertices_end <= vertices_.size() / 3 && faces_end <= faces_.size() && edges_end <= edges_.size() &&
-                    edges_end <= edge_directions_.size() && loops_end <= loop_vertices_.size() &&
-                    loops_end <= loop_edges_.size() && vertices_end < vertex_edge_begin_.size() &&
+  const bool fits = vertices_end <= vertices_.size() / 3 && faces_end <= faces_.size() &&
+                    edges_end <= edges_.size() && edges_end <= edge_directions_.size() &&
+                    loops_end <= loop_vertices_.size() && loops_end <= loop_edges_.size() &&
+                    vertices_end < vertex_edge_begin_.size() &&
                     vertices_end <= source_vertices_.size();
-  const bool exact = vertices_end == vertices_.size() / 3 && faces_end == faces_.size() && edges_end == edges_.size() &&
-                     edges_end == edge_directions_.size() && loops_end == loop_vertices_.size() &&
-                     loops_end == loop_edges_.size() && vertices_end + 1 == vertex_edge_begin_.size() &&
-                     vertices_end == source_vertices_.size() && vertex_edge_begin_[vertices_end] == vertex_edges_.size();
+  const bool exact = vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
+                     edges_end == edges_.size() && edges_end == edge_directions_.size() &&
+                     loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
+                     vertices_end + 1 == vertex_edge_begin_.size() &&
+                     vertices_end == source_vertices_.size() &&
+                     vertex_edge_begin_[vertices_end] == vertex_edges_.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
   const PieceView p = piece(index);
-  if (p.vertex_edge_begin[0] != (first ? 0 : 2 * std::uint64_t{r.edge_begin})) return RtStatus::kBlobBadIndex;
+  if (p.vertex_edge_begin[0] != (first ? 0 : 2 * std::uint64_t{r.edge_begin}))
+    return RtStatus::kBlobBadIndex;
   const double scale = coordinate_scale(p);
   if (!check::positive(scale)) return RtStatus::kBlobBadNumber;
   RtStatus status = check_edges(p, scale);
@@ -282,7 +318,8 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   for (std::uint32_t f = 0; f < p.face_count; ++f) {
     const FaceRecord& face = p.faces[f];
     if (face.plane >= bodies_[r.body].plane_count) return RtStatus::kBlobBadIndex;
-    if ((face.sign != 1 && face.sign != -1) || face.source_face < -1) return RtStatus::kBlobBadNumber;
+    if ((face.sign != 1 && face.sign != -1) || face.source_face < -1)
+      return RtStatus::kBlobBadNumber;
     if (face.loop_begin != loop_end || face.loop_count < 3) return RtStatus::kBlobBadTopology;
     loop_end += face.loop_count;
     if (loop_end > loops_end) return RtStatus::kBlobBadTopology;
@@ -304,10 +341,12 @@ RtStatus SceneView::check_pair(std::uint32_t index) const noexcept {
   const std::uint32_t moving = bodies_[0].piece_count;
   const auto statics = static_cast<std::uint32_t>(pieces_.size()) - moving;
   if (pairs_.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
-  if (r.piece_a != index / statics || r.piece_b != moving + index % statics) return RtStatus::kBlobBadIndex;
+  if (r.piece_a != index / statics || r.piece_b != moving + index % statics)
+    return RtStatus::kBlobBadIndex;
   const PieceView a = piece(r.piece_a), b = piece(r.piece_b);
   const NodeNumbering n = numbering(a, b);
-  const std::uint64_t begin = index == 0 ? 0 : std::uint64_t{pairs_[index - 1].node_begin} + pairs_[index - 1].node_count;
+  const std::uint64_t begin =
+      index == 0 ? 0 : std::uint64_t{pairs_[index - 1].node_begin} + pairs_[index - 1].node_count;
   if (r.node_begin != begin || r.node_count != n.count() || r.node_count_a != n.count_a() ||
       r.node_count_b != n.count_b() || r.reserved != 0) {
     return RtStatus::kBlobBadCount;
@@ -315,14 +354,17 @@ RtStatus SceneView::check_pair(std::uint32_t index) const noexcept {
   const std::uint64_t end = begin + r.node_count;
   const bool last = index + 1 == pairs_.size();
   if (end > nodes_.size() || end >= neighbor_begin_.size()) return RtStatus::kBlobBadCount;
-  if (last && (end != nodes_.size() || end + 1 != neighbor_begin_.size() || neighbor_begin_[end] != neighbor_count_)) {
+  if (last && (end != nodes_.size() || end + 1 != neighbor_begin_.size() ||
+               neighbor_begin_[end] != neighbor_count_)) {
     return RtStatus::kBlobBadCount;
   }
   if (index == 0 && neighbor_begin_[0] != 0) return RtStatus::kBlobBadIndex;
   const RtStatus status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
   if (status != RtStatus::kOk) return status;
   const std::uint32_t near = near_capacity(r.node_count, largest_face(a), largest_face(b));
-  const bool capacities = r.near_capacity == near && r.neighborhood_capacity == neighborhood_capacity(r.node_count, near, r.max_degree);
+  const bool capacities =
+      r.near_capacity == near &&
+      r.neighborhood_capacity == neighborhood_capacity(r.node_count, near, r.max_degree);
   return capacities ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
@@ -331,14 +373,16 @@ RtStatus SceneView::check_capacity() const noexcept {
   for (std::uint32_t i = 0; i < bodies_[0].piece_count; ++i) add_moving_piece(needed, pieces_[i]);
   for (const PairRecord& pair : pairs_) add_pair(needed, pair);
   const SceneCapacity& stated = header_->capacity;
-  const bool equal = stated.moving_vertices == needed.moving_vertices && stated.moving_faces == needed.moving_faces &&
-                     stated.moving_edges == needed.moving_edges && stated.pair_count == needed.pair_count &&
-                     stated.largest_pair_nodes == needed.largest_pair_nodes && stated.total_near == needed.total_near &&
-                     stated.largest_near == needed.largest_near &&
-                     stated.largest_neighborhood == needed.largest_neighborhood &&
-                     stated.max_nodes_evaluated == needed.max_nodes_evaluated &&
-                     stated.max_support_pairs == needed.max_support_pairs && stated.reserved[0] == 0 &&
-                     stated.reserved[1] == 0;
+  const bool equal =
+      stated.moving_vertices == needed.moving_vertices &&
+      stated.moving_faces == needed.moving_faces && stated.moving_edges == needed.moving_edges &&
+      stated.pair_count == needed.pair_count &&
+      stated.largest_pair_nodes == needed.largest_pair_nodes &&
+      stated.total_near == needed.total_near && stated.largest_near == needed.largest_near &&
+      stated.largest_neighborhood == needed.largest_neighborhood &&
+      stated.max_nodes_evaluated == needed.max_nodes_evaluated &&
+      stated.max_support_pairs == needed.max_support_pairs && stated.reserved[0] == 0 &&
+      stated.reserved[1] == 0;
   return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 

@@ -18,14 +18,16 @@ template <typename T>
 [[nodiscard]] constexpr bool positive(double x) noexcept { return finite(x) && x > 0.0; }
 
 /// [offset, offset + count) lies in [0, size).
-[[nodiscard]] constexpr bool within(std::uint64_t offset, std::uint64_t count, std::uint64_t size) noexcept {
+[[nodiscard]] constexpr bool within(std::uint64_t offset, std::uint64_t count,
+                                    std::uint64_t size) noexcept {
   return offset <= size && count <= size - offset;
 }
 
 [[nodiscard]] constexpr double absolute(double x) noexcept { return x < 0.0 ? -x : x; }
 
-/// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals and lie on planes of
-/// nearest Reals, so a few ulp; 256 leaves room for data that was rounded once before.
+/// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
+/// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
+/// before.
 inline constexpr double kGeometryTolerance = 256.0 * static_cast<double>(kRealEpsilon);
 
 }  // namespace haptic::check

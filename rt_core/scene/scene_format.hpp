@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Bytes of a compiled scene (`.rtscene`): one relocatable little-endian blob, written by the graph compiler, read in
-/// place by the core. Header, table of sections, sections; every offset counts from the first byte of the blob. Each
-/// section starts at a multiple of kSceneAlignment and holds `count` elements of `element_bytes`; padding is zero.
-/// Sections with an unknown id are skipped. Scalars named Real have the width that the header states.
+/// Bytes of a compiled scene (`.rtscene`): one relocatable little-endian blob, written by the graph
+/// compiler, read in place by the core. Header, table of sections, sections; every offset counts
+/// from the first byte of the blob. Each section starts at a multiple of kSceneAlignment and holds
+/// `count` elements of `element_bytes`; padding is zero. Sections with an unknown id are skipped.
+/// Scalars named Real have the width that the header states.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +20,8 @@ inline constexpr std::uint32_t kSceneVersion = 1;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
-inline constexpr std::uint32_t kMaxPieceFeatures = 65535;  ///< vertices, edges or faces of one piece
+inline constexpr std::uint32_t kMaxPieceFeatures =
+    65535;  ///< vertices, edges or faces of one piece
 inline constexpr std::uint32_t kMaxSections = 64;
 
 enum class SectionId : std::uint32_t {
@@ -54,27 +56,28 @@ struct SectionEntry {
 
 /// Fixed capacities that the loop needs, computed from the tables (scene/capacity.hpp).
 struct SceneCapacity {
-  std::uint64_t state_bytes;          ///< memory of one HapticCore for this scene
-  std::uint32_t moving_vertices;      ///< of all pieces of A
+  std::uint64_t state_bytes;      ///< memory of one HapticCore for this scene
+  std::uint32_t moving_vertices;  ///< of all pieces of A
   std::uint32_t moving_faces;
   std::uint32_t moving_edges;
   std::uint32_t pair_count;
-  std::uint32_t largest_pair_nodes;   ///< nodes of the largest pair
-  std::uint32_t total_near;           ///< sum of the near capacities of all pairs
-  std::uint32_t largest_near;         ///< largest near capacity of a pair
-  std::uint32_t largest_neighborhood; ///< bound on the nodes of a neighbor subgraph
-  std::uint32_t max_nodes_evaluated;  ///< bound on node evaluations per tick, all pairs, re-localisation included
-  std::uint32_t max_support_pairs;    ///< bound on support pairs per tick, all pairs
+  std::uint32_t largest_pair_nodes;    ///< nodes of the largest pair
+  std::uint32_t total_near;            ///< sum of the near capacities of all pairs
+  std::uint32_t largest_near;          ///< largest near capacity of a pair
+  std::uint32_t largest_neighborhood;  ///< bound on the nodes of a neighbor subgraph
+  std::uint32_t max_nodes_evaluated;   ///< bound on node evaluations per tick, all pairs,
+                                       ///< re-localisation included
+  std::uint32_t max_support_pairs;     ///< bound on support pairs per tick, all pairs
   std::uint32_t reserved[2];
 };
 
 struct SceneHeader {
   char magic[8];
   std::uint32_t version;
-  std::uint32_t header_bytes;   ///< sizeof(SceneHeader)
-  std::uint64_t byte_count;     ///< of the whole blob
-  std::uint64_t content_hash;   ///< scene_content_hash of the blob with this field zero
-  std::uint32_t scalar_bytes;   ///< sizeof(Real): 8 or 4
+  std::uint32_t header_bytes;  ///< sizeof(SceneHeader)
+  std::uint64_t byte_count;    ///< of the whole blob
+  std::uint64_t content_hash;  ///< scene_content_hash of the blob with this field zero
+  std::uint32_t scalar_bytes;  ///< sizeof(Real): 8 or 4
   std::uint32_t section_count;
   std::uint64_t section_table;  ///< offset of SectionEntry[section_count]
   SceneCapacity capacity;
@@ -96,18 +99,19 @@ struct SceneParameters {
   double k_f_n_per_m;                 ///< paper's k_F
   double epsilon_m;                   ///< paper's epsilon: width of the near set
   double rate_hz;
-  double start_p_wa_m[3];             ///< start pose of A's mesh frame in W
+  double start_p_wa_m[3];  ///< start pose of A's mesh frame in W
   double start_q_wa_xyzw[4];
   double max_linear_speed_m_per_s, max_angular_speed_rad_per_s;
   std::uint32_t name_offset, name_bytes;  ///< in kText
   DeviceParameters device;
 };
 
-/// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a static body in W's axes
-/// about `reference_m`.
+/// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
+/// static body in W's axes about `reference_m`.
 struct BodyRecord {
-  double reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
-  double volume_m3;       ///< of the solid (pieces of a cover counted once each)
+  double
+      reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
+  double volume_m3;    ///< of the solid (pieces of a cover counted once each)
   std::uint32_t piece_begin, piece_count;
   std::uint32_t plane_begin, plane_count;
   std::uint32_t name_offset, name_bytes;  ///< in kText
@@ -126,19 +130,20 @@ struct PieceRecord {
   std::uint32_t loop_begin, loop_count;  ///< in kLoopVertices and kLoopEdges
   std::uint32_t reserved;
   double volume_m3;
-  double radius_m;       ///< largest distance of a vertex from `centre_m`
-  double centre_m[3];    ///< mean of the vertices, geometry frame: interior point for the verdict
+  double radius_m;     ///< largest distance of a vertex from `centre_m`
+  double centre_m[3];  ///< mean of the vertices, geometry frame: interior point for the verdict
 };
 
 struct FaceRecord {
-  std::uint32_t plane;        ///< index within the body's planes
-  std::int32_t sign;          ///< +1 or -1: outward normal = sign * plane normal
-  std::uint32_t loop_begin;   ///< in kLoopVertices, absolute
+  std::uint32_t plane;       ///< index within the body's planes
+  std::int32_t sign;         ///< +1 or -1: outward normal = sign * plane normal
+  std::uint32_t loop_begin;  ///< in kLoopVertices, absolute
   std::uint32_t loop_count;
-  std::int32_t source_face;   ///< face of the user's mesh, -1 when a cut made it
+  std::int32_t source_face;  ///< face of the user's mesh, -1 when a cut made it
 };
 
-/// Edge v0 < v1; edges of a piece are sorted by (v0, v1). v0 -> v1 is counter-clockwise round face[0].
+/// Edge v0 < v1; edges of a piece are sorted by (v0, v1). v0 -> v1 is counter-clockwise round
+/// face[0].
 struct EdgeRecord {
   std::uint16_t vertex[2];
   std::uint16_t face[2];
@@ -146,15 +151,16 @@ struct EdgeRecord {
 };
 
 struct EdgeDirection {
-  Real unit[3];    ///< from vertex[0] to vertex[1]
+  Real unit[3];  ///< from vertex[0] to vertex[1]
   Real length_m;
 };
 
-/// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper Sec. II-A).
-/// Node numbers: type A `f nVB + v`, type B `nFA nVB + v nFB + f`, type C `nFA nVB + nVA nFB + e nEB + g`.
+/// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper
+/// Sec. II-A). Node numbers: type A `f nVB + v`, type B `nFA nVB + v nFB + f`, type C `nFA nVB +
+/// nVA nFB + e nEB + g`.
 struct PairRecord {
   std::uint32_t piece_a, piece_b;
-  std::uint32_t node_begin;    ///< in kNodes
+  std::uint32_t node_begin;  ///< in kNodes
   std::uint32_t node_count;
   std::uint32_t node_count_a;  ///< type A; then type B; the rest is type C
   std::uint32_t node_count_b;
@@ -164,20 +170,23 @@ struct PairRecord {
   std::uint32_t reserved;
 };
 
-/// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within their pieces.
+/// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
+/// their pieces.
 struct NodeRecord {
   std::uint16_t a, b;
 };
 
-static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 && sizeof(SceneHeader) == 104);
+static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 &&
+              sizeof(SceneHeader) == 104);
 static_assert(sizeof(DeviceParameters) == 96 && sizeof(SceneParameters) == 208);
 static_assert(sizeof(BodyRecord) == 56 && sizeof(PieceRecord) == 80 && sizeof(FaceRecord) == 20);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 4);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) && sizeof(EdgeDirection) == 4 * sizeof(Real));
-static_assert(std::is_trivially_copyable_v<SceneHeader> && std::is_trivially_copyable_v<SceneParameters>);
+static_assert(std::is_trivially_copyable_v<SceneHeader> &&
+              std::is_trivially_copyable_v<SceneParameters>);
 
-/// 64-bit hash of a whole blob, its content_hash field taken as zero (FNV-1a over 8-byte words, then bytes).
-/// `blob` must hold at least a header. O(bytes); deterministic on every platform.
+/// 64-bit hash of a whole blob, its content_hash field taken as zero (FNV-1a over 8-byte words,
+/// then bytes). `blob` must hold at least a header. O(bytes); deterministic on every platform.
 [[nodiscard]] std::uint64_t scene_content_hash(std::span<const std::byte> blob) noexcept;
 
 }  // namespace haptic

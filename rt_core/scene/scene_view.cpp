@@ -40,15 +40,18 @@ constexpr KnownSection kKnown[] = {
 /// Address of the bytes at `offset`; the caller has checked bounds and alignment.
 template <typename T>
 std::span<const T> table(std::span<const std::byte> blob, const SectionEntry& entry) noexcept {
-  return {reinterpret_cast<const T*>(blob.data() + entry.offset), static_cast<std::size_t>(entry.count)};
+  return {reinterpret_cast<const T*>(blob.data() + entry.offset),
+          static_cast<std::size_t>(entry.count)};
 }
 
 /// In bounds, aligned, ascending and apart from the section before it; gaps filled with zeros.
-RtStatus check_section_table(std::span<const std::byte> blob, std::span<const SectionEntry> sections,
+RtStatus check_section_table(std::span<const std::byte> blob,
+                             std::span<const SectionEntry> sections,
                              std::uint64_t table_end) noexcept {
   std::uint64_t end = table_end;
   for (const SectionEntry& s : sections) {
-    if (s.element_bytes == 0 || s.offset % kSceneAlignment != 0 || s.offset < end || s.offset > blob.size()) {
+    if (s.element_bytes == 0 || s.offset % kSceneAlignment != 0 || s.offset < end ||
+        s.offset > blob.size()) {
       return RtStatus::kBlobBadSectionTable;
     }
     if (s.count > (blob.size() - s.offset) / s.element_bytes) return RtStatus::kBlobBadSectionTable;
@@ -79,9 +82,11 @@ std::uint64_t scene_content_hash(std::span<const std::byte> blob) noexcept {
 
 RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   if (blob.size() < sizeof(SceneHeader)) return RtStatus::kBlobTooSmall;
-  if (reinterpret_cast<std::uintptr_t>(blob.data()) % kSceneAlignment != 0) return RtStatus::kBlobMisaligned;
+  if (reinterpret_cast<std::uintptr_t>(blob.data()) % kSceneAlignment != 0)
+    return RtStatus::kBlobMisaligned;
   header_ = reinterpret_cast<const SceneHeader*>(blob.data());
-  if (std::memcmp(header_->magic, kSceneMagic, sizeof(kSceneMagic)) != 0) return RtStatus::kBlobBadMagic;
+  if (std::memcmp(header_->magic, kSceneMagic, sizeof(kSceneMagic)) != 0)
+    return RtStatus::kBlobBadMagic;
   if (header_->version != kSceneVersion) return RtStatus::kBlobBadVersion;
   if (header_->header_bytes != sizeof(SceneHeader)) return RtStatus::kBlobBadVersion;
   if (header_->byte_count != blob.size()) return RtStatus::kBlobTooSmall;
@@ -89,9 +94,12 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   if (header_->content_hash != scene_content_hash(blob)) return RtStatus::kBlobBadHash;
   blob_ = blob;
   const std::uint64_t table_at = header_->section_table;
-  if (header_->section_count > kMaxSections || table_at != sizeof(SceneHeader)) return RtStatus::kBlobBadSectionTable;
-  if (header_->section_count * sizeof(SectionEntry) > blob.size() - table_at) return RtStatus::kBlobBadSectionTable;
-  sections_ = {reinterpret_cast<const SectionEntry*>(blob.data() + table_at), header_->section_count};
+  if (header_->section_count > kMaxSections || table_at != sizeof(SceneHeader))
+    return RtStatus::kBlobBadSectionTable;
+  if (header_->section_count * sizeof(SectionEntry) > blob.size() - table_at)
+    return RtStatus::kBlobBadSectionTable;
+  sections_ = {reinterpret_cast<const SectionEntry*>(blob.data() + table_at),
+               header_->section_count};
   const RtStatus status = check_section_table(blob, sections_, table_at + sections_.size_bytes());
   if (status != RtStatus::kOk) return status;
 
@@ -101,7 +109,8 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
       if (kKnown[k].id != s.id) continue;
       const bool size_fits = kKnown[k].element_bytes != 0
                                  ? s.element_bytes == kKnown[k].element_bytes
-                                 : s.element_bytes == sizeof(std::uint16_t) || s.element_bytes == sizeof(std::uint32_t);
+                                 : s.element_bytes == sizeof(std::uint16_t) ||
+                                       s.element_bytes == sizeof(std::uint32_t);
       if (found[k] != nullptr || !size_fits) return RtStatus::kBlobBadSectionTable;
       found[k] = &s;
     }
@@ -114,7 +123,8 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   bodies_ = table<BodyRecord>(blob, *found[1]);
   planes_ = table<PlaneRecord>(blob, *found[2]);
   pieces_ = table<PieceRecord>(blob, *found[3]);
-  vertices_ = {reinterpret_cast<const Real*>(blob.data() + found[4]->offset), static_cast<std::size_t>(3 * found[4]->count)};
+  vertices_ = {reinterpret_cast<const Real*>(blob.data() + found[4]->offset),
+               static_cast<std::size_t>(3 * found[4]->count)};
   faces_ = table<FaceRecord>(blob, *found[5]);
   loop_vertices_ = table<std::uint16_t>(blob, *found[6]);
   loop_edges_ = table<std::uint16_t>(blob, *found[7]);
@@ -193,8 +203,10 @@ std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) cons
 RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
   if (p.law != LawId::kPaper) return RtStatus::kBlobBadNumber;
-  if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0) return RtStatus::kBlobBadNumber;
-  if (!check::positive(p.k_f_n_per_m) || !check::positive(p.epsilon_m) || !check::positive(p.rate_hz)) {
+  if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
+    return RtStatus::kBlobBadNumber;
+  if (!check::positive(p.k_f_n_per_m) || !check::positive(p.epsilon_m) ||
+      !check::positive(p.rate_hz)) {
     return RtStatus::kBlobBadNumber;
   }
   double q2 = 0.0;
@@ -207,12 +219,14 @@ RtStatus SceneView::check_parameters() const noexcept {
   }
   if (!(q2 > 1.0 - 1e-6 && q2 < 1.0 + 1e-6)) return RtStatus::kBlobBadNumber;
   const DeviceParameters& d = p.device;
-  for (const double x : {p.max_linear_speed_m_per_s, p.max_angular_speed_rad_per_s, d.mass_kg, d.damping_ns_per_m,
-                         d.coulomb_friction_n, d.encoder_step_m, d.max_force_n, d.max_torque_nm, d.max_force_rate_n_per_s,
-                         d.max_torque_rate_nm_per_s, d.max_stiffness_n_per_m, d.max_damping_ns_per_m, d.delay_s}) {
+  for (const double x : {p.max_linear_speed_m_per_s, p.max_angular_speed_rad_per_s, d.mass_kg,
+                         d.damping_ns_per_m, d.coulomb_friction_n, d.encoder_step_m, d.max_force_n,
+                         d.max_torque_nm, d.max_force_rate_n_per_s, d.max_torque_rate_nm_per_s,
+                         d.max_stiffness_n_per_m, d.max_damping_ns_per_m, d.delay_s}) {
     if (!check::finite(x) || x < 0.0) return RtStatus::kBlobBadNumber;
   }
-  return check::within(p.name_offset, p.name_bytes, text_.size()) ? RtStatus::kOk : RtStatus::kBlobBadIndex;
+  return check::within(p.name_offset, p.name_bytes, text_.size()) ? RtStatus::kOk
+                                                                  : RtStatus::kBlobBadIndex;
 }
 
 }  // namespace haptic

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Checked, read-only access to a compiled scene. `SceneView::open` verifies every offset, index and number once; the
-/// servo loop then reads the tables without further checks. The blob must outlive the view; nothing is copied.
+/// Checked, read-only access to a compiled scene. `SceneView::open` verifies every offset, index
+/// and number once; the servo loop then reads the tables without further checks. The blob must
+/// outlive the view; nothing is copied.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,22 +15,26 @@
 namespace haptic {
 
 /// One convex piece: pointers into the tables, indices local to the piece.
-/// Geometry frame: moving body: A's axes about the grip point; static body: W's axes about the body's reference.
+/// Geometry frame: moving body: A's axes about the grip point; static body: W's axes about the
+/// body's reference.
 struct PieceView {
   const PieceRecord* record = nullptr;
-  const Real* vertices = nullptr;             ///< 3 per vertex [m]
+  const Real* vertices = nullptr;  ///< 3 per vertex [m]
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;
   const EdgeDirection* edge_directions = nullptr;
-  const std::uint32_t* vertex_edge_begin = nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
-  const std::uint16_t* vertex_edges = nullptr;       ///< whole table
-  const std::uint16_t* loop_vertices = nullptr;      ///< whole table
-  const std::uint16_t* loop_edges = nullptr;         ///< whole table
-  const PlaneRecord* planes = nullptr;               ///< of the body
+  const std::uint32_t* vertex_edge_begin =
+      nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
+  const std::uint16_t* vertex_edges = nullptr;   ///< whole table
+  const std::uint16_t* loop_vertices = nullptr;  ///< whole table
+  const std::uint16_t* loop_edges = nullptr;     ///< whole table
+  const PlaneRecord* planes = nullptr;           ///< of the body
   const std::int32_t* source_vertices = nullptr;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
 
-  [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept { return ConstVec3Map(vertices + 3 * std::size_t{v}); }
+  [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
+    return ConstVec3Map(vertices + 3 * std::size_t{v});
+  }
   [[nodiscard]] std::span<const std::uint16_t> face_vertices(std::uint32_t f) const noexcept {
     return {loop_vertices + faces[f].loop_begin, faces[f].loop_count};
   }
@@ -60,12 +65,15 @@ struct PieceView {
 struct NeighborLists {
   const std::uint32_t* begin = nullptr;  ///< of the pair's node 0; absolute positions
   const void* table = nullptr;
-  bool wide = false;                     ///< 32-bit
+  bool wide = false;  ///< 32-bit
 
-  [[nodiscard]] std::uint32_t count(std::uint32_t node) const noexcept { return begin[node + 1] - begin[node]; }
+  [[nodiscard]] std::uint32_t count(std::uint32_t node) const noexcept {
+    return begin[node + 1] - begin[node];
+  }
   [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t k) const noexcept {
     const std::size_t i = std::size_t{begin[node]} + k;
-    return wide ? static_cast<const std::uint32_t*>(table)[i] : static_cast<const std::uint16_t*>(table)[i];
+    return wide ? static_cast<const std::uint32_t*>(table)[i]
+                : static_cast<const std::uint16_t*>(table)[i];
   }
 };
 

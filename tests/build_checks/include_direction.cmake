@@ -21,8 +21,8 @@ set(may_tools rt_core/ tools/)
 set(may_tools/run_device rt_core/ tools/ hal/)
 # Golden vectors and generated pairs are compiled by the one scene writer there is, hence the two folders of tools.
 set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/common/)
-set(may_linker rt_core/)
-set(may_tests rt_core/ hal/ tools/ host_sim/ tests/)
+set(may_linker rt_core/ linker/)
+set(may_tests rt_core/ hal/ tools/ host_sim/ tests/ linker/)
 
 function(allowed_prefixes out folder_out path)
   get_filename_component(folder ${path} DIRECTORY)

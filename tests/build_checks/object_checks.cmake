@@ -6,8 +6,8 @@ list(JOIN user_flags "|" user_flags)
 set(compile_sample ${CMAKE_COMMAND} -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${core_flags}|${user_flags}"
   -DROOT=${PROJECT_SOURCE_DIR})
 
-haptic_build_check(archive_symbols ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${CMAKE_NM}
-  -DOBJDUMP=${CMAKE_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
+haptic_build_check(archive_symbols ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${HAPTIC_NM}
+  -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
 
 function(haptic_archive_probe sample expected)
   list(JOIN ARGN "|" extra)
@@ -15,7 +15,7 @@ function(haptic_archive_probe sample expected)
   list(TRANSFORM command APPEND "|${extra}" REGEX "^-DFLAGS=")
   haptic_build_probe(archive_symbols.probe_${sample} "${expected}" ${command}
     -DSAMPLE=${checks}/probes/${sample}.cpp -DFOLDER=${samples}/archive_${sample} -DCHECK=archive
-    -DAR=${CMAKE_AR} -DNM=${CMAKE_NM} -DOBJDUMP=${CMAKE_OBJDUMP} "-DSKIP=${skip_compiled}"
+    -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM} -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}"
     -P ${checks}/compile_sample.cmake)
 endfunction()
 
@@ -32,7 +32,7 @@ haptic_archive_probe(static_constructor "static_constructor.cpp.o has a static c
 
 # The limits: one frame, and the deepest chain of calls of a tick; linker/bare_metal_example.ld reserves the latter.
 set(frame_limit_bytes 4096)
-set(stack_limit_bytes 32768)
+set(stack_limit_bytes ${HAPTIC_RT_STACK_BYTES})
 if(NOT skip_stack)
   # The graphs must be those of the very objects in the archive, and ccache does not keep them.
   target_compile_options(rt_core PRIVATE -fcallgraph-info=su)

@@ -171,8 +171,7 @@ void measure_exp(int count) {
     worst = {std::max(worst[0], error[0]), std::max(worst[1], error[1])};
   };
   for (int i = 0; i < count; ++i) {
-    // Up to 6 rad: nearer to a full turn the rounding of the reference's own norm would be
-    // measured.
+    // Up to 6 rad: nearer to a full turn the rounding of the reference's norm would be measured.
     add(random_vector(random, random.uniform(0.0L, 6.0L)));
     add(random_vector(random, random.uniform(1.55L, 1.6L)));  // around the change of formula
     add(random_vector(random, std::exp2(random.uniform(-60.0L, 1.0L))));
@@ -312,8 +311,7 @@ TEST_SUITE("rt_core.rotation") {
     for (int i = 0; i < 100000; ++i) {
       const Vec3 v = random_vector(random, random.uniform(0.0L, 3.1L));
       const Quat q = haptic::so3_exp(v);
-      // Beyond pi/2 the log of a rounded quaternion moves by up to an ulp of one, not of the
-      // vector.
+      // The log of a rounded quaternion moves by up to an ulp of one, not of the vector.
       const Real tolerance = 8.0_r * haptic::kRealEpsilon * std::max(1.0_r, v.norm());
       REQUIRE((haptic::so3_log(q) - v).norm() <= tolerance);
       const Quat again = haptic::so3_exp(haptic::so3_log(q));
@@ -372,8 +370,7 @@ TEST_SUITE("rt_core.rotation") {
       const Vec3 l = haptic::so3_log(q);
       for (const Real value : {q.w(), q.x(), q.y(), q.z(), l.x(), l.y(), l.z()}) add(value);
     }
-    // To renew after a wanted change of rotation.cpp: copy the number printed here, from both
-    // compilers.
+    // To renew after a wanted change of rotation.cpp: copy the number that both compilers print.
     constexpr std::uint64_t kExpected =
         sizeof(Real) == sizeof(double) ? 18159225311796194656ULL : 11777212802219081166ULL;
     MESSAGE("hash of the results: " << hash);

@@ -22,9 +22,9 @@ inline constexpr double kLargestDiagonal_m = 1.0e4;
 
 struct CleaningOptions {
   /// Metres per file unit along x, y, z: finite and positive (a mirrored part is another part).
-  std::array<double, 3> scale_to_m{1.0, 1.0, 1.0};
+  std::array<double, 3> scale_to_m = {1.0, 1.0, 1.0};
   /// `tol` [m]; absent: max(5e-6 diagonal, 1.5 print resolution), see plane_tolerance().
-  std::optional<double> plane_tolerance_m;
+  std::optional<double> plane_tolerance_m = std::nullopt;
 };
 
 /// The default tolerance [m] for a part of this diagonal.

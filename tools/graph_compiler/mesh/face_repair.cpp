@@ -86,13 +86,27 @@ double crossing_depth(const std::array<double, 2>& a, const std::array<double, 2
   return std::min({std::abs(c_side), std::abs(d_side), std::abs(a_side), std::abs(b_side)});
 }
 
-/// True if two edges of the loop, projected along the largest component of its area vector, cross.
+/// Normal to project a loop along: its area vector, or the largest triangle of its fan where the
+/// area cancels (a symmetric bow-tie has none).
+Point3 projection_normal(const std::vector<Point3>& points,
+                         const std::vector<std::uint32_t>& loop) {
+  const Point3 area = vec::twice_area(points, loop);
+  Point3 largest = area;
+  for (std::size_t i = 1; i + 1 < loop.size(); ++i) {
+    const Point3 triangle = vec::cross(vec::sub(points[loop[i]], points[loop[0]]),
+                                       vec::sub(points[loop[i + 1]], points[loop[0]]));
+    largest = vec::norm(triangle) > 2.0 * vec::norm(largest) ? triangle : largest;
+  }
+  return largest;
+}
+
+/// True if two edges of the loop, projected along the largest component of its normal, cross.
 bool crosses_itself(const std::vector<Point3>& points, const std::vector<std::uint32_t>& loop,
                     double least_depth) {
-  const Point3 area = vec::twice_area(points, loop);
+  const Point3 normal = projection_normal(points, loop);
   std::size_t axis = 0;
   for (std::size_t i = 1; i < 3; ++i) {
-    if (std::abs(area[i]) > std::abs(area[axis])) {
+    if (std::abs(normal[i]) > std::abs(normal[axis])) {
       axis = i;
     }
   }

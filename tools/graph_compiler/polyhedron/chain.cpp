@@ -244,53 +244,6 @@ int locate_in_chain(const ExactWorld& world, const ExactFace& face, const Chain&
   return winding != 0 ? 1 : -1;
 }
 
-Rational volume(const ExactWorld& world, const Solid& solid) {
-  // V = 1/6 sum over faces o.(sum of u x v), o any point of the face: tetrahedra over the local
-  // origin.
-  Rational sum = 0;
-  for (const ExactFace& face : solid.faces) {
-    Rational3 area{0, 0, 0};
-    for (const ChainEdge& e : face.edges) {
-      const Rational3 c = cross(world.vertices[e.first].x, world.vertices[e.second].x);
-      for (std::size_t i = 0; i < 3; ++i) area[i] += c[i];
-    }
-    if (!face.edges.empty()) sum += dot(world.vertices[face.edges.front().first].x, area);
-  }
-  return sum / 6;
-}
-
-Rational3 first_moment(const ExactWorld& world, const Solid& solid) {
-  Rational3 sum{0, 0, 0};
-  for (const ExactFace& face : solid.faces) {
-    if (face.edges.empty()) continue;
-    const Rational3& o = world.vertices[face.edges.front().first].x;
-    for (const ChainEdge& e : face.edges) {
-      const Rational3& u = world.vertices[e.first].x;
-      const Rational3& v = world.vertices[e.second].x;
-      const Rational det = dot(o, cross(u, v));
-      if (det == 0) continue;
-      for (std::size_t i = 0; i < 3; ++i) sum[i] += det * (o[i] + u[i] + v[i]);
-    }
-  }
-  for (Rational& x : sum) x /= 24;
-  return sum;
-}
-
-int volume_sign(const ExactWorld& world, const Solid& solid) {
-  double sum = 0.0;
-  double count = 0.0;
-  for (const ExactFace& face : solid.faces) {
-    for (const ChainEdge& e : face.edges) {
-      sum += determinant(world.vertices[face.edges.front().first].x_approx,
-                         world.vertices[e.first].x_approx, world.vertices[e.second].x_approx);
-      count += 1.0;
-    }
-  }
-  // Determinants of points in the unit box err by less than 1e-14 each.
-  if (std::abs(sum) > 1.0e-12 * (count + 1.0)) return sum > 0.0 ? 1 : -1;
-  return sign_of(volume(world, solid));
-}
-
 std::vector<std::uint32_t> vertices_of(const Solid& solid) {
   std::vector<std::uint32_t> all;
   for (const ExactFace& face : solid.faces) {

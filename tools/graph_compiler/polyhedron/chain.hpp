@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Boundary chains of solids: sums with cancellation, canonical form, loops, volumes (decomposition
+/// Boundary chains of solids: sums with cancellation, canonical form, loops (decomposition
 /// section 4). A chain is a multiset of directed edges; a face's chain has zero boundary and its
 /// interior on the left.
 
@@ -46,13 +46,6 @@ bool is_outer(ExactWorld& world, const ExactFace& face, const Loop& loop);
 /// chain, -1 outside.
 int locate_in_chain(const ExactWorld& world, const ExactFace& face, const Chain& chain,
                     const Rational3& point);
-
-/// Exact volume in cubic local units; negative for an inward boundary.
-Rational volume(const ExactWorld& world, const Solid& solid);
-/// Exact integral of x over the volume (volume times centre).
-Rational3 first_moment(const ExactWorld& world, const Solid& solid);
-/// Sign of the volume; in double where that is safe.
-int volume_sign(const ExactWorld& world, const Solid& solid);
 
 /// Vertices of a solid, rising, each once.
 std::vector<std::uint32_t> vertices_of(const Solid& solid);

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "tools/graph_compiler/polyhedron/measure.hpp"
+
 namespace haptic::tools {
 
 namespace {

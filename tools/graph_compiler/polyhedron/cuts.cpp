@@ -312,9 +312,10 @@ const std::vector<Cutter::PartIndex>& Cutter::best_cut(PartIndex index,
   return *best;
 }
 
-std::vector<Solid> Cutter::cut(const Solid& solid, const CutStrategy& strategy,
+std::vector<Solid> Cutter::cut(const std::vector<Solid>& parts, const CutStrategy& strategy,
                                std::size_t max_pieces) {
-  std::vector<PartIndex> open{intern(solid)};
+  std::vector<PartIndex> open;
+  for (const Solid& part : parts) open.push_back(intern(part));
   std::vector<Solid> pieces;
   while (!open.empty()) {
     const PartIndex index = open.back();
@@ -324,8 +325,8 @@ std::vector<Solid> Cutter::cut(const Solid& solid, const CutStrategy& strategy,
       if (pieces.size() > max_pieces) throw PieceLimitReached(max_pieces);
       continue;
     }
-    const std::vector<PartIndex>& parts = best_cut(index, strategy);
-    open.insert(open.end(), parts.rbegin(), parts.rend());
+    const std::vector<PartIndex>& halves = best_cut(index, strategy);
+    open.insert(open.end(), halves.rbegin(), halves.rend());
   }
   return pieces;
 }

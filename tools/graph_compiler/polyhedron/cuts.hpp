@@ -53,9 +53,10 @@ class Cutter {
   /// @param thin  distance [local units] below which a cut beside a corner is avoided
   Cutter(ExactWorld& world, double thin);
 
-  /// Canonical convex pieces of the solid, unmerged.
+  /// Canonical convex pieces of a solid given as its connected parts (canonical), unmerged.
   /// @throws WorkLimitReached, PieceLimitReached, BrokenChain (no plane resolves a reflex edge)
-  std::vector<Solid> cut(const Solid& solid, const CutStrategy& strategy, std::size_t max_pieces);
+  std::vector<Solid> cut(const std::vector<Solid>& parts, const CutStrategy& strategy,
+                         std::size_t max_pieces);
 
  private:
   using PartIndex = std::size_t;

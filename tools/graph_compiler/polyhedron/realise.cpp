@@ -266,25 +266,21 @@ class Placement {
     out.normals.resize(graph.planes.size());
     out.offsets.resize(graph.planes.size());
   }
-  /// False when a coordinate needs more bits than allowed.
-  bool place(const Step& step) {
-    if (step.is_plane) {
-      place_plane(step);
-    } else {
-      place_corner(step);
-    }
+  /// kStuck where earlier elements have drifted into a degenerate position.
+  RealiseOutcome place(const Step& step) {
+    if (!(step.is_plane ? place_plane(step) : place_corner(step))) return RealiseOutcome::kStuck;
     std::size_t bits = 0;
     const Rational3& coordinates =
         step.is_plane ? out_.normals[step.index] : out_.corners[step.index];
     for (const Rational& q : coordinates) bits = std::max(bits, bit_size(q));
     if (step.is_plane) bits = std::max(bits, bit_size(out_.offsets[step.index]));
     out_.largest_bits = std::max(out_.largest_bits, bits);
-    return bits <= rules_.max_bits;
+    return bits <= rules_.max_bits ? RealiseOutcome::kDone : RealiseOutcome::kTooManyBits;
   }
 
  private:
-  void place_plane(const Step& step);
-  void place_corner(const Step& step);
+  bool place_plane(const Step& step);
+  bool place_corner(const Step& step);
   void wanted_normal(const WantedPlane& wanted, Rational3& n, Rational& divisor) const;
 
   const CornerPlaneGraph& graph_;
@@ -306,7 +302,7 @@ void Placement::wanted_normal(const WantedPlane& wanted, Rational3& n, Rational&
   }
 }
 
-void Placement::place_plane(const Step& step) {
+bool Placement::place_plane(const Step& step) {
   const WantedPlane& wanted = graph_.planes[step.index];
   Rational3& n = out_.normals[step.index];
   Rational& d = out_.offsets[step.index];
@@ -317,6 +313,7 @@ void Placement::place_plane(const Step& step) {
     n = cross(subtract(corner(1), corner(0)), subtract(corner(2), corner(0)));
     const Point3 rough{to_double(n[0]), to_double(n[1]), to_double(n[2])};
     const Rational divisor = n[largest_component(rough)];
+    if (divisor == 0) return false;
     for (Rational& c : n) c /= divisor;
   } else {
     Rational divisor;
@@ -327,19 +324,21 @@ void Placement::place_plane(const Step& step) {
         d = (d + Rational(wanted.offset_tail)) / divisor;
         d = to_grid(d, rules_.position_bits == 0 ? rules_.normal_bits + 4 : rules_.position_bits);
       }
-      return;
+      return true;
     }
     if (step.earlier_count == 2) {
       const Rational3 e = subtract(corner(1), corner(0));
       const std::size_t i = largest_component({to_double(e[0]), to_double(e[1]), to_double(e[2])});
+      if (e[i] == 0) return false;
       const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
       n[i] = -(n[j] * e[j] + n[k] * e[k]) / e[i];
     }
   }
   d = dot(n, corner(0));
+  return true;
 }
 
-void Placement::place_corner(const Step& step) {
+bool Placement::place_corner(const Step& step) {
   const Point3& wanted = graph_.corners[step.index];
   Rational3& x = out_.corners[step.index];
   const auto n = [&](std::size_t k) -> const Rational3& { return out_.normals[step.earlier[k]]; };
@@ -347,12 +346,13 @@ void Placement::place_corner(const Step& step) {
   if (step.earlier_count < 3) {
     for (std::size_t i = 0; i < 3; ++i) x[i] = free_coordinate(wanted[i], rules_.position_bits);
   }
-  if (step.earlier_count == 0) return;
+  if (step.earlier_count == 0) return true;
   if (step.earlier_count == 1) {
     const std::size_t i = largest_component(graph_.planes[step.earlier[0]].normal);
+    if (n(0)[i] == 0) return false;
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
     x[i] = (d(0) - n(0)[j] * x[j] - n(0)[k] * x[k]) / n(0)[i];
-    return;
+    return true;
   }
   const Rational3 line = cross(n(0), n(1));
   if (step.earlier_count == 2) {
@@ -360,15 +360,18 @@ void Placement::place_corner(const Step& step) {
     const std::size_t i =
         largest_component({to_double(line[0]), to_double(line[1]), to_double(line[2])});
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    if (line[i] == 0) return false;
     const Rational r0 = d(0) - n(0)[i] * x[i];
     const Rational r1 = d(1) - n(1)[i] * x[i];
     x[j] = (r0 * n(1)[k] - r1 * n(0)[k]) / line[i];
     x[k] = (n(0)[j] * r1 - n(1)[j] * r0) / line[i];
-    return;
+    return true;
   }
   const Rational det = dot(line, n(2));
+  if (det == 0) return false;
   const Rational3 a = cross(n(1), n(2)), b = cross(n(2), n(0));
   for (std::size_t i = 0; i < 3; ++i) x[i] = (d(0) * a[i] + d(1) * b[i] + d(2) * line[i]) / det;
+  return true;
 }
 
 /// Exact plane through all given corners, or false.
@@ -414,8 +417,9 @@ Realisation realise(const CornerPlaneGraph& graph, const RealiseRules& rules) {
   out.wishes_kept = peeling.wishes_kept();
   Placement placement(graph, rules, out);
   for (auto step = peeling.steps().rbegin(); step != peeling.steps().rend(); ++step) {
-    if (placement.place(*step)) continue;
-    out.outcome = RealiseOutcome::kTooManyBits;
+    out.outcome = placement.place(*step);
+    if (out.outcome == RealiseOutcome::kDone) continue;
+    out.stuck_count = 1;
     if (!step->is_plane) {
       out.failed_corners.push_back(step->index);
     } else if (step->earlier_count > 0) {

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The commands of host_sim, one per file. Each adds its options to the command line; the returned function runs it and
+/// gives the exit code (tools/common/error.hpp). Bad input comes out as tools::InputError.
+
+#include <CLI/App.hpp>
+#include <functional>
+
+namespace haptic::sim {
+
+/// A command line subcommand and what it does when it was named.
+struct Command {
+  CLI::App* app = nullptr;
+  std::function<int()> run;
+};
+
+[[nodiscard]] Command add_motion_command(CLI::App& program);
+[[nodiscard]] Command add_replay_command(CLI::App& program);
+[[nodiscard]] Command add_vectors_command(CLI::App& program);
+[[nodiscard]] Command add_wcet_command(CLI::App& program);
+
+}  // namespace haptic::sim

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim motion SCRIPT.toml --out M.csv
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/motion/motion_csv.hpp"
+#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+
+Command add_motion_command(CLI::App& program) {
+  struct Options {
+    std::string script, out;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("motion", "Makes a motion from a script of way points.");
+  app->add_option("script", options->script, "motion script (TOML)")->required();
+  app->add_option("--out", options->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();
+  return {app, [options] {
+            require_writable_folder(options->out);
+            const MotionScript script = read_motion_script(options->script);
+            const std::vector<MotionSample> motion = make_motion(script);
+            write_motion_csv(options->out, motion);
+            std::printf("%s: %zu samples, %.3f s at %g Hz\n", options->out.c_str(), motion.size(),
+                        motion.back().t_s - motion.front().t_s, script.rate_hz);
+            return static_cast<int>(tools::kExitDone);
+          }};
+}
+
+}  // namespace haptic::sim

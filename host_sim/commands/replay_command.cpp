@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--json] [--check] [--literal]
+#include <unistd.h>
+
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/commands/replay.hpp"
+#include "host_sim/report/contact_reference.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/replay_plot.hpp"
+#include "host_sim/report/replay_summary.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+struct Options {
+  std::string scene, motion, out, plot, reference;
+  bool json = false, check = false, literal = false;
+  DeltaReading delta = DeltaReading::kTranslationAndRotation;
+};
+
+/// Half of the smallest distance in time of two ticks: a reference sample belongs to at most one.
+double half_period_s(const std::vector<MotionSample>& motion) {
+  double period = 1.0;
+  for (std::size_t i = 1; i < motion.size(); ++i) period = std::min(period, motion[i].t_s - motion[i - 1].t_s);
+  return 0.5 * period;
+}
+
+int run(const Options& o) {
+  for (const std::string* path : {&o.out, &o.plot}) {
+    if (!path->empty()) require_writable_folder(*path);
+  }
+  CoreSession session(o.scene);
+  const std::vector<MotionSample> motion = read_motion_csv(o.motion);
+  std::vector<ReferenceSample> reference;
+  if (!o.reference.empty()) reference = read_contact_reference(o.reference);
+
+  ReplayOptions options;
+  options.check = o.check;
+  options.progress = o.check && isatty(STDERR_FILENO) == 1;
+  if (o.literal) options.literal = o.delta;
+  const ReplayResult result = replay(session, motion, options);
+
+  ReplayReport report;
+  report.scene = o.scene;
+  report.motion = o.motion;
+  report.mode = "core";
+  if (o.literal) {
+    report.mode = o.delta == DeltaReading::kTranslation ? "literal steps, delta = dx" : "literal steps, delta = dx-rotation";
+  }
+  report.totals = total(result.ticks, session.view().header().capacity);
+  report.check = result.check;
+  if (!o.reference.empty()) {
+    report.reference = compare_with_reference(reference, result.ticks, half_period_s(motion));
+  }
+  if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks));
+  if (!o.plot.empty()) {
+    const SceneParameters& p = session.view().parameters();
+    write_whole_file(o.plot, replay_plot(result.ticks, std::string(session.view().text(p.name_offset, p.name_bytes))));
+  }
+  const std::string summary = o.json ? json_summary(report) : text_summary(report);
+  std::fwrite(summary.data(), 1, summary.size(), stdout);
+
+  const bool passed = report.totals.within_bounds() && (!report.check || report.check->passed()) &&
+                      (!report.reference || report.reference->wrong == 0);
+  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
+}  // namespace
+
+Command add_replay_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("replay", "Runs a motion through the core: force, torque, contact situation.");
+  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")->required();
+  app->add_option("--out", o->out, "CSV to write, one line per tick");
+  app->add_option("--plot", o->plot, "SVG to write");
+  app->add_flag("--json", o->json, "summary as JSON on stdout");
+  app->add_flag("--check", o->check, "compare every pair of every tick with an exhaustive long double search");
+  app->add_option("--reference", o->reference, "contact flags to compare with: t,contact (1, 0, u)");
+  CLI::Option* literal = app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core");
+  const std::map<std::string, DeltaReading> readings{{"dx", DeltaReading::kTranslation},
+                                                     {"dx-rotation", DeltaReading::kTranslationAndRotation}};
+  app->add_option("--delta", o->delta, "reading of delta in step 2: dx or dx-rotation (default)")
+      ->transform(CLI::CheckedTransformer(readings))
+      ->needs(literal);
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim: the host simulator. Scenes and motions in; replays, checks, plots and timings out.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "host_sim/commands/commands.hpp"
+#include "tools/common/error.hpp"
+
+int main(int argc, char** argv) {
+  using namespace haptic;
+  CLI::App program("Host simulator: replays motions through the real-time core, checks and times it.", "host_sim");
+  program.set_version_flag("--version", std::string("host_sim ") + HAPTIC_VERSION);
+  program.require_subcommand(1);
+  const sim::Command commands[] = {sim::add_motion_command(program), sim::add_replay_command(program),
+                                   sim::add_vectors_command(program), sim::add_wcet_command(program)};
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? tools::kExitDone : tools::kExitUsage;
+  }
+  try {
+    for (const sim::Command& command : commands) {
+      if (command.app->parsed()) return command.run();
+    }
+  } catch (const tools::InputError& error) {
+    std::fprintf(stderr, "host_sim: %s\n", error.what());
+    return tools::kExitBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "host_sim: the operating system refused: %s\n", error.what());
+    return tools::kExitDeviceOrOs;
+  }
+  return tools::kExitUsage;
+}

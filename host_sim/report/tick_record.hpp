@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What a replay keeps of every tick, and its CSV.
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "rt_core/haptic_core.hpp"
+
+namespace haptic::sim {
+
+struct TickRecord {
+  std::uint64_t tick = 0;
+  double t_s = 0;
+  double force_n[3] = {0, 0, 0};    ///< on the hand, W axes
+  double torque_nm[3] = {0, 0, 0};  ///< about the grip point, W axes
+  double d_near_m = 0;              ///< smallest over the pairs; <= 0: collision
+  ContactSituation situation = ContactSituation::kNone;
+  std::uint32_t near_count = 0;
+  std::uint32_t nodes_evaluated = 0;
+  std::uint32_t support_pairs = 0;
+  std::uint32_t relocalised_pairs = 0;
+  std::uint32_t flags = 0;  ///< StepFlag
+  RtStatus status = RtStatus::kOk;
+  std::uint64_t state_hash = 0;
+};
+
+/// The record of tick number `tick` from the core's result.
+[[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result);
+
+/// Header of the replay's CSV, without the end of line.
+inline constexpr const char* kTickCsvHeader =
+    "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,state_hash";
+
+/// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16 hex digits, LF.
+[[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks);
+
+}  // namespace haptic::sim

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "tests/support/rt_guard.hpp"
+#include "tests/support/shapes.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+tools::SceneDescription peg_scene() {
+  return scene_of(box({-0.01, -0.01, -0.03}, {0.01, 0.01, 0.03}),
+                  {join({box({-0.03, -0.03, -0.04}, {-0.0105, 0.03, 0}),
+                         box({0.0105, -0.03, -0.04}, {0.03, 0.03, 0}),
+                         box({-0.0105, -0.03, -0.04}, {0.0105, -0.0105, 0}),
+                         box({-0.0105, 0.0105, -0.04}, {0.0105, 0.03, 0})})});
+}
+
+}  // namespace
+
+TEST_SUITE("rt_core.haptic_core") {
+  TEST_CASE("step: a pose that is no pose gives zero wrench and leaves the state alone") {
+    LoadedScene scene(peg_scene()), twin(peg_scene());
+    scene.step({0, 0, 0.029});
+    twin.step({0, 0, 0.029});
+    StepInput bad;
+    bad.pose_wa.p_wa = Vec3(0, std::numeric_limits<Real>::quiet_NaN(), 0);
+    StepResult r = scene.core->step(bad);
+    CHECK(r.status == RtStatus::kPoseNotFinite);
+    CHECK(r.flags == kFlagBadPose);
+    CHECK(r.wrench_w.force_w == Vec3::Zero());
+    bad = StepInput{};
+    bad.pose_wa.q_wa = Quat(2, 0, 0, 0);
+    CHECK(scene.core->step(bad).status == RtStatus::kPoseNotUnit);
+    bad.pose_wa.q_wa = Quat(0, 0, 0, 0);
+    CHECK(scene.core->step(bad).status == RtStatus::kPoseNotUnit);
+    bad = StepInput{};
+    bad.pose_wa.p_wa = Vec3(std::numeric_limits<Real>::infinity(), 0, 0);
+    CHECK(scene.core->step(bad).status == RtStatus::kPoseNotFinite);
+    CHECK(scene.step({0, 0, 0.0295}).state_hash == twin.step({0, 0, 0.0295}).state_hash);
+  }
+
+  TEST_CASE("step: same input, same bits; a second core in other memory agrees") {
+    LoadedScene scene(peg_scene()), twin(peg_scene());
+    Random random(3);
+    for (int t = 0; t < 500; ++t) {
+      const Point p = {random.uniform(-0.002, 0.002), random.uniform(-0.002, 0.002),
+                       random.uniform(-0.01, 0.04)};
+      const std::array<double, 4> q = {1, random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02),
+                                       0};
+      std::array<double, 4> unit = q;
+      const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+      for (double& x : unit) x /= n;
+      CHECK(scene.step(p, unit).state_hash == twin.step(p, unit).state_hash);
+    }
+  }
+
+  TEST_CASE("step: no heap call, and the guard would see one") {
+    LoadedScene scene(peg_scene());
+    std::uint64_t seen = 0, in_steps = 0;
+    {
+      RtGuard guard;
+      for (int t = 0; t < 200; ++t) scene.step({0.0002 * t, 0, 0.03 - 0.0001 * t});
+      in_steps = guard.heap_calls();
+    }
+    {
+      RtGuard guard;
+      std::vector<int> probe(100);
+      probe[0] = 1;
+      seen = guard.heap_calls() + static_cast<std::uint64_t>(probe[1]);
+    }
+    CHECK(in_steps == 0);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    CHECK(seen > 0);
+#endif
+  }
+
+  TEST_CASE("step: counters stay within the header's bounds") {
+    LoadedScene scene(peg_scene());
+    const SceneCapacity& bound = scene.view.header().capacity;
+    Random random(9);
+    for (int t = 0; t < 2000; ++t) {
+      const StepResult r = scene.step(
+          {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)},
+          random.rotation());
+      CHECK(r.counters.nodes_evaluated <= bound.max_nodes_evaluated);
+      CHECK(r.counters.support_pairs <= bound.max_support_pairs);
+    }
+  }
+
+  TEST_CASE("create: memory that does not fit is refused") {
+    LoadedScene scene(peg_scene());
+    const std::size_t needed = HapticCore::state_bytes(scene.view);
+    CHECK(needed == scene.view.header().capacity.state_bytes);
+    std::vector<std::byte> memory(needed + 128);
+    const std::size_t shift = 64 - reinterpret_cast<std::uintptr_t>(memory.data()) % 64;
+    HapticCore* core = nullptr;
+    CHECK(HapticCore::create({memory.data() + shift, needed - 1}, scene.view, core) ==
+          RtStatus::kMemoryTooSmall);
+    CHECK(HapticCore::create({memory.data() + shift + 8, needed}, scene.view, core) ==
+          RtStatus::kMemoryMisaligned);
+    CHECK(core == nullptr);
+    CHECK(HapticCore::create({memory.data() + shift, needed}, scene.view, core) == RtStatus::kOk);
+  }
+
+  TEST_CASE("coplanar contacts of one body count once, those of two bodies twice") {
+    const tools::Body part = box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
+    const tools::Body left = box({-0.2, -0.2, -0.2}, {0.01, 0.2, 0}),
+                      right = box({0.01, -0.2, -0.2}, {0.2, 0.2, 0});
+    LoadedScene one(scene_of(part, {join({left, right})})), two(scene_of(part, {left, right}));
+    const StepResult once = one.step({0, 0, 0.049});
+    const StepResult twice = two.step({0, 0, 0.049});
+    CHECK(std::abs(static_cast<double>(once.wrench_w.force_w[2]) - 1.0) < 1e-3);
+    CHECK(std::abs(static_cast<double>(twice.wrench_w.force_w[2]) - 2.0) < 1e-3);
+    CHECK(once.wrench_w.torque_w.norm() < 1e-6_r);  // pi lies in the united region
+  }
+
+  TEST_CASE("the grip point is the torque reference") {
+    tools::SceneDescription d = scene_of(box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}),
+                                         {box({0.03, -0.2, -0.2}, {0.2, 0.2, 0})});
+    d.grip_m = {0.04, 0, 0};
+    LoadedScene scene(d);
+    const StepResult r = scene.step({0, 0, 0.049});  // pi(x0) = (0.04, 0) lies in H
+    CHECK(r.wrench_w.torque_w.norm() < 1e-6_r);
+    CHECK(std::abs(static_cast<double>(r.wrench_w.force_w[2]) - 1.0) < 1e-3);
+  }
+}

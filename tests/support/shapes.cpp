@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/shapes.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+namespace haptic::test {
+namespace {
+
+Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+}  // namespace
+
+tools::Body convex_body(const std::vector<Point>& vertices,
+                        const std::vector<std::vector<std::uint32_t>>& faces) {
+  tools::Body body;
+  body.name = "test body";
+  tools::ConvexPiece piece;
+  piece.vertices = vertices;
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    piece.source_vertex.push_back(static_cast<std::int64_t>(v));
+  const Point& origin = vertices[0];
+  Point moment{0, 0, 0};
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    Point normal{0, 0, 0};
+    const std::vector<std::uint32_t>& loop = faces[f];
+    for (std::size_t k = 0; k + 2 < loop.size(); ++k) {
+      const Point n = cross(minus(vertices[loop[k + 1]], vertices[loop[0]]),
+                            minus(vertices[loop[k + 2]], vertices[loop[0]]));
+      for (int i = 0; i < 3; ++i)
+        normal[static_cast<std::size_t>(i)] += n[static_cast<std::size_t>(i)];
+      const Point a = minus(vertices[loop[0]], origin), b = minus(vertices[loop[k + 1]], origin),
+                  c = minus(vertices[loop[k + 2]], origin);
+      const double v = dot(a, cross(b, c)) / 6.0;
+      piece.volume_m3 += v;
+      for (std::size_t i = 0; i < 3; ++i) moment[i] += v * (a[i] + b[i] + c[i]) / 4.0;
+    }
+    const double length = std::sqrt(dot(normal, normal));
+    for (double& x : normal) x = x / length + 0.0;
+    body.planes.push_back({normal, dot(normal, vertices[loop[0]])});
+    piece.faces.push_back({static_cast<std::uint32_t>(f), 1, loop, static_cast<std::int64_t>(f)});
+  }
+  body.volume_m3 = piece.volume_m3;
+  for (std::size_t i = 0; i < 3; ++i)
+    body.centre_of_volume_m[i] = origin[i] + moment[i] / piece.volume_m3;
+  body.pieces.push_back(piece);
+  return body;
+}
+
+tools::Body box(const Point& lo, const Point& hi) {
+  std::vector<Point> v;
+  for (unsigned k = 0; k < 8; ++k) {
+    v.push_back(
+        {(k & 1) != 0 ? hi[0] : lo[0], (k & 2) != 0 ? hi[1] : lo[1], (k & 4) != 0 ? hi[2] : lo[2]});
+  }
+  return convex_body(
+      v, {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}});
+}
+
+tools::Body tetrahedron(const Point& a, const Point& b, const Point& c, const Point& d) {
+  const bool positive = dot(minus(d, a), cross(minus(b, a), minus(c, a))) > 0;
+  return positive ? convex_body({a, b, c, d}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}})
+                  : convex_body({a, b, c, d}, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {0, 2, 3}});
+}
+
+tools::Body prism(int n, double radius, double height) {
+  std::vector<Point> v;
+  const auto count = static_cast<std::uint32_t>(n);
+  for (const double z : {-height / 2, height / 2}) {
+    for (int k = 0; k < n; ++k) {
+      const double angle = 2.0 * 3.14159265358979323846 * k / n;
+      v.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    }
+  }
+  std::vector<std::vector<std::uint32_t>> faces(2);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    faces[0].push_back(count - 1 - k);
+    faces[1].push_back(count + k);
+    const std::uint32_t next = (k + 1) % count;
+    faces.push_back({k, next, count + next, count + k});
+  }
+  return convex_body(v, faces);
+}
+
+tools::Body join(const std::vector<tools::Body>& bodies) {
+  tools::Body joined;
+  joined.name = "joined";
+  double moment[3] = {0, 0, 0};
+  for (const tools::Body& body : bodies) {
+    for (tools::ConvexPiece piece : body.pieces) {
+      for (tools::PieceFace& face : piece.faces) {
+        const tools::BodyPlane& plane = body.planes[face.plane];
+        std::uint32_t found = static_cast<std::uint32_t>(joined.planes.size());
+        for (std::uint32_t p = 0; p < joined.planes.size(); ++p) {
+          const tools::BodyPlane& other = joined.planes[p];
+          const auto same = [&](double s) {
+            return other.offset_m == s * plane.offset_m && other.normal[0] == s * plane.normal[0] &&
+                   other.normal[1] == s * plane.normal[1] && other.normal[2] == s * plane.normal[2];
+          };
+          if (!same(1) && !same(-1)) continue;
+          found = p;
+          if (same(-1)) face.sign = -face.sign;
+          break;
+        }
+        if (found == joined.planes.size()) joined.planes.push_back(plane);
+        face.plane = found;
+      }
+      joined.pieces.push_back(piece);
+    }
+    joined.volume_m3 += body.volume_m3;
+    for (std::size_t i = 0; i < 3; ++i) moment[i] += body.volume_m3 * body.centre_of_volume_m[i];
+  }
+  for (std::size_t i = 0; i < 3; ++i) joined.centre_of_volume_m[i] = moment[i] / joined.volume_m3;
+  return joined;
+}
+
+tools::SceneDescription scene_of(const tools::Body& moving,
+                                 const std::vector<tools::Body>& statics) {
+  tools::SceneDescription d;
+  d.name = "test scene";
+  d.moving.body = moving;
+  for (const tools::Body& body : statics) d.statics.push_back({body, {0, 0, 0}, {1, 0, 0, 0}});
+  d.parameters.law = LawId::kPaper;
+  d.parameters.k_f_n_per_m = 1000.0;
+  d.parameters.epsilon_m = 1.0e-4;
+  d.parameters.rate_hz = 1000.0;
+  return d;
+}
+
+LoadedScene::LoadedScene(const tools::SceneDescription& description)
+    : LoadedScene(tools::write_scene(description)) {}
+
+LoadedScene::LoadedScene(const std::vector<std::byte>& blob)
+    : blob_((blob.size() + 63) / 64), blob_bytes_(blob.size()) {
+  std::memcpy(blob_.data(), blob.data(), blob.size());
+  open();
+}
+
+void LoadedScene::open() {
+  RtStatus status =
+      SceneView::open({reinterpret_cast<const std::byte*>(blob_.data()), blob_bytes_}, view);
+  if (status != RtStatus::kOk) throw std::runtime_error(to_text(status));
+  memory_.resize((view.header().capacity.state_bytes + 63) / 64);
+  status = HapticCore::create({reinterpret_cast<std::byte*>(memory_.data()), memory_.size() * 64},
+                              view, core);
+  if (status != RtStatus::kOk) throw std::runtime_error(to_text(status));
+}
+
+StepResult LoadedScene::step(const Point& p, const std::array<double, 4>& q) {
+  StepInput input;
+  input.pose_wa.p_wa =
+      Vec3(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
+  input.pose_wa.q_wa = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]),
+                            static_cast<Real>(q[2]), static_cast<Real>(q[3]));
+  return core->step(input);
+}
+
+std::uint64_t Random::next() {
+  state_ += 0x9e3779b97f4a7c15ull;
+  std::uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+  return z ^ (z >> 31);
+}
+
+double Random::uniform(double lo, double hi) {
+  return lo + (hi - lo) * (static_cast<double>(next() >> 11) * 0x1.0p-53);
+}
+
+std::array<double, 4> Random::rotation() {
+  for (;;) {
+    std::array<double, 4> q{};
+    double n2 = 0;
+    for (double& x : q) {
+      x = uniform(-1, 1);
+      n2 += x * x;
+    }
+    if (n2 > 1.0 || n2 < 0.01) continue;
+    for (double& x : q) x /= std::sqrt(n2);
+    return q;
+  }
+}
+
+}  // namespace haptic::test

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <string_view>
+
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+namespace {
+
+RawMesh parse(std::string_view text, MeshFormat format = MeshFormat::kObj) {
+  return parse_mesh(std::span(text.data(), text.size()), format, "part");
+}
+
+/// Message of the refusal, empty if the text is read.
+std::string refusal(std::string_view text, MeshFormat format = MeshFormat::kObj) {
+  try {
+    parse(text, format);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool starts(const std::string& text, std::string_view part) { return text.find(part) == 0; }
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+const std::string kTriangle = "v 0 0 0\nv 1.5 0 0\nv 0 1 -2.25e-1\n";
+
+const std::string kTextStl =
+    "solid a b\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
+    "   vertex 0 1.25e-3 0\n  endloop\n endfacet\nendsolid a b\n";
+
+/// Binary STL with `announced` triangles in the header and `stored` in the body.
+std::string binary_stl(std::uint32_t announced, std::uint32_t stored, const std::string& header) {
+  std::string bytes = header;
+  bytes.resize(80, ' ');
+  const auto append = [&](std::uint32_t word) {
+    for (int i = 0; i < 4; ++i) {
+      bytes += static_cast<char>((word >> (8 * i)) & 0xFFU);
+    }
+  };
+  append(announced);
+  for (std::uint32_t t = 0; t < stored; ++t) {
+    for (int i = 0; i < 12; ++i) {
+      append(std::bit_cast<std::uint32_t>(0.25F * static_cast<float>(i)));
+    }
+    bytes += std::string(2, '\0');
+  }
+  return bytes;
+}
+
+}  // namespace
+
+TEST_SUITE("tools.mesh_reader") {
+  TEST_CASE("obj: corners in all forms, n-gons, negative indices, groups, continuation") {
+    const RawMesh mesh =
+        parse("# a comment\nmtllib x.mtl\no left\n" + kTriangle +
+              "vn 0 0 1\nvt 0 0\nv 1 1 0 1.0\ng rim\nusemtl steel\ns off\n"
+              "f 1 2 3\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1\nf 1/1/1 2/1/1 4/1/1 3/1/1\n"
+              "o right\nf -4 -3 \\\n  -2 # end\no left\ng rim\nf 3 2 1\nl 1 2\n");
+    REQUIRE(mesh.faces.size() == 6);
+    CHECK(mesh.indexed);
+    CHECK(mesh.vertices[2] == Point3{0, 1, -0.225});
+    CHECK(mesh.vertex_places[1] == 5);
+    CHECK(mesh.faces[3].vertices == std::vector<std::uint32_t>{0, 1, 3, 2});
+    CHECK(mesh.faces[4].vertices == std::vector<std::uint32_t>{0, 1, 2});
+    CHECK(mesh.faces[4].source_place == 18);
+    CHECK(mesh.faces[5].source_place == 22);
+    CHECK(mesh.faces[4].group != mesh.faces[0].group);
+    CHECK(mesh.faces[5].group == mesh.faces[0].group);
+    CHECK(mesh.print_resolution == 1.0e-3);  // -2.25e-1
+  }
+
+  TEST_CASE("obj: indices may reach forward, vertices may carry colours") {
+    const RawMesh mesh = parse("f 1 2 3\nv 0 0 0 1 0 0\nv +1 0 0 1 .5 0\nv 0 1. 0 1 1 0 1\n");
+    CHECK(mesh.vertices.size() == 3);
+    CHECK(mesh.vertices[1] == Point3{1, 0, 0});
+    CHECK(mesh.print_resolution == 1.0);
+  }
+
+  TEST_CASE("text: line ends of three kinds, tabs and a byte order mark are the same mesh") {
+    const std::string text = kTriangle + "f 1 2 3\n";
+    std::string dos = "\xEF\xBB\xBF";
+    std::string mac;
+    for (const char c : text) {
+      dos += c == '\n' ? std::string("\r\n") : std::string(1, c == ' ' ? '\t' : c);
+      mac += c == '\n' ? '\r' : c;
+    }
+    for (const std::string& variant : {dos, mac, text.substr(0, text.size() - 1)}) {
+      const RawMesh mesh = parse(variant);
+      CHECK(mesh.vertices == parse(text).vertices);
+      CHECK(mesh.faces[0].source_place == 4);
+    }
+  }
+
+  TEST_CASE("obj: defects are refused with the line and a mend") {
+    CHECK(starts(refusal(kTriangle + "f 1 2\n"), "part:4: a face with 2 corners"));
+    CHECK(starts(refusal(kTriangle + "f 0 1 2\n"), "part:4: vertex index 0; OBJ counts from 1"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 4\n"), "part:4: vertex index 4 but the file has 3"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 -4\n"), "part:4: vertex index -4 reaches before"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 99999999999999999999\n"), "part:4: vertex index"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 4294967297\n"), "part:4: vertex index 4294967297"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3x\n"), "part:4: vertex index '3x' is not an integer"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3/1/1/1\n"), "part:4: corner '3/1/1/1'"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3/\n"), "part:4: texture or normal index ''"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3//\n"), "part:4: texture or normal index ''"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3/0\n"), "part:4: texture or normal index 0"));
+    CHECK(starts(refusal("v 0 0\n"), "part:1: a vertex has 2 numbers"));
+    CHECK(starts(refusal("v 0 0 0 0 0\n"), "part:1: a vertex has 5 numbers"));
+    CHECK(starts(refusal("v 0 0 0 0.5\n"), "part:1: a vertex has the weight '0.5'"));
+    CHECK(contains(refusal("v 0,5 0 0\n"), "has a comma; write numbers with a decimal point"));
+    CHECK(contains(refusal("v nan 0 0\n"), "coordinate 'nan' is not finite"));
+    CHECK(contains(refusal("v 0 -inf 0\n"), "coordinate '-inf' is not finite"));
+    CHECK(contains(refusal("v 0 0 1e400\n"), "coordinate '1e400' is too large"));
+    CHECK(contains(refusal("v 0 0 0x10\n"), "coordinate '0x10' is not a number"));
+    CHECK(contains(refusal("v 0 0 1.0m\n"), "coordinate '1.0m' is not a number"));
+    CHECK(contains(refusal("v 0 0 --1\n"), "is not a number"));
+    CHECK(starts(refusal("v 0 0 0\n1 2 3\n"), "part:2: the line starts with '1'"));
+    CHECK(starts(refusal("cstype bezier\n"), "part:1: free-form surfaces"));
+    CHECK(starts(refusal(kTriangle), "part: the file holds no face"));
+  }
+
+  TEST_CASE("numbers too small for a double are zero") {
+    CHECK(parse("v 1e-400 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").vertices[0][0] == 0.0);
+  }
+
+  TEST_CASE("any format: empty, UTF-16 and binary content are refused") {
+    for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kStl, MeshFormat::kOff}) {
+      CHECK(contains(refusal("", format), "the file is empty (0 bytes)"));
+      CHECK(contains(refusal(std::string_view("\xFF\xFEv\0 \0", 6), format), "UTF-16"));
+    }
+    CHECK(contains(refusal(std::string_view("v\0 \0"
+                                            "0\0",
+                                            6)),
+                   "UTF-16"));
+    CHECK(starts(refusal(std::string_view("v 0 0\0 0\n", 9)), "part: byte 5: binary data"));
+    CHECK(contains(refusal("OFF\n0 0 0\n"), "read as OBJ but the content is OFF"));
+    CHECK(contains(refusal(kTextStl, MeshFormat::kOff), "read as OFF but the content is STL"));
+    CHECK(contains(refusal("OFF\n3 1 0\n", MeshFormat::kStl), "the content is OFF"));
+    CHECK(contains(refusal("ply\nformat ascii 1.0\n"), "the content is PLY"));
+  }
+
+  TEST_CASE("stl text: solids are groups, normals do not matter, keywords in any case") {
+    std::string second = kTextStl;
+    second.replace(second.find("normal 0 0 1"), 12, "NORMAL nan 7 x");
+    const RawMesh mesh = parse(kTextStl + "\n" + second, MeshFormat::kStl);
+    REQUIRE(mesh.faces.size() == 2);
+    CHECK_FALSE(mesh.indexed);
+    CHECK(mesh.faces[1].group == 1);
+    CHECK(mesh.faces[1].vertices == std::vector<std::uint32_t>{3, 4, 5});
+    CHECK(mesh.vertices[2] == Point3{0, 0.00125, 0});
+    CHECK(mesh.print_resolution == 1.0e-5);
+    CHECK(mesh.faces[0].source_place == 2);
+  }
+
+  TEST_CASE("stl text: defects") {
+    const auto cut = [](std::string_view end) { return kTextStl.substr(0, kTextStl.find(end)); };
+    CHECK(contains(refusal(cut("endsolid"), MeshFormat::kStl), "the file ends inside a solid"));
+    CHECK(contains(refusal(cut("vertex 0 1"), MeshFormat::kStl), "the file ends inside a solid"));
+    CHECK(starts(refusal(cut("endloop") + "vertex 0 0 0\n", MeshFormat::kStl),
+                 "part:7: found 'vertex' where 'endloop' must be"));
+    CHECK(starts(refusal(kTextStl + "junk\n", MeshFormat::kStl), "part:10: found 'junk'"));
+    CHECK(contains(refusal("solid a\nendsolid a\n", MeshFormat::kStl), "holds no face"));
+    CHECK(contains(refusal("hello\n", MeshFormat::kStl), "neither text STL"));
+    std::string comma = kTextStl;
+    comma.replace(comma.find("1.25e-3"), 7, "1,25");
+    CHECK(starts(refusal(comma, MeshFormat::kStl), "part:6: coordinate '1,25' has a comma"));
+  }
+
+  TEST_CASE("stl binary: recognised by its size, even where the header says 'solid'") {
+    const RawMesh mesh = parse(binary_stl(2, 2, "solid cube"), MeshFormat::kStl);
+    REQUIRE(mesh.faces.size() == 2);
+    CHECK_FALSE(mesh.places_are_lines);
+    CHECK(mesh.faces[1].source_place == 134);
+    CHECK(mesh.vertices[0] == Point3{0.75, 1.0, 1.25});
+    CHECK(mesh.print_resolution == 0.0);
+  }
+
+  TEST_CASE("stl binary: defects") {
+    const MeshFormat stl = MeshFormat::kStl;
+    CHECK(
+        starts(refusal(binary_stl(3, 2, "x"), stl),
+               "part: byte 80: the header announces 3 triangles, 234 bytes, but the file has 184"));
+    CHECK(starts(refusal(binary_stl(1, 2, "solid x"), stl), "part: byte 80: the header announces"));
+    CHECK(starts(refusal(binary_stl(4294967295U, 2, "x"), stl), "part: byte 80:"));
+    CHECK(contains(refusal(binary_stl(0, 0, "x"), stl), "holds no face"));
+    CHECK(contains(refusal(std::string_view("abc\0def", 7), stl), "ends inside the header"));
+    std::string not_finite = binary_stl(2, 2, "x");
+    not_finite.replace(84 + 50 + 16, 4, std::string("\x00\x00\xC0\x7F", 4));
+    CHECK(starts(refusal(not_finite, stl), "part: byte 150: a coordinate of triangle 1"));
+  }
+
+  TEST_CASE("off: counts, comments, n-gons, colours, counts on the header line") {
+    const std::string body =
+        "# square\n0 0 0\n1 0 0\n\n1 1 0\n0 1 0 # last\n4 0 1 2 3 255 0 0\n3 0 1 2 7\n";
+    for (const std::string head : {"OFF\n4 2 0\n", "OFF 4 2 4\n", "# c\nOFF\n4 2\n"}) {
+      const RawMesh mesh = parse(head + body, MeshFormat::kOff);
+      REQUIRE(mesh.faces.size() == 2);
+      CHECK(mesh.faces[0].vertices == std::vector<std::uint32_t>{0, 1, 2, 3});
+      CHECK(mesh.indexed);
+    }
+    CHECK(parse("COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0\n0 1 0 1 0 0\n3 0 1 2\n", MeshFormat::kOff)
+              .vertices[1] == Point3{1, 0, 0});
+  }
+
+  TEST_CASE("off: defects") {
+    const auto off = [](std::string_view text) { return refusal(text, MeshFormat::kOff); };
+    const std::string points = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
+    CHECK(starts(off(points), "part:5: the file ends after 0 of 1 lines of kind face"));
+    CHECK(starts(off(points + "3 0 1 3\n"), "part:6: vertex index 3 but the file has 3"));
+    CHECK(starts(off(points + "3 0 1 -1\n"), "part:6: vertex index -1"));
+    CHECK(starts(off(points + "2 0 1\n"), "part:6: a face with 2 corners"));
+    CHECK(starts(off(points + "4 0 1 2\n"), "part:6: a face announces 4 corners but lists 3"));
+    CHECK(starts(off(points + "3 0 1 2 9 9\n"), "part:6: 2 words after the corners"));
+    CHECK(starts(off(points + "3 0 1 2\n3 0 1 2\n"), "part:7: text after the last of 1 faces"));
+    CHECK(starts(off("OFF\n4000000000 1 0\n"), "part:2: vertex count 4000000000 does not fit"));
+    CHECK(starts(off("OFF\n-3 1 0\n"), "part:2: vertex count -3"));
+    CHECK(starts(off("NOFF\n3 1 0\n"), "part:1: the header is 'NOFF'"));
+    CHECK(starts(off("OFF BINARY\n"), "part:1: binary OFF"));
+    CHECK(starts(off("OFF\n3 1 0\n0 0 0 5\n"), "part:3: a vertex line with 4 numbers"));
+  }
+
+  TEST_CASE("files: extension, missing file and directory") {
+    CHECK(mesh_format_of("a/b.OBJ") == MeshFormat::kObj);
+    CHECK(mesh_format_of("b.Stl") == MeshFormat::kStl);
+    CHECK(mesh_format_of("b.off") == MeshFormat::kOff);
+    CHECK_THROWS_WITH_AS(
+        mesh_format_of("b.ply"),
+        "b.ply: the extension '.ply' names no mesh format; give a file named .obj, "
+        ".stl or .off",
+        InputError);
+    CHECK_THROWS_AS(read_mesh("no/such/file.obj"), InputError);
+    const auto folder = std::filesystem::temp_directory_path() / "haptic_mesh_reader_test";
+    std::filesystem::create_directories(folder / "folder.obj");
+    CHECK_THROWS_AS(read_mesh(folder / "folder.obj"), InputError);
+    const auto path = folder / "tri.obj";
+    std::ofstream(path, std::ios::binary) << kTriangle << "f 1 2 3\n";
+    const RawMesh mesh = read_mesh(path);
+    CHECK(mesh.file == path.string());
+    CHECK(mesh.faces.size() == 1);
+    std::filesystem::remove_all(folder);
+  }
+
+  TEST_CASE("damaged bytes either read or are refused, never anything else") {
+    std::mt19937 random(7);
+    const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1\n";
+    const std::string obj = kTriangle + "g a\nf 1/1/1 2//2 -1\n";
+    const std::pair<std::string, MeshFormat> seeds[] = {
+        {obj, MeshFormat::kObj},
+        {off, MeshFormat::kOff},
+        {kTextStl, MeshFormat::kStl},
+        {binary_stl(2, 2, "solid"), MeshFormat::kStl}};
+    std::size_t read = 0;
+    std::size_t refused = 0;
+    for (int round = 0; round < 4000; ++round) {
+      const auto& [seed, format] = seeds[static_cast<std::size_t>(round) % 4];
+      std::string bytes = seed;
+      for (unsigned k = random() % 4; k-- > 0;) {
+        const std::size_t at = random() % bytes.size();
+        switch (random() % 3) {
+          case 0:
+            bytes[at] = static_cast<char>(random() % 256);
+            break;
+          case 1:
+            bytes.erase(at, 1 + random() % 5);
+            break;
+          default:
+            bytes.insert(at, bytes.substr(random() % bytes.size(), random() % 9));
+        }
+        if (bytes.empty()) {
+          break;
+        }
+      }
+      try {
+        for (const RawFace& face : parse(bytes, format).faces) {
+          REQUIRE(face.vertices.size() >= 3);
+        }
+        ++read;
+      } catch (const InputError&) {
+        ++refused;
+      }
+    }
+    CHECK(read > 500);
+    CHECK(refused > 500);
+  }
+}
+
+}  // namespace haptic::tools

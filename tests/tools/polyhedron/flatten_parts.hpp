@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Closed surfaces made by formula, and what must hold of every flattened body.
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "tools/graph_compiler/mesh/surface.hpp"
+#include "tools/graph_compiler/mesh/vec3.hpp"
+#include "tools/graph_compiler/polyhedron/flatten.hpp"
+
+namespace haptic::tools::parts {
+
+/// splitmix64: the same numbers with every library.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high) {
+    state_ += 0x9E3779B97F4A7C15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    z ^= z >> 31;
+    return low + (high - low) * static_cast<double>(z >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+using Rotation = std::array<Point3, 3>;
+
+inline Rotation random_rotation(Random& random) {
+  std::array<double, 4> q{};
+  double square = 0.0;
+  do {
+    square = 0.0;
+    for (double& c : q) {
+      c = random.uniform(-1.0, 1.0);
+      square += c * c;
+    }
+  } while (square > 1.0 || square < 0.01);
+  for (double& c : q) c /= std::sqrt(square);
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
+  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+}
+
+inline Point3 turned(const Rotation& r, const Point3& p) {
+  return {vec::dot(r[0], p), vec::dot(r[1], p), vec::dot(r[2], p)};
+}
+
+/// Vertices in the file frame and oriented polygons.
+struct Part {
+  std::vector<Point3> vertices;
+  std::vector<std::vector<std::uint32_t>> faces;
+
+  Part& transform(const Rotation& r, double scale, const Point3& offset) {
+    for (Point3& v : vertices) v = vec::add(vec::scaled(turned(r, v), scale), offset);
+    return *this;
+  }
+  Part& move(const Point3& offset) {
+    for (Point3& v : vertices) v = vec::add(v, offset);
+    return *this;
+  }
+  Part& print(int digits) {
+    for (Point3& v : vertices) {
+      for (double& c : v) {
+        char text[64];
+        std::snprintf(text, sizeof text, "%.*f", digits, c);
+        c = std::strtod(text, nullptr);
+      }
+    }
+    return *this;
+  }
+};
+
+/// Upright prism over a counter-clockwise polygon, concave allowed.
+inline Part prism(const std::vector<std::array<double, 2>>& outline, double low, double high) {
+  Part part;
+  const auto n = static_cast<std::uint32_t>(outline.size());
+  for (const double z : {low, high}) {
+    for (const auto& p : outline) part.vertices.push_back({p[0], p[1], z});
+  }
+  std::vector<std::uint32_t> bottom, top;
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t next = (k + 1) % n;
+    part.faces.push_back({k, next, n + next, n + k});
+    top.push_back(n + k);
+    bottom.push_back(n - 1 - k);
+  }
+  part.faces.push_back(bottom);
+  part.faces.push_back(top);
+  return part;
+}
+
+inline Part box(const Point3& low, const Point3& high) {
+  return prism({{low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}}, low[2],
+               high[2]);
+}
+
+inline std::vector<std::array<double, 2>> regular_outline(int n, double radius) {
+  std::vector<std::array<double, 2>> outline;
+  for (int k = 0; k < n; ++k) {
+    const double angle = 2.0 * 3.14159265358979323846 * k / n;
+    outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  return outline;
+}
+
+/// n tips and n reflex corners.
+inline std::vector<std::array<double, 2>> star_outline(int n, double outer, double inner) {
+  std::vector<std::array<double, 2>> outline = regular_outline(2 * n, 1.0);
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    for (double& c : outline[k]) c *= k % 2 == 0 ? outer : inner;
+  }
+  return outline;
+}
+
+/// Stacked rings: rings[k] has n vertices; flat ends, or an apex where a ring has one vertex.
+inline Part loft(const std::vector<std::vector<Point3>>& rings) {
+  Part part;
+  std::vector<std::uint32_t> first;
+  for (const auto& ring : rings) {
+    first.push_back(static_cast<std::uint32_t>(part.vertices.size()));
+    part.vertices.insert(part.vertices.end(), ring.begin(), ring.end());
+  }
+  for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
+    const auto a = static_cast<std::uint32_t>(rings[r].size());
+    const auto b = static_cast<std::uint32_t>(rings[r + 1].size());
+    for (std::uint32_t k = 0; k < std::max(a, b); ++k) {
+      std::vector<std::uint32_t> face{first[r] + k % a};
+      if (a > 1) face.push_back(first[r] + (k + 1) % a);
+      if (b > 1) face.push_back(first[r + 1] + (k + 1) % b);
+      face.push_back(first[r + 1] + k % b);
+      part.faces.push_back(face);
+    }
+  }
+  std::vector<std::uint32_t> bottom, top;
+  for (std::uint32_t k = 0; k < rings.front().size(); ++k) {
+    bottom.push_back(static_cast<std::uint32_t>(rings.front().size()) - 1 - k);
+  }
+  for (std::uint32_t k = 0; k < rings.back().size(); ++k) top.push_back(first.back() + k);
+  if (bottom.size() > 2) part.faces.push_back(bottom);
+  if (top.size() > 2) part.faces.push_back(top);
+  return part;
+}
+
+inline std::vector<Point3> ring(int n, double radius, double z) {
+  std::vector<Point3> points;
+  for (const auto& p : regular_outline(n, radius)) points.push_back({p[0], p[1], z});
+  return points;
+}
+
+/// Unit cube whose faces are k x k squares, each cut in two triangles.
+inline Part subdivided_cube(std::uint32_t k) {
+  Part part;
+  std::map<Point3, std::uint32_t> index;
+  const auto vertex = [&](const Point3& p) {
+    const auto [it, fresh] = index.emplace(p, static_cast<std::uint32_t>(part.vertices.size()));
+    if (fresh) part.vertices.push_back(p);
+    return it->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const bool far : {false, true}) {
+      for (std::uint32_t i = 0; i < k; ++i) {
+        for (std::uint32_t j = 0; j < k; ++j) {
+          const auto at = [&](std::uint32_t a, std::uint32_t b) {
+            Point3 p{};
+            p[axis] = far ? 1.0 : 0.0;
+            p[(axis + 1) % 3] = static_cast<double>(a) / k;
+            p[(axis + 2) % 3] = static_cast<double>(b) / k;
+            return vertex(p);
+          };
+          std::array<std::uint32_t, 4> q{at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)};
+          if (!far) std::swap(q[1], q[3]);
+          part.faces.push_back({q[0], q[1], q[2]});
+          part.faces.push_back({q[0], q[2], q[3]});
+        }
+      }
+    }
+  }
+  return part;
+}
+
+/// Surface of one or more parts, each one shell; `void_of[k]` >= 0 makes part k a cavity of that
+/// part.
+inline Surface surface_of(const std::vector<Part>& all, double tolerance_m = 0.0,
+                          const std::vector<int>& void_of = {}) {
+  Surface s;
+  s.file = "part.obj";
+  vec::Box bounds;
+  for (const Part& part : all) {
+    for (const Point3& v : part.vertices) bounds.include(v);
+  }
+  s.diagonal_m = bounds.diagonal();
+  s.plane_tolerance_m = tolerance_m > 0.0 ? tolerance_m : 5e-6 * s.diagonal_m;
+  // A coarse binary grid keeps the differences exact.
+  const double grid = std::ldexp(1.0, std::ilogb(s.diagonal_m) - 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    s.centre_m[i] = grid * std::round(0.5 * (bounds.low[i] + bounds.high[i]) / grid);
+  }
+  for (std::uint32_t k = 0; k < all.size(); ++k) {
+    const auto base = static_cast<std::uint32_t>(s.vertices.size());
+    Shell shell;
+    const bool is_void = k < void_of.size() && void_of[k] >= 0;
+    shell.is_void = is_void;
+    shell.parent = is_void ? static_cast<std::uint32_t>(void_of[k]) : k;
+    shell.solid =
+        is_void ? s.shells[shell.parent].solid : static_cast<std::uint32_t>(s.solid_count++);
+    for (const Point3& v : all[k].vertices) {
+      s.source_vertex.push_back(static_cast<std::uint32_t>(s.vertices.size()));
+      s.vertices.push_back(vec::sub(v, s.centre_m));
+    }
+    for (const auto& loop : all[k].faces) {
+      SurfaceFace face;
+      for (const std::uint32_t v : loop) face.vertices.push_back(base + v);
+      if (is_void) std::reverse(face.vertices.begin(), face.vertices.end());
+      face.shell = k;
+      face.source_face = static_cast<std::uint32_t>(s.faces.size());
+      shell.faces.push_back(face.source_face);
+      s.faces.push_back(face);
+    }
+    s.shells.push_back(shell);
+  }
+  return s;
+}
+
+/// Volume from the boundary chains [m^3], every face through its own plane.
+inline double chain_volume(const FlatBody& body) {
+  double volume = 0.0;
+  for (const FlatSolid& flat : body.solids) {
+    for (const ExactFace& face : flat.solid.faces) {
+      const ExactPlane& plane = body.world.planes[face.plane];
+      Point3 doubled{0, 0, 0};
+      for (const auto& [u, v] : face.edges) {
+        doubled = vec::add(
+            doubled, vec::cross(body.world.vertices[u].x_approx, body.world.vertices[v].x_approx));
+      }
+      volume += 0.5 * vec::dot(doubled, plane.unit_normal) * plane.unit_offset / 3.0;
+    }
+  }
+  return volume / std::pow(body.world.scale, 3);
+}
+
+inline double surface_volume(const Surface& s) {
+  double six = 0.0;
+  for (const SurfaceFace& face : s.faces)
+    six += vec::six_volumes(s.vertices, face.vertices, {0, 0, 0});
+  return six / 6.0;
+}
+
+/// Every incidence exact; chains closed; each edge run twice, in opposite directions; area and
+/// volume kept.
+inline void check_body(FlatBody& body, const Surface& s) {
+  std::size_t wrong_sides = 0, open_chains = 0, unmatched = 0, inward = 0;
+  for (const FlatSolid& flat : body.solids) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
+    for (const ExactFace& face : flat.solid.faces) {
+      std::map<std::uint32_t, int> ends;
+      Point3 doubled{0, 0, 0};
+      for (const auto& [u, v] : face.edges) {
+        wrong_sides += body.world.side(u, face.plane) != 0 || body.world.side(v, face.plane) != 0;
+        ++ends[v];
+        --ends[u];
+        balance[{std::min(u, v), std::max(u, v)}] += u < v ? 1 : -1;
+        doubled = vec::add(
+            doubled, vec::cross(body.world.vertices[u].x_approx, body.world.vertices[v].x_approx));
+      }
+      for (const auto& [v, count] : ends) open_chains += count != 0;
+      inward += !(face.sign * vec::dot(doubled, body.world.planes[face.plane].unit_normal) > 0.0);
+    }
+    for (const auto& [edge, count] : balance) unmatched += count != 0;
+  }
+  CHECK(wrong_sides == 0);
+  CHECK(open_chains == 0);
+  CHECK(unmatched == 0);
+  CHECK(inward == 0);
+  double surface_area = 0.0;
+  for (const SurfaceFace& f : s.faces)
+    surface_area += 0.5 * vec::norm(vec::twice_area(s.vertices, f.vertices));
+  CHECK(std::abs(chain_volume(body) - surface_volume(s)) <=
+        surface_area * body.largest_move_m + 1e-13 * surface_area * s.diagonal_m);
+  CHECK(body.largest_move_m <= 4.0 * s.plane_tolerance_m);
+}
+
+/// Largest distance between a vertex in the file frame and the file's own, in units of the last
+/// place of the largest coordinate of the part. Every vertex of the world must come from the file.
+inline double moved_ulps(const FlatBody& body, const std::vector<Point3>& file_vertices) {
+  double largest = 0.0, moved = 0.0;
+  for (const Point3& v : file_vertices) {
+    for (const double c : v) largest = std::max(largest, std::abs(c));
+  }
+  const double ulp = std::nextafter(largest, std::numeric_limits<double>::infinity()) - largest;
+  for (std::size_t k = 0; k < body.world.vertices.size(); ++k) {
+    REQUIRE(body.world.source_vertex[k] >= 0);
+    const Point3& wanted = file_vertices[static_cast<std::size_t>(body.world.source_vertex[k])];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double file = to_double(body.world.vertices[k].x[i] / Rational(body.world.scale) +
+                                    Rational(body.world.centre_m[i]));
+      moved = std::max(moved, std::abs(file - wanted[i]) / ulp);
+    }
+  }
+  return moved;
+}
+
+}  // namespace haptic::tools::parts

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Whole files in, whole files out. A file that is written appears complete or not at all.
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/common/scene_bytes.hpp"
+
+namespace haptic::tools {
+
+/// The operating system refused: exit code kExitDeviceOrOs.
+class OsError : public std::runtime_error {
+ public:
+  explicit OsError(const std::string& text) : std::runtime_error(text) {}
+};
+
+/// @throws InputError when the file is missing, a folder, unreadable or larger than `limit` bytes.
+std::string read_text_file(const std::filesystem::path& path, std::size_t limit);
+
+/// A compiled scene in aligned memory, unchecked. @throws InputError as above.
+SceneBytes read_scene_bytes(const std::filesystem::path& path);
+
+/// A file to be written.
+struct PendingFile {
+  std::filesystem::path path;
+  std::span<const std::byte> bytes;
+};
+
+/// Writes every file to a temporary beside it, and only when all are on disk renames them into
+/// place: on any failure no file has changed and no temporary is left (a failing rename, after all
+/// were written, can leave earlier files renamed). @throws OsError naming the path and the reason.
+void write_files(const std::vector<PendingFile>& files);
+
+}  // namespace haptic::tools

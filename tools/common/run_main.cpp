@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/common/run_main.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <new>
+
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+
+namespace haptic::tools {
+
+int run_main(const char* program, const std::function<int()>& body) {
+  const auto say = [&](const char* text) { std::fprintf(stderr, "%s: %s\n", program, text); };
+  try {
+    return body();
+  } catch (const InputError& error) {
+    say(error.what());
+    return kExitBadInput;
+  } catch (const OsError& error) {
+    say(error.what());
+    return kExitDeviceOrOs;
+  } catch (const std::filesystem::filesystem_error& error) {
+    say(error.what());
+    return kExitDeviceOrOs;
+  } catch (const std::bad_alloc&) {
+    say("out of memory");
+    return kExitDeviceOrOs;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: internal error, please report it with the input: %s\n", program,
+                 error.what());
+    return kExitCheckFailed;
+  }
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The frame of every offline program: exceptions become one line on stderr and an exit code.
+
+#include <functional>
+
+namespace haptic::tools {
+
+/// Runs `body` and returns its exit code; InputError gives kExitBadInput, OsError and exhausted
+/// memory kExitDeviceOrOs, anything else (a defect of the program) kExitCheckFailed. The line
+/// starts with `program`.
+int run_main(const char* program, const std::function<int()>& body);
+
+}  // namespace haptic::tools

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/graph/body_geometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "rt_core/scene/scene_check.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+namespace {
+
+// Only + - * / and square root are used on these: exactly defined by the format, so that every
+// compiler that has the 80-bit format gives the same bits.
+using Wide = long double;
+using Wide3 = std::array<Wide, 3>;
+using WideMatrix = std::array<Wide3, 3>;
+static_assert(std::numeric_limits<Wide>::digits >= 64,
+              "scenes are compiled on hosts with 80-bit long double");
+
+Wide3 widen(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
+Wide3 operator+(const Wide3& a, const Wide3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Wide3 operator-(const Wide3& a, const Wide3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Wide dot(const Wide3& a, const Wide3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Wide3 cross(const Wide3& a, const Wide3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Wide3 operator*(const WideMatrix& m, const Wide3& v) {
+  return {dot(m[0], v), dot(m[1], v), dot(m[2], v)};
+}
+
+constexpr WideMatrix kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+WideMatrix rotation_matrix(const std::array<Wide, 4>& q) {
+  const Wide w = q[0], x = q[1], y = q[2], z = q[3];
+  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+           {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+           {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+}
+
+/// Nearest Real; a zero is always +0, so that equal geometry has equal bytes.
+Real round_to_real(Wide x) { return static_cast<Real>(x) + Real{0}; }
+double round_to_double(Wide x) { return static_cast<double>(x) + 0.0; }
+
+PieceGeometry piece_geometry(const ConvexPiece& piece, const PieceTopology& topology,
+                             const WideMatrix& r, const Wide3& shift) {
+  PieceGeometry g;
+  std::vector<Wide3> exact;
+  Wide3 sum{0, 0, 0};
+  for (const auto& v : piece.vertices) {
+    const Wide3 x = r * widen(v) + shift;
+    exact.push_back(x);
+    sum = sum + x;
+    g.vertices.push_back({round_to_real(x[0]), round_to_real(x[1]), round_to_real(x[2])});
+  }
+  const Wide count = static_cast<Wide>(exact.size());
+  const Wide3 centre{sum[0] / count, sum[1] / count, sum[2] / count};
+  Wide radius_squared = 0;
+  for (const Wide3& x : exact) {
+    radius_squared = std::max(radius_squared, dot(x - centre, x - centre));
+  }
+  g.radius_m = round_to_double(std::sqrt(radius_squared));
+  for (std::size_t k = 0; k < 3; ++k) g.centre_m[k] = round_to_double(centre[k]);
+  for (const EdgeRecord& edge : topology.edges) {
+    const Wide3 along = exact[edge.vertex[1]] - exact[edge.vertex[0]];
+    const Wide length = std::sqrt(dot(along, along));
+    EdgeDirection d{};
+    for (std::size_t k = 0; k < 3; ++k) d.unit[k] = round_to_real(along[k] / length);
+    d.length_m = round_to_real(length);
+    g.edge_directions.push_back(d);
+  }
+  if (piece.volume_m3 > 0.0) {
+    g.volume_m3 = piece.volume_m3;  // exact before its rounding, where the decomposition made it
+  } else {
+    Wide volume = 0;
+    for (const PieceFace& face : piece.faces) {
+      const Wide3 a = exact[face.loop[0]] - centre;
+      for (std::size_t k = 2; k < face.loop.size(); ++k) {
+        volume += dot(a, cross(exact[face.loop[k - 1]] - centre, exact[face.loop[k]] - centre));
+      }
+    }
+    g.volume_m3 = round_to_double(volume / 6);
+  }
+  return g;
+}
+
+/// Every point x of the body goes to r x + shift.
+BodyGeometry place_body(const Body& body, const std::vector<PieceTopology>& topologies,
+                        const WideMatrix& r, const Wide3& shift) {
+  BodyGeometry g;
+  for (const BodyPlane& plane : body.planes) {
+    const Wide3 n = r * widen(plane.normal);
+    PlaneRecord record{};
+    for (std::size_t k = 0; k < 3; ++k) record.normal[k] = round_to_real(n[k]);
+    record.offset_m = round_to_real(plane.offset_m + dot(n, shift));
+    g.planes.push_back(record);
+  }
+  for (std::size_t i = 0; i < body.pieces.size(); ++i) {
+    g.pieces.push_back(piece_geometry(body.pieces[i], topologies[i], r, shift));
+  }
+  return g;
+}
+
+std::string metres(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g m", x);
+  return text;
+}
+
+}  // namespace
+
+std::array<long double, 4> unit_quaternion(const std::array<double, 4>& wxyz,
+                                           const std::string& place) {
+  std::array<Wide, 4> q{wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+  const Wide length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(std::abs(length - 1) <= 1e-6L)) {
+    throw InputError(place + ": quaternion of length " + std::to_string(length) +
+                     " is not of unit length; divide it by its length");
+  }
+  for (Wide& x : q) x /= length;
+  return q;
+}
+
+BodyGeometry moving_geometry(const PlacedBody& placed, const std::array<double, 3>& grip_m,
+                             const std::vector<PieceTopology>& topologies) {
+  const Wide3 shift = widen(placed.mesh_origin_m) - widen(grip_m);
+  BodyGeometry g = place_body(placed.body, topologies, kIdentity, shift);
+  g.reference_m = grip_m;
+  return g;
+}
+
+BodyGeometry static_geometry(const PlacedBody& placed,
+                             const std::vector<PieceTopology>& topologies) {
+  const WideMatrix r = rotation_matrix(unit_quaternion(placed.quaternion_wxyz, placed.body.name));
+  const Wide3 origin = r * widen(placed.mesh_origin_m) + widen(placed.position_m);
+  Wide3 low{}, high{};
+  bool first = true;
+  for (const ConvexPiece& piece : placed.body.pieces) {
+    for (const auto& v : piece.vertices) {
+      const Wide3 x = r * widen(v);
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = first ? x[k] : std::min(low[k], x[k]);
+        high[k] = first ? x[k] : std::max(high[k], x[k]);
+      }
+      first = false;
+    }
+  }
+  const Wide size = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const Wide grid = size > 0 ? std::ldexp(Wide{1}, std::ilogb(size) - 5) : Wide{1};
+  std::array<double, 3> reference{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    reference[k] =
+        round_to_double(grid * std::floor((origin[k] + (low[k] + high[k]) / 2) / grid + Wide{0.5}));
+  }
+  // origin - reference first: the rest of the sum is then as small as the body itself.
+  BodyGeometry g = place_body(placed.body, topologies, r, origin - widen(reference));
+  g.reference_m = reference;
+  return g;
+}
+
+void check_geometry(const BodyGeometry& geometry, std::size_t index, const PieceTopology& topology,
+                    const std::string& place) {
+  const PieceGeometry& piece = geometry.pieces[index];
+  std::vector<Wide3> vertices;
+  Wide scale = 0;
+  for (const auto& v : piece.vertices) {
+    vertices.push_back({v[0], v[1], v[2]});
+    for (const Real x : v) {
+      if (!check::finite(x)) throw InputError(place + ": a vertex coordinate is not finite");
+      scale = std::max(scale, std::abs(static_cast<Wide>(x)));
+    }
+  }
+  const Wide tolerance = check::kGeometryTolerance * scale;
+  for (std::size_t f = 0; f < topology.faces.size(); ++f) {
+    const FaceRecord& face = topology.faces[f];
+    const PlaneRecord& plane = geometry.planes[face.plane];
+    const Wide sign = face.sign;
+    const Wide3 n{sign * plane.normal[0], sign * plane.normal[1], sign * plane.normal[2]};
+    if (!(std::abs(dot(n, n) - 1) < check::kGeometryTolerance)) {
+      throw InputError(place + ": plane " + std::to_string(face.plane) +
+                       " has a normal that is not of unit length");
+    }
+    const auto* loop = topology.loop_vertices.data() + face.loop_begin;
+    std::vector<bool> on_face(vertices.size(), false);
+    for (std::uint32_t k = 0; k < face.loop_count; ++k) on_face[loop[k]] = true;
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      const Wide height = dot(n, vertices[v]) - sign * plane.offset_m;
+      if (!(height <= tolerance) || (on_face[v] && !(height >= -tolerance))) {
+        throw InputError(place + ": vertex " + std::to_string(v) +
+                         (on_face[v] ? " lies off the plane of its face " : " is outside face ") +
+                         std::to_string(f) + " by " + metres(static_cast<double>(height)) +
+                         " (rounding allows " + metres(static_cast<double>(tolerance)) +
+                         "); the piece is not convex, or its numbers carry too few digits");
+      }
+    }
+    Wide3 area{0, 0, 0};
+    for (std::uint32_t k = 2; k < face.loop_count; ++k) {
+      area = area + cross(vertices[loop[k - 1]] - vertices[loop[0]],
+                          vertices[loop[k]] - vertices[loop[0]]);
+    }
+    if (!(dot(area, n) > 0)) {
+      throw InputError(place + ": face " + std::to_string(f) +
+                       " is not counter-clockwise seen from outside; turn its loop or its sign");
+    }
+  }
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/scene_file.hpp"
+
+#include <limits>
+
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/graph_compiler/program/scene_table.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+/// Positions beyond this are taken for a wrong unit; doubles resolve 1e-11 m there.
+constexpr Range kPosition{-1e5, 1e5};
+constexpr Range kPositive{0.0, kNoLimit, true};
+constexpr Range kNotNegative{0.0, kNoLimit};
+/// The paper's epsilon is a width of a set of nearly equal depths, not a size of a part.
+constexpr Range kEpsilon{0.0, 0.1, true};
+constexpr Range kRate{1.0, 1e5};
+constexpr double kDefaultEpsilon_m = 1e-4;
+constexpr double kDefaultRate_hz = 1000.0;
+
+/// Reads a pose; true when one of its keys is there.
+bool read_pose(const SceneTable& t, ScenePart& part) {
+  const auto position = t.vector3("position_m", kPosition);
+  const auto quaternion = t.quaternion_wxyz("quaternion");
+  if (position) part.position_m = *position;
+  if (quaternion) part.quaternion_wxyz = *quaternion;
+  return position || quaternion;
+}
+
+ScenePart read_part(const SceneTable& t, const std::filesystem::path& folder, bool& posed) {
+  ScenePart part;
+  const auto mesh = t.text("mesh");
+  if (!mesh) t.fail_missing("mesh", "give the path of an OBJ, STL or OFF file");
+  part.mesh = *mesh;
+  part.path = folder / part.mesh;
+  std::error_code error;
+  if (part.mesh.empty() || !std::filesystem::is_regular_file(part.path, error)) {
+    t.fail("mesh", "no file '" + part.mesh + "'; the path counts from the scene file's folder");
+  }
+  const auto scale = t.scale3("scale_to_m", kPositive);
+  if (!scale) {
+    t.fail_missing("scale_to_m",
+                   "give metres per file unit: 0.001 for millimetres, 1.0 for metres");
+  }
+  part.scale_to_m = *scale;
+  posed = read_pose(t, part);
+  return part;
+}
+
+void read_moving(const SceneTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+  const auto moving =
+      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "grip_m"});
+  if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
+  bool posed = false;
+  scene.moving = read_part(*moving, folder, posed);
+  scene.grip_m = moving->vector3("grip_m", kPosition);
+  const auto start = top.table("start", {"position_m", "quaternion"});
+  if (!start) return;
+  if (posed) {
+    top.fail("start", "[moving] has a pose too, which is the start pose; keep one of the two");
+  }
+  read_pose(*start, scene.moving);
+}
+
+void read_rendering(const SceneTable& top, SceneParameters& p) {
+  const auto rendering = top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m"});
+  if (!rendering) {
+    top.fail_missing("rendering", "add the table [rendering] with k_f_n_per_m, the stiffness");
+  }
+  const std::string law = rendering->text("law").value_or("paper");
+  if (law != "paper") rendering->fail("law", "no law '" + law + "'; the laws are: paper");
+  p.law = LawId::kPaper;
+  const auto stiffness = rendering->number("k_f_n_per_m", kPositive);
+  if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
+  p.k_f_n_per_m = *stiffness;
+  p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
+  p.rate_hz = kDefaultRate_hz;
+  if (const auto loop = top.table("loop", {"rate_hz"})) {
+    p.rate_hz = loop->number("rate_hz", kRate).value_or(kDefaultRate_hz);
+  }
+}
+
+void read_motion_limits(const SceneTable& top, SceneParameters& p) {
+  const auto limits = top.table("motion_limits", {"linear_m_per_s", "angular_rad_per_s"});
+  if (!limits) return;
+  const auto linear = limits->number("linear_m_per_s", kPositive);
+  const auto angular = limits->number("angular_rad_per_s", kPositive);
+  if (!linear) limits->fail_missing("linear_m_per_s", "give the largest speed of the hand");
+  if (!angular) limits->fail_missing("angular_rad_per_s", "give the largest turning speed");
+  p.motion_limits_given = 1;
+  p.max_linear_speed_m_per_s = *linear;
+  p.max_angular_speed_rad_per_s = *angular;
+}
+
+void read_device(const SceneTable& top, DeviceParameters& d) {
+  const std::pair<std::string_view, double DeviceParameters::*> fields[] = {
+      {"mass_kg", &DeviceParameters::mass_kg},
+      {"damping_ns_per_m", &DeviceParameters::damping_ns_per_m},
+      {"coulomb_friction_n", &DeviceParameters::coulomb_friction_n},
+      {"encoder_step_m", &DeviceParameters::encoder_step_m},
+      {"max_force_n", &DeviceParameters::max_force_n},
+      {"max_torque_nm", &DeviceParameters::max_torque_nm},
+      {"max_force_rate_n_per_s", &DeviceParameters::max_force_rate_n_per_s},
+      {"max_torque_rate_nm_per_s", &DeviceParameters::max_torque_rate_nm_per_s},
+      {"max_stiffness_n_per_m", &DeviceParameters::max_stiffness_n_per_m},
+      {"max_damping_ns_per_m", &DeviceParameters::max_damping_ns_per_m},
+      {"delay_s", &DeviceParameters::delay_s}};
+  std::vector<std::string_view> known;
+  for (const auto& field : fields) known.push_back(field.first);
+  const auto device = top.table("device", known);
+  if (!device) return;
+  d.given = 1;
+  for (const auto& [key, member] : fields)
+    d.*member = device->number(key, kNotNegative).value_or(0);
+}
+
+std::optional<BudgetLimit> read_limit(const SceneTable& t, std::string_view key) {
+  const auto bytes = t.integer(key);
+  if (!bytes) return std::nullopt;
+  if (*bytes <= 0) t.fail(key, "is " + std::to_string(*bytes) + "; give a number of bytes above 0");
+  const FilePlace place = t.place(key);
+  return BudgetLimit{static_cast<std::uint64_t>(*bytes), place.line, place.column};
+}
+
+void check_format(const SceneTable& top) {
+  const auto format = top.integer("format");
+  if (!format) top.fail_missing("format", "write format = 1 at the top");
+  if (*format != 1) {
+    top.fail("format", "is " + std::to_string(*format) + "; this compiler reads format = 1");
+  }
+}
+
+std::string read_name(const SceneTable& top) {
+  const auto name = top.text("name");
+  if (!name) top.fail_missing("name", "give the scene a name");
+  if (name->empty() || name->size() > 200) {
+    top.fail("name", "has " + std::to_string(name->size()) + " bytes; give 1 to 200");
+  }
+  for (const char c : *name) {
+    if (static_cast<unsigned char>(c) < 0x20) top.fail("name", "holds a control character");
+  }
+  return *name;
+}
+
+SceneFile read_tables(const SceneTable& top, const std::string& file,
+                      const std::filesystem::path& folder) {
+  SceneFile scene;
+  scene.file = file;
+  check_format(top);
+  scene.name = read_name(top);
+  read_moving(top, folder, scene);
+  for (const SceneTable& t :
+       top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion"})) {
+    bool posed = false;
+    scene.statics.push_back(read_part(t, folder, posed));
+  }
+  if (scene.statics.empty()) {
+    top.fail_missing("static", "add at least one [[static]] table with a fixed part");
+  }
+  read_rendering(top, scene.parameters);
+  read_motion_limits(top, scene.parameters);
+  read_device(top, scene.parameters.device);
+  if (const auto cleaning = top.table("cleaning", {"plane_tolerance_m"})) {
+    scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
+  }
+  if (const auto budget = top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes"})) {
+    scene.budget.constants = read_limit(*budget, "constants_bytes");
+    scene.budget.state = read_limit(*budget, "state_bytes");
+    scene.budget.stack = read_limit(*budget, "stack_bytes");
+  }
+  return scene;
+}
+
+}  // namespace
+
+SceneFile parse_scene_file(std::string_view text, const std::string& file,
+                           const std::filesystem::path& folder) {
+  toml::table root;
+  try {
+    root = toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                     ": not valid TOML: " + std::string(error.description()));
+  }
+  const SceneTable top(root, file, "",
+                       {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
+                        "loop", "device", "budget", "cleaning"});
+  return read_tables(top, file, folder);
+}
+
+SceneFile read_scene_file(const std::filesystem::path& path) {
+  const std::string text = read_text_file(path, kMaxSceneFileBytes);
+  return parse_scene_file(text, path.string(), path.parent_path());
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The scene file (TOML, format 1): which meshes, where they stand, how contact is rendered.
+/// README.md lists the keys.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt_core/scene/scene_format.hpp"
+
+namespace haptic::tools {
+
+/// One `[moving]` or `[[static]]` table.
+struct ScenePart {
+  std::string mesh;                           ///< as written
+  std::filesystem::path path;                 ///< resolved against the scene file's folder
+  std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
+  std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
+  std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
+};
+
+/// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
+struct BudgetLimit {
+  std::uint64_t bytes = 0;
+  std::uint32_t line = 0, column = 0;
+};
+
+struct SceneBudget {
+  std::optional<BudgetLimit> constants, state, stack;
+};
+
+struct SceneFile {
+  std::string file;  ///< for messages
+  std::string name;
+  ScenePart moving;
+  std::vector<ScenePart> statics;
+  std::optional<std::array<double, 3>> grip_m;  ///< moving mesh frame; absent: centre of volume
+  SceneParameters parameters{};  ///< start pose and name are filled by the scene writer
+  std::optional<double> plane_tolerance_m;
+  SceneBudget budget;
+};
+
+/// Largest scene file that is read [bytes].
+inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 20;
+
+/// Reads and checks a scene file; meshes are not opened, but must exist.
+/// @throws InputError "scene.toml:LINE:COLUMN: defect; mend", columns counted in characters from 1.
+SceneFile read_scene_file(const std::filesystem::path& path);
+
+/// The same from text; mesh paths count from `folder`.
+SceneFile parse_scene_file(std::string_view text, const std::string& file,
+                           const std::filesystem::path& folder);
+
+}  // namespace haptic::tools

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/scene_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+namespace {
+
+std::string type_name(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "a boolean";
+    default:
+      return "a date or time";
+  }
+}
+
+std::string short_number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", x);
+  return text;
+}
+
+std::string range_text(const Range& range) {
+  const bool bounded = std::isfinite(range.high);
+  if (!bounded) return (range.open_low ? "above " : "at least ") + short_number(range.low);
+  return (range.open_low ? "above " : "from ") + short_number(range.low) +
+         (range.open_low ? " and at most " : " to ") + short_number(range.high);
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+std::string list_of(const std::vector<std::string_view>& words) {
+  std::string text;
+  for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+  return text;
+}
+
+}  // namespace
+
+std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
+  std::string best;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 2) + 1;
+  for (const std::string_view candidate : known) {
+    // A key without its unit ("grip" for "grip_m") is as near as a misprint.
+    const bool prefix = candidate.size() > word.size() && word.size() >= 3 &&
+                        candidate.substr(0, word.size()) == word;
+    const std::size_t distance = prefix ? 1 : edit_distance(word, candidate);
+    if (distance < least) {
+      least = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+SceneTable::SceneTable(const toml::table& table, std::string file, std::string name,
+                       std::vector<std::string_view> known)
+    : table_(&table), file_(std::move(file)), name_(std::move(name)) {
+  for (const auto& [key, value] : table) {
+    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    const std::string nearest = nearest_word(key.str(), known);
+    fail_at(key.source(), "unknown key '" + std::string(key.str()) + "'" +
+                              (name_.empty() ? "" : " in " + name_) + "; " +
+                              (nearest.empty() ? "the known keys are " + list_of(known)
+                                               : "did you mean '" + nearest + "'?"));
+  }
+}
+
+void SceneTable::fail_at(const toml::source_region& region, const std::string& text) const {
+  throw InputError(file_ + ":" + std::to_string(region.begin.line) + ":" +
+                   std::to_string(region.begin.column) + ": " + text);
+}
+
+std::string SceneTable::full_name(std::string_view key) const {
+  return (name_.empty() ? "" : name_ + " ") + std::string(key);
+}
+
+void SceneTable::fail(std::string_view key, const std::string& defect_and_mend) const {
+  const toml::node* node = table_->get(key);
+  fail_at(node != nullptr ? node->source() : table_->source(),
+          full_name(key) + ": " + defect_and_mend);
+}
+
+void SceneTable::fail_missing(std::string_view key, const std::string& mend) const {
+  fail_at(table_->source(), full_name(key) + " is missing; " + mend);
+}
+
+FilePlace SceneTable::place(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  const toml::source_position at = (node != nullptr ? node->source() : table_->source()).begin;
+  return {at.line, at.column};
+}
+
+double SceneTable::number_of(const toml::node& node, const std::string& what,
+                             const Range& range) const {
+  if (!node.is_number()) {
+    fail_at(node.source(), what + " is " + type_name(node) + "; give a number");
+  }
+  const double x = node.is_integer() ? static_cast<double>(node.as_integer()->get())
+                                     : node.as_floating_point()->get();
+  const bool inside = range.open_low ? x > range.low : x >= range.low;
+  if (!std::isfinite(x) || !inside || x > range.high) {
+    fail_at(node.source(),
+            what + " is " + short_number(x) + "; give a number " + range_text(range));
+  }
+  return x;
+}
+
+std::optional<double> SceneTable::number(std::string_view key, const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  return number_of(*node, full_name(key), range);
+}
+
+std::optional<std::int64_t> SceneTable::integer(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_integer()) fail(key, "is " + type_name(*node) + "; give an integer");
+  return node->as_integer()->get();
+}
+
+std::optional<std::string> SceneTable::text(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_string()) fail(key, "is " + type_name(*node) + "; give a string in quotes");
+  return node->as_string()->get();
+}
+
+std::optional<std::array<double, 3>> SceneTable::vector3(std::string_view key,
+                                                         const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) fail(key, "is " + type_name(*node) + "; give an array of three numbers");
+  if (array->size() != 3) {
+    fail(key, "has " + std::to_string(array->size()) + " elements; give three numbers");
+  }
+  std::array<double, 3> result{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    result[k] = number_of(*array->get(k), full_name(key) + "[" + std::to_string(k) + "]", range);
+  }
+  return result;
+}
+
+std::optional<std::array<double, 3>> SceneTable::scale3(std::string_view key,
+                                                        const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr || node->is_array()) return vector3(key, range);
+  const double x = number_of(*node, full_name(key), range);
+  return std::array<double, 3>{x, x, x};
+}
+
+std::optional<std::array<double, 4>> SceneTable::quaternion_wxyz(std::string_view key) const {
+  const std::optional<SceneTable> q = table(key, {"w", "x", "y", "z"});
+  if (!q) return std::nullopt;
+  std::array<double, 4> result{};
+  double square = 0.0;
+  constexpr std::string_view kNames[4] = {"w", "x", "y", "z"};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto value = q->number(kNames[k], {-2.0, 2.0});
+    if (!value) q->fail_missing(kNames[k], "a quaternion is { w = 1, x = 0, y = 0, z = 0 }");
+    result[k] = *value;
+    square += result[k] * result[k];
+  }
+  const double length = std::sqrt(square);
+  if (!(std::abs(length - 1.0) <= 1e-6)) {
+    fail(key, "has length " + short_number(length) + "; divide its components by that");
+  }
+  for (double& x : result) x /= length;
+  return result;
+}
+
+std::optional<SceneTable> SceneTable::table(std::string_view key,
+                                            std::vector<std::string_view> known) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  const std::string name = name_.empty() ? "[" + std::string(key) + "]" : full_name(key);
+  if (!node->is_table()) {
+    fail(key,
+         "is " + type_name(*node) +
+             (node->is_array_of_tables() ? " of tables; give it once, as " : "; give a table, ") +
+             name);
+  }
+  return SceneTable(*node->as_table(), file_, name, std::move(known));
+}
+
+std::vector<SceneTable> SceneTable::tables(std::string_view key,
+                                           std::vector<std::string_view> known) const {
+  const toml::node* node = table_->get(key);
+  std::vector<SceneTable> result;
+  if (node == nullptr) return result;
+  const std::string name = "[[" + std::string(key) + "]]";
+  if (!node->is_array_of_tables()) {
+    fail(key, "is " + type_name(*node) + "; write its heading as " + name);
+  }
+  for (const toml::node& element : *node->as_array()) {
+    result.emplace_back(*element.as_table(), file_, name, known);
+  }
+  return result;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Strict reading of one TOML table: every value has a type, a range and a place, and every key
+/// must be known.
+
+#include <toml++/toml.h>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace haptic::tools {
+
+/// Where something stands in the scene file, both from 1.
+struct FilePlace {
+  std::uint32_t line = 0, column = 0;
+};
+
+/// Interval of allowed values [low, high], or (low, high] when `open_low`.
+struct Range {
+  double low, high;
+  bool open_low = false;
+};
+
+class SceneTable {
+ public:
+  /// @param name  for messages: "[moving]"; empty for the top level.
+  /// @throws InputError "file:line:column: ..." for a key that is not in `known`, with the nearest
+  /// known one.
+  SceneTable(const toml::table& table, std::string file, std::string name,
+             std::vector<std::string_view> known);
+
+  [[nodiscard]] bool has(std::string_view key) const { return table_->contains(key); }
+  /// Place of the value, or of the table where the key is absent.
+  [[nodiscard]] FilePlace place(std::string_view key) const;
+
+  // Readers: absent keys give nullopt; a value of the wrong type or out of range throws InputError
+  // with its place.
+  [[nodiscard]] std::optional<double> number(std::string_view key, const Range& range) const;
+  [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key) const;
+  [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
+  [[nodiscard]] std::optional<std::array<double, 3>> vector3(std::string_view key,
+                                                             const Range& range) const;
+  /// One number for all three, or an array of three.
+  [[nodiscard]] std::optional<std::array<double, 3>> scale3(std::string_view key,
+                                                            const Range& range) const;
+  /// { w, x, y, z } within 1e-6 of unit length; normalised.
+  [[nodiscard]] std::optional<std::array<double, 4>> quaternion_wxyz(std::string_view key) const;
+  [[nodiscard]] std::optional<SceneTable> table(std::string_view key,
+                                                std::vector<std::string_view> known) const;
+  /// The tables of `[[key]]`; empty when absent.
+  [[nodiscard]] std::vector<SceneTable> tables(std::string_view key,
+                                               std::vector<std::string_view> known) const;
+
+  [[noreturn]] void fail(std::string_view key, const std::string& defect_and_mend) const;
+  [[noreturn]] void fail_missing(std::string_view key, const std::string& mend) const;
+
+ private:
+  [[nodiscard]] double number_of(const toml::node& node, const std::string& what,
+                                 const Range& range) const;
+  [[nodiscard]] std::string full_name(std::string_view key) const;
+  [[noreturn]] void fail_at(const toml::source_region& region, const std::string& text) const;
+
+  const toml::table* table_;
+  std::string file_, name_;
+};
+
+/// Known word with the fewest edits from `word`, or empty when none is near.
+std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known);
+
+}  // namespace haptic::tools
