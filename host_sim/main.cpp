@@ -9,11 +9,14 @@
 
 int main(int argc, char** argv) {
   using namespace haptic;
-  CLI::App program("Host simulator: replays motions through the real-time core, checks and times it.", "host_sim");
+  CLI::App program(
+      "Host simulator: replays motions through the real-time core, checks and times it.",
+      "host_sim");
   program.set_version_flag("--version", std::string("host_sim ") + HAPTIC_VERSION);
   program.require_subcommand(1);
-  const sim::Command commands[] = {sim::add_motion_command(program), sim::add_replay_command(program),
-                                   sim::add_vectors_command(program), sim::add_wcet_command(program)};
+  const sim::Command commands[] = {
+      sim::add_motion_command(program), sim::add_replay_command(program),
+      sim::add_vectors_command(program), sim::add_wcet_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,7 +7,8 @@
 namespace haptic {
 namespace {
 
-constexpr std::uint32_t kTicks = 1000;
+constexpr std::uint32_t kTicksDown = 500;
+constexpr std::uint32_t kTicks = 2 * kTicksDown;
 constexpr Real kTravel_m = 0.02_r;
 constexpr Real kTurn_rad = 0.3_r;
 
@@ -20,8 +21,8 @@ bool rotation_holds() noexcept {
 
 /// Pose of tick `tick`: down for the first half, back for the second.
 Pose drive_pose(const SceneParameters& scene, std::uint32_t tick) noexcept {
-  const std::uint32_t way = tick < kTicks / 2 ? tick : kTicks - tick;
-  const Real part = static_cast<Real>(way) / static_cast<Real>(kTicks / 2);
+  const std::uint32_t way = tick < kTicksDown ? tick : kTicks - tick;
+  const Real part = static_cast<Real>(way) / static_cast<Real>(kTicksDown);
   Pose pose;
   for (int axis = 0; axis < 3; ++axis)
     pose.p_wa[axis] = static_cast<Real>(scene.start_p_wa_m[axis]);

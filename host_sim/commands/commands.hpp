@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The commands of host_sim, one per file. Each adds its options to the command line; the returned function runs it and
-/// gives the exit code (tools/common/error.hpp). Bad input comes out as tools::InputError.
+/// The commands of host_sim, one per file. Each adds its options to the command line; the returned
+/// function runs it and gives the exit code (tools/common/error.hpp). Bad input comes out as
+/// tools::InputError.
 
 #include <CLI/App.hpp>
 #include <functional>

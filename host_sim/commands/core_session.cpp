@@ -12,7 +12,9 @@ namespace haptic::sim {
 CoreSession::CoreSession(const std::string& scene_path) {
   std::ifstream stream(scene_path, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
-  if (size < 0) throw tools::InputError(scene_path + ": cannot be opened; compile the scene first or mend the name");
+  if (size < 0)
+    throw tools::InputError(scene_path +
+                            ": cannot be opened; compile the scene first or mend the name");
   blob_ = AlignedBytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);
@@ -20,7 +22,8 @@ CoreSession::CoreSession(const std::string& scene_path) {
   open(scene_path);
 }
 
-CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name) : blob_(scene.size()) {
+CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name)
+    : blob_(scene.size()) {
   if (!scene.empty()) std::memcpy(blob_.bytes().data(), scene.data(), scene.size());
   open(name);
 }
@@ -28,20 +31,24 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
 void CoreSession::open(const std::string& name) {
   const RtStatus opened = SceneView::open(blob_.bytes(), view_);
   if (opened != RtStatus::kOk) {
-    throw tools::InputError(name + ": not a usable scene: " + to_text(opened) + "; compile it again");
+    throw tools::InputError(name + ": not a usable scene: " + to_text(opened) +
+                            "; compile it again");
   }
   state_ = AlignedBytes(static_cast<std::size_t>(view_.header().capacity.state_bytes));
   const RtStatus created = HapticCore::create(state_.bytes(), view_, core_);
   if (created != RtStatus::kOk) {
-    throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) + "; compile it again");
+    throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
+                            "; compile it again");
   }
 }
 
 Pose pose_of(const MotionSample& sample) {
   Pose pose;
-  pose.p_wa = Vec3(static_cast<Real>(sample.p[0]), static_cast<Real>(sample.p[1]), static_cast<Real>(sample.p[2]));
+  pose.p_wa = Vec3(static_cast<Real>(sample.p[0]), static_cast<Real>(sample.p[1]),
+                   static_cast<Real>(sample.p[2]));
   const double* q = sample.q_wxyz;
-  pose.q_wa = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]), static_cast<Real>(q[2]), static_cast<Real>(q[3]));
+  pose.q_wa = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]), static_cast<Real>(q[2]),
+                   static_cast<Real>(q[3]));
   return pose;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A compiled scene in aligned memory with a core over it: what every command of the simulator starts from.
+/// A compiled scene in aligned memory with a core over it: what every command of the simulator
+/// starts from.
 
 #include <cstddef>
 #include <span>

@@ -21,14 +21,14 @@ enum class GoldenQuantity : std::uint8_t {
   kForce,
   kTorque,
   kContactNodes,
-  kCoherentVerdict,      ///< path files: the cases as one motion, without a reset between them
+  kCoherentVerdict,  ///< path files: the cases as one motion, without a reset between them
   kCoherentDepth,
   kCoherentNearSet,
-  kOracleDepthByNode,    ///< the oracle against the file: these check the judge itself
+  kOracleDepthByNode,  ///< the oracle against the file: these check the judge itself
   kOracleApplicable,
   kOracleRatio,
   kOracleDepth,
-  kOtherRules,           ///< results of rules that the core does not render
+  kOtherRules,  ///< results of rules that the core does not render
   kCount
 };
 
@@ -36,7 +36,8 @@ enum class GoldenQuantity : std::uint8_t {
 
 struct GoldenTally {
   std::uint64_t compared = 0, not_compared = 0, failed = 0;
-  double worst_ratio = 0;  ///< largest error divided by its tolerance; sets: 0 equal, infinite different
+  double worst_ratio =
+      0;  ///< largest error divided by its tolerance; sets: 0 equal, infinite different
 };
 
 struct GoldenReport {
@@ -49,16 +50,19 @@ struct GoldenReport {
   [[nodiscard]] bool passed() const { return failures.empty(); }
 };
 
-/// The scene of a golden file: A moving with its grip point at its frame's origin, B fixed, law paper, `epsilon_m`.
+/// The scene of a golden file: A moving with its grip point at its frame's origin, B fixed, law
+/// paper, `epsilon_m`.
 [[nodiscard]] tools::SceneDescription golden_scene(const GoldenFile& file, double epsilon_m);
 
-/// Width of the near set for a file: below every gap to the next depth and every violation of a rejected node (a quarter
-/// of the smallest), at most 1e-9 of the size, and not below 64 roundings of the largest coordinate. [m]
+/// Width of the near set for a file: below every gap to the next depth and every violation of a
+/// rejected node (a quarter of the smallest), at most 1e-9 of the size, and not below 64 roundings
+/// of the largest coordinate. [m]
 [[nodiscard]] double golden_epsilon_m(const GoldenFile& file);
 
-/// Tolerances: depth, SCP 1e-12 of the size (1e-10 where coordinates exceed 100 sizes, 1e-5 in single precision);
-/// force 1e-9 of k_F |D| (1e-4), torque times the size, both at least k_F times the depth tolerance. Torque is compared
-/// where margin_m > 1e-6 of 0.1 m scaled to the size. D_near = 0 exactly: both verdicts are right.
+/// Tolerances: depth, SCP 1e-12 of the size (1e-10 where coordinates exceed 100 sizes, 1e-5 in
+/// single precision); force 1e-9 of k_F |D| (1e-4), torque times the size, both at least k_F times
+/// the depth tolerance. Torque is compared where margin_m > 1e-6 of 0.1 m scaled to the size.
+/// D_near = 0 exactly: both verdicts are right.
 /// @throws tools::InputError when the bodies are no convex pieces.
 [[nodiscard]] GoldenReport check_golden_file(const GoldenFile& file);
 

@@ -34,8 +34,10 @@ tools::Body body_of(const GoldenBody& golden) {
     face.loop = loop;
     face.source_face = static_cast<std::int64_t>(f);
     piece.faces.push_back(face);
-    for (std::size_t k = 1; k + 1 < loop.size(); ++k) {  // tetrahedra from one vertex: signed volumes
-      const WideVec a = golden.vertices[loop.front()] - origin, b = golden.vertices[loop[k]] - origin,
+    for (std::size_t k = 1; k + 1 < loop.size();
+         ++k) {  // tetrahedra from one vertex: signed volumes
+      const WideVec a = golden.vertices[loop.front()] - origin,
+                    b = golden.vertices[loop[k]] - origin,
                     c = golden.vertices[loop[k + 1]] - origin;
       const Wide six = dot(a, cross(b, c));
       volume += six / 6;
@@ -68,11 +70,13 @@ double golden_epsilon_m(const GoldenFile& file) {
   Wide epsilon = 1e-9L * size, coordinate = 0;
   for (const GoldenCase& c : file.cases) {
     if (c.gap_to_next_m) epsilon = std::min(epsilon, *c.gap_to_next_m / 4);
-    if (c.min_violation_of_rejected_m) epsilon = std::min(epsilon, *c.min_violation_of_rejected_m / 4);
+    if (c.min_violation_of_rejected_m)
+      epsilon = std::min(epsilon, *c.min_violation_of_rejected_m / 4);
     coordinate = std::max(coordinate, norm(c.x));
   }
   for (const WideVec& v : file.b.vertices) coordinate = std::max(coordinate, norm(v));
-  return static_cast<double>(std::max(epsilon, 64 * Wide{kRealEpsilon} * std::max(coordinate, size)));
+  return static_cast<double>(
+      std::max(epsilon, 64 * Wide{kRealEpsilon} * std::max(coordinate, size)));
 }
 
 }  // namespace haptic::sim

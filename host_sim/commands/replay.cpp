@@ -8,15 +8,18 @@ namespace haptic::sim {
 namespace {
 
 /// One tick of the core; `d_near_m` gets a value per pair.
-TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, std::vector<double>& d_near_m) {
+TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s,
+                     std::vector<double>& d_near_m) {
   const StepResult result = core.step(input);
-  for (std::uint32_t k = 0; k < core.pair_count(); ++k) d_near_m[k] = static_cast<double>(core.pair_d_near_m(k));
+  for (std::uint32_t k = 0; k < core.pair_count(); ++k)
+    d_near_m[k] = static_cast<double>(core.pair_d_near_m(k));
   return record_of(input.sequence, t_s, result);
 }
 
-/// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no hash.
-TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepInput& input, double t_s,
-                        std::vector<double>& d_near_m) {
+/// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
+/// hash.
+TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepInput& input,
+                        double t_s, std::vector<double>& d_near_m) {
   tracker.update(input.pose_wa);
   std::copy(tracker.d_near_m().begin(), tracker.d_near_m().end(), d_near_m.begin());
   TickRecord record;
@@ -36,7 +39,8 @@ TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepI
 
 }  // namespace
 
-ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion, const ReplayOptions& options) {
+ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
+                    const ReplayOptions& options) {
   ReplayResult result;
   result.ticks.reserve(motion.size());
   const SceneView& view = session.view();
@@ -51,8 +55,9 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion, 
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const StepInput input = input_of(motion[i], i);
     const double t_s = motion[i].t_s;
-    TickRecord record = literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, d_near_m)
-                                : core_tick(session.core(), input, t_s, d_near_m);
+    TickRecord record =
+        literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, d_near_m)
+                : core_tick(session.core(), input, t_s, d_near_m);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
     if (oracle && record.status == RtStatus::kOk) {
@@ -60,7 +65,8 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion, 
       check.add(i, verdicts, d_near_m);
     }
     if (options.progress && (i % 256 == 0 || i + 1 == motion.size())) {
-      std::fprintf(stderr, "\r%zu / %zu ticks%s", i + 1, motion.size(), i + 1 == motion.size() ? "\n" : "");
+      std::fprintf(stderr, "\r%zu / %zu ticks%s", i + 1, motion.size(),
+                   i + 1 == motion.size() ? "\n" : "");
     }
   }
   if (options.check) result.check = check.totals();

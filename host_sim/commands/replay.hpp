@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Runs a motion through the core, or through the paper's literal steps, optionally against the oracle.
+/// Runs a motion through the core, or through the paper's literal steps, optionally against the
+/// oracle.
 
 #include <optional>
 #include <span>
@@ -24,8 +25,8 @@ struct ReplayResult {
   std::optional<CheckTotals> check;
 };
 
-/// Starts from a forgotten contact history. Cost without a check: the ticks themselves; the check adds an exhaustive
-/// long double search per pair-tick.
+/// Starts from a forgotten contact history. Cost without a check: the ticks themselves; the check
+/// adds an exhaustive long double search per pair-tick.
 [[nodiscard]] ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
                                   const ReplayOptions& options);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--json] [--check] [--literal]
+// host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--json] [--check]
+// [--literal]
 #include <unistd.h>
 
 #include <cstdio>
@@ -27,7 +28,8 @@ struct Options {
 /// Half of the smallest distance in time of two ticks: a reference sample belongs to at most one.
 double half_period_s(const std::vector<MotionSample>& motion) {
   double period = 1.0;
-  for (std::size_t i = 1; i < motion.size(); ++i) period = std::min(period, motion[i].t_s - motion[i - 1].t_s);
+  for (std::size_t i = 1; i < motion.size(); ++i)
+    period = std::min(period, motion[i].t_s - motion[i - 1].t_s);
   return 0.5 * period;
 }
 
@@ -51,7 +53,8 @@ int run(const Options& o) {
   report.motion = o.motion;
   report.mode = "core";
   if (o.literal) {
-    report.mode = o.delta == DeltaReading::kTranslation ? "literal steps, delta = dx" : "literal steps, delta = dx-rotation";
+    report.mode = o.delta == DeltaReading::kTranslation ? "literal steps, delta = dx"
+                                                        : "literal steps, delta = dx-rotation";
   }
   report.totals = total(result.ticks, session.view().header().capacity);
   report.check = result.check;
@@ -61,7 +64,9 @@ int run(const Options& o) {
   if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks));
   if (!o.plot.empty()) {
     const SceneParameters& p = session.view().parameters();
-    write_whole_file(o.plot, replay_plot(result.ticks, std::string(session.view().text(p.name_offset, p.name_bytes))));
+    write_whole_file(
+        o.plot,
+        replay_plot(result.ticks, std::string(session.view().text(p.name_offset, p.name_bytes))));
   }
   const std::string summary = o.json ? json_summary(report) : text_summary(report);
   std::fwrite(summary.data(), 1, summary.size(), stdout);
@@ -75,17 +80,22 @@ int run(const Options& o) {
 
 Command add_replay_command(CLI::App& program) {
   const auto o = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("replay", "Runs a motion through the core: force, torque, contact situation.");
+  CLI::App* app = program.add_subcommand(
+      "replay", "Runs a motion through the core: force, torque, contact situation.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
-  app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")->required();
+  app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
+      ->required();
   app->add_option("--out", o->out, "CSV to write, one line per tick");
   app->add_option("--plot", o->plot, "SVG to write");
   app->add_flag("--json", o->json, "summary as JSON on stdout");
-  app->add_flag("--check", o->check, "compare every pair of every tick with an exhaustive long double search");
-  app->add_option("--reference", o->reference, "contact flags to compare with: t,contact (1, 0, u)");
-  CLI::Option* literal = app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core");
-  const std::map<std::string, DeltaReading> readings{{"dx", DeltaReading::kTranslation},
-                                                     {"dx-rotation", DeltaReading::kTranslationAndRotation}};
+  app->add_flag("--check", o->check,
+                "compare every pair of every tick with an exhaustive long double search");
+  app->add_option("--reference", o->reference,
+                  "contact flags to compare with: t,contact (1, 0, u)");
+  CLI::Option* literal =
+      app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core");
+  const std::map<std::string, DeltaReading> readings{
+      {"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}};
   app->add_option("--delta", o->delta, "reading of delta in step 2: dx or dx-rotation (default)")
       ->transform(CLI::CheckedTransformer(readings))
       ->needs(literal);

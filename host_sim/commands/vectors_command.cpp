@@ -15,15 +15,18 @@ namespace haptic::sim {
 namespace {
 
 void print_text(const GoldenReport& report) {
-  std::printf("%s: %s, %llu cases, size %.4g m, epsilon %.3g m, depth tolerance %.3g m: %s\n", report.path.c_str(),
-              report.family.c_str(), static_cast<unsigned long long>(report.cases), report.size_m, report.epsilon_m,
+  std::printf("%s: %s, %llu cases, size %.4g m, epsilon %.3g m, depth tolerance %.3g m: %s\n",
+              report.path.c_str(), report.family.c_str(),
+              static_cast<unsigned long long>(report.cases), report.size_m, report.epsilon_m,
               report.depth_tolerance_m, report.passed() ? "passed" : "FAILED");
-  std::printf("  %-24s %9s %13s %8s %22s\n", "quantity", "compared", "not compared", "failed", "error / tolerance");
+  std::printf("  %-24s %9s %13s %8s %22s\n", "quantity", "compared", "not compared", "failed",
+              "error / tolerance");
   for (std::size_t q = 0; q < report.tallies.size(); ++q) {
     const GoldenTally& t = report.tallies[q];
     if (t.compared + t.not_compared == 0) continue;
     std::printf("  %-24s %9llu %13llu %8llu %22.3g\n", to_text(static_cast<GoldenQuantity>(q)),
-                static_cast<unsigned long long>(t.compared), static_cast<unsigned long long>(t.not_compared),
+                static_cast<unsigned long long>(t.compared),
+                static_cast<unsigned long long>(t.not_compared),
                 static_cast<unsigned long long>(t.failed), t.worst_ratio);
   }
 }
@@ -39,7 +42,8 @@ nlohmann::ordered_json to_json(const GoldenReport& report) {
   json["passed"] = report.passed();
   for (std::size_t q = 0; q < report.tallies.size(); ++q) {
     const GoldenTally& t = report.tallies[q];
-    nlohmann::ordered_json tally{{"compared", t.compared}, {"not_compared", t.not_compared}, {"failed", t.failed}};
+    nlohmann::ordered_json tally{
+        {"compared", t.compared}, {"not_compared", t.not_compared}, {"failed", t.failed}};
     tally["error_by_tolerance"] = t.worst_ratio;  // null when infinite: two sets differ
     json["quantities"][to_text(static_cast<GoldenQuantity>(q))] = tally;
   }
@@ -56,7 +60,8 @@ int run(const std::vector<std::string>& files, bool as_json) {
     try {
       report = check_golden_file(read_golden_file(path));
     } catch (const tools::InputError& error) {
-      const std::string text = error.what();  // what the bodies are refused for does not name the file
+      const std::string text =
+          error.what();  // what the bodies are refused for does not name the file
       throw tools::InputError(text.starts_with(path) ? text : path + ": " + text);
     }
     passed = passed && report.passed();
@@ -68,7 +73,8 @@ int run(const std::vector<std::string>& files, bool as_json) {
     }
   }
   if (as_json) std::printf("%s\n", all.dump(2).c_str());
-  for (const std::string& failure : failures) std::fprintf(stderr, "host_sim: %s\n", failure.c_str());
+  for (const std::string& failure : failures)
+    std::fprintf(stderr, "host_sim: %s\n", failure.c_str());
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
 }
 

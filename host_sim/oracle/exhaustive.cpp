@@ -7,7 +7,8 @@
 namespace haptic::sim {
 namespace {
 
-constexpr Wide kExactlyParallelSine = 1e-15L;  // far above the rounding of Wide, far below any exact integer rotation
+constexpr Wide kExactlyParallelSine =
+    1e-15L;  // far above the rounding of Wide, far below any exact integer rotation
 
 /// Both bodies in B's frame at the pose.
 struct PlacedPair {
@@ -15,14 +16,16 @@ struct PlacedPair {
   const OraclePiece& a;
   const OraclePiece& b;
 
-  PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b, const OraclePose& pose) : a(piece_a), b(piece_b) {
+  PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b, const OraclePose& pose)
+      : a(piece_a), b(piece_b) {
     va.reserve(a.vertices.size());
     na.reserve(a.normals.size());
     for (const WideVec& v : a.vertices) va.push_back(pose.x + pose.r * v);
     for (const WideVec& n : a.normals) na.push_back(pose.r * n);
   }
 
-  /// s(n) = min over A of n.a - max over B of n.b, with the offsets taken from `origin` to keep the digits.
+  /// s(n) = min over A of n.a - max over B of n.b, with the offsets taken from `origin` to keep the
+  /// digits.
   [[nodiscard]] Wide gap_along(const WideVec& n, const WideVec& origin) const {
     Wide low_a = std::numeric_limits<Wide>::infinity();
     for (const WideVec& v : va) low_a = std::min(low_a, dot(n, v - origin));
@@ -47,7 +50,8 @@ NodeValue type_a(const PlacedPair& p, std::uint32_t face, std::uint32_t vertex) 
 
 NodeValue type_b(const PlacedPair& p, std::uint32_t vertex, std::uint32_t face) {
   NodeValue node;
-  node.node = static_cast<std::uint32_t>(p.a.loops.size() * p.b.vertices.size() + vertex * p.b.loops.size() + face);
+  node.node = static_cast<std::uint32_t>(p.a.loops.size() * p.b.vertices.size() +
+                                         vertex * p.b.loops.size() + face);
   node.normal = p.b.normals[face];
   const WideVec& a = p.va[vertex];
   node.depth_m = dot(node.normal, a - p.b.vertices[p.b.loops[face].front()]);
@@ -59,7 +63,8 @@ NodeValue type_b(const PlacedPair& p, std::uint32_t vertex, std::uint32_t face) 
 }
 
 /// Largest height by which the edges fail as a contact with normal `n`.
-Wide edge_violation(const PlacedPair& p, const OracleEdge& ea, const OracleEdge& eb, const WideVec& n) {
+Wide edge_violation(const PlacedPair& p, const OracleEdge& ea, const OracleEdge& eb,
+                    const WideVec& n) {
   Wide violation = -std::numeric_limits<Wide>::infinity();
   const WideVec &a0 = p.va[ea.vertex[0]], &b0 = p.b.vertices[eb.vertex[0]];
   for (int k = 0; k < 2; ++k) {
@@ -84,8 +89,9 @@ bool type_c(const PlacedPair& p, std::uint32_t e, std::uint32_t g, NodeValue& no
   WideVec n = unit(m);
   const Wide plus = edge_violation(p, ea, eb, n), minus = edge_violation(p, ea, eb, -1.0L * n);
   if (minus < plus) n = -1.0L * n;
-  node.node = static_cast<std::uint32_t>(p.a.loops.size() * p.b.vertices.size() +
-                                         p.a.vertices.size() * p.b.loops.size() + e * p.b.edges.size() + g);
+  node.node =
+      static_cast<std::uint32_t>(p.a.loops.size() * p.b.vertices.size() +
+                                 p.a.vertices.size() * p.b.loops.size() + e * p.b.edges.size() + g);
   node.normal = n;
   node.depth_m = dot(n, p.va[ea.vertex[0]] - p.b.vertices[eb.vertex[0]]);
   node.violation_m = std::min(plus, minus);
@@ -93,12 +99,13 @@ bool type_c(const PlacedPair& p, std::uint32_t e, std::uint32_t g, NodeValue& no
 }
 
 /// Signs of the four heights of an edge pair over the plane spanned by its edges.
-/// @return false when no orientation of `m` makes it applicable within `slack` (in units of |m| times metres);
-/// `n_sign`: the orientation, `worst`: its largest height times |m|.
-bool orient(const PlacedPair& p, const OracleEdge& ea, const OracleEdge& eb, const WideVec& m, Wide slack, Wide& n_sign,
-            Wide& worst) {
+/// @return false when no orientation of `m` makes it applicable within `slack` (in units of |m|
+/// times metres); `n_sign`: the orientation, `worst`: its largest height times |m|.
+bool orient(const PlacedPair& p, const OracleEdge& ea, const OracleEdge& eb, const WideVec& m,
+            Wide slack, Wide& n_sign, Wide& worst) {
   const WideVec& b0 = p.b.vertices[eb.vertex[0]];
-  const Wide hb0 = dot(m, p.b.vertices[eb.apex[0]] - b0), hb1 = dot(m, p.b.vertices[eb.apex[1]] - b0);
+  const Wide hb0 = dot(m, p.b.vertices[eb.apex[0]] - b0),
+             hb1 = dot(m, p.b.vertices[eb.apex[1]] - b0);
   if ((hb0 > slack && hb1 < -slack) || (hb0 < -slack && hb1 > slack)) return false;
   const WideVec& a0 = p.va[ea.vertex[0]];
   const Wide ha0 = -dot(m, p.va[ea.apex[0]] - a0), ha1 = -dot(m, p.va[ea.apex[1]] - a0);
@@ -110,7 +117,8 @@ bool orient(const PlacedPair& p, const OracleEdge& ea, const OracleEdge& eb, con
 
 }  // namespace
 
-std::vector<NodeValue> all_nodes(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose) {
+std::vector<NodeValue> all_nodes(const OraclePiece& a, const OraclePiece& b,
+                                 const OraclePose& pose) {
   const PlacedPair placed(a, b, pose);
   const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
   std::vector<NodeValue> nodes;
@@ -151,11 +159,12 @@ Precision precision_of_real() {
   return {0x1p-23L, 1e-5L, 1e-5L};
 }
 
-PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose, Wide size_m,
-                      const Precision& precision) {
+PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
+                      Wide size_m, const Precision& precision) {
   const PlacedPair placed(a, b, pose);
   Wide faces = -std::numeric_limits<Wide>::infinity();
-  // Type A and B: a face snapped to the support vertex of the other body is always applicable, with value s(n).
+  // Type A and B: a face snapped to the support vertex of the other body is always applicable, with
+  // value s(n).
   for (std::size_t f = 0; f < a.loops.size(); ++f) {
     faces = std::max(faces, placed.gap_along(-1.0L * placed.na[f], placed.va[a.loops[f].front()]));
   }
@@ -169,7 +178,8 @@ PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePo
       const WideVec& b0 = b.vertices[eb.vertex[0]];
       const WideVec v = b.vertices[eb.vertex[1]] - b0;
       const WideVec m = cross(u, v);
-      // Rounding of the tested arithmetic moves heights over m by at most about this (lengths and heights <= size).
+      // Rounding of the tested arithmetic moves heights over m by at most about this (lengths and
+      // heights <= size).
       const Wide slack = 8 * precision.unit_roundoff * size_m * norm(u) * norm(v);
       Wide n_sign = 1, worst = 0;
       if (!orient(placed, ea, eb, m, slack, n_sign, worst)) continue;

@@ -9,7 +9,8 @@
 
 namespace haptic::sim {
 
-/// Where A stands relative to B: a point `a` of A (geometry frame) is at `x + r a` in B's geometry frame.
+/// Where A stands relative to B: a point `a` of A (geometry frame) is at `x + r a` in B's geometry
+/// frame.
 struct OraclePose {
   WideRotation r;
   WideVec x;
@@ -18,14 +19,16 @@ struct OraclePose {
 /// One basic contact at one pose.
 struct NodeValue {
   std::uint32_t node = 0;
-  Wide depth_m = 0;      ///< f = n . (x + R a - b)
-  Wide violation_m = 0;  ///< largest height of a neighboring vertex over the contact plane; <= 0: applicable
-  WideVec normal;        ///< outward unit normal of the C-face
+  Wide depth_m = 0;  ///< f = n . (x + R a - b)
+  Wide violation_m =
+      0;  ///< largest height of a neighboring vertex over the contact plane; <= 0: applicable
+  WideVec normal;  ///< outward unit normal of the C-face
 };
 
-/// Every node of the pair whose normal exists (type C: sine of the edges' angle at least 1e-15), ascending by node.
-/// Cost: O(nodes times the vertices of the two features).
-[[nodiscard]] std::vector<NodeValue> all_nodes(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose);
+/// Every node of the pair whose normal exists (type C: sine of the edges' angle at least 1e-15),
+/// ascending by node. Cost: O(nodes times the vertices of the two features).
+[[nodiscard]] std::vector<NodeValue> all_nodes(const OraclePiece& a, const OraclePiece& b,
+                                               const OraclePose& pose);
 
 /// Largest of n.(x-c)/(h(n)-n.c) over `applicable` , c = vertex mean of B minus R times that of A
 /// (method 7.2). `pose` as given to all_nodes. Dimensionless; at most 1: the bodies meet.
@@ -34,30 +37,33 @@ struct NodeValue {
 
 /// How coarse the arithmetic under test is.
 struct Precision {
-  Wide unit_roundoff = 0;    ///< distance from 1 to the next number of its scalar
-  Wide parallel_sine = 0;    ///< edges with a smaller sine of their angle carry no type C node
-  Wide relative_depth = 0;   ///< allowed error of D_near, in sizes
+  Wide unit_roundoff = 0;   ///< distance from 1 to the next number of its scalar
+  Wide parallel_sine = 0;   ///< edges with a smaller sine of their angle carry no type C node
+  Wide relative_depth = 0;  ///< allowed error of D_near, in sizes
 };
 
 [[nodiscard]] Precision precision_of_real();
 
 /// What D_near of a pair must be.
 ///
-/// `reference_m` is the largest s(n) = min over A of n.(x + R a) - max over B of n.b over the normals of all faces and of
-/// all edge pairs that can be applicable. s(n) of any unit n is a lower bound of the signed distance and every C-face
-/// normal is among them, so the sign of `reference_m` is the verdict and inside it *is* D_near.
-/// Outside, D_near (a plane value, not the distance) depends on which nearly parallel edge pairs are applicable, and
-/// the normal of such a pair turns by roundoff/sine along its arc: `lower_m` counts only pairs that are applicable by
-/// more than that, less the change of their value; `upper_m` counts all that may be, plus it. Elsewhere, and always
-/// inside, lower = upper = reference.
+/// `reference_m` is the largest s(n) = min over A of n.(x + R a) - max over B of n.b over the
+/// normals of all faces and of all edge pairs that can be applicable. s(n) of any unit n is a lower
+/// bound of the signed distance and every C-face normal is among them, so the sign of `reference_m`
+/// is the verdict and inside it *is* D_near. Outside, D_near (a plane value, not the distance)
+/// depends on which nearly parallel edge pairs are applicable, and the normal of such a pair turns
+/// by roundoff/sine along its arc: `lower_m` counts only pairs that are applicable by more than
+/// that, less the change of their value; `upper_m` counts all that may be, plus it. Elsewhere, and
+/// always inside, lower = upper = reference.
 struct PairTruth {
   Wide reference_m = 0;
   Wide lower_m = 0;
   Wide upper_m = 0;
 };
 
-/// Cost: O(nF_A nV_B + nF_B nV_A + nE_A nE_B). No pruning but the sign test that defines applicability.
-[[nodiscard]] PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose, Wide size_m,
+/// Cost: O(nF_A nV_B + nF_B nV_A + nE_A nE_B). No pruning but the sign test that defines
+/// applicability.
+[[nodiscard]] PairTruth search_pair(const OraclePiece& a, const OraclePiece& b,
+                                    const OraclePose& pose, Wide size_m,
                                     const Precision& precision);
 
 }  // namespace haptic::sim

@@ -15,7 +15,9 @@ Point scaled(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; 
 Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-Point rotated(const std::array<Point, 3>& r, const Point& v) { return {dot(r[0], v), dot(r[1], v), dot(r[2], v)}; }
+Point rotated(const std::array<Point, 3>& r, const Point& v) {
+  return {dot(r[0], v), dot(r[1], v), dot(r[2], v)};
+}
 Point point_of(const ConstVec3Map& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
@@ -46,9 +48,11 @@ FlatPair::FlatPair(const SceneView& view, std::uint32_t pair) : view_(view.pair(
     const Vec3 n = piece.face_normal(f);
     return Point{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
   };
-  for (std::uint32_t v = 0; v < view_.a.vertex_count; ++v) va_local_.push_back(point_of(view_.a.vertex(v)));
+  for (std::uint32_t v = 0; v < view_.a.vertex_count; ++v)
+    va_local_.push_back(point_of(view_.a.vertex(v)));
   for (std::uint32_t f = 0; f < view_.a.face_count; ++f) na_local_.push_back(normal_of(view_.a, f));
-  for (std::uint32_t v = 0; v < view_.b.vertex_count; ++v) vb_.push_back(point_of(view_.b.vertex(v)));
+  for (std::uint32_t v = 0; v < view_.b.vertex_count; ++v)
+    vb_.push_back(point_of(view_.b.vertex(v)));
   for (std::uint32_t f = 0; f < view_.b.face_count; ++f) nb_.push_back(normal_of(view_.b, f));
   for (std::uint32_t e = 0; e < view_.b.edge_count; ++e) {
     ub_.push_back(vb_[view_.b.edges[e].vertex[1]] - vb_[view_.b.edges[e].vertex[0]]);
@@ -95,7 +99,8 @@ FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
       const Point& b = vb_[features.b];
       value.depth_m = dot(n, va_[view_.a.face_vertices(features.a)[0]] - b);
       for (const std::uint16_t e : view_.b.edges_at(features.b)) {
-        value.violation_m = std::max(value.violation_m, dot(n, vb_[view_.b.other_end(e, features.b)] - b));
+        value.violation_m =
+            std::max(value.violation_m, dot(n, vb_[view_.b.other_end(e, features.b)] - b));
       }
       return value;
     }
@@ -104,7 +109,8 @@ FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
       const Point& a = va_[features.a];
       value.depth_m = dot(n, a - vb_[view_.b.face_vertices(features.b)[0]]);
       for (const std::uint16_t e : view_.a.edges_at(features.a)) {
-        value.violation_m = std::max(value.violation_m, -dot(n, va_[view_.a.other_end(e, features.a)] - a));
+        value.violation_m =
+            std::max(value.violation_m, -dot(n, va_[view_.a.other_end(e, features.a)] - a));
       }
       return value;
     }
@@ -145,7 +151,8 @@ double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
   }
   for (std::uint32_t e = 0; e < view_.a.edge_count; ++e) {
     for (std::uint32_t g = 0; g < view_.b.edge_count; ++g) {
-      // The cheapest half of the sign test first: both faces of the edge of B on one side of the plane.
+      // The cheapest half of the sign test first: both faces of the edge of B on one side of the
+      // plane.
       const EdgeRecord& eb = view_.b.edges[g];
       const Point& b0 = vb_[eb.vertex[0]];
       const Point m = cross(ua_[e], ub_[g]);
@@ -177,9 +184,11 @@ void FlatPair::contact(std::uint32_t node, Point& normal, Point& application_poi
       break;
   }
   static_cast<void>(evaluate_c(features.a, features.b, normal));
-  // Crossing of the edge of B with the plane through the edge of A and the normal: closest point of the two lines.
+  // Crossing of the edge of B with the plane through the edge of A and the normal: closest point of
+  // the two lines.
   const Point &u = ua_[features.a], &v = ub_[features.b];
-  const Point &a0 = va_[view_.a.edges[features.a].vertex[0]], &b0 = vb_[view_.b.edges[features.b].vertex[0]];
+  const Point &a0 = va_[view_.a.edges[features.a].vertex[0]],
+              &b0 = vb_[view_.b.edges[features.b].vertex[0]];
   const Point m = cross(u, v);
   const double s = dot(cross(a0 - b0, u), m) / -dot(m, m);
   application_point = b0 + scaled(s, v);

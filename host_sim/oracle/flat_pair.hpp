@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The pairs of a scene in plain double, without supports, certificates or tracking: what the literal method of the
-/// paper and the exhaustive search that the core is timed against work on.
+/// The pairs of a scene in plain double, without supports, certificates or tracking: what the
+/// literal method of the paper and the exhaustive search that the core is timed against work on.
 
 #include <array>
 #include <cstdint>
@@ -17,8 +17,8 @@ using Point = std::array<double, 3>;
 
 /// Moving body of one tick, in W axes relative to the grip point.
 struct PlacedMoving {
-  Point grip_w{};                 ///< grip point in W [m]
-  std::array<Point, 3> r_wa{};    ///< rows of the rotation
+  Point grip_w{};               ///< grip point in W [m]
+  std::array<Point, 3> r_wa{};  ///< rows of the rotation
 };
 
 [[nodiscard]] PlacedMoving place_moving(const SceneView& view, const Pose& pose_wa);
@@ -35,15 +35,18 @@ class FlatPair {
     double depth_m = 0;      ///< f
     double violation_m = 0;  ///< <= 0: applicable
   };
-  /// Plane value and applicability of a node (method section 2). Edge pairs whose sine is below kParallelSine are never
-  /// applicable. Cost: O(degree of the vertex) for types A and B, O(1) for type C.
+  /// Plane value and applicability of a node (method section 2). Edge pairs whose sine is below
+  /// kParallelSine are never applicable. Cost: O(degree of the vertex) for types A and B, O(1) for
+  /// type C.
   [[nodiscard]] Value evaluate(std::uint32_t node) const;
 
-  /// Largest plane value over all nodes applicable within `tolerance_m`; -infinity when there is none. Every node is
-  /// evaluated. With strict signs and no supports a wrong value is possible at aligned bodies: this is the plain search.
+  /// Largest plane value over all nodes applicable within `tolerance_m`; -infinity when there is
+  /// none. Every node is evaluated. With strict signs and no supports a wrong value is possible at
+  /// aligned bodies: this is the plain search.
   [[nodiscard]] double exhaustive_d_near_m(double tolerance_m) const;
 
-  /// Outward unit normal of the node's C-face and its application point on B, relative to B's reference.
+  /// Outward unit normal of the node's C-face and its application point on B, relative to B's
+  /// reference.
   void contact(std::uint32_t node, Point& normal, Point& application_point) const;
 
   [[nodiscard]] std::uint32_t node_count() const { return view_.record->node_count; }
@@ -53,7 +56,8 @@ class FlatPair {
   /// Largest |x - b + R a| over the vertices [m]: lever of a rotation.
   [[nodiscard]] double largest_lever_m() const;
 
-  static constexpr double kParallelSine = 1.5e-8;  ///< method section 11: square root of the unit roundoff
+  static constexpr double kParallelSine =
+      1.5e-8;  ///< method section 11: square root of the unit roundoff
 
  private:
   [[nodiscard]] Value evaluate_c(std::uint32_t e, std::uint32_t g, Point& normal) const;

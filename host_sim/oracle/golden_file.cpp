@@ -46,7 +46,8 @@ Wide number(const Place& p) {
   const std::string text = p.json.get<std::string>();
   char* end = nullptr;
   const Wide value = std::strtold(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) p.fail("'" + text + "' is not a finite decimal");
+  if (text.empty() || *end != '\0' || !std::isfinite(value))
+    p.fail("'" + text + "' is not a finite decimal");
   return value;
 }
 
@@ -78,15 +79,18 @@ std::vector<std::uint32_t> index_list(const Place& p) {
 
 GoldenBody body(const Place& p) {
   GoldenBody out;
-  if (p.has("name") && p.at("name").json.is_string()) out.name = p.at("name").json.get<std::string>();
+  if (p.has("name") && p.at("name").json.is_string())
+    out.name = p.at("name").json.get<std::string>();
   const Place vertices = p.at("vertices_dec");
-  for (std::size_t i = 0; i < vertices.array_size(); ++i) out.vertices.push_back(vector3(vertices.at(i)));
+  for (std::size_t i = 0; i < vertices.array_size(); ++i)
+    out.vertices.push_back(vector3(vertices.at(i)));
   const Place faces = p.at("faces_ccw_outward");
   for (std::size_t i = 0; i < faces.array_size(); ++i) {
     out.loops.push_back(index_list(faces.at(i)));
     if (out.loops.back().size() < 3) faces.at(i).fail("a face needs three vertices or more");
     for (const std::uint32_t v : out.loops.back()) {
-      if (v >= out.vertices.size()) faces.at(i).fail("vertex " + std::to_string(v) + " does not exist");
+      if (v >= out.vertices.size())
+        faces.at(i).fail("vertex " + std::to_string(v) + " does not exist");
     }
   }
   return out;
@@ -100,7 +104,8 @@ void read_forces(const Place& p, GoldenCase& c) {
   const Place paper = p.at("paper");
   if (paper.has("force")) c.force_n = decimal_vector(paper.at("force"));
   if (paper.has("torque")) c.torque_nm = decimal_vector(paper.at("torque"));
-  if (paper.has("info") && paper.at("info").has("margin_m")) c.margin_m = number(paper.at("info").at("margin_m"));
+  if (paper.has("info") && paper.at("info").has("margin_m"))
+    c.margin_m = number(paper.at("info").at("margin_m"));
 }
 
 void read_tables(const Place& p, GoldenCase& c) {
@@ -120,8 +125,10 @@ void read_tables(const Place& p, GoldenCase& c) {
   for (const auto& [key, value] : depths.json.items()) {
     char* end = nullptr;
     const unsigned long node = std::strtoul(key.c_str(), &end, 10);
-    if (key.empty() || *end != '\0' || node > UINT32_MAX) depths.fail("'" + key + "' is not a node number");
-    c.depth_by_node.emplace_back(static_cast<std::uint32_t>(node), number({value, p.file, depths.pointer + "/" + key}));
+    if (key.empty() || *end != '\0' || node > UINT32_MAX)
+      depths.fail("'" + key + "' is not a node number");
+    c.depth_by_node.emplace_back(static_cast<std::uint32_t>(node),
+                                 number({value, p.file, depths.pointer + "/" + key}));
   }
   std::sort(c.depth_by_node.begin(), c.depth_by_node.end());
 }
@@ -161,15 +168,16 @@ GoldenCase golden_case(const Place& p) {
 GoldenFile read_golden_file(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw tools::InputError(path + ": cannot be opened; check the name");
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const std::string text((std::istreambuf_iterator<char>(stream)),
+                         std::istreambuf_iterator<char>());
   Json root;
   try {
     root = Json::parse(text);
   } catch (const Json::parse_error& error) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     const auto line = 1 + std::count(text.begin(), end, '\n');
-    throw tools::InputError(path + ":" + std::to_string(line) + ": byte " + std::to_string(error.byte) +
-                            ": not JSON here; mend the syntax");
+    throw tools::InputError(path + ":" + std::to_string(line) + ": byte " +
+                            std::to_string(error.byte) + ": not JSON here; mend the syntax");
   }
   const Place top{root, path, ""};
   GoldenFile file;
@@ -184,7 +192,8 @@ GoldenFile read_golden_file(const std::string& path) {
   file.b = body(top.at("B"));
   file.node_count = index_number(top.at("node_count"));
   const Place cases = top.at("cases");
-  for (std::size_t i = 0; i < cases.array_size(); ++i) file.cases.push_back(golden_case(cases.at(i)));
+  for (std::size_t i = 0; i < cases.array_size(); ++i)
+    file.cases.push_back(golden_case(cases.at(i)));
   if (file.cases.empty()) cases.fail("there are no cases");
   return file;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Golden vectors as they stand in their JSON files (format: tests/golden/README.md): decimals are parsed in long double.
+/// Golden vectors as they stand in their JSON files (format: tests/golden/README.md): decimals are
+/// parsed in long double.
 
 #include <array>
 #include <cstdint>
@@ -32,11 +33,13 @@ struct GoldenCase {
   std::optional<WideVec> near_normal;
   std::optional<Wide> ratio_max;
   std::optional<std::uint32_t> applicable_closed, applicable_strict;
-  std::vector<std::pair<std::uint32_t, Wide>> depth_by_node;  ///< ascending by node; empty: not given
-  std::optional<std::vector<std::uint32_t>> contact_nodes;    ///< ascending
+  std::vector<std::pair<std::uint32_t, Wide>>
+      depth_by_node;                                        ///< ascending by node; empty: not given
+  std::optional<std::vector<std::uint32_t>> contact_nodes;  ///< ascending
   std::optional<WideVec> scp, force_n, torque_nm;
-  std::optional<Wide> margin_m;      ///< not given: no change of decision nearby
-  std::uint32_t other_results = 0;   ///< results of rules that are not rendered, e.g. weighted_region
+  std::optional<Wide> margin_m;  ///< not given: no change of decision nearby
+  std::uint32_t other_results =
+      0;  ///< results of rules that are not rendered, e.g. weighted_region
 };
 
 struct GoldenFile {
@@ -48,7 +51,8 @@ struct GoldenFile {
   std::vector<GoldenCase> cases;
 };
 
-/// @throws tools::InputError with file and place (line, or JSON pointer) on malformed JSON, a missing field, a field of
+/// @throws tools::InputError with file and place (line, or JSON pointer) on malformed JSON, a
+/// missing field, a field of
 ///         the wrong type or a number that is not one.
 [[nodiscard]] GoldenFile read_golden_file(const std::string& path);
 

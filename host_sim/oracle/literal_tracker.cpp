@@ -10,7 +10,8 @@ namespace {
 
 double length(const Point& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 
-/// Angle of the rotation between two orientations [rad], from the chord: |R - R0|_F = 2 sqrt(2) sin(angle / 2).
+/// Angle of the rotation between two orientations [rad], from the chord: |R - R0|_F = 2 sqrt(2)
+/// sin(angle / 2).
 double angle_between(const PlacedMoving& from, const PlacedMoving& to) {
   double squares = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -49,7 +50,8 @@ void LiteralTracker::update(const Pose& pose_wa) {
     double delta = std::numeric_limits<double>::infinity();
     if (started_) {
       delta = translation;
-      if (reading_ == DeltaReading::kTranslationAndRotation) delta += track.pair.largest_lever_m() * angle;
+      if (reading_ == DeltaReading::kTranslationAndRotation)
+        delta += track.pair.largest_lever_m() * angle;
     }
     update_pair(k, delta);
   }
@@ -71,10 +73,11 @@ void LiteralTracker::update_pair(std::size_t index, double delta_m) {
     if (value.violation_m <= tolerance_m_ && kept) local.push_back({node, value.depth_m});
   }
   if (local.empty()) {
-    // Nothing left: keep the near set (method section 6, row 5) with the values its planes have now, so that the next
-    // tick's pruning does not start from a stale D_Near.
+    // Nothing left: keep the near set (method section 6, row 5) with the values its planes have
+    // now, so that the next tick's pruning does not start from a stale D_Near.
     ++empty_local_sets_;
-    for (const std::uint32_t node : track.near) local.push_back({node, track.pair.evaluate(node).depth_m});
+    for (const std::uint32_t node : track.near)
+      local.push_back({node, track.pair.evaluate(node).depth_m});
     double largest = -std::numeric_limits<double>::infinity();
     for (const Candidate& c : local) {
       if (c.depth_m <= largest) continue;
@@ -88,9 +91,9 @@ void LiteralTracker::update_pair(std::size_t index, double delta_m) {
 }
 
 void LiteralTracker::set_near(Track& track, std::size_t index, std::span<const Candidate> local) {
-  const auto best = std::max_element(local.begin(), local.end(), [](const Candidate& l, const Candidate& r) {
-    return l.depth_m < r.depth_m;
-  });
+  const auto best = std::max_element(
+      local.begin(), local.end(),
+      [](const Candidate& l, const Candidate& r) { return l.depth_m < r.depth_m; });
   d_near_[index] = best->depth_m;  // step 3
   track.largest = best->node;
   track.near.clear();
@@ -100,14 +103,17 @@ void LiteralTracker::set_near(Track& track, std::size_t index, std::span<const C
   track.neighbor = track.near;  // step 5
   const NeighborLists& lists = track.pair.view().neighbors;
   for (const std::uint32_t node : track.near) {
-    for (std::uint32_t k = 0; k < lists.count(node); ++k) track.neighbor.push_back(lists.at(node, k));
+    for (std::uint32_t k = 0; k < lists.count(node); ++k)
+      track.neighbor.push_back(lists.at(node, k));
   }
   std::sort(track.neighbor.begin(), track.neighbor.end());
-  track.neighbor.erase(std::unique(track.neighbor.begin(), track.neighbor.end()), track.neighbor.end());
+  track.neighbor.erase(std::unique(track.neighbor.begin(), track.neighbor.end()),
+                       track.neighbor.end());
 }
 
 std::uint32_t LiteralTracker::nearest_pair() const {
-  return static_cast<std::uint32_t>(std::min_element(d_near_.begin(), d_near_.end()) - d_near_.begin());
+  return static_cast<std::uint32_t>(std::min_element(d_near_.begin(), d_near_.end()) -
+                                    d_near_.begin());
 }
 
 void LiteralTracker::wrench(double k_f_n_per_m, Point& force_n, Point& torque_nm) const {
@@ -120,7 +126,8 @@ void LiteralTracker::wrench(double k_f_n_per_m, Point& force_n, Point& torque_nm
   const Point& x = track.pair.grip_m();
   for (std::size_t i = 0; i < 3; ++i) force_n[i] = -k_f_n_per_m * d_near_[index] * n[i];  // eq. (2)
   const Point lever{x[0] - app[0], x[1] - app[1], x[2] - app[2]};
-  torque_nm = {force_n[1] * lever[2] - force_n[2] * lever[1], force_n[2] * lever[0] - force_n[0] * lever[2],
+  torque_nm = {force_n[1] * lever[2] - force_n[2] * lever[1],
+               force_n[2] * lever[0] - force_n[0] * lever[2],
                force_n[0] * lever[1] - force_n[1] * lever[0]};  // eq. (3): F x (x - App)
 }
 

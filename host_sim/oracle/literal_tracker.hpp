@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The steps of the paper's Sec. III as printed, for comparison: one hop in the contact graph, pruning by delta with the
-/// previous D_Near, plane values without supports, no certificate, no second search. Method section 7.1 says what to
-/// expect of it. Not real-time: host only.
+/// The steps of the paper's Sec. III as printed, for comparison: one hop in the contact graph,
+/// pruning by delta with the previous D_Near, plane values without supports, no certificate, no
+/// second search. Method section 7.1 says what to expect of it. Not real-time: host only.
 
 #include <cstdint>
 #include <span>
@@ -16,7 +16,8 @@ namespace haptic::sim {
 /// What "delta, small and related to |x_new - x_0|" (step 2) is taken to mean.
 enum class DeltaReading : std::uint8_t {
   kTranslation,             ///< |x_new - x_0|
-  kTranslationAndRotation,  ///< |x_new - x_0| + max |x - b + R a| * angle: keeps every plane that moved within a tick
+  kTranslationAndRotation,  ///< |x_new - x_0| + max |x - b + R a| * angle: keeps every plane that
+                            ///< moved within a tick
 };
 
 class LiteralTracker {
@@ -30,15 +31,23 @@ class LiteralTracker {
 
   [[nodiscard]] std::span<const double> d_near_m() const { return d_near_; }
   [[nodiscard]] std::uint32_t nearest_pair() const;
-  [[nodiscard]] std::span<const std::uint32_t> near_nodes(std::uint32_t pair) const { return tracks_[pair].near; }
-  [[nodiscard]] std::uint64_t nodes_evaluated() const { return nodes_evaluated_; }   ///< of the last update
-  [[nodiscard]] std::uint64_t empty_local_sets() const { return empty_local_sets_; }  ///< of the last update
+  [[nodiscard]] std::span<const std::uint32_t> near_nodes(std::uint32_t pair) const {
+    return tracks_[pair].near;
+  }
+  [[nodiscard]] std::uint64_t nodes_evaluated() const {
+    return nodes_evaluated_;
+  }  ///< of the last update
+  [[nodiscard]] std::uint64_t empty_local_sets() const {
+    return empty_local_sets_;
+  }  ///< of the last update
 
-  /// Equations (2) and (3) for the node of largest value in the nearest pair; zero when separated. The torque is about
-  /// the grip point. Several near nodes are not combined: this tracker is compared by its verdict and D_Near.
+  /// Equations (2) and (3) for the node of largest value in the nearest pair; zero when separated.
+  /// The torque is about the grip point. Several near nodes are not combined: this tracker is
+  /// compared by its verdict and D_Near.
   void wrench(double k_f_n_per_m, Point& force_n, Point& torque_nm) const;
 
-  /// Nodes are applicable within this tolerance ("within some tolerance values", step 2), in sizes of the scene.
+  /// Nodes are applicable within this tolerance ("within some tolerance values", step 2), in sizes
+  /// of the scene.
   static constexpr double kApplicabilityTolerance = 1e-8;
 
  private:

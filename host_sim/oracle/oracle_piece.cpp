@@ -11,8 +11,9 @@
 namespace haptic::sim {
 namespace {
 
-std::uint32_t farthest_from_line(const std::vector<WideVec>& vertices, const std::vector<std::uint32_t>& loop,
-                                 std::uint32_t v0, std::uint32_t v1) {
+std::uint32_t farthest_from_line(const std::vector<WideVec>& vertices,
+                                 const std::vector<std::uint32_t>& loop, std::uint32_t v0,
+                                 std::uint32_t v1) {
   const WideVec axis = unit(vertices[v1] - vertices[v0]);
   std::uint32_t best = loop.front();
   Wide best_distance = -1;
@@ -28,7 +29,8 @@ std::uint32_t farthest_from_line(const std::vector<WideVec>& vertices, const std
 
 }  // namespace
 
-WideVec polygon_normal(const std::vector<WideVec>& vertices, const std::vector<std::uint32_t>& loop) {
+WideVec polygon_normal(const std::vector<WideVec>& vertices,
+                       const std::vector<std::uint32_t>& loop) {
   WideVec sum;
   const WideVec origin = vertices[loop.front()];
   for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
@@ -48,7 +50,8 @@ Wide diameter(const std::vector<WideVec>& points) {
   return std::sqrt(largest);
 }
 
-OraclePiece make_oracle_piece(std::vector<WideVec> vertices, std::vector<std::vector<std::uint32_t>> loops,
+OraclePiece make_oracle_piece(std::vector<WideVec> vertices,
+                              std::vector<std::vector<std::uint32_t>> loops,
                               std::vector<WideVec> normals) {
   OraclePiece piece;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> faces_of_edge;
@@ -57,8 +60,9 @@ OraclePiece make_oracle_piece(std::vector<WideVec> vertices, std::vector<std::ve
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const std::uint32_t from = loop[k], to = loop[(k + 1) % loop.size()];
       if (loop.size() < 3 || from >= vertices.size() || to >= vertices.size()) {
-        throw tools::InputError("face " + std::to_string(f) +
-                                " names a vertex that does not exist or has fewer than three; mend its loop");
+        throw tools::InputError(
+            "face " + std::to_string(f) +
+            " names a vertex that does not exist or has fewer than three; mend its loop");
       }
       faces_of_edge[std::minmax(from, to)].push_back(static_cast<std::uint32_t>(f));
     }
@@ -66,8 +70,9 @@ OraclePiece make_oracle_piece(std::vector<WideVec> vertices, std::vector<std::ve
   piece.vertex_neighbors.resize(vertices.size());
   for (const auto& [ends, faces] : faces_of_edge) {  // std::map: lexicographic order
     if (faces.size() != 2) {
-      throw tools::InputError("edge (" + std::to_string(ends.first) + ", " + std::to_string(ends.second) +
-                              ") belongs to " + std::to_string(faces.size()) +
+      throw tools::InputError("edge (" + std::to_string(ends.first) + ", " +
+                              std::to_string(ends.second) + ") belongs to " +
+                              std::to_string(faces.size()) +
                               " faces instead of two; close the surface");
     }
     OracleEdge edge;

@@ -10,7 +10,8 @@ SceneOracle::SceneOracle(const SceneView& view) {
   const auto count = static_cast<std::uint32_t>(view.pieces().size());
   for (std::uint32_t i = 0; i < count; ++i) pieces_.push_back(oracle_piece_of(view.piece(i)));
   for (const BodyRecord& body : view.bodies()) {
-    references_.push_back({Wide{body.reference_m[0]}, Wide{body.reference_m[1]}, Wide{body.reference_m[2]}});
+    references_.push_back(
+        {Wide{body.reference_m[0]}, Wide{body.reference_m[1]}, Wide{body.reference_m[2]}});
     std::vector<WideVec> points;
     for (std::uint32_t k = 0; k < body.piece_count; ++k) {
       const auto& vertices = pieces_[body.piece_begin + k].vertices;
@@ -38,14 +39,16 @@ void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdic
     const Pair& pair = pairs_[k];
     pose.x = grip_w - references_[pair.body_b];
     const Wide size = std::max(sizes_[0], sizes_[pair.body_b]);
-    verdicts[k].truth = search_pair(pieces_[pair.piece_a], pieces_[pair.piece_b], pose, size, precision);
+    verdicts[k].truth =
+        search_pair(pieces_[pair.piece_a], pieces_[pair.piece_b], pose, size, precision);
     verdicts[k].tolerance_m =
         precision.relative_depth * size +
         8 * precision.unit_roundoff * (coordinates + norm(references_[pair.body_b]));
   }
 }
 
-void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts, std::span<const double> d_near_m) {
+void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
+                     std::span<const double> d_near_m) {
   CheckTotals& t = totals_;
   bool wrong_verdict = false, wrong_depth = false;
   ++t.ticks;
@@ -56,7 +59,8 @@ void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts, 
     const int side = v.side();
     if (side == 0) ++t.touching_pairs;
     if (v.widened()) ++t.widened_pairs;
-    const bool pair_verdict_wrong = std::isnan(d_near_m[k]) || (side > 0 && d <= 0) || (side < 0 && d > 0);
+    const bool pair_verdict_wrong =
+        std::isnan(d_near_m[k]) || (side > 0 && d <= 0) || (side < 0 && d > 0);
     const Wide error = v.error_m(d);
     const bool pair_depth_wrong = !(error <= v.tolerance_m);  // NaN is wrong
     if (error > t.largest_error_m) {

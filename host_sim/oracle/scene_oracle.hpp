@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The exhaustive long double search over all pairs of a compiled scene, and the account of what a tracker got wrong.
+/// The exhaustive long double search over all pairs of a compiled scene, and the account of what a
+/// tracker got wrong.
 
 #include <cstdint>
 #include <span>
@@ -35,8 +36,8 @@ class SceneOracle {
   /// The view's blob need not outlive the oracle.
   explicit SceneOracle(const SceneView& view);
 
-  /// Truth of every pair with A's mesh frame at `pose_wa` (the numbers that the core is given; the quaternion is
-  /// brought to unit length here in long double). `verdicts` gets one entry per pair.
+  /// Truth of every pair with A's mesh frame at `pose_wa` (the numbers that the core is given; the
+  /// quaternion is brought to unit length here in long double). `verdicts` gets one entry per pair.
   void evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdicts) const;
 
   [[nodiscard]] Wide size_m() const { return size_m_; }  ///< largest diameter of the scene's bodies
@@ -58,12 +59,14 @@ struct CheckTotals {
   std::uint64_t wrong_verdict_ticks = 0, wrong_verdict_pairs = 0;
   std::uint64_t wrong_depth_ticks = 0, wrong_depth_pairs = 0;
   std::uint64_t false_collision_pairs = 0, missed_collision_pairs = 0;  ///< of the wrong verdicts
-  std::uint64_t touching_pairs = 0;   ///< within the tolerance of D_near = 0: either verdict counts as right
-  std::uint64_t widened_pairs = 0;    ///< nearly parallel edges outside: D_near itself is a range
-  std::uint64_t longest_wrong_run = 0;          ///< ticks in a row with a wrong verdict or D_near
+  std::uint64_t touching_pairs =
+      0;  ///< within the tolerance of D_near = 0: either verdict counts as right
+  std::uint64_t widened_pairs = 0;      ///< nearly parallel edges outside: D_near itself is a range
+  std::uint64_t longest_wrong_run = 0;  ///< ticks in a row with a wrong verdict or D_near
   std::uint64_t longest_wrong_verdict_run = 0;
   Wide largest_error_m = 0, tolerance_at_largest_m = 0;
-  std::uint64_t first_wrong_tick = 0, first_wrong_pair = 0;  ///< valid when a count of wrong ones is not 0
+  std::uint64_t first_wrong_tick = 0,
+                first_wrong_pair = 0;  ///< valid when a count of wrong ones is not 0
 
   [[nodiscard]] bool passed() const { return wrong_verdict_pairs == 0 && wrong_depth_pairs == 0; }
 };
@@ -72,7 +75,8 @@ struct CheckTotals {
 class TrackCheck {
  public:
   /// `d_near_m`: the tracker's value per pair. `tick`: number for reports.
-  void add(std::uint64_t tick, std::span<const PairVerdict> verdicts, std::span<const double> d_near_m);
+  void add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
+           std::span<const double> d_near_m);
   [[nodiscard]] const CheckTotals& totals() const { return totals_; }
 
  private:

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Vectors and rotations in `long double` (64-bit significand on x86-64) for the oracle. Written apart from rt_core and
-/// from Eigen on purpose: the oracle must not share a defect with what it checks.
+/// Vectors and rotations in `long double` (64-bit significand on x86-64) for the oracle. Written
+/// apart from rt_core and from Eigen on purpose: the oracle must not share a defect with what it
+/// checks.
 
 #include <cmath>
 
@@ -19,7 +20,9 @@ struct WideVec {
 [[nodiscard]] inline WideVec operator-(const WideVec& a, const WideVec& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-[[nodiscard]] inline WideVec operator*(Wide s, const WideVec& a) { return {s * a.x, s * a.y, s * a.z}; }
+[[nodiscard]] inline WideVec operator*(Wide s, const WideVec& a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
 [[nodiscard]] inline Wide dot(const WideVec& a, const WideVec& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -39,14 +42,18 @@ struct WideRotation {
   }
 };
 
-/// The rotation of the quaternion w, x, y, z of any length but zero: the length is divided out without a root, so
-/// integer quaternions of the golden vectors give their rational matrix to the last bit of `Wide`.
+/// The rotation of the quaternion w, x, y, z of any length but zero: the length is divided out
+/// without a root, so integer quaternions of the golden vectors give their rational matrix to the
+/// last bit of `Wide`.
 [[nodiscard]] inline WideRotation rotation_of(Wide w, Wide x, Wide y, Wide z) {
   const Wide s = 1.0L / (w * w + x * x + y * y + z * z);
   WideRotation r;
-  r.row[0] = {(w * w + x * x - y * y - z * z) * s, 2 * (x * y - w * z) * s, 2 * (x * z + w * y) * s};
-  r.row[1] = {2 * (x * y + w * z) * s, (w * w - x * x + y * y - z * z) * s, 2 * (y * z - w * x) * s};
-  r.row[2] = {2 * (x * z - w * y) * s, 2 * (y * z + w * x) * s, (w * w - x * x - y * y + z * z) * s};
+  r.row[0] = {(w * w + x * x - y * y - z * z) * s, 2 * (x * y - w * z) * s,
+              2 * (x * z + w * y) * s};
+  r.row[1] = {2 * (x * y + w * z) * s, (w * w - x * x + y * y - z * z) * s,
+              2 * (y * z - w * x) * s};
+  r.row[2] = {2 * (x * z - w * y) * s, 2 * (y * z + w * x) * s,
+              (w * w - x * x - y * y + z * z) * s};
   return r;
 }
 

@@ -47,8 +47,8 @@ std::vector<ReferenceSample> read_contact_reference(const std::string& path) {
   return samples;
 }
 
-ReferenceTotals compare_with_reference(std::span<const ReferenceSample> samples, std::span<const TickRecord> ticks,
-                                       double tolerance_s) {
+ReferenceTotals compare_with_reference(std::span<const ReferenceSample> samples,
+                                       std::span<const TickRecord> ticks, double tolerance_s) {
   ReferenceTotals totals;
   std::size_t k = 0;
   for (const ReferenceSample& sample : samples) {

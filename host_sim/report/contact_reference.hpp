@@ -29,9 +29,10 @@ struct ReferenceTotals {
 /// @throws tools::InputError with file and line.
 [[nodiscard]] std::vector<ReferenceSample> read_contact_reference(const std::string& path);
 
-/// Compares each sample with the tick nearest in time, if it lies within `tolerance_s`. Contact means d_near <= 0.
-/// Both lists ascend in time. O(samples + ticks).
+/// Compares each sample with the tick nearest in time, if it lies within `tolerance_s`. Contact
+/// means d_near <= 0. Both lists ascend in time. O(samples + ticks).
 [[nodiscard]] ReferenceTotals compare_with_reference(std::span<const ReferenceSample> samples,
-                                                     std::span<const TickRecord> ticks, double tolerance_s);
+                                                     std::span<const TickRecord> ticks,
+                                                     double tolerance_s);
 
 }  // namespace haptic::sim

@@ -33,7 +33,8 @@ void write_whole_file(const std::string& path, std::string_view content) {
 
 void append_number(std::string& text, double value) {
   char buffer[40];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 17);
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 17);
   text.append(buffer, end.ptr);
 }
 
@@ -42,7 +43,8 @@ void require_writable_folder(const std::string& path) {
   const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : ".";
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {
-    throw tools::InputError(path + ": the folder '" + folder.string() + "' does not exist; make it first");
+    throw tools::InputError(path + ": the folder '" + folder.string() +
+                            "' does not exist; make it first");
   }
   if (std::filesystem::is_directory(target, error)) {
     throw tools::InputError(path + ": is a folder; name a file");

@@ -15,8 +15,8 @@ constexpr double kWidth = 1200, kLeft = 90, kRight = 170;
 constexpr double kPlotWidth = kWidth - kLeft - kRight;
 // Colours that stay apart for colour-blind readers (Okabe and Ito).
 constexpr std::array<const char*, 4> kCurveColours = {"#d55e00", "#009e73", "#0072b2", "#000000"};
-constexpr std::array<const char*, 7> kSituationColours = {"#ffffff", "#e69f00", "#56b4e9", "#009e73",
-                                                          "#f0e442", "#0072b2", "#cc79a7"};
+constexpr std::array<const char*, 7> kSituationColours = {
+    "#ffffff", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#cc79a7"};
 static_assert(kSituationColours.size() == static_cast<std::size_t>(ContactSituation::kCount));
 
 struct Series {
@@ -41,9 +41,10 @@ void fit(Panel& panel, const std::vector<Series>& series) {
 std::string legend(const Panel& panel, const std::vector<Series>& series) {
   std::string svg;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const double x = panel.left + panel.width + 14, y = panel.top + 16 + 20 * static_cast<double>(i);
-    svg += "<line x1=\"" + pixel(x) + "\" y1=\"" + pixel(y) + "\" x2=\"" + pixel(x + 24) + "\" y2=\"" + pixel(y) +
-           "\" stroke=\"" + kCurveColours[i] + "\" stroke-width=\"3\"/>\n";
+    const double x = panel.left + panel.width + 14,
+                 y = panel.top + 16 + 20 * static_cast<double>(i);
+    svg += "<line x1=\"" + pixel(x) + "\" y1=\"" + pixel(y) + "\" x2=\"" + pixel(x + 24) +
+           "\" y2=\"" + pixel(y) + "\" stroke=\"" + kCurveColours[i] + "\" stroke-width=\"3\"/>\n";
     svg += text_at(x + 30, y + 4, series[i].name, "start", 13);
   }
   return svg;
@@ -71,8 +72,10 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
   return svg;
 }
 
-/// d_near in mm. Far free motion would flatten what happens in contact: the axis ends a few penetrations above zero.
-std::string depth_panel(Panel panel, std::span<const double> times, std::span<const TickRecord> ticks) {
+/// d_near in mm. Far free motion would flatten what happens in contact: the axis ends a few
+/// penetrations above zero.
+std::string depth_panel(Panel panel, std::span<const double> times,
+                        std::span<const TickRecord> ticks) {
   Series depth{"d_near", {}};
   double low = 0, high = 0;
   for (const TickRecord& tick : ticks) {
@@ -87,17 +90,20 @@ std::string depth_panel(Panel panel, std::span<const double> times, std::span<co
   panel.high = top + 0.08 * (top - low) + (top == low ? 1.0 : 0.0);
   std::string svg = panel_frame(panel, "d_near (mm)", false);
   const double y_zero = panel.y_of(0.0);
-  svg += "<rect x=\"" + pixel(panel.left) + "\" y=\"" + pixel(y_zero) + "\" width=\"" + pixel(panel.width) +
-         "\" height=\"" + pixel(panel.top + panel.height - y_zero) + "\" fill=\"#d55e00\" fill-opacity=\"0.08\"/>\n";
+  svg += "<rect x=\"" + pixel(panel.left) + "\" y=\"" + pixel(y_zero) + "\" width=\"" +
+         pixel(panel.width) + "\" height=\"" + pixel(panel.top + panel.height - y_zero) +
+         "\" fill=\"#d55e00\" fill-opacity=\"0.08\"/>\n";
   svg += curve(panel, times, depth.values, "#000000", 1.4);
   const double x = panel.left + panel.width + 14;
   svg += text_at(x, panel.top + 20, "d_near", "start", 13);
   svg += text_at(x, panel.top + 40, "shaded: collision", "start", 12);
-  if (cut) svg += text_at(x, panel.top + 58, "cut above " + mark_label(top, 0.1) + " mm", "start", 12);
+  if (cut)
+    svg += text_at(x, panel.top + 58, "cut above " + mark_label(top, 0.1) + " mm", "start", 12);
   return svg;
 }
 
-/// A coloured band; a pixel column shows its most frequent contact, so that short contacts stay visible.
+/// A coloured band; a pixel column shows its most frequent contact, so that short contacts stay
+/// visible.
 std::string situation_band(const Panel& panel, std::span<const TickRecord> ticks) {
   std::string svg;
   std::array<bool, kSituationColours.size()> seen{};
@@ -108,9 +114,9 @@ std::string situation_band(const Panel& panel, std::span<const TickRecord> ticks
   std::size_t run_code = 0;
   const auto flush = [&](int end) {
     if (run_code != 0 && end > run_begin) {
-      svg += "<rect x=\"" + pixel(panel.left + run_begin) + "\" y=\"" + pixel(panel.top) + "\" width=\"" +
-             std::to_string(end - run_begin) + "\" height=\"" + pixel(panel.height) + "\" fill=\"" +
-             kSituationColours[run_code] + "\"/>\n";
+      svg += "<rect x=\"" + pixel(panel.left + run_begin) + "\" y=\"" + pixel(panel.top) +
+             "\" width=\"" + std::to_string(end - run_begin) + "\" height=\"" +
+             pixel(panel.height) + "\" fill=\"" + kSituationColours[run_code] + "\"/>\n";
     }
   };
   std::size_t i = 0;
@@ -141,8 +147,9 @@ std::string situation_band(const Panel& panel, std::span<const TickRecord> ticks
   const double y = panel.top + panel.height + 52;
   for (std::size_t c = 0; c < seen.size(); ++c) {
     if (!seen[c]) continue;
-    svg += "<rect x=\"" + pixel(x) + "\" y=\"" + pixel(y) + "\" width=\"16\" height=\"12\" stroke=\"#404040\" fill=\"" +
-           kSituationColours[c] + "\"/>\n";
+    svg += "<rect x=\"" + pixel(x) + "\" y=\"" + pixel(y) +
+           "\" width=\"16\" height=\"12\" stroke=\"#404040\" fill=\"" + kSituationColours[c] +
+           "\"/>\n";
     svg += text_at(x + 22, y + 11, to_text(static_cast<ContactSituation>(c)), "start", 13);
     x += 130;
   }
@@ -160,14 +167,21 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
   }
   const double t_low = times.empty() ? 0.0 : times.front();
   const double t_high = times.size() < 2 ? t_low + 1.0 : times.back();
-  const auto panel = [&](double top, double height) { return Panel{kLeft, top, kPlotWidth, height, t_low, t_high, 0, 1}; };
-  std::string svg = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" +
-                    pixel(kWidth) + "\" height=\"820\" viewBox=\"0 0 1200 820\" font-family=\"sans-serif\">\n" +
-                    "<rect width=\"1200\" height=\"820\" fill=\"#ffffff\"/>\n";
+  const auto panel = [&](double top, double height) {
+    return Panel{kLeft, top, kPlotWidth, height, t_low, t_high, 0, 1};
+  };
+  std::string svg =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+      "width=\"" +
+      pixel(kWidth) + "\" height=\"820\" viewBox=\"0 0 1200 820\" font-family=\"sans-serif\">\n" +
+      "<rect width=\"1200\" height=\"820\" fill=\"#ffffff\"/>\n";
   svg += text_at(kLeft, 28, title + ": reaction on the hand", "start", 18, "font-weight=\"bold\"");
-  svg += text_at(kLeft, 48, std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " in contact", "start",
-                 13, "fill=\"#505050\"");
-  svg += vector_panel(panel(62, 210), times, "force (N)", {"Fx", "Fy", "Fz", "|F|"}, ticks, &TickRecord::force_n);
+  svg +=
+      text_at(kLeft, 48,
+              std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " in contact",
+              "start", 13, "fill=\"#505050\"");
+  svg += vector_panel(panel(62, 210), times, "force (N)", {"Fx", "Fy", "Fz", "|F|"}, ticks,
+                      &TickRecord::force_n);
   svg += vector_panel(panel(290, 210), times, "torque (N m)", {"Tx", "Ty", "Tz", "|T|"}, ticks,
                       &TickRecord::torque_nm);
   svg += depth_panel(panel(518, 150), times, ticks);

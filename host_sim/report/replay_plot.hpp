@@ -9,8 +9,9 @@
 
 namespace haptic::sim {
 
-/// A complete SVG document. Curves are reduced to their least and largest value per pixel column, so no peak is lost and
-/// the size stays below 1 MB for any number of ticks. `title` may hold any text. Deterministic.
+/// A complete SVG document. Curves are reduced to their least and largest value per pixel column,
+/// so no peak is lost and the size stays below 1 MB for any number of ticks. `title` may hold any
+/// text. Deterministic.
 [[nodiscard]] std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title);
 
 }  // namespace haptic::sim

@@ -44,7 +44,8 @@ std::vector<double> nice_marks(double low, double high, int wanted) {
     if (factor * power >= raw) step = factor * power;
   }
   std::vector<double> marks;
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1.0) marks.push_back(k * step);
+  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1.0)
+    marks.push_back(k * step);
   return marks;
 }
 
@@ -55,9 +56,11 @@ std::string mark_label(double value, double step) {
   return buffer;
 }
 
-std::string text_at(double x, double y, const std::string& text, const char* anchor, int size, const char* extra) {
-  return "<text x=\"" + pixel(x) + "\" y=\"" + pixel(y) + "\" text-anchor=\"" + anchor + "\" font-size=\"" +
-         std::to_string(size) + "\" " + extra + ">" + xml_escaped(text) + "</text>\n";
+std::string text_at(double x, double y, const std::string& text, const char* anchor, int size,
+                    const char* extra) {
+  return "<text x=\"" + pixel(x) + "\" y=\"" + pixel(y) + "\" text-anchor=\"" + anchor +
+         "\" font-size=\"" + std::to_string(size) + "\" " + extra + ">" + xml_escaped(text) +
+         "</text>\n";
 }
 
 std::string curve(const Panel& panel, std::span<const double> times, std::span<const double> values,
@@ -79,21 +82,22 @@ std::string curve(const Panel& panel, std::span<const double> times, std::span<c
     if (least != largest) add(std::max(least, largest));
     i = end;
   }
-  return "<polyline fill=\"none\" stroke=\"" + std::string(colour) + "\" stroke-width=\"" + pixel(stroke_width) +
-         "\" points=\"" + points + "\"/>\n";
+  return "<polyline fill=\"none\" stroke=\"" + std::string(colour) + "\" stroke-width=\"" +
+         pixel(stroke_width) + "\" points=\"" + points + "\"/>\n";
 }
 
 std::string panel_frame(const Panel& p, const std::string& label, bool time_labels) {
   std::string svg;
   const auto rule = [&](double x1, double y1, double x2, double y2, const char* colour) {
-    svg += "<line x1=\"" + pixel(x1) + "\" y1=\"" + pixel(y1) + "\" x2=\"" + pixel(x2) + "\" y2=\"" + pixel(y2) +
-           "\" stroke=\"" + colour + "\" stroke-width=\"1\"/>\n";
+    svg += "<line x1=\"" + pixel(x1) + "\" y1=\"" + pixel(y1) + "\" x2=\"" + pixel(x2) +
+           "\" y2=\"" + pixel(y2) + "\" stroke=\"" + colour + "\" stroke-width=\"1\"/>\n";
   };
   const std::vector<double> times = nice_marks(p.t_low, p.t_high, 10);
   const double t_step = times.size() > 1 ? times[1] - times[0] : 1.0;
   for (const double t : times) {
     rule(p.x_of(t), p.top, p.x_of(t), p.top + p.height, "#e4e4e4");
-    if (time_labels) svg += text_at(p.x_of(t), p.top + p.height + 16, mark_label(t, t_step), "middle", 12);
+    if (time_labels)
+      svg += text_at(p.x_of(t), p.top + p.height + 16, mark_label(t, t_step), "middle", 12);
   }
   if (p.high > p.low && !label.empty()) {
     const std::vector<double> marks = nice_marks(p.low, p.high, 5);
@@ -103,8 +107,9 @@ std::string panel_frame(const Panel& p, const std::string& label, bool time_labe
       svg += text_at(p.left - 6, p.y_of(m) + 4, mark_label(m, step), "end", 12);
     }
   }
-  svg += "<rect x=\"" + pixel(p.left) + "\" y=\"" + pixel(p.top) + "\" width=\"" + pixel(p.width) + "\" height=\"" +
-         pixel(p.height) + "\" fill=\"none\" stroke=\"#404040\" stroke-width=\"1\"/>\n";
+  svg += "<rect x=\"" + pixel(p.left) + "\" y=\"" + pixel(p.top) + "\" width=\"" + pixel(p.width) +
+         "\" height=\"" + pixel(p.height) +
+         "\" fill=\"none\" stroke=\"#404040\" stroke-width=\"1\"/>\n";
   if (!label.empty()) {
     const double x = p.left - 62, y = p.top + p.height / 2;
     const std::string turn = "transform=\"rotate(-90 " + pixel(x) + " " + pixel(y) + ")\"";

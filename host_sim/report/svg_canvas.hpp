@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Marks of an SVG plot: text, lines, axes, and curves reduced per pixel column. Coordinates in pixels, y downwards.
+/// Marks of an SVG plot: text, lines, axes, and curves reduced per pixel column. Coordinates in
+/// pixels, y downwards.
 
 #include <span>
 #include <string>
@@ -15,7 +16,8 @@ namespace haptic::sim {
 /// A pixel coordinate with one decimal.
 [[nodiscard]] std::string pixel(double value);
 
-/// Positions of axis marks: multiples of 1, 2 or 5 times a power of ten within [low, high], about `wanted` of them.
+/// Positions of axis marks: multiples of 1, 2 or 5 times a power of ten within [low, high], about
+/// `wanted` of them.
 [[nodiscard]] std::vector<double> nice_marks(double low, double high, int wanted);
 
 /// Label of a mark: fixed digits that suit the distance between marks.
@@ -26,19 +28,26 @@ struct Panel {
   double left, top, width, height;
   double t_low, t_high, low, high;
 
-  [[nodiscard]] double x_of(double t) const { return left + width * (t - t_low) / (t_high - t_low); }
-  [[nodiscard]] double y_of(double value) const { return top + height * (high - value) / (high - low); }
+  [[nodiscard]] double x_of(double t) const {
+    return left + width * (t - t_low) / (t_high - t_low);
+  }
+  [[nodiscard]] double y_of(double value) const {
+    return top + height * (high - value) / (high - low);
+  }
 };
 
-/// One curve's points after reduction: a polyline through the least and largest value of each column, in their order.
-/// Values outside the panel are cut at its edge. `times` ascend; sizes agree.
-[[nodiscard]] std::string curve(const Panel& panel, std::span<const double> times, std::span<const double> values,
-                                const char* colour, double stroke_width);
+/// One curve's points after reduction: a polyline through the least and largest value of each
+/// column, in their order. Values outside the panel are cut at its edge. `times` ascend; sizes
+/// agree.
+[[nodiscard]] std::string curve(const Panel& panel, std::span<const double> times,
+                                std::span<const double> values, const char* colour,
+                                double stroke_width);
 
 /// Box, grid, marks and axis label of a panel; `time_labels`: write the times below it.
-[[nodiscard]] std::string panel_frame(const Panel& panel, const std::string& label, bool time_labels);
+[[nodiscard]] std::string panel_frame(const Panel& panel, const std::string& label,
+                                      bool time_labels);
 
-[[nodiscard]] std::string text_at(double x, double y, const std::string& text, const char* anchor, int size,
-                                  const char* extra = "");
+[[nodiscard]] std::string text_at(double x, double y, const std::string& text, const char* anchor,
+                                  int size, const char* extra = "");
 
 }  // namespace haptic::sim

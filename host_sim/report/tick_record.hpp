@@ -31,9 +31,11 @@ struct TickRecord {
 
 /// Header of the replay's CSV, without the end of line.
 inline constexpr const char* kTickCsvHeader =
-    "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,state_hash";
+    "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,"
+    "state_hash";
 
-/// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16 hex digits, LF.
+/// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16
+/// hex digits, LF.
 [[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks);
 
 }  // namespace haptic::sim

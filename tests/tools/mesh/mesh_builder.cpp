@@ -88,16 +88,19 @@ bool contains(const std::string& text, std::string_view part) {
 
 namespace {
 
+/// Six times the signed volume below a face, as a fan around its middle (faces may be bent).
 double six_volumes(const Surface& surface, const SurfaceFace& face) {
-  double sum = 0.0;
-  const Point3& a = surface.vertices[face.vertices[0]];
-  for (std::size_t i = 1; i + 1 < face.vertices.size(); ++i) {
-    const Point3& b = surface.vertices[face.vertices[i]];
-    const Point3& c = surface.vertices[face.vertices[i + 1]];
-    sum += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-           a[2] * (b[0] * c[1] - b[1] * c[0]);
+  Point3 middle{0, 0, 0};
+  Point3 area{0, 0, 0};
+  for (std::size_t i = 0; i < face.vertices.size(); ++i) {
+    const Point3& a = surface.vertices[face.vertices[i]];
+    const Point3& b = surface.vertices[face.vertices[(i + 1) % face.vertices.size()]];
+    for (std::size_t k = 0; k < 3; ++k) {
+      middle[k] += a[k] / static_cast<double>(face.vertices.size());
+      area[k] += a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    }
   }
-  return sum;
+  return middle[0] * area[0] + middle[1] * area[1] + middle[2] * area[2];
 }
 
 /// Every directed edge once, its reverse once, in the same shell.

@@ -109,10 +109,63 @@ void check_random_solids(unsigned first_seed, unsigned count) {
   }
 }
 
+/// Drops, repeats, turns and bends faces at random: the result is refused or it keeps every
+/// promise.
+void check_damaged_solids(unsigned first_seed, unsigned count) {
+  unsigned accepted = 0;
+  unsigned refused = 0;
+  for (unsigned seed = first_seed; seed < first_seed + count; ++seed) {
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    Voxels voxels;
+    for (bool& cell : voxels.filled) {
+      cell = random() % 10 < 4;
+    }
+    MeshBuilder mesh = boundary(voxels, random, true);
+    const auto any = [&](std::size_t size) { return static_cast<std::size_t>(random() % size); };
+    for (unsigned damages = 1 + random() % 4; damages-- > 0;) {
+      std::vector<std::uint32_t>& loop = mesh.faces[any(mesh.faces.size())];
+      switch (random() % 6) {
+        case 0:
+          loop = mesh.faces[any(mesh.faces.size())];
+          break;
+        case 1:
+          mesh.face(std::vector<std::uint32_t>(loop.rbegin(), loop.rend()));
+          break;
+        case 2:
+          std::swap(loop[0], loop[1 + any(loop.size() - 1)]);
+          break;
+        case 3:
+          loop[any(loop.size())] = static_cast<std::uint32_t>(any(mesh.vertices.size()));
+          break;
+        case 4:
+          mesh.vertices[any(mesh.vertices.size())] = mesh.vertices[any(mesh.vertices.size())];
+          break;
+        default:
+          mesh.vertices[any(mesh.vertices.size())][any(3)] += 0.25;
+      }
+    }
+    if (random() % 2 == 0) {
+      mesh.unshare();
+    }
+    const RawMesh raw = mesh.raw();
+    if (refusal(raw).empty()) {
+      CHECK(violation(clean(raw)) == "");
+      ++accepted;
+    } else {
+      ++refused;
+    }
+  }
+  CHECK(accepted > count / 20);
+  CHECK(refused > count / 20);
+}
+
 }  // namespace
 
 TEST_SUITE("tools.mesh_cleaning") {
   TEST_CASE("voxel solids: closed, oriented, exact volume") { check_random_solids(1, 400); }
+  TEST_CASE("damaged voxel solids: refused or valid") { check_damaged_solids(1, 600); }
+  TEST_CASE("damaged voxel solids: many of them [long]") { check_damaged_solids(1000, 30000); }
   TEST_CASE("voxel solids: many of them [long]") { check_random_solids(1000, 20000); }
 }
 

@@ -334,6 +334,57 @@ TEST_SUITE("tools.flatten") {
     }
   }
 
+  TEST_CASE(
+      "flatten: quads of doubly curved surfaces become triangles that stick out, with no corner "
+      "moved") {
+    Random random(21);
+    for (const int digits : {0, 4, 6}) {
+      CAPTURE(digits);
+      std::vector<std::vector<Point3>> rings{{{0, 0, -0.5}}};
+      for (int k = 1; k < 6; ++k) {
+        const double angle = 3.14159265358979323846 * k / 6;
+        rings.push_back(parts::ring(12, 0.5 * std::sin(angle), -0.5 * std::cos(angle)));
+      }
+      rings.push_back({{0, 0, 0.5}});
+      Part ball = parts::loft(rings);
+      ball.transform(parts::random_rotation(random), 1.0, {0.1, 0.2, 0.3});
+      if (digits > 0) ball.print(digits);
+      const Surface s = parts::surface_of({ball}, digits == 4 ? 1.5e-4 : 0.0);
+      FlatBody body = flattened(s);
+      CHECK(body.merged_plane_count == 2 * 48 + 24);
+      CHECK(body.world.vertices.size() == 62);
+      CHECK(body.steps[2].largest_move_m < 1e-10);
+      CHECK(body.largest_bits < 1000);
+      REQUIRE(body.warnings.size() == 1);
+      CHECK(contains(body.warnings[0], "48 faces with four corners were split"));
+      // Still convex, exactly.
+      std::size_t outside = 0;
+      for (const ExactFace& face : body.solids[0].solid.faces) {
+        for (std::uint32_t v = 0; v < body.world.vertices.size(); ++v) {
+          outside += face.sign * body.world.side(v, face.plane) > 0;
+        }
+      }
+      CHECK(outside == 0);
+    }
+    // A ring of quads has a handle: no order of placement exists.
+    Part ring;
+    const std::uint32_t n = 16, m = 8;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      for (std::uint32_t j = 0; j < m; ++j) {
+        const double a = 2 * 3.14159265358979323846 * i / n, b = 2 * 3.14159265358979323846 * j / m;
+        const double r = 0.4 + 0.1 * std::cos(b);
+        ring.vertices.push_back({r * std::cos(a), r * std::sin(a), 0.1 * std::sin(b)});
+        const auto id = [&](std::uint32_t k, std::uint32_t l) { return k % n * m + l % m; };
+        ring.faces.push_back({id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)});
+      }
+    }
+    ring.transform(parts::random_rotation(random), 1.0, {0, 0, 0});
+    FlatBody body = flattened(parts::surface_of({ring}));
+    CHECK(body.reflex_edge_count == n * m / 2);
+    CHECK(body.world.vertices.size() == n * m);
+    CHECK(body.steps[2].largest_move_m == 0.0);
+  }
+
   TEST_CASE("realise: an over-determined core is reported as stuck") {
     // Four corners on all of five planes of general position: no order resolves it.
     CornerPlaneGraph graph;

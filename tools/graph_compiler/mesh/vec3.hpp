@@ -83,15 +83,21 @@ inline Point3 twice_area(const std::vector<Point3>& points, std::span<const std:
   return sum;
 }
 
-/// Six times the signed volume between a polygon's fan and `apex`.
+/// Six times the signed volume between `apex` and a polygon, as a fan around its middle: bent
+/// polygons have a volume that does not depend on where the loop starts, and that changes its sign
+/// with the direction.
 inline double six_volumes(const std::vector<Point3>& points, std::span<const std::uint32_t> loop,
                           const Point3& apex) {
-  double sum = 0.0;
-  const Point3 a = sub(points[loop[0]], apex);
-  for (std::size_t i = 1; i + 1 < loop.size(); ++i) {
-    sum += dot(a, cross(sub(points[loop[i]], apex), sub(points[loop[i + 1]], apex)));
+  Point3 middle{0, 0, 0};
+  Point3 area{0, 0, 0};
+  Point3 before = sub(points[loop.back()], apex);
+  for (const std::uint32_t v : loop) {
+    const Point3 p = sub(points[v], apex);
+    middle = add(middle, p);
+    area = add(area, cross(before, p));
+    before = p;
   }
-  return sum;
+  return dot(middle, area) / static_cast<double>(loop.size());
 }
 
 /// Longest distance between two corners, to within a factor of sqrt(3) below.

@@ -153,7 +153,9 @@ std::size_t ExactWorld::CutKeyHash::operator()(const CutKey& key) const {
 void ExactWorld::charge(double units) {
   work += units;
   if (work > work_limit) {
-    throw WorkLimitReached("work limit of " + std::to_string(work_limit) + " units reached");
+    throw WorkLimitReached("the work limit of " +
+                           std::to_string(static_cast<std::uint64_t>(work_limit)) +
+                           " units was reached");
   }
 }
 

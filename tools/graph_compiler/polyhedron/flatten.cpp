@@ -12,6 +12,7 @@
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
+#include "tools/graph_compiler/polyhedron/flatten_split.hpp"
 #include "tools/graph_compiler/polyhedron/plane_fit.hpp"
 #include "tools/graph_compiler/polyhedron/realise.hpp"
 
@@ -119,32 +120,41 @@ std::string face_names(const Surface& s, const PlaneFit& fit, const CornerPlaneG
 
 class Realiser {
  public:
-  Realiser(const Surface& s, const PlaneFit& fit, const CornerGraph& corners, double scale,
-           const FlattenLimits& limits)
-      : s_(s), fit_(fit), corners_(corners), scale_(scale), limits_(limits) {}
+  Realiser(const Surface& s, PlaneFit& fit, MergedSurface& merged, const CornerGraph& corners,
+           double scale, const FlattenLimits& limits)
+      : s_(s), fit_(fit), merged_(merged), corners_(corners), scale_(scale), limits_(limits) {}
 
   /// Tries from the most faithful to the most forgiving; throws the refusal of the last attempt.
   Realisation run() {
     const CornerPlaneGraph& graph = corners_.graph;
     Realisation real;
     if (realise_unmoved(graph, true, real) && real.largest_bits <= limits_.first_bits) return real;
-    RealiseRules rules;
-    rules.max_bits = limits_.first_bits;
-    if (fit_.largest_residual_m * scale_ <= kCleanResidual) {
-      RealiseRules fine = rules;
-      fine.normal_bits = kFineNormalBits;
-      fine.position_bits = 0;
-      if (accept(real = realise(graph, fine))) return real;
-    }
-    if (accept(real = realise(graph, rules))) return real;
+    const RealiseRules fine = rules(true, limits_.first_bits);
+    const RealiseRules coarse = rules(false, limits_.first_bits);
+    if (is_clean() && accept(real = realise(graph, fine))) return real;
+    if (accept(real = realise(graph, coarse))) return real;
     if (realise_unmoved(graph, false, real) && real.largest_bits <= limits_.max_bits) return real;
-    rules.wishes = false;
-    rules.max_bits = limits_.max_bits;
-    if (accept(real = realise(graph, rules))) return real;
+    RealiseRules last = rules(false, limits_.max_bits);
+    last.wishes = false;
+    if (accept(real = realise(graph, last))) return real;
+    Realisation split;
+    if (realise_with_triangles(true, split) || realise_with_triangles(false, split)) return split;
     refuse(real);
   }
+  [[nodiscard]] std::size_t split_count() const { return split_count_; }
 
  private:
+  [[nodiscard]] bool is_clean() const { return fit_.largest_residual_m * scale_ <= kCleanResidual; }
+  [[nodiscard]] static RealiseRules rules(bool fine, std::size_t bits) {
+    RealiseRules out;
+    out.max_bits = bits;
+    if (fine) {
+      out.normal_bits = kFineNormalBits;
+      out.position_bits = 0;
+    }
+    return out;
+  }
+  bool realise_with_triangles(bool crowded_only, Realisation& real);
   [[nodiscard]] bool accept(const Realisation& real) const {
     return real.outcome == RealiseOutcome::kDone &&
            largest_move(corners_.graph, real).first <=
@@ -156,11 +166,33 @@ class Realiser {
   [[noreturn]] void refuse(const Realisation& real) const;
 
   const Surface& s_;
-  const PlaneFit& fit_;
+  PlaneFit& fit_;
+  MergedSurface& merged_;
   const CornerGraph& corners_;
   double scale_;
   const FlattenLimits& limits_;
+  std::size_t split_count_ = 0;
 };
+
+bool Realiser::realise_with_triangles(bool crowded_only, Realisation& real) {
+  const std::vector<LooseFace> loose =
+      find_loose_faces(s_, fit_, merged_, corners_.vertex_corner, corners_.graph, crowded_only);
+  if (loose.empty()) return false;
+  const CornerPlaneGraph graph = without_faces(corners_.graph, merged_, loose);
+  if (!(is_clean() && accept(real = realise(graph, rules(true, limits_.first_bits)))) &&
+      !accept(real = realise(graph, rules(false, limits_.max_bits)))) {
+    return false;
+  }
+  PlaneFit fit = fit_;
+  MergedSurface merged = merged_;
+  bool ok = false;
+  const std::size_t split = close_faces(loose, fit, merged, real, ok);
+  if (!ok || real.largest_bits > limits_.max_bits) return false;
+  split_count_ = split;
+  fit_ = std::move(fit);
+  merged_ = std::move(merged);
+  return true;
+}
 
 void Realiser::refuse(const Realisation& real) const {
   const Point3 near = real.failed_corners.empty() ? Point3{0, 0, 0} : place(real.failed_corners[0]);
@@ -301,10 +333,9 @@ void warn_coincident(const Surface& s, const PlaneFit& fit, std::vector<std::str
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   if (surface.faces.empty()) throw InputError(surface.file + ": no faces; give a closed mesh");
   const FaceNeighbors neighbors(surface);
-  const PlaneFit fit = fit_planes(surface, neighbors);
-  const MergedSurface merged = merge_faces(surface, neighbors, fit);
+  PlaneFit fit = fit_planes(surface, neighbors);
+  MergedSurface merged = merge_faces(surface, neighbors, fit);
   FlatBody body;
-  body.merged_plane_count = fit.planes.size();
   body.reflex_edge_count = count_reflex(surface, fit, merged);
   if (body.reflex_edge_count > limits.max_reflex_edges) {
     throw InputError(
@@ -320,7 +351,8 @@ FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   CornerGraph corners = build_graph(surface, fit, merged, scale);
   // Without reflex edges nothing will be cut, and no plane is ever extended.
   if (body.reflex_edge_count > 0) add_wishes(surface, scale, corners.graph);
-  const Realisation real = Realiser(surface, fit, corners, scale, limits).run();
+  Realiser realiser(surface, fit, merged, corners, scale, limits);
+  const Realisation real = realiser.run();
   check_edges(surface, merged, corners, real);
   assemble(surface, fit, merged, corners, real, body);
   const double moved = largest_move(corners.graph, real).first / scale;
@@ -329,8 +361,15 @@ FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   body.steps = {{"fit planes", fit.planes.size(), fit.largest_residual_m},
                 {"merge coplanar faces", merged.vertices_gone, merged.largest_gone_m},
                 {"realise corners", corners.graph.corners.size(), moved}};
+  body.merged_plane_count = fit.planes.size();
   body.warnings = surface.warnings;
-  warn_coincident(surface, fit, body.warnings);
+  if (realiser.split_count() > 0) {
+    body.warnings.push_back(surface.file + ": " + std::to_string(realiser.split_count()) +
+                            " faces with four corners were split into triangles: the surface is "
+                            "curved there, and their corners are not exactly in one plane");
+  } else {
+    warn_coincident(surface, fit, body.warnings);
+  }
   return body;
 }
 

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DFIRST=<program> -DSECOND=<program> -P compare_outputs.cmake: both must print the same bytes.
+execute_process(COMMAND ${FIRST} OUTPUT_VARIABLE first RESULT_VARIABLE first_result)
+execute_process(COMMAND ${SECOND} OUTPUT_VARIABLE second RESULT_VARIABLE second_result)
+if(NOT first_result EQUAL 0 OR NOT second_result EQUAL 0)
+  message(FATAL_ERROR "a program failed: ${first_result}, ${second_result}")
+endif()
+string(LENGTH "${first}" length)
+if(length LESS 1000)
+  message(FATAL_ERROR "almost nothing was printed (${length} bytes)")
+endif()
+if(NOT first STREQUAL second)
+  message(FATAL_ERROR "outputs differ")
+endif()
+message(STATUS "${length} equal bytes")

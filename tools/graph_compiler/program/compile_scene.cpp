@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/mesh/cleaning.hpp"
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/scene_inspect/facts_text.hpp"
+
+namespace haptic::tools {
+namespace {
+
+/// Time since the last call (or construction) [s].
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+template <typename T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+struct CompiledPart {
+  PlacedBody placed;
+  PartReport report;
+};
+
+CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
+                          const CompileOptions& options) {
+  CompiledPart result;
+  PartReport& report = result.report;
+  report.mesh = part.mesh;
+  report.scale_to_m = part.scale_to_m;
+  const auto tell = [&](const char* step, double fraction) {
+    if (options.progress) options.progress(part.mesh, step, fraction);
+  };
+  Stopwatch watch;
+  tell("reading", 0.0);
+  const RawMesh raw = read_mesh(part.path);
+  report.mesh_vertices = raw.vertices.size();
+  report.mesh_faces = raw.faces.size();
+  report.timing.read_s = watch.lap();
+
+  tell("cleaning", 0.0);
+  CleaningOptions cleaning;
+  cleaning.scale_to_m = part.scale_to_m;
+  cleaning.plane_tolerance_m =
+      options.plane_tolerance_m ? options.plane_tolerance_m : scene.plane_tolerance_m;
+  const Surface surface = clean_surface(raw, cleaning);
+  report.plane_tolerance_m = surface.plane_tolerance_m;
+  report.diagonal_m = surface.diagonal_m;
+  report.shells = surface.shells.size();
+  report.timing.clean_s = watch.lap();
+
+  tell("flattening", 0.0);
+  FlattenLimits limits;
+  if (options.max_reflex) limits.max_reflex_edges = *options.max_reflex;
+  FlatBody flat = flatten(surface, limits);
+  report.solids = flat.solids.size();
+  report.planes = flat.merged_plane_count;
+  report.reflex_edges = flat.reflex_edge_count;
+  report.largest_move_m = flat.largest_move_m;
+  report.largest_bits = flat.largest_bits;
+  report.timing.flatten_s = watch.lap();
+
+  const Decomposition pieces = decompose(flat, raw.file, DecompositionLimits{},
+                                         [&](double fraction) { tell("decomposing", fraction); });
+  report.face_plane_only_pieces = pieces.face_plane_only_pieces;
+  report.thinnest_m = pieces.thinnest_m;
+  report.work = pieces.work;
+  report.certificate = pieces.certificate;
+  append(report.steps, surface.steps);
+  append(report.steps, flat.steps);
+  append(report.warnings, surface.warnings);
+  append(report.warnings, flat.warnings);
+  append(report.warnings, pieces.warnings);
+
+  // Coordinates stay about the part's own centre, where doubles are finest; the writer adds the
+  // centre.
+  result.placed.mesh_origin_m = std::exchange(flat.world.centre_m, {0.0, 0.0, 0.0});
+  result.placed.body = to_body(flat, pieces, part.path.filename().string());
+  result.placed.position_m = part.position_m;
+  result.placed.quaternion_wxyz = part.quaternion_wxyz;
+  report.volume_m3 = result.placed.body.volume_m3;
+  report.pieces = result.placed.body.pieces;
+  report.timing.decompose_s = watch.lap();
+  return result;
+}
+
+void check_budget(const SceneFile& scene, const std::optional<BudgetLimit>& limit, const char* what,
+                  std::uint64_t needed, const SceneFacts& facts) {
+  if (!limit || needed <= limit->bytes) return;
+  throw InputError(
+      scene.file + ":" + std::to_string(limit->line) + ":" + std::to_string(limit->column) +
+      ": the scene needs " + grouped(needed) + " bytes of " + what + ", the budget allows " +
+      grouped(limit->bytes) + "; raise it, or use coarser meshes\n" + sections_as_text(facts) +
+      nodes_as_text(facts) + "    state " + grouped(facts.capacity.state_bytes) + " bytes");
+}
+
+void check_budgets(const SceneFile& scene, const std::vector<std::byte>& bytes) {
+  if (!scene.budget.constants && !scene.budget.state) return;
+  const SceneBytes aligned{bytes};
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+    throw std::logic_error("the scene just written does not open");
+  }
+  const SceneFacts facts = facts_of(view);
+  check_budget(scene, scene.budget.constants, "constants", facts.bytes, facts);
+  check_budget(scene, scene.budget.state, "state", facts.capacity.state_bytes, facts);
+}
+
+}  // namespace
+
+CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
+  CompiledScene result;
+  result.scene = scene;
+  SceneDescription description;
+  description.name = scene.name;
+  description.parameters = scene.parameters;
+
+  CompiledPart moving = compile_part(scene.moving, scene, options);
+  for (std::size_t k = 0; k < 3; ++k) {
+    // Default grip: the centre of volume, which the body gives about its own origin.
+    description.grip_m[k] =
+        scene.grip_m ? (*scene.grip_m)[k]
+                     : moving.placed.body.centre_of_volume_m[k] + moving.placed.mesh_origin_m[k];
+  }
+  description.moving = std::move(moving.placed);
+  result.parts.push_back(std::move(moving.report));
+  for (const ScenePart& part : scene.statics) {
+    CompiledPart fixed = compile_part(part, scene, options);
+    description.statics.push_back(std::move(fixed.placed));
+    result.parts.push_back(std::move(fixed.report));
+  }
+  Stopwatch watch;
+  if (options.progress) options.progress(scene.name, "writing the contact graph", 0.0);
+  result.bytes = write_scene(description);
+  check_budgets(scene, result.bytes);
+  result.write_s = watch.lap();
+  return result;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The whole chain: mesh -> cleaned surface -> flat body -> convex pieces -> bytes of the scene,
+/// with an account of what was done to every part.
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/mesh/surface.hpp"
+#include "tools/graph_compiler/polyhedron/decomposition.hpp"
+#include "tools/graph_compiler/program/scene_file.hpp"
+
+namespace haptic::tools {
+
+/// Seconds spent; in the report under its own key, since everything else is reproducible.
+struct PartTiming {
+  double read_s = 0.0, clean_s = 0.0, flatten_s = 0.0, decompose_s = 0.0;
+};
+
+/// What became of one mesh.
+struct PartReport {
+  std::string mesh;  ///< as written in the scene file
+  std::array<double, 3> scale_to_m{1, 1, 1};
+  std::size_t mesh_vertices = 0, mesh_faces = 0;
+  double plane_tolerance_m = 0.0, diagonal_m = 0.0;
+  std::vector<CleaningStep> steps;    ///< cleaning, then flattening
+  std::vector<std::string> warnings;  ///< of all steps
+  std::size_t shells = 0, solids = 0, planes = 0, reflex_edges = 0;
+  double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
+  std::size_t largest_bits = 0;
+  std::size_t face_plane_only_pieces = 0;
+  double thinnest_m = 0.0;
+  double work = 0.0;
+  Certificate certificate;
+  double volume_m3 = 0.0;
+  std::vector<ConvexPiece> pieces;
+  PartTiming timing;
+};
+
+struct CompiledScene {
+  std::vector<std::byte> bytes;
+  SceneFile scene;
+  std::vector<PartReport> parts;  ///< moving part first
+  double write_s = 0.0;           ///< graph and blob
+};
+
+struct CompileOptions {
+  std::optional<double> plane_tolerance_m;  ///< before that of the scene file
+  std::optional<std::size_t> max_reflex;    ///< reflex edges per part
+  /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
+  /// 1].
+  std::function<void(const std::string& mesh, const char* step, double fraction)> progress;
+};
+
+/// @throws InputError from any step, or when the scene exceeds its budget (with a breakdown).
+CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options);
+
+}  // namespace haptic::tools

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/report.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "tools/common/scene_bytes.hpp"
+#include "tools/scene_inspect/facts_text.hpp"
+
+namespace haptic::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+SceneFacts facts_of_bytes(const std::vector<std::byte>& bytes) {
+  const SceneBytes aligned{bytes};
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+    throw std::logic_error("the scene just written does not open");
+  }
+  return facts_of(view);
+}
+
+std::size_t edge_count(const ConvexPiece& piece) {
+  std::size_t corners = 0;
+  for (const PieceFace& face : piece.faces) corners += face.loop.size();
+  return corners / 2;
+}
+
+Json part_json(const PartReport& part, bool moving) {
+  Json steps = Json::array();
+  for (const CleaningStep& step : part.steps) {
+    steps.push_back(
+        {{"name", step.name}, {"count", step.count}, {"largest_move_m", step.largest_move_m}});
+  }
+  Json pieces = Json::array();
+  for (const ConvexPiece& piece : part.pieces) {
+    pieces.push_back({{"volume_m3", piece.volume_m3},
+                      {"vertices", piece.vertices.size()},
+                      {"edges", edge_count(piece)},
+                      {"faces", piece.faces.size()}});
+  }
+  const Certificate& c = part.certificate;
+  return {{"role", moving ? "moving" : "static"},
+          {"file", part.mesh},
+          {"scale_to_m", part.scale_to_m},
+          {"mesh_vertices", part.mesh_vertices},
+          {"mesh_faces", part.mesh_faces},
+          {"diagonal_m", part.diagonal_m},
+          {"plane_tolerance_m", part.plane_tolerance_m},
+          {"cleaning", std::move(steps)},
+          {"largest_move_m", part.largest_move_m},
+          {"warnings", part.warnings},
+          {"shells", part.shells},
+          {"solids", part.solids},
+          {"planes", part.planes},
+          {"reflex_edges", part.reflex_edges},
+          {"largest_bits", part.largest_bits},
+          {"face_plane_only_pieces", part.face_plane_only_pieces},
+          {"thinnest_m", part.thinnest_m},
+          {"work", part.work},
+          {"pieces", std::move(pieces)},
+          {"volume_m3", part.volume_m3},
+          {"certificate",
+           {{"holds", c.holds()},
+            {"convex", c.convex},
+            {"partition", c.partition},
+            {"disjoint", c.disjoint},
+            {"volume_equal", c.volume_equal},
+            {"cover", c.cover},
+            {"nonzero_counts", c.nonzero_counts},
+            {"volume_m3", c.volume_m3}}}};
+}
+
+Json timing_json(const CompiledScene& compiled) {
+  Json parts = Json::array();
+  for (const PartReport& part : compiled.parts) {
+    parts.push_back({{"file", part.mesh},
+                     {"read_s", part.timing.read_s},
+                     {"clean_s", part.timing.clean_s},
+                     {"flatten_s", part.timing.flatten_s},
+                     {"decompose_s", part.timing.decompose_s}});
+  }
+  return {{"parts", std::move(parts)}, {"write_s", compiled.write_s}};
+}
+
+Json budget_json(const SceneBudget& budget) {
+  Json result = Json::object();
+  if (budget.constants) result["constants_bytes"] = budget.constants->bytes;
+  if (budget.state) result["state_bytes"] = budget.state->bytes;
+  if (budget.stack) result["stack_bytes"] = budget.stack->bytes;
+  return result;
+}
+
+std::string certificate_text(const Certificate& c) {
+  if (c.holds()) {
+    return std::string("convex, partition, disjoint, volumes equal (exact)") +
+           (c.cover ? "; solids overlap: cover" : "");
+  }
+  std::string text = "FAILED:";
+  if (!c.convex) text += " not convex";
+  if (!c.partition) text += " not a partition";
+  if (!c.disjoint) text += " not disjoint";
+  if (!c.volume_equal) text += " volumes differ";
+  return text;
+}
+
+std::string part_text(const PartReport& part, bool moving) {
+  std::string text =
+      formatted("%s %s: %zu vertices, %zu faces, tolerance %.3g m\n", moving ? "moving" : "static",
+                part.mesh.c_str(), part.mesh_vertices, part.mesh_faces, part.plane_tolerance_m);
+  for (const CleaningStep& step : part.steps) {
+    if (step.count == 0) continue;
+    text += formatted("    %-24s %8zu   moved at most %.2g m\n", step.name.c_str(), step.count,
+                      step.largest_move_m);
+  }
+  text += formatted("    solids %zu, planes %zu, reflex edges %zu, volume %.9g m3\n", part.solids,
+                    part.planes, part.reflex_edges, part.volume_m3);
+  text += formatted("    convex pieces %zu", part.pieces.size());
+  constexpr std::size_t kShown = 6;
+  for (std::size_t i = 0; i < std::min(part.pieces.size(), kShown); ++i) {
+    const ConvexPiece& p = part.pieces[i];
+    text += formatted("%s%zuV %zuE %zuF", i == 0 ? ": " : ", ", p.vertices.size(), edge_count(p),
+                      p.faces.size());
+  }
+  text += part.pieces.size() > kShown ? ", ...\n" : "\n";
+  return text + "    certificate: " + certificate_text(part.certificate) + "\n";
+}
+
+double total_seconds(const CompiledScene& compiled) {
+  double sum = compiled.write_s;
+  for (const PartReport& part : compiled.parts) {
+    const PartTiming& t = part.timing;
+    sum += t.read_s + t.clean_s + t.flatten_s + t.decompose_s;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::string report_as_json(const CompiledScene& compiled) {
+  const SceneFacts facts = facts_of_bytes(compiled.bytes);
+  Json parts = Json::array();
+  for (std::size_t i = 0; i < compiled.parts.size(); ++i) {
+    parts.push_back(part_json(compiled.parts[i], i == 0));
+  }
+  const Json report = {{"scene", facts.name},
+                       {"parts", std::move(parts)},
+                       {"nodes", facts.nodes},
+                       {"arcs", facts.arcs},
+                       {"pairs", pairs_as_json(facts)},
+                       {"bytes", facts.bytes},
+                       {"sections", sections_as_json(facts)},
+                       {"capacity", capacity_as_json(facts.capacity)},
+                       {"state_bytes", facts.capacity.state_bytes},
+                       {"budget", budget_json(compiled.scene.budget)},
+                       {"warnings", warnings_of(compiled)},
+                       {"timing", timing_json(compiled)}};
+  // Names of files need not be UTF-8.
+  return report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string report_as_text(const CompiledScene& compiled) {
+  const SceneFacts facts = facts_of_bytes(compiled.bytes);
+  std::string text = "scene '" + facts.name + "'\n";
+  for (std::size_t i = 0; i < compiled.parts.size(); ++i) {
+    text += part_text(compiled.parts[i], i == 0);
+  }
+  text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
+          grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
+          nodes_as_text(facts);
+  text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
+          "\n" + sections_as_text(facts);
+  return text + formatted("time %.3f s\n", total_seconds(compiled));
+}
+
+std::vector<std::string> warnings_of(const CompiledScene& compiled) {
+  std::vector<std::string> result;
+  for (const PartReport& part : compiled.parts) {
+    for (const std::string& warning : part.warnings) result.push_back(part.mesh + ": " + warning);
+  }
+  const DeviceParameters& device = compiled.scene.parameters.device;
+  const double k = compiled.scene.parameters.k_f_n_per_m;
+  if (device.given != 0 && device.max_stiffness_n_per_m > 0 && k > device.max_stiffness_n_per_m) {
+    result.push_back(
+        formatted("[rendering] k_f_n_per_m is %.9g, above the device's max_stiffness_n_per_m %.9g",
+                  k, device.max_stiffness_n_per_m));
+  }
+  return result;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Account of a compilation: for people (stdout) and for programs (--report).
+
+#include <string>
+#include <vector>
+
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+namespace haptic::tools {
+
+/// JSON. Everything but the key `timing` is the same on every run, machine and working directory.
+std::string report_as_json(const CompiledScene& compiled);
+
+/// Summary of about one screen.
+std::string report_as_text(const CompiledScene& compiled);
+
+/// "mesh: warning" of all parts, and what the compiler itself has to warn of.
+std::vector<std::string> warnings_of(const CompiledScene& compiled);
+
+}  // namespace haptic::tools

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/scene_inspect/facts_text.hpp"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace haptic::tools {
+namespace {
+
+/// Rows of one kind that the text shows; the JSON has all.
+constexpr std::size_t kShownRows = 20;
+constexpr const char* kTypeNames[3] = {"A (face, vertex)", "B (vertex, face)", "C (edge, edge)"};
+
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string rest_line(std::size_t count) {
+  if (count <= kShownRows) return "";
+  return "    ... and " + std::to_string(count - kShownRows) + " more (--json lists all)\n";
+}
+
+std::string recheck_text(const BodyRecheck& r) {
+  std::string text =
+      formatted("    recheck: vertices within %.2g m of their planes (limit %.2g m): %s\n",
+                std::max(r.largest_off_m, r.largest_outside_m), r.tolerance_m,
+                r.convex ? "convex" : "NOT CONVEX");
+  if (r.piece_pairs > 0) {
+    const bool apart = r.separated_pairs == r.piece_pairs;
+    text += formatted("    recheck: %llu of %llu pairs of pieces separated by a face plane: %s\n",
+                      static_cast<unsigned long long>(r.separated_pairs),
+                      static_cast<unsigned long long>(r.piece_pairs),
+                      apart ? "disjoint" : "overlapping: a cover");
+  }
+  return text;
+}
+
+std::string body_text(const BodyFacts& body, std::size_t index) {
+  std::string text = formatted("  %s '%s': %zu pieces, %u planes, volume %.9g m3\n",
+                               index == 0 ? "moving" : "static", body.name.c_str(),
+                               body.pieces.size(), body.planes, body.volume_m3);
+  text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
+                    index == 0 ? "grip point in the mesh frame" : "reference point in W",
+                    body.reference_m[0], body.reference_m[1], body.reference_m[2]);
+  for (std::size_t i = 0; i < std::min(body.pieces.size(), kShownRows); ++i) {
+    const PieceFacts& p = body.pieces[i];
+    text += formatted(
+        "    piece %zu: %u vertices, %u edges, %u faces, %.6g m3; from the mesh %u vertices, %u "
+        "faces; "
+        "from cuts %u, %u\n",
+        i, p.vertices, p.edges, p.faces, p.volume_m3, p.source.mesh_vertices, p.source.mesh_faces,
+        p.source.cut_vertices, p.source.cut_faces);
+  }
+  return text + rest_line(body.pieces.size()) + recheck_text(body.recheck);
+}
+
+std::string pairs_text(const SceneFacts& facts) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(facts.pairs.size(), kShownRows); ++i) {
+    const PairFacts& p = facts.pairs[i];
+    text += formatted(
+        "    pair %zu (pieces %u, %u): %u nodes, %llu arcs, largest degree %u, near capacity %u\n",
+        i, p.piece_a, p.piece_b, p.nodes, static_cast<unsigned long long>(p.arcs), p.max_degree,
+        p.near_capacity);
+  }
+  return text + rest_line(facts.pairs.size());
+}
+
+std::string parameters_text(const SceneParameters& p) {
+  std::string text = formatted("  law paper, k_F %.9g N/m, epsilon %.9g m, loop %.9g Hz\n",
+                               p.k_f_n_per_m, p.epsilon_m, p.rate_hz);
+  text +=
+      formatted("  start pose (%.9g, %.9g, %.9g) m, quaternion w x y z (%.9g, %.9g, %.9g, %.9g)\n",
+                p.start_p_wa_m[0], p.start_p_wa_m[1], p.start_p_wa_m[2], p.start_q_wa_xyzw[3],
+                p.start_q_wa_xyzw[0], p.start_q_wa_xyzw[1], p.start_q_wa_xyzw[2]);
+  if (p.motion_limits_given != 0) {
+    text += formatted("  motion limits %.9g m/s, %.9g rad/s\n", p.max_linear_speed_m_per_s,
+                      p.max_angular_speed_rad_per_s);
+  }
+  const DeviceParameters& d = p.device;
+  if (d.given != 0) {
+    text += formatted(
+        "  device: mass %.9g kg, damping %.9g N s/m, friction %.9g N, encoder step %.9g m, delay "
+        "%.9g s\n"
+        "  device limits (0: not given): %.9g N, %.9g N m, %.9g N/s, %.9g N m/s, %.9g N/m, %.9g N "
+        "s/m\n",
+        d.mass_kg, d.damping_ns_per_m, d.coulomb_friction_n, d.encoder_step_m, d.delay_s,
+        d.max_force_n, d.max_torque_nm, d.max_force_rate_n_per_s, d.max_torque_rate_nm_per_s,
+        d.max_stiffness_n_per_m, d.max_damping_ns_per_m);
+  } else {
+    text += "  no device given\n";
+  }
+  return text;
+}
+
+std::string capacity_text(const SceneCapacity& c) {
+  return formatted(
+      "  state %s bytes; pairs %u, largest %u nodes; near sets %u in all, largest %u; neighbor "
+      "subgraph "
+      "at most %u\n  per tick at most %s node evaluations and %s support pairs\n",
+      grouped(c.state_bytes).c_str(), c.pair_count, c.largest_pair_nodes, c.total_near,
+      c.largest_near, c.largest_neighborhood, grouped(c.max_nodes_evaluated).c_str(),
+      grouped(c.max_support_pairs).c_str());
+}
+
+}  // namespace
+
+std::string grouped(std::uint64_t n) {
+  std::string text = std::to_string(n);
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, " ");
+  return text;
+}
+
+std::string sections_as_text(const SceneFacts& facts) {
+  std::string text;
+  for (const SectionFacts& s : facts.sections) {
+    text +=
+        formatted("    %-18s %12s bytes  (%s x %llu)\n", s.name.c_str(), grouped(s.bytes).c_str(),
+                  grouped(s.count).c_str(), static_cast<unsigned long long>(s.element_bytes));
+  }
+  return text;
+}
+
+std::string nodes_as_text(const SceneFacts& facts) {
+  std::string text;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const NeighborhoodFacts& type = facts.types[k];
+    text += formatted(
+        "    type %-16s %10s nodes; neighbor subgraph of one node %u to %u, mean %.1f\n",
+        kTypeNames[k], grouped(type.nodes).c_str(), type.smallest, type.largest, type.mean);
+  }
+  return text;
+}
+
+std::string facts_as_text(const SceneFacts& facts) {
+  std::string text =
+      formatted("scene '%s': %s bytes, %s scalars, content %016llx\n", facts.name.c_str(),
+                grouped(facts.bytes).c_str(), facts.scalar_bytes == 8 ? "double" : "float",
+                static_cast<unsigned long long>(facts.content_hash));
+  text += "parts\n";
+  for (std::size_t i = 0; i < facts.bodies.size(); ++i) text += body_text(facts.bodies[i], i);
+  text += "contact graph: " + grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n";
+  text += nodes_as_text(facts) + pairs_text(facts);
+  text += "bytes by table\n" + sections_as_text(facts);
+  text += "capacities\n" + capacity_text(facts.capacity);
+  return text + "parameters\n" + parameters_text(facts.parameters);
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Facts about a scene as text for people and as JSON for programs.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "tools/scene_inspect/scene_facts.hpp"
+
+namespace haptic::tools {
+
+/// Everything, some 40 lines and one per piece and pair (the first 20 of each).
+std::string facts_as_text(const SceneFacts& facts);
+
+/// The same facts, complete. Keys in the order of this project, not sorted.
+nlohmann::ordered_json facts_as_json(const SceneFacts& facts);
+
+// Parts of them, shared with the compiler's report.
+nlohmann::ordered_json pairs_as_json(const SceneFacts& facts);
+nlohmann::ordered_json sections_as_json(const SceneFacts& facts);
+nlohmann::ordered_json capacity_as_json(const SceneCapacity& capacity);
+std::string sections_as_text(const SceneFacts& facts);
+/// "A 32 (25 .. 25, mean 25.0)" and so on for types A, B, C, one line each.
+std::string nodes_as_text(const SceneFacts& facts);
+
+/// 1234567 -> "1 234 567".
+std::string grouped(std::uint64_t n);
+
+}  // namespace haptic::tools

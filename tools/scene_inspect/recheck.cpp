@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points 1 and 3 of the certificate (decomposition section 7) once more, from the bytes of the
+// scene alone.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/scene/scene_check.hpp"
+#include "tools/scene_inspect/scene_facts.hpp"
+
+namespace haptic::tools {
+namespace {
+
+/// Heights of the vertices of `piece` over face `f` of `owner`, outward positive [m].
+struct Heights {
+  double smallest = std::numeric_limits<double>::infinity();
+  double largest = -std::numeric_limits<double>::infinity();
+};
+Heights heights(const PieceView& owner, std::uint32_t f, const PieceView& piece) {
+  const PlaneRecord& plane = owner.planes[owner.faces[f].plane];
+  Heights result;
+  for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+    const Real* x = piece.vertices + 3 * std::size_t{v};
+    double height = -static_cast<double>(plane.offset_m);
+    for (int k = 0; k < 3; ++k) {
+      height += static_cast<double>(plane.normal[k]) * static_cast<double>(x[k]);
+    }
+    result.smallest = std::min(result.smallest, owner.faces[f].sign * height);
+    result.largest = std::max(result.largest, owner.faces[f].sign * height);
+  }
+  return result;
+}
+
+bool separates(const PieceView& owner, const PieceView& other, double tolerance) {
+  for (std::uint32_t f = 0; f < owner.face_count; ++f) {
+    if (heights(owner, f, other).smallest >= -tolerance) return true;
+  }
+  return false;
+}
+
+/// Spheres about the pieces that do not meet: separated without looking at planes.
+bool far_apart(const PieceView& a, const PieceView& b) {
+  double square = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double d = a.record->centre_m[k] - b.record->centre_m[k];
+    square += d * d;
+  }
+  return std::sqrt(square) > a.record->radius_m + b.record->radius_m;
+}
+
+double body_size(const SceneView& view, const BodyRecord& body) {
+  double low[3] = {1e300, 1e300, 1e300}, high[3] = {-1e300, -1e300, -1e300};
+  for (std::uint32_t i = 0; i < body.piece_count; ++i) {
+    const PieceView piece = view.piece(body.piece_begin + i);
+    for (std::size_t j = 0; j < 3 * std::size_t{piece.vertex_count}; ++j) {
+      const double x = static_cast<double>(piece.vertices[j]);
+      low[j % 3] = std::min(low[j % 3], x);
+      high[j % 3] = std::max(high[j % 3], x);
+    }
+  }
+  double size = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    // A grip far outside the part makes its coordinates, hence their rounding, larger than the
+    // part.
+    size = std::max({size, high[k] - low[k], std::abs(low[k]), std::abs(high[k])});
+  }
+  return size;
+}
+
+}  // namespace
+
+BodyRecheck recheck_body(const SceneView& view, std::uint32_t index) {
+  const BodyRecord& body = view.bodies()[index];
+  BodyRecheck result;
+  const double share = std::max(1e-12, check::kGeometryTolerance);
+  result.tolerance_m = body_size(view, body) * share;
+  for (std::uint32_t i = 0; i < body.piece_count; ++i) {
+    const PieceView piece = view.piece(body.piece_begin + i);
+    for (std::uint32_t f = 0; f < piece.face_count; ++f) {
+      result.largest_outside_m =
+          std::max(result.largest_outside_m, heights(piece, f, piece).largest);
+      for (const std::uint16_t v : piece.face_vertices(f)) {
+        const Vec3 n = piece.face_normal(f);
+        const double height = static_cast<double>(n.dot(piece.vertex(v)) - piece.face_offset(f));
+        result.largest_off_m = std::max(result.largest_off_m, std::abs(height));
+      }
+    }
+    for (std::uint32_t j = i + 1; j < body.piece_count; ++j) {
+      const PieceView other = view.piece(body.piece_begin + j);
+      result.piece_pairs += 1;
+      if (far_apart(piece, other) || separates(piece, other, result.tolerance_m) ||
+          separates(other, piece, result.tolerance_m)) {
+        result.separated_pairs += 1;
+      }
+    }
+  }
+  result.convex =
+      result.largest_outside_m <= result.tolerance_m && result.largest_off_m <= result.tolerance_m;
+  return result;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What can be said about a compiled scene by looking at it: counts, sizes, distances. One source
+/// of facts for scene_inspect and for the compiler's report.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rt_core/scene/scene_view.hpp"
+
+namespace haptic::tools {
+
+struct SectionFacts {
+  SectionId id;
+  std::string name;
+  std::uint64_t element_bytes = 0, count = 0, bytes = 0;
+};
+
+/// Features of a piece that come from the user's mesh, and those that cuts made.
+struct SourceFacts {
+  std::uint32_t mesh_vertices = 0, cut_vertices = 0;
+  std::uint32_t mesh_faces = 0, cut_faces = 0;
+};
+
+struct PieceFacts {
+  double volume_m3 = 0.0, radius_m = 0.0;
+  std::uint32_t vertices = 0, edges = 0, faces = 0;
+  SourceFacts source;
+};
+
+/// Sizes of the neighbor subgraphs of single nodes: a node and its neighbors (paper Sec. II-A).
+struct NeighborhoodFacts {
+  std::uint64_t nodes = 0;
+  std::uint32_t smallest = 0, largest = 0;
+  double mean = 0.0;
+};
+
+struct PairFacts {
+  std::uint32_t piece_a = 0, piece_b = 0;
+  std::array<NeighborhoodFacts, 3> types;  ///< A (face, vertex), B (vertex, face), C (edge, edge)
+  std::uint32_t nodes = 0, max_degree = 0, near_capacity = 0, neighborhood_capacity = 0;
+  std::uint64_t arcs = 0;  ///< undirected
+};
+
+/// How the pieces of a body lie to each other and to their planes, in doubles (decomposition
+/// section 7).
+struct BodyRecheck {
+  double largest_outside_m = 0.0;  ///< largest height of a vertex over a plane of its own piece
+  double largest_off_m = 0.0;  ///< largest distance of a vertex from the plane of a face it bounds
+  double tolerance_m = 0.0;    ///< 1e-12 of the body's size, or the rounding of a float scene
+  bool convex = false;         ///< both within tolerance
+  std::uint64_t piece_pairs = 0;
+  std::uint64_t separated_pairs =
+      0;  ///< a face plane of one of the two separates them within tolerance
+};
+
+struct BodyFacts {
+  std::string name;
+  std::array<double, 3> reference_m{0, 0, 0};
+  double volume_m3 = 0.0;
+  std::uint32_t planes = 0;
+  std::vector<PieceFacts> pieces;
+  BodyRecheck recheck;
+};
+
+struct SceneFacts {
+  std::string name;
+  std::uint64_t bytes = 0, content_hash = 0;
+  std::uint32_t scalar_bytes = 0;
+  SceneCapacity capacity{};
+  SceneParameters parameters{};
+  std::vector<SectionFacts> sections;
+  std::vector<BodyFacts> bodies;  ///< body 0 moves
+  std::vector<PairFacts> pairs;
+  std::array<NeighborhoodFacts, 3> types;  ///< over all pairs
+  std::uint64_t nodes = 0, arcs = 0;
+};
+
+/// Cost: O(bytes) and O(pieces^2 faces vertices) per body for the recheck.
+SceneFacts facts_of(const SceneView& view);
+
+BodyRecheck recheck_body(const SceneView& view, std::uint32_t body);
+
+/// Name of a section for people: "vertices"; "section 42" when unknown.
+std::string section_name(SectionId id);
+
+}  // namespace haptic::tools
