@@ -194,11 +194,11 @@ TEST_SUITE("tools.mesh_cleaning") {
   }
 
   TEST_CASE("nesting: cavity, island in the cavity, and their parents in any order") {
-    for (const bool outward : {false, true}) {
+    for (const bool whole_part_inverted : {false, true}) {
       MeshBuilder mesh;
-      mesh.box({4, 4, 4}, {5, 5, 5});
-      mesh.box({3, 3, 3}, {6, 6, 6}, outward);
-      mesh.box({0, 0, 0}, {9, 9, 9});
+      mesh.box({4, 4, 4}, {5, 5, 5}, !whole_part_inverted);
+      mesh.box({3, 3, 3}, {6, 6, 6}, whole_part_inverted);
+      mesh.box({0, 0, 0}, {9, 9, 9}, !whole_part_inverted);
       const Surface surface = clean(mesh.raw());
       CHECK(violation(surface) == "");
       REQUIRE(surface.shells.size() == 3);
@@ -207,8 +207,20 @@ TEST_SUITE("tools.mesh_cleaning") {
       CHECK(surface.shells[1].parent == 2);
       CHECK_FALSE(surface.shells[0].is_void);
       CHECK(volume(surface) == doctest::Approx(729.0 - 27.0 + 1.0));
-      CHECK(surface.warnings.size() == (outward ? 1 : 0));
+      CHECK(surface.warnings.empty());
     }
+  }
+
+  TEST_CASE("nesting: a shell that is not inverted inside another one overlaps it, with a warning") {
+    MeshBuilder mesh;
+    mesh.box({0, 0, 0}, {9, 9, 9});
+    mesh.box({3, 3, 3}, {6, 6, 6});
+    const Surface surface = clean(mesh.raw());
+    CHECK(violation(surface) == "");
+    REQUIRE(surface.shells.size() == 2);
+    CHECK(surface.solid_count == 2);
+    CHECK_FALSE(surface.shells[1].is_void);
+    CHECK(surface.warnings.size() == 1);
   }
 
   TEST_CASE("a cavity whose corners lie on the outer surface") {

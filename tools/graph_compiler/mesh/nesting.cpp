@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/mesh/nesting.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "tools/graph_compiler/mesh/shell_interior.hpp"
@@ -108,32 +110,49 @@ std::vector<Shell> nest_shells(WorkMesh& mesh, std::vector<WorkShell>& work_shel
       }
     }
   }
+  // Outermost first: what a shell is depends on the shells around it.
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t l, std::size_t r) {
+    return around[l].size() < around[r].size();
+  });
   std::vector<Shell> shells(count);
+  std::vector<std::uint8_t> outward_in_file(count);
   CleaningStep inside_out{"inside-out shells", 0, 0.0};
-  for (std::size_t s = 0; s < count; ++s) {
-    const std::size_t depth = around[s].size();
+  for (const std::size_t s : order) {
     WorkShell& shell = work_shells[s];
     shells[s].faces = shell.faces;
-    shells[s].is_void = depth % 2 == 1;
-    const bool outward_in_file = file_points_outward(shell, flipped);
-    if (shells[s].is_void && outward_in_file) {
-      const Point3& p = mesh.points[mesh.faces[shell.faces[0]].loop[0]];
-      mesh.warnings.push_back(
-          "the shell at " + place_text(mesh, p) +
-          " lies inside another one and is taken as a cavity, but its faces point outward");
+    outward_in_file[s] = file_points_outward(shell, flipped) ? 1 : 0;
+    // Depth of material around the shell, and the shells that orientation is told against: a part
+    // that is inside-out as a whole is turned as a whole, so a shell is inverted if it differs from
+    // the outermost one around it.
+    int material = 0;
+    std::size_t outermost = s;
+    std::size_t innermost_solid = count;
+    for (const std::uint32_t outer : around[s]) {
+      material += shells[outer].is_void ? -1 : 1;
+      if (around[outer].empty()) {
+        outermost = outer;
+      }
+      if (!shells[outer].is_void &&
+          (innermost_solid == count ||
+           std::abs(work_shells[outer].volume) < std::abs(work_shells[innermost_solid].volume))) {
+        innermost_solid = outer;
+      }
     }
-    inside_out.count += shells[s].is_void == outward_in_file ? 1U : 0U;
+    const bool inverted = outward_in_file[s] != outward_in_file[outermost];
+    shells[s].is_void = inverted && material > 0;
+    if (shells[s].is_void) {
+      shells[s].parent = static_cast<std::uint32_t>(innermost_solid);
+    } else if (material > 0) {
+      mesh.warnings.push_back(
+          "the shell at " + place_text(mesh, mesh.points[mesh.faces[shell.faces[0]].loop[0]]) +
+          " lies inside another solid and its faces point outward too: the two overlap and are "
+          "united; turn its faces if it is meant as a cavity");
+    }
+    inside_out.count += shells[s].is_void == (outward_in_file[s] != 0) ? 1U : 0U;
     if ((shell.volume < 0.0) != shells[s].is_void) {
       turn_shell(mesh, shell, flipped);
-    }
-    // The innermost shell around this one is the smallest of those that lie one level higher.
-    double least = HUGE_VAL;
-    for (const std::uint32_t outer : around[s]) {
-      const double volume = std::abs(work_shells[outer].volume);
-      if (shells[s].is_void && around[outer].size() + 1 == depth && volume < least) {
-        least = volume;
-        shells[s].parent = outer;
-      }
     }
   }
   solid_count = 0;
