@@ -130,6 +130,7 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   const auto marks = arena.take<std::uint64_t>((std::size_t{c.largest_pair_nodes} + 63) / 64);
   const auto reached = arena.take<std::uint32_t>(c.largest_pair_nodes);
   tracker.reached = NodeSet(marks, reached);
+  tracker.reached_f = arena.take<Real>(c.largest_pair_nodes);
   tracker.candidates =
       BoundedList<NearNode>(arena.take<NearNode>(std::size_t{kCandidateFactor} * c.largest_near));
   patches = BoundedList<ContactPatch>(arena.take<ContactPatch>(c.pair_count));

@@ -155,8 +155,8 @@ Wide largest_ratio(const OraclePiece& a, const OraclePiece& b, const OraclePose&
 }
 
 Precision precision_of_real() {
-  if constexpr (sizeof(Real) == sizeof(double)) return {0x1p-52L, 1e-12L, 1e-12L};
-  return {0x1p-23L, 1e-5L, 1e-5L};
+  if constexpr (sizeof(Real) == sizeof(double)) return {0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L};
+  return {0x1p-23L, 2.4e-4L, 1e-5L, 1e-5L};
 }
 
 PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
@@ -192,7 +192,8 @@ PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePo
       const Wide turn = 4 * precision.unit_roundoff / sine * norm(w);
       truth.reference_m = std::max(truth.reference_m, value);
       truth.upper_m = std::max(truth.upper_m, value + turn);
-      if (worst < -slack) truth.lower_m = std::max(truth.lower_m, value - turn);
+      if (worst < -slack && sine > precision.optional_sine * 1.001L)
+        truth.lower_m = std::max(truth.lower_m, value - turn);
     }
   }
   if (truth.reference_m <= 0) truth.lower_m = truth.upper_m = truth.reference_m;

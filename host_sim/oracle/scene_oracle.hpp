@@ -3,7 +3,9 @@
 /// The exhaustive long double search over all pairs of a compiled scene, and the account of what a
 /// tracker got wrong.
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,8 +25,9 @@ struct PairVerdict {
     if (truth.reference_m > tolerance_m) return 1;
     return truth.reference_m < -tolerance_m ? -1 : 0;
   }
-  /// Distance of `d_near_m` from what D_near may be [m]; 0 within.
+  /// Distance of `d_near_m` from what D_near may be [m]; 0 within, infinite for NaN.
   [[nodiscard]] Wide error_m(Wide d_near_m) const {
+    if (std::isnan(d_near_m)) return std::numeric_limits<Wide>::infinity();
     if (d_near_m < truth.lower_m) return truth.lower_m - d_near_m;
     return d_near_m > truth.upper_m ? d_near_m - truth.upper_m : 0;
   }

@@ -98,7 +98,8 @@ std::string depth_panel(Panel panel, std::span<const double> times,
   svg += text_at(x, panel.top + 20, "d_near", "start", 13);
   svg += text_at(x, panel.top + 40, "shaded: collision", "start", 12);
   if (cut)
-    svg += text_at(x, panel.top + 58, "cut above " + mark_label(top, 0.1) + " mm", "start", 12);
+    svg +=
+        text_at(x, panel.top + 58, "cut above " + mark_label(panel.high, 0.1) + " mm", "start", 12);
   return svg;
 }
 

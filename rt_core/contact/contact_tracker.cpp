@@ -48,6 +48,7 @@ class PairSearch {
       evaluate_reached(done);
       if (compacted_) k = 0;
     }
+    expand_runners_up(done);
   }
 
   /// Every node of the pair: the first tick, and the answer to whatever the local set could not
@@ -107,27 +108,56 @@ class PairSearch {
   }
 
   void evaluate_reached(std::uint32_t& done) noexcept {
-    for (; done < scratch_.reached.size(); ++done) evaluate(scratch_.reached[done]);
+    for (; done < scratch_.reached.size(); ++done)
+      scratch_.reached_f[done] = evaluate(scratch_.reached[done]);
+  }
+
+  /// Values outside the C-obstacle have local maxima two hops apart: what is left of the budget
+  /// goes to the neighbors of the next best applicable nodes, best first (method 7.3).
+  void expand_runners_up(std::uint32_t& done) noexcept {
+    const std::uint32_t budget = expansion_budget(record_);
+    while (true) {
+      std::uint32_t next = 0;
+      Real next_f = kLowest;
+      for (std::uint32_t k = 0; k < scratch_.reached.size(); ++k) {
+        if (scratch_.reached_f[k] > next_f) {
+          next = k;
+          next_f = scratch_.reached_f[k];
+        }
+      }
+      if (next_f == kLowest) return;
+      scratch_.reached_f[next] = kLowest;  // looked at
+      const std::uint32_t node = scratch_.reached[next];
+      if (scratch_.reached.size() + pose_.pair->neighbors.count(node) > budget) return;
+      const NodeRecord& features = pose_.pair->nodes[node];
+      const ContactType type = contact_type(record_, node);
+      const NodePlane plane = node_plane(pose_, type, features.a, features.b);
+      if (node_violation(pose_, type, features.a, features.b, plane) > tolerance_) continue;
+      insert_neighborhood(*pose_.pair, node, scratch_.reached);
+      evaluate_reached(done);
+    }
   }
 
   /// Plane, value and violation of a node; kept as a candidate when it can still matter. f is never
   /// below the node's value, so a node with f below best - epsilon is neither near nor best and its
   /// violation need not be known.
-  void evaluate(std::uint32_t node) noexcept {
+  Real evaluate(std::uint32_t node) noexcept {
     result_.nodes_evaluated += 1;
     const NodeRecord& features = pose_.pair->nodes[node];
     NearNode c;
     c.node = node;
     c.type = contact_type(record_, node);
     c.plane = node_plane(pose_, c.type, features.a, features.b);
-    if (!c.plane.defined || c.plane.f_m < best_ - std::max(epsilon_, tolerance_)) return;
+    if (!c.plane.defined) return kLowest;
+    if (c.plane.f_m < best_ - std::max(epsilon_, tolerance_)) return c.plane.f_m;
     c.violation_m = node_violation(pose_, c.type, features.a, features.b, c.plane);
-    if (c.violation_m >= std::max(epsilon_, tolerance_)) return;
+    if (c.violation_m >= std::max(epsilon_, tolerance_)) return kLowest;
     if (counts(c)) {
       c.value_m = node_value(pose_, c.type, features.a, features.b, c.plane, c.violation_m);
       best_ = std::max(best_, c.value_m);
     }
     if (collect_ && !scratch_.candidates.push(c)) drop_far_candidates(c);
+    return c.plane.f_m;
   }
 
   /// Candidates are full: those that have fallen behind make room.

@@ -32,16 +32,17 @@ struct PairTrack {
   Real d_near_m = 0;
   std::uint32_t neighborhood_size = 0;  ///< of the neighbor subgraph evaluated in the last tick
   VerdictMemory verdict;
-  std::uint32_t audit_next = 0;        ///< face direction to be looked at next: faces of A, then of B
-  SupportPair audit_support;           ///< where the last audit's climbs ended
-  bool valid = false;  ///< false: the next tick is a first tick
+  std::uint32_t audit_next = 0;  ///< face direction to be looked at next: faces of A, then of B
+  SupportPair audit_support;     ///< where the last audit's climbs ended
+  bool valid = false;            ///< false: the next tick is a first tick
 };
 
 /// Memory shared by all pairs within a tick.
 struct TrackerScratch {
-  NodeSet reached;  ///< nodes evaluated in this tick; capacity of the largest pair
-  BoundedList<NearNode>
-      candidates;  ///< evaluated nodes not far below the best; kCandidateFactor near capacities
+  NodeSet reached;            ///< nodes evaluated in this tick; capacity of the largest pair
+  std::span<Real> reached_f;  ///< f of each of them; the lowest number once it needs no second look
+  /// Evaluated nodes not far below the best; kCandidateFactor near capacities.
+  BoundedList<NearNode> candidates;
 };
 
 /// Room for candidates, in units of the largest near capacity: those of the last best plane and of
@@ -50,6 +51,12 @@ inline constexpr std::uint32_t kCandidateFactor = 4;
 
 /// Face directions looked at per tick beside the neighbor subgraph.
 inline constexpr std::uint32_t kAuditFaces = 16;
+
+/// Nodes that one tick may reach by looking beyond the neighbor subgraph: the paper's largest (72),
+/// or two nodes of the pair's largest degree.
+[[nodiscard]] constexpr std::uint32_t expansion_budget(const PairRecord& pair) noexcept {
+  return 2 * (pair.max_degree + 1) > 72 ? 2 * (pair.max_degree + 1) : 72;
+}
 
 /// Motion of A since the last tick, for the bound on how much a gap can have changed.
 struct PairMotion {

@@ -2,6 +2,7 @@
 #include "tests/host_sim/sample_scenes.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "host_sim/commands/golden_check.hpp"
 
@@ -22,7 +23,8 @@ GoldenBody box(double x, double y, double z) {
 GoldenBody tetrahedron() {
   GoldenBody body;
   body.name = "tetrahedron";
-  body.vertices = {{-0.05, -0.03, -0.02}, {0.06, -0.02, -0.03}, {0.0, 0.07, -0.025}, {0.01, 0.005, 0.06}};
+  body.vertices = {
+      {-0.05, -0.03, -0.02}, {0.06, -0.02, -0.03}, {0.0, 0.07, -0.025}, {0.01, 0.005, 0.06}};
   body.loops = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return body;
 }
@@ -32,7 +34,7 @@ GoldenBody prism(std::uint32_t sides, double radius, double half_height) {
   body.name = "prism";
   std::vector<std::uint32_t> top, bottom;
   for (std::uint32_t k = 0; k < sides; ++k) {
-    const double angle = 2.0 * M_PI * k / sides;
+    const double angle = 2.0 * std::numbers::pi * k / sides;
     body.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), -half_height});
     body.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), half_height});
     top.push_back(2 * k + 1);
@@ -54,7 +56,9 @@ std::vector<std::byte> scene_of(const GoldenBody& a, const GoldenBody& b) {
   return tools::write_scene(golden_scene(file, 1e-4));
 }
 
-OraclePiece piece_of(const GoldenBody& body) { return make_oracle_piece(body.vertices, body.loops); }
+OraclePiece piece_of(const GoldenBody& body) {
+  return make_oracle_piece(body.vertices, body.loops);
+}
 
 double Random::next() {
   std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
@@ -63,17 +67,20 @@ double Random::next() {
   return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
 }
 
-std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks, const PathShape& shape) {
+std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks,
+                                      const PathShape& shape) {
   Random random(seed);
   struct Wave {
     double amplitude, frequency, phase;
   };
   Wave waves[6][3];
   for (auto& axis : waves) {
-    for (Wave& w : axis) w = {0.3 + 0.7 * random.next(), 0.3 + 2.0 * random.next(), 2.0 * M_PI * random.next()};
+    for (Wave& w : axis)
+      w = {0.3 + 0.7 * random.next(), 0.3 + 2.0 * random.next(),
+           2.0 * std::numbers::pi * random.next()};
   }
   double start[3];
-  for (double& angle : start) angle = shape.aligned ? 0.0 : 2.0 * M_PI * random.next();
+  for (double& angle : start) angle = shape.aligned ? 0.0 : 2.0 * std::numbers::pi * random.next();
   std::vector<MotionSample> motion(ticks);
   for (std::size_t i = 0; i < ticks; ++i) {
     MotionSample& s = motion[i];
@@ -81,7 +88,8 @@ std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks, con
     double value[6];
     for (std::size_t k = 0; k < 6; ++k) {
       value[k] = 0.0;
-      for (const Wave& w : waves[k]) value[k] += w.amplitude / 3 * std::sin(6.28 * w.frequency * s.t_s + w.phase);
+      for (const Wave& w : waves[k])
+        value[k] += w.amplitude / 3 * std::sin(6.28 * w.frequency * s.t_s + w.phase);
     }
     for (std::size_t k = 0; k < 3; ++k) s.p[k] = shape.centre_m[k] + shape.amplitude_m * value[k];
     // Three half turns about x, y, z one after the other: any smooth curve of orientations will do.

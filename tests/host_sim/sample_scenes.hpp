@@ -35,14 +35,16 @@ class Random {
   std::uint64_t state_;
 };
 
-/// Coherent path at 1 kHz: each coordinate the sum of three slow sines about `centre_m`; the orientation turns by up to
-/// `turn_rad` about each axis of a start orientation that is random, or the identity when `aligned`.
+/// Coherent path at 1 kHz: each coordinate the sum of three slow sines about `centre_m`; the
+/// orientation turns by up to `turn_rad` about each axis of a start orientation that is random, or
+/// the identity when `aligned`.
 struct PathShape {
   double centre_m[3] = {0, 0, 0};
   double amplitude_m = 0.03;
   double turn_rad = 1.0;
   bool aligned = false;
 };
-[[nodiscard]] std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks, const PathShape& shape);
+[[nodiscard]] std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks,
+                                                    const PathShape& shape);
 
 }  // namespace haptic::sim::test

@@ -33,7 +33,9 @@ Json body_json(const BodyFacts& body, bool moving) {
                       {"mesh_vertices", p.source.mesh_vertices},
                       {"cut_vertices", p.source.cut_vertices},
                       {"mesh_faces", p.source.mesh_faces},
-                      {"cut_faces", p.source.cut_faces}});
+                      {"cut_faces", p.source.cut_faces},
+                      {"source_vertices", p.source.vertices},
+                      {"source_faces", p.source.faces}});
   }
   const BodyRecheck& r = body.recheck;
   return {{"name", body.name},
@@ -47,6 +49,7 @@ Json body_json(const BodyFacts& body, bool moving) {
             {"largest_off_m", r.largest_off_m},
             {"tolerance_m", r.tolerance_m},
             {"convex", r.convex},
+            {"source_conflicts", r.source_conflicts},
             {"piece_pairs", r.piece_pairs},
             {"separated_pairs", r.separated_pairs},
             {"overlapping", r.separated_pairs != r.piece_pairs}}}};

@@ -31,6 +31,10 @@ std::string recheck_text(const BodyRecheck& r) {
       formatted("    recheck: vertices within %.2g m of their planes (limit %.2g m): %s\n",
                 std::max(r.largest_off_m, r.largest_outside_m), r.tolerance_m,
                 r.convex ? "convex" : "NOT CONVEX");
+  if (r.source_conflicts > 0) {
+    text += formatted("    recheck: %llu vertices contradict the mesh vertex that they name\n",
+                      static_cast<unsigned long long>(r.source_conflicts));
+  }
   if (r.piece_pairs > 0) {
     const bool apart = r.separated_pairs == r.piece_pairs;
     text += formatted("    recheck: %llu of %llu pairs of pieces separated by a face plane: %s\n",
@@ -113,7 +117,7 @@ std::string capacity_text(const SceneCapacity& c) {
 
 std::string grouped(std::uint64_t n) {
   std::string text = std::to_string(n);
-  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, " ");
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ' ');
   return text;
 }
 

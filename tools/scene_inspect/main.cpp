@@ -29,7 +29,8 @@ int inspect(const std::string& path, bool json) {
            : facts_as_text(facts);
   std::fwrite(text.data(), 1, text.size(), stdout);
   bool sound = true;
-  for (const BodyFacts& body : facts.bodies) sound = sound && body.recheck.convex;
+  for (const BodyFacts& body : facts.bodies)
+    sound = sound && body.recheck.convex && body.recheck.source_conflicts == 0;
   return sound ? kExitDone : kExitCheckFailed;
 }
 
@@ -39,7 +40,8 @@ int inspect(const std::string& path, bool json) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Shows what a compiled scene holds and checks its geometry.\n"
-      "Exit codes: 0 sound, 1 a piece is not convex, 2 usage, 3 the file is not a sound scene."};
+      "Exit codes: 0 sound, 1 its geometry fails the check, 2 usage, 3 the file is not a sound "
+      "scene."};
   std::string path;
   bool json = false;
   app.add_option("scene", path, "compiled scene (.rtscene)")->required();

@@ -2,8 +2,11 @@
 // Points 1 and 3 of the certificate (decomposition section 7) once more, from the bytes of the
 // scene alone.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "rt_core/scene/scene_check.hpp"
 #include "tools/scene_inspect/scene_facts.hpp"
@@ -46,6 +49,26 @@ bool far_apart(const PieceView& a, const PieceView& b) {
     square += d * d;
   }
   return std::sqrt(square) > a.record->radius_m + b.record->radius_m;
+}
+
+/// A vertex of the user's mesh is one point: it has the same coordinates in every piece and comes
+/// once in each.
+std::uint64_t source_conflicts(const SceneView& view, const BodyRecord& body) {
+  std::map<std::int32_t, std::array<Real, 3>> where;
+  std::uint64_t conflicts = 0;
+  for (std::uint32_t i = 0; i < body.piece_count; ++i) {
+    const PieceView piece = view.piece(body.piece_begin + i);
+    std::set<std::int32_t> in_piece;
+    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+      const std::int32_t id = piece.source_vertices[v];
+      if (id < 0) continue;
+      const Real* x = piece.vertices + 3 * std::size_t{v};
+      const std::array<Real, 3> point{x[0], x[1], x[2]};
+      const bool first = in_piece.insert(id).second;
+      if (!first || where.emplace(id, point).first->second != point) ++conflicts;
+    }
+  }
+  return conflicts;
 }
 
 double body_size(const SceneView& view, const BodyRecord& body) {
@@ -94,6 +117,7 @@ BodyRecheck recheck_body(const SceneView& view, std::uint32_t index) {
       }
     }
   }
+  result.source_conflicts = source_conflicts(view, body);
   result.convex =
       result.largest_outside_m <= result.tolerance_m && result.largest_off_m <= result.tolerance_m;
   return result;

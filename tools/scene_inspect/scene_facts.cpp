@@ -34,11 +34,14 @@ PieceFacts piece_facts(const PieceView& piece) {
   facts.vertices = piece.vertex_count;
   facts.edges = piece.edge_count;
   facts.faces = piece.face_count;
+  SourceFacts& source = facts.source;
   for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
-    ++(piece.source_vertices[v] >= 0 ? facts.source.mesh_vertices : facts.source.cut_vertices);
+    source.vertices.push_back(piece.source_vertices[v]);
+    ++(piece.source_vertices[v] >= 0 ? source.mesh_vertices : source.cut_vertices);
   }
   for (std::uint32_t f = 0; f < piece.face_count; ++f) {
-    ++(piece.faces[f].source_face >= 0 ? facts.source.mesh_faces : facts.source.cut_faces);
+    source.faces.push_back(piece.faces[f].source_face);
+    ++(piece.faces[f].source_face >= 0 ? source.mesh_faces : source.cut_faces);
   }
   return facts;
 }

@@ -20,6 +20,7 @@ struct SectionFacts {
 
 /// Features of a piece that come from the user's mesh, and those that cuts made.
 struct SourceFacts {
+  std::vector<std::int32_t> vertices, faces;  ///< 0-based element of the mesh, -1: made by a cut
   std::uint32_t mesh_vertices = 0, cut_vertices = 0;
   std::uint32_t mesh_faces = 0, cut_faces = 0;
 };
@@ -52,6 +53,7 @@ struct BodyRecheck {
   double tolerance_m = 0.0;    ///< 1e-12 of the body's size, or the rounding of a float scene
   bool convex = false;         ///< both within tolerance
   std::uint64_t piece_pairs = 0;
+  std::uint64_t source_conflicts = 0;  ///< vertices at odds with the mesh vertex that they name
   std::uint64_t separated_pairs =
       0;  ///< a face plane of one of the two separates them within tolerance
 };

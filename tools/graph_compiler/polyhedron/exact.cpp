@@ -315,11 +315,14 @@ std::uint32_t ExactWorld::cut_edge(std::uint32_t u, std::uint32_t v, std::uint32
   const Integer at_v = homogeneous_side(v, p);
   const Homogeneous& form_u = vertex_forms_[u];
   const Homogeneous& form_v = vertex_forms_[v];
-  const Integer w = at_v * form_u.w - at_u * form_v.w;
-  if (w == 0) throw std::logic_error("ExactWorld::cut_edge: the edge does not cross the plane");
+  // Positive denominators only: boost::rational refuses negative ones of an unbounded integer type.
+  const Integer at = at_u < 0 ? at_v : Integer(-at_v);
+  const Integer other = at_u < 0 ? at_u : Integer(-at_u);
+  const Integer w = at * form_u.w - other * form_v.w;
+  if (w <= 0) throw std::logic_error("ExactWorld::cut_edge: the edge does not cross the plane");
   Rational3 x;
   for (std::size_t i = 0; i < 3; ++i) {
-    x[i] = Rational(Integer(at_v * form_u.x[i] - at_u * form_v.x[i]), w);
+    x[i] = Rational(Integer(at * form_u.x[i] - other * form_v.x[i]), w);
   }
   const std::uint32_t index = find_or_add_vertex(x);
   cut_cache_.emplace(key, index);

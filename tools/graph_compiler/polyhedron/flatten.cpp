@@ -179,10 +179,12 @@ bool Realiser::realise_with_triangles(bool crowded_only, Realisation& real) {
       find_loose_faces(s_, fit_, merged_, corners_.vertex_corner, corners_.graph, crowded_only);
   if (loose.empty()) return false;
   const CornerPlaneGraph graph = without_faces(corners_.graph, merged_, loose);
-  if (!(is_clean() && accept(real = realise(graph, rules(true, limits_.first_bits)))) &&
-      !accept(real = realise(graph, rules(false, limits_.max_bits)))) {
-    return false;
-  }
+  // Corners on a grid just below the tolerance: the two triangles then differ by a clear angle or
+  // not at all. A fold of the size of a rounding would leave slivers without thickness where their
+  // planes cut.
+  RealiseRules on_grid = rules(false, limits_.max_bits);
+  on_grid.position_bits = std::clamp(2 - std::ilogb(s_.plane_tolerance_m * scale_), 4, 40);
+  if (!accept(real = realise(graph, on_grid))) return false;
   PlaneFit fit = fit_;
   MergedSurface merged = merged_;
   bool ok = false;
@@ -364,9 +366,13 @@ FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   body.merged_plane_count = fit.planes.size();
   body.warnings = surface.warnings;
   if (realiser.split_count() > 0) {
-    body.warnings.push_back(surface.file + ": " + std::to_string(realiser.split_count()) +
-                            " faces with four corners were split into triangles: the surface is "
-                            "curved there, and their corners are not exactly in one plane");
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "%zu faces with four corners were split into triangles, and corners moved by up to %.3g m: "
+        "the surface is curved there, and planes through four corners do not exist",
+        realiser.split_count(), moved);
+    body.warnings.push_back(surface.file + ": " + text);
   } else {
     warn_coincident(surface, fit, body.warnings);
   }

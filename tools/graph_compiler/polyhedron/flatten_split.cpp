@@ -25,22 +25,6 @@ bool strictly_convex(const Surface& s, const Point3& outward,
   return true;
 }
 
-/// Plane through three exact points, largest component of the normal 1; false where they are in
-/// line.
-bool plane_of(const Rational3& a, const Rational3& b, const Rational3& c, Rational3& n,
-              Rational& d) {
-  n = cross(subtract(b, a), subtract(c, a));
-  std::size_t main = 0;
-  for (std::size_t i = 1; i < 3; ++i) {
-    if (std::abs(to_double(n[i])) > std::abs(to_double(n[main]))) main = i;
-  }
-  const Rational divisor = n[main];
-  if (divisor == 0) return false;
-  for (Rational& x : n) x /= divisor;
-  d = dot(n, a);
-  return true;
-}
-
 void note_bits(Realisation& real, std::size_t plane) {
   for (const Rational& q : real.normals[plane])
     real.largest_bits = std::max(real.largest_bits, bit_size(q));
@@ -117,7 +101,7 @@ std::size_t close_faces(const std::vector<LooseFace>& loose, PlaneFit& fit, Merg
     const std::size_t a = fourth > 0 ? 1 : 0;
     const std::size_t b = a + 1, c = a + 2;
     const std::uint32_t plane = merged.faces[face.face].plane;
-    ok = plane_of(x(a), x(b), x(c), real.normals[plane], real.offsets[plane]);
+    ok = plane_through(x(a), x(b), x(c), real.normals[plane], real.offsets[plane]);
     if (!ok) return split;
     note_bits(real, plane);
     if (fourth == 0) continue;
@@ -128,7 +112,7 @@ std::size_t close_faces(const std::vector<LooseFace>& loose, PlaneFit& fit, Merg
     fit.planes.push_back(FittedPlane(fit.planes[plane]));
     real.normals.emplace_back();
     real.offsets.emplace_back();
-    ok = plane_of(x(a), x(c), x(d), real.normals.back(), real.offsets.back());
+    ok = plane_through(x(a), x(c), x(d), real.normals.back(), real.offsets.back());
     if (!ok) return split;
     note_bits(real, new_plane);
     MergedFace second = merged.faces[face.face];

@@ -3,8 +3,7 @@
 /// Last resort on doubly curved surfaces made of quadrilaterals (spheres, tori, fillets around a
 /// bend): there every corner lies on four planes and every plane has four corners, so that exact
 /// coordinates grow exponentially along any order of placement, or no order exists. Such faces are
-/// cut along the diagonal that sticks out: two triangles, each exactly plane, no new reflex edge,
-/// no corner moved.
+/// cut along the diagonal that sticks out: two triangles, each exactly plane, no new reflex edge.
 
 #include <cstdint>
 #include <vector>

@@ -21,6 +21,8 @@ Integer3 fixed(const Rational3& x) {
   return result;
 }
 
+Integer power_of_two(unsigned exponent) { return pow(Integer(2), exponent); }
+
 Integer determinant(const Integer3& a, const Integer3& b, const Integer3& c) {
   return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
          a[2] * (b[0] * c[1] - b[1] * c[0]);
@@ -87,11 +89,10 @@ Measure measure(const ExactWorld& world, const Solid& solid) {
       for (std::size_t i = 0; i < 3; ++i) moment[i] += det * (o[i] + u[i] + v[i]);
     }
   }
-  const Integer one = 1;
   Measure result;
-  result.volume = Rational(six_volumes, Integer(6 * (one << (3 * kFixedBits))));
+  result.volume = Rational(six_volumes, Integer(6 * power_of_two(3 * kFixedBits)));
   for (std::size_t i = 0; i < 3; ++i) {
-    result.first_moment[i] = Rational(moment[i], Integer(24 * (one << (4 * kFixedBits))));
+    result.first_moment[i] = Rational(moment[i], Integer(24 * power_of_two(4 * kFixedBits)));
   }
   return result;
 }

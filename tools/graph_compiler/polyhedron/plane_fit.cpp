@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <limits>
 #include <numeric>
-#include <string>
 
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
@@ -19,7 +18,6 @@ namespace {
 constexpr double kGrowCosine = 0.90630778703664996;  // cos 25 degrees
 constexpr double kNarrowCosine = -0.5;               // cos 120 degrees
 constexpr double kNarrowTolerances = 20.0;  // narrower faces: rounding may turn the normal anywhere
-constexpr double kRefuseTolerances = 4.0;
 constexpr int kMaxRounds = 8;  // of growing and refitting; two or three suffice on real parts
 constexpr std::uint32_t kUnassigned = std::numeric_limits<std::uint32_t>::max();
 
@@ -273,11 +271,11 @@ void PlaneGrower::grow_from(std::uint32_t seed) {
       worst = largest_distance(surface_.vertices, cluster.vertices, better);
     }
   }
-  if (worst > kRefuseTolerances * tol_) {
+  if (worst > kMoveTolerances * tol_) {
     char text[160];
     std::snprintf(text, sizeof text,
                   "face %u is not flat: corner would move by %.3g m (limit %.3g m)",
-                  surface_.faces[seed].source_face + 1, worst, kRefuseTolerances * tol_);
+                  surface_.faces[seed].source_face + 1, worst, kMoveTolerances * tol_);
     throw InputError(surface_.file + ": at " +
                      place_text(surface_, surface_.vertices[surface_.faces[seed].vertices[0]]) +
                      ": " + text + "; split the face into triangles");
@@ -377,8 +375,7 @@ FittedPlane PlaneGrower::finish_plane(Cluster& cluster) const {
     if (2 * static_cast<std::size_t>(range.second - range.first) >= values.size()) offset = median;
     const double worst = std::max(values.back() - offset, offset - values.front());
     if (worst <= tol_) {
-      const bool flipped = plane.normal[main] < 0.0;
-      if (flipped) {
+      if (plane.normal[main] < 0.0) {
         for (int& s : cluster.signs) s = -s;
       }
       plane.axis = static_cast<int>(main);
@@ -409,8 +406,7 @@ FittedPlane PlaneGrower::finish_plane(Cluster& cluster) const {
 }
 
 void PlaneGrower::settle_sliver_signs(PlaneFit& fit, const std::vector<bool>& sliver) const {
-  // The normal of a sliver says nothing about its side: it goes with a wide neighbour in the same
-  // plane.
+  // The normal of a sliver says nothing about its side: it goes with a wide neighbour.
   for (std::uint32_t f = 0; f < surface_.faces.size(); ++f) {
     if (!sliver[f]) continue;
     for (std::size_t e = 0; e < surface_.faces[f].vertices.size(); ++e) {

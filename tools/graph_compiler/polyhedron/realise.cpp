@@ -16,7 +16,8 @@ namespace {
 // placed later.
 constexpr std::array<double, 3> kThresholds{0.1, 0.02, 1e-3};
 constexpr std::size_t kMaxNamedCorners = 4;
-constexpr double kFree = 1.0;  // condition of an element with at most one earlier neighbour
+constexpr int kOffsetBits = 4;  // offsets are finer than normals: 2^-36 beside 2^-32
+constexpr double kFree = 1.0;   // condition of an element with at most one earlier neighbour
 
 struct Arc {
   std::uint32_t corner = 0;
@@ -310,29 +311,23 @@ bool Placement::place_plane(const Step& step) {
     return out_.corners[step.earlier[k]];
   };
   if (step.earlier_count == 3) {
-    n = cross(subtract(corner(1), corner(0)), subtract(corner(2), corner(0)));
-    const Point3 rough{to_double(n[0]), to_double(n[1]), to_double(n[2])};
-    const Rational divisor = n[largest_component(rough)];
-    if (divisor == 0) return false;
-    for (Rational& c : n) c /= divisor;
-  } else {
-    Rational divisor;
-    wanted_normal(wanted, n, divisor);
-    if (step.earlier_count == 0) {
-      d = Rational(wanted.offset);
-      if (wanted.axis < 0) {
-        d = (d + Rational(wanted.offset_tail)) / divisor;
-        d = to_grid(d, rules_.position_bits == 0 ? rules_.normal_bits + 4 : rules_.position_bits);
-      }
-      return true;
+    return plane_through(corner(0), corner(1), corner(2), n, d);
+  }
+  Rational divisor;
+  wanted_normal(wanted, n, divisor);
+  if (step.earlier_count == 0) {
+    d = Rational(wanted.offset);
+    if (wanted.axis < 0) {
+      d = to_grid((d + Rational(wanted.offset_tail)) / divisor, rules_.normal_bits + kOffsetBits);
     }
-    if (step.earlier_count == 2) {
-      const Rational3 e = subtract(corner(1), corner(0));
-      const std::size_t i = largest_component({to_double(e[0]), to_double(e[1]), to_double(e[2])});
-      if (e[i] == 0) return false;
-      const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-      n[i] = -(n[j] * e[j] + n[k] * e[k]) / e[i];
-    }
+    return true;
+  }
+  if (step.earlier_count == 2) {
+    const Rational3 e = subtract(corner(1), corner(0));
+    const std::size_t i = largest_component({to_double(e[0]), to_double(e[1]), to_double(e[2])});
+    if (e[i] == 0) return false;
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    n[i] = -(n[j] * e[j] + n[k] * e[k]) / e[i];
   }
   d = dot(n, corner(0));
   return true;
@@ -374,35 +369,6 @@ bool Placement::place_corner(const Step& step) {
   return true;
 }
 
-/// Exact plane through all given corners, or false.
-bool plane_through(const CornerPlaneGraph& graph, const std::vector<Rational3>& corners,
-                   const std::vector<std::uint32_t>& which, Rational3& n, Rational& d) {
-  // Far pair, then the corner farthest from their line: the least amplification, and deterministic.
-  std::size_t second = 0, third = 0;
-  double best = 0.0;
-  const Point3& a = graph.corners[which[0]];
-  for (std::size_t k = 1; k < which.size(); ++k) {
-    const double length = vec::distance(a, graph.corners[which[k]]);
-    if (length > best) best = length, second = k;
-  }
-  const Point3 ab = vec::sub(graph.corners[which[second]], a);
-  best = 0.0;
-  for (std::size_t k = 1; k < which.size(); ++k) {
-    const double area = vec::norm(vec::cross(ab, vec::sub(graph.corners[which[k]], a)));
-    if (area > best) best = area, third = k;
-  }
-  if (!(best > 0.0)) return false;
-  const Rational3& origin = corners[which[0]];
-  n = cross(subtract(corners[which[second]], origin), subtract(corners[which[third]], origin));
-  const std::size_t main = largest_component({to_double(n[0]), to_double(n[1]), to_double(n[2])});
-  const Rational divisor = n[main];
-  if (divisor == 0) return false;
-  for (Rational& c : n) c /= divisor;
-  d = dot(n, origin);
-  return std::all_of(which.begin(), which.end(),
-                     [&](std::uint32_t c) { return dot(n, corners[c]) == d; });
-}
-
 }  // namespace
 
 Realisation realise(const CornerPlaneGraph& graph, const RealiseRules& rules) {
@@ -428,35 +394,6 @@ Realisation realise(const CornerPlaneGraph& graph, const RealiseRules& rules) {
     return out;
   }
   return out;
-}
-
-bool realise_unmoved(const CornerPlaneGraph& graph, bool wishes, Realisation& out) {
-  out = Realisation{};
-  std::vector<std::vector<std::uint32_t>> plane_corners(graph.planes.size());
-  for (std::uint32_t c = 0; c < graph.corners.size(); ++c) {
-    const Point3& x = graph.corners[c];
-    out.corners.push_back({Rational(x[0]), Rational(x[1]), Rational(x[2])});
-    for (const std::uint32_t p : graph.corner_planes[c]) plane_corners[p].push_back(c);
-  }
-  out.normals.resize(graph.planes.size());
-  out.offsets.resize(graph.planes.size());
-  for (std::uint32_t p = 0; p < graph.planes.size(); ++p) {
-    if (plane_corners[p].size() < 3 ||
-        !plane_through(graph, out.corners, plane_corners[p], out.normals[p], out.offsets[p])) {
-      return false;
-    }
-    for (const Rational& q : out.normals[p])
-      out.largest_bits = std::max(out.largest_bits, bit_size(q));
-    out.largest_bits = std::max(out.largest_bits, bit_size(out.offsets[p]));
-  }
-  for (const Rational3& x : out.corners) {
-    for (const Rational& q : x) out.largest_bits = std::max(out.largest_bits, bit_size(q));
-  }
-  if (!wishes) return true;
-  out.wishes_kept = graph.wishes.size();
-  return std::all_of(graph.wishes.begin(), graph.wishes.end(), [&](const WishedIncidence& w) {
-    return dot(out.normals[w.plane], out.corners[w.corner]) == out.offsets[w.plane];
-  });
 }
 
 }  // namespace haptic::tools

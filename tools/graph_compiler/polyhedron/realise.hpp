@@ -38,9 +38,10 @@ struct CornerPlaneGraph {
 };
 
 struct RealiseRules {
-  int normal_bits = 32;  ///< a normal with largest component 1 is rounded to 2^-normal_bits
-  int position_bits =
-      36;  ///< offsets and free coordinates to 2^-position_bits; 0: the double itself
+  /// Normals with largest component 1 to 2^-normal_bits, offsets to 2^-(normal_bits + 4).
+  int normal_bits = 32;
+  /// Free coordinates of corners to 2^-position_bits; 0: the double itself.
+  int position_bits = 36;
   bool wishes = true;
   std::size_t max_bits = 4000;  ///< numerator plus denominator of any coordinate
 };
@@ -71,5 +72,10 @@ Realisation realise(const CornerPlaneGraph& graph, const RealiseRules& rules);
 /// hold exactly: axis-aligned boxes, upright prisms, triangulated surfaces. Returns false where
 /// they do not.
 bool realise_unmoved(const CornerPlaneGraph& graph, bool wishes, Realisation& out);
+
+/// Plane through three exact points, n.x = d with the largest component of n equal to 1; false
+/// where they are in line.
+bool plane_through(const Rational3& a, const Rational3& b, const Rational3& c, Rational3& n,
+                   Rational& d);
 
 }  // namespace haptic::tools

@@ -31,6 +31,12 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Some steps start a warning with the file, some do not.
+std::string without_file(const std::string& warning, const std::string& file) {
+  const std::string start = file + ": ";
+  return warning.rfind(start, 0) == 0 ? warning.substr(start.size()) : warning;
+}
+
 struct CompiledPart {
   PlacedBody placed;
   PartReport report;
@@ -82,9 +88,13 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   report.certificate = pieces.certificate;
   append(report.steps, surface.steps);
   append(report.steps, flat.steps);
-  append(report.warnings, surface.warnings);
-  append(report.warnings, flat.warnings);
-  append(report.warnings, pieces.warnings);
+  report.file = raw.file;
+  for (const std::vector<std::string>& warnings :
+       {surface.warnings, flat.warnings, pieces.warnings}) {
+    for (const std::string& warning : warnings) {
+      report.warnings.push_back(without_file(warning, raw.file));
+    }
+  }
 
   // Coordinates stay about the part's own centre, where doubles are finest; the writer adds the
   // centre.

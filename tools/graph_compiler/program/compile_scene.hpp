@@ -24,11 +24,12 @@ struct PartTiming {
 /// What became of one mesh.
 struct PartReport {
   std::string mesh;  ///< as written in the scene file
+  std::string file;  ///< path that messages of the steps start with
   std::array<double, 3> scale_to_m{1, 1, 1};
   std::size_t mesh_vertices = 0, mesh_faces = 0;
   double plane_tolerance_m = 0.0, diagonal_m = 0.0;
   std::vector<CleaningStep> steps;    ///< cleaning, then flattening
-  std::vector<std::string> warnings;  ///< of all steps
+  std::vector<std::string> warnings;  ///< of all steps, without the file's name
   std::size_t shells = 0, solids = 0, planes = 0, reflex_edges = 0;
   double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
   std::size_t largest_bits = 0;

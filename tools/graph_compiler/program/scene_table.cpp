@@ -58,6 +58,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+std::string bracketed(const char* open, std::string_view key, const char* close) {
+  std::string text(open);
+  text.append(key).append(close);
+  return text;
+}
+
 std::string list_of(const std::vector<std::string_view>& words) {
   std::string text;
   for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
@@ -203,7 +209,7 @@ std::optional<SceneTable> SceneTable::table(std::string_view key,
                                             std::vector<std::string_view> known) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
-  const std::string name = name_.empty() ? "[" + std::string(key) + "]" : full_name(key);
+  const std::string name = name_.empty() ? bracketed("[", key, "]") : full_name(key);
   if (!node->is_table()) {
     fail(key,
          "is " + type_name(*node) +
@@ -218,7 +224,7 @@ std::vector<SceneTable> SceneTable::tables(std::string_view key,
   const toml::node* node = table_->get(key);
   std::vector<SceneTable> result;
   if (node == nullptr) return result;
-  const std::string name = "[[" + std::string(key) + "]]";
+  const std::string name = bracketed("[[", key, "]]");
   if (!node->is_array_of_tables()) {
     fail(key, "is " + type_name(*node) + "; write its heading as " + name);
   }

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes as OBJ, STL or OFF: read, or refused with InputError; nothing else.
+#include "tests/fuzz/fuzz_target.hpp"
+#include "tests/fuzz/mesh_input.hpp"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  haptic::fuzz::parse_input(data, size);
+  return 0;
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any text as a scene file: read, or refused with InputError that names file, line and column.
+/// Meshes are only looked for, never opened.
+#include <cmath>
+#include <string_view>
+
+#include "tests/fuzz/fuzz_target.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/program/scene_file.hpp"
+
+namespace {
+
+using haptic::fuzz::require;
+
+void check_part(const haptic::tools::ScenePart& part) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    require(std::isfinite(part.scale_to_m[i]) && part.scale_to_m[i] > 0.0, "scales are positive");
+    require(std::isfinite(part.position_m[i]), "positions are finite");
+  }
+  for (const double x : part.quaternion_wxyz) {
+    square += x * x;
+  }
+  require(std::abs(square - 1.0) < 1e-12, "quaternions have length 1");
+}
+
+void check_scene(const haptic::tools::SceneFile& scene) {
+  require(!scene.name.empty() && !scene.statics.empty(), "a scene has a name and a fixed part");
+  check_part(scene.moving);
+  for (const haptic::tools::ScenePart& part : scene.statics) {
+    check_part(part);
+  }
+  const haptic::SceneParameters& p = scene.parameters;
+  for (const double x : {p.k_f_n_per_m, p.epsilon_m, p.rate_hz}) {
+    require(std::isfinite(x) && x > 0.0, "parameters are positive");
+  }
+}
+
+/// "fuzz.toml:LINE:COLUMN: ..." with whole numbers above 0.
+bool has_place(std::string_view text) {
+  constexpr std::string_view kFile = "fuzz.toml:";
+  constexpr std::string_view kDigits = "0123456789";
+  if (!text.starts_with(kFile)) {
+    return false;
+  }
+  text.remove_prefix(kFile.size());
+  for (int i = 0; i < 2; ++i) {
+    const std::size_t end = text.find(':');
+    if (end == 0 || end == std::string_view::npos || text[0] == '0' ||
+        text.substr(0, end).find_first_not_of(kDigits) != std::string_view::npos) {
+      return false;
+    }
+    text.remove_prefix(end + 1);
+  }
+  return true;
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  try {
+    check_scene(haptic::tools::parse_scene_file(text, "fuzz.toml", HAPTIC_FUZZ_MESH_DIR));
+  } catch (const haptic::tools::InputError& error) {
+    require(has_place(error.what()), "a refusal begins with file:line:column");
+  }
+  return 0;
+}

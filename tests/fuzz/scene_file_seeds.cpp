@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Seeds of fuzz_scene_file: one scene with every key, one with the least, one with other spellings
+/// of the same things, and three that are refused late.
+#include "tests/fuzz/fuzz_target.hpp"
+
+namespace haptic::fuzz {
+namespace {
+
+const char* const kLeast =
+    "format = 1\nname = \"n\"\n[moving]\nmesh = \"tetrahedron.obj\"\nscale_to_m = 0.001\n"
+    "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 1\n[rendering]\nk_f_n_per_m = 800\n";
+
+const char* const kEveryKey =
+    "# all keys\nformat = 1\nname = \"every key \\u00e9\"\n"
+    "[moving]\nmesh = \"tetrahedron.obj\"\nscale_to_m = [0.001, 0.002, 1e-3]\n"
+    "grip_m = [-0.02, 0.012, 0.025]\n"
+    "[start]\nposition_m = [0.02, -0.015, 0.025]\n"
+    "quaternion = { w = 0.6, x = 0.8, y = 0.0, z = -0.0 }\n"
+    "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\nposition_m = [0, 1, 2]\n"
+    "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\n"
+    "quaternion = { w = 1, x = 0, y = 0, z = 0 }\n"
+    "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 800.0\nepsilon_m = 0.0001\n"
+    "[loop]\nrate_hz = 1000\n[motion_limits]\nlinear_m_per_s = 1.0\nangular_rad_per_s = 6.0\n"
+    "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 0.5\ncoulomb_friction_n = 0.1\n"
+    "encoder_step_m = 1e-5\nmax_force_n = 12\nmax_torque_nm = 0.3\nmax_force_rate_n_per_s = 1e4\n"
+    "max_torque_rate_nm_per_s = 1e3\nmax_stiffness_n_per_m = 3000\nmax_damping_ns_per_m = 5\n"
+    "delay_s = 0.0005\n[cleaning]\nplane_tolerance_m = 1e-6\n"
+    "[budget]\nconstants_bytes = 1_000_000\nstate_bytes = 0x10000\nstack_bytes = 8192\n";
+
+const char* const kSpellings =
+    "format=1\r\nname='literal'\r\nmoving={mesh='''tetrahedron.obj''',scale_to_m=1_0.0e-1,"
+    "position_m=[0.0,\n 0,\n +1e0,]}\r\nstatic=[{mesh=\"box.stl\",scale_to_m=1}]\r\n"
+    "rendering.law=\"paper\"\r\nrendering.\"k_f_n_per_m\"=0b11\r\nloop.rate_hz=0o1750\r\n";
+
+}  // namespace
+
+std::vector<Seed> seeds() {
+  const std::string least = kLeast;
+  return {{"least", least},
+          {"every_key", kEveryKey},
+          {"spellings", kSpellings},
+          {"unknown_key", least + "law = 1979-05-27T07:32:00Z\nepsilon = nan\n"},
+          {"two_poses", least + "[start]\nposition_m = [0, 0, inf]\n"},
+          {"nested", least + "[device]\nmass_kg = [[[[{ a = [1, true, \"x\"] }]]]]\n"}};
+}
+
+}  // namespace haptic::fuzz

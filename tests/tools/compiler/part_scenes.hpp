@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Scene files made for tests: of the shared real parts (read where they are, never copied), and of
+/// cubes.
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/host_sim/program_run.hpp"
+
+namespace haptic::test {
+
+inline constexpr const char* kCompilableParts[] = {"prism_stack",    "square_peg",  "cube_in_cup",
+                                                   "corner_bracket", "octagon_peg", "ell_fixture",
+                                                   "rect_peg_16mm",  "plug_socket"};
+inline constexpr const char* kRefusedParts[] = {"brick_stack", "gear_on_shaft"};
+
+/// Folder of a shared part; need not exist.
+std::string shared_part(const std::string& name);
+
+nlohmann::json read_json(const std::string& path);
+
+/// Writes scene.toml for a shared part into `folder` from its task.json and returns its path.
+std::string write_part_scene(const std::string& name, const sim::test::ScratchFolder& folder);
+
+/// Unit cube from (offset, offset, offset) as OBJ.
+void write_cube(const std::string& path, double offset = 0.0);
+
+}  // namespace haptic::test

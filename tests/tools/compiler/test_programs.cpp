@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// graph_compiler and scene_inspect as a user runs them: exit codes, files, streams.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/compiler/part_scenes.hpp"
+
+using namespace haptic::test;
+using haptic::sim::test::ProgramResult;
+using haptic::sim::test::run_program;
+using haptic::sim::test::ScratchFolder;
+using haptic::sim::test::text_of_file;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kScene = std::string(HAPTIC_SCENES_DIR) + "/tetrahedron_on_box/scene.toml";
+
+ProgramResult compile(const std::string& arguments) {
+  return run_program(HAPTIC_GRAPH_COMPILER, arguments);
+}
+ProgramResult inspect(const std::string& arguments) {
+  return run_program(HAPTIC_SCENE_INSPECT, arguments);
+}
+
+std::size_t file_count(const std::string& folder) {
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+}  // namespace
+
+TEST_SUITE("tools.programs") {
+  TEST_CASE("graph_compiler writes the scene and its report, says a summary, exits 0") {
+    const ScratchFolder folder("programs");
+    const ProgramResult r =
+        compile(kScene + " -o " + folder.file("a.rtscene") + " --report " + folder.file("a.json"));
+    CHECK(r.exit_code == 0);
+    CHECK(r.err.empty());
+    for (const char* word : {"moving tetrahedron.obj", "certificate: convex, partition",
+                             "128 nodes, 1 332 arcs", "neighbors", "time"}) {
+      CAPTURE(word);
+      CHECK(r.out.find(word) != std::string::npos);
+    }
+    CHECK(read_json(folder.file("a.json"))["nodes"] == 128);
+    CHECK(file_count(folder.file("")) == 2);
+    const ProgramResult quiet = compile(kScene + " --quiet -o " + folder.file("b.rtscene"));
+    CHECK(quiet.exit_code == 0);
+    CHECK(quiet.out.empty());
+    CHECK(quiet.err.empty());
+    CHECK(text_of_file(folder.file("a.rtscene")) == text_of_file(folder.file("b.rtscene")));
+  }
+
+  TEST_CASE("the same bytes from another working directory and by another path") {
+    const ScratchFolder folder("programs");
+    const fs::path scene_folder = fs::path(kScene).parent_path();
+    const ProgramResult a = compile(kScene + " --quiet -o " + folder.file("a.rtscene"));
+    const std::string here =
+        "cd '" + scene_folder.string() + "' && '" + HAPTIC_GRAPH_COMPILER + "'";
+    const ProgramResult b = run_program(
+        "/bin/sh", "-c \"" + here + " scene.toml --quiet -o '" + folder.file("b.rtscene") + "'\"");
+    REQUIRE(a.exit_code == 0);
+    REQUIRE(b.exit_code == 0);
+    const std::string bytes = text_of_file(folder.file("a.rtscene"));
+    CHECK(bytes == text_of_file(folder.file("b.rtscene")));
+    CHECK(bytes.find(scene_folder.string()) == std::string::npos);
+  }
+
+  TEST_CASE("usage errors exit 2 and write nothing") {
+    const ScratchFolder folder("programs");
+    const std::string out = " -o " + folder.file("a.rtscene");
+    CHECK(compile("").exit_code == 2);
+    CHECK(compile(kScene).exit_code == 2);
+    CHECK(compile(kScene + out + " --nonsense").exit_code == 2);
+    CHECK(compile(kScene + out + " --plane-tolerance -1").exit_code == 2);
+    CHECK(compile(kScene + out + " --max-reflex many").exit_code == 2);
+    CHECK(compile(kScene + out + " --report " + folder.file("a.rtscene")).exit_code == 2);
+    CHECK(compile(kScene + " -o " + kScene).exit_code == 2);
+    CHECK(inspect("").exit_code == 2);
+    CHECK(compile("--version").exit_code == 0);
+    CHECK(compile("--help").exit_code == 0);
+    CHECK(file_count(folder.file("")) == 0);
+  }
+
+  TEST_CASE("a refusal exits 3 and leaves existing files as they were") {
+    const ScratchFolder folder("programs");
+    write_cube(folder.file("cube.obj"));
+    std::ofstream(folder.file("scene.toml")) << "format = 1\nname = \"x\"\n[moving]\nmsh = 1\n";
+    std::ofstream(folder.file("old.rtscene")) << "old scene";
+    std::ofstream(folder.file("old.json")) << "old report";
+    const ProgramResult r =
+        compile(folder.file("scene.toml") + " -o " + folder.file("old.rtscene") + " --report " +
+                folder.file("old.json"));
+    CHECK(r.exit_code == 3);
+    CHECK(r.out.empty());
+    CHECK(r.err.find("scene.toml:4:1: unknown key 'msh'") != std::string::npos);
+    CHECK(text_of_file(folder.file("old.rtscene")) == "old scene");
+    CHECK(text_of_file(folder.file("old.json")) == "old report");
+    CHECK(file_count(folder.file("")) == 4);
+    CHECK(compile(folder.file("absent.toml") + " -o " + folder.file("x.rtscene")).exit_code == 3);
+  }
+
+  TEST_CASE("an output that cannot be written exits 4 and leaves neither file") {
+    const ScratchFolder folder("programs");
+    const ProgramResult r = compile(kScene + " --quiet -o " + folder.file("a.rtscene") +
+                                    " --report " + folder.file("no/such/folder.json"));
+    CHECK(r.exit_code == 4);
+    CHECK(r.err.find("folder.json") != std::string::npos);
+    CHECK(file_count(folder.file("")) == 0);
+    fs::create_directory(folder.file("taken"));
+    CHECK(compile(kScene + " --quiet -o " + folder.file("taken")).exit_code == 4);
+    CHECK(compile(kScene + " --quiet -o /dev/null").exit_code == 4);
+    CHECK(fs::is_character_file("/dev/null"));
+  }
+
+  TEST_CASE("real parts that are no solids or too curved are refused without an output") {
+    if (!fs::exists(shared_part("brick_stack"))) {
+      MESSAGE("skipped: no shared parts");
+      return;
+    }
+    for (const char* name : kRefusedParts) {
+      CAPTURE(name);
+      const ScratchFolder folder("programs");
+      const std::string scene = write_part_scene(name, folder);
+      const ProgramResult r = compile(scene + " -o " + folder.file("x.rtscene"));
+      CHECK(r.exit_code == 3);
+      CAPTURE(r.err);
+      const std::string words = std::string(name) == "brick_stack" ? "2 edges without a partner"
+                                                                   : "reflex edges, limit 300";
+      CHECK(r.err.find(words) != std::string::npos);
+      CHECK(file_count(folder.file("")) == 1);
+    }
+  }
+
+  TEST_CASE("scene_inspect tells what is in a scene, and refuses what is none") {
+    const ScratchFolder folder("programs");
+    REQUIRE(compile(kScene + " --quiet -o " + folder.file("a.rtscene")).exit_code == 0);
+    const ProgramResult text = inspect(folder.file("a.rtscene"));
+    CHECK(text.exit_code == 0);
+    for (const char* word :
+         {"'tetrahedron_on_box'", "neighbor subgraph of one node 25 to 25", "32 to 32", "17 to 17",
+          "tetrahedron.obj", "near capacity 73", "k_F 800 N/m", "no device given", ": convex"}) {
+      CAPTURE(word);
+      CHECK(text.out.find(word) != std::string::npos);
+    }
+    const ProgramResult json = inspect(folder.file("a.rtscene") + " --json");
+    const auto facts = nlohmann::json::parse(json.out);
+    CHECK(facts["neighborhoods"]["b"]["largest"] == 32);
+    CHECK(facts["parts"][0]["pieces"][0]["mesh_vertices"] == 4);
+    CHECK(facts["parts"][1]["pieces"][0]["source_vertices"].size() == 8);
+
+    std::string bytes = text_of_file(folder.file("a.rtscene"));
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    std::ofstream(folder.file("bad.rtscene"), std::ios::binary) << bytes;
+    const ProgramResult bad = inspect(folder.file("bad.rtscene"));
+    CHECK(bad.exit_code == 3);
+    CHECK(bad.err.find("does not match its hash") != std::string::npos);
+    std::ofstream(folder.file("short.rtscene")) << "no scene";
+    CHECK(inspect(folder.file("short.rtscene")).exit_code == 3);
+    CHECK(inspect(folder.file("absent.rtscene")).exit_code == 3);
+    CHECK(inspect(kScene).exit_code == 3);
+  }
+}

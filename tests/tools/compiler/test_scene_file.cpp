@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/host_sim/program_run.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/graph_compiler/program/scene_table.hpp"
+
+using namespace haptic;
+using namespace haptic::tools;
+using haptic::sim::test::ScratchFolder;
+
+namespace {
+
+constexpr const char* kGood =
+    "format = 1\n"                                           // 1
+    "name = \"sample\"\n"                                    // 2
+    "[moving]\n"                                             // 3
+    "mesh = \"part.obj\"\n"                                  // 4
+    "scale_to_m = 0.001\n"                                   // 5
+    "position_m = [0.1, 0.2, 0.3]\n"                         // 6
+    "quaternion = { w = 0.6, x = 0.0, y = 0.8, z = 0.0 }\n"  // 7
+    "grip_m = [0, 0, 0.5]\n"                                 // 8
+    "[[static]]\n"                                           // 9
+    "mesh = \"part.obj\"\n"                                  // 10
+    "scale_to_m = [1.0, 2, 3.5]\n"                           // 11
+    "[rendering]\n"                                          // 12
+    "k_f_n_per_m = 1500\n";                                  // 13
+
+/// The message about `text`, without the file's name; "accepted" if there is none.
+std::string message_of(const std::string& text, const ScratchFolder& folder) {
+  std::ofstream(folder.file("part.obj")) << "v 0 0 0\n";
+  try {
+    parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    REQUIRE(message.rfind("scene.toml:", 0) == 0);
+    return message.substr(11);
+  }
+  return "accepted";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+struct Edit {
+  const char *from, *to;  ///< first occurrence of `from` in kGood
+  const char *place, *says;
+};
+
+const Edit kEdits[] = {
+    {"format = 1", "format = 2", "1:10: ", "this compiler reads format = 1"},
+    {"format = 1", "format = 1.0", "1:10: ", "give an integer"},
+    {"format = 1\n", "", "1:1: ", "format is missing"},
+    {"name = \"sample\"", "name = \"\"", "2:8: ", "give 1 to 200"},
+    {"name = \"sample\"", "name = 5", "2:8: ", "give a string"},
+    {"name = \"sample\"", "name = \"a\\tb\"", "2:8: ", "control character"},
+    {"name = \"sample\"", "nam = \"sample\"", "2:1: ", "did you mean 'name'?"},
+    {"name = \"sample\"", "name = \"sample", "2:15: ", "not valid TOML"},
+    {"name = \"sample\"\n", "name = \"sample\"\nname = \"b\"\n", "3:", "not valid TOML"},
+    {"[moving]", "[movin]", "3:2: ", "did you mean 'moving'?"},
+    {"[moving]", "[zzzzzzzzzzzz]", "3:2: ", "the known keys are format, name, moving"},
+    {"[moving]", "[[moving]]", "3:1: ", "give it once"},
+    {"mesh = \"part.obj\"\n", "", "3:1: ", "[moving] mesh is missing"},
+    {"part.obj", "absent.obj", "4:8: ", "no file 'absent.obj'"},
+    {"part.obj", "", "4:8: ", "no file ''"},
+    {"mesh = \"part.obj\"", "mesh = [1]", "4:8: ", "is an array; give a string"},
+    {"scale_to_m = 0.001\n", "", "3:1: ", "0.001 for millimetres"},
+    {"scale_to_m = 0.001", "scale = 0.001", "5:1: ", "did you mean 'scale_to_m'?"},
+    {"scale_to_m = 0.001", "scale_to_m = 0", "5:14: ", "above 0"},
+    {"scale_to_m = 0.001", "scale_to_m = -1.0", "5:14: ", "above 0"},
+    {"scale_to_m = 0.001", "scale_to_m = inf", "5:14: ", "give a number above 0"},
+    {"scale_to_m = 0.001", "scale_to_m = true", "5:14: ", "is a boolean; give a number"},
+    {"scale_to_m = 0.001", "scale_to_m = \"mm\"", "5:14: ", "is a string; give a number"},
+    {"[1.0, 2, 3.5]", "[1.0, 2]", "11:14: ", "has 2 elements; give three"},
+    {"[1.0, 2, 3.5]", "[1.0, 0.0, 3.5]", "11:20: ", "[[static]] scale_to_m[1] is 0"},
+    {"[0.1, 0.2, 0.3]", "[0.1, nan, 0.3]", "6:20: ", "position_m[1] is nan"},
+    {"[0.1, 0.2, 0.3]", "[0.1, 0.2, 1e9]", "6:25: ", "from -100000 to 100000"},
+    {"[0.1, 0.2, 0.3]", "0.1", "6:14: ", "give an array of three numbers"},
+    {"[0.1, 0.2, 0.3]", "[0.1, \"a\", 0.3]", "6:20: ", "is a string"},
+    {"w = 0.6", "w = 0.7", "7:14: ", "has length 1.06301"},
+    {"w = 0.6", "w = 0.60001", "7:14: ", "divide its components"},
+    {"w = 0.6, ", "", "7:14: ", "w is missing"},
+    {"w = 0.6", "ww = 0.6", "7:16: ", "did you mean 'w'?"},
+    {"w = 0.6", "w = nan", "7:20: ", "w is nan"},
+    {"{ w = 0.6, x = 0.0, y = 0.8, z = 0.0 }", "[1, 0, 0, 0]", "7:14: ", "give a table"},
+    {"grip_m = [0, 0, 0.5]", "grip = [0, 0, 0.5]", "8:1: ", "did you mean 'grip_m'?"},
+    {"[[static]]", "[static]", "9:1: ", "write its heading as [[static]]"},
+    {"[[static]]\nmesh = \"part.obj\"\nscale_to_m = [1.0, 2, 3.5]\n", "",
+     "1:1: ", "add at least one [[static]]"},
+    {"scale_to_m = [1.0, 2, 3.5]", "scale_to_m = 1\ngrip_m = [0, 0, 0]",
+     "12:1: ", "unknown key 'grip_m'"},
+    {"[rendering]\nk_f_n_per_m = 1500\n", "", "1:1: ", "rendering is missing"},
+    {"k_f_n_per_m = 1500\n", "", "12:1: ", "give the stiffness"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 0", "13:15: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = nan", "13:15: ", "is nan"},
+    {"k_f_n_per_m = 1500", "k_f = 1500", "13:1: ", "did you mean 'k_f_n_per_m'?"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nlaw = \"proxy\"", "14:7: ", "the laws are: paper"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 0.0",
+     "14:13: ", "above 0 and at most 0.1"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 1", "14:13: ", "at most 0.1"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[loop]\nrate_hz = 0.5",
+     "15:11: ", "from 1 to 100000"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[start]\nposition_m = [0, 0, 0]",
+     "14:1: ", "keep one of the two"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\nlinear_m_per_s = 1",
+     "14:1: ", "angular_rad_per_s is missing"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\nlinear_m_per_s = -1",
+     "15:18: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[device]\nmass_kg = -0.1", "15:11: ", "at least 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[device]\nmass = 1",
+     "15:1: ", "did you mean 'mass_kg'?"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[budget]\nconstants_bytes = 0",
+     "15:19: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[budget]\nstate_bytes = 1e6",
+     "15:15: ", "give an integer"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[cleaning]\nplane_tolerance_m = 0",
+     "15:21: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[cleaning]\nplane_tolerance = 1",
+     "15:1: ", "did you mean 'plane_tolerance_m'?"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1979-05-27", "13:15: ", "is a date or time"},
+};
+
+}  // namespace
+
+TEST_SUITE("tools.scene_file") {
+  TEST_CASE("a sound file gives its values and the defaults") {
+    const ScratchFolder folder("scene_file");
+    std::ofstream(folder.file("part.obj")) << "v 0 0 0\n";
+    const SceneFile scene =
+        parse_scene_file(kGood, "scene.toml", std::filesystem::path(folder.file("")));
+    CHECK(scene.name == "sample");
+    CHECK(scene.moving.scale_to_m == std::array<double, 3>{0.001, 0.001, 0.001});
+    CHECK(scene.moving.position_m == std::array<double, 3>{0.1, 0.2, 0.3});
+    CHECK(scene.moving.quaternion_wxyz[2] == doctest::Approx(0.8));
+    CHECK(scene.grip_m == std::array<double, 3>{0, 0, 0.5});
+    REQUIRE(scene.statics.size() == 1);
+    CHECK(scene.statics[0].scale_to_m == std::array<double, 3>{1.0, 2.0, 3.5});
+    CHECK(scene.statics[0].quaternion_wxyz == std::array<double, 4>{1, 0, 0, 0});
+    CHECK(scene.statics[0].path == std::filesystem::path(folder.file("part.obj")));
+    CHECK(scene.parameters.law == LawId::kPaper);
+    CHECK(scene.parameters.k_f_n_per_m == 1500);
+    CHECK(scene.parameters.epsilon_m == 1e-4);
+    CHECK(scene.parameters.rate_hz == 1000);
+    CHECK(scene.parameters.motion_limits_given == 0);
+    CHECK(scene.parameters.device.given == 0);
+    CHECK(!scene.plane_tolerance_m);
+    CHECK(!scene.budget.constants);
+  }
+
+  TEST_CASE("every optional table is read") {
+    const ScratchFolder folder("scene_file");
+    std::ofstream(folder.file("part.obj")) << "v 0 0 0\n";
+    std::string text = replaced(kGood, "position_m = [0.1, 0.2, 0.3]\n", "");
+    text = replaced(text, "quaternion = { w = 0.6, x = 0.0, y = 0.8, z = 0.0 }\n", "");
+    text +=
+        "law = \"paper\"\nepsilon_m = 5e-4\n"
+        "[start]\nposition_m = [1, 2, 3]\nquaternion = { w = 0, x = 1, y = 0, z = 0 }\n"
+        "[motion_limits]\nlinear_m_per_s = 0.5\nangular_rad_per_s = 4\n"
+        "[loop]\nrate_hz = 4000\n"
+        "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\ncoulomb_friction_n = 0.2\n"
+        "encoder_step_m = 1e-5\nmax_force_n = 9\nmax_torque_nm = 0.5\nmax_force_rate_n_per_s = "
+        "1e3\n"
+        "max_torque_rate_nm_per_s = 50\nmax_stiffness_n_per_m = 2000\nmax_damping_ns_per_m = 3\n"
+        "delay_s = 0.001\n"
+        "[budget]\nconstants_bytes = 1000\nstate_bytes = 2000\nstack_bytes = 3000\n"
+        "[cleaning]\nplane_tolerance_m = 2e-6\n";
+    const SceneFile scene =
+        parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
+    CHECK(scene.moving.position_m == std::array<double, 3>{1, 2, 3});
+    CHECK(scene.moving.quaternion_wxyz == std::array<double, 4>{0, 1, 0, 0});
+    CHECK(scene.parameters.epsilon_m == 5e-4);
+    CHECK(scene.parameters.rate_hz == 4000);
+    CHECK(scene.parameters.motion_limits_given == 1);
+    CHECK(scene.parameters.max_angular_speed_rad_per_s == 4);
+    const DeviceParameters& d = scene.parameters.device;
+    CHECK(d.given == 1);
+    CHECK(d.mass_kg + d.damping_ns_per_m + d.coulomb_friction_n + d.encoder_step_m + d.max_force_n +
+              d.max_torque_nm + d.max_force_rate_n_per_s + d.max_torque_rate_nm_per_s +
+              d.max_stiffness_n_per_m + d.max_damping_ns_per_m + d.delay_s ==
+          doctest::Approx(0.1 + 1 + 0.2 + 1e-5 + 9 + 0.5 + 1000 + 50 + 2000 + 3 + 0.001));
+    CHECK(scene.budget.constants->bytes == 1000);
+    CHECK(scene.budget.state->line == 36);
+    CHECK(scene.budget.stack->bytes == 3000);
+    CHECK(scene.plane_tolerance_m == 2e-6);
+  }
+
+  TEST_CASE("every defect is refused with its line, column and mend") {
+    const ScratchFolder folder("scene_file");
+    REQUIRE(message_of(kGood, folder) == "accepted");
+    for (const Edit& edit : kEdits) {
+      const std::string message = message_of(replaced(kGood, edit.from, edit.to), folder);
+      CAPTURE(edit.to);
+      CAPTURE(message);
+      CHECK(message.rfind(edit.place, 0) == 0);
+      CHECK(message.find(edit.says) != std::string::npos);
+    }
+  }
+
+  TEST_CASE("bytes that are no TOML never do worse than a refusal") {
+    const ScratchFolder folder("scene_file");
+    const std::string good = kGood;
+    for (std::size_t cut = 0; cut < good.size(); ++cut) {
+      message_of(good.substr(0, cut), folder);
+    }
+    for (std::size_t at = 0; at < good.size(); ++at) {
+      for (const char c : {'\0', '\xff', '"', '[', '=', '\n'}) {
+        std::string damaged = good;
+        damaged[at] = c;
+        message_of(damaged, folder);
+      }
+    }
+    CHECK(message_of("", folder).find("format is missing") != std::string::npos);
+  }
+
+  TEST_CASE("the nearest known word is found, and none when none is near") {
+    CHECK(nearest_word("epsilon", {"law", "epsilon_m"}) == "epsilon_m");
+    CHECK(nearest_word("k_f_n_per", {"law", "k_f_n_per_m"}) == "k_f_n_per_m");
+    CHECK(nearest_word("colour", {"law", "epsilon_m"}).empty());
+  }
+}

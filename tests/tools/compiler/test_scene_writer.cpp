@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "rt_core/scene/capacity.hpp"
+#include "tests/support/shapes.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kEps = static_cast<double>(kRealEpsilon);
+
+SceneView opened(const tools::SceneBytes& bytes) {
+  SceneView view;
+  REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+  return view;
+}
+
+double at(const PieceView& piece, std::uint32_t v, int k) {
+  return static_cast<double>(piece.vertices[3 * v + static_cast<std::uint32_t>(k)]);
+}
+
+}  // namespace
+
+TEST_SUITE("tools.scene_writer") {
+  TEST_CASE("equal input gives equal bytes, sections are aligned and padded with zeros") {
+    const tools::SceneDescription description =
+        scene_of(prism(9, 0.02, 0.1), {box({0, 0, 0}, {0.1, 0.2, 0.3}), prism(4, 0.1, 0.1)});
+    const std::vector<std::byte> blob = tools::write_scene(description);
+    CHECK(blob == tools::write_scene(description));
+    const tools::SceneBytes bytes{blob};
+    const SceneView view = opened(bytes);
+    std::uint64_t end = sizeof(SceneHeader) + view.sections().size_bytes();
+    for (const SectionEntry& s : view.sections()) {
+      CHECK(s.offset % kSceneAlignment == 0);
+      CHECK(s.offset - end < kSceneAlignment);
+      for (std::uint64_t i = end; i < s.offset; ++i) REQUIRE(blob[i] == std::byte{0});
+      end = s.offset + s.count * s.element_bytes;
+    }
+    CHECK(end == blob.size());
+    CHECK(view.header().capacity.state_bytes == HapticCore::state_bytes(view));
+    CHECK(view.pairs().size() == 2);
+  }
+
+  TEST_CASE("identity pose and zero grip keep the coordinates of the mesh") {
+    const Point lo{0.1, 0.2, 0.3}, hi{0.4, 0.6, 0.9};
+    tools::SceneDescription description = scene_of(box(lo, hi), {box(lo, hi)});
+    const tools::SceneBytes bytes{tools::write_scene(description)};
+    const SceneView view = opened(bytes);
+    const tools::ConvexPiece& source = description.moving.body.pieces[0];
+    const double* reference = view.bodies()[1].reference_m;
+    for (std::uint32_t v = 0; v < 8; ++v) {
+      for (int k = 0; k < 3; ++k) {
+        const double x = source.vertices[v][static_cast<std::size_t>(k)];
+        CHECK(at(view.piece(0), v, k) == static_cast<double>(static_cast<Real>(x)));
+        // One rounding: the difference is exact in long double.
+        CHECK(at(view.piece(1), v, k) ==
+              static_cast<double>(static_cast<Real>(static_cast<long double>(x) - reference[k])));
+      }
+    }
+    // The reference is near the centre and on a coarse grid: 0.6 m wide part, 1/64 m steps.
+    for (int k = 0; k < 3; ++k) {
+      CHECK(std::abs(reference[k] -
+                     (lo[static_cast<std::size_t>(k)] + hi[static_cast<std::size_t>(k)]) / 2) <=
+            1.0 / 128);
+      CHECK(reference[k] * 64 == std::floor(reference[k] * 64));
+    }
+  }
+
+  TEST_CASE("a rotated and shifted part lands where the pose puts it") {
+    tools::SceneDescription description =
+        scene_of(box({-1, -1, -1}, {1, 1, 1}), {prism(6, 0.3, 0.5)});
+    const double angle = 0.7;
+    description.statics[0].quaternion_wxyz = {std::cos(angle / 2), 0, 0, std::sin(angle / 2)};
+    description.statics[0].position_m = {10.0, -20.0, 30.0};
+    const tools::SceneBytes bytes{tools::write_scene(description)};
+    const SceneView view = opened(bytes);
+    const tools::ConvexPiece& source = description.statics[0].body.pieces[0];
+    const BodyRecord& record = view.bodies()[1];
+    for (std::uint32_t v = 0; v < 12; ++v) {
+      const Point& p = source.vertices[v];
+      const double expected[3] = {std::cos(angle) * p[0] - std::sin(angle) * p[1] + 10.0,
+                                  std::sin(angle) * p[0] + std::cos(angle) * p[1] - 20.0,
+                                  p[2] + 30.0};
+      for (int k = 0; k < 3; ++k) {
+        CHECK(std::abs(at(view.piece(1), v, k) + record.reference_m[k] - expected[k]) <=
+              4 * kEps + 8e-15);
+      }
+    }
+  }
+
+  TEST_CASE("a part far away keeps its digits") {
+    tools::SceneDescription near = scene_of(box({-1, -1, -1}, {1, 1, 1}), {prism(5, 0.3, 0.5)});
+    tools::SceneDescription far = near;
+    // The far reference is the near one shifted exactly, so the geometry must be bitwise equal.
+    far.statics[0].position_m = {65536.0, -65536.0, 32768.0};
+    tools::SceneDescription origin = near;
+    origin.statics[0].mesh_origin_m = {65536.0, -65536.0, 32768.0};
+    const auto geometry = [](const tools::SceneDescription& description) {
+      const tools::SceneBytes bytes{tools::write_scene(description)};
+      const SceneView view = opened(bytes);
+      const PieceView p = view.piece(1);
+      return std::vector<Real>(p.vertices, p.vertices + 3 * p.vertex_count);
+    };
+    CHECK(geometry(near) == geometry(far));
+    CHECK(geometry(near) == geometry(origin));
+  }
+
+  TEST_CASE("the grip point is the origin of the moving part's coordinates") {
+    tools::SceneDescription description =
+        scene_of(box({0, 0, 0}, {1, 1, 1}), {box({3, 3, 3}, {4, 4, 4})});
+    description.grip_m = {0.25, 0.5, -2.0};
+    description.moving.mesh_origin_m = {0.5, 0.0, 0.0};
+    const tools::SceneBytes bytes{tools::write_scene(description)};
+    const SceneView view = opened(bytes);
+    CHECK(at(view.piece(0), 0, 0) == 0.25);
+    CHECK(at(view.piece(0), 0, 1) == -0.5);
+    CHECK(at(view.piece(0), 0, 2) == 2.0);
+    CHECK(view.bodies()[0].reference_m[2] == -2.0);
+  }
+
+  TEST_CASE("capacities follow their formulas") {
+    tools::Body two = join({box({0, 0, 0}, {1, 1, 1}), prism(8, 0.3, 0.5)});
+    const LoadedScene scene(scene_of(two, {box({5, 5, 5}, {6, 6, 6}), prism(3, 1, 1)}));
+    REQUIRE(scene.view.pairs().size() == 4);
+    std::uint64_t total = 0;
+    for (const PairRecord& pair : scene.view.pairs()) {
+      const std::uint64_t ties[4] = {4 + 4 + 16, 4 + 4 + 16, 8 + 4 + 32, 8 + 4 + 32};
+      const std::uint64_t expected = std::min<std::uint64_t>(
+          pair.node_count, 3 * ties[&pair - scene.view.pairs().data()] + 16);
+      CHECK(pair.near_capacity == expected);
+      total += expected;
+    }
+    CHECK(scene.view.header().capacity.total_near == total);
+    CHECK(scene.view.header().capacity.moving_vertices == 8 + 16);
+    CHECK(scene.view.header().capacity.max_support_pairs == 4 * 128);
+    // Pieces of A major, pieces of the statics in order.
+    CHECK(scene.view.pairs()[1].piece_a == 0);
+    CHECK(scene.view.pairs()[1].piece_b == 3);
+    CHECK(scene.view.pairs()[2].piece_a == 1);
+    CHECK(scene.view.pairs()[2].piece_b == 2);
+  }
+
+  TEST_CASE("pairs beyond 65535 nodes get 32-bit neighbors") {
+    const LoadedScene scene(scene_of(prism(80, 0.1, 0.1), {prism(80, 0.2, 0.1)}));
+    REQUIRE(scene.view.pairs()[0].node_count == 2 * 82 * 160 + 240 * 240);
+    bool wide = false;
+    for (const SectionEntry& s : scene.view.sections()) {
+      if (s.id == SectionId::kNeighbors) wide = s.element_bytes == 4;
+    }
+    CHECK(wide);
+  }
+
+  TEST_CASE("scenes that cannot be are refused with the reason") {
+    tools::SceneDescription none = scene_of(box({0, 0, 0}, {1, 1, 1}), {});
+    CHECK_THROWS_WITH_AS(tools::write_scene(none), doctest::Contains("no static part"),
+                         tools::InputError);
+    tools::SceneDescription turned =
+        scene_of(box({0, 0, 0}, {1, 1, 1}), {box({0, 0, 0}, {1, 1, 1})});
+    turned.statics[0].quaternion_wxyz = {1, 1, 0, 0};
+    CHECK_THROWS_WITH_AS(tools::write_scene(turned), doctest::Contains("not of unit length"),
+                         tools::InputError);
+    tools::SceneDescription soft = scene_of(box({0, 0, 0}, {1, 1, 1}), {box({0, 0, 0}, {1, 1, 1})});
+    soft.parameters.k_f_n_per_m = 0;
+    CHECK_THROWS_WITH_AS(tools::write_scene(soft), doctest::Contains("out of its range"),
+                         tools::InputError);
+    // 24 x 9000^2 entries: refused from the counts, before the graph is built.
+    tools::SceneDescription huge = scene_of(prism(3000, 1.0, 1.0), {prism(3000, 1.0, 1.0)});
+    CHECK_THROWS_WITH_AS(tools::write_scene(huge), doctest::Contains("neighbor entries"),
+                         tools::InputError);
+  }
+}
