@@ -14,7 +14,7 @@ namespace {
 
 constexpr bool kSingle = sizeof(Real) == sizeof(float);
 
-WideVec wide(const Vec3& v) { return {Wide{v[0]}, Wide{v[1]}, Wide{v[2]}}; }
+WideVec wide(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 
 std::string text_of(Wide value) {
   char buffer[64];
@@ -55,7 +55,7 @@ class GoldenRun {
     for (const WideVec& v : file.b.vertices) coordinate_ = std::max(coordinate_, norm(v));
     for (const GoldenCase& c : file.cases) coordinate_ = std::max(coordinate_, norm(c.x));
     depth_tolerance_ = coordinate_ > 100 * size_ ? 1e-10L * size_ : 1e-12L * size_;
-    if (kSingle) depth_tolerance_ = 1e-5L * size_ + 8 * Wide{kRealEpsilon} * coordinate_;
+    if (kSingle) depth_tolerance_ = 1e-5L * size_ + 8 * widen(kRealEpsilon) * coordinate_;
     wrench_tolerance_ = kSingle ? 1e-4L : 1e-9L;
     report.cases = file.cases.size();
     report.size_m = static_cast<double>(size_);
@@ -137,7 +137,7 @@ class GoldenRun {
       fail(c, verdict, "a result", std::string("status ") + to_text(result.status));
       return;
     }
-    const Wide d = Wide{result.d_near_m};
+    const Wide d = widen(result.d_near_m);
     const bool either = c.touching || std::abs(c.d_near_m) <= (kSingle ? depth_tolerance_ : 0.0L);
     equal(c, verdict, either || (d > 0) == c.separated, c.separated ? "separated" : "collision",
           d > 0 ? "separated" : "collision");
@@ -154,7 +154,7 @@ class GoldenRun {
   /// In single precision a gap below the rounding of the depths makes the exact near set, and what
   /// follows from it, unattainable.
   bool near_set_decidable(const GoldenCase& c) const {
-    const Wide rounding = 64 * Wide{kRealEpsilon} * std::max(coordinate_, size_);
+    const Wide rounding = 64 * widen(kRealEpsilon) * std::max(coordinate_, size_);
     const bool gap = !c.gap_to_next_m || *c.gap_to_next_m > 2 * rounding;
     return gap && (!c.min_violation_of_rejected_m || *c.min_violation_of_rejected_m > 2 * rounding);
   }

@@ -76,7 +76,7 @@ double golden_epsilon_m(const GoldenFile& file) {
   }
   for (const WideVec& v : file.b.vertices) coordinate = std::max(coordinate, norm(v));
   return static_cast<double>(
-      std::max(epsilon, 64 * Wide{kRealEpsilon} * std::max(coordinate, size)));
+      std::max(epsilon, 64 * widen(kRealEpsilon) * std::max(coordinate, size)));
 }
 
 }  // namespace haptic::sim

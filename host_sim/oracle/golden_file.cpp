@@ -41,7 +41,7 @@ struct Place {
 
 Wide number(const Place& p) {
   if (p.json.is_number_integer()) return static_cast<Wide>(p.json.get<std::int64_t>());
-  if (p.json.is_number()) return Wide{p.json.get<double>()};
+  if (p.json.is_number()) return widen(p.json.get<double>());
   if (!p.json.is_string()) p.fail("a number or a decimal string is expected here");
   const std::string text = p.json.get<std::string>();
   char* end = nullptr;

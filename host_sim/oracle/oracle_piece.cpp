@@ -100,7 +100,7 @@ OraclePiece oracle_piece_of(const PieceView& view) {
   std::vector<WideVec> vertices;
   for (std::uint32_t v = 0; v < view.vertex_count; ++v) {
     const Real* p = view.vertices + 3 * std::size_t{v};
-    vertices.push_back({Wide{p[0]}, Wide{p[1]}, Wide{p[2]}});
+    vertices.push_back({widen(p[0]), widen(p[1]), widen(p[2])});
   }
   std::vector<std::vector<std::uint32_t>> loops;
   std::vector<WideVec> normals;
@@ -109,7 +109,7 @@ OraclePiece oracle_piece_of(const PieceView& view) {
     loops.emplace_back(loop.begin(), loop.end());
     const FaceRecord& face = view.faces[f];
     const PlaneRecord& plane = view.planes[face.plane];
-    const WideVec n{Wide{plane.normal[0]}, Wide{plane.normal[1]}, Wide{plane.normal[2]}};
+    const WideVec n{widen(plane.normal[0]), widen(plane.normal[1]), widen(plane.normal[2])};
     normals.push_back(static_cast<Wide>(face.sign) * unit(n));
   }
   return make_oracle_piece(std::move(vertices), std::move(loops), std::move(normals));

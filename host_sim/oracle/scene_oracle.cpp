@@ -11,7 +11,7 @@ SceneOracle::SceneOracle(const SceneView& view) {
   for (std::uint32_t i = 0; i < count; ++i) pieces_.push_back(oracle_piece_of(view.piece(i)));
   for (const BodyRecord& body : view.bodies()) {
     references_.push_back(
-        {Wide{body.reference_m[0]}, Wide{body.reference_m[1]}, Wide{body.reference_m[2]}});
+        {widen(body.reference_m[0]), widen(body.reference_m[1]), widen(body.reference_m[2])});
     std::vector<WideVec> points;
     for (std::uint32_t k = 0; k < body.piece_count; ++k) {
       const auto& vertices = pieces_[body.piece_begin + k].vertices;
@@ -28,8 +28,8 @@ SceneOracle::SceneOracle(const SceneView& view) {
 void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdicts) const {
   const Quat& q = pose_wa.q_wa;
   OraclePose pose;
-  pose.r = rotation_of(Wide{q.w()}, Wide{q.x()}, Wide{q.y()}, Wide{q.z()});
-  const WideVec p{Wide{pose_wa.p_wa[0]}, Wide{pose_wa.p_wa[1]}, Wide{pose_wa.p_wa[2]}};
+  pose.r = rotation_of(widen(q.w()), widen(q.x()), widen(q.y()), widen(q.z()));
+  const WideVec p{widen(pose_wa.p_wa[0]), widen(pose_wa.p_wa[1]), widen(pose_wa.p_wa[2])};
   const WideVec grip_w = p + pose.r * references_[0];
   const Precision precision = precision_of_real();
   // Coordinates far from the origin carry their own rounding, whatever the size of the bodies.
@@ -54,7 +54,7 @@ void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
   ++t.ticks;
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const PairVerdict& v = verdicts[k];
-    const Wide d = Wide{d_near_m[k]};
+    const Wide d = widen(d_near_m[k]);
     ++t.pair_ticks;
     const int side = v.side();
     if (side == 0) ++t.touching_pairs;

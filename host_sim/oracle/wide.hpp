@@ -10,6 +10,12 @@ namespace haptic::sim {
 
 using Wide = long double;
 
+/// The same number in more digits.
+template <typename Number>
+[[nodiscard]] constexpr Wide widen(Number value) {
+  return static_cast<Wide>(value);
+}
+
 struct WideVec {
   Wide x = 0, y = 0, z = 0;
 };

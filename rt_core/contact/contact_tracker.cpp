@@ -116,7 +116,7 @@ class PairSearch {
   /// goes to the neighbors of the next best applicable nodes, best first (method 7.3).
   void expand_runners_up(std::uint32_t& done) noexcept {
     const std::uint32_t budget = expansion_budget(record_);
-    while (true) {
+    for (std::uint32_t look = 0; look < kRunnersUp; ++look) {
       std::uint32_t next = 0;
       Real next_f = kLowest;
       for (std::uint32_t k = 0; k < scratch_.reached.size(); ++k) {

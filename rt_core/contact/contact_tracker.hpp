@@ -52,6 +52,9 @@ inline constexpr std::uint32_t kCandidateFactor = 4;
 /// Face directions looked at per tick beside the neighbor subgraph.
 inline constexpr std::uint32_t kAuditFaces = 16;
 
+/// Nodes that one tick looks at beyond the tied ones, best first, to expand them if they apply.
+inline constexpr std::uint32_t kRunnersUp = 8;
+
 /// Nodes that one tick may reach by looking beyond the neighbor subgraph: the paper's largest (72),
 /// or two nodes of the pair's largest degree.
 [[nodiscard]] constexpr std::uint32_t expansion_budget(const PairRecord& pair) noexcept {

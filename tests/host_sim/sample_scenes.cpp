@@ -11,9 +11,11 @@ namespace haptic::sim::test {
 GoldenBody box(double x, double y, double z) {
   GoldenBody body;
   body.name = "box";
-  for (const double sx : {-1.0, 1.0}) {
-    for (const double sy : {-1.0, 1.0}) {
-      for (const double sz : {-1.0, 1.0}) body.vertices.push_back({sx * x, sy * y, sz * z});
+  for (const Wide sx : {-1.0L, 1.0L}) {
+    for (const Wide sy : {-1.0L, 1.0L}) {
+      for (const Wide sz : {-1.0L, 1.0L}) {
+        body.vertices.push_back({sx * widen(x), sy * widen(y), sz * widen(z)});
+      }
     }
   }
   body.loops = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
@@ -23,8 +25,10 @@ GoldenBody box(double x, double y, double z) {
 GoldenBody tetrahedron() {
   GoldenBody body;
   body.name = "tetrahedron";
-  body.vertices = {
-      {-0.05, -0.03, -0.02}, {0.06, -0.02, -0.03}, {0.0, 0.07, -0.025}, {0.01, 0.005, 0.06}};
+  body.vertices = {{-0.05L, -0.03L, -0.02L},
+                   {0.06L, -0.02L, -0.03L},
+                   {0, 0.07L, -0.025L},
+                   {0.01L, 0.005L, 0.06L}};
   body.loops = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return body;
 }
@@ -35,8 +39,9 @@ GoldenBody prism(std::uint32_t sides, double radius, double half_height) {
   std::vector<std::uint32_t> top, bottom;
   for (std::uint32_t k = 0; k < sides; ++k) {
     const double angle = 2.0 * std::numbers::pi * k / sides;
-    body.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), -half_height});
-    body.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), half_height});
+    const Wide x = widen(radius * std::cos(angle)), y = widen(radius * std::sin(angle));
+    body.vertices.push_back({x, y, -widen(half_height)});
+    body.vertices.push_back({x, y, widen(half_height)});
     top.push_back(2 * k + 1);
     bottom.insert(bottom.begin(), 2 * k);
     const std::uint32_t next = 2 * ((k + 1) % sides);

@@ -30,6 +30,7 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
   [[nodiscard]] double next();
+  [[nodiscard]] Wide wide() { return widen(next()); }
 
  private:
   std::uint64_t state_;

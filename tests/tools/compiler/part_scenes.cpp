@@ -5,6 +5,13 @@
 
 namespace haptic::test {
 
+std::vector<std::string> compilable_parts() {
+  return {"prism_stack", "square_peg",  "cube_in_cup",   "corner_bracket",
+          "octagon_peg", "ell_fixture", "rect_peg_16mm", "plug_socket"};
+}
+
+std::vector<std::string> refused_parts() { return {"brick_stack", "gear_on_shaft"}; }
+
 std::string shared_part(const std::string& name) {
   return std::string(HAPTIC_SHARED_DIR) + "/data/" + name;
 }

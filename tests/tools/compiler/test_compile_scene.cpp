@@ -80,7 +80,7 @@ TEST_SUITE("tools.compile_scene") {
       MESSAGE("skipped: no shared parts");
       return;
     }
-    for (const char* name : kCompilableParts) {
+    for (const std::string& name : compilable_parts()) {
       CAPTURE(name);
       const ScratchFolder folder("compile");
       const std::string path = write_part_scene(name, folder);

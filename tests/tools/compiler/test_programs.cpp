@@ -121,15 +121,15 @@ TEST_SUITE("tools.programs") {
       MESSAGE("skipped: no shared parts");
       return;
     }
-    for (const char* name : kRefusedParts) {
+    for (const std::string& name : refused_parts()) {
       CAPTURE(name);
       const ScratchFolder folder("programs");
       const std::string scene = write_part_scene(name, folder);
       const ProgramResult r = compile(scene + " -o " + folder.file("x.rtscene"));
       CHECK(r.exit_code == 3);
       CAPTURE(r.err);
-      const std::string words = std::string(name) == "brick_stack" ? "2 edges without a partner"
-                                                                   : "reflex edges, limit 300";
+      const std::string words =
+          name == "brick_stack" ? "2 edges without a partner" : "reflex edges, limit 300";
       CHECK(r.err.find(words) != std::string::npos);
       CHECK(file_count(folder.file("")) == 1);
     }

@@ -19,6 +19,7 @@ struct Row {
   std::string name;  ///< unique
   std::string file;  ///< name of the file, with its extension
   std::string bytes;
+  enum class Source : unsigned char { kFile, kFolder, kMissing } source = Source::kFile;
   CleaningOptions options;
 
   Stage stage = Stage::kAccepted;

@@ -119,7 +119,7 @@ class Decomposer {
   [[noreturn]] void refuse_pieces(const std::string& what) const {
     throw InputError(file_ + ": " + what + " needs more than " +
                      std::to_string(limits_.max_pieces) +
-                     " convex pieces, the limit; use --simplify DISTANCE");
+                     " convex pieces, the limit; model it with fewer faces");
   }
 
   [[noreturn]] void refuse_certificate(const std::string& what, const Certificate& c) const {
@@ -187,7 +187,7 @@ class Decomposer {
         throw InputError(
             file_ + ": " + name_of(s) + ": " + limit.what() + " (" +
             std::to_string(body_.reflex_edge_count) +
-            " reflex edges) before a first decomposition was complete; use --simplify DISTANCE, "
+            " reflex edges) before a first decomposition was complete; model it with fewer faces, "
             "or raise the work limit");
       }
       result_.warnings.push_back(file_ + ": " + name_of(s) + ": " + limit.what() + " after " +

@@ -207,7 +207,7 @@ void Realiser::refuse(const Realisation& real) const {
   if (real.outcome == RealiseOutcome::kTooManyBits) {
     throw InputError(s_.file + ": coordinates need more than " + std::to_string(limits_.max_bits) +
                      " bits near " + place_text(s_, near) +
-                     ": a curved strip; use --simplify, or triangulate it in the source");
+                     ": a curved strip; model it with fewer faces, or triangulate it in the source");
   }
   const auto [move, corner] = largest_move(corners_.graph, real);
   // Named: the plane that the given corner is farthest from.
@@ -343,7 +343,7 @@ FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
     throw InputError(
         surface.file + ": " + std::to_string(body.reflex_edge_count) + " reflex edges, limit " +
         std::to_string(limits.max_reflex_edges) +
-        ": too curved for an exact decomposition; use --simplify DISTANCE, or raise --max-reflex "
+        ": too curved for an exact decomposition; model it with fewer faces, or raise --max-reflex "
         "(time grows about with its square)");
   }
   body.world.centre_m = surface.centre_m;
