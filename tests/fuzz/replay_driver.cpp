@@ -3,9 +3,14 @@
 /// random mutations of both. The same inputs with every compiler.
 ///
 /// fuzz_NAME_replay [--mutations N] [--seed S] [--write FOLDER] [FILE-OR-FOLDER...]
-/// Exit code 1 on a finding; the input is left in finding_NAME.bin in the current folder.
+/// Exit code 1 (or a signal) on a finding; the input is left in finding_NAME.bin in the current
+/// folder. Under the address sanitizer that needs ASAN_OPTIONS=abort_on_error=1.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -139,20 +144,39 @@ Options parse_options(int argc, char** argv) {
   return options;
 }
 
+/// The input that is being run, for the handler of fatal signals.
+const std::string* current_input = nullptr;
+std::string finding_file;
+
+extern "C" void keep_input(int signal_number) {
+  const int file = ::open(finding_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (file >= 0 && current_input != nullptr) {
+    const ssize_t written = ::write(file, current_input->data(), current_input->size());
+    static_cast<void>(written);  // nothing is left to be done about it
+    ::close(file);
+  }
+  std::signal(signal_number, SIG_DFL);
+  std::raise(signal_number);
+}
+
 class Replay {
  public:
-  explicit Replay(const std::filesystem::path& program)
-      : finding_("finding_" + program.filename().string() + ".bin") {}
+  explicit Replay(const std::filesystem::path& program) {
+    finding_file = "finding_" + program.filename().string() + ".bin";
+    for (const int signal_number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+      std::signal(signal_number, keep_input);
+    }
+  }
 
   bool run(const std::string& name, const std::string& bytes) {
-    // Left in place when the program dies inside the target.
-    write_bytes(finding_, bytes);
+    current_input = &bytes;
     const auto begin = std::chrono::steady_clock::now();
     try {
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     } catch (const std::exception& error) {
+      write_bytes(finding_file, bytes);
       std::fprintf(stderr, "%s: %s\n  input kept in %s\n", name.c_str(), error.what(),
-                   finding_.c_str());
+                   finding_file.c_str());
       return false;
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
@@ -163,16 +187,11 @@ class Replay {
 
   int finish(bool good) const {
     std::printf("%zu inputs, slowest %.3f s\n", runs_, slowest_);
-    if (!good) {
-      return 1;
-    }
-    std::filesystem::remove(finding_);
     constexpr double kSlowest_s = 20.0;
-    return slowest_ < kSlowest_s ? 0 : 1;
+    return good && slowest_ < kSlowest_s ? 0 : 1;
   }
 
  private:
-  std::string finding_;
   std::size_t runs_ = 0;
   double slowest_ = 0.0;
 };

@@ -41,6 +41,9 @@ std::vector<Seed> seeds() {
           {"spellings", kSpellings},
           {"unknown_key", least + "law = 1979-05-27T07:32:00Z\nepsilon = nan\n"},
           {"two_poses", least + "[start]\nposition_m = [0, 0, inf]\n"},
+          {"not_ascii", "# \xC3\xA9\n" + least + "mesh = '\xC3\xA9' # \xEF\xBB\xB7\n"},
+          {"long_strings",
+           least + "a = \"\"\"x\\\n  y\"\"\"\"\"\nb = '''\n'''\nc.d.\"e\".f = \"\\\"\"\n"},
           {"nested", least + "[device]\nmass_kg = [[[[{ a = [1, true, \"x\"] }]]]]\n"}};
 }
 

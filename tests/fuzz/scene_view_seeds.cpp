@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Seeds of fuzz_scene_view: what the scene writer makes of a few convex bodies.
+#include <cmath>
 #include <cstring>
 
 #include "tests/fuzz/fuzz_target.hpp"
@@ -15,6 +16,50 @@ std::string blob_of(const tools::Body& moving, const std::vector<tools::Body>& s
   return text;
 }
 
+/// Calls `change` on every element of one section.
+template <typename Element, typename Change>
+void change_section(std::string& blob, SectionId id, std::size_t elements_each,
+                    const Change& change) {
+  SceneHeader header;
+  std::memcpy(&header, blob.data(), sizeof header);
+  for (std::uint32_t s = 0; s < header.section_count; ++s) {
+    SectionEntry entry;
+    std::memcpy(&entry, blob.data() + header.section_table + s * sizeof entry, sizeof entry);
+    for (std::uint64_t i = 0; entry.id == id && i < entry.count * elements_each; ++i) {
+      char* const at = blob.data() + entry.offset + i * sizeof(Element);
+      Element element;
+      std::memcpy(&element, at, sizeof element);
+      change(element);
+      std::memcpy(at, &element, sizeof element);
+    }
+  }
+}
+
+/// The scene in another unit, so far out that squares or products of lengths leave the range of
+/// double: the writer would not make it. Volumes that overflow stay as they were.
+std::string scaled(std::string blob, double factor) {
+  const auto real = [&](Real& x) { x = static_cast<Real>(static_cast<double>(x) * factor); };
+  const auto volume = [&](double& x) {
+    const double wanted = x * factor * factor * factor;
+    x = std::isnormal(wanted) ? wanted : x;
+  };
+  change_section<Real>(blob, SectionId::kVertices, 3, real);
+  change_section<PlaneRecord>(blob, SectionId::kPlanes, 1,
+                              [&](PlaneRecord& plane) { real(plane.offset_m); });
+  change_section<EdgeDirection>(blob, SectionId::kEdgeDirections, 1,
+                                [&](EdgeDirection& edge) { real(edge.length_m); });
+  change_section<BodyRecord>(blob, SectionId::kBodies, 1, [&](BodyRecord& body) {
+    volume(body.volume_m3);
+    for (double& x : body.reference_m) x *= factor;
+  });
+  change_section<PieceRecord>(blob, SectionId::kPieces, 1, [&](PieceRecord& piece) {
+    volume(piece.volume_m3);
+    piece.radius_m *= factor;
+    for (double& x : piece.centre_m) x *= factor;
+  });
+  return blob;
+}
+
 }  // namespace
 
 std::vector<Seed> seeds() {
@@ -23,7 +68,13 @@ std::vector<Seed> seeds() {
   const tools::Body small = test::tetrahedron({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
   const tools::Body table = test::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0});
   const tools::Body step = test::box({-0.1, -0.1, 0}, {0, 0.1, 0.05});
-  return {{"two_tetrahedra", blob_of(small, {small})},
+  const std::string unit = blob_of(small, {small});
+  return {{"huge", scaled(unit, 1e100)},
+          {"immense", scaled(unit, 1e160)},
+          {"tiny", scaled(unit, 1e-100)},
+          {"minute", scaled(unit, 1e-160)},
+          {"far", blob_of(test::box({1e9, 0, 0}, {1e9 + 1, 1, 1}), {table})},
+          {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},
           {"tetrahedron_step", blob_of(tetrahedron, {test::join({table, step})})},
           {"two_statics", blob_of(tetrahedron, {tetrahedron, step})}};

@@ -69,7 +69,7 @@ TEST_SUITE("tools.scene_facts") {
     }
     CHECK(conflicts() == 0);
     pieces.pieces[0].source_vertex[3] = 1;
-    CHECK(conflicts() == 2);
+    CHECK(conflicts() == 1);
     for (std::int64_t& id : pieces.pieces[1].source_vertex) id = -1;
     pieces.pieces[0].source_vertex[3] = 3;
     const SceneFacts f = facts(box({-1, -1, -1}, {1, 1, 1}), pieces);

@@ -12,16 +12,13 @@ namespace haptic::tools::test {
 
 class FormRows {
  public:
-  /// Accepted alike in all formats; `indexed_vertices` where OBJ and OFF keep more of them apart.
+  /// Accepted alike in all formats; vertices at the same place count once.
   void good(const std::string& name, const MeshBuilder& mesh, std::size_t solids,
-            std::size_t pieces, double volume_m3, std::size_t vertices,
-            std::size_t indexed_vertices = 0) {
+            std::size_t pieces, double volume_m3, std::size_t vertices) {
     begin();
     for (const Written form : kAllForms) {
-      const std::size_t count =
-          is_indexed(form) && indexed_vertices > 0 ? indexed_vertices : vertices;
       rows.push_back(accepted(name + ", " + form_name(form), file(form), written(mesh, form),
-                              solids, pieces, volume_m3, count));
+                              solids, pieces, volume_m3, vertices));
     }
   }
   void bad(const std::string& name, const MeshBuilder& mesh, Stage stage, const std::string& place,

@@ -30,7 +30,7 @@ struct Row {
   std::size_t solids = 1, pieces = 1;
   double volume_m3 = 0.0;
   double volume_tolerance = 1e-9;    ///< relative
-  std::size_t vertices = 0;          ///< file vertices found among the corners of the pieces
+  std::size_t vertices = 0;          ///< places of the file found among the corners of the pieces
   bool vertices_keep_places = true;  ///< to 4 ulp; false where the repair moves some
   std::string warning;               ///< part of one warning, if one is due
 

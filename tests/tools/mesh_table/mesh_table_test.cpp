@@ -74,7 +74,9 @@ Outcome run(const Row& row) {
     outcome.decomposition = decompose(flat, outcome.raw.file, {});
     outcome.body = to_body(flat, outcome.decomposition, "row");
     outcome.stage = Stage::kAccepted;
-    for (const auto* list : {&surface.warnings, &flat.warnings, &outcome.decomposition.warnings}) {
+    const std::vector<std::string>* const lists[] = {&surface.warnings, &flat.warnings,
+                                                     &outcome.decomposition.warnings};
+    for (const auto* list : lists) {
       outcome.warnings.insert(outcome.warnings.end(), list->begin(), list->end());
     }
   } catch (const InputError& error) {
@@ -116,7 +118,10 @@ std::size_t kept_vertices(const Row& row, const Outcome& outcome, double& worst_
 
 void check_accepted(const Row& row, const Outcome& outcome) {
   CHECK(outcome.message == "");
-  REQUIRE(outcome.stage == Stage::kAccepted);
+  CHECK(std::string(stage_name(outcome.stage)) == stage_name(Stage::kAccepted));
+  if (outcome.stage != Stage::kAccepted) {
+    return;
+  }
   CHECK(outcome.decomposition.certificate.holds());
   CHECK(outcome.solids == row.solids);
   CHECK(outcome.body.pieces.size() == row.pieces);
@@ -138,8 +143,9 @@ void check_refused(const Row& row, const Outcome& outcome) {
   CHECK(contains(outcome.message, row.file));
   CHECK(contains(outcome.message, row.place));
   const std::size_t mend_at = outcome.message.find("; ");
-  REQUIRE(mend_at != std::string::npos);
-  CHECK(outcome.message.find(row.mend, mend_at) != std::string::npos);
+  CHECK(mend_at != std::string::npos);
+  CHECK(outcome.message.find(row.mend, std::min(mend_at, outcome.message.size())) !=
+        std::string::npos);
   CHECK(outcome.message.size() < 600);
 }
 
@@ -218,8 +224,6 @@ TEST_SUITE("tools.mesh_table") {
       ++tried;
       const ScratchFolder folder("mesh_table");
       make_file(row, folder);
-      MeshBuilder cube;
-      cube.box({0, 0, 0}, {0.01, 0.01, 0.01});
       std::ofstream(folder.file("hand.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
                                                 "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
       std::ofstream(folder.file("scene.toml"))

@@ -30,6 +30,5 @@ inline constexpr Written kAllForms[] = {Written::kObj, Written::kOff, Written::k
 std::string written(const MeshBuilder& mesh, Written form);
 const char* form_name(Written form);
 const char* form_extension(Written form);
-inline bool is_indexed(Written form) { return form == Written::kObj || form == Written::kOff; }
 
 }  // namespace haptic::tools::test

@@ -97,7 +97,14 @@ std::vector<Row> stl_text_rows() {
         "t.stl:27: coordinate '1,0'", "decimal point");
   t.bad("a comment", with_last("# the last one\n" + last), "t.stl:26: found '#'", kAgain);
   t.bad("text after the end", all + "the end\n", "t.stl:31: found 'the'", "delete");
-  t.bad("a zero byte", all + std::string(1, '\0'), "binary data in a text format", kAgain);
+  // Which of the two forms such a file should be is told by its first 512 bytes.
+  const std::string long_text =
+      all.substr(0, all.find("endsolid")) + all.substr(all.find('\n') + 1);
+  t.bad("a zero byte far from the start", long_text + std::string(1, '\0'),
+        "t.stl: byte " + std::to_string(long_text.size()) + ": binary data in a text format",
+        kAgain);
+  t.bad("a zero byte near the start", "solid" + std::string(1, '\0') + all,
+        "t.stl: byte 80: the header announces", kAgain);
   return t.rows;
 }
 

@@ -144,7 +144,7 @@ void add_obj_indices(Rows& t) {
         "correct the number");
   t.bad("a face with two corners", face_4("f 1 4"), "t.obj:8: a face with 2 corners",
         "needs three");
-  t.bad("cut in the middle of a face", (kVertices + kFaces).substr(0, 61),
+  t.bad("cut in the middle of a face", (kVertices + kFaces).substr(0, 60),
         "t.obj:8: a face with 1 corners", "complete the file");
   t.bad("a face that runs back on itself", kVertices + "f 1 3 2 3\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
         "longest hole at (0.353553391, 0.353553391, 0) m (3 edges", "close the hole",

@@ -20,7 +20,10 @@ using WideMatrix = std::array<Wide3, 3>;
 static_assert(std::numeric_limits<Wide>::digits >= 64,
               "scenes are compiled on hosts with 80-bit long double");
 
-Wide3 widen(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
+template <typename T>
+Wide3 widen(const std::array<T, 3>& a) {
+  return {static_cast<Wide>(a[0]), static_cast<Wide>(a[1]), static_cast<Wide>(a[2])};
+}
 Wide3 operator+(const Wide3& a, const Wide3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Wide3 operator-(const Wide3& a, const Wide3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Wide dot(const Wide3& a, const Wide3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -94,7 +97,7 @@ BodyGeometry place_body(const Body& body, const std::vector<PieceTopology>& topo
     const Wide3 n = r * widen(plane.normal);
     PlaneRecord record{};
     for (std::size_t k = 0; k < 3; ++k) record.normal[k] = round_to_real(n[k]);
-    record.offset_m = round_to_real(plane.offset_m + dot(n, shift));
+    record.offset_m = round_to_real(static_cast<Wide>(plane.offset_m) + dot(n, shift));
     g.planes.push_back(record);
   }
   for (std::size_t i = 0; i < body.pieces.size(); ++i) {
@@ -113,7 +116,8 @@ std::string metres(double x) {
 
 std::array<long double, 4> unit_quaternion(const std::array<double, 4>& wxyz,
                                            const std::string& place) {
-  std::array<Wide, 4> q{wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+  std::array<Wide, 4> q{};
+  std::copy(wxyz.begin(), wxyz.end(), q.begin());
   const Wide length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!(std::abs(length - 1) <= 1e-6L)) {
     throw InputError(place + ": quaternion of length " + std::to_string(length) +
@@ -152,7 +156,7 @@ BodyGeometry static_geometry(const PlacedBody& placed,
   std::array<double, 3> reference{};
   for (std::size_t k = 0; k < 3; ++k) {
     reference[k] =
-        round_to_double(grid * std::floor((origin[k] + (low[k] + high[k]) / 2) / grid + Wide{0.5}));
+        round_to_double(grid * std::floor((origin[k] + (low[k] + high[k]) / 2) / grid + 0.5L));
   }
   // origin - reference first: the rest of the sum is then as small as the body itself.
   BodyGeometry g = place_body(placed.body, topologies, r, origin - widen(reference));
@@ -166,19 +170,22 @@ void check_geometry(const BodyGeometry& geometry, std::size_t index, const Piece
   std::vector<Wide3> vertices;
   Wide scale = 0;
   for (const auto& v : piece.vertices) {
-    vertices.push_back({v[0], v[1], v[2]});
+    vertices.push_back(widen(v));
     for (const Real x : v) {
       if (!check::finite(x)) throw InputError(place + ": a vertex coordinate is not finite");
       scale = std::max(scale, std::abs(static_cast<Wide>(x)));
     }
   }
-  const Wide tolerance = check::kGeometryTolerance * scale;
+  const Wide tolerance = static_cast<Wide>(check::kGeometryTolerance) * scale;
   for (std::size_t f = 0; f < topology.faces.size(); ++f) {
     const FaceRecord& face = topology.faces[f];
     const PlaneRecord& plane = geometry.planes[face.plane];
     const Wide sign = face.sign;
-    const Wide3 n{sign * plane.normal[0], sign * plane.normal[1], sign * plane.normal[2]};
-    if (!(std::abs(dot(n, n) - 1) < check::kGeometryTolerance)) {
+    const Wide3 normal{static_cast<Wide>(plane.normal[0]), static_cast<Wide>(plane.normal[1]),
+                       static_cast<Wide>(plane.normal[2])};
+    const Wide3 n{sign * normal[0], sign * normal[1], sign * normal[2]};
+    const Wide offset = sign * static_cast<Wide>(plane.offset_m);
+    if (!(std::abs(dot(n, n) - 1) < static_cast<Wide>(check::kGeometryTolerance))) {
       throw InputError(place + ": plane " + std::to_string(face.plane) +
                        " has a normal that is not of unit length");
     }
@@ -186,7 +193,7 @@ void check_geometry(const BodyGeometry& geometry, std::size_t index, const Piece
     std::vector<bool> on_face(vertices.size(), false);
     for (std::uint32_t k = 0; k < face.loop_count; ++k) on_face[loop[k]] = true;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
-      const Wide height = dot(n, vertices[v]) - sign * plane.offset_m;
+      const Wide height = dot(n, vertices[v]) - offset;
       if (!(height <= tolerance) || (on_face[v] && !(height >= -tolerance))) {
         throw InputError(place + ": vertex " + std::to_string(v) +
                          (on_face[v] ? " lies off the plane of its face " : " is outside face ") +

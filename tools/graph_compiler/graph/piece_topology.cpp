@@ -115,8 +115,11 @@ std::vector<EdgeRecord> pair_halves(const std::vector<HalfEdge>& halves, const s
 }
 
 Wide3 minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return {static_cast<long double>(a[0]) - b[0], static_cast<long double>(a[1]) - b[1],
-          static_cast<long double>(a[2]) - b[2]};
+  Wide3 result{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    result[k] = static_cast<long double>(a[k]) - static_cast<long double>(b[k]);
+  }
+  return result;
 }
 
 Wide3 cross(const Wide3& a, const Wide3& b) {

@@ -253,10 +253,10 @@ Surface clean_surface(const RawMesh& raw, const CleaningOptions& options) {
   drop_degenerate_faces(mesh);
   drop_duplicate_faces(mesh);
   if (mesh.faces.empty()) {
-    refuse_mesh(
-        mesh,
-        "thinner than the plane tolerance " + length_text(mesh.tolerance_m) + ": no face is left",
-        "give a smaller --plane-tolerance; flat sheets are no solids");
+    refuse_mesh(mesh,
+                "thinner than the plane tolerance " + length_text(mesh.tolerance_m) + " at " +
+                    place_text(mesh, points[raw.faces[0].vertices[0]]) + ": no face is left",
+                "give a smaller --plane-tolerance; flat sheets are no solids");
   }
   stitch_t_junctions(mesh);
   refuse_open_edges(mesh);

@@ -187,8 +187,7 @@ class Decomposer {
         throw InputError(
             file_ + ": " + name_of(s) + ": " + limit.what() + " (" +
             std::to_string(body_.reflex_edge_count) +
-            " reflex edges) before a first decomposition was complete; model it with fewer faces, "
-            "or raise the work limit");
+            " reflex edges) before a first decomposition was complete; model it with fewer faces");
       }
       result_.warnings.push_back(file_ + ": " + name_of(s) + ": " + limit.what() + " after " +
                                  std::to_string(attempts.size()) +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Exact convex decomposition of solids on boundary chains, with its certificate (decomposition sections 4-8).
+/// Exact convex decomposition of solids on boundary chains, with its certificate (decomposition
+/// sections 4-8).
 
 #include <functional>
 
@@ -16,21 +17,21 @@ struct DecompositionLimits {
 
 /// Section 7: what was proved about the pieces, exactly.
 struct Certificate {
-  bool convex = false;          ///< every vertex of a piece on the inner side of all its planes
-  bool partition = false;       ///< all (plane, line, vertex) counts zero, per solid
-  bool disjoint = false;        ///< a face plane separates every two pieces of one solid
-  bool volume_equal = false;    ///< exact rational equality per solid
-  bool cover = false;           ///< solids of the body overlap: kept as a cover of the union
+  bool convex = false;        ///< every vertex of a piece on the inner side of all its planes
+  bool partition = false;     ///< all (plane, line, vertex) counts zero, per solid
+  bool disjoint = false;      ///< a face plane separates every two pieces of one solid
+  bool volume_equal = false;  ///< exact rational equality per solid
+  bool cover = false;         ///< solids of the body overlap: kept as a cover of the union
   std::size_t nonzero_counts = 0;
-  double volume_m3 = 0.0;       ///< sum over solids
+  double volume_m3 = 0.0;  ///< sum over solids
   [[nodiscard]] bool holds() const { return convex && partition && disjoint && volume_equal; }
 };
 
 struct Decomposition {
-  std::vector<Solid> pieces;                ///< over FlatBody::world (which has grown by cut planes and points)
-  std::vector<std::uint32_t> piece_solid;   ///< index of the solid that each piece belongs to
+  std::vector<Solid> pieces;  ///< over FlatBody::world (which has grown by cut planes and points)
+  std::vector<std::uint32_t> piece_solid;  ///< index of the solid that each piece belongs to
   Certificate certificate;
-  std::size_t face_plane_only_pieces = 0;   ///< what strategies without mitre planes reached
+  std::size_t face_plane_only_pieces = 0;  ///< what strategies without mitre planes reached
   double thinnest_m = 0.0;
   double work = 0.0;
   std::vector<std::string> warnings;
@@ -39,17 +40,20 @@ struct Decomposition {
 /// Progress of the long part: fraction of the work in [0, 1].
 using Progress = std::function<void(double)>;
 
-/// @throws InputError when a limit is passed or the certificate fails; `file` names the mesh in messages.
+/// @throws InputError when a limit is passed or the certificate fails; `file` names the mesh in
+/// messages.
 Decomposition decompose(FlatBody& body, const std::string& file, const DecompositionLimits& limits,
                         const Progress& progress = {});
 
-/// Checks pieces against the solids they came from, from scratch. Used by `decompose` and by tests on mutated pieces.
-Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids, const std::vector<Solid>& pieces,
+/// Checks pieces against the solids they came from, from scratch. Used by `decompose` and by tests
+/// on mutated pieces.
+Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,
+                    const std::vector<Solid>& pieces,
                     const std::vector<std::uint32_t>& piece_solid);
 
-/// Rounds exact pieces to doubles in the body's (scaled file) frame: planes stored once, vertices nearest doubles,
-/// face loops counter-clockwise, volumes and centre exact before rounding. A part that was clean keeps its vertices
-/// to within 4 ulp.
+/// Rounds exact pieces to doubles in the body's (scaled file) frame: planes stored once, vertices
+/// nearest doubles, face loops counter-clockwise, volumes and centre exact before rounding. A part
+/// that was clean keeps its vertices to within 4 ulp.
 Body to_body(const FlatBody& body, const Decomposition& decomposition, const std::string& name);
 
 }  // namespace haptic::tools

@@ -85,7 +85,8 @@ class ExactWorld {
   std::vector<ExactVertex> vertices;
   std::vector<std::int64_t> source_vertex;  ///< per vertex: 0-based vertex of the file, or -1
   double work = 0.0;  ///< 1 per filtered sign, 20 + bits/8 per exact sign, 200 + bits per new point
-  double work_limit = 4.0e8;
+  /// A unit takes 37 to 150 ns on the machines seen, so this is 8 to 30 s.
+  double work_limit = 2.0e8;
   std::size_t max_coordinate_bits = 65536;
 
   /// Adds a plane; the caller guarantees that it is not in the table yet (see find_or_add_plane).

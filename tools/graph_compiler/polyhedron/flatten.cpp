@@ -205,9 +205,10 @@ void Realiser::refuse(const Realisation& real) const {
                      face_names(s_, fit_, corners_.graph, real.failed_corners) + " into triangles");
   }
   if (real.outcome == RealiseOutcome::kTooManyBits) {
-    throw InputError(s_.file + ": coordinates need more than " + std::to_string(limits_.max_bits) +
-                     " bits near " + place_text(s_, near) +
-                     ": a curved strip; model it with fewer faces, or triangulate it in the source");
+    throw InputError(
+        s_.file + ": coordinates need more than " + std::to_string(limits_.max_bits) +
+        " bits near " + place_text(s_, near) +
+        ": a curved strip; model it with fewer faces, or triangulate it in the source");
   }
   const auto [move, corner] = largest_move(corners_.graph, real);
   // Named: the plane that the given corner is farthest from.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From a cleaned surface in double to exact solids: planes fitted by vertex distance, coplanar faces merged into
-/// polygons, planes and corners realised as rationals such that every incidence holds exactly (decomposition
-/// section 3, steps 4-6, and "Corners on more than three planes").
+/// From a cleaned surface in double to exact solids: planes fitted by vertex distance, coplanar
+/// faces merged into polygons, planes and corners realised as rationals such that every incidence
+/// holds exactly (decomposition section 3, steps 4-6, and "Corners on more than three planes").
 
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/exact.hpp"
@@ -10,8 +10,9 @@
 namespace haptic::tools {
 
 struct FlattenLimits {
-  std::size_t max_reflex_edges = 300;      ///< per body, counted in double before anything exact is computed
-  std::size_t first_bits = 4000;           ///< then again without wished-for incidences up to max_bits
+  std::size_t max_reflex_edges =
+      300;                        ///< per body, counted in double before anything exact is computed
+  std::size_t first_bits = 4000;  ///< then again without wished-for incidences up to max_bits
   std::size_t max_bits = 65536;
 };
 
@@ -24,15 +25,16 @@ struct FlatSolid {
 struct FlatBody {
   ExactWorld world;
   std::vector<FlatSolid> solids;
-  std::size_t merged_plane_count = 0;   ///< planes after fitting
+  std::size_t merged_plane_count = 0;  ///< planes after fitting
   std::size_t reflex_edge_count = 0;
-  double largest_move_m = 0.0;          ///< of any vertex from its cleaned position
+  double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
   std::size_t largest_bits = 0;
-  std::vector<CleaningStep> steps;      ///< "fit planes", "merge coplanar faces", "realise corners"
+  std::vector<CleaningStep> steps;  ///< "fit planes", "merge coplanar faces", "realise corners"
   std::vector<std::string> warnings;
 };
 
-/// @throws InputError with file, element, place in metres (file frame) and mend (decomposition section 9).
+/// @throws InputError with file, element, place in metres (file frame) and mend (decomposition
+/// section 9).
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits);
 
 }  // namespace haptic::tools

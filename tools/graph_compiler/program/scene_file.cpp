@@ -5,6 +5,7 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/toml_text.hpp"
 #include "tools/graph_compiler/program/scene_table.hpp"
 
 namespace haptic::tools {
@@ -178,6 +179,7 @@ SceneFile read_tables(const SceneTable& top, const std::string& file,
 
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {
+  check_toml_text(text, file);
   toml::table root;
   try {
     root = toml::parse(text, file);
