@@ -32,12 +32,12 @@ Double3 cross(const Double3& a, const Double3& b) noexcept {
 }
 
 /// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate
-/// is not finite.
+/// is out of range.
 double coordinate_scale(const PieceView& p) noexcept {
   double scale = 0.0;
   for (std::size_t i = 0; i < 3 * std::size_t{p.vertex_count}; ++i) {
     const double x = static_cast<double>(p.vertices[i]);
-    if (!check::finite(x)) return -1.0;
+    if (!check::is_coordinate(x)) return -1.0;
     scale = std::max(scale, check::absolute(x));
   }
   return scale;
@@ -259,7 +259,7 @@ RtStatus SceneView::check_bodies() const noexcept {
       volume += pieces_[body.piece_begin + i].volume_m3;
     }
     for (const double x : body.reference_m) {
-      if (!check::finite(x)) return RtStatus::kBlobBadNumber;
+      if (!check::is_coordinate(x)) return RtStatus::kBlobBadNumber;
     }
     if (!check::finite(body.volume_m3) ||
         !(check::absolute(volume - body.volume_m3) <= 1e-6 * volume)) {

@@ -25,6 +25,11 @@ template <typename T>
 
 [[nodiscard]] constexpr double absolute(double x) noexcept { return x < 0.0 ? -x : x; }
 
+/// A coordinate [m] that the format allows; false for NaN.
+[[nodiscard]] constexpr bool is_coordinate(double x) noexcept {
+  return absolute(x) <= kMaxSceneLength_m;
+}
+
 /// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
 /// before.

@@ -23,6 +23,10 @@ inline constexpr std::size_t kSceneAlignment = 64;
 inline constexpr std::uint32_t kMaxPieceFeatures =
     65535;  ///< vertices, edges or faces of one piece
 inline constexpr std::uint32_t kMaxSections = 64;
+/// Largest coordinate [m] and stiffness [N/m]: far beyond any device, and small enough that no
+/// force, torque or square of a length leaves the range of Real, single precision included.
+inline constexpr double kMaxSceneLength_m = 1.0e6;
+inline constexpr double kMaxStiffness_n_per_m = 1.0e12;
 
 enum class SectionId : std::uint32_t {
   kParameters = 1,        ///< SceneParameters, exactly one

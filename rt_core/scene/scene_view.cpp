@@ -206,12 +206,13 @@ RtStatus SceneView::check_parameters() const noexcept {
   if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
     return RtStatus::kBlobBadNumber;
   if (!check::positive(p.k_f_n_per_m) || !check::positive(p.epsilon_m) ||
-      !check::positive(p.rate_hz)) {
+      !check::positive(p.rate_hz) || p.k_f_n_per_m > kMaxStiffness_n_per_m ||
+      p.epsilon_m > kMaxSceneLength_m) {
     return RtStatus::kBlobBadNumber;
   }
   double q2 = 0.0;
   for (const double x : p.start_p_wa_m) {
-    if (!check::finite(x)) return RtStatus::kBlobBadNumber;
+    if (!check::is_coordinate(x)) return RtStatus::kBlobBadNumber;
   }
   for (const double x : p.start_q_wa_xyzw) {
     if (!check::finite(x)) return RtStatus::kBlobBadNumber;

@@ -69,11 +69,15 @@ std::vector<Seed> seeds() {
   const tools::Body table = test::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0});
   const tools::Body step = test::box({-0.1, -0.1, 0}, {0, 0.1, 0.05});
   const std::string unit = blob_of(small, {small});
+  std::string stiff = unit;
+  change_section<SceneParameters>(stiff, SectionId::kParameters, 1,
+                                  [](SceneParameters& p) { p.k_f_n_per_m = 1e308; });
   return {{"huge", scaled(unit, 1e100)},
           {"immense", scaled(unit, 1e160)},
           {"tiny", scaled(unit, 1e-100)},
           {"minute", scaled(unit, 1e-160)},
-          {"far", blob_of(test::box({1e9, 0, 0}, {1e9 + 1, 1, 1}), {table})},
+          {"far", blob_of(test::box({1e5, 0, 0}, {1e5 + 1, 1, 1}), {table})},
+          {"stiff", stiff},
           {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},
           {"tetrahedron_step", blob_of(tetrahedron, {test::join({table, step})})},

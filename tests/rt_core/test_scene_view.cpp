@@ -90,6 +90,26 @@ TEST_SUITE("rt_core.scene_view") {
     CHECK(SceneView::open({shifted, blob.size()}, view) == RtStatus::kBlobMisaligned);
   }
 
+  TEST_CASE("open: refuses stiffness and lengths that would overflow a force") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](auto change) {
+      Copy copy(blob, blob.size());
+      const auto* sections =
+          reinterpret_cast<SectionEntry*>(copy.bytes().data() + copy.header().section_table);
+      for (std::uint32_t s = 0; s < copy.header().section_count; ++s) {
+        if (sections[s].id != SectionId::kParameters) continue;
+        change(*reinterpret_cast<SceneParameters*>(copy.bytes().data() + sections[s].offset));
+      }
+      copy.rehash();
+      return copy.open();
+    };
+    CHECK(with([](SceneParameters&) {}) == RtStatus::kOk);
+    CHECK(with([](SceneParameters& p) { p.k_f_n_per_m = kMaxStiffness_n_per_m; }) == RtStatus::kOk);
+    CHECK(with([](SceneParameters& p) { p.k_f_n_per_m = 1e308; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters& p) { p.epsilon_m = 1e7; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters& p) { p.start_p_wa_m[1] = -1e7; }) == RtStatus::kBlobBadNumber);
+  }
+
   TEST_CASE("open: a section with an unknown id is skipped") {
     // The last section is renamed; it was required, so the answer names what is missing, not the
     // unknown one.

@@ -19,8 +19,10 @@ class TomlScan {
         skip_until_line_end();
       } else if (c == '"' || c == '\'') {
         skip_string(c);
+        before_ = c;
       } else {
         count_key_parts(c);
+        before_ = c;
         advance_ascii();
       }
     }
@@ -62,10 +64,12 @@ class TomlScan {
       skip_long_string(quote);
       return;
     }
+    // A quote within a word opens no string: the library takes the whole word for one bad value.
+    const bool in_word = std::string_view(" \t\n\r=,[{\"'").find(before_) == std::string_view::npos;
     advance();
     while (at_ < text_.size() && !ends_line(text_[at_]) && text_[at_] != quote) {
       const bool escape = quote == '"' && text_[at_] == '\\';
-      advance();
+      in_word ? advance_ascii() : advance();
       if (escape && at_ < text_.size() && !ends_line(text_[at_])) advance();
     }
     if (at_ < text_.size() && text_[at_] == quote) advance();
@@ -96,6 +100,7 @@ class TomlScan {
   std::string_view text_;
   const std::string& file_;
   std::size_t at_ = 0, line_ = 1, column_ = 1, dots_ = 0;
+  char before_ = '\n';  ///< last character outside of comments
 };
 
 }  // namespace

@@ -47,6 +47,8 @@ TEST_SUITE("tools.toml_text") {
     CHECK(starts(refusal("a = \"\"\"x\\\n\xC3\xA9\"\"\""), "s.toml:2:1: "));
     CHECK(starts(refusal("a = 'open\n\xC3\xA9"), "s.toml:2:1: "));
     CHECK(starts(refusal("a = \"\\\"\n\xC3\xA9\""), "s.toml:2:1: "));
+    CHECK(starts(refusal("a = 0.1S'\xC3\xA9'"), "s.toml:1:10: "));
+    CHECK(starts(refusal("a = 0.'\xC3\xA9'"), "s.toml:1:8: "));
     CHECK(starts(refusal("# a\rb\xC3\xA9"), "s.toml:1:6: "));
   }
 

@@ -16,6 +16,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr Range kPosition{-1e5, 1e5};
 constexpr Range kPositive{0.0, kNoLimit, true};
 constexpr Range kNotNegative{0.0, kNoLimit};
+constexpr Range kStiffness{0.0, kMaxStiffness_n_per_m, true};
 /// The paper's epsilon is a width of a set of nearly equal depths, not a size of a part.
 constexpr Range kEpsilon{0.0, 0.1, true};
 constexpr Range kRate{1.0, 1e5};
@@ -74,7 +75,7 @@ void read_rendering(const SceneTable& top, SceneParameters& p) {
   const std::string law = rendering->text("law").value_or("paper");
   if (law != "paper") rendering->fail("law", "no law '" + law + "'; the laws are: paper");
   p.law = LawId::kPaper;
-  const auto stiffness = rendering->number("k_f_n_per_m", kPositive);
+  const auto stiffness = rendering->number("k_f_n_per_m", kStiffness);
   if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
   p.k_f_n_per_m = *stiffness;
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
