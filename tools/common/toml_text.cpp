@@ -19,10 +19,9 @@ class TomlScan {
         skip_until_line_end();
       } else if (c == '"' || c == '\'') {
         skip_string(c);
-        before_ = c;
       } else {
         count_key_parts(c);
-        before_ = c;
+        follow_word(c);
         advance_ascii();
       }
     }
@@ -64,13 +63,13 @@ class TomlScan {
       skip_long_string(quote);
       return;
     }
-    // A quote within a word opens no string: the library takes the whole word for one bad value.
-    const bool in_word = std::string_view(" \t\n\r=,[{\"'").find(before_) == std::string_view::npos;
     advance();
     while (at_ < text_.size() && !ends_line(text_[at_]) && text_[at_] != quote) {
       const bool escape = quote == '"' && text_[at_] == '\\';
-      in_word ? advance_ascii() : advance();
-      if (escape && at_ < text_.size() && !ends_line(text_[at_])) advance();
+      in_word_ ? advance_ascii() : advance();
+      if (escape && at_ < text_.size() && !ends_line(text_[at_])) {
+        in_word_ ? advance_ascii() : advance();
+      }
     }
     if (at_ < text_.size() && text_[at_] == quote) advance();
   }
@@ -87,6 +86,31 @@ class TomlScan {
     }
   }
 
+  /// A quote within a word opens no string: the library takes the whole of 0.5'x' for one bad
+  /// value, up to a blank, comma or bracket's end, and looks for a blank beyond ASCII too. Equal
+  /// signs end a word only where a key stands.
+  void follow_word(char c) {
+    const bool in_array = !brackets_.empty() && brackets_.back() == '[';
+    if (c == ' ' || c == '\t') {
+      in_word_ = false;
+    } else if (ends_line(c) || c == ',') {
+      in_word_ = false;
+      in_value_ = in_array || (c != ',' && !brackets_.empty());
+    } else if (c == '=' && !in_value_) {
+      in_word_ = false;
+      in_value_ = true;
+    } else if ((c == '[' || c == '{') && !in_word_) {
+      if (in_value_) brackets_ += c;
+      in_value_ = in_value_ && c == '[';
+    } else {
+      in_word_ = true;
+      if ((c == ']' || c == '}') && !brackets_.empty()) {
+        brackets_.pop_back();
+        in_value_ = true;
+      }
+    }
+  }
+
   /// Dots since the last character that begins a key or a value; a number has one.
   void count_key_parts(char c) {
     if (c == '=' || c == ',' || c == '{' || c == '[' || ends_line(c)) {
@@ -100,7 +124,9 @@ class TomlScan {
   std::string_view text_;
   const std::string& file_;
   std::size_t at_ = 0, line_ = 1, column_ = 1, dots_ = 0;
-  char before_ = '\n';  ///< last character outside of comments
+  bool in_word_ = false;   ///< behind a character that begins no string
+  bool in_value_ = false;  ///< behind an equal sign, or in an array
+  std::string brackets_;   ///< open in values, innermost last
 };
 
 }  // namespace

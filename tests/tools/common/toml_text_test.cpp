@@ -36,6 +36,9 @@ TEST_SUITE("tools.toml_text") {
     CHECK(
         refusal("a = \"\xC3\xA9 \\\" # \xC3\xA9\" # '\xC3\xA9\nb = '\xC3\xA9\"\\' # \xC3\xA9\n") ==
         "");
+    CHECK(
+        refusal("a={b={c=['\xC3\xA9',\"\xC3\xA9\"],d='\xC3\xA9'}}\n[ '\xC3\xA9' ]\n['\xC3\xA9']") ==
+        "");
     CHECK(refusal("a = '' # \xC3\xA9\nb = \"\"# \xC3\xA9\n") == "");
     CHECK(refusal("a = '''x''' # \xC3\xA9\nb = \"\"\"x\\\"\"\"\"\"\" # \xC3\xA9\n") == "");
   }
@@ -49,6 +52,10 @@ TEST_SUITE("tools.toml_text") {
     CHECK(starts(refusal("a = \"\\\"\n\xC3\xA9\""), "s.toml:2:1: "));
     CHECK(starts(refusal("a = 0.1S'\xC3\xA9'"), "s.toml:1:10: "));
     CHECK(starts(refusal("a = 0.'\xC3\xA9'"), "s.toml:1:8: "));
+    CHECK(starts(refusal("a = 0['\xC3\xA9'"), "s.toml:1:8: "));
+    CHECK(starts(refusal("a=0='\xC3\xA9'"), "s.toml:1:6: "));
+    CHECK(starts(refusal("a = 0n='\xC3\xA9'"), "s.toml:1:9: "));
+    CHECK(starts(refusal("a = [ 1,\n 0n='\xC3\xA9'"), "s.toml:2:6: "));
     CHECK(starts(refusal("# a\rb\xC3\xA9"), "s.toml:1:6: "));
   }
 

@@ -82,6 +82,25 @@ void add_shells(FormRows& t) {
   t.good("an inside-out shell that sticks out of another",
          two_boxes({0, 0, 0}, {2, 2, 2}, {1, 1, 1}, {3, 3, 3}, false), 2, 2, 16.0, 16);
   t.each_last([](Row& row) { row.with_warning("overlap"); });
+  // Groups keep the two apart, so that the second is no duplicate face by face.
+  MeshBuilder twice = box_mesh({0, 0, 0}, {1, 1, 1});
+  twice.group = 1;
+  twice.box({0, 0, 0}, {1, 1, 1});
+  t.good("a solid twice, in two groups", twice, 2, 2, 2.0, 8);
+  t.each_last([](Row& row) { row.with_warning("overlap"); });
+  // OFF and binary STL have no groups, but OFF keeps apart what shares no vertex.
+  t.last(Written::kStlBinary) =
+      accepted("a solid twice, binary stl", "m.stl", stl_binary(twice), 1, 1, 1.0, 8);
+  MeshBuilder void_twice = two_boxes({0, 0, 0}, {3, 3, 3}, {1, 1, 1}, {2, 2, 2}, false);
+  void_twice.group = 1;
+  void_twice.box({1, 1, 1}, {2, 2, 2}, false);
+  t.bad("a void twice, in two groups", void_twice, Stage::kDecompose, "solid 1 of 1 near (1.5, ",
+        "must be repaired");
+  t.last(Written::kStlBinary) =
+      accepted("a void twice, binary stl", "m.stl", stl_binary(void_twice), 1, 6, 26.0, 16);
+  MeshBuilder crossing = two_boxes({0, 0, 0}, {5, 5, 5}, {1, 1, 1}, {3, 3, 3}, false);
+  crossing.box({2, 2, 2}, {4, 4, 4}, false);
+  t.bad("two voids that overlap", crossing, Stage::kDecompose, "solid 1 of 1 near (", "repair");
 }
 
 void add_touching(FormRows& t) {

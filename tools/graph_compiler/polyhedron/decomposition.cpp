@@ -196,7 +196,9 @@ class Decomposer {
     if (attempts.empty()) {
       if (trouble == "pieces") refuse_pieces(name_of(s));
       throw InputError(file_ + ": " + name_of(s) + ": " + trouble +
-                       "; internal error: please report it with the file");
+                       "; a surface that passes through itself or through another of the same "
+                       "solid, such as a cavity given twice, must be repaired in the CAD program; "
+                       "if none does, this is an internal error: please report it with the file");
     }
     best.pieces = first_certified(s, attempts);
     if (best.face_plane_only == 0) best.face_plane_only = best.pieces.size();
