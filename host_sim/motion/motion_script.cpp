@@ -12,10 +12,13 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/toml_text.hpp"
 
 namespace haptic::sim {
 namespace {
 
+constexpr std::size_t kLargestScriptBytes = std::size_t{1} << 24;
 constexpr double kLargestRate_hz = 20000.0;
 constexpr double kLargestSampleCount = 2.0e7;
 constexpr double kLargestPosition_m = 100.0;
@@ -274,13 +277,12 @@ std::size_t segment_end(const MotionScript& script, double t_s) {
 
 MotionScript read_motion_script(const std::string& path) {
   const Reader reader(path);
+  const std::string text = tools::read_text_file(path, kLargestScriptBytes);
+  tools::check_toml_text(text, path);
   toml::table root;
   try {
-    root = toml::parse_file(path);
+    root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
-    if (error.source().begin.line == 0) {
-      throw tools::InputError(path + ": cannot be read; check the path and its permissions");
-    }
     reader.refuse(error.source(), "not valid TOML: " + std::string(error.description()));
   }
   reader.check_keys(root, {"format", "rate_hz", "seed", "tremor", "waypoint"});

@@ -7,8 +7,9 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kSamePoint_m = 1e-9;  // bodies of 0.1 m, coordinates in double
-constexpr double kSameNormal = 1e-7;
+// Bodies of 0.1 m; the scene's numbers are rounded to Real, the sums here are double.
+constexpr double kSamePoint_m = HAPTIC_REAL_IS_FLOAT ? 1e-7 : 1e-9;
+constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1e-5 : 1e-7;
 
 /// Vertices of the pair in W axes: those of A about the grip point, those of B in W.
 struct PlacedVertices {

@@ -44,7 +44,7 @@ struct CObstacle {
 [[nodiscard]] std::string node_text(const PairView& pair, std::uint32_t node);
 
 /// Tolerance of applicability for pictures and counts: far above rounding, far below any feature.
-inline constexpr double kApplicable_m = 1e-9;
+inline constexpr double kApplicable_m = HAPTIC_REAL_IS_FLOAT ? 1e-7 : 1e-9;
 
 [[nodiscard]] inline Vector vector_of(const Point& p) { return {p[0], p[1], p[2]}; }
 

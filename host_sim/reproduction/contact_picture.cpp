@@ -30,10 +30,9 @@ void collect_points(CoreSession& session, ContactScene& scene) {
     const Vector at = vector_of(app) + Vector(r[0], r[1], r[2]);
     scene.normal = vector_of(n);
     const char type = "ABC"[static_cast<std::size_t>(contact_type(*pair.record, node))];
-    const auto known =
-        std::find_if(scene.points.begin(), scene.points.end(), [&](const ApplicationPoint& p) {
-          return (p.app_w - at).norm() <= kEpsilon_m;
-        });
+    const auto known = std::find_if(
+        scene.points.begin(), scene.points.end(),
+        [&](const ApplicationPoint& p) { return (p.app_w - at).norm() <= kEpsilon_m; });
     if (known == scene.points.end()) {
       scene.points.push_back({{node}, std::string(1, type), at, Vector::Zero()});
     } else {
@@ -62,8 +61,7 @@ void set_frame(ContactScene& scene) {
           .norm();
     };
     if (distance(k) < distance(nearest)) nearest = k;
-    scene.pi_inside =
-        scene.pi_inside && scene.normal.dot((to - from).cross(scene.pi - from)) >= 0;
+    scene.pi_inside = scene.pi_inside && scene.normal.dot((to - from).cross(scene.pi - from)) >= 0;
   }
   const Vector &from = scene.region[nearest], &to = scene.region[(nearest + 1) % corners];
   scene.axis_x = (to - from).normalized();
@@ -81,8 +79,7 @@ void set_frame(ContactScene& scene) {
       [&](const ApplicationPoint& l, const ApplicationPoint& r) { return order(l) < order(r); });
   for (ApplicationPoint& p : scene.points) {
     const Vector torque = scene.force_n.cross(scene.x - p.app_w);  // eq. (3)
-    p.torque_frame = {scene.axis_x.dot(torque), scene.axis_y.dot(torque),
-                      scene.normal.dot(torque)};
+    p.torque_frame = {scene.axis_x.dot(torque), scene.axis_y.dot(torque), scene.normal.dot(torque)};
   }
 }
 
@@ -114,8 +111,7 @@ ContactScene touch(const Solid& a, const Solid& b, const Vector& x) {
 
 void draw_contact(SvgPage& page, const Camera& camera, const ContactScene& scene,
                   const ArrowScale& scale) {
-  const std::vector<Facet> body_b =
-      facets_of(scene.b, Vector::Zero(), Rotation::Identity());
+  const std::vector<Facet> body_b = facets_of(scene.b, Vector::Zero(), Rotation::Identity());
   draw_body(page, camera, body_b, {165, 195, 225, 1.0, true, 1.2});
   const std::vector<Facet> body_a = facets_of(scene.a, scene.x, Rotation::Identity());
   draw_body(page, camera, body_a, {240, 190, 150, 0.30, true, 1.2});
@@ -150,14 +146,15 @@ void draw_contact(SvgPage& page, const Camera& camera, const ContactScene& scene
   if (scene.torque_nm.norm() > 1e-9)
     draw_arrow(page, camera, scene.x, scale.torque_m_per_nm * scene.torque_nm, kTorqueColour, 3.5,
                "\u03c4");
-  for (const auto& axis : std::span(axes).subspan(first_axis)) {  // beside the shaft: force and torque may lie along an axis
+  for (const auto& axis : std::span(axes).subspan(
+           first_axis)) {  // beside the shaft: force and torque may lie along an axis
     const Pixel at = camera.project(scene.x + 0.75 * scale.axis_m * axis.along);
     const double dx = at.x - x0.x, dy = at.y - x0.y, length = std::hypot(dx, dy);
     page.label({at.x + 13 * dy / length, at.y - 13 * dx / length + 5}, axis.name, "#404040", 13,
                "middle");
   }
   page.dot(x0, 4.5, kPointColour);
-  page.label({x0.x + 7, x0.y + 19}, "x0", kPointColour);
+  page.label({x0.x - 9, x0.y - 3}, "x0", kPointColour, 13, "end");
 }
 
 std::vector<std::string> contact_lines(const ContactScene& scene) {

@@ -13,10 +13,10 @@ namespace haptic::sim {
 
 /// An application point and its own torque.
 struct ApplicationPoint {
-  std::vector<std::uint32_t> nodes;        ///< basic contacts with this point
-  std::string types;                       ///< their types, "B" or "C"
-  Vector app_w = Vector::Zero();           ///< [m]
-  Vector torque_frame = Vector::Zero();    ///< eq. (3) in the contact frame [N m]
+  std::vector<std::uint32_t> nodes;      ///< basic contacts with this point
+  std::string types;                     ///< their types, "B" or "C"
+  Vector app_w = Vector::Zero();         ///< [m]
+  Vector torque_frame = Vector::Zero();  ///< eq. (3) in the contact frame [N m]
 };
 
 /// Force and torque come from a tick of the core; frame and points are worked out here from the

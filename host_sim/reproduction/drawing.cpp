@@ -10,8 +10,6 @@
 namespace haptic::sim {
 namespace {
 
-const char* const kEdgeColour = "#303030";
-
 std::string two_digits(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.2f", value);
@@ -39,7 +37,7 @@ std::vector<Pixel> projected(const Camera& camera, const std::vector<Vector>& po
 void draw_front(SvgPage& page, const Camera& camera, const Facet& facet, const Paint& paint) {
   page.polygon(projected(camera, facet.polygon),
                facet.lit ? kLitColour : shade(paint, facet.normal, camera),
-               facet.lit ? std::max(paint.opacity, 0.85) : paint.opacity, kEdgeColour,
+               facet.lit ? std::max(paint.opacity, 0.85) : paint.opacity, paint.edge_colour,
                paint.edge_width, facet.lit ? "near" : "front");
 }
 
@@ -47,7 +45,7 @@ void draw_back(SvgPage& page, const Camera& camera, const Facet& facet, const Pa
   const std::vector<Pixel> points = projected(camera, facet.polygon);
   if (paint.opacity < 1.0) {
     page.polygon(points, facet.lit ? kLitColour : shade(paint, -facet.normal, camera),
-                 (facet.lit ? 0.7 : 0.5) * paint.opacity, "none", 0, facet.lit ? "near" : "hidden");
+                 facet.lit ? 0.6 : 0.5 * paint.opacity, "none", 0, facet.lit ? "near" : "hidden");
   }
   if (!paint.hidden_edges) return;
   for (std::size_t k = 0; k < points.size(); ++k)
@@ -99,11 +97,12 @@ std::vector<Facet> facets_of(const CObstacle& obstacle, std::span<const std::uin
 }
 
 SvgPage::SvgPage(double width, double height, const std::string& title) {
-  body_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-          "width=\"" +
-          pixel(width) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(width) + " " +
-          pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(width) +
-          "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
+  body_ =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+      "width=\"" +
+      pixel(width) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(width) + " " +
+      pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(width) +
+      "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
   text(24, 30, title, "start", 18, "font-weight=\"bold\"");
 }
 
@@ -131,9 +130,8 @@ void SvgPage::arrow(Pixel from, Pixel to, const std::string& colour, double widt
   const double head = std::min(length, 4.0 + 3.0 * width), half = 0.42 * head;
   const Pixel neck{to.x - head * ux, to.y - head * uy};
   line(from, {neck.x + 0.3 * head * ux, neck.y + 0.3 * head * uy}, colour, width);
-  const Pixel tip[3] = {to,
-                        {neck.x - half * uy, neck.y + half * ux},
-                        {neck.x + half * uy, neck.y - half * ux}};
+  const Pixel tip[3] = {
+      to, {neck.x - half * uy, neck.y + half * ux}, {neck.x + half * uy, neck.y - half * ux}};
   polygon(tip, colour, 1.0, "none", 0);
 }
 
@@ -173,7 +171,8 @@ void draw_body(SvgPage& page, const Camera& camera, std::span<const Facet> facet
   }
   for (const Facet& facet : facets) {  // and its visible edges once more over the dashes
     if (faces_viewer(facet, camera))
-      page.polygon(projected(camera, facet.polygon), "none", 0, kEdgeColour, paint.edge_width);
+      page.polygon(projected(camera, facet.polygon), "none", 0, paint.edge_colour,
+                   paint.edge_width);
   }
 }
 

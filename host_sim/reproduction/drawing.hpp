@@ -49,6 +49,7 @@ struct Paint {
   double opacity = 1.0;
   bool hidden_edges = true;
   double edge_width = 1.2;
+  const char* edge_colour = "#303030";
 };
 
 /// Collects marks; `finish` gives the whole file.

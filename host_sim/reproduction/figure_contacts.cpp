@@ -28,10 +28,11 @@ void write_lines(SvgPage& page, const ContactScene& scene, double x, double y) {
 }
 
 void write_key(SvgPage& page, double y, const std::string& force, const std::string& torque) {
-  page.text(24, y,
-            "A: translucent, B: solid. x, y, z: contact frame. Green: contact region H. Arrows: F " +
-                force + ", torque " + torque + "; both on the hand about x0.",
-            "start", 12, "fill=\"#505050\"");
+  page.text(
+      24, y,
+      "A: translucent, B: solid. x, y, z: contact frame. Green: contact region H. Arrows: F " +
+          force + ", torque " + torque + "; both on the hand about x0.",
+      "start", 12, "fill=\"#505050\"");
 }
 
 std::string edge_face_picture(const ContactScene& scene) {
@@ -102,9 +103,8 @@ PartReport contacts_part() {
                     "Face-face, pi(x0) inside H (Fig. 4 right):\n\n" +
                     table(inside, "F = (0, 0, 2) N, no torque") +
                     picture_line("fig4.svg", "Face-face contacts");
-  const bool edge_right = edge.situation == ContactSituation::kEdgeFace &&
-                          types_of(edge) == "BC" && near_to(edge.force_n, 0, 0, 1) &&
-                          near_to(edge.torque_nm, 0.02, 0, 0);
+  const bool edge_right = edge.situation == ContactSituation::kEdgeFace && types_of(edge) == "BC" &&
+                          near_to(edge.force_n, 0, 0, 1) && near_to(edge.torque_nm, 0.02, 0, 0);
   const bool outside_right = outside.situation == ContactSituation::kFaceFace &&
                              types_of(outside) == "ABCC" && !outside.pi_inside &&
                              near_to(outside.force_n, 0, 0, 2) &&
@@ -112,15 +112,15 @@ PartReport contacts_part() {
   const bool inside_right = inside.situation == ContactSituation::kFaceFace && inside.pi_inside &&
                             near_to(inside.force_n, 0, 0, 2) && near_to(inside.torque_nm, 0, 0, 0);
   report.passed = edge_right && outside_right && inside_right;
-  const std::string geometry = "the paper prints no dimensions; ours can be derived by hand and agree";
+  const std::string geometry =
+      "the paper prints no dimensions; ours can be derived by hand and agree";
   report.findings = {
       {"Fig. 3, edge-face: contacts and torque",
        "one type B, one type C; positive torque about x, none about y (individual signs differ)",
        "types " + types_of(edge) + "; torque x " + fixed(1e3 * edge.axis_x.dot(edge.torque_nm), 1) +
            ", y " + fixed(1e3 * edge.axis_y.dot(edge.torque_nm), 1) + " mN m",
        yes_or_no(edge_right), geometry},
-      {"Fig. 4 left, face-face, pi(x0) outside H",
-       "types A, B, C, C; torque about x, none about y",
+      {"Fig. 4 left, face-face, pi(x0) outside H", "types A, B, C, C; torque about x, none about y",
        "types " + types_of(outside) + "; torque x " +
            fixed(1e3 * outside.axis_x.dot(outside.torque_nm), 1) + ", y " +
            fixed(1e3 * outside.axis_y.dot(outside.torque_nm), 1) + " mN m",

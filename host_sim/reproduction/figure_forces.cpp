@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kTilt_rad = -0.2, kGap_m = 0.010, kDepth_m = 0.002;
 constexpr double kEnd_s = 2.6;
-const Vector kCorner_w(0.02, 0.01, 0.0);     // the vertex of B under App_1
-const Vector kCorner_a(0.02, 0.01, -0.05);   // and where it meets the lower face of A
+const Vector kCorner_w(0.02, 0.01, 0.0);    // the vertex of B under App_1
+const Vector kCorner_a(0.02, 0.01, -0.05);  // and where it meets the lower face of A
 
 /// Minimum-jerk blend from 0 at `from` to 1 at `to`.
 double blend(double t, double from, double to) {
@@ -54,9 +54,9 @@ void draw_stages(SvgPage& page, const Panel& panel, const ForceRun& run) {
   std::size_t begin = 0, number = 0;
   for (std::size_t i = 1; i <= run.ticks.size(); ++i) {
     if (i < run.ticks.size() && run.ticks[i].situation == run.ticks[begin].situation) continue;
-    const double x0 = panel.x_of(run.ticks[begin].t_s),
-                 x1 = i < run.ticks.size() ? panel.x_of(run.ticks[i].t_s)
-                                           : panel.left + panel.width;
+    const double x0 = panel.x_of(run.ticks[begin].t_s), x1 = i < run.ticks.size()
+                                                                 ? panel.x_of(run.ticks[i].t_s)
+                                                                 : panel.left + panel.width;
     const Pixel ground[4] = {{x0, panel.top},
                              {x1, panel.top},
                              {x1, panel.top + panel.height},
@@ -126,8 +126,7 @@ ForceRun make_force_run() {
     const MotionSample sample = pose_of_run(static_cast<double>(tick) * 1e-3);
     const StepResult result = session.core().step(input_of(sample, tick));
     run.ticks.push_back(record_of(tick, sample.t_s, result));
-    run.contacts.push_back(
-        static_cast<std::uint32_t>(session.core().pair_contact_nodes(0).size()));
+    run.contacts.push_back(static_cast<std::uint32_t>(session.core().pair_contact_nodes(0).size()));
     if (run.sequence.empty() || run.sequence.back() != result.situation)
       run.sequence.push_back(result.situation);
   }
@@ -142,8 +141,8 @@ PartReport forces_part() {
       {"stage", "K", "force (N)", "torque (mN m), end of stage", "torque by hand (mN m)"});
   std::string stages;
   double least = 1e9, largest = 0;
-  constexpr const char* kByHand[4] = {"0", "44.7 = 2 N x |(20, 10)| mm", "40 = 2 N x 20 mm",
-                                      "70 = 2 N x 35 mm"};
+  constexpr const char* kByHand[4] = {"0", "44.7 = 2 N x 22.36 mm, length of (20, 10)",
+                                      "40 = 2 N x 20 mm", "70 = 2 N x 35 mm"};
   std::size_t stage = 0;
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     const TickRecord& tick = run.ticks[i];
@@ -152,12 +151,11 @@ PartReport forces_part() {
       largest = std::max(largest, norm(tick.force_n));
     }
     if (i + 1 < run.ticks.size() && run.ticks[i + 1].situation == tick.situation) continue;
-    report.markdown +=
-        table_row({stage_name(tick.situation), std::to_string(run.contacts[i]),
-                   fixed(norm(tick.force_n), 3), fixed(1e3 * norm(tick.torque_nm), 1),
-                   stage < 4 ? kByHand[stage] : "-"});
-    stages += (stage == 0 ? "" : " -> ") + std::string(stage_name(tick.situation)) + " (K = " +
-              std::to_string(run.contacts[i]) + ")";
+    report.markdown += table_row(
+        {stage_name(tick.situation), std::to_string(run.contacts[i]), fixed(norm(tick.force_n), 3),
+         fixed(1e3 * norm(tick.torque_nm), 1), stage < 4 ? kByHand[stage] : "-"});
+    stages += (stage == 0 ? "" : " -> ") + std::string(stage_name(tick.situation)) +
+              " (K = " + std::to_string(run.contacts[i]) + ")";
     ++stage;
   }
   report.markdown += "\n" + picture_line("fig5.svg", "Force and torque curves");
@@ -168,8 +166,9 @@ PartReport forces_part() {
   const double end_torque = norm(run.ticks.back().torque_nm);
   report.passed = run.sequence == wanted && largest - least < band &&
                   std::abs(end_torque - 0.070) < band && run.contacts.back() == 4;
-  report.findings.push_back({"Fig. 5, stages", "no contact -> App1 -> (App1, App2) -> (App1 ... App4)",
-                             stages, yes_or_no(run.sequence == wanted), ""});
+  report.findings.push_back({"Fig. 5, stages",
+                             "no contact -> App1 -> (App1, App2) -> (App1 ... App4)", stages,
+                             yes_or_no(run.sequence == wanted), ""});
   report.findings.push_back(
       {"Fig. 5, curves", "one force throughout the contact, a step of the torque at each stage",
        "force " + fixed(least, 3) + " N throughout; torque 44.7, 40 and 70 mN m", "in shape",

@@ -6,6 +6,7 @@
 
 #include "host_sim/commands/core_session.hpp"
 #include "host_sim/reproduction/drawing.hpp"
+#include "host_sim/reproduction/solid_union.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -18,8 +19,10 @@ constexpr std::size_t kInstants = 4;
 struct WayPoint6 {
   double x, y, z_m, tilt_rad;
 };
-constexpr WayPoint6 kWay[kInstants] = {
-    {-0.5, 0.6, 0.050, 0.10}, {0.2, 0.3, 0.020, 0.06}, {1.02, 0.0, 0.004, 0.0}, {0.3, -0.2, -0.0101, 0.0}};
+constexpr WayPoint6 kWay[kInstants] = {{-0.5, 0.6, 0.050, 0.10},
+                                       {0.2, 0.3, 0.020, 0.06},
+                                       {1.02, 0.0, 0.004, 0.0},
+                                       {0.3, -0.2, -0.0101, 0.0}};
 
 struct Seen {
   Vector x = Vector::Zero();
@@ -52,15 +55,23 @@ void draw_column(SvgPage& page, const SceneView& view, const std::vector<Seen>& 
   page.end_group();
 
   page.begin_group("c-space-" + std::to_string(column + 1));
-  const Camera space(toward, Vector::UnitZ(), {0, 0, -0.006}, {centre, 605}, 1750);
-  bodies.clear();
+  const Camera space(toward, Vector::UnitZ(), {0, 0, -0.006}, {centre, 595}, 1750);
+  std::vector<PaintedBody> solid, clear;
   for (std::uint32_t k = 0; k < 5; ++k) {
     const CObstacle obstacle = make_c_obstacle(view, k, pose_at(now.x, now.q));
     const std::span<const std::uint32_t> near(now.near[k]);
-    bodies.push_back({facets_of(obstacle, now.d_near_m <= 0 ? near : near.first(0)),
-                      {200, 205, 190, kFront[k] ? 0.08 : 0.45, false, 0.9}});
+    const std::vector<Facet> facets = facets_of(obstacle, near);
+    if (kFront[k]) {
+      clear.push_back({facets, {200, 205, 190, 0.05, false, 0.8, "#a0a0a0"}});
+    } else {
+      solid.push_back({facets, {200, 205, 190, 1.0, false, 0.8, "#606060"}});
+    }
   }
-  draw_bodies(page, space, bodies);
+  cut_to_union(solid);
+  for (PaintedBody& body : solid)  // what faces away is hidden by the union itself
+    std::erase_if(body.facets, [&](const Facet& f) { return f.normal.dot(toward) <= 0; });
+  draw_bodies(page, space, solid);
+  draw_bodies(page, space, clear);
   const std::size_t end = std::min(motion.size() - 1, column * kLegTicks);
   for (std::size_t k = 20; k <= end; k += 20) {
     const auto at = [&](std::size_t i) {
@@ -72,10 +83,10 @@ void draw_column(SvgPage& page, const SceneView& view, const std::vector<Seen>& 
   page.dot(x0, 4.5, kPointColour);
   page.label({x0.x + 9, x0.y + 4}, "x0", kPointColour, 14);
   page.end_group();
-  const std::string contact =
-      now.d_near_m <= 0 ? std::string(to_text(now.situation)) + " with " + now.piece + ", " +
-                              fixed(now.force_n, 2) + " N"
-                        : "free, nearest " + now.piece;
+  const std::string contact = now.d_near_m <= 0
+                                  ? std::string(to_text(now.situation)) + " with " + now.piece +
+                                        ", " + fixed(now.force_n, 2) + " N"
+                                  : "free, nearest " + now.piece;
   page.text(centre, 768, std::to_string(column + 1) + ": " + contact, "middle", 13,
             "font-weight=\"bold\"");
 }
@@ -130,8 +141,8 @@ PartReport insertion_part() {
   std::vector<Seen> seen;
   PartReport report;
   report.title = "Peg into a hole of five convex pieces (Fig. 6)";
-  report.markdown = table_head({"instant", "z of x0 (mm)", "D_near (mm)", "nearest piece",
-                                "situation", "force (N)"});
+  report.markdown = table_head(
+      {"instant", "z of x0 (mm)", "D_near (mm)", "nearest piece", "situation", "force (N)"});
   for (std::size_t tick = 0; tick < motion.size(); ++tick) {
     const StepResult result = session.core().step(input_of(motion[tick], tick));
     if (tick % kLegTicks != 0) continue;
@@ -148,8 +159,8 @@ PartReport insertion_part() {
       if (session.core().pair_d_near_m(k) <= 0) now.near[k].assign(near.begin(), near.end());
     }
     report.markdown += table_row({std::to_string(seen.size() + 1), fixed(1e3 * now.x[2], 1),
-                                  fixed(1e3 * now.d_near_m, 3), now.piece,
-                                  to_text(now.situation), fixed(now.force_n, 2)});
+                                  fixed(1e3 * now.d_near_m, 3), now.piece, to_text(now.situation),
+                                  fixed(now.force_n, 2)});
     seen.push_back(std::move(now));
   }
   const bool agrees = session.core().pair_count() == 5 && seen[0].d_near_m > 0 &&

@@ -129,8 +129,7 @@ void draw_instant(SvgPage& page, CoreSession& session, const FaceWalk& walk, std
   draw_body(page, space, facets_of(obstacle, {&node, 1}), {200, 205, 190, 1.0, true, 1.0});
   std::vector<Pixel> trail;
   for (std::size_t k = 0; k <= walk.instants[column]; k += 20)
-    trail.push_back(
-        space.project({walk.motion[k].p[0], walk.motion[k].p[1], walk.motion[k].p[2]}));
+    trail.push_back(space.project({walk.motion[k].p[0], walk.motion[k].p[1], walk.motion[k].p[2]}));
   for (std::size_t k = 1; k < trail.size(); ++k)
     page.line(trail[k - 1], trail[k], kForceColour, 1.6);
   page.dot(space.project(x), 4.5, kPointColour);
@@ -141,8 +140,8 @@ void draw_instant(SvgPage& page, CoreSession& session, const FaceWalk& walk, std
     page.text(24, 68, "physical space", "start", 14, "fill=\"#505050\"");
     page.text(24, 352, "C-space", "start", 14, "fill=\"#505050\"");
   }
-  page.text(centre, 645, std::to_string(column + 1) + ": node " + node_text(pair, node), "middle", 14,
-            "font-weight=\"bold\"");
+  page.text(centre, 645, std::to_string(column + 1) + ": node " + node_text(pair, node), "middle",
+            14, "font-weight=\"bold\"");
 }
 
 std::string picture(CoreSession& session, const FaceWalk& walk) {
@@ -228,8 +227,8 @@ PartReport motion_part() {
     csv += std::to_string(k) + "," + std::to_string(walk.sequence[k]) + "," +
            "ABC"[static_cast<std::size_t>(contact_type(*pair.record, walk.sequence[k]))] + "\n";
   }
-  const bool agrees = std::equal(walk.sequence.begin(), walk.sequence.end(), kWalkNodes.begin(),
-                                 kWalkNodes.end());
+  const bool agrees =
+      std::equal(walk.sequence.begin(), walk.sequence.end(), kWalkNodes.begin(), kWalkNodes.end());
   report.passed = agrees && walk.relocalised == 0;
   report.markdown =
       "The core tracks a motion of " + std::to_string(walk.motion.size()) +

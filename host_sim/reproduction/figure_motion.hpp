@@ -15,10 +15,10 @@ namespace haptic::sim {
 /// A motion of the tetrahedron over four C-faces of the box's C-obstacle, from each to a neighbor
 /// of it.
 struct FaceWalk {
-  std::vector<MotionSample> motion;      ///< 1 kHz
-  std::array<std::size_t, 4> instants{}; ///< ticks at which x_0 stands over the middle of a C-face
-  std::vector<std::uint32_t> sequence;   ///< the near node whenever it is a single one, changes only
-  std::uint32_t relocalised = 0;         ///< ticks after the first that needed a second search
+  std::vector<MotionSample> motion;       ///< 1 kHz
+  std::array<std::size_t, 4> instants{};  ///< ticks at which x_0 stands over the middle of a C-face
+  std::vector<std::uint32_t> sequence;  ///< the near node whenever it is a single one, changes only
+  std::uint32_t relocalised = 0;        ///< ticks after the first that needed a second search
 };
 
 /// The nodes of the walk: types B, C, A, C, each a G-neighbor of the one before.

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kTypes[3] = {"A", "B", "C"};
 constexpr std::size_t kBars = 10;  // sizes shown; the last bar holds what is larger
 constexpr const char* kBarColours[LocalSizes::kDeltas_m.size()] = {"#0072b2", "#56b4e9", "#e69f00",
-                                                                  "#d55e00"};
+                                                                   "#d55e00"};
 constexpr const char* kClassNames[LocalSizes::kClasses] = {
     "one near node", "two to four near nodes", "five or more near nodes"};
 
@@ -23,7 +23,8 @@ std::string millimetres(double m) { return fixed(1e3 * m, 0) + " mm"; }
 double bar_share(const LocalSizes& sizes, std::size_t kind, std::size_t delta, std::size_t size) {
   std::uint64_t count = sizes.count[kind][delta][size];
   if (size == kBars) {
-    for (std::size_t s = size + 1; s < LocalSizes::kSizes; ++s) count += sizes.count[kind][delta][s];
+    for (std::size_t s = size + 1; s < LocalSizes::kSizes; ++s)
+      count += sizes.count[kind][delta][s];
   }
   return sizes.poses[kind] == 0
              ? 0.0
@@ -82,14 +83,13 @@ std::string local_markdown(const LocalSizes& sizes) {
   for (std::size_t k = 0; k < LocalSizes::kClasses; ++k) {
     const auto kind = static_cast<LocalSizes::Class>(k);
     for (std::size_t d = 0; d < LocalSizes::kDeltas_m.size(); ++d) {
-      text += table_row({kClassNames[k], std::to_string(sizes.poses[k]),
-                         millimetres(LocalSizes::kDeltas_m[d]),
-                         percent(sizes.share_below(kind, d, 5)),
-                         percent(sizes.share_below(kind, d, 10)),
-                         std::to_string(sizes.largest(kind, d)),
-                         k == LocalSizes::kOneNear        ? "below 5"
-                         : k == LocalSizes::kUpToFourNear ? "below 10"
-                                                          : "-"});
+      text += table_row(
+          {kClassNames[k], std::to_string(sizes.poses[k]), millimetres(LocalSizes::kDeltas_m[d]),
+           percent(sizes.share_below(kind, d, 5)), percent(sizes.share_below(kind, d, 10)),
+           std::to_string(sizes.largest(kind, d)),
+           k == LocalSizes::kOneNear        ? "below 5"
+           : k == LocalSizes::kUpToFourNear ? "below 10"
+                                            : "-"});
     }
   }
   return text;
@@ -116,9 +116,9 @@ void add_graph(const GraphFacts& facts, PartReport& report, std::string& csv) {
   csv += "type,nodes,least_degree,largest_degree\n";
   std::uint32_t nodes = 0;
   for (std::size_t t = 0; t < 3; ++t) {
-    text += table_row({kTypes[t], std::to_string(facts.nodes[t]),
-                       std::to_string(facts.least_degree[t]),
-                       std::to_string(facts.largest_degree[t])});
+    text +=
+        table_row({kTypes[t], std::to_string(facts.nodes[t]), std::to_string(facts.least_degree[t]),
+                   std::to_string(facts.largest_degree[t])});
     csv += std::string(kTypes[t]) + "," + std::to_string(facts.nodes[t]) + "," +
            std::to_string(facts.least_degree[t]) + "," + std::to_string(facts.largest_degree[t]) +
            "\n";
@@ -144,10 +144,10 @@ void add_neighborhoods(const NeighborhoodTable& table, PartReport& report, std::
   csv = "situation,poses,largest_near,least_neighborhood,largest_neighborhood\n";
   std::uint32_t least = UINT32_MAX, largest = 0, beyond = 0;
   for (const auto& [name, range] : table) {
-    report.markdown +=
-        table_row({name, std::to_string(range.poses), std::to_string(range.most_near),
-                   std::to_string(range.least) +
-                       (range.least == range.largest ? "" : " - " + std::to_string(range.largest))});
+    report.markdown += table_row(
+        {name, std::to_string(range.poses), std::to_string(range.most_near),
+         std::to_string(range.least) +
+             (range.least == range.largest ? "" : " - " + std::to_string(range.largest))});
     csv += name + "," + std::to_string(range.poses) + "," + std::to_string(range.most_near) + "," +
            std::to_string(range.least) + "," + std::to_string(range.largest) + "\n";
     if (name == kSeveralPlanesRow) {
@@ -161,14 +161,14 @@ void add_neighborhoods(const NeighborhoodTable& table, PartReport& report, std::
   report.passed = report.passed && agrees;
   std::string reason = "by situation in graph.md";
   if (beyond > 72) {
-    reason = "near C-faces of two planes at once (equal depth within epsilon), which the paper "
-             "excludes, give up to " +
-             std::to_string(beyond);
+    reason =
+        "near C-faces of two planes at once (equal depth within epsilon), which the paper "
+        "excludes, give up to " +
+        std::to_string(beyond);
   }
   report.findings.push_back({"neighbor subgraph, nodes", "17 to 72",
                              std::to_string(least) + " to " + std::to_string(largest),
-                             yes_or_no(agrees),
-                             reason});
+                             yes_or_no(agrees), reason});
 }
 
 }  // namespace
@@ -200,14 +200,13 @@ PartReport graph_part(const ReproductionSize& size) {
                      : "no",
        "delta 1 to 10 mm, the paper does not say which it used; the few larger sets lie where "
        "several C-faces meet at nearly equal depth"});
-  report.findings.push_back({"local applicability subgraph, up to four near nodes",
-                             "less than 10 nodes",
-                             "less than 10 in " + percent(four) + " or more, at most " +
-                                 std::to_string(largest_four),
-                             four == 1.0    ? "yes"
-                             : four >= 0.98 ? "nearly"
-                                            : "no",
-                             "delta 1 to 10 mm"});
+  report.findings.push_back(
+      {"local applicability subgraph, up to four near nodes", "less than 10 nodes",
+       "less than 10 in " + percent(four) + " or more, at most " + std::to_string(largest_four),
+       four == 1.0    ? "yes"
+       : four >= 0.98 ? "nearly"
+                      : "no",
+       "delta 1 to 10 mm"});
   report.passed = report.passed && one >= 0.98 && four >= 0.98;
   report.files = {{"graph.md", "# " + report.title + "\n\n" + report.markdown},
                   {"graph.csv", graph_csv},

@@ -117,8 +117,7 @@ NeighborhoodTable neighborhood_table(std::uint32_t poses) {
 double LocalSizes::share_below(Class kind, std::size_t delta, std::size_t size) const {
   std::uint64_t below = 0;
   for (std::size_t s = 0; s < std::min(size, kSizes); ++s) below += count[kind][delta][s];
-  return poses[kind] == 0 ? 1.0
-                          : static_cast<double>(below) / static_cast<double>(poses[kind]);
+  return poses[kind] == 0 ? 1.0 : static_cast<double>(below) / static_cast<double>(poses[kind]);
 }
 
 std::size_t LocalSizes::largest(Class kind, std::size_t delta) const {

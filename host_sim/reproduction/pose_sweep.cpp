@@ -73,10 +73,14 @@ SweepPose PoseSweep::placed(const Rotation& q, const Vector& point_a, const Vect
 
 SweepPose PoseSweep::face_face(double depth_m, double tilt_rad) {
   const PieceView &a = flat_.view().a, &b = flat_.view().b;
-  const std::uint32_t face_a = random_.below(a.face_count), face_b = random_.below(b.face_count);
+  // One draw per statement: the order of arguments is the compiler's.
+  const std::uint32_t face_a = random_.below(a.face_count);
+  const std::uint32_t face_b = random_.below(b.face_count);
   const Vector n = normal_of(b, face_b);
-  return placed(turned(normal_of(a, face_a), -n), point_of_face(a, face_a),
-                point_of_face(b, face_b), n, depth_m, tilt_rad);
+  const Rotation q = turned(normal_of(a, face_a), -n);
+  const Vector on_a = point_of_face(a, face_a);
+  const Vector on_b = point_of_face(b, face_b);
+  return placed(q, on_a, on_b, n, depth_m, tilt_rad);
 }
 
 SweepPose PoseSweep::edge_face(double depth_m, double tilt_rad) {
@@ -94,12 +98,15 @@ SweepPose PoseSweep::edge_face(double depth_m, double tilt_rad) {
                          along * edged.vertex(edge.vertex[1]).cast<double>();
   if (edge_of_b_) {
     const std::uint32_t face = random_.below(a.face_count);
-    return placed(turned(normal_of(a, face), -wedge), point_of_face(a, face), on_edge, wedge,
-                  depth_m, tilt_rad);
+    const Rotation q = turned(normal_of(a, face), -wedge);
+    const Vector on_face = point_of_face(a, face);
+    return placed(q, on_face, on_edge, wedge, depth_m, tilt_rad);
   }
   const std::uint32_t face = random_.below(b.face_count);
   const Vector n = normal_of(b, face);
-  return placed(turned(wedge, -n), on_edge, point_of_face(b, face), n, depth_m, tilt_rad);
+  const Rotation q = turned(wedge, -n);
+  const Vector on_face = point_of_face(b, face);
+  return placed(q, on_edge, on_face, n, depth_m, tilt_rad);
 }
 
 }  // namespace haptic::sim

@@ -18,8 +18,8 @@ class PoseSweep {
   /// Random orientation; x at `gap_m` over a random point of the C-obstacle's boundary along the
   /// normal of the C-face hit (negative: inside).
   [[nodiscard]] SweepPose generic(double gap_m);
-  /// Face of A on a face of B, random yaw and offset, tilted afterwards by `tilt_rad` about a random
-  /// axis; `depth_m` inside.
+  /// Face of A on a face of B, random yaw and offset, tilted afterwards by `tilt_rad` about a
+  /// random axis; `depth_m` inside.
   [[nodiscard]] SweepPose face_face(double depth_m, double tilt_rad);
   /// An edge of A on a face of B, or a face of A on an edge of B, in turn.
   [[nodiscard]] SweepPose edge_face(double depth_m, double tilt_rad);

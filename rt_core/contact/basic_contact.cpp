@@ -78,6 +78,7 @@ NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i,
       const Real as_is = edge_violation(ha, hb);
       const Real turned = edge_violation({-ha.high, -ha.low}, {-hb.high, -hb.low});
       if (turned < as_is) plane.normal_w = -plane.normal_w;
+      plane.edge_violation_m = std::min(as_is, turned);
       plane.f_m = plane.normal_w.dot((pose.y_w - pose.vertex_b(b.edges[j].vertex[0])) +
                                      pose.vertex_a(a.edges[i].vertex[0]));
       plane.defined = true;
@@ -106,8 +107,7 @@ Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i, std
       }
       break;
     case ContactType::kC:
-      violation = edge_violation(apex_heights_a(pose, i, plane.normal_w),
-                                 apex_heights_b(pose, j, plane.normal_w));
+      violation = plane.edge_violation_m;  // the sign of the normal was chosen by it
       break;
   }
   return violation;

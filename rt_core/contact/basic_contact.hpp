@@ -31,6 +31,7 @@ struct NodePlane {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal
   Real f_m = 0;                  ///< n.((x - b) + R a): positive outside
   Real sine = 1;                 ///< |u x v| for type C, 1 otherwise
+  Real edge_violation_m = 0;     ///< type C: largest height over the plane [m]
   bool defined = false;          ///< false: parallel edges
 };
 
@@ -40,7 +41,7 @@ struct NodePlane {
                                    std::uint32_t j) noexcept;
 
 /// Largest height [m] of a neighbouring vertex over the plane: 0 or less means applicable (method
-/// section 2). Cost: the degree of the vertex (types A and B), four dot products (type C).
+/// section 2). Cost: the degree of the vertex (types A and B), nothing for type C.
 [[nodiscard]] Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i,
                                   std::uint32_t j, const NodePlane& plane) noexcept;
 

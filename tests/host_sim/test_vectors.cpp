@@ -44,7 +44,9 @@ TEST_SUITE("host_sim.vectors") {
   TEST_CASE("every golden file agrees with the core and with the oracle") {
     std::vector<std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(HAPTIC_TEST_DIR "/golden")) {
-      if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+      const bool vectors =
+          entry.path().extension() == ".json" && entry.path().filename() != "state_hashes.json";
+      if (vectors) files.push_back(entry.path().string());
     }
     std::sort(files.begin(), files.end());
     REQUIRE(files.size() >= 20);
