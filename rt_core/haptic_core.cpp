@@ -190,6 +190,7 @@ void HapticCore::reset() noexcept {
     pair.track.valid = false;
     pair.track.verdict = VerdictMemory{};
     pair.track.audit_next = 0;
+    pair.track.audit_node = 0;
     pair.track.audit_support = SupportPair{};
     pair.track.near.clear();
     pair.near_nodes.clear();
@@ -278,6 +279,11 @@ std::uint64_t HapticCore::State::hash(const StepResult& result) const noexcept {
       hash.add(n.plane.f_m);
     }
     for (const Vec3& d : pair.track.verdict.direction_w) hash.add(d);
+    for (const SupportPair& s : {pair.track.verdict.last_support, pair.track.audit_support}) {
+      hash.add(std::uint64_t{s.a} << 32 | s.b);
+    }
+    hash.add(std::uint64_t{pair.track.audit_next} << 33 |
+             std::uint64_t{pair.track.audit_node} << 1 | (pair.track.verdict.warm ? 1u : 0u));
   }
   hash.add(result.wrench_w.force_w);
   hash.add(result.wrench_w.torque_w);

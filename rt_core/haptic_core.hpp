@@ -17,12 +17,14 @@ namespace haptic {
 
 inline constexpr std::size_t kStateAlignment = 64;
 
-/// What one tick is given. Owner: the caller.
+/// What one tick is given. Owner: the caller. The rendering reads the pose alone; stamp, twist,
+/// switches and faults are what a device reports with it and belong to the stages between device
+/// and law.
 struct StepInput {
   std::uint64_t sequence = 0;  ///< of the device report
   std::int64_t stamp_ns = 0;   ///< host time of the report, monotonic clock
   Pose pose_wa;                ///< A's mesh frame in W
-  Twist twist_w;               ///< used only when twist_valid
+  Twist twist_w;               ///< meaningful only when twist_valid
   bool twist_valid = false;
   std::uint32_t switches = 0;       ///< device buttons, bit set = pressed
   std::uint32_t device_faults = 0;  ///< device faults, bit set = present
@@ -34,8 +36,9 @@ enum StepFlag : std::uint32_t {
   kFlagFirstTick = 1u << 1,      ///< that search was the start
   kFlagLocalSetEmpty = 1u << 2,  ///< no applicable node in a neighbor subgraph
   kFlagContradiction = 1u << 3,  ///< the local set contradicted a certificate or the motion bound
-  kFlagNearSetCut = 1u << 4,     ///< a near set exceeded its capacity; still usable
-  kFlagVerdictUndecided = 1u << 5,  ///< a verdict was cut at its cap; collision reported
+  kFlagNearSetCut = 1u << 4,  ///< a near set exceeded its capacity; still holds the nearest C-face
+  kFlagVerdictUndecided =
+      1u << 5,  ///< no certificate within the cap; the pair was searched exhaustively
   kFlagSeveralPlanes = 1u << 6,  ///< the paper's rule was applied to the deepest of several planes
   kFlagBadPose = 1u << 7         ///< pose refused: wrench zero, state unchanged
 };

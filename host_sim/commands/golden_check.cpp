@@ -54,9 +54,9 @@ class GoldenRun {
     }
     for (const WideVec& v : file.b.vertices) coordinate_ = std::max(coordinate_, norm(v));
     for (const GoldenCase& c : file.cases) coordinate_ = std::max(coordinate_, norm(c.x));
-    depth_tolerance_ = coordinate_ > 100 * size_ ? 1e-10L * size_ : 1e-12L * size_;
-    if (kSingle) depth_tolerance_ = 1e-5L * size_ + 8 * widen(kRealEpsilon) * coordinate_;
-    wrench_tolerance_ = kSingle ? 1e-4L : 1e-9L;
+    tolerance_ = golden_tolerance(file.family, coordinate_ > 100 * size_);
+    depth_tolerance_ = tolerance_.depth * size_;
+    report.tolerance = tolerance_;
     report.cases = file.cases.size();
     report.size_m = static_cast<double>(size_);
     report.depth_tolerance_m = static_cast<double>(depth_tolerance_);
@@ -111,10 +111,12 @@ class GoldenRun {
                                ": expected " + expected + ", got " + got);
   }
 
+  /// `unit`: what the error is counted in for the report.
   void within(const GoldenCase& c, GoldenQuantity quantity, Wide error, Wide tolerance,
-              const std::string& expected, const std::string& got) {
+              const std::string& expected, const std::string& got, Wide unit = 1) {
     GoldenTally& t = tally(quantity);
     ++t.compared;
+    t.worst_error = std::max(t.worst_error, static_cast<double>(error / unit));
     const Wide ratio = error / tolerance;
     t.worst_ratio =
         std::max(t.worst_ratio, std::isnan(ratio) ? std::numeric_limits<double>::infinity()
@@ -141,7 +143,8 @@ class GoldenRun {
     const bool either = c.touching || std::abs(c.d_near_m) <= (kSingle ? depth_tolerance_ : 0.0L);
     equal(c, verdict, either || (d > 0) == c.separated, c.separated ? "separated" : "collision",
           d > 0 ? "separated" : "collision");
-    within(c, depth, std::abs(d - c.d_near_m), depth_tolerance_, text_of(c.d_near_m), text_of(d));
+    within(c, depth, std::abs(d - c.d_near_m), depth_tolerance_, text_of(c.d_near_m), text_of(d),
+           size_);
     const auto near = core.pair_near_nodes(0);
     const bool same = std::equal(near.begin(), near.end(), c.near.begin(), c.near.end());
     if (!same && !near_set_decidable(c)) {
@@ -191,7 +194,10 @@ class GoldenRun {
   void check_wrench(const GoldenCase& c, const HapticCore& core, const StepResult& result) {
     const Wide k = file_.k_f_n_per_m;
     const Wide depth = std::abs(c.d_near_m);
-    const Wide force_tolerance = std::max(wrench_tolerance_ * k * depth, k * depth_tolerance_);
+    const Wide relative = tolerance_.relative;
+    const Wide lever = std::max(size_, lever_of_a());
+    const Wide force_tolerance = k * std::max(relative * depth, tolerance_.force * size_);
+    const Wide torque_tolerance = k * lever * std::max(relative * depth, tolerance_.torque * size_);
     const WideVec force = wide(result.wrench_w.force_w), torque = wide(result.wrench_w.torque_w);
     const bool in_collision = !c.separated && !c.touching;
     const Choice choice = in_collision ? choice_of(c, force) : Choice{};
@@ -201,21 +207,20 @@ class GoldenRun {
       const WideVec expected = choice.several_planes ? choice.normal : *c.near_normal;
       const WideVec n = unit(force);
       within(c, GoldenQuantity::kNearNormal, norm(n - expected),
-             std::max(wrench_tolerance_, 2 * force_tolerance / norm(force)), text_of(expected),
-             text_of(n));
+             std::max(relative, 2 * force_tolerance / norm(force)), text_of(expected), text_of(n));
     } else if (c.near_normal) {
       skip(GoldenQuantity::kNearNormal);
     }
     if (c.scp) {
       const WideVec expected = choice.several_planes ? c.x + depth * choice.normal : *c.scp;
       const WideVec scp = c.x + (1.0L / k) * force;  // eq. (2): SCP - HIP = F / k_F
-      within(c, GoldenQuantity::kScp, norm(scp - expected),
-             depth_tolerance_ + wrench_tolerance_ * depth, text_of(expected), text_of(scp));
+      within(c, GoldenQuantity::kScp, norm(scp - expected), depth_tolerance_ + relative * depth,
+             text_of(expected), text_of(scp), size_);
     }
     if (c.force_n) {
       const WideVec expected = choice.several_planes ? k * depth * choice.normal : *c.force_n;
       within(c, GoldenQuantity::kForce, norm(force - expected), force_tolerance, text_of(expected),
-             text_of(force));
+             text_of(force), k * size_);
     }
     // A margin below this is a discontinuity of the rule within rounding (tests/golden/README.md:
     // 1e-6 m at 0.1 m).
@@ -223,9 +228,8 @@ class GoldenRun {
     const bool stable = settled && !choice.several_planes &&
                         (!c.margin_m || *c.margin_m > std::min(1e-6L, 1e-5L * size_));
     if (c.torque_nm && stable) {
-      within(c, GoldenQuantity::kTorque, norm(torque - *c.torque_nm),
-             force_tolerance * std::max(size_, lever_of_a()), text_of(*c.torque_nm),
-             text_of(torque));
+      within(c, GoldenQuantity::kTorque, norm(torque - *c.torque_nm), torque_tolerance,
+             text_of(*c.torque_nm), text_of(torque), k * size_ * lever);
     } else if (c.torque_nm) {
       skip(GoldenQuantity::kTorque);
     }
@@ -299,7 +303,8 @@ class GoldenRun {
   const GoldenFile& file_;
   GoldenReport& report_;
   OraclePiece a_, b_;
-  Wide size_ = 0, shortest_edge_ = 0, coordinate_ = 0, depth_tolerance_ = 0, wrench_tolerance_ = 0;
+  Wide size_ = 0, shortest_edge_ = 0, coordinate_ = 0, depth_tolerance_ = 0;
+  GoldenTolerance tolerance_;
 };
 
 }  // namespace

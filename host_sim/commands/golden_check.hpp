@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/commands/golden_tolerance.hpp"
 #include "host_sim/oracle/golden_file.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
@@ -38,12 +39,14 @@ struct GoldenTally {
   std::uint64_t compared = 0, not_compared = 0, failed = 0;
   double worst_ratio =
       0;  ///< largest error divided by its tolerance; sets: 0 equal, infinite different
+  double worst_error = 0;  ///< largest error in the shares of GoldenTolerance; sets: 0
 };
 
 struct GoldenReport {
   std::string path, family;
   std::uint64_t cases = 0;
   double size_m = 0, epsilon_m = 0, depth_tolerance_m = 0;
+  GoldenTolerance tolerance;
   std::array<GoldenTally, static_cast<std::size_t>(GoldenQuantity::kCount)> tallies{};
   std::vector<std::string> failures;  ///< file, case, quantity, expected, got
 
@@ -59,10 +62,8 @@ struct GoldenReport {
 /// of the largest coordinate. [m]
 [[nodiscard]] double golden_epsilon_m(const GoldenFile& file);
 
-/// Tolerances: depth, SCP 1e-12 of the size (1e-10 where coordinates exceed 100 sizes, 1e-5 in
-/// single precision); force 1e-9 of k_F |D| (1e-4), torque times the size, both at least k_F times
-/// the depth tolerance. Torque is compared where margin_m > 1e-6 of 0.1 m scaled to the size.
-/// D_near = 0 exactly: both verdicts are right.
+/// Tolerances: golden_tolerance.hpp, for the file's family. Torque is compared where margin_m >
+/// 1e-6 of 0.1 m scaled to the size. D_near = 0 exactly: both verdicts are right.
 /// @throws tools::InputError when the bodies are no convex pieces.
 [[nodiscard]] GoldenReport check_golden_file(const GoldenFile& file);
 

@@ -19,15 +19,16 @@ void print_text(const GoldenReport& report) {
               report.path.c_str(), report.family.c_str(),
               static_cast<unsigned long long>(report.cases), report.size_m, report.epsilon_m,
               report.depth_tolerance_m, report.passed() ? "passed" : "FAILED");
-  std::printf("  %-24s %9s %13s %8s %22s\n", "quantity", "compared", "not compared", "failed",
-              "error / tolerance");
+  std::printf("  %-24s %9s %13s %8s %22s %14s\n", "quantity", "compared", "not compared", "failed",
+              "error / tolerance", "largest error");
   for (std::size_t q = 0; q < report.tallies.size(); ++q) {
     const GoldenTally& t = report.tallies[q];
     if (t.compared + t.not_compared == 0) continue;
-    std::printf("  %-24s %9llu %13llu %8llu %22.3g\n", to_text(static_cast<GoldenQuantity>(q)),
+    std::printf("  %-24s %9llu %13llu %8llu %22.3g %14.3g\n",
+                to_text(static_cast<GoldenQuantity>(q)),
                 static_cast<unsigned long long>(t.compared),
                 static_cast<unsigned long long>(t.not_compared),
-                static_cast<unsigned long long>(t.failed), t.worst_ratio);
+                static_cast<unsigned long long>(t.failed), t.worst_ratio, t.worst_error);
   }
 }
 
@@ -39,11 +40,16 @@ nlohmann::ordered_json to_json(const GoldenReport& report) {
   json["size_m"] = report.size_m;
   json["epsilon_m"] = report.epsilon_m;
   json["depth_tolerance_m"] = report.depth_tolerance_m;
+  json["tolerance"] = {{"depth", static_cast<double>(report.tolerance.depth)},
+                       {"force", static_cast<double>(report.tolerance.force)},
+                       {"torque", static_cast<double>(report.tolerance.torque)},
+                       {"relative", static_cast<double>(report.tolerance.relative)}};
   json["passed"] = report.passed();
   for (std::size_t q = 0; q < report.tallies.size(); ++q) {
     const GoldenTally& t = report.tallies[q];
     nlohmann::ordered_json tally{
         {"compared", t.compared}, {"not_compared", t.not_compared}, {"failed", t.failed}};
+    tally["largest_error"] = t.worst_error;  // depth, SCP, force, torque: shares, see tolerance
     tally["error_by_tolerance"] = t.worst_ratio;  // null when infinite: two sets differ
     json["quantities"][to_text(static_cast<GoldenQuantity>(q))] = tally;
   }

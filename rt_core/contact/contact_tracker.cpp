@@ -32,23 +32,12 @@ class PairSearch {
     track_.neighborhood_size = scratch_.reached.size();
     for (const NearNode& near : track_.near) snap(near);
     audit_faces();
+    audit_nodes();
     std::uint32_t done = 0;
     evaluate_reached(done);
-    // Exact ties: a node that shares the best plane may be the only way to the next one
-    // (method 7.2: nodes of one plane count as one vertex of the dual graph). One forward pass is
-    // enough: the best value only rises, so a candidate that is no tie when it is passed never
-    // becomes one, and new ones come behind.
-    for (std::uint32_t k = 0; k < scratch_.candidates.size(); ++k) {
-      if (!counts(scratch_.candidates[k]) || scratch_.candidates[k].value_m < best_ - tolerance_)
-        continue;
-      const std::uint32_t before = scratch_.reached.size();
-      insert_neighborhood(*pose_.pair, scratch_.candidates[k].node, scratch_.reached);
-      if (scratch_.reached.size() == before) continue;
-      compacted_ = false;
-      evaluate_reached(done);
-      if (compacted_) k = 0;
-    }
+    cross_ties(done);
     expand_runners_up(done);
+    cross_ties(done);  // the runners-up may have found a better plane
   }
 
   /// Every node of the pair: the first tick, and the answer to whatever the local set could not
@@ -57,6 +46,8 @@ class PairSearch {
     scratch_.reached.clear();
     scratch_.candidates.clear();
     best_ = kLowest;
+    compacted_at_ = kLowest;
+    result_.flags &= ~std::uint32_t{kTrackNearCut};  // the local search's; its candidates are gone
     collect_ = false;  // first the value alone, then what is near it: the candidates need no room
                        // for all nodes
     for (std::uint32_t node = 0; node < record_.node_count; ++node) evaluate(node);
@@ -76,7 +67,8 @@ class PairSearch {
       const bool tied = counts(c) && c.value_m >= best_ - std::min(tolerance_, epsilon_);
       if (tied && (best_node == nullptr || preferred(c, *best_node))) best_node = &c;
     }
-    if (best_node == nullptr) return;
+    if (empty()) return;
+    if (best_node == nullptr) best_node = &leader_;  // the candidates were cut
     track_.best_node = best_node->node;
     static_cast<void>(track_.near.push(*best_node));  // first, so that a cut never loses it
     for (const NearNode& c : scratch_.candidates) {
@@ -105,6 +97,23 @@ class PairSearch {
   [[nodiscard]] static bool preferred(const NearNode& l, const NearNode& r) noexcept {
     const bool l_edges = l.type == ContactType::kC, r_edges = r.type == ContactType::kC;
     return l_edges != r_edges ? r_edges : l.node < r.node;
+  }
+
+  /// Exact ties: a node that shares the best plane may be the only way to the next one (method 7.2:
+  /// nodes of one plane count as one vertex of the dual graph). The best value only rises, so a
+  /// candidate that is no tie when it is passed never becomes one, and new ones come behind; only
+  /// when candidates have moved to lower places does the pass begin again.
+  void cross_ties(std::uint32_t& done) noexcept {
+    std::uint32_t k = 0;
+    while (k < scratch_.candidates.size()) {
+      const NearNode& tied = scratch_.candidates[k];
+      compacted_ = false;
+      if (counts(tied) && tied.value_m >= best_ - tolerance_) {
+        insert_neighborhood(*pose_.pair, tied.node, scratch_.reached);
+        evaluate_reached(done);
+      }
+      k = compacted_ ? 0 : k + 1;
+    }
   }
 
   void evaluate_reached(std::uint32_t& done) noexcept {
@@ -154,14 +163,23 @@ class PairSearch {
     if (c.violation_m >= std::max(epsilon_, tolerance_)) return kLowest;
     if (counts(c)) {
       c.value_m = node_value(pose_, c.type, features.a, features.b, c.plane, c.violation_m);
-      best_ = std::max(best_, c.value_m);
+      if (c.value_m > best_) {
+        best_ = c.value_m;
+        leader_ = c;
+      }
     }
     if (collect_ && !scratch_.candidates.push(c)) drop_far_candidates(c);
     return c.plane.f_m;
   }
 
-  /// Candidates are full: those that have fallen behind make room.
+  /// Candidates are full: those that have fallen behind make room. Nothing has fallen behind while
+  /// the best value has not risen since the last time.
   void drop_far_candidates(const NearNode& c) noexcept {
+    if (best_ <= compacted_at_) {
+      result_.flags |= kTrackNearCut;
+      return;
+    }
+    compacted_at_ = best_;
     compacted_ = true;
     std::uint32_t kept = 0;
     BoundedList<NearNode>& list = scratch_.candidates;
@@ -212,6 +230,15 @@ class PairSearch {
     track_.audit_support = start;
   }
 
+  /// Adds the next nodes of the pair in turn, whatever they are: bounds the life of a wrong maximum
+  /// by node_count / kAuditNodes ticks, at rest too (method 7.3).
+  void audit_nodes() noexcept {
+    for (std::uint32_t k = 0; k < kAuditNodes; ++k) {
+      scratch_.reached.insert(track_.audit_node);
+      track_.audit_node = track_.audit_node + 1 == record_.node_count ? 0 : track_.audit_node + 1;
+    }
+  }
+
   const PairPose& pose_;
   const PairRecord& record_;
   Real epsilon_;
@@ -219,8 +246,10 @@ class PairSearch {
   PairTrack& track_;
   TrackerScratch& scratch_;
   Real best_ = kLowest;
-  bool collect_ = true;     ///< keep candidates
-  bool compacted_ = false;  ///< candidates have moved to lower places
+  bool collect_ = true;          ///< keep candidates
+  bool compacted_ = false;       ///< candidates have moved to lower places
+  Real compacted_at_ = kLowest;  ///< best value when they did
+  NearNode leader_;              ///< node of the best value
   TrackResult result_;
 };
 
@@ -250,7 +279,8 @@ TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsi
     result.support_pairs += verdict.support_pairs;
     if (verdict.verdict == Verdict::kUndecided) result.flags |= kTrackUndecided;
     const bool contradicts =
-        verdict.verdict == Verdict::kSeparated && verdict.separation_bound_m > rounding;
+        verdict.verdict == Verdict::kUndecided ||
+        (verdict.verdict == Verdict::kSeparated && verdict.separation_bound_m > rounding);
     if (contradicts && (result.flags & kTrackRelocalised) == 0) {
       result.flags |= kTrackContradiction;
       search.search_exhaustively();

@@ -33,6 +33,7 @@ struct PairTrack {
   std::uint32_t neighborhood_size = 0;  ///< of the neighbor subgraph evaluated in the last tick
   VerdictMemory verdict;
   std::uint32_t audit_next = 0;  ///< face direction to be looked at next: faces of A, then of B
+  std::uint32_t audit_node = 0;  ///< node to be looked at next
   SupportPair audit_support;     ///< where the last audit's climbs ended
   bool valid = false;            ///< false: the next tick is a first tick
 };
@@ -51,6 +52,8 @@ inline constexpr std::uint32_t kCandidateFactor = 4;
 
 /// Face directions looked at per tick beside the neighbor subgraph.
 inline constexpr std::uint32_t kAuditFaces = 16;
+/// Nodes of any kind looked at per tick beside it.
+inline constexpr std::uint32_t kAuditNodes = 4;
 
 /// Nodes that one tick looks at beyond the tied ones, best first, to expand them if they apply.
 inline constexpr std::uint32_t kRunnersUp = 8;

@@ -53,9 +53,12 @@ class PortalSearch {
     portal_[1] = support(side.normalized());
     if (separated_) return true;
     Vec3 n = portal_[0].v.cross(portal_[1].v);
+    // The third point is sought on X's side of the plane; with (v0, v1) clockwise about X the tests
+    // below leave a portal whose cone holds X.
     if (n.dot(x_) < 0) {
-      std::swap(portal_[0], portal_[1]);
       n = -n;
+    } else {
+      std::swap(portal_[0], portal_[1]);
     }
     while (support_pairs_ < limit_) {
       const Real length = std::sqrt(n.squaredNorm());
@@ -119,8 +122,7 @@ class PortalSearch {
   }
 
  private:
-  /// Support point in unit direction n; notes a separation: n.x beyond the support plane by more
-  /// than rounding.
+  /// Support point in unit direction n; notes a separation: n.x beyond the support plane.
   PortalPoint support(const Vec3& n) noexcept {
     last_ = support_pair(pose_, n, last_);
     support_pairs_ += 1;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/graph_rule.hpp"
@@ -97,6 +98,9 @@ RtStatus check_face(const PieceView& p, std::uint32_t f, double scale) noexcept 
     const int side = edge.vertex[0] == u ? 0 : 1;
     if (edge.vertex[side] != u || edge.vertex[1 - side] != v || edge.face[side] != f)
       return RtStatus::kBlobBadTopology;
+    for (std::size_t i = 0; i < k; ++i) {  // a loop that winds twice would pass every test below
+      if (vertices[i] == u) return RtStatus::kBlobBadTopology;
+    }
   }
   const PlaneRecord& plane = p.planes[p.faces[f].plane];
   const double sign = static_cast<double>(p.faces[f].sign);
@@ -154,10 +158,13 @@ RtStatus check_vertex_edges(const PieceView& p, std::uint64_t table_size) noexce
   return total == 2 * p.edge_count ? RtStatus::kOk : RtStatus::kBlobBadTopology;
 }
 
-/// Centre, radius and volume are those of the vertices and faces.
+/// Centre, radius and volume are those of the vertices and faces. The mean of rounded vertices is
+/// off by one rounding of a vertex, and by that of a long sum in double: no more is allowed to the
+/// centre, since the verdict relies on its lying inside pieces that may be thin.
 RtStatus check_measures(const PieceView& p, double scale) noexcept {
   const PieceRecord& r = *p.record;
-  const double tolerance = 64.0 * check::kGeometryTolerance * scale;
+  constexpr double kLongSum = 64.0 * 256.0 * std::numeric_limits<double>::epsilon();
+  const double tolerance = (check::kGeometryTolerance + kLongSum) * scale;
   Double3 sum{0.0, 0.0, 0.0};
   for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
     const Double3 x = vertex_of(p, v);
@@ -183,7 +190,9 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
           dot(a, cross(vertex_of(p, loop[k - 1]) - centre, vertex_of(p, loop[k]) - centre)) / 6.0;
     }
   }
-  const double slack = 1e-6 * volume + tolerance * radius * radius;
+  // Every vertex may move by the tolerance: times the surface, at most that of a ball of the
+  // radius.
+  const double slack = 1e-6 * volume + 12.6 * tolerance * radius * radius;
   if (!check::positive(r.volume_m3) || check::absolute(volume - r.volume_m3) > slack)
     return RtStatus::kBlobBadNumber;
   return RtStatus::kOk;
@@ -207,6 +216,9 @@ RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t
                                                             : n.neb;
     const std::uint32_t i = (node - base) / columns, j = (node - base) % columns;
     if (pair.nodes[node].a != i || pair.nodes[node].b != j) return RtStatus::kBlobBadGraph;
+    if (end > begin && pair.neighbors.at(node, end - begin - 1) >= r.node_count) {
+      return RtStatus::kBlobBadIndex;
+    }
     for (std::uint32_t k = 0; k + 1 < end - begin; ++k) {
       if (pair.neighbors.at(node, k) >= pair.neighbors.at(node, k + 1))
         return RtStatus::kBlobBadGraph;
@@ -321,6 +333,7 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
     if ((face.sign != 1 && face.sign != -1) || face.source_face < -1)
       return RtStatus::kBlobBadNumber;
     if (face.loop_begin != loop_end || face.loop_count < 3) return RtStatus::kBlobBadTopology;
+    if (face.loop_count > kMaxFaceVertices) return RtStatus::kBlobBadCount;
     loop_end += face.loop_count;
     if (loop_end > loops_end) return RtStatus::kBlobBadTopology;
     status = check_face(p, f, scale);

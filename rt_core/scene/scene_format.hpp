@@ -21,7 +21,8 @@ inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
 inline constexpr std::uint32_t kMaxPieceFeatures =
-    65535;  ///< vertices, edges or faces of one piece
+    65535;                                               ///< vertices, edges or faces of one piece
+inline constexpr std::uint32_t kMaxFaceVertices = 4096;  ///< vertices of one face
 inline constexpr std::uint32_t kMaxSections = 64;
 /// Largest coordinate [m] and stiffness [N/m]: far beyond any device, and small enough that no
 /// force, torque or square of a length leaves the range of Real, single precision included.

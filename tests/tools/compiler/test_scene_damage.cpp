@@ -138,7 +138,9 @@ std::vector<NumberField> numbers_in(const std::string& section) {
   return {};
 }
 
-/// True for a mantissa bit below the top eight: such a flip may be lost in rounding.
+/// True for a mantissa bit below the top eight: such a flip may be lost in rounding. Centres of
+/// pieces are kept in double but, in single precision, known to 256 roundings of the largest
+/// coordinate only, of which a component of a centre may be a small share: top five.
 bool is_low_bit(const Region& region, std::size_t byte, unsigned bit) {
   const std::size_t in_element = (byte - region.begin) % region.element_bytes;
   for (const NumberField& field : numbers_in(region.name)) {
@@ -148,7 +150,8 @@ bool is_low_bit(const Region& region, std::size_t byte, unsigned bit) {
     const std::size_t in_number = (in_element - field.offset) % field.width;
     const std::size_t position = 8 * in_number + bit;
     const std::size_t mantissa = field.width == 8 ? 52 : 23;
-    return position < mantissa - 8;
+    const bool of_rounded = sizeof(Real) == sizeof(float) && region.name == "pieces";
+    return position < mantissa - (of_rounded ? 5 : 8);
   }
   return false;
 }

@@ -28,14 +28,18 @@ struct HalfEdge {
 std::uint16_t narrow(std::uint32_t index) { return static_cast<std::uint16_t>(index); }
 
 void check_counts(const ConvexPiece& piece, const std::string& place) {
-  const auto limited = [&](std::size_t count, const char* what) {
-    if (count > kMaxPieceFeatures) {
+  const auto limited = [&](std::size_t count, const char* what,
+                           std::size_t limit = kMaxPieceFeatures) {
+    if (count > limit) {
       throw InputError(place + ": " + std::to_string(count) + " " + what + ", the format holds " +
-                       std::to_string(kMaxPieceFeatures) + "; use a coarser mesh");
+                       std::to_string(limit) + "; use a coarser mesh");
     }
   };
   std::size_t corners = 0;
-  for (const PieceFace& face : piece.faces) corners += face.loop.size();
+  for (const PieceFace& face : piece.faces) {
+    limited(face.loop.size(), "vertices round one face", kMaxFaceVertices);
+    corners += face.loop.size();
+  }
   limited(piece.vertices.size(), "vertices");
   limited(piece.faces.size(), "faces");
   limited(corners / 2, "edges");
