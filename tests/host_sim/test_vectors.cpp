@@ -76,12 +76,12 @@ TEST_SUITE("host_sim.vectors") {
       const GoldenReport report = check_golden_file(bad);
       return !report.passed() && tally(report, quantity).failed > 0;
     };
-    const long double depth_change = sizeof(haptic::Real) == 4 ? 1e-5L : 1e-12L;
+    const long double depth_change = sizeof(haptic::Real) == 4 ? 1e-7L : 1e-12L;
     CHECK(failed([&](GoldenCase& c) { c.d_near_m += depth_change; }, GoldenQuantity::kDepth));
     CHECK(failed([](GoldenCase& c) { c.separated = !c.separated; }, GoldenQuantity::kVerdict));
     CHECK(failed([](GoldenCase& c) { c.near.pop_back(); }, GoldenQuantity::kNearSet));
-    CHECK(failed([](GoldenCase& c) { c.force_n->x += 1e-2L; }, GoldenQuantity::kForce));
-    CHECK(failed([](GoldenCase& c) { c.torque_nm->y += 1e-2L; }, GoldenQuantity::kTorque));
+    CHECK(failed([](GoldenCase& c) { c.force_n->x += 1e-4L; }, GoldenQuantity::kForce));
+    CHECK(failed([](GoldenCase& c) { c.torque_nm->y += 1e-5L; }, GoldenQuantity::kTorque));
     CHECK(
         failed([](GoldenCase& c) { c.contact_nodes->pop_back(); }, GoldenQuantity::kContactNodes));
     CHECK(failed([](GoldenCase& c) { c.depth_by_node[0].second += 1e-9L; },

@@ -211,7 +211,8 @@ TEST_SUITE("tools.mesh_cleaning") {
     }
   }
 
-  TEST_CASE("nesting: a shell that is not inverted inside another one overlaps it, with a warning") {
+  TEST_CASE(
+      "nesting: a shell that is not inverted inside another one overlaps it, with a warning") {
     MeshBuilder mesh;
     mesh.box({0, 0, 0}, {9, 9, 9});
     mesh.box({3, 3, 3}, {6, 6, 6});
