@@ -215,9 +215,10 @@ void HapticCore::State::visit_pair(PairState& pair, const GripPose& grip,
   result.counters.relocalised_pairs += pair.relocalised ? 1 : 0;
   constexpr struct {
     std::uint32_t track, step;
-  } kFlags[] = {{kTrackRelocalised, kFlagRelocalised}, {kTrackFirst, kFlagFirstTick},
-                {kTrackEmpty, kFlagLocalSetEmpty},     {kTrackContradiction, kFlagContradiction},
-                {kTrackNearCut, kFlagNearSetCut},      {kTrackUndecided, kFlagVerdictUndecided}};
+  } kFlags[] = {{kTrackRelocalised, kFlagRelocalised},  {kTrackFirst, kFlagFirstTick},
+                {kTrackEmpty, kFlagLocalSetEmpty},      {kTrackContradiction, kFlagContradiction},
+                {kTrackNearCut, kFlagNearSetCut},       {kTrackUndecided, kFlagVerdictUndecided},
+                {kTrackOverflow, kFlagLocalSetOverflow}};
   for (const auto& flag : kFlags) result.flags |= (tracked.flags & flag.track) != 0 ? flag.step : 0;
 
   pair.near_nodes.clear();

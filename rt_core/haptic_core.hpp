@@ -40,7 +40,8 @@ enum StepFlag : std::uint32_t {
   kFlagVerdictUndecided =
       1u << 5,  ///< no certificate within the cap; the pair was searched exhaustively
   kFlagSeveralPlanes = 1u << 6,  ///< the paper's rule was applied to the deepest of several planes
-  kFlagBadPose = 1u << 7         ///< pose refused: wrench zero, state unchanged
+  kFlagBadPose = 1u << 7,        ///< pose refused: wrench zero, state unchanged
+  kFlagLocalSetOverflow = 1u << 8  ///< ties took more nodes than a local search may
 };
 
 /// Work of one tick, against the bounds in the scene's header.

@@ -62,8 +62,8 @@ void check_text(std::string& text, const CheckTotals& c) {
 const char* flag_name(std::size_t bit) {
   constexpr const char* kNames[] = {"relocalised",    "first_tick",   "local_set_empty",
                                     "contradiction",  "near_set_cut", "verdict_undecided",
-                                    "several_planes", "bad_pose"};
-  static_assert(std::size(kNames) == 8);
+                                    "several_planes", "bad_pose",     "local_set_overflow"};
+  static_assert(std::size(kNames) == 9);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";
 }
 

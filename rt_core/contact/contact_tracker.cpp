@@ -30,6 +30,12 @@ class PairSearch {
     for (const NearNode& near : track_.near)
       insert_neighborhood(*pose_.pair, near.node, scratch_.reached);
     track_.neighborhood_size = scratch_.reached.size();
+    const std::uint32_t last_near = track_.near.size();
+    const std::uint32_t budget = expansion_budget(record_);
+    const std::uint32_t nodes = track_.neighborhood_size > budget
+                                    ? track_.neighborhood_size + kAuditFaces + kAuditNodes
+                                    : budget;
+    room_ = nodes + last_near;
     for (const NearNode& near : track_.near) snap(near);
     audit_faces();
     audit_nodes();
@@ -38,6 +44,9 @@ class PairSearch {
     cross_ties(done);
     expand_runners_up(done);
     cross_ties(done);  // the runners-up may have found a better plane
+    std::uint32_t near_count = 0;
+    for (const NearNode& c : scratch_.candidates) near_count += is_near(c) ? 1u : 0u;
+    overflowed_ = scratch_.reached.size() > nodes + std::max(last_near, near_count);
   }
 
   /// Every node of the pair: the first tick, and the answer to whatever the local set could not
@@ -81,6 +90,9 @@ class PairSearch {
     std::sort_heap(track_.near.begin(), track_.near.end(), by_node);
   }
 
+  /// Crossing ties took more nodes than a local search may: the near set has moved to another plane
+  /// of many ties within one tick.
+  [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
   [[nodiscard]] bool empty() const noexcept { return best_ == kLowest; }
   [[nodiscard]] Real best() const noexcept { return best_; }
   [[nodiscard]] TrackResult& result() noexcept { return result_; }
@@ -204,7 +216,7 @@ class PairSearch {
         near.type == ContactType::kA
             ? numbers.type_a(features.a, highest_vertex_b(pose_, plane.normal_w, features.b))
             : numbers.type_b(lowest_vertex_a(pose_, plane.normal_w, features.a), features.b);
-    scratch_.reached.insert(node);
+    if (scratch_.reached.size() < room_) scratch_.reached.insert(node);
   }
 
   /// Adds the next face directions in turn, each at its support vertex: a face that has become the
@@ -215,6 +227,7 @@ class PairSearch {
     const std::uint32_t faces = numbers.nfa + numbers.nfb;
     SupportPair start = track_.audit_support;
     for (std::uint32_t k = 0; k < std::min(kAuditFaces, faces); ++k) {
+      if (scratch_.reached.size() >= room_) break;
       const std::uint32_t face = track_.audit_next;
       track_.audit_next = face + 1 == faces ? 0 : face + 1;
       std::uint32_t node = 0;
@@ -233,7 +246,7 @@ class PairSearch {
   /// Adds the next nodes of the pair in turn, whatever they are: bounds the life of a wrong maximum
   /// by node_count / kAuditNodes ticks, at rest too (method 7.3).
   void audit_nodes() noexcept {
-    for (std::uint32_t k = 0; k < kAuditNodes; ++k) {
+    for (std::uint32_t k = 0; k < kAuditNodes && scratch_.reached.size() < room_; ++k) {
       scratch_.reached.insert(track_.audit_node);
       track_.audit_node = track_.audit_node + 1 == record_.node_count ? 0 : track_.audit_node + 1;
     }
@@ -246,6 +259,8 @@ class PairSearch {
   PairTrack& track_;
   TrackerScratch& scratch_;
   Real best_ = kLowest;
+  std::uint32_t room_ = 0;  ///< nodes that neighbor subgraph, snaps and audits may take together
+  bool overflowed_ = false;
   bool collect_ = true;          ///< keep candidates
   bool compacted_ = false;       ///< candidates have moved to lower places
   Real compacted_at_ = kLowest;  ///< best value when they did
@@ -269,8 +284,8 @@ TrackResult track_pair(const PairPose& pose, const PairMotion& motion, Real epsi
     // the motion.
     const bool fell =
         search.best() <= 0 && search.best() < track.d_near_m - motion.bound_m - rounding;
-    if (search.empty() || fell) {
-      result.flags |= search.empty() ? kTrackEmpty : kTrackContradiction;
+    if (search.empty() || fell || search.overflowed()) {
+      result.flags |= search.empty() ? kTrackEmpty : fell ? kTrackContradiction : kTrackOverflow;
       search.search_exhaustively();
     }
   }

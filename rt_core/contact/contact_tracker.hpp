@@ -76,7 +76,8 @@ enum TrackFlag : std::uint32_t {
   kTrackEmpty = 1u << 2,
   kTrackContradiction = 1u << 3,
   kTrackNearCut = 1u << 4,
-  kTrackUndecided = 1u << 5
+  kTrackUndecided = 1u << 5,
+  kTrackOverflow = 1u << 6
 };
 
 struct TrackResult {
