@@ -182,7 +182,7 @@ TEST_SUITE("host_sim.report") {
     CHECK(json.at("ticks") == 100);
     CHECK(json.at("check").at("passed") == true);
     CHECK_FALSE(json.contains("reference"));
-    CHECK(json.at("flag_ticks").size() == 8);
+    CHECK(json.at("flag_ticks").size() == 9);
     CHECK(text_summary(report).find("wrong verdicts") != std::string::npos);
   }
 

@@ -98,7 +98,7 @@ class ObjParser {
     if (index == 0) {
       refuse("vertex index 0", "OBJ counts from 1");
     }
-    if (index < 0 && -index > count) {
+    if (index < -count) {
       refuse("vertex index " + std::to_string(index) + " reaches before the first of " +
                  std::to_string(count) + " vertices",
              "correct the index");
