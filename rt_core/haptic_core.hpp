@@ -4,6 +4,7 @@
 /// heap, lock, system call, exception or recursion in `step`; every loop bounded by a number in the
 /// scene's header. Same input, same bits.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,6 +12,8 @@
 #include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
 #include "rt_core/contact/contact_situation.hpp"
+#include "rt_core/contact/near_set.hpp"
+#include "rt_core/contact/pair_verdict.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
@@ -30,26 +33,29 @@ struct StepInput {
   std::uint32_t device_faults = 0;  ///< device faults, bit set = present
 };
 
-/// Flags of one tick; several may be set.
+/// Flags of one tick; several may be set. "Pair" stands for at least one pair.
 enum StepFlag : std::uint32_t {
-  kFlagRelocalised = 1u << 0,    ///< at least one pair was searched exhaustively
-  kFlagFirstTick = 1u << 1,      ///< that search was the start
-  kFlagLocalSetEmpty = 1u << 2,  ///< no applicable node in a neighbor subgraph
-  kFlagContradiction = 1u << 3,  ///< the local set contradicted a certificate or the motion bound
-  kFlagNearSetCut = 1u << 4,  ///< a near set exceeded its capacity; still holds the nearest C-face
-  kFlagVerdictUndecided =
-      1u << 5,  ///< no certificate within the cap; the pair was searched exhaustively
-  kFlagSeveralPlanes = 1u << 6,  ///< the paper's rule was applied to the deepest of several planes
-  kFlagBadPose = 1u << 7,        ///< pose refused: wrench zero, state unchanged
-  kFlagLocalSetOverflow = 1u << 8  ///< ties took more nodes than a local search may
+  kFlagFirstTick = 1u << 0,         ///< a pair was searched for the first time
+  kFlagRelocalised = 1u << 1,       ///< a later search of a pair found every bound stale: a jump
+  kFlagFarBand = 1u << 2,           ///< a separated pair beyond the exact band: bound, not D_near
+  kFlagVerdictTouching = 1u << 3,   ///< within rounding of the boundary; see thickness_m
+  kFlagVerdictUndecided = 1u << 4,  ///< no certificate within the cap; see thickness_m
+  kFlagNearSetCut = 1u << 5,        ///< a near set exceeded its room; D_near is exact
+  kFlagInexact = 1u << 6,           ///< edge pairs cut: D_near of a pair is a lower bound
+  kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not visited; its last valid plane was kept
+  kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
+  kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
+  kFlagBadPose = 1u << 10           ///< pose refused: wrench zero, state unchanged
 };
 
-/// Work of one tick, against the bounds in the scene's header.
+/// Work of one tick, against the bounds in the scene's header (SceneCapacity).
 struct StepCounters {
-  std::uint32_t nodes_evaluated = 0;
-  std::uint32_t support_pairs = 0;
-  std::uint32_t relocalised_pairs = 0;
   std::uint32_t pair_visits = 0;
+  std::uint32_t support_pairs = 0;
+  std::uint32_t feature_evaluations = 0;
+  std::uint32_t edge_pairs = 0;
+  std::uint32_t near_nodes = 0;
+  std::uint32_t hull_points = 0;
 };
 
 /// What one tick returns.
@@ -62,9 +68,31 @@ struct StepResult {
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;  ///< StepFlag
   StepCounters counters;
-  std::uint64_t state_hash =
-      0;  ///< of the state and result after this tick; equal runs have equal hashes
+  /// Of this tick's result and all before it; equal runs have equal hashes.
+  std::uint64_t state_hash = 0;
 };
+
+/// What the last tick found out about one pair, for reports, checks and pictures. Spans hold until
+/// the next tick.
+struct PairReport {
+  Verdict verdict = Verdict::kUndecided;
+  /// Separated: direction in which the gap is positive. Else: outward normal of the nearest C-face.
+  Vec3 normal_w = Vec3::Zero();
+  Real separation_bound_m = 0;  ///< separated: gap along normal_w, lower bound of the distance
+  Real thickness_m = 0;         ///< touching, undecided: x is that close to the boundary
+  /// Colliding: x lies in the tetrahedron of c = mean(B) - R mean(A) and the points b_k - R a_k.
+  std::array<SupportPair, 3> portal;
+  Real d_near_m = 0;   ///< exact where `exact`; else a lower bound of the distance
+  bool exact = false;  ///< D_near and near set are those of this pose
+  bool visited = false;
+  std::uint32_t best_node = 0;       ///< node of D_near, when exact
+  std::span<const NearNode> near;    ///< near set, in no particular order; empty unless exact
+  std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
+  ContactSituation situation = ContactSituation::kNone;
+};
+
+/// Largest counts seen since the last reset.
+using StepPeaks = StepCounters;
 
 class HapticCore {
  public:
@@ -78,8 +106,7 @@ class HapticCore {
                                        HapticCore*& core) noexcept;
 
   /// One servo tick. @retval status kPoseNotFinite, kPoseNotUnit: wrench zero, state unchanged.
-  /// Cost: at most header().capacity.max_nodes_evaluated node evaluations and max_support_pairs
-  /// support pairs.
+  /// Cost: within the bounds of header().capacity, whatever the motion since the last tick.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
 
   /// Forgets all contact history: the next tick is a first tick.
@@ -87,17 +114,8 @@ class HapticCore {
 
   // Read-only views of the last tick for reports and pictures; not needed by the loop.
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
-  [[nodiscard]] Real pair_d_near_m(std::uint32_t pair) const noexcept;
-  /// Node numbers of the pair's near set, ascending.
-  [[nodiscard]] std::span<const std::uint32_t> pair_near_nodes(std::uint32_t pair) const noexcept;
-  /// Node numbers of the pair's basic contacts whose point lies in both features, ascending.
-  [[nodiscard]] std::span<const std::uint32_t> pair_contact_nodes(
-      std::uint32_t pair) const noexcept;
-  [[nodiscard]] ContactSituation pair_situation(std::uint32_t pair) const noexcept;
-  /// Size of the neighbor subgraph that the last tick evaluated (paper: 17 to 72 on tetrahedron and
-  /// box).
-  [[nodiscard]] std::uint32_t pair_neighborhood_size(std::uint32_t pair) const noexcept;
-  [[nodiscard]] bool pair_relocalised(std::uint32_t pair) const noexcept;
+  [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
+  [[nodiscard]] const StepPeaks& peaks() const noexcept;
 
  private:
   struct State;

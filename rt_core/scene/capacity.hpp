@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Capacities of a scene as functions of its counts: the compiler writes them, SceneView recomputes
-/// and compares them, the core sizes its memory by them. One place for each formula.
+/// Capacities and work bounds of a scene as functions of its counts: the compiler writes them,
+/// SceneView recomputes and compares them, the core sizes its memory and stops its loops by them.
+/// One place for each formula.
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 
 #include "rt_core/scene/scene_format.hpp"
 
@@ -13,7 +15,14 @@ namespace haptic {
 /// Cap on support pairs of one attempt of the pair verdict; a verdict has two attempts (warm,
 /// cold).
 inline constexpr std::uint32_t kMaxSupportPairsPerAttempt = 64;
-inline constexpr std::uint32_t kMaxSupportPairsPerPair = 2 * kMaxSupportPairsPerAttempt;
+inline constexpr std::uint32_t kMaxSupportPairsPerVerdict = 2 * kMaxSupportPairsPerAttempt;
+
+/// Pairs of edges that one pair may test in one tick. Every pair with no more than that many is
+/// exact at every pose; measured on hulls of 200 vertices: at most 200 after the first tick.
+inline constexpr std::uint32_t kMaxEdgePairs = 16384;
+
+/// Pairs with no more nodes than this have room for all of them in their near set.
+inline constexpr std::uint32_t kSmallPairNodes = 1024;
 
 /// Basic contacts that can share one C-plane when the faces with `face_a` and `face_b` vertices lie
 /// on each other: every vertex of each and every pair of their edges (19 for tetrahedron and box,
@@ -22,50 +31,95 @@ constexpr std::uint64_t face_face_ties(std::uint64_t face_a, std::uint64_t face_
   return face_a + face_b + face_a * face_b;
 }
 
-/// Capacity of a pair's near set: three such planes at one corner of the C-obstacle, and a margin
-/// for the edge stars of their corners; never more than the pair has nodes.
+/// Capacity of a pair's near set: all nodes of a small pair; else three planes of ties at one
+/// corner of the C-obstacle, a margin for the edge stars of their corners, and never more than the
+/// pair has nodes.
 constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t largest_face_a,
                                       std::uint32_t largest_face_b) noexcept {
+  if (node_count <= kSmallPairNodes) return node_count;
+  const std::uint64_t ties = 3 * face_face_ties(largest_face_a, largest_face_b) + 16;
   return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(node_count, 3 * face_face_ties(largest_face_a, largest_face_b) + 16));
+      std::min<std::uint64_t>(node_count, std::max<std::uint64_t>(kSmallPairNodes, ties)));
 }
 
-/// Bound on the nodes of a neighbor subgraph: the near nodes and all their neighbors (paper Sec.
-/// II-A).
-constexpr std::uint32_t neighborhood_capacity(std::uint32_t node_count, std::uint32_t near_cap,
-                                              std::uint32_t max_degree) noexcept {
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(
-      node_count, std::uint64_t{near_cap} * (std::uint64_t{max_degree} + 1)));
+/// Pairs of active edges that a tick may test.
+constexpr std::uint32_t edge_pair_capacity(std::uint32_t edges_a, std::uint32_t edges_b) noexcept {
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(kMaxEdgePairs, std::uint64_t{edges_a} * edges_b));
 }
 
-/// Bound on node evaluations of one pair in one tick: the local search visits a node at most once
-/// and stays within the pair; the exhaustive search visits every node twice (value, then near set);
-/// snapping adds one per near node.
-constexpr std::uint64_t nodes_evaluated_bound(std::uint32_t node_count,
-                                              std::uint32_t near_cap) noexcept {
-  return 3 * std::uint64_t{node_count} + near_cap;
+/// Work of one pair in one tick, at most. With all keys stale (the first tick, or a jump) every
+/// face and edge is evaluated once; an edge pair or a near node asks for at most one support pair
+/// of its own; the gate asks for two.
+struct PairBounds {
+  std::uint64_t feature_evaluations, edge_pairs, support_pairs, near_nodes;
+};
+constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b,
+                                 const PairRecord& pair) noexcept {
+  PairBounds bounds{};
+  bounds.feature_evaluations = std::uint64_t{a.face_count} + a.edge_count + b.face_count +
+                               b.edge_count;
+  bounds.edge_pairs = pair.edge_pair_capacity;
+  bounds.near_nodes = pair.near_capacity;
+  bounds.support_pairs = kMaxSupportPairsPerVerdict + bounds.edge_pairs;
+  return bounds;
 }
 
-/// Adds one pair to the scene's totals (saturating).
-constexpr void add_pair(SceneCapacity& c, const PairRecord& pair) noexcept {
-  constexpr std::uint64_t kMax = UINT32_MAX;
-  c.pair_count += 1;
-  c.largest_pair_nodes = std::max(c.largest_pair_nodes, pair.node_count);
-  c.largest_near = std::max(c.largest_near, pair.near_capacity);
-  c.largest_neighborhood = std::max(c.largest_neighborhood, pair.neighborhood_capacity);
-  c.total_near =
-      static_cast<std::uint32_t>(std::min(kMax, std::uint64_t{c.total_near} + pair.near_capacity));
-  c.max_nodes_evaluated = static_cast<std::uint32_t>(std::min(
-      kMax, c.max_nodes_evaluated + nodes_evaluated_bound(pair.node_count, pair.near_capacity)));
-  c.max_support_pairs = static_cast<std::uint32_t>(
-      std::min(kMax, std::uint64_t{c.max_support_pairs} + kMaxSupportPairsPerPair));
-}
+/// Support pairs that the gate asks for, of a pair in one tick.
+inline constexpr std::uint32_t kGateSupportPairs = 2;
 
-/// Adds one piece of the moving body.
-constexpr void add_moving_piece(SceneCapacity& c, const PieceRecord& piece) noexcept {
-  c.moving_vertices += piece.vertex_count;
-  c.moving_faces += piece.face_count;
-  c.moving_edges += piece.edge_count;
+/// Pairs that a tick may visit where the scene does not say.
+inline constexpr std::uint32_t kDefaultPairVisits = 64;
+
+/// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
+/// fields but state_bytes. Each total is the smaller of the sum over all pairs and the visits times
+/// the largest pair. Saturating. Every pair must name pieces in range. O(pairs + pieces).
+constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
+                                       std::span<const PieceRecord> pieces,
+                                       std::span<const PairRecord> pairs,
+                                       std::uint32_t max_pair_visits) noexcept {
+  const auto clip = [](std::uint64_t x) {
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
+  };
+  SceneCapacity c{};
+  c.pair_count = clip(pairs.size());
+  c.max_pair_visits = max_pair_visits;
+  std::uint64_t moving_lanes = 0;
+  for (std::uint32_t i = 0; i < bodies[0].piece_count; ++i) {
+    moving_lanes += pieces[bodies[0].piece_begin + i].lane_count;
+  }
+  c.moving_lanes = clip(moving_lanes);
+  PairBounds sum{}, largest{};
+  for (const PairRecord& pair : pairs) {
+    const PieceRecord& a = pieces[pair.piece_a];
+    const PieceRecord& b = pieces[pair.piece_b];
+    const PairBounds bounds = pair_bounds(a, b, pair);
+    const auto add = [&](std::uint64_t PairBounds::*field) {
+      sum.*field += bounds.*field;
+      largest.*field = std::max(largest.*field, bounds.*field);
+    };
+    add(&PairBounds::feature_evaluations);
+    add(&PairBounds::edge_pairs);
+    add(&PairBounds::support_pairs);
+    add(&PairBounds::near_nodes);
+    if (std::uint64_t{a.edge_count} * b.edge_count > pair.edge_pair_capacity) {
+      c.unproven |= kUnprovenEdgePairs;
+    }
+    if (pair.node_count > pair.near_capacity) c.unproven |= kUnprovenNearSet;
+  }
+  if (pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
+  const auto total = [&](std::uint64_t PairBounds::*field) {
+    return std::min(sum.*field, max_pair_visits * largest.*field);
+  };
+  c.total_features = clip(sum.feature_evaluations);
+  c.largest_pair_features = clip(largest.feature_evaluations);
+  c.largest_near = clip(largest.near_nodes);
+  c.max_support_pairs = clip(total(&PairBounds::support_pairs) + kGateSupportPairs * pairs.size());
+  c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
+  c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
+  c.max_near_nodes = clip(total(&PairBounds::near_nodes));
+  c.max_hull_points = c.max_near_nodes;
+  return c;
 }
 
 }  // namespace haptic

@@ -16,7 +16,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 1;
+inline constexpr std::uint32_t kSceneVersion = 2;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -47,10 +47,19 @@ enum class SectionId : std::uint32_t {
   kNeighborBegin = 15,    ///< u32, one per node of all pairs and one more
   kNeighbors = 16,        ///< u16 or u32 (element_bytes): neighbor nodes within the pair, ascending
   kSourceVertices = 17,   ///< i32, by piece: vertex of the user's mesh, -1 when a cut made it
-  kText = 18              ///< bytes: names, UTF-8, not terminated
+  kText = 18,             ///< bytes: names, UTF-8, not terminated
+  kVertexLanes = 19,      ///< Real, by piece: all x, all y, all z of its vertices, each padded
+  kEdgeArcs = 20          ///< EdgeArc, by edge
 };
 
-enum class LawId : std::uint32_t { kPaper = 1 };
+/// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
+inline constexpr std::uint32_t kLanePadding = 8;
+
+/// PairRecord::node_begin of a pair whose graph is not stored: its nodes and arcs are formed from
+/// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
+inline constexpr std::uint32_t kGraphNotStored = 0xFFFFFFFFu;
+
+enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2 };
 
 struct SectionEntry {
   SectionId id;
@@ -59,21 +68,31 @@ struct SectionEntry {
   std::uint64_t count;
 };
 
-/// Fixed capacities that the loop needs, computed from the tables (scene/capacity.hpp).
+/// Fixed capacities and bounds of one tick, computed from the tables (scene/capacity.hpp). A tick
+/// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
+/// choice.
 struct SceneCapacity {
-  std::uint64_t state_bytes;      ///< memory of one HapticCore for this scene
-  std::uint32_t moving_vertices;  ///< of all pieces of A
-  std::uint32_t moving_faces;
-  std::uint32_t moving_edges;
+  std::uint64_t state_bytes;              ///< memory of one HapticCore for this scene
+  std::uint32_t moving_lanes;             ///< padded vertices of all pieces of A
   std::uint32_t pair_count;
-  std::uint32_t largest_pair_nodes;    ///< nodes of the largest pair
-  std::uint32_t total_near;            ///< sum of the near capacities of all pairs
-  std::uint32_t largest_near;          ///< largest near capacity of a pair
-  std::uint32_t largest_neighborhood;  ///< bound on the nodes of a neighbor subgraph
-  std::uint32_t max_nodes_evaluated;   ///< bound on node evaluations per tick, all pairs,
-                                       ///< re-localisation included
-  std::uint32_t max_support_pairs;     ///< bound on support pairs per tick, all pairs
-  std::uint32_t reserved[2];
+  std::uint32_t total_features;           ///< faces and edges of both pieces, over all pairs
+  std::uint32_t largest_pair_features;
+  std::uint32_t largest_near;             ///< largest near capacity of a pair
+  std::uint32_t max_pair_visits;          ///< pairs searched in one tick
+  std::uint32_t max_support_pairs;
+  std::uint32_t max_feature_evaluations;  ///< faces and edges whose bound is computed
+  std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
+  std::uint32_t max_near_nodes;           ///< of all near sets together
+  std::uint32_t max_hull_points;          ///< points of one contact polygon
+  std::uint32_t unproven;                 ///< UnprovenBound, bit set = cannot be defended
+};
+
+/// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
+/// that a tick might have to give up exactness, with a flag, to keep to it.
+enum UnprovenBound : std::uint32_t {
+  kUnprovenEdgePairs = 1u << 0,   ///< a pair has more pairs of edges than a tick may test
+  kUnprovenNearSet = 1u << 1,     ///< a pair has more nodes than its near set may hold
+  kUnprovenPairVisits = 1u << 2   ///< more pairs can be near at once than a tick may visit
 };
 
 struct SceneHeader {
@@ -103,6 +122,8 @@ struct SceneParameters {
   std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
   double k_f_n_per_m;                 ///< paper's k_F
   double epsilon_m;                   ///< paper's epsilon: width of the near set
+  double epsilon_o_m;   ///< weighted law: distance outside its features at which a contact ends
+  double exact_band_m;  ///< separations beyond this may be answered by a held plane, flagged
   double rate_hz;
   double start_p_wa_m[3];  ///< start pose of A's mesh frame in W
   double start_q_wa_xyzw[4];
@@ -137,6 +158,15 @@ struct PieceRecord {
   double volume_m3;
   double radius_m;     ///< largest distance of a vertex from `centre_m`
   double centre_m[3];  ///< mean of the vertices, geometry frame: interior point for the verdict
+  double reach_m;      ///< largest distance of a vertex from the frame's origin
+  /// For every vertex and every unit direction in which no neighbour rises by epsilon: how much
+  /// farther than D_near - epsilon the support of a near node's plane can lie behind it [m].
+  double vertex_relax_m;
+  /// Largest ratio, over all edges, of the height that the piece can rise over a plane through the
+  /// edge to the height of the adjoining face that rises, while that is at most epsilon; >= 1.
+  double edge_relax_ratio;
+  std::uint32_t lane_begin;  ///< in kVertexLanes
+  std::uint32_t lane_count;  ///< padded vertices: x at lane_begin, y and z one lane_count on each
 };
 
 struct FaceRecord {
@@ -160,33 +190,47 @@ struct EdgeDirection {
   Real length_m;
 };
 
+/// The arc of an edge on the Gauss sphere, between the normals of its two faces, extended at each
+/// end by the angle at which the adjoining face rises by epsilon over a plane through the edge. The
+/// arc is `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
+struct EdgeArc {
+  Real mid[3], side[3];  ///< orthonormal, orthogonal to the edge; `side` towards face[1]
+  Real cosine, sine;     ///< of the half angle
+  /// Outward normal of face[k] times the distance of apex[k] from the edge's line [m].
+  Real tilt[2][3];
+  Real reserved[2];
+};
+
 /// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper
 /// Sec. II-A). Node numbers: type A `f nVB + v`, type B `nFA nVB + v nFB + f`, type C `nFA nVB +
 /// nVA nFB + e nEB + g`.
 struct PairRecord {
   std::uint32_t piece_a, piece_b;
-  std::uint32_t node_begin;  ///< in kNodes
+  std::uint32_t node_begin;  ///< in kNodes, or kGraphNotStored
   std::uint32_t node_count;
   std::uint32_t node_count_a;  ///< type A; then type B; the rest is type C
   std::uint32_t node_count_b;
   std::uint32_t max_degree;
-  std::uint32_t near_capacity;          ///< of the near set
-  std::uint32_t neighborhood_capacity;  ///< of the neighbor subgraph
+  std::uint32_t near_capacity;       ///< of the near set
+  std::uint32_t edge_pair_capacity;  ///< pairs of active edges that a tick may test
   std::uint32_t reserved;
 };
 
 /// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
-/// their pieces.
+/// their pieces. Neighbors of the same type with the same face (types A and B) are `keep_count`
+/// consecutive ones of its list, from the `keep_begin`-th on; none for type C.
 struct NodeRecord {
   std::uint16_t a, b;
+  std::uint16_t keep_begin, keep_count;
 };
 
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 &&
               sizeof(SceneHeader) == 104);
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(SceneParameters) == 208);
-static_assert(sizeof(BodyRecord) == 56 && sizeof(PieceRecord) == 80 && sizeof(FaceRecord) == 20);
-static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 4);
-static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) && sizeof(EdgeDirection) == 4 * sizeof(Real));
+static_assert(sizeof(DeviceParameters) == 96 && sizeof(SceneParameters) == 224);
+static_assert(sizeof(BodyRecord) == 56 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
+static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
+static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) && sizeof(EdgeDirection) == 4 * sizeof(Real) &&
+              sizeof(EdgeArc) == 16 * sizeof(Real));
 static_assert(std::is_trivially_copyable_v<SceneHeader> &&
               std::is_trivially_copyable_v<SceneParameters>);
 
