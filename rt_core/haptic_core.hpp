@@ -56,6 +56,7 @@ struct StepCounters {
   std::uint32_t edge_pairs = 0;
   std::uint32_t near_nodes = 0;
   std::uint32_t hull_points = 0;
+  std::uint32_t stale_pairs = 0;  ///< visits that found every bound stale: first ticks and jumps
 };
 
 /// What one tick returns.
@@ -85,8 +86,8 @@ struct PairReport {
   Real d_near_m = 0;   ///< exact where `exact`; else a lower bound of the distance
   bool exact = false;  ///< D_near and near set are those of this pose
   bool visited = false;
-  std::uint32_t best_node = 0;       ///< node of D_near, when exact
-  std::span<const NearNode> near;    ///< near set, in no particular order; empty unless exact
+  std::uint32_t best_node = 0;     ///< node of D_near, when exact
+  std::span<const NearNode> near;  ///< near set, in no particular order; empty unless exact
   std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
   ContactSituation situation = ContactSituation::kNone;
 };

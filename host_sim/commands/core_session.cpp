@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/commands/core_session.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -40,6 +41,21 @@ void CoreSession::open(const std::string& name) {
     throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
                             "; compile it again");
   }
+}
+
+std::vector<std::uint32_t> near_nodes(const HapticCore& core, std::uint32_t pair) {
+  std::vector<std::uint32_t> nodes;
+  const PairReport report = core.pair_report(pair);
+  for (const NearNode& n : report.near) nodes.push_back(n.node);
+  std::ranges::sort(nodes);
+  return nodes;
+}
+
+std::vector<std::uint32_t> contact_nodes(const HapticCore& core, std::uint32_t pair) {
+  const std::span<const std::uint32_t> numbers = core.pair_report(pair).contact_nodes;
+  std::vector<std::uint32_t> nodes(numbers.begin(), numbers.end());
+  std::ranges::sort(nodes);
+  return nodes;
 }
 
 Pose pose_of(const MotionSample& sample) {

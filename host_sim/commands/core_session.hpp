@@ -52,6 +52,11 @@ class CoreSession {
   HapticCore* core_ = nullptr;
 };
 
+/// Numbers of the near nodes, and of the basic contacts whose point lies in both features, of a
+/// pair in the last tick; ascending.
+[[nodiscard]] std::vector<std::uint32_t> near_nodes(const HapticCore& core, std::uint32_t pair);
+[[nodiscard]] std::vector<std::uint32_t> contact_nodes(const HapticCore& core, std::uint32_t pair);
+
 /// The pose that the core is given for a sample: rounded to Real once.
 [[nodiscard]] Pose pose_of(const MotionSample& sample);
 

@@ -145,7 +145,7 @@ class GoldenRun {
           d > 0 ? "separated" : "collision");
     within(c, depth, std::abs(d - c.d_near_m), depth_tolerance_, text_of(c.d_near_m), text_of(d),
            size_);
-    const auto near = core.pair_near_nodes(0);
+    const auto near = near_nodes(core, 0);
     const bool same = std::equal(near.begin(), near.end(), c.near.begin(), c.near.end());
     if (!same && !near_set_decidable(c)) {
       skip(near_set);
@@ -234,7 +234,7 @@ class GoldenRun {
       skip(GoldenQuantity::kTorque);
     }
     if (c.contact_nodes && in_collision && settled) {
-      const auto nodes = core.pair_contact_nodes(0);
+      const auto nodes = contact_nodes(core, 0);
       equal(c, GoldenQuantity::kContactNodes,
             std::equal(nodes.begin(), nodes.end(), choice.contact_nodes.begin(),
                        choice.contact_nodes.end()),

@@ -12,7 +12,7 @@ TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s,
                      std::vector<double>& d_near_m) {
   const StepResult result = core.step(input);
   for (std::uint32_t k = 0; k < core.pair_count(); ++k)
-    d_near_m[k] = static_cast<double>(core.pair_d_near_m(k));
+    d_near_m[k] = static_cast<double>(core.pair_report(k).d_near_m);
   return record_of(input.sequence, t_s, result);
 }
 

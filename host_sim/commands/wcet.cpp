@@ -83,7 +83,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
       tick.exhaustive_ns = std::min(tick.exhaustive_ns, clock.ns_between(begin, end));
     }
     tick.contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
-    tick.relocalised = step.counters.relocalised_pairs > 0;
+    tick.relocalised = step.counters.stale_pairs > 0;
     core.push_back(tick.core_ns);
     (tick.contact ? contact : free).push_back(tick.core_ns);
     exhaustive.push_back(tick.exhaustive_ns);

@@ -91,26 +91,26 @@ FlatPair::Value FlatPair::evaluate_c(std::uint32_t e, std::uint32_t g, Point& no
 }
 
 FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
-  const NodeRecord& features = view_.nodes[node];
+  const NodeFeatures features = node_features(view_, node);
   Value value{0.0, -std::numeric_limits<double>::infinity()};
   switch (contact_type(*view_.record, node)) {
     case ContactType::kA: {
-      const Point n = scaled(-1.0, na_[features.a]);
-      const Point& b = vb_[features.b];
-      value.depth_m = dot(n, va_[view_.a.face_vertices(features.a)[0]] - b);
-      for (const std::uint16_t e : view_.b.edges_at(features.b)) {
+      const Point n = scaled(-1.0, na_[features.i]);
+      const Point& b = vb_[features.j];
+      value.depth_m = dot(n, va_[view_.a.face_vertices(features.i)[0]] - b);
+      for (const std::uint16_t e : view_.b.edges_at(features.j)) {
         value.violation_m =
-            std::max(value.violation_m, dot(n, vb_[view_.b.other_end(e, features.b)] - b));
+            std::max(value.violation_m, dot(n, vb_[view_.b.other_end(e, features.j)] - b));
       }
       return value;
     }
     case ContactType::kB: {
-      const Point& n = nb_[features.b];
-      const Point& a = va_[features.a];
-      value.depth_m = dot(n, a - vb_[view_.b.face_vertices(features.b)[0]]);
-      for (const std::uint16_t e : view_.a.edges_at(features.a)) {
+      const Point& n = nb_[features.j];
+      const Point& a = va_[features.i];
+      value.depth_m = dot(n, a - vb_[view_.b.face_vertices(features.j)[0]]);
+      for (const std::uint16_t e : view_.a.edges_at(features.i)) {
         value.violation_m =
-            std::max(value.violation_m, -dot(n, va_[view_.a.other_end(e, features.a)] - a));
+            std::max(value.violation_m, -dot(n, va_[view_.a.other_end(e, features.i)] - a));
       }
       return value;
     }
@@ -118,7 +118,7 @@ FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
       break;
   }
   Point normal{};
-  return evaluate_c(features.a, features.b, normal);
+  return evaluate_c(features.i, features.j, normal);
 }
 
 double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
@@ -168,27 +168,27 @@ double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
 }
 
 void FlatPair::contact(std::uint32_t node, Point& normal, Point& application_point) const {
-  const NodeRecord& features = view_.nodes[node];
+  const NodeFeatures features = node_features(view_, node);
   switch (contact_type(*view_.record, node)) {
     case ContactType::kA:
-      normal = scaled(-1.0, na_[features.a]);
-      application_point = vb_[features.b];
+      normal = scaled(-1.0, na_[features.i]);
+      application_point = vb_[features.j];
       return;
     case ContactType::kB: {
-      normal = nb_[features.b];
-      const Point& a = va_[features.a];
+      normal = nb_[features.j];
+      const Point& a = va_[features.i];
       application_point = a - scaled(evaluate(node).depth_m, normal);
       return;
     }
     case ContactType::kC:
       break;
   }
-  static_cast<void>(evaluate_c(features.a, features.b, normal));
+  static_cast<void>(evaluate_c(features.i, features.j, normal));
   // Crossing of the edge of B with the plane through the edge of A and the normal: closest point of
   // the two lines.
-  const Point &u = ua_[features.a], &v = ub_[features.b];
-  const Point &a0 = va_[view_.a.edges[features.a].vertex[0]],
-              &b0 = vb_[view_.b.edges[features.b].vertex[0]];
+  const Point &u = ua_[features.i], &v = ub_[features.j];
+  const Point &a0 = va_[view_.a.edges[features.i].vertex[0]],
+              &b0 = vb_[view_.b.edges[features.j].vertex[0]];
   const Point m = cross(u, v);
   const double s = dot(cross(a0 - b0, u), m) / -dot(m, m);
   application_point = b0 + scaled(s, v);

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "host_sim/oracle/node_set.hpp"
 #include "rt_core/base/pose.hpp"
-#include "rt_core/contact/contact_graph.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic::sim {

@@ -60,10 +60,11 @@ void check_text(std::string& text, const CheckTotals& c) {
 }  // namespace
 
 const char* flag_name(std::size_t bit) {
-  constexpr const char* kNames[] = {"relocalised",    "first_tick",   "local_set_empty",
-                                    "contradiction",  "near_set_cut", "verdict_undecided",
-                                    "several_planes", "bad_pose",     "local_set_overflow"};
-  static_assert(std::size(kNames) == 9);
+  constexpr const char* kNames[] = {"first_tick",       "relocalised",       "far_band",
+                                    "verdict_touching", "verdict_undecided", "near_set_cut",
+                                    "inexact",          "budget_used_up",    "motion_exceeded",
+                                    "several_planes",   "bad_pose",          "local_set_empty"};
+  static_assert(std::size(kNames) == kFlagCount);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";
 }
 
@@ -71,7 +72,8 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
   ReplayTotals t;
   t.ticks = ticks.size();
   t.pair_count = capacity.pair_count;
-  t.nodes_bound = capacity.max_nodes_evaluated;
+  t.nodes_bound = static_cast<std::uint32_t>(std::min<std::uint64_t>(
+      std::uint64_t{capacity.max_feature_evaluations} + capacity.max_edge_pairs, UINT32_MAX));
   t.support_pairs_bound = capacity.max_support_pairs;
   t.smallest_d_near_m = std::numeric_limits<double>::infinity();
   double nodes = 0;

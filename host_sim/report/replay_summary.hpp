@@ -28,7 +28,7 @@ struct ReplayTotals {
   std::uint64_t relocalised_pair_ticks = 0;  ///< after the first tick
   std::uint64_t pair_ticks = 0;              ///< after the first tick
   std::array<std::uint64_t, static_cast<std::size_t>(ContactSituation::kCount)> situation_ticks{};
-  std::array<std::uint64_t, 9> flag_ticks{};  ///< by bit of StepFlag
+  std::array<std::uint64_t, kFlagCount> flag_ticks{};  ///< by bit
   std::uint64_t final_hash = 0;
 
   /// A count over its bound in the scene's header is a failed check.

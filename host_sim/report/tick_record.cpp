@@ -16,9 +16,9 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
   record.d_near_m = static_cast<double>(result.d_near_m);
   record.situation = result.situation;
   record.near_count = result.near_count;
-  record.nodes_evaluated = result.counters.nodes_evaluated;
+  record.nodes_evaluated = result.counters.feature_evaluations + result.counters.edge_pairs;
   record.support_pairs = result.counters.support_pairs;
-  record.relocalised_pairs = result.counters.relocalised_pairs;
+  record.relocalised_pairs = result.counters.stale_pairs;
   record.flags = result.flags;
   record.status = result.status;
   record.state_hash = result.state_hash;

@@ -10,6 +10,10 @@
 
 namespace haptic::sim {
 
+/// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagBadPose << 1;
+inline constexpr std::size_t kFlagCount = 12;
+
 struct TickRecord {
   std::uint64_t tick = 0;
   double t_s = 0;
@@ -18,10 +22,10 @@ struct TickRecord {
   double d_near_m = 0;              ///< smallest over the pairs; <= 0: collision
   ContactSituation situation = ContactSituation::kNone;
   std::uint32_t near_count = 0;
-  std::uint32_t nodes_evaluated = 0;
+  std::uint32_t nodes_evaluated = 0;  ///< faces, edges and pairs of edges
   std::uint32_t support_pairs = 0;
-  std::uint32_t relocalised_pairs = 0;
-  std::uint32_t flags = 0;  ///< StepFlag
+  std::uint32_t relocalised_pairs = 0;  ///< pairs of which every bound was stale
+  std::uint32_t flags = 0;              ///< StepFlag
   RtStatus status = RtStatus::kOk;
   std::uint64_t state_hash = 0;
 };

@@ -33,19 +33,19 @@ struct PlacedVertices {
 /// Corners of a node's C-face: b - R a over the vertices of its two features.
 void add_corners(const PairView& pair, const PlacedVertices& placed, std::uint32_t node,
                  std::vector<Vector>& corners) {
-  const NodeRecord& features = pair.nodes[node];
+  const NodeFeatures features = node_features(pair, node);
   switch (contact_type(*pair.record, node)) {
     case ContactType::kA:
-      for (const std::uint16_t v : pair.a.face_vertices(features.a))
-        corners.emplace_back(placed.b[features.b] - placed.a[v]);
+      for (const std::uint16_t v : pair.a.face_vertices(features.i))
+        corners.emplace_back(placed.b[features.j] - placed.a[v]);
       return;
     case ContactType::kB:
-      for (const std::uint16_t v : pair.b.face_vertices(features.b))
-        corners.emplace_back(placed.b[v] - placed.a[features.a]);
+      for (const std::uint16_t v : pair.b.face_vertices(features.j))
+        corners.emplace_back(placed.b[v] - placed.a[features.i]);
       return;
     case ContactType::kC:
-      for (const std::uint16_t va : pair.a.edges[features.a].vertex) {
-        for (const std::uint16_t vb : pair.b.edges[features.b].vertex)
+      for (const std::uint16_t va : pair.a.edges[features.i].vertex) {
+        for (const std::uint16_t vb : pair.b.edges[features.j].vertex)
           corners.emplace_back(placed.b[vb] - placed.a[va]);
       }
       return;
@@ -109,10 +109,10 @@ std::vector<std::uint32_t> applicable_nodes(const FlatPair& pair, double toleran
 
 std::string node_text(const PairView& pair, std::uint32_t node) {
   constexpr const char* kLetters[3][3] = {{"A", "f", "v"}, {"B", "v", "f"}, {"C", "e", "e"}};
-  const NodeRecord& features = pair.nodes[node];
+  const NodeFeatures features = node_features(pair, node);
   const auto& letters = kLetters[static_cast<std::size_t>(contact_type(*pair.record, node))];
-  return std::to_string(node) + " " + letters[0] + " (" + letters[1] + std::to_string(features.a) +
-         ", " + letters[2] + std::to_string(features.b) + ")";
+  return std::to_string(node) + " " + letters[0] + " (" + letters[1] + std::to_string(features.i) +
+         ", " + letters[2] + std::to_string(features.j) + ")";
 }
 
 CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose& pose_wa) {

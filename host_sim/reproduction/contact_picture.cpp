@@ -24,7 +24,7 @@ void collect_points(CoreSession& session, ContactScene& scene) {
   flat.place(place_moving(session.view(), pose_at(scene.x, Rotation::Identity())));
   const PairView pair = session.view().pair(0);
   const double* r = session.view().bodies()[pair.b.record->body].reference_m;
-  for (const std::uint32_t node : session.core().pair_contact_nodes(0)) {
+  for (const std::uint32_t node : contact_nodes(session.core(), 0)) {
     Point n{}, app{};
     flat.contact(node, n, app);
     const Vector at = vector_of(app) + Vector(r[0], r[1], r[2]);

@@ -126,7 +126,8 @@ ForceRun make_force_run() {
     const MotionSample sample = pose_of_run(static_cast<double>(tick) * 1e-3);
     const StepResult result = session.core().step(input_of(sample, tick));
     run.ticks.push_back(record_of(tick, sample.t_s, result));
-    run.contacts.push_back(static_cast<std::uint32_t>(session.core().pair_contact_nodes(0).size()));
+    run.contacts.push_back(
+        static_cast<std::uint32_t>(session.core().pair_report(0).contact_nodes.size()));
     if (run.sequence.empty() || run.sequence.back() != result.situation)
       run.sequence.push_back(result.situation);
   }

@@ -155,8 +155,8 @@ PartReport insertion_part() {
     now.force_n = static_cast<double>(result.wrench_w.force_w.norm());
     now.piece = pieces[result.nearest_pair].name;
     for (std::uint32_t k = 0; k < 5; ++k) {
-      const auto near = session.core().pair_near_nodes(k);
-      if (session.core().pair_d_near_m(k) <= 0) now.near[k].assign(near.begin(), near.end());
+      const auto near = near_nodes(session.core(), k);
+      if (session.core().pair_report(k).d_near_m <= 0) now.near[k].assign(near.begin(), near.end());
     }
     report.markdown += table_row({std::to_string(seen.size() + 1), fixed(1e3 * now.x[2], 1),
                                   fixed(1e3 * now.d_near_m, 3), now.piece, to_text(now.situation),

@@ -76,17 +76,17 @@ Rotation turned(const Rotation& start, const Vector& axis, double share) {
 /// Features of the near node in physical space, over the bodies.
 void mark_features(SvgPage& page, const Camera& camera, const PairView& pair, std::uint32_t node,
                    const Solid& a, const Solid& b, const Vector& x, const Rotation& q) {
-  const NodeRecord& features = pair.nodes[node];
+  const NodeFeatures features = node_features(pair, node);
   const auto in_w = [&](std::uint32_t v) -> Vector { return x + q * a.vertices[v]; };
   switch (contact_type(*pair.record, node)) {
     case ContactType::kA:
-      page.dot(camera.project(b.vertices[features.b]), 5, kTorqueColour);
+      page.dot(camera.project(b.vertices[features.j]), 5, kTorqueColour);
       return;
     case ContactType::kB:
-      page.dot(camera.project(in_w(features.a)), 5, kForceColour);
+      page.dot(camera.project(in_w(features.i)), 5, kForceColour);
       return;
     case ContactType::kC: {
-      const EdgeRecord &ea = pair.a.edges[features.a], &eb = pair.b.edges[features.b];
+      const EdgeRecord &ea = pair.a.edges[features.i], &eb = pair.b.edges[features.j];
       page.line(camera.project(b.vertices[eb.vertex[0]]), camera.project(b.vertices[eb.vertex[1]]),
                 kTorqueColour, 4);
       page.line(camera.project(in_w(ea.vertex[0])), camera.project(in_w(ea.vertex[1])),
@@ -113,8 +113,8 @@ void draw_instant(SvgPage& page, CoreSession& session, const FaceWalk& walk, std
   std::vector<Facet> facets_a = facets_of(a, x, q),
                      facets_b = facets_of(b, Vector::Zero(), Rotation::Identity());
   const ContactType type = contact_type(*pair.record, node);
-  if (type == ContactType::kA) facets_a[pair.nodes[node].a].lit = true;
-  if (type == ContactType::kB) facets_b[pair.nodes[node].b].lit = true;
+  if (type == ContactType::kA) facets_a[node_features(pair, node).i].lit = true;
+  if (type == ContactType::kB) facets_b[node_features(pair, node).j].lit = true;
   const Paint paint_a{240, 190, 150, 1.0, true, 1.2}, paint_b{165, 195, 225, 1.0, true, 1.2};
   const bool a_in_front = near == nullptr || near->normal.dot(toward) > 0;
   if (a_in_front) draw_body(page, physical, facets_b, paint_b);
@@ -206,8 +206,8 @@ FaceWalk make_face_walk() {
     walk.instants[k] = std::min(walk.motion.size() - 1, 2 * k * kLegTicks);
   for (std::size_t tick = 0; tick < walk.motion.size(); ++tick) {
     const StepResult result = session.core().step(input_of(walk.motion[tick], tick));
-    if (tick > 0) walk.relocalised += result.counters.relocalised_pairs;
-    const auto near = session.core().pair_near_nodes(0);
+    if (tick > 0) walk.relocalised += result.counters.stale_pairs;
+    const auto near = near_nodes(session.core(), 0);
     if (near.size() == 1 && (walk.sequence.empty() || walk.sequence.back() != near[0]))
       walk.sequence.push_back(near[0]);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host_sim/commands/core_session.hpp"
+#include "host_sim/oracle/node_set.hpp"
 #include "host_sim/reproduction/pose_sweep.hpp"
 
 namespace haptic::sim {
@@ -28,12 +29,12 @@ StepResult settle(CoreSession& session, const SweepPose& pose) {
 }
 
 std::string situation_name(const CoreSession& session, const HapticCore& core) {
-  const auto near = core.pair_near_nodes(0);
+  const auto near = near_nodes(core, 0);
   if (near.size() == 1) {
     const auto type = contact_type(*session.view().pair(0).record, near[0]);
     return std::string("one node of type ") + kTypes[static_cast<std::size_t>(type)];
   }
-  switch (core.pair_situation(0)) {
+  switch (core.pair_report(0).situation) {
     case ContactSituation::kEdgeFace:
       return "edge-face contact";
     case ContactSituation::kFaceFace:
@@ -106,10 +107,11 @@ NeighborhoodTable neighborhood_table(std::uint32_t poses) {
     const HapticCore& core = session.core();
     NeighborhoodRange& range = table[situation_name(session, core)];
     range.poses += 1;
-    range.least = std::min(range.least, core.pair_neighborhood_size(0));
-    range.largest = std::max(range.largest, core.pair_neighborhood_size(0));
-    range.most_near =
-        std::max(range.most_near, static_cast<std::uint32_t>(core.pair_near_nodes(0).size()));
+    const std::vector<std::uint32_t> near = near_nodes(core, 0);
+    const std::uint32_t size = neighborhood_size(session.view().pair(0), near);
+    range.least = std::min(range.least, size);
+    range.largest = std::max(range.largest, size);
+    range.most_near = std::max(range.most_near, static_cast<std::uint32_t>(near.size()));
   }
   return table;
 }
@@ -144,8 +146,8 @@ LocalSizes local_sizes(std::uint32_t poses) {
                                          : sweep.generic(random.uniform(-0.006, 0.050));
     const StepResult result = settle(session, pose);
     flat.place(place_moving(session.view(), pose_at(pose.x, pose.q)));
-    count_local(flat, session.core().pair_near_nodes(0), static_cast<double>(result.d_near_m),
-                sizes, seen);
+    count_local(flat, near_nodes(session.core(), 0), static_cast<double>(result.d_near_m), sizes,
+                seen);
   }
   return sizes;
 }

@@ -101,13 +101,13 @@ LiteralRow literal_row(const Solid& a, const Solid& b, const PathSpeed& speed, s
       translation.update(input.pose_wa);
       rotation.update(input.pose_wa);
       const StepResult result = session.core().step(input);
-      const double core = static_cast<double>(session.core().pair_d_near_m(0));
+      const double core = static_cast<double>(session.core().pair_report(0).d_near_m);
       check_translation.add(tick, verdicts, translation.d_near_m());
       check_rotation.add(tick, verdicts, rotation.d_near_m());
       check_core.add(tick, verdicts, {&core, 1});
       row.translation.empty_sets += translation.empty_local_sets();
       row.rotation.empty_sets += rotation.empty_local_sets();
-      row.relocalised += tick > 0 ? result.counters.relocalised_pairs : 0u;
+      row.relocalised += tick > 0 ? result.counters.stale_pairs : 0u;
     }
     row.ticks += ticks;
     row.translation.add(check_translation.totals());

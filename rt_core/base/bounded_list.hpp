@@ -27,6 +27,8 @@ class BoundedList {
     return true;
   }
   void clear() noexcept { size_ = 0; }
+  /// Keeps the first `size` items; `size` must not exceed the present size.
+  void truncate(std::uint32_t size) noexcept { size_ = size; }
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
   [[nodiscard]] bool empty() const noexcept { return size_ == 0; }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From a near set to what touches: the basic contacts whose point lies in both features, their
-/// application points, the common plane and the contact situation (paper Sec. IV; method section 6,
-/// rows 7-9 and 15).
+/// From a near set to what touches: application points, the basic contacts whose point lies in both
+/// features, their common plane and the contact situation (paper Sec. IV; method section 6, rows
+/// 7-9 and 15).
 
 #include <cstdint>
+#include <span>
 
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/contact/contact_situation.hpp"
-#include "rt_core/contact/contact_tracker.hpp"
+#include "rt_core/contact/near_set.hpp"
 
 namespace haptic {
 
@@ -19,22 +20,42 @@ inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 /// The contact of one pair, or the merged contact of several pairs that share a plane. Points are
 /// about x_0^A in W axes.
 struct ContactPatch {
-  Vec3 normal_w = Vec3::Zero();   ///< outward unit normal of the contact plane
-  Real d_near_m = 0;              ///< <= 0
-  std::uint32_t body_b = 0;       ///< static body
-  std::uint32_t point_begin = 0;  ///< in the list of points
-  std::uint32_t point_count = 0;  ///< K distinct application points
-  ContactSituation situation = ContactSituation::kNone;
+  Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the contact plane
+  Real d_near_m = 0;             ///< <= 0
+  std::uint32_t body_b = 0;      ///< static body
+  std::uint32_t near_begin = 0;  ///< near set, in the list of all near nodes
+  std::uint32_t near_count = 0;
+  std::uint32_t point_begin = 0;                         ///< in the list of points (paper's law)
+  std::uint32_t point_count = 0;                         ///< K distinct application points
+  ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
   Real size_m = 0;            ///< scale of rounding: sum of the pieces' radii
   Real merge_distance_m = 0;  ///< points closer than this are one
 };
 
-/// Collects the contact of a colliding pair: appends its distinct application points to `points`
-/// and its contact node numbers to `nodes` (ascending). Cost: near nodes x (sides of a face +
-/// points). `several_planes` is set when near nodes of other planes were left out.
-[[nodiscard]] ContactPatch make_contact_patch(const PairPose& pose, const PairTrack& track,
-                                              Real epsilon_m, BoundedList<Vec3>& points,
-                                              BoundedList<std::uint32_t>& nodes,
+/// Fills App and its distance from its features in every node of a near set. Cost: nodes x sides of
+/// a face.
+void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept;
+
+/// Of the located near set of a colliding pair: the contact plane, and appended to `nodes` the
+/// numbers of the basic contacts whose point lies in both features. `best_node` is the node of
+/// D_near. Cost: near nodes. `several_planes` is set when near nodes of other planes were left out.
+[[nodiscard]] ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> near,
+                                              Real d_near_m, std::uint32_t best_node,
+                                              Real epsilon_m, BoundedList<std::uint32_t>& nodes,
                                               bool& several_planes) noexcept;
+
+/// Appends the distinct application points of the patch's basic contacts to `points` and counts
+/// them in the patch (method section 6, row 9). Cost: near nodes x points.
+void collect_points(std::span<const NearNode> near, Real epsilon_m, BoundedList<Vec3>& points,
+                    ContactPatch& patch) noexcept;
+
+/// Contact situation of a located near set, judged with tolerances of `share` of epsilon.
+[[nodiscard]] ContactSituation situation_of(std::span<const NearNode> near, Real d_near_m,
+                                            Real epsilon_m, Real share) noexcept;
+
+/// The label to be shown: the last one while tolerances between half of epsilon and epsilon still
+/// give it, so that tremor does not make it chatter. Only the label waits; no value does.
+[[nodiscard]] ContactSituation settled_situation(std::span<const NearNode> near, Real d_near_m,
+                                                 Real epsilon_m, ContactSituation last) noexcept;
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 /// (contact/feature_bounds.hpp): what is not looked at provably cannot matter.
 
 #include <cstdint>
+#include <span>
 
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/contact/basic_contact.hpp"
@@ -17,22 +18,26 @@ namespace haptic {
 struct NearNode {
   std::uint32_t node = 0;  ///< number in the pair
   ContactType type = ContactType::kA;
-  std::uint16_t i = 0, j = 0;     ///< features of A and B
-  Vec3 normal_w = Vec3::Zero();   ///< outward unit normal of the C-face
-  Real f_m = 0;                   ///< n.((x - b) + R a)
-  Real violation_m = 0;           ///< largest height of a neighbouring vertex (method section 2)
+  std::uint16_t i = 0, j = 0;    ///< features of A and B
+  Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the C-face
+  Real f_m = 0;                  ///< n.((x - b) + R a)
+  Real violation_m = 0;          ///< largest height of a neighbouring vertex (method section 2)
+  /// App on B about x_0^A, W axes, and how far it lies outside its two features when A is moved to
+  /// the SCP (method section 8.2, o_k); filled where the pair collides [m].
+  Vec3 app_w = Vec3::Zero();
+  Real outside_m = 0;
 };
 
 enum NearFlag : std::uint32_t {
-  kNearAllStale = 1u << 0,      ///< every face and edge was evaluated: first tick, or a jump
-  kNearSetCut = 1u << 1,        ///< more near nodes than room
-  kNearEdgePairsCut = 1u << 2   ///< more pairs of edges than may be tested: D_near is a lower bound
+  kNearAllStale = 1u << 0,     ///< every face and edge was evaluated: first tick, or a jump
+  kNearSetCut = 1u << 1,       ///< more near nodes than room
+  kNearEdgePairsCut = 1u << 2  ///< more pairs of edges than may be tested: D_near is a lower bound
 };
 
 /// What one search returns.
 struct NearResult {
-  Real d_near_m = 0;   ///< largest value: D_near, or a lower bound of it when edge pairs were cut
-  NearNode best;       ///< node of D_near; among ties a face, then the lowest number
+  Real d_near_m = 0;    ///< largest value: D_near, or a lower bound of it when edge pairs were cut
+  NearNode best;        ///< node of D_near; among ties a face, then the lowest number
   SupportPair support;  ///< support vertices along its normal: with them d_near_m certifies itself
   std::uint32_t flags = 0;  ///< NearFlag
   std::uint32_t feature_evaluations = 0;
@@ -40,11 +45,41 @@ struct NearResult {
   std::uint32_t support_pairs = 0;
 };
 
+/// A face whose gap was computed in this search.
+struct TouchedFace {
+  Real gap_m = 0;
+  std::uint16_t face = 0;
+  bool of_a = false;
+};
+
+/// An edge whose arc may carry a value that matters, at the current pose.
+struct ActiveEdge {
+  Vec3 direction_w, origin_w;  ///< unit; about B's reference [m]
+  Vec3 tilt_w[2];              ///< outward normals of its faces times the depth of those faces [m]
+  std::uint16_t edge = 0;
+};
+
+/// Memory of one search, shared by all pairs of a scene.
+struct NearScratch {
+  BoundedList<TouchedFace> touched;
+  BoundedList<ActiveEdge> active_a, active_b;
+  std::span<std::uint16_t> queue;  ///< vertices of a face's neighborhood
+  std::span<std::uint64_t> marks;  ///< a bit per vertex; zero between uses
+
+  /// Room for any pair of the pieces given so far; call `place` once after `fit` of every pair.
+  struct Size {
+    std::uint32_t faces = 0, edges_a = 0, edges_b = 0, vertices = 0;
+    void fit(const PieceRecord& a, const PieceRecord& b) noexcept;
+  };
+  void place(Arena& arena, const Size& size) noexcept;
+};
+
 /// Finds D_near at `pose` and appends the near set to `near`, in the order in which the search met
-/// it. `bounds` must have been advanced to this pose. Exact at every pose, whatever the motion since
-/// the last call. Cost: at most every face and edge of both pieces once, the pair's
-/// edge_pair_capacity edge pairs and near_capacity near nodes; typically a handful of each.
+/// it. `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
+/// every pose, whatever the motion since the last call. Cost: at most every face and edge of both
+/// pieces once, the pair's edge_pair_capacity edge pairs and near_capacity near nodes; typically a
+/// handful of each.
 [[nodiscard]] NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
-                                       BoundedList<NearNode>& near) noexcept;
+                                       NearScratch& scratch, BoundedList<NearNode>& near) noexcept;
 
 }  // namespace haptic

@@ -1,52 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Geometry of one pair at the current pose. A's features are turned into W axes once a tick for
-/// the whole moving body; every formula then uses differences about local points, never absolute
-/// coordinates (method section 11).
+/// Geometry of one pair at the current pose. A's vertices are turned into W axes once a tick for
+/// each of its pieces that is near something, its normals and edges only where they are asked for;
+/// every formula uses differences about local points, never absolute coordinates (method section
+/// 11).
 
 #include <cstdint>
 
+#include "rt_core/contact/lanes.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
 
-/// A's features in W axes about the grip point x_0^A, for the current orientation. Flat arrays over
-/// all pieces of A, indexed by PieceRecord::vertex_begin and so on; 3 Reals each. Memory is placed
-/// by the core.
-struct MovingGeometry {
-  Real* vertices_w = nullptr;    ///< R a [m]
-  Real* normals_w = nullptr;     ///< outward unit face normals
-  Real* directions_w = nullptr;  ///< unit edge directions
-};
-
-/// Turns the features of one piece of A. Cost: vertices + faces + edges matrix products.
-void turn_piece(const PieceView& piece, const Mat3& r_wa, const MovingGeometry& out) noexcept;
+/// Turns the vertices of one piece of A: writes R a into `lanes_w`, three arrays of
+/// piece.lane_count Reals. Cost: a matrix product per vertex.
+void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept;
 
 /// One pair at one configuration. `y_w` = x_0^A minus the reference of B's body: the C-space point
 /// about B.
 struct PairPose {
   const PairView* pair = nullptr;
-  const Real* vertices_w = nullptr;  ///< of this piece of A
-  const Real* normals_w = nullptr;
-  const Real* directions_w = nullptr;
+  LanePoints points_a_w;  ///< R a, of this piece of A [m]
+  LanePoints points_b_w;  ///< of this piece of B, about its reference [m]
+  Mat3 r_wa = Mat3::Identity();
   Vec3 y_w = Vec3::Zero();         ///< [m]
   Vec3 interior_w = Vec3::Zero();  ///< c = mean(B) - R mean(A): inside the C-obstacle [m]
   Real size_m = 0;                 ///< sum of the two pieces' radii: the scale of tolerances
+  /// Bound on the rounding error of a gap computed at this pose [m].
+  Real rounding_m = 0;
 
-  [[nodiscard]] ConstVec3Map vertex_a(std::uint32_t v) const noexcept {
-    return ConstVec3Map(vertices_w + 3 * std::size_t{v});
+  [[nodiscard]] Vec3 vertex_a(std::uint32_t v) const noexcept { return points_a_w.at(v); }
+  [[nodiscard]] Vec3 normal_a(std::uint32_t f) const noexcept {
+    return r_wa * pair->a.face_normal(f);
   }
-  [[nodiscard]] ConstVec3Map normal_a(std::uint32_t f) const noexcept {
-    return ConstVec3Map(normals_w + 3 * std::size_t{f});
-  }
-  [[nodiscard]] ConstVec3Map direction_a(std::uint32_t e) const noexcept {
-    return ConstVec3Map(directions_w + 3 * std::size_t{e});
+  [[nodiscard]] Vec3 direction_a(std::uint32_t e) const noexcept {
+    return r_wa * ConstVec3Map(pair->a.edge_directions[e].unit);
   }
   [[nodiscard]] ConstVec3Map vertex_b(std::uint32_t v) const noexcept { return pair->b.vertex(v); }
 };
 
-/// Gathers the pair's pose: A's turned features, the C-space point and the interior point.
-[[nodiscard]] PairPose make_pair_pose(const PairView& pair, const MovingGeometry& moving,
-                                      const Mat3& r_wa, const Vec3& y_w) noexcept;
+/// Gathers the pair's pose. `lanes_w` are the turned vertices of its piece of A.
+[[nodiscard]] PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r_wa,
+                                      const Vec3& y_w) noexcept;
+
+/// Vertices of a piece in its own geometry frame, as lanes.
+[[nodiscard]] inline LanePoints lane_points(const PieceView& piece) noexcept {
+  return {piece.lanes, piece.lanes + piece.lane_count, piece.lanes + 2 * piece.lane_count,
+          piece.lane_count};
+}
 
 }  // namespace haptic

@@ -8,49 +8,48 @@
 namespace haptic {
 namespace {
 
-/// A support point of the C-obstacle about the interior point c, and the direction that found it.
+/// A point of the C-obstacle about the interior point c, and the vertices that make it.
 struct PortalPoint {
   Vec3 v = Vec3::Zero();
-  Vec3 direction = Vec3::Zero();
+  SupportPair vertices;
 };
+
+/// Some unit vector orthogonal to v; v must not be zero.
+Vec3 orthogonal_to(const Vec3& v) noexcept {
+  const Vec3 a(std::abs(v[0]), std::abs(v[1]), std::abs(v[2]));
+  const Vec3 axis = a[0] <= a[1] && a[0] <= a[2] ? Vec3(1, 0, 0)
+                    : a[1] <= a[2]               ? Vec3(0, 1, 0)
+                                                 : Vec3(0, 0, 1);
+  return v.cross(axis).normalized();
+}
 
 /// One attempt: all vectors about c, X = x - c.
 class PortalSearch {
  public:
-  PortalSearch(const PairPose& pose, SupportPair start, std::uint32_t& support_pairs) noexcept
+  PortalSearch(const PairPose& pose, std::uint32_t& support_pairs) noexcept
       : pose_(pose),
         x_(pose.y_w - pose.interior_w),
-        last_(start),
         support_pairs_(support_pairs),
         limit_(support_pairs + kMaxSupportPairsPerAttempt),
         tolerance_(16 * kRealEpsilon * pose.size_m) {}
 
-  /// Starts from stored directions. False: they do not span a cone that holds X.
-  [[nodiscard]] bool start_warm(const std::array<Vec3, 3>& directions) noexcept {
-    for (std::size_t k = 0; k < 3; ++k) {
-      portal_[k] = support(directions[k]);
-      if (separated_) return true;
-    }
-    return orient();
+  /// Starts from stored vertices. False: they do not span a cone that holds X.
+  [[nodiscard]] bool start_warm(const std::array<SupportPair, 3>& portal) noexcept {
+    for (std::size_t k = 0; k < 3; ++k) portal_[k] = point(portal[k]);
+    last_ = portal[0];
+    return orient(0);
   }
 
-  /// Finds a first portal from X alone. False: X is (numerically) on a line or plane through c;
-  /// answer is then set where the line decides.
+  /// Finds a first portal from X alone. False: none whose cone holds X was found.
   [[nodiscard]] bool start_cold() noexcept {
     const Real x_norm = std::sqrt(x_.squaredNorm());
-    if (!(x_norm > tolerance_)) {  // x is the interior point
-      colliding_ = true;
-      return true;
-    }
-    portal_[0] = support(x_ / x_norm);
+    const Vec3 along = x_norm > tolerance_ ? Vec3(x_ / x_norm) : Vec3(0, 0, 1);
+    portal_[0] = support(along);
     if (separated_) return true;
     Vec3 side = portal_[0].v.cross(x_);
-    if (!(std::sqrt(side.squaredNorm()) >
-          tolerance_ * x_norm)) {  // the ray meets the support point itself
-      colliding_ = true;
-      return true;
-    }
-    portal_[1] = support(side.normalized());
+    // The ray may meet the support point itself; then any plane through both will do.
+    const bool aligned = !(std::sqrt(side.squaredNorm()) > tolerance_ * x_norm);
+    portal_[1] = support(aligned ? orthogonal_to(portal_[0].v) : Vec3(side.normalized()));
     if (separated_) return true;
     Vec3 n = portal_[0].v.cross(portal_[1].v);
     // The third point is sought on X's side of the plane; with (v0, v1) clockwise about X the tests
@@ -70,7 +69,7 @@ class PortalSearch {
       } else if (portal_[2].v.cross(portal_[1].v).dot(x_) < 0) {
         portal_[0] = portal_[2];
       } else {
-        return orient();
+        return orient(tolerance_ * pose_.size_m * pose_.size_m);
       }
       n = portal_[0].v.cross(portal_[1].v);
       if (n.dot(x_) < 0) n = -n;
@@ -81,15 +80,15 @@ class PortalSearch {
   /// Refines the portal until x is decided (method 7.3).
   [[nodiscard]] VerdictResult refine() noexcept {
     VerdictResult result;
-    while (!separated_ && !colliding_) {
+    while (!separated_) {
       const Vec3 cross = (portal_[1].v - portal_[0].v).cross(portal_[2].v - portal_[0].v);
       const Real area = std::sqrt(cross.squaredNorm());
       if (!(area > 0)) break;
       const Vec3 n = cross / area;
       result.normal_w = n;
-      if (n.dot(x_ - portal_[0].v) <= 0) {
-        colliding_ = certified();
-        break;
+      if (certified()) {
+        result.verdict = Verdict::kColliding;
+        return result;
       }
       if (support_pairs_ >= limit_) break;
       const PortalPoint next = support(n);
@@ -105,23 +104,32 @@ class PortalSearch {
       result.verdict = Verdict::kSeparated;
       result.normal_w = separating_normal_;
       result.separation_bound_m = gap_;
-    } else if (colliding_) {
-      result.verdict = Verdict::kColliding;
     }
     return result;
   }
 
+  /// X = sum l_k v_k with l_k >= 0 and sum l_k <= 1, to rounding: the collision certificate.
+  [[nodiscard]] bool certified() const noexcept {
+    const Vec3 c0 = portal_[1].v.cross(portal_[2].v);
+    const Real det = portal_[0].v.dot(c0);
+    if (!(det > 0)) return false;
+    const Real l0 = x_.dot(c0);
+    const Real l1 = x_.dot(portal_[2].v.cross(portal_[0].v));
+    const Real l2 = x_.dot(portal_[0].v.cross(portal_[1].v));
+    const Real slack = kCertificateSlack * det;
+    return l0 >= -slack && l1 >= -slack && l2 >= -slack && l0 + l1 + l2 <= det + slack;
+  }
+
   void remember(VerdictMemory& memory) const noexcept {
-    memory.last_support = last_;
+    for (std::size_t k = 0; k < 3; ++k) memory.portal[k] = portal_[k].vertices;
     memory.warm = true;
-    if (separated_) {  // the direction that separates is tried first
-      memory.direction_w = {separating_normal_, memory.direction_w[0], memory.direction_w[1]};
-    } else {
-      memory.direction_w = {portal_[0].direction, portal_[1].direction, portal_[2].direction};
-    }
   }
 
  private:
+  [[nodiscard]] PortalPoint point(const SupportPair& s) const noexcept {
+    return {(pose_.vertex_b(s.b) - pose_.vertex_a(s.a)) - pose_.interior_w, s};
+  }
+
   /// Support point in unit direction n; notes a separation: n.x beyond the support plane.
   PortalPoint support(const Vec3& n) noexcept {
     last_ = support_pair(pose_, n, last_);
@@ -132,16 +140,16 @@ class PortalSearch {
       separating_normal_ = n;
       gap_ = gap;
     }
-    return {(pose_.vertex_b(last_.b) - pose_.vertex_a(last_.a)) - pose_.interior_w, n};
+    return point(last_);
   }
 
-  /// Orders the portal counter-clockwise about its outward normal; false when X is not strictly in
-  /// its cone.
-  [[nodiscard]] bool orient() noexcept {
+  /// Orders the portal counter-clockwise about its outward normal; false when X is not in its cone,
+  /// to `slack` [m^3].
+  [[nodiscard]] bool orient(Real slack) noexcept {
     if (portal_[0].v.cross(portal_[1].v).dot(portal_[2].v) < 0) std::swap(portal_[0], portal_[1]);
-    return portal_[0].v.cross(portal_[1].v).dot(x_) > 0 &&
-           portal_[1].v.cross(portal_[2].v).dot(x_) > 0 &&
-           portal_[2].v.cross(portal_[0].v).dot(x_) > 0;
+    return portal_[0].v.cross(portal_[1].v).dot(x_) >= -slack &&
+           portal_[1].v.cross(portal_[2].v).dot(x_) >= -slack &&
+           portal_[2].v.cross(portal_[0].v).dot(x_) >= -slack;
   }
 
   /// Puts `next` in the place that keeps X in the cone. Seen along X, v.(next x X) > 0 says that
@@ -156,18 +164,6 @@ class PortalSearch {
     }
   }
 
-  /// X = sum l_i v_i with l_i >= 0 and sum l_i <= 1, to rounding: the collision certificate.
-  [[nodiscard]] bool certified() const noexcept {
-    const Vec3 c0 = portal_[1].v.cross(portal_[2].v);
-    const Real det = portal_[0].v.dot(c0);
-    if (!(det > 0)) return false;
-    const Real l0 = x_.dot(c0) / det;
-    const Real l1 = x_.dot(portal_[2].v.cross(portal_[0].v)) / det;
-    const Real l2 = x_.dot(portal_[0].v.cross(portal_[1].v)) / det;
-    const Real slack = 64 * kRealEpsilon;
-    return l0 >= -slack && l1 >= -slack && l2 >= -slack && l0 + l1 + l2 <= 1 + slack;
-  }
-
   const PairPose& pose_;
   Vec3 x_;
   SupportPair last_;
@@ -178,26 +174,64 @@ class PortalSearch {
   Vec3 separating_normal_ = Vec3::Zero();
   Real gap_ = 0;
   bool separated_ = false;
-  bool colliding_ = false;
 };
+
+/// The nearest C-face's plane as a certificate of separation: a face's value is a gap by itself, an
+/// edge pair's is confirmed by both supports.
+bool separates(const PairPose& pose, const NearResult& near, VerdictResult& result) noexcept {
+  result.normal_w = near.best.normal_w;
+  result.separation_bound_m = near.d_near_m;
+  if (near.best.type == ContactType::kC) {
+    const SupportPair support = support_pair(pose, near.best.normal_w, near.support);
+    result.support_pairs += 1;
+    result.separation_bound_m =
+        std::min(near.d_near_m, gap_along(pose, near.best.normal_w, support));
+  }
+  if (!(result.separation_bound_m > 0)) return false;
+  result.verdict = Verdict::kSeparated;
+  return true;
+}
 
 }  // namespace
 
-VerdictResult pair_verdict(const PairPose& pose, VerdictMemory& memory) noexcept {
+VerdictResult portal_verdict(const PairPose& pose, VerdictMemory& memory) noexcept {
   std::uint32_t support_pairs = 0;
   VerdictResult result;
   for (int attempt = memory.warm ? 0 : 1; attempt < 2; ++attempt) {
-    PortalSearch search(pose, memory.last_support, support_pairs);
-    const bool started = attempt == 0 ? search.start_warm(memory.direction_w) : search.start_cold();
+    PortalSearch search(pose, support_pairs);
+    const bool started = attempt == 0 ? search.start_warm(memory.portal) : search.start_cold();
     if (!started) continue;
     result = search.refine();
-    if (result.verdict != Verdict::kUndecided) {
-      search.remember(memory);
-      break;
-    }
+    if (result.verdict == Verdict::kColliding) search.remember(memory);
+    if (result.verdict != Verdict::kUndecided) break;
   }
   if (result.verdict == Verdict::kUndecided) memory.warm = false;
   result.support_pairs = support_pairs;
+  return result;
+}
+
+VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
+                           VerdictMemory& memory) noexcept {
+  VerdictResult result;
+  if (near.d_near_m > pose.rounding_m && separates(pose, near, result)) return result;
+  if (near.d_near_m < -pose.rounding_m) {
+    const std::uint32_t confirmed = result.support_pairs;
+    result = portal_verdict(pose, memory);
+    result.support_pairs += confirmed;
+    result.thickness_m = std::max(result.thickness_m, pose.rounding_m);
+    // Only where D_near is a mere lower bound can a portal find a gap that rounding does not
+    // explain.
+    if (result.verdict == Verdict::kSeparated && result.separation_bound_m > pose.rounding_m) {
+      return result;
+    }
+    result.separation_bound_m = 0;
+    if (result.verdict == Verdict::kSeparated) result.verdict = Verdict::kUndecided;
+  } else {
+    result.verdict = Verdict::kTouching;
+    result.separation_bound_m = 0;
+    result.thickness_m = std::max(std::abs(near.d_near_m), pose.rounding_m);
+  }
+  result.normal_w = near.best.normal_w;
   return result;
 }
 

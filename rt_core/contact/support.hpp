@@ -1,20 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Support vertices of the two convex pieces of a pair, by climbing from vertex to vertex. Exact: a
-/// linear function on a convex polyhedron has no local maximum but the global one.
+/// Support vertices of the two convex pieces of a pair. Exact: a linear function on a convex
+/// polyhedron has no local maximum but the global one, so a climb from vertex to vertex ends at the
+/// support; small pieces are searched whole, which takes no longer and has no branches.
 
 #include "rt_core/contact/pair_pose.hpp"
 
 namespace haptic {
 
-/// Vertex of A with the smallest n.(R a), climbing from `start`. Cost: at most one visit per
-/// vertex.
-[[nodiscard]] std::uint32_t lowest_vertex_a(const PairPose& pose, const Vec3& n_w,
-                                            std::uint32_t start) noexcept;
+/// Pieces with at most this many vertices are searched whole.
+inline constexpr std::uint32_t kDenseVertices = 64;
+/// Steps of a climb, after which the piece is searched whole: bounds the worst case.
+inline constexpr std::uint32_t kMaxClimbSteps = 16;
 
-/// Vertex of B with the largest n.b, climbing from `start`. Cost: at most one visit per vertex.
-[[nodiscard]] std::uint32_t highest_vertex_b(const PairPose& pose, const Vec3& n_w,
-                                             std::uint32_t start) noexcept;
+/// Vertex with the largest n.p of `piece`, whose vertices are `points` in any axes; climbs from
+/// `start`. Cost: kMaxClimbSteps vertex stars and one pass over the vertices, at most.
+[[nodiscard]] std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points,
+                                           const Vec3& n, std::uint32_t start) noexcept;
+
+/// Vertex of A with the smallest n.(R a).
+[[nodiscard]] inline std::uint32_t lowest_vertex_a(const PairPose& pose, const Vec3& n_w,
+                                                   std::uint32_t start) noexcept {
+  return highest_vertex(pose.pair->a, pose.points_a_w, -n_w, start);
+}
+
+/// Vertex of B with the largest n.b.
+[[nodiscard]] inline std::uint32_t highest_vertex_b(const PairPose& pose, const Vec3& n_w,
+                                                    std::uint32_t start) noexcept {
+  return highest_vertex(pose.pair->b, pose.points_b_w, n_w, start);
+}
 
 /// Support vertices of both pieces for one direction; kept from tick to tick as starts of the next
 /// climb.
@@ -23,8 +37,10 @@ struct SupportPair {
   std::uint32_t b = 0;
 };
 
-[[nodiscard]] SupportPair support_pair(const PairPose& pose, const Vec3& n_w,
-                                       SupportPair start) noexcept;
+[[nodiscard]] inline SupportPair support_pair(const PairPose& pose, const Vec3& n_w,
+                                              SupportPair start) noexcept {
+  return {lowest_vertex_a(pose, n_w, start.a), highest_vertex_b(pose, n_w, start.b)};
+}
 
 /// Signed gap along the unit direction n between the two pieces: n.x - h(n) of method section 1, h
 /// the support function of the C-obstacle. For every unit n a lower bound of the signed distance.

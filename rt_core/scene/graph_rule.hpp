@@ -115,4 +115,28 @@ void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type,
   }
 }
 
+/// Type and features of a node.
+struct NodeFeatures {
+  ContactType type = ContactType::kA;
+  std::uint32_t i = 0, j = 0;  ///< of A and of B
+};
+[[nodiscard]] inline NodeFeatures node_features(const PairView& pair, std::uint32_t node) noexcept {
+  const NodeNumbering n = numbering(pair.a, pair.b);
+  if (node < n.count_a()) return {ContactType::kA, node / n.nvb, node % n.nvb};
+  node -= n.count_a();
+  if (node < n.count_b()) return {ContactType::kB, node / n.nfb, node % n.nfb};
+  node -= n.count_b();
+  return {ContactType::kC, node / n.neb, node % n.neb};
+}
+
+template <typename Visit>
+void for_each_face_neighbor(const PairView& pair, ContactType type, std::uint32_t i,
+                            std::uint32_t j, const Visit& visit) {
+  if (type == ContactType::kA) {
+    for (const std::uint16_t e : pair.b.edges_at(j)) visit(pair.b.other_end(e, j));
+  } else {
+    for (const std::uint16_t e : pair.a.edges_at(i)) visit(pair.a.other_end(e, i));
+  }
+}
+
 }  // namespace haptic

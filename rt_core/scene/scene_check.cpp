@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "rt_core/scene/capacity.hpp"
@@ -376,26 +377,15 @@ RtStatus SceneView::check_pair(std::uint32_t index) const noexcept {
   if (status != RtStatus::kOk) return status;
   const std::uint32_t near = near_capacity(r.node_count, largest_face(a), largest_face(b));
   const bool capacities =
-      r.near_capacity == near &&
-      r.neighborhood_capacity == neighborhood_capacity(r.node_count, near, r.max_degree);
+      r.near_capacity == near && r.edge_pair_capacity == edge_pair_capacity(n.nea, n.neb);
   return capacities ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
 RtStatus SceneView::check_capacity() const noexcept {
-  SceneCapacity needed{};
-  for (std::uint32_t i = 0; i < bodies_[0].piece_count; ++i) add_moving_piece(needed, pieces_[i]);
-  for (const PairRecord& pair : pairs_) add_pair(needed, pair);
   const SceneCapacity& stated = header_->capacity;
-  const bool equal =
-      stated.moving_vertices == needed.moving_vertices &&
-      stated.moving_faces == needed.moving_faces && stated.moving_edges == needed.moving_edges &&
-      stated.pair_count == needed.pair_count &&
-      stated.largest_pair_nodes == needed.largest_pair_nodes &&
-      stated.total_near == needed.total_near && stated.largest_near == needed.largest_near &&
-      stated.largest_neighborhood == needed.largest_neighborhood &&
-      stated.max_nodes_evaluated == needed.max_nodes_evaluated &&
-      stated.max_support_pairs == needed.max_support_pairs && stated.reserved[0] == 0 &&
-      stated.reserved[1] == 0;
+  SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, stated.max_pair_visits);
+  needed.state_bytes = stated.state_bytes;
+  const bool equal = std::memcmp(&needed, &stated, sizeof(needed)) == 0;
   return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 

@@ -35,6 +35,8 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kNeighbors, 0},
     {SectionId::kSourceVertices, sizeof(std::int32_t)},
     {SectionId::kText, 1},
+    {SectionId::kVertexLanes, sizeof(Real)},
+    {SectionId::kEdgeArcs, sizeof(EdgeArc)},
 };
 
 /// Address of the bytes at `offset`; the caller has checked bounds and alignment.
@@ -140,6 +142,8 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
   source_vertices_ = table<std::int32_t>(blob, *found[16]);
   text_ = blob.subspan(found[17]->offset, found[17]->count);
+  lanes_ = table<Real>(blob, *found[18]);
+  arcs_ = table<EdgeArc>(blob, *found[19]);
   return RtStatus::kOk;
 }
 
@@ -179,6 +183,9 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.loop_edges = loop_edges_.data();
   v.planes = planes_.data() + bodies_[r.body].plane_begin;
   v.source_vertices = source_vertices_.data() + r.vertex_begin;
+  v.lanes = lanes_.data() + r.lane_begin;
+  v.arcs = arcs_.data() + r.edge_begin;
+  v.lane_count = r.lane_count;
   v.vertex_count = r.vertex_count;
   v.face_count = r.face_count;
   v.edge_count = r.edge_count;
@@ -191,8 +198,11 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   v.record = &r;
   v.a = piece(r.piece_a);
   v.b = piece(r.piece_b);
-  v.nodes = nodes_.data() + r.node_begin;
-  v.neighbors = {neighbor_begin_.data() + r.node_begin, neighbors_.data(), neighbors_wide_};
+  v.graph_stored = r.node_begin != kGraphNotStored;
+  if (v.graph_stored) {
+    v.nodes = nodes_.data() + r.node_begin;
+    v.neighbors = {neighbor_begin_.data() + r.node_begin, neighbors_.data(), neighbors_wide_};
+  }
   return v;
 }
 
@@ -202,7 +212,7 @@ std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) cons
 
 RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
-  if (p.law != LawId::kPaper) return RtStatus::kBlobBadNumber;
+  if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion) return RtStatus::kBlobBadNumber;
   if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
     return RtStatus::kBlobBadNumber;
   if (!check::positive(p.k_f_n_per_m) || !check::positive(p.epsilon_m) ||

@@ -30,6 +30,9 @@ struct PieceView {
   const std::uint16_t* loop_edges = nullptr;     ///< whole table
   const PlaneRecord* planes = nullptr;           ///< of the body
   const std::int32_t* source_vertices = nullptr;
+  const Real* lanes = nullptr;  ///< all x, all y, all z, `lane_count` each
+  const EdgeArc* arcs = nullptr;
+  std::uint32_t lane_count = 0;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
 
   [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
@@ -81,8 +84,9 @@ struct NeighborLists {
 struct PairView {
   const PairRecord* record = nullptr;
   PieceView a, b;
-  const NodeRecord* nodes = nullptr;
+  const NodeRecord* nodes = nullptr;  ///< null where the graph is not stored
   NeighborLists neighbors;
+  bool graph_stored = false;
 };
 
 class SceneView {
@@ -132,6 +136,8 @@ class SceneView {
   std::uint64_t neighbor_count_ = 0;
   bool neighbors_wide_ = false;
   std::span<const std::int32_t> source_vertices_;
+  std::span<const Real> lanes_;
+  std::span<const EdgeArc> arcs_;
   std::span<const std::byte> text_;
 };
 

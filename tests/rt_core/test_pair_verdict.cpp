@@ -5,61 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "rt_core/contact/basic_contact.hpp"
-#include "rt_core/contact/pair_verdict.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/pair_bench.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
-
-namespace {
-
-/// One pair at any pose, with the memory of the turned features.
-class PairBench {
- public:
-  PairBench(const tools::Body& a, const tools::Body& b)
-      : scene_(scene_of(a, {b})),
-        pair_(scene_.view.pair(0)),
-        vertices_(3 * pair_.a.vertex_count),
-        normals_(3 * pair_.a.face_count),
-        directions_(3 * pair_.a.edge_count),
-        moving_{vertices_.data(), normals_.data(), directions_.data()} {}
-
-  PairPose at(const Point& x, const std::array<double, 4>& q) {
-    const Mat3 r = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]), static_cast<Real>(q[2]),
-                        static_cast<Real>(q[3]))
-                       .normalized()
-                       .toRotationMatrix();
-    turn_piece(pair_.a, r, moving_);
-    const double* reference = scene_.view.bodies()[1].reference_m;
-    const Vec3 y(static_cast<Real>(x[0] - reference[0]), static_cast<Real>(x[1] - reference[1]),
-                 static_cast<Real>(x[2] - reference[2]));
-    return make_pair_pose(pair_, moving_, r, y);
-  }
-
-  /// Largest value over all applicable nodes.
-  static Real exhaustive(const PairPose& pose) {
-    Real best = -std::numeric_limits<Real>::max();
-    for (std::uint32_t node = 0; node < pose.pair->record->node_count; ++node) {
-      const ContactType type = contact_type(*pose.pair->record, node);
-      const NodeRecord& n = pose.pair->nodes[node];
-      const NodePlane plane = node_plane(pose, type, n.a, n.b);
-      if (!plane.defined) continue;
-      const Real violation = node_violation(pose, type, n.a, n.b, plane);
-      if (violation > applicability_tolerance(pose.size_m)) continue;
-      best = std::max(best, node_value(pose, type, n.a, n.b, plane, violation));
-    }
-    return best;
-  }
-
- private:
-  LoadedScene scene_;
-  PairView pair_;
-  std::vector<Real> vertices_, normals_, directions_;
-  MovingGeometry moving_;
-};
-
-}  // namespace
 
 TEST_SUITE("rt_core.pair_verdict") {
   TEST_CASE("agrees with the exhaustive search, warm and cold, aligned and generic") {
@@ -80,10 +29,11 @@ TEST_SUITE("rt_core.pair_verdict") {
         if (k % 6 == 3) q = {1, random.uniform(-1e-9, 1e-9), random.uniform(-1e-14, 1e-14), 0};
         const Point x = {random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1),
                          random.uniform(-0.1, 0.1)};
-        const PairPose pose = bench.at(x, q);
-        const Real d = PairBench::exhaustive(pose);
+        const PairPose& pose = bench.at(x, q);
+        const Real d = bench.exhaustive_d_near();
         if (k % 4 == 0) memory = VerdictMemory{};
-        const VerdictResult verdict = pair_verdict(pose, memory);
+        const VerdictResult verdict =
+            k % 2 == 0 ? portal_verdict(pose, memory) : pair_verdict(pose, bench.search(), memory);
         most = std::max(most, verdict.support_pairs);
         const Real rounding = 1000 * kRealEpsilon * pose.size_m;
         if (verdict.verdict == Verdict::kUndecided) ++undecided;
@@ -101,7 +51,7 @@ TEST_SUITE("rt_core.pair_verdict") {
     CHECK(undecided == 0);
     CHECK(separated > 3000);
     CHECK(colliding > 3000);
-    CHECK(most <= kMaxSupportPairsPerPair);
+    CHECK(most <= kMaxSupportPairsPerVerdict);
     MESSAGE("separated " << separated << ", colliding " << colliding << ", most support pairs "
                          << most);
   }
@@ -110,11 +60,12 @@ TEST_SUITE("rt_core.pair_verdict") {
     PairBench bench(box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}),
                     box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}));
     VerdictMemory memory;
-    CHECK(pair_verdict(bench.at({0, 0, 0}, {1, 0, 0, 0}), memory).verdict == Verdict::kColliding);
+    CHECK(portal_verdict(bench.at({0, 0, 0}, {1, 0, 0, 0}), memory).verdict == Verdict::kColliding);
     memory = VerdictMemory{};
-    CHECK(pair_verdict(bench.at({0.1, 0, 0}, {1, 0, 0, 0}), memory).verdict != Verdict::kSeparated);
+    CHECK(portal_verdict(bench.at({0.1, 0, 0}, {1, 0, 0, 0}), memory).verdict !=
+          Verdict::kSeparated);
     memory = VerdictMemory{};
-    const VerdictResult apart = pair_verdict(bench.at({0.1001, 0, 0}, {1, 0, 0, 0}), memory);
+    const VerdictResult apart = portal_verdict(bench.at({0.1001, 0, 0}, {1, 0, 0, 0}), memory);
     CHECK(apart.verdict == Verdict::kSeparated);
     CHECK(apart.separation_bound_m <= 0.0001_r * 1.01_r);
   }

@@ -41,6 +41,8 @@ struct SceneTables {
   std::vector<std::uint32_t> neighbors;
   std::vector<std::int32_t> source_vertices;
   std::vector<char> text;
+  std::vector<Real> lanes;
+  std::vector<EdgeArc> arcs;
   std::vector<PieceTopology> topologies;  ///< of all pieces; not a section
 };
 
@@ -97,6 +99,85 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
   for (std::size_t v = 0; v < topology.vertex_count; ++v) {
     const std::int64_t source = piece.source_vertex.empty() ? -1 : piece.source_vertex[v];
     t.source_vertices.push_back(static_cast<std::int32_t>(source));
+  }
+  record.lane_begin = size32(t.lanes);
+  record.lane_count = (record.vertex_count + kLanePadding - 1) / kLanePadding * kLanePadding;
+  double reach2 = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t v = 0; v < record.lane_count; ++v)
+      t.lanes.push_back(geometry.vertices[v < record.vertex_count ? v : 0][k]);
+  for (const auto& v : geometry.vertices)
+    reach2 = std::max(reach2, double(v[0]) * v[0] + double(v[1]) * v[1] + double(v[2]) * v[2]);
+  record.reach_m = std::sqrt(reach2) * (1 + 1e-6);
+  const double eps = t.parameters[0].epsilon_m;
+  record.vertex_relax_m = 4 * eps;
+  record.edge_relax_ratio = 1;
+  typedef long double W;
+  struct V3 {
+    W x, y, z;
+  };
+  auto sub = [](V3 a, V3 b) { return V3{a.x - b.x, a.y - b.y, a.z - b.z}; };
+  auto dot = [](V3 a, V3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  auto crs = [](V3 a, V3 b) {
+    return V3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  };
+  auto scl = [](V3 a, W s) { return V3{a.x * s, a.y * s, a.z * s}; };
+  auto add = [](V3 a, V3 b) { return V3{a.x + b.x, a.y + b.y, a.z + b.z}; };
+  auto vtx = [&](std::size_t v) {
+    const auto& q = geometry.vertices[v];
+    return V3{q[0], q[1], q[2]};
+  };
+  for (const EdgeRecord& e : topology.edges) {
+    V3 d = sub(vtx(e.vertex[1]), vtx(e.vertex[0]));
+    d = scl(d, 1 / std::sqrt(dot(d, d)));
+    V3 n[2], in[2];
+    W w[2], ext[2];
+    for (int k = 0; k < 2; ++k) {
+      V3 a = sub(vtx(e.apex[k]), vtx(e.vertex[0]));
+      a = sub(a, scl(d, dot(a, d)));
+      w[k] = std::sqrt(dot(a, a));
+      in[k] = scl(a, 1 / w[k]);
+      n[k] = k == 0 ? crs(in[k], scl(d, -1)) : crs(in[k], d);  // n = in x (-d): d = n x ...
+      n[k] = k == 0 ? crs(d, scl(in[k], 1)) : crs(scl(in[k], 1), d);
+      ext[k] = w[k] > eps ? std::asin(eps / w[k]) : 1.5707963267948966L;
+    }
+    // face[0] lies left of d: in = n x d, so n = d x in; face[1]: in = d x n, n = in x d
+    W c = std::min<W>(1, std::max<W>(-1, dot(n[0], n[1])));
+    W turn = std::acos(c);
+    V3 m0 = add(n[0], n[1]);
+    m0 = scl(m0, 1 / std::sqrt(dot(m0, m0)));
+    V3 s0 = sub(n[1], scl(m0, dot(n[1], m0)));
+    W sl = std::sqrt(dot(s0, s0));
+    s0 = sl > 0 ? scl(s0, 1 / sl) : crs(d, m0);
+    W lo = -turn / 2 - ext[0], hi = turn / 2 + ext[1];
+    W middle = (lo + hi) / 2,
+      phi = std::min<W>((hi - lo) / 2 + (sizeof(Real) == 8 ? 4e-15L : 2e-6L),
+                        3.14159265358979323846L);
+    V3 mid = add(scl(m0, std::cos(middle)), scl(s0, std::sin(middle)));
+    V3 side = add(scl(s0, std::cos(middle)), scl(m0, -std::sin(middle)));
+    EdgeArc arc{};
+    arc.mid[0] = Real(mid.x);
+    arc.mid[1] = Real(mid.y);
+    arc.mid[2] = Real(mid.z);
+    arc.side[0] = Real(side.x);
+    arc.side[1] = Real(side.y);
+    arc.side[2] = Real(side.z);
+    arc.cosine = Real(std::cos(phi));
+    arc.sine = Real(std::sin(phi));
+    for (int k = 0; k < 2; ++k) {
+      arc.tilt[k][0] = Real(n[k].x * w[k]);
+      arc.tilt[k][1] = Real(n[k].y * w[k]);
+      arc.tilt[k][2] = Real(n[k].z * w[k]);
+    }
+    t.arcs.push_back(arc);
+    for (int k = 0; k < 2; ++k) {
+      W a = (k == 0 ? lo : hi);
+      V3 nn = add(scl(m0, std::cos(a)), scl(s0, std::sin(a)));
+      W g = 0;
+      for (std::size_t v = 0; v < record.vertex_count; ++v)
+        g = std::max(g, dot(nn, sub(vtx(v), vtx(e.vertex[0]))));
+      record.edge_relax_ratio = std::max(record.edge_relax_ratio, double(g / eps) * (1 + 1e-9));
+    }
   }
   t.pieces.push_back(record);
   t.topologies.push_back(topology);
@@ -159,8 +240,7 @@ void add_pair_graph(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b
   record.node_count_b = graph.node_count_b;
   record.max_degree = graph.max_degree;
   record.near_capacity = near_capacity(record.node_count, largest_face(a), largest_face(b));
-  record.neighborhood_capacity =
-      neighborhood_capacity(record.node_count, record.near_capacity, graph.max_degree);
+  record.edge_pair_capacity = edge_pair_capacity(size32(a.edges), size32(b.edges));
   const std::uint32_t base = size32(t.neighbors);
   for (std::size_t i = 1; i < graph.neighbor_begin.size(); ++i) {
     t.neighbor_begin.push_back(base + graph.neighbor_begin[i]);
@@ -198,6 +278,8 @@ bool add_pairs(SceneTables& t) {
 SceneParameters finished_parameters(const SceneDescription& description,
                                     std::uint32_t name_offset) {
   SceneParameters p = description.parameters;
+  if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
+  if (p.exact_band_m == 0) p.exact_band_m = 0.005;
   const auto q = unit_quaternion(description.moving.quaternion_wxyz, "start pose");
   for (std::size_t k = 0; k < 3; ++k) {
     p.start_p_wa_m[k] = description.moving.position_m[k];
@@ -236,14 +318,15 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   }
   blob.add(SectionId::kSourceVertices, t.source_vertices);
   blob.add(SectionId::kText, t.text);
+  blob.add(SectionId::kVertexLanes, t.lanes);
+  blob.add(SectionId::kEdgeArcs, t.arcs);
   return blob;
 }
 
 SceneCapacity capacity_of(const SceneTables& t) {
-  SceneCapacity c{};
-  for (std::uint32_t i = 0; i < t.bodies[0].piece_count; ++i) add_moving_piece(c, t.pieces[i]);
-  for (const PairRecord& pair : t.pairs) add_pair(c, pair);
-  return c;
+  return scene_capacity(
+      t.bodies, t.pieces, t.pairs,
+      std::max<std::uint32_t>(1, std::min<std::uint32_t>(kDefaultPairVisits, size32(t.pairs))));
 }
 
 }  // namespace

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Walks on the stored contact graph of a pair: which nodes have been reached in this tick, and the
-/// neighbor subgraph of a set of nodes. The rule that makes nodes and arcs is scene/graph_rule.hpp.
+/// Sets of nodes of one pair, and the neighbor subgraph of a set (paper Sec. II-A). The rule that
+/// makes nodes and arcs is rt_core/scene/graph_rule.hpp.
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/scene/graph_rule.hpp"
 
-namespace haptic {
+namespace haptic::sim {
 
 /// A set of nodes of one pair: a bit per node for "is it in", a list for "which". Memory is the
 /// caller's; `marks` must hold a bit per node of the largest pair and be zero at first.
@@ -47,8 +48,20 @@ class NodeSet {
 /// of the node.
 inline void insert_neighborhood(const PairView& pair, std::uint32_t node, NodeSet& set) noexcept {
   set.insert(node);
-  const std::uint32_t degree = pair.neighbors.count(node);
-  for (std::uint32_t k = 0; k < degree; ++k) set.insert(pair.neighbors.at(node, k));
+  const NodeFeatures n = node_features(pair, node);
+  for_each_neighbor(pair.a, pair.b, n.type, n.i, n.j,
+                    [&](std::uint32_t neighbor) { set.insert(neighbor); });
 }
 
-}  // namespace haptic
+/// Nodes of the neighbor subgraph of `nodes`: themselves and their G-neighbors (paper: 17 to 72 on
+/// tetrahedron and box).
+inline std::uint32_t neighborhood_size(const PairView& pair, std::span<const std::uint32_t> nodes) {
+  const std::uint32_t count = pair.record->node_count;
+  std::vector<std::uint64_t> marks(count / 64 + 1);
+  std::vector<std::uint32_t> list(count);
+  NodeSet set(marks, list);
+  for (const std::uint32_t node : nodes) insert_neighborhood(pair, node, set);
+  return set.size();
+}
+
+}  // namespace haptic::sim

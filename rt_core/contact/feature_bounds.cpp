@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/contact/feature_bounds.hpp"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+/// Odometers are read relative to a reference no farther back than this many pair sizes.
+constexpr Real kMaxReading = 64;
+
+std::size_t padded(std::size_t count) noexcept { return (count + kLanes - 1) / kLanes * kLanes; }
+
+void place_keys(FeatureKeys& keys, Arena& arena, std::uint32_t count) noexcept {
+  keys.key = arena.take<Real>(padded(count));
+  keys.shortlist = arena.take<std::uint16_t>(count);
+}
+
+void place_piece(PieceKeys& keys, Arena& arena, const PieceRecord& piece) noexcept {
+  place_keys(keys.faces, arena, piece.face_count);
+  place_keys(keys.edges, arena, piece.edge_count);
+  keys.edge_stamp = arena.take<Real>(piece.edge_count);
+  keys.face_support = arena.take<std::uint16_t>(piece.face_count);
+}
+
+void reset_keys(FeatureKeys& keys) noexcept {
+  const std::size_t count = keys.shortlist.size();
+  for (std::size_t k = 0; k < keys.key.size(); ++k)
+    keys.key[k] = k < count ? kStaleKey : -kStaleKey;
+  keys.listed = 0;
+  keys.listed_above = kStaleKey;
+}
+
+void reset_piece(PieceKeys& keys) noexcept {
+  reset_keys(keys.faces);
+  reset_keys(keys.edges);
+  std::fill(keys.edge_stamp.begin(), keys.edge_stamp.end(), Real{0});
+  std::fill(keys.face_support.begin(), keys.face_support.end(), std::uint16_t{0});
+  keys.odometer = 0;
+}
+
+/// A difference of odometers in Real, rounded up.
+Real reading(double now, double reference) noexcept {
+  const double difference = (now - reference) * (1 + 4 * static_cast<double>(kRealEpsilon));
+  return static_cast<Real>(difference);
+}
+
+/// Sum that is not below the exact one.
+Real sum_up(Real l, Real r) noexcept {
+  const Real sum = l + r;
+  return sum + 2 * kRealEpsilon * (sum < 0 ? -sum : sum);
+}
+
+void rebase_keys(FeatureKeys& keys, Real odometer) noexcept {
+  const std::size_t count = keys.shortlist.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (keys.key[k] < kStaleKey) keys.key[k] = sum_up(keys.key[k], odometer);
+  }
+  keys.listed_above = kStaleKey;  // listed anew at the next search
+}
+
+void rebase(PieceKeys& keys) noexcept {
+  rebase_keys(keys.faces, keys.odometer);
+  rebase_keys(keys.edges, keys.odometer);
+  for (Real& stamp : keys.edge_stamp) stamp -= keys.odometer;
+  keys.odometer = 0;
+}
+
+}  // namespace
+
+void FeatureBounds::place(Arena& arena, const PieceRecord& piece_a,
+                          const PieceRecord& piece_b) noexcept {
+  place_piece(a, arena, piece_a);
+  place_piece(b, arena, piece_b);
+}
+
+void FeatureBounds::reset() noexcept {
+  reset_piece(a);
+  reset_piece(b);
+  best_face_a = best_face_b = best_edge_a = best_edge_b = 0;
+  best_is_edges = false;
+  stale = true;
+}
+
+void FeatureBounds::advance(const Odometer& now, Real size_m) noexcept {
+  if (stale) {
+    reference = now;
+    return;
+  }
+  a.odometer = reading(now.of_a, reference.of_a);
+  b.odometer = reading(now.of_b, reference.of_b);
+  if (std::max(a.odometer, b.odometer) <= kMaxReading * size_m) return;
+  rebase(a);
+  rebase(b);
+  reference = now;
+}
+
+}  // namespace haptic

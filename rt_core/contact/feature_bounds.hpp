@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Stale upper bounds of what each face and edge of a pair can carry, kept against odometers: the
+/// proof, in every tick, that what is not looked at cannot matter.
+///
+/// For a unit direction n, s(n; q) = min_a n.(x + R a) - max_b n.b is the gap along n. For n fixed
+/// in B it changes between two poses by at most |dx| + |(R' - R) a|, for n fixed in A by at most
+/// |dx| + |R' - R| |x - b|; the chord of a turn is at most twice the length of the difference of
+/// the two (sign-aligned) unit quaternions. Sums of these over the ticks are the odometers. A bound
+/// that held when the odometer read o' is raised by no more than o - o' until it reads o. So a
+/// feature with key = bound - o' cannot carry a value of T or more while key + o < T. No speed
+/// limit enters, and no history but the key.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/contact/pair_pose.hpp"
+
+namespace haptic {
+
+/// Key of a feature that has never been evaluated: stale, may carry anything.
+inline constexpr Real kStaleKey = std::numeric_limits<Real>::max();
+
+/// How far the moving body has come, in the two measures of a pair [m]. Only differences matter;
+/// double in every build, so that hours of motion lose nothing.
+struct Odometer {
+  double of_a = 0;  ///< for directions fixed in A
+  double of_b = 0;  ///< for directions fixed in B
+};
+
+/// Faces or edges of one piece of a pair.
+struct FeatureKeys {
+  std::span<Real> key;  ///< bound minus odometer at its evaluation; padded to kLanes with -max
+  std::span<std::uint16_t> shortlist;  ///< features whose key can matter soon, ascending
+  std::uint32_t listed = 0;
+  Real listed_above = kStaleKey;  ///< the shortlist holds every feature with key >= this
+};
+
+/// The keys of one piece of a pair: what its features can carry against the other piece.
+struct PieceKeys {
+  FeatureKeys faces, edges;
+  std::span<std::uint16_t>
+      face_support;            ///< per face: last known support vertex of the other piece
+  std::span<Real> edge_stamp;  ///< odometer at the last evaluation of an edge's bound
+  Real odometer = 0;           ///< since the reference; the bound now is key + odometer
+};
+
+/// Features a shortlist keeps beyond those that matter now, in metres of odometer.
+inline constexpr Real kShortlistSlack_m = 2.0e-3_r;
+
+struct FeatureBounds {
+  PieceKeys a, b;
+  Odometer reference;  ///< at which both odometers read zero
+  /// Faces and edge pair of the last D_near: where the next search starts.
+  std::uint32_t best_face_a = 0, best_face_b = 0;
+  std::uint32_t best_edge_a = 0, best_edge_b = 0;
+  bool best_is_edges = false;
+  bool stale = true;  ///< every key is stale
+
+  /// Lays the tables out for a pair of these pieces; with a counting arena only the size is
+  /// computed.
+  void place(Arena& arena, const PieceRecord& piece_a, const PieceRecord& piece_b) noexcept;
+
+  /// Forgets everything: all keys stale.
+  void reset() noexcept;
+
+  /// Brings the odometers to the present reading. Cost: a few operations; every feature once when
+  /// the reading has grown so far beyond `size_m` that keys would lose digits.
+  void advance(const Odometer& now, Real size_m) noexcept;
+};
+
+}  // namespace haptic
