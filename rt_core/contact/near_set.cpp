@@ -21,7 +21,8 @@
 //    not rise over it, and A sinks below it by at most g(v), the largest rise of A's piece in a
 //    direction in which no neighbour of v_A rises by more than v. So s(n_FB) >= f - g(v) >
 //    D - eps + v - g(v), and the compiler has bounded eps + g(v) - v over 0 <= v < eps
-//    (vertex_relax_m of A's piece). The same for type A with B's piece.
+//    (vertex_relax_m of A's piece); or by the definition f - s(n_FB) < kMaxRise eps, whichever is
+//    less. The same for type A with B's piece.
 // 4. Within a face. The vertices with f < D + eps are a sublevel set of a linear function on a
 // convex
 //    polyhedron: connected by edges and holding the support vertex, where the walk starts.
@@ -449,36 +450,40 @@ class NearSearch {
     for (const TouchedFace& touched : scratch_.touched) {
       if (touched.gap_m < (touched.of_a ? least_a : least_b)) continue;
       if (touched.of_a) {
-        walk_face_a(touched.face);
+        walk_face_a(touched);
       } else {
-        walk_face_b(touched.face);
+        walk_face_b(touched);
       }
     }
   }
 
   /// Near nodes (F_A, v): walks the graph over the neighbors that keep the face.
-  void walk_face_a(std::uint32_t f) noexcept {
+  void walk_face_a(const TouchedFace& touched) noexcept {
+    const std::uint32_t f = touched.face;
     const Vec3 n = -pose_.normal_a(f);
     const Real offset = a_.face_offset(f);
     walk(
-        ContactType::kA, f, bounds_.a.face_support[f],
+        ContactType::kA, touched,
         [&](std::uint32_t v) { return n.dot(pose_.y_w - pose_.vertex_b(v)) - offset; }, n);
   }
   /// Near nodes (v, F_B).
-  void walk_face_b(std::uint32_t f) noexcept {
+  void walk_face_b(const TouchedFace& touched) noexcept {
+    const std::uint32_t f = touched.face;
     const Vec3 n = b_.face_normal(f);
     const Real offset = b_.face_offset(f);
     walk(
-        ContactType::kB, f, bounds_.b.face_support[f],
+        ContactType::kB, touched,
         [&](std::uint32_t v) { return n.dot(pose_.y_w + pose_.vertex_a(v)) - offset; }, n);
   }
 
   /// Visits the vertices with f < D_near + epsilon from the support vertex on, over the arcs of the
   /// graph that keep the face. Each vertex comes once.
   template <typename ValueAt>
-  void walk(ContactType type, std::uint32_t face, std::uint32_t support, const ValueAt& value_at,
+  void walk(ContactType type, const TouchedFace& touched, const ValueAt& value_at,
             const Vec3& n) noexcept {
-    if (value_at(support) >= best_ + epsilon_) return;
+    const std::uint32_t face = touched.face;
+    const Real limit = std::min(best_ + epsilon_, touched.gap_m + kMaxRise * epsilon_);
+    if (touched.gap_m >= limit) return;
     std::uint32_t count = 0;
     const auto enter = [&](std::uint32_t v) {
       std::uint64_t& word = scratch_.marks[v / 64];
@@ -487,7 +492,7 @@ class NearSearch {
       word |= bit;
       scratch_.queue[count++] = static_cast<std::uint16_t>(v);
     };
-    enter(support);
+    enter((type == ContactType::kA ? bounds_.a : bounds_.b).face_support[face]);
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t v = scratch_.queue[k];
       const Real f = value_at(v);
@@ -497,15 +502,16 @@ class NearSearch {
                              [&](std::uint32_t other) {
                                const Real value = value_at(other);
                                lowest = std::min(lowest, value);
-                               if (value < best_ + epsilon_) enter(other);
+                               if (value < limit) enter(other);
                              });
-      if (is_near(f, f - lowest)) push_face_node(type, face, v, n, f, f - lowest);
+      if (is_near(f, f - lowest)) push_face_node(type, touched, v, n, f, f - lowest);
     }
     for (std::uint32_t k = 0; k < count; ++k) scratch_.marks[scratch_.queue[k] / 64] = 0;
   }
 
-  void push_face_node(ContactType type, std::uint32_t face, std::uint32_t vertex, const Vec3& n,
-                      Real f, Real violation) noexcept {
+  void push_face_node(ContactType type, const TouchedFace& touched, std::uint32_t vertex,
+                      const Vec3& n, Real f, Real violation) noexcept {
+    const std::uint32_t face = touched.face;
     NearNode node;
     node.type = type;
     const bool a_face = type == ContactType::kA;
@@ -515,6 +521,7 @@ class NearSearch {
     node.normal_w = n;
     node.f_m = f;
     node.violation_m = violation;
+    node.rise_m = f - touched.gap_m;
     if (near_.size() >= near_end_ || !near_.push(node)) result_.flags |= kNearSetCut;
   }
 

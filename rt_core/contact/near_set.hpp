@@ -14,14 +14,21 @@
 
 namespace haptic {
 
-/// A node of the near set: |D_near - f| + max(violation, 0) < epsilon.
+/// A vertex this many epsilon above the support of a face is not near it, however flat its
+/// neighbours are: only where edges are hardly longer than epsilon does the rule have to be called.
+inline constexpr Real kMaxRise = 16;
+
+/// A node of the near set: |D_near - f| + max(violation, 0) < epsilon, and rise < kMaxRise epsilon.
 struct NearNode {
   std::uint32_t node = 0;  ///< number in the pair
   ContactType type = ContactType::kA;
   std::uint16_t i = 0, j = 0;    ///< features of A and B
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the C-face
   Real f_m = 0;                  ///< n.((x - b) + R a)
-  Real violation_m = 0;          ///< largest height of a neighbouring vertex (method section 2)
+  /// Types A and B: largest height of a neighbouring vertex over the plane (method section 2). Type
+  /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable.
+  Real violation_m = 0;
+  Real rise_m = 0;  ///< types A and B: f less the gap along the normal; type C: 0
   /// App on B about x_0^A, W axes, and how far it lies outside its two features when A is moved to
   /// the SCP (method section 8.2, o_k); filled where the pair collides [m].
   Vec3 app_w = Vec3::Zero();

@@ -110,7 +110,7 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
     reach2 = std::max(reach2, double(v[0]) * v[0] + double(v[1]) * v[1] + double(v[2]) * v[2]);
   record.reach_m = std::sqrt(reach2) * (1 + 1e-6);
   const double eps = t.parameters[0].epsilon_m;
-  record.vertex_relax_m = 4 * eps;
+  record.vertex_relax_m = 17 * eps;
   record.edge_relax_ratio = 1;
   typedef long double W;
   struct V3 {
