@@ -9,7 +9,9 @@ namespace {
 /// Odometers are read relative to a reference no farther back than this many pair sizes.
 constexpr Real kMaxReading = 64;
 
-std::size_t padded(std::size_t count) noexcept { return (count + kLanes - 1) / kLanes * kLanes; }
+std::size_t padded(std::size_t count) noexcept {
+  return (count + kLanePadding - 1) / kLanePadding * kLanePadding;
+}
 
 void place_keys(FeatureKeys& keys, Arena& arena, std::uint32_t count) noexcept {
   keys.key = arena.take<Real>(padded(count));

@@ -31,7 +31,8 @@ struct Odometer {
 
 /// Faces or edges of one piece of a pair.
 struct FeatureKeys {
-  std::span<Real> key;  ///< bound minus odometer at its evaluation; padded to kLanes with -max
+  std::span<Real>
+      key;  ///< bound minus odometer at its evaluation; padded to kLanePadding with -max
   std::span<std::uint16_t> shortlist;  ///< features whose key can matter soon, ascending
   std::uint32_t listed = 0;
   Real listed_above = kStaleKey;  ///< the shortlist holds every feature with key >= this

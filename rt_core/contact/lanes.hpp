@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Four scalars at a time, written so that the instruction set cannot change a bit: only element by
-/// element arithmetic, comparisons and selections, never a sum across lanes, and the lane count
-/// does not depend on the target (a 128-bit target takes two instructions where a 256-bit one takes
-/// one).
+/// Several scalars at a time, written so that the instruction set cannot change a bit: only element
+/// by element arithmetic, comparisons and selections whose result does not depend on the order in
+/// which elements meet (a largest value, the lowest index at ties), never a sum across lanes. The
+/// vector is as wide as the target's registers; memory is laid out for the widest.
 
 #include <cstdint>
 #include <cstring>
 
 #include "rt_core/base/scalar.hpp"
+#include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
 
-inline constexpr std::uint32_t kLanes = 4;
+#if defined(__AVX__)
+inline constexpr std::uint32_t kVectorBytes = 32;
+#else
+inline constexpr std::uint32_t kVectorBytes = 16;
+#endif
+inline constexpr std::uint32_t kLanes = kVectorBytes / sizeof(Real);
+static_assert(kLanePadding % kLanes == 0);
 
 /// An integer as wide as Real: what a comparison of lanes gives (all ones or zero).
 #if HAPTIC_REAL_IS_FLOAT
@@ -21,8 +28,8 @@ using LaneInt = std::int32_t;
 using LaneInt = std::int64_t;
 #endif
 
-using RealLanes = Real __attribute__((vector_size(kLanes * sizeof(Real))));
-using LaneMask = LaneInt __attribute__((vector_size(kLanes * sizeof(Real))));
+using RealLanes = Real __attribute__((vector_size(kVectorBytes)));
+using LaneMask = LaneInt __attribute__((vector_size(kVectorBytes)));
 
 inline void load_lanes(const Real* from, RealLanes& to) noexcept {
   std::memcpy(&to, from, sizeof(to));
@@ -33,7 +40,9 @@ inline void store_lanes(const RealLanes& from, Real* to) noexcept {
 
 /// Whether any lane of a comparison holds.
 inline bool any_lane(const LaneMask& mask) noexcept {
-  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+  LaneInt any = 0;
+  for (std::uint32_t k = 0; k < kLanes; ++k) any |= mask[k];
+  return any != 0;
 }
 
 /// Points as three arrays of one padded length.
@@ -55,19 +64,22 @@ struct LanePoints {
   load_lanes(points.y, y);
   load_lanes(points.z, z);
   RealLanes best = (x * nx + y * ny) + z * nz;
-  LaneMask at{0, 1, 2, 3};
-  LaneMask here = at;
+  // Indices as numbers of the scalar, which hold them exactly, so that one kind of selection
+  // serves.
+  RealLanes here{};
+  for (std::uint32_t k = 0; k < kLanes; ++k) here[k] = static_cast<Real>(k);
+  RealLanes at = here;
   for (std::uint32_t k = kLanes; k < points.count; k += kLanes) {
     load_lanes(points.x + k, x);
     load_lanes(points.y + k, y);
     load_lanes(points.z + k, z);
     const RealLanes height = (x * nx + y * ny) + z * nz;
-    here += static_cast<LaneInt>(kLanes);
+    here += static_cast<Real>(kLanes);
     const LaneMask higher = height > best;
     best = higher ? height : best;
     at = higher ? here : at;
   }
-  LaneInt index = at[0];
+  Real index = at[0];
   Real top = best[0];
   for (std::uint32_t k = 1; k < kLanes; ++k) {
     const bool better = best[k] > top || (best[k] == top && at[k] < index);

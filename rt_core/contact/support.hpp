@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// Pieces with at most this many vertices are searched whole.
-inline constexpr std::uint32_t kDenseVertices = 64;
+inline constexpr std::uint32_t kDenseVertices = 24;
 /// Steps of a climb, after which the piece is searched whole: bounds the worst case.
 inline constexpr std::uint32_t kMaxClimbSteps = 16;
 
