@@ -7,53 +7,6 @@
 namespace haptic {
 namespace {
 
-PlanePoint operator-(const PlanePoint& l, const PlanePoint& r) noexcept {
-  return {l.x - r.x, l.y - r.y};
-}
-Real dot(const PlanePoint& l, const PlanePoint& r) noexcept { return l.x * r.x + l.y * r.y; }
-Real cross(const PlanePoint& l, const PlanePoint& r) noexcept { return l.x * r.y - l.y * r.x; }
-Real norm(const PlanePoint& p) noexcept { return std::sqrt(dot(p, p)); }
-
-/// Two unit vectors that make (e1, e2, n) right-handed; any will do, the result does not depend on
-/// the choice.
-struct PlaneBasis {
-  Vec3 e1, e2;
-};
-PlaneBasis basis_of(const Vec3& n) noexcept {
-  const Real ax = std::abs(n[0]), ay = std::abs(n[1]), az = std::abs(n[2]);
-  const Vec3 least = ax <= ay && ax <= az ? Vec3(1, 0, 0)
-                     : ay <= az           ? Vec3(0, 1, 0)
-                                          : Vec3(0, 0, 1);
-  const Vec3 e1 = least.cross(n).normalized();
-  return {e1, n.cross(e1)};
-}
-
-/// Convex hull, counter-clockwise, strictly convex within `width`; Andrew's monotone chain. Returns
-/// its size.
-std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
-                          Real width) noexcept {
-  const auto before = [](const PlanePoint& l, const PlanePoint& r) {
-    return l.x < r.x || (l.x == r.x && l.y < r.y);
-  };
-  std::make_heap(points.begin(), points.end(), before);
-  std::sort_heap(points.begin(), points.end(), before);
-  const auto turns_left = [width](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
-    return cross(b - a, c - b) > width * norm(c - a);
-  };
-  const auto count = static_cast<std::uint32_t>(points.size());
-  std::uint32_t size = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {  // lower chain
-    while (size >= 2 && !turns_left(hull[size - 2], hull[size - 1], points[k])) --size;
-    hull[size++] = points[k];
-  }
-  const std::uint32_t lower = size + 1;
-  for (std::uint32_t k = count - 1; k-- > 0;) {  // upper chain
-    while (size >= lower && !turns_left(hull[size - 2], hull[size - 1], points[k])) --size;
-    hull[size++] = points[k];
-  }
-  return size - 1;
-}
-
 /// Sign class of a value: zero has its own (method section 6, row 11).
 int sign_class(Real value, Real zero) noexcept { return value > zero ? 1 : value < -zero ? -1 : 0; }
 
@@ -104,7 +57,7 @@ Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, R
     return wrench;
   }
   const Real width = 16 * kRealEpsilon * size_m;
-  const PlaneBasis basis = basis_of(n);
+  const PlaneBasis basis = plane_basis(n);
   std::span<PlanePoint> points = scratch.points.first(points_w.size());
   for (std::size_t k = 0; k < points.size(); ++k)
     points[k] = {basis.e1.dot(points_w[k]), basis.e2.dot(points_w[k])};

@@ -3,24 +3,13 @@
 /// The published force and torque: paper Sec. IV, eqs. (1)-(6), with the open points settled as in
 /// method section 6.
 
-#include <cstdint>
 #include <span>
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/contact/contact_region.hpp"
+#include "rt_core/law/planar_hull.hpp"
 
 namespace haptic {
-
-/// A point of the contact region in the contact plane, about pi(x_0^A). [m]
-struct PlanePoint {
-  Real x, y;
-};
-
-/// Memory for one hull: room for twice the largest number of points of a patch.
-struct HullScratch {
-  std::span<PlanePoint> points;  ///< as many as the largest patch
-  std::span<PlanePoint> hull;    ///< twice as many
-};
 
 /// Wrench of one contact patch about x_0^A: F = -k_F D n (2); torque of one point by (3), of
 /// several by (4)-(6) in the contact frame; zero torque when pi(x_0^A) lies in the contact region H

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/law/planar_hull.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// The point of segment (a, b) closest to the origin, and which of its ends carry it.
+struct SegmentFoot {
+  PlanePoint point;
+  Real distance2 = 0;
+  bool needs_a = true, needs_b = true;
+};
+
+SegmentFoot foot_on(const PlanePoint& a, const PlanePoint& b) noexcept {
+  const PlanePoint side = b - a;
+  const Real towards_b = -dot(a, side);
+  const Real towards_a = dot(b, side);
+  SegmentFoot foot;
+  if (towards_b <= 0) {
+    foot.point = a;
+    foot.needs_b = false;
+  } else if (towards_a <= 0) {
+    foot.point = b;
+    foot.needs_a = false;
+  } else {
+    const Real share = towards_b / (towards_a + towards_b);
+    // From the nearer end: its rounding is that of a short way.
+    foot.point = share < 0.5_r ? PlanePoint{a.x + share * side.x, a.y + share * side.y}
+                               : PlanePoint{b.x - (1 - share) * side.x, b.y - (1 - share) * side.y};
+  }
+  foot.distance2 = dot(foot.point, foot.point);
+  return foot;
+}
+
+/// Whether the origin lies in the triangle; a triangle without area has no inside.
+bool surrounds_origin(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) noexcept {
+  const Real ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
+  const Real least = std::min({ab, bc, ca}), largest = std::max({ab, bc, ca});
+  return (least >= 0 && largest > 0) || (largest <= 0 && least < 0);
+}
+
+std::size_t closest_point(std::span<const PlanePoint> points) noexcept {
+  std::size_t closest = 0;
+  Real least = dot(points[0], points[0]);
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    const Real distance2 = dot(points[k], points[k]);
+    if (distance2 < least) {
+      least = distance2;
+      closest = k;
+    }
+  }
+  return closest;
+}
+
+}  // namespace
+
+Real norm(const PlanePoint& p) noexcept { return std::sqrt(dot(p, p)); }
+
+PlaneBasis plane_basis(const Vec3& n) noexcept {
+  const Real ax = std::abs(n[0]), ay = std::abs(n[1]), az = std::abs(n[2]);
+  const Vec3 least = ax <= ay && ax <= az ? Vec3(1, 0, 0)
+                     : ay <= az           ? Vec3(0, 1, 0)
+                                          : Vec3(0, 0, 1);
+  const Vec3 e1 = least.cross(n).normalized();
+  return {e1, n.cross(e1)};
+}
+
+std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
+                          Real width_m) noexcept {
+  // Andrew's monotone chain.
+  const auto before = [](const PlanePoint& l, const PlanePoint& r) {
+    return l.x < r.x || (l.x == r.x && l.y < r.y);
+  };
+  std::make_heap(points.begin(), points.end(), before);
+  std::sort_heap(points.begin(), points.end(), before);
+  const auto turns_left = [width_m](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
+    return cross(b - a, c - b) > width_m * norm(c - a);
+  };
+  const auto count = static_cast<std::uint32_t>(points.size());
+  std::uint32_t size = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {  // lower chain
+    while (size >= 2 && !turns_left(hull[size - 2], hull[size - 1], points[k])) --size;
+    hull[size++] = points[k];
+  }
+  const std::uint32_t lower = size + 1;
+  for (std::uint32_t k = count - 1; k-- > 0;) {  // upper chain
+    while (size >= lower && !turns_left(hull[size - 2], hull[size - 1], points[k])) --size;
+    hull[size++] = points[k];
+  }
+  return size - 1;
+}
+
+PlanePoint closest_of_hull(std::span<const PlanePoint> points, Real width_m) noexcept {
+  constexpr Real kAngle = 4 * kRealEpsilon;  // rounding of the cosine below
+  constexpr std::uint32_t kIdlePasses = 3;
+  std::size_t a = closest_point(points), b = a;
+  SegmentFoot foot{points[a], dot(points[a], points[a])};
+  const std::size_t passes = points.size() + kSparePasses;
+  std::uint32_t idle = 0;
+  for (std::size_t pass = 0; pass < passes; ++pass) {
+    if (foot.distance2 <= width_m * width_m) return {0, 0};
+    // What lies on the origin's side of the line through the foot, square to its direction:
+    // differences first, so that the test is as sharp as the points are close.
+    std::size_t s = a;
+    Real farthest = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const Real height = dot(foot.point, points[k] - foot.point);
+      if (height < farthest && k != a && k != b) {
+        farthest = height;
+        s = k;
+      }
+    }
+    if (s == a) break;
+    const PlanePoint way = points[s] - foot.point;
+    if (farthest * farthest <= kAngle * kAngle * foot.distance2 * dot(way, way)) break;
+    SegmentFoot next = foot_on(points[a], points[s]);
+    std::size_t end = a;
+    if (a != b) {
+      if (surrounds_origin(points[a], points[b], points[s])) return {0, 0};
+      const SegmentFoot other = foot_on(points[b], points[s]);
+      if (other.distance2 < next.distance2) {
+        next = other;
+        end = b;
+      }
+    }
+    // The square of the distance is blind to a step along the side of less than the root of the
+    // rounding, which the test above sees: such steps are taken, but not for ever.
+    idle = next.distance2 < foot.distance2 ? 0 : idle + 1;
+    if (idle > kIdlePasses || next.distance2 > (1 + kAngle) * foot.distance2) break;
+    foot = next;
+    a = next.needs_a ? end : s;
+    b = next.needs_b ? s : end;
+  }
+  return foot.point;
+}
+
+}  // namespace haptic
