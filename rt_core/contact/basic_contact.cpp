@@ -32,22 +32,32 @@ Real edge_violation(const ApexHeights& a, const ApexHeights& b) noexcept {
   return std::max(-a.low, b.high);
 }
 
-/// Largest distance of point p from the convex polygon, measured outwards over its sides' lines, in
-/// the polygon's plane; 0 inside. `vertex(k)` gives the k-th corner, counter-clockwise about
-/// `normal`.
+/// Distance of point p of the convex polygon's plane from the polygon; 0 inside. `vertex(k)` gives
+/// the k-th corner, counter-clockwise about `normal`. Inside it is sign tests alone; outside, the
+/// nearest side is one that has p on its outer hand.
 template <typename VertexAt>
 Real outside_polygon(const VertexAt& vertex, std::size_t count, const Vec3& normal,
                      const Vec3& p) noexcept {
-  Real outside = 0;
+  Real distance2 = 0;
+  bool outside = false;
   Vec3 from = vertex(count - 1);
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3 to = vertex(k);
     const Vec3 side = to - from;
-    const Vec3 outward = side.cross(normal);
-    outside = std::max(outside, outward.dot(p - from) / std::sqrt(side.squaredNorm()));
+    const Vec3 to_p = p - from;
+    const Real beyond = side.cross(normal).dot(to_p);  // > 0: on the outer hand
+    if (beyond > 0) {
+      const Real length2 = side.squaredNorm();
+      const Real along = side.dot(to_p);
+      const Real side2 = along <= 0         ? to_p.squaredNorm()
+                         : along >= length2 ? (p - to).squaredNorm()
+                                            : beyond * beyond / length2;
+      distance2 = outside ? std::min(distance2, side2) : side2;
+      outside = true;
+    }
     from = to;
   }
-  return outside;
+  return outside ? std::sqrt(distance2) : Real{0};
 }
 
 }  // namespace
