@@ -458,8 +458,8 @@ void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult&
   const std::span<NearNode> nodes(near.begin() + pair.near_begin, pair.near_count);
   locate_contacts(pose, nodes);
   bool several_planes = false;
-  ContactPatch patch = make_contact_patch(pose, nodes, pair.d_near_m, pair.best.node, epsilon_m,
-                                          contact_nodes, several_planes);
+  ContactPatch patch =
+      make_contact_patch(pose, nodes, pair.d_near_m, epsilon_m, contact_nodes, several_planes);
   patch.near_begin = pair.near_begin;
   patch.near_count = pair.near_count;
   pair.contact_count = contact_nodes.size() - pair.contact_begin;

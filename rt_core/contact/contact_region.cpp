@@ -62,8 +62,8 @@ void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept {
 }
 
 ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> near, Real d_near_m,
-                                std::uint32_t best_node, Real epsilon_m,
-                                BoundedList<std::uint32_t>& nodes, bool& several_planes) noexcept {
+                                Real epsilon_m, BoundedList<std::uint32_t>& nodes,
+                                bool& several_planes) noexcept {
   const Real tolerance = std::max(epsilon_m, applicability_tolerance(pose.size_m));
   ContactPatch patch;
   patch.body_b = pose.pair->b.record->body;
@@ -75,7 +75,7 @@ ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> 
   if (leader == nullptr) return patch;
   patch.normal_w = leader->normal_w;
   for (const NearNode& n : near) {
-    if (n.outside_m > tolerance && n.node != best_node) continue;
+    if (n.outside_m > tolerance && &n != leader) continue;
     static_cast<void>(nodes.push(n.node));
     several_planes = several_planes || !coplanar(n, *leader, kCoplanarAngle_rad);
   }

@@ -37,11 +37,11 @@ struct ContactPatch {
 void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept;
 
 /// Of the located near set of a colliding pair: the contact plane, and appended to `nodes` the
-/// numbers of the basic contacts whose point lies in both features. `best_node` is the node of
-/// D_near. Cost: near nodes. `several_planes` is set when near nodes of other planes were left out.
+/// numbers of the basic contacts whose point lies in both features. Cost: near nodes.
+/// `several_planes` is set when near nodes of other planes were left out.
 [[nodiscard]] ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> near,
-                                              Real d_near_m, std::uint32_t best_node,
-                                              Real epsilon_m, BoundedList<std::uint32_t>& nodes,
+                                              Real d_near_m, Real epsilon_m,
+                                              BoundedList<std::uint32_t>& nodes,
                                               bool& several_planes) noexcept;
 
 /// Appends the distinct application points of the patch's basic contacts to `points` and counts

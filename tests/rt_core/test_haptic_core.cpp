@@ -90,9 +90,81 @@ TEST_SUITE("rt_core.haptic_core") {
       const StepResult r = scene.step(
           {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)},
           random.rotation());
-      CHECK(r.counters.nodes_evaluated <= bound.max_nodes_evaluated);
+      CHECK(r.counters.pair_visits <= bound.max_pair_visits);
       CHECK(r.counters.support_pairs <= bound.max_support_pairs);
+      CHECK(r.counters.feature_evaluations <= bound.max_feature_evaluations);
+      CHECK(r.counters.edge_pairs <= bound.max_edge_pairs);
+      CHECK(r.counters.near_nodes <= bound.max_near_nodes);
+      CHECK(r.counters.hull_points <= bound.max_hull_points);
+      CHECK(scene.core->peaks().edge_pairs >= r.counters.edge_pairs);
     }
+  }
+
+  TEST_CASE(
+      "a far pair is not looked at: the bound is below the distance and says that it is one") {
+    LoadedScene scene(scene_of(box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}),
+                               {box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})}));
+    static_cast<void>(scene.step({0, 0, 0.062}));  // 2 mm above: looked at
+    CHECK(scene.core->pair_report(0).exact);
+    int far = 0;
+    for (int t = 0; t < 3000; ++t) {
+      const double height = 0.062 + 0.03 * (1 - std::cos(t * 2e-3));
+      const StepResult r = scene.step({0.01 * std::sin(t * 1e-3), 0, height});
+      const double distance = height - 0.06;
+      const PairReport report = scene.core->pair_report(0);
+      CHECK(static_cast<double>(r.d_near_m) <= distance + 1e-7);
+      if ((r.flags & kFlagFarBand) != 0) {
+        ++far;
+        CHECK(distance > 0.005);
+        CHECK(!report.visited);
+        CHECK(report.verdict == Verdict::kSeparated);
+        CHECK(r.counters.pair_visits == 0);
+      } else {
+        CHECK(std::abs(static_cast<double>(r.d_near_m) - distance) < 1e-7);
+      }
+    }
+    CHECK(far > 2000);
+  }
+
+  TEST_CASE("a jump is answered exactly and named") {
+    LoadedScene scene(peg_scene()), fresh(peg_scene());
+    Random random(10);
+    int named = 0;
+    for (int t = 0; t < 300; ++t) {
+      const Point p = {random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02),
+                       random.uniform(-0.02, 0.02)};
+      const std::array<double, 4> q = random.rotation();
+      fresh.core->reset();
+      const StepResult r = scene.step(p, q), truth = fresh.step(p, q);
+      CHECK(std::abs(static_cast<double>(r.d_near_m - truth.d_near_m)) <
+            (HAPTIC_REAL_IS_FLOAT ? 1e-6 : 1e-15));
+      CHECK((r.wrench_w.force_w - truth.wrench_w.force_w).norm() < 1e-4_r);
+      named += (r.flags & kFlagRelocalised) != 0 ? 1 : 0;
+      CHECK((r.flags & kFlagFirstTick) == (t == 0 ? kFlagFirstTick : 0u));
+    }
+    CHECK(named > 0);
+  }
+
+  TEST_CASE("the label does not chatter under tremor, the depth follows it") {
+    LoadedScene scene(scene_of(box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}),
+                               {box({-0.02, -0.2, -0.2}, {0.2, 0.01, 0})}));
+    Random random(11);
+    int changes = 0;
+    ContactSituation last = ContactSituation::kNone;
+    double least = 0, most = -1;
+    // The tilt that raises one side by epsilon, where the label's own tolerance ends, and tremor of
+    // a tenth of it.
+    for (int t = 0; t < 2000; ++t) {
+      const double tilt = 1e-4 / 0.07 * (1 + random.uniform(-0.1, 0.1));
+      const StepResult r =
+          scene.step({0, 0, 0.048}, {std::cos(tilt / 2), 0, std::sin(tilt / 2), 0});
+      changes += t > 0 && r.situation != last ? 1 : 0;
+      last = r.situation;
+      least = std::min(least, static_cast<double>(r.d_near_m));
+      most = std::max(most, static_cast<double>(r.d_near_m));
+    }
+    CHECK(changes <= 1);
+    CHECK(most - least > 1e-6);
   }
 
   TEST_CASE("create: memory that does not fit is refused") {

@@ -91,7 +91,7 @@ TEST_SUITE("rt_core.paper_law") {
     LoadedScene scene(scene_of(wedge(), {box({0, -0.1, -0.1}, {0.1, 0.1, 0})}));
     const StepResult r = scene.step({0.02, 0, 0.049});
     CHECK(r.situation == ContactSituation::kEdgeFace);
-    CHECK(scene.core->pair_contact_nodes(0).size() == 2);
+    CHECK(scene.core->pair_report(0).contact_nodes.size() == 2);
     check_vector(r.wrench_w.force_w, 0, 0, 1);
     check_vector(r.wrench_w.torque_w, 0.02, 0,
                  0);  // tau_x > 0; tau_y of 0.03 and -0.02 differ in sign: 0
@@ -112,7 +112,7 @@ TEST_SUITE("rt_core.paper_law") {
     const StepResult r = scene.step({0, 0, 0.048});
     CHECK(r.situation == ContactSituation::kFaceFace);
     int types[3] = {0, 0, 0};
-    for (const std::uint32_t node : scene.core->pair_contact_nodes(0)) {
+    for (const std::uint32_t node : scene.core->pair_report(0).contact_nodes) {
       types[node < 48 ? 0 : node < 96 ? 1 : 2] += 1;
     }
     CHECK(types[0] == 1);
@@ -128,7 +128,7 @@ TEST_SUITE("rt_core.paper_law") {
                                {box({-0.02, -0.2, -0.2}, {0.2, 0.01, 0})}));
     const StepResult r = scene.step({0, 0, 0.048});
     CHECK(r.situation == ContactSituation::kFaceFace);
-    CHECK(scene.core->pair_contact_nodes(0).size() == 4);
+    CHECK(scene.core->pair_report(0).contact_nodes.size() == 4);
     check_vector(r.wrench_w.force_w, 0, 0, 2);
     check_vector(r.wrench_w.torque_w, 0, 0, 0);
   }
