@@ -30,6 +30,15 @@ haptic_archive_probe(writable_global "writable_global.cpp.o has a writable globa
 haptic_archive_probe(zero_global "zero_global.cpp.o has a writable global in .bss.tick_count")
 haptic_archive_probe(static_constructor "static_constructor.cpp.o has a static constructor")
 
+# The core for wide registers uses them, and the plain one does not.
+if(TARGET rt_core_wide)
+  set(wide_registers ${CMAKE_COMMAND} -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}")
+  haptic_build_check(wide_registers ${wide_registers} -DARCHIVE=$<TARGET_FILE:rt_core_wide>
+    -P ${checks}/wide_registers.cmake)
+  haptic_build_probe(wide_registers.probe_plain_core "no 256-bit register in" ${wide_registers}
+    -DARCHIVE=$<TARGET_FILE:rt_core> -P ${checks}/wide_registers.cmake)
+endif()
+
 # The limits: one frame, and the deepest chain of calls of a tick; linker/bare_metal_example.ld reserves the latter.
 set(frame_limit_bytes 4096)
 set(stack_limit_bytes ${HAPTIC_RT_STACK_BYTES})

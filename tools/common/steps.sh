@@ -48,6 +48,9 @@ need_packages() {
 haptic_build_packages=(g++ cmake ninja-build pkg-config libeigen3-dev libusb-1.0-0-dev doctest-dev libboost-dev
   libgmp-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev)
 
+# What users would pick instead, for the report of error against run time; built without where absent.
+haptic_peer_packages=(libccd-dev libbullet-dev)
+
 # configure <preset> [cmake options]: a build folder that was made for another place is made anew.
 configure() {
   local preset="$1" cache="build/$1/CMakeCache.txt" fresh=()
