@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "host_sim/oracle/flat_pair.hpp"
@@ -32,7 +31,55 @@ double search_all(const SceneView& view, std::vector<FlatPair>& pairs, const Pos
   return least;
 }
 
+void raise(const StepCounters& counters, StepCounters& peaks) {
+  for (const auto field :
+       {&StepCounters::pair_visits, &StepCounters::support_pairs,
+        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
+        &StepCounters::hull_points, &StepCounters::stale_pairs}) {
+    peaks.*field = std::max(peaks.*field, counters.*field);
+  }
+}
+
+/// Every kStaleStride-th pose as a first tick.
+constexpr std::size_t kStaleStride = 10;
+
+template <typename TimeCore>
+void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeats,
+                   const TimeCore& time_core, WcetResult& result) {
+  std::vector<double> times;
+  for (std::size_t i = 0; i < ticks; i += kStaleStride) {
+    double least = std::numeric_limits<double>::infinity();
+    StepResult step;
+    for (std::uint32_t r = 0; r < repeats; ++r) {
+      session.core().reset();
+      least = std::min(least, time_core(i, step));
+    }
+    times.push_back(least);
+    const std::uint64_t units = work_units(step.counters);
+    if (step.counters.pair_visits == 0) continue;
+    result.dearest_unit_ns = std::max(result.dearest_unit_ns, least / static_cast<double>(units));
+    raise(step.counters, result.peaks);
+  }
+  result.stale = figures(std::move(times));
+}
+
 }  // namespace
+
+std::uint64_t work_units(const StepCounters& c) {
+  return std::uint64_t{c.pair_visits} + c.feature_evaluations + c.edge_pairs + c.support_pairs +
+         c.near_nodes;
+}
+
+std::uint64_t work_bound(const SceneCapacity& c) {
+  return std::uint64_t{c.max_pair_visits} + c.max_feature_evaluations + c.max_edge_pairs +
+         c.max_support_pairs + c.max_near_nodes;
+}
+
+bool within_bounds(const StepCounters& p, const SceneCapacity& c) {
+  return p.pair_visits <= c.max_pair_visits && p.support_pairs <= c.max_support_pairs &&
+         p.feature_evaluations <= c.max_feature_evaluations && p.edge_pairs <= c.max_edge_pairs &&
+         p.near_nodes <= c.max_near_nodes && p.hull_points <= c.max_hull_points;
+}
 
 TimeFigures figures(std::vector<double> values) {
   TimeFigures f;
@@ -57,37 +104,44 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   std::vector<FlatPair> pairs;
   for (std::uint32_t k = 0; k < session.view().pairs().size(); ++k)
     pairs.emplace_back(session.view(), k);
-  std::vector<std::byte> saved(session.state().size());
-  std::vector<double> core, contact, free, exhaustive, noise, repeated(repeats);
-  session.core().reset();
+  const auto time_core = [&](std::size_t i, StepResult& step) {
+    const StepInput input = input_of(motion[i], i);
+    const std::uint64_t begin = TickClock::now();
+    step = session.core().step(input);
+    const std::uint64_t end = TickClock::now();
+    return clock.ns_between(begin, end);
+  };
+  measure_stale(session, motion.size(), repeats, time_core, result);
+  std::vector<double> core, contact, free, exhaustive, noise;
+  std::vector<std::vector<double>> repeated(repeats, std::vector<double>(motion.size()));
+  result.ticks.resize(motion.size());
+  for (std::uint32_t r = 0; r < repeats; ++r) {
+    session.core().reset();
+    for (std::size_t i = 0; i < motion.size(); ++i) {
+      StepResult step;
+      repeated[r][i] = time_core(i, step);
+      result.ticks[i].contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
+      result.ticks[i].relocalised = step.counters.stale_pairs > 0;
+    }
+  }
+  raise(session.core().peaks(), result.peaks);
   volatile double sink = 0;
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const StepInput input = input_of(motion[i], i);
-    std::memcpy(saved.data(), session.state().data(), saved.size());
-    TickTime tick;
-    StepResult step;
-    for (std::uint32_t r = 0; r < repeats; ++r) {
-      std::memcpy(session.state().data(), saved.data(), saved.size());
-      const std::uint64_t begin = TickClock::now();
-      step = session.core().step(input);
-      const std::uint64_t end = TickClock::now();
-      repeated[r] = clock.ns_between(begin, end);
-    }
-    tick.core_ns = *std::min_element(repeated.begin(), repeated.end());
-    for (const double ns : repeated) noise.push_back(ns - tick.core_ns);
+    TickTime& tick = result.ticks[i];
+    tick.core_ns = std::numeric_limits<double>::infinity();
+    for (const auto& run : repeated) tick.core_ns = std::min(tick.core_ns, run[i]);
+    for (const auto& run : repeated) noise.push_back(run[i] - tick.core_ns);
+    const Pose pose = pose_of(motion[i]);
     tick.exhaustive_ns = std::numeric_limits<double>::infinity();
     for (std::uint32_t r = 0; r < repeats; ++r) {
       const std::uint64_t begin = TickClock::now();
-      sink = search_all(session.view(), pairs, input.pose_wa);
+      sink = search_all(session.view(), pairs, pose);
       const std::uint64_t end = TickClock::now();
       tick.exhaustive_ns = std::min(tick.exhaustive_ns, clock.ns_between(begin, end));
     }
-    tick.contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
-    tick.relocalised = step.counters.stale_pairs > 0;
     core.push_back(tick.core_ns);
     (tick.contact ? contact : free).push_back(tick.core_ns);
     exhaustive.push_back(tick.exhaustive_ns);
-    result.ticks.push_back(tick);
   }
   static_cast<void>(sink);
   result.first_tick_ns = core.front();

@@ -34,13 +34,24 @@ struct WcetResult {
       noise;  ///< a repeat's time less the least one of its input: the machine, not the code
   double clock_empty_ns = 0;
   std::uint32_t repeats = 0;
+  /// The same poses met with every bound stale, as after a jump there: the worst miss.
+  TimeFigures stale;
+  StepCounters peaks;          ///< largest counts over all these ticks
+  double dearest_unit_ns = 0;  ///< largest time of a stale tick over its counted work
 };
+
+/// Counted work of a tick: pair visits, faces and edges, pairs of edges, support pairs, near nodes.
+[[nodiscard]] std::uint64_t work_units(const StepCounters& counters);
+/// The most work that a tick of this scene can do, by the bounds in its header.
+[[nodiscard]] std::uint64_t work_bound(const SceneCapacity& capacity);
+/// Whether every peak is within its bound.
+[[nodiscard]] bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity);
 
 [[nodiscard]] TimeFigures figures(std::vector<double> values);
 
-/// Every repeat of a tick starts from a byte copy of the core's state put back at its address, so
-/// all repeats do the same work. The exhaustive search evaluates every node of every pair in plain
-/// double and returns D_near alone.
+/// Every repeat is a whole run from the reset core; the same input gives the same state, so the
+/// repeats of a tick do the same work. The exhaustive search evaluates every node of every pair in
+/// plain double and returns D_near alone.
 [[nodiscard]] WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
                                  std::uint32_t repeats);
 

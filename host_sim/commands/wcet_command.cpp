@@ -35,6 +35,7 @@ void print(const WcetResult& r, const std::vector<MotionSample>& motion) {
   print_row("core, without the first", r.core_after_first);
   print_row("core, in contact", r.core_contact);
   print_row("core, free", r.core_free);
+  print_row("core, every bound stale", r.stale);
   print_row("exhaustive search, double", r.exhaustive);
   print_row("noise: repeat less the least", r.noise);
   std::printf("  first tick %.0f ns; worst later tick %zu (t = %.3f s, %.0f ns%s)\n",
@@ -46,6 +47,33 @@ void print(const WcetResult& r, const std::vector<MotionSample>& motion) {
                 r.exhaustive.median / r.core.median, r.exhaustive.largest / r.core.largest);
   }
   std::printf("  empty measurement %.1f ns, subtracted\n", r.clock_empty_ns);
+}
+
+/// The bounds of the scene's header beside the largest counts, and what they would cost.
+void print_bounds(const WcetResult& r, const SceneView& view) {
+  const SceneCapacity& c = view.header().capacity;
+  std::printf("work per tick                       largest      bound\n");
+  const auto row = [](const char* name, std::uint32_t peak, std::uint32_t bound) {
+    std::printf("  %-28s %12u %10u%s\n", name, peak, bound, peak > bound ? "  OVER ITS BOUND" : "");
+  };
+  row("pairs visited", r.peaks.pair_visits, c.max_pair_visits);
+  row("faces and edges evaluated", r.peaks.feature_evaluations, c.max_feature_evaluations);
+  row("pairs of edges", r.peaks.edge_pairs, c.max_edge_pairs);
+  row("support pairs", r.peaks.support_pairs, c.max_support_pairs);
+  row("near nodes", r.peaks.near_nodes, c.max_near_nodes);
+  row("points of one contact region", r.peaks.hull_points, c.max_hull_points);
+  const double period_ns = 1e9 / view.parameters().rate_hz;
+  const double bound_ns = r.dearest_unit_ns * static_cast<double>(work_bound(c));
+  std::printf(
+      "  %u pairs, %llu bytes of state, %llu bytes of scene; %s\n", c.pair_count,
+      static_cast<unsigned long long>(c.state_bytes),
+      static_cast<unsigned long long>(view.header().byte_count),
+      c.unproven == 0 ? "exact at every pose" : "a tick may have to give up exactness, flagged");
+  std::printf(
+      "  bound %llu units of work, dearest unit %.1f ns: at most %.0f ns, %.1f %% of the "
+      "period of %.0f ns\n",
+      static_cast<unsigned long long>(work_bound(c)), r.dearest_unit_ns, bound_ns,
+      100 * bound_ns / period_ns, period_ns);
 }
 
 std::string csv(const WcetResult& r, const std::vector<MotionSample>& motion) {
@@ -79,8 +107,10 @@ int run(const Options& o) {
   }
   const WcetResult result = measure(session, motion, o.repeats);
   print(result, motion);
+  print_bounds(result, session.view());
   if (!o.out.empty()) write_whole_file(o.out + "/wcet.csv", csv(result, motion));
-  return tools::kExitDone;
+  return within_bounds(result.peaks, session.view().header().capacity) ? tools::kExitDone
+                                                                       : tools::kExitCheckFailed;
 }
 
 }  // namespace
