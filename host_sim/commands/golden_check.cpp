@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "host_sim/commands/core_session.hpp"
@@ -16,32 +15,12 @@ constexpr bool kSingle = sizeof(Real) == sizeof(float);
 
 WideVec wide(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 
-std::string text_of(Wide value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, "%.17Lg", value);
-  return buffer;
-}
-std::string text_of(const WideVec& v) {
-  std::string text = "(";
-  return text.append(text_of(v.x))
-      .append(", ")
-      .append(text_of(v.y))
-      .append(", ")
-      .append(text_of(v.z))
-      .append(")");
-}
-std::string text_of(std::span<const std::uint32_t> list) {
-  std::string text = "{";
-  for (const std::uint32_t n : list) text += (text.size() > 1 ? ", " : "") + std::to_string(n);
-  return text + "}";
-}
-
 /// Compares the cases of one file and writes into the report.
 class GoldenRun {
  public:
   GoldenRun(const GoldenFile& file, GoldenReport& report)
       : file_(file),
-        report_(report),
+        compare_(report),
         a_(make_oracle_piece(file.a.vertices, file.a.loops)),
         b_(make_oracle_piece(file.b.vertices, file.b.loops)) {
     size_ = std::max(diameter(file.a.vertices), diameter(file.b.vertices));
@@ -65,93 +44,46 @@ class GoldenRun {
   void run(CoreSession& session) {
     for (const GoldenCase& c : file_.cases) {
       session.core().reset();
-      const StepResult result = session.core().step(input(c));
+      const StepResult result = session.core().step(input_of_case(c));
       check_tracking(c, session.core(), result, GoldenQuantity::kVerdict, GoldenQuantity::kDepth,
                      GoldenQuantity::kNearSet);
       check_wrench(c, session.core(), result);
       check_oracle(c);
-      skip(GoldenQuantity::kOtherRules, c.other_results);
+      compare_.skip(GoldenQuantity::kOtherRules, c.other_results);
     }
     if (!file_.is_path) return;
     session.core().reset();
     for (const GoldenCase& c : file_.cases) {
-      const StepResult result = session.core().step(input(c));
+      const StepResult result = session.core().step(input_of_case(c));
       check_tracking(c, session.core(), result, GoldenQuantity::kCoherentVerdict,
                      GoldenQuantity::kCoherentDepth, GoldenQuantity::kCoherentNearSet);
     }
   }
 
  private:
-  static StepInput input(const GoldenCase& c) {
-    const auto& q = c.q_wxyz;
-    const Wide s = 1.0L / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    StepInput in;
-    in.pose_wa.p_wa =
-        Vec3(static_cast<Real>(c.x.x), static_cast<Real>(c.x.y), static_cast<Real>(c.x.z));
-    in.pose_wa.q_wa = Quat(static_cast<Real>(s * q[0]), static_cast<Real>(s * q[1]),
-                           static_cast<Real>(s * q[2]), static_cast<Real>(s * q[3]));
-    return in;
-  }
-
   static OraclePose pose_of_case(const GoldenCase& c) {
     return {rotation_of(c.q_wxyz[0], c.q_wxyz[1], c.q_wxyz[2], c.q_wxyz[3]), c.x};
-  }
-
-  GoldenTally& tally(GoldenQuantity quantity) {
-    return report_.tallies[static_cast<std::size_t>(quantity)];
-  }
-  void skip(GoldenQuantity quantity, std::uint64_t count = 1) {
-    tally(quantity).not_compared += count;
-  }
-
-  void fail(const GoldenCase& c, GoldenQuantity quantity, const std::string& expected,
-            const std::string& got) {
-    ++tally(quantity).failed;
-    report_.failures.push_back(file_.path + ": case " + c.id + ": " + to_text(quantity) +
-                               ": expected " + expected + ", got " + got);
-  }
-
-  /// `unit`: what the error is counted in for the report.
-  void within(const GoldenCase& c, GoldenQuantity quantity, Wide error, Wide tolerance,
-              const std::string& expected, const std::string& got, Wide unit = 1) {
-    GoldenTally& t = tally(quantity);
-    ++t.compared;
-    t.worst_error = std::max(t.worst_error, static_cast<double>(error / unit));
-    const Wide ratio = error / tolerance;
-    t.worst_ratio =
-        std::max(t.worst_ratio, std::isnan(ratio) ? std::numeric_limits<double>::infinity()
-                                                  : static_cast<double>(ratio));
-    if (!(error <= tolerance)) fail(c, quantity, expected + " within " + text_of(tolerance), got);
-  }
-
-  void equal(const GoldenCase& c, GoldenQuantity quantity, bool same, const std::string& expected,
-             const std::string& got) {
-    GoldenTally& t = tally(quantity);
-    ++t.compared;
-    if (same) return;
-    t.worst_ratio = std::numeric_limits<double>::infinity();
-    fail(c, quantity, expected, got);
   }
 
   void check_tracking(const GoldenCase& c, const HapticCore& core, const StepResult& result,
                       GoldenQuantity verdict, GoldenQuantity depth, GoldenQuantity near_set) {
     if (result.status != RtStatus::kOk) {
-      fail(c, verdict, "a result", std::string("status ") + to_text(result.status));
+      compare_.fail(c, verdict, "a result", std::string("status ") + to_text(result.status));
       return;
     }
     const Wide d = widen(result.d_near_m);
     const bool either = c.touching || std::abs(c.d_near_m) <= (kSingle ? depth_tolerance_ : 0.0L);
-    equal(c, verdict, either || (d > 0) == c.separated, c.separated ? "separated" : "collision",
-          d > 0 ? "separated" : "collision");
-    within(c, depth, std::abs(d - c.d_near_m), depth_tolerance_, text_of(c.d_near_m), text_of(d),
-           size_);
+    compare_.equal(c, verdict, either || (d > 0) == c.separated,
+                   c.separated ? "separated" : "collision", d > 0 ? "separated" : "collision");
+    compare_.within(c, depth, std::abs(d - c.d_near_m), depth_tolerance_, text_of(c.d_near_m),
+                    text_of(d), size_);
     const auto near = near_nodes(core, 0);
     const bool same = std::equal(near.begin(), near.end(), c.near.begin(), c.near.end());
     if (!same && !near_set_decidable(c)) {
-      skip(near_set);
+      compare_.skip(near_set);
       return;
     }
-    equal(c, near_set, same, text_of(c.near), text_of(near));
+    compare_.equal(c, near_set, same, text_of(c.near), text_of(near));
   }
 
   /// In single precision a gap below the rounding of the depths makes the exact near set, and what
@@ -206,21 +138,22 @@ class GoldenRun {
     if (c.near_normal && in_collision && norm(force) > 1e3L * force_tolerance) {
       const WideVec expected = choice.several_planes ? choice.normal : *c.near_normal;
       const WideVec n = unit(force);
-      within(c, GoldenQuantity::kNearNormal, norm(n - expected),
-             std::max(relative, 2 * force_tolerance / norm(force)), text_of(expected), text_of(n));
+      compare_.within(c, GoldenQuantity::kNearNormal, norm(n - expected),
+                      std::max(relative, 2 * force_tolerance / norm(force)), text_of(expected),
+                      text_of(n));
     } else if (c.near_normal) {
-      skip(GoldenQuantity::kNearNormal);
+      compare_.skip(GoldenQuantity::kNearNormal);
     }
     if (c.scp) {
       const WideVec expected = choice.several_planes ? c.x + depth * choice.normal : *c.scp;
       const WideVec scp = c.x + (1.0L / k) * force;  // eq. (2): SCP - HIP = F / k_F
-      within(c, GoldenQuantity::kScp, norm(scp - expected), depth_tolerance_ + relative * depth,
-             text_of(expected), text_of(scp), size_);
+      compare_.within(c, GoldenQuantity::kScp, norm(scp - expected),
+                      depth_tolerance_ + relative * depth, text_of(expected), text_of(scp), size_);
     }
     if (c.force_n) {
       const WideVec expected = choice.several_planes ? k * depth * choice.normal : *c.force_n;
-      within(c, GoldenQuantity::kForce, norm(force - expected), force_tolerance, text_of(expected),
-             text_of(force), k * size_);
+      compare_.within(c, GoldenQuantity::kForce, norm(force - expected), force_tolerance,
+                      text_of(expected), text_of(force), k * size_);
     }
     // A margin below this is a discontinuity of the rule within rounding (tests/golden/README.md:
     // 1e-6 m at 0.1 m).
@@ -228,19 +161,19 @@ class GoldenRun {
     const bool stable = settled && !choice.several_planes &&
                         (!c.margin_m || *c.margin_m > std::min(1e-6L, 1e-5L * size_));
     if (c.torque_nm && stable) {
-      within(c, GoldenQuantity::kTorque, norm(torque - *c.torque_nm), torque_tolerance,
-             text_of(*c.torque_nm), text_of(torque), k * size_ * lever);
+      compare_.within(c, GoldenQuantity::kTorque, norm(torque - *c.torque_nm), torque_tolerance,
+                      text_of(*c.torque_nm), text_of(torque), k * size_ * lever);
     } else if (c.torque_nm) {
-      skip(GoldenQuantity::kTorque);
+      compare_.skip(GoldenQuantity::kTorque);
     }
     if (c.contact_nodes && in_collision && settled) {
       const auto nodes = contact_nodes(core, 0);
-      equal(c, GoldenQuantity::kContactNodes,
-            std::equal(nodes.begin(), nodes.end(), choice.contact_nodes.begin(),
-                       choice.contact_nodes.end()),
-            text_of(choice.contact_nodes), text_of(nodes));
+      compare_.equal(c, GoldenQuantity::kContactNodes,
+                     std::equal(nodes.begin(), nodes.end(), choice.contact_nodes.begin(),
+                                choice.contact_nodes.end()),
+                     text_of(choice.contact_nodes), text_of(nodes));
     } else if (c.contact_nodes) {
-      skip(GoldenQuantity::kContactNodes);
+      compare_.skip(GoldenQuantity::kContactNodes);
     }
   }
 
@@ -265,43 +198,45 @@ class GoldenRun {
       if (node.violation_m <= zero) d_near = std::max(d_near, node.depth_m);
     }
     if (c.applicable_closed) {
-      equal(c, GoldenQuantity::kOracleApplicable, closed == *c.applicable_closed,
-            std::to_string(*c.applicable_closed), std::to_string(closed));
+      compare_.equal(c, GoldenQuantity::kOracleApplicable, closed == *c.applicable_closed,
+                     std::to_string(*c.applicable_closed), std::to_string(closed));
     }
     if (c.applicable_strict) {
-      equal(c, GoldenQuantity::kOracleApplicable, strict == *c.applicable_strict,
-            std::to_string(*c.applicable_strict), std::to_string(strict));
+      compare_.equal(c, GoldenQuantity::kOracleApplicable, strict == *c.applicable_strict,
+                     std::to_string(*c.applicable_strict), std::to_string(strict));
     }
     // Short edges turn by the rounding of the decimals over their length; the lever of that turn is
     // the size.
     const Wide fine =
         1e-14L * size_ + 64 * 0x1p-64L * std::max(coordinate_, size_) * (size_ / shortest_edge_);
-    within(c, GoldenQuantity::kOracleDepth, std::abs(d_near - c.d_near_m), fine,
-           text_of(c.d_near_m), text_of(d_near));
+    compare_.within(c, GoldenQuantity::kOracleDepth, std::abs(d_near - c.d_near_m), fine,
+                    text_of(c.d_near_m), text_of(d_near));
     const PairTruth truth = search_pair(a_, b_, pose, size_, precision_of_real());
     const Wide error = std::max({truth.lower_m - c.d_near_m, c.d_near_m - truth.upper_m, 0.0L});
-    within(c, GoldenQuantity::kOracleDepth, error, fine, text_of(c.d_near_m),
-           text_of(truth.reference_m));
+    compare_.within(c, GoldenQuantity::kOracleDepth, error, fine, text_of(c.d_near_m),
+                    text_of(truth.reference_m));
     for (const auto& [number, depth] : c.depth_by_node) {
       const auto it =
           std::lower_bound(nodes.begin(), nodes.end(), number,
                            [](const NodeValue& node, std::uint32_t n) { return node.node < n; });
       const bool found = it != nodes.end() && it->node == number;
-      within(c, GoldenQuantity::kOracleDepthByNode, found ? std::abs(it->depth_m - depth) : 1.0L,
-             fine, "node " + std::to_string(number) + " at " + text_of(depth),
-             found ? text_of(it->depth_m) : "no such node");
+      compare_.within(c, GoldenQuantity::kOracleDepthByNode,
+                      found ? std::abs(it->depth_m - depth) : 1.0L, fine,
+                      "node " + std::to_string(number) + " at " + text_of(depth),
+                      found ? text_of(it->depth_m) : "no such node");
     }
     if (c.ratio_max) {
       const Wide ratio = largest_ratio(a_, b_, pose, nodes, zero);
       // The ratio divides by distances from c to planes, at least the thinnest half width: allow
       // for slivers.
-      within(c, GoldenQuantity::kOracleRatio, std::abs(ratio - *c.ratio_max),
-             1e-9L * std::max(1.0L, std::abs(ratio)), text_of(*c.ratio_max), text_of(ratio));
+      compare_.within(c, GoldenQuantity::kOracleRatio, std::abs(ratio - *c.ratio_max),
+                      1e-9L * std::max(1.0L, std::abs(ratio)), text_of(*c.ratio_max),
+                      text_of(ratio));
     }
   }
 
   const GoldenFile& file_;
-  GoldenReport& report_;
+  GoldenComparison compare_;
   OraclePiece a_, b_;
   Wide size_ = 0, shortest_edge_ = 0, coordinate_ = 0, depth_tolerance_ = 0;
   GoldenTolerance tolerance_;
@@ -309,25 +244,15 @@ class GoldenRun {
 
 }  // namespace
 
-const char* to_text(GoldenQuantity quantity) {
-  constexpr const char* kNames[] = {"verdict",
-                                    "d_near",
-                                    "near set",
-                                    "near normal",
-                                    "SCP",
-                                    "force",
-                                    "torque",
-                                    "contact nodes",
-                                    "path verdict",
-                                    "path d_near",
-                                    "path near set",
-                                    "oracle depth by node",
-                                    "oracle applicable count",
-                                    "oracle ratio",
-                                    "oracle d_near",
-                                    "rules not rendered"};
-  static_assert(std::size(kNames) == static_cast<std::size_t>(GoldenQuantity::kCount));
-  return kNames[static_cast<std::size_t>(quantity)];
+StepInput input_of_case(const GoldenCase& c) {
+  const auto& q = c.q_wxyz;
+  const Wide s = 1.0L / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  StepInput in;
+  in.pose_wa.p_wa =
+      Vec3(static_cast<Real>(c.x.x), static_cast<Real>(c.x.y), static_cast<Real>(c.x.z));
+  in.pose_wa.q_wa = Quat(static_cast<Real>(s * q[0]), static_cast<Real>(s * q[1]),
+                         static_cast<Real>(s * q[2]), static_cast<Real>(s * q[3]));
+  return in;
 }
 
 GoldenReport check_golden_file(const GoldenFile& file) {
@@ -344,6 +269,7 @@ GoldenReport check_golden_file(const GoldenFile& file) {
                               ", got " + std::to_string(nodes));
   }
   run.run(session);
+  check_weighted_region(file, report);
   return report;
 }
 

@@ -2,60 +2,24 @@
 #pragma once
 /// Runs the core, and the oracle, on the cases of a golden file and compares quantity by quantity.
 
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include "host_sim/commands/golden_tolerance.hpp"
+#include "host_sim/commands/golden_report.hpp"
 #include "host_sim/oracle/golden_file.hpp"
+#include "rt_core/haptic_core.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::sim {
 
-enum class GoldenQuantity : std::uint8_t {
-  kVerdict,
-  kDepth,
-  kNearSet,
-  kNearNormal,
-  kScp,
-  kForce,
-  kTorque,
-  kContactNodes,
-  kCoherentVerdict,  ///< path files: the cases as one motion, without a reset between them
-  kCoherentDepth,
-  kCoherentNearSet,
-  kOracleDepthByNode,  ///< the oracle against the file: these check the judge itself
-  kOracleApplicable,
-  kOracleRatio,
-  kOracleDepth,
-  kOtherRules,  ///< results of rules that the core does not render
-  kCount
-};
-
-[[nodiscard]] const char* to_text(GoldenQuantity quantity);
-
-struct GoldenTally {
-  std::uint64_t compared = 0, not_compared = 0, failed = 0;
-  double worst_ratio =
-      0;  ///< largest error divided by its tolerance; sets: 0 equal, infinite different
-  double worst_error = 0;  ///< largest error in the shares of GoldenTolerance; sets: 0
-};
-
-struct GoldenReport {
-  std::string path, family;
-  std::uint64_t cases = 0;
-  double size_m = 0, epsilon_m = 0, depth_tolerance_m = 0;
-  GoldenTolerance tolerance;
-  std::array<GoldenTally, static_cast<std::size_t>(GoldenQuantity::kCount)> tallies{};
-  std::vector<std::string> failures;  ///< file, case, quantity, expected, got
-
-  [[nodiscard]] bool passed() const { return failures.empty(); }
-};
-
 /// The scene of a golden file: A moving with its grip point at its frame's origin, B fixed, law
 /// paper, `epsilon_m`.
 [[nodiscard]] tools::SceneDescription golden_scene(const GoldenFile& file, double epsilon_m);
+
+/// Compares the weighted contact region where the file gives it: the weight of every node, force
+/// and torque, from a core with that law and the file's eps and eps_o (golden_weighted.cpp).
+/// `report`: as far as the paper's law has filled it.
+void check_weighted_region(const GoldenFile& file, GoldenReport& report);
+
+/// The pose of a case as the core is given it.
+[[nodiscard]] StepInput input_of_case(const GoldenCase& c);
 
 /// Width of the near set for a file: below every gap to the next depth and every violation of a
 /// rejected node (a quarter of the smallest), at most 1e-9 of the size, and not below 64 roundings

@@ -43,13 +43,13 @@ constexpr FamilyRow kSingle[] = {
 GoldenTolerance golden_tolerance(const std::string& family, bool far_away) {
   if (sizeof(Real) == sizeof(double)) {
     const Wide share = far_away ? 1e-10L : 1e-12L;
-    return {share, share, share, 1e-9L};
+    return {share, share, share, 1e-9L, far_away ? 1e-5L : 1e-9L};
   }
   for (const FamilyRow& row : kSingle) {
-    if (family == row.family) return {widen(row.depth), widen(row.force), widen(row.torque), 0};
+    if (family == row.family) return {widen(row.depth), widen(row.force), widen(row.torque), 0, 0};
   }
   const Wide share = far_away ? 2e-2L : 1e-6L;
-  return {share, share, share, 0};
+  return {share, share, share, 0, 0};
 }
 
 }  // namespace haptic::sim

@@ -17,11 +17,14 @@ namespace haptic::sim {
 ///   normal  max(relative, twice the tolerance of the force / |force|)
 struct GoldenTolerance {
   Wide depth = 0, force = 0, torque = 0, relative = 0;
+  /// In place of `relative` for the weighted contact region; 0: it is as good as its weights.
+  Wide weighted = 0;
 };
 
 /// In double precision 1e-12, and 1e-10 where coordinates exceed 100 sizes (`far_away`), with 1e-9
-/// relative. In single precision a row of a table per family, about four times the measured error;
-/// families without a row get 1e-6 (2e-2 far away); `relative` is 0.
+/// relative (weighted region: 1e-5 far away). In single precision a row of a table per family,
+/// about four times the measured error; families without a row get 1e-6 (2e-2 far away); `relative`
+/// is 0.
 [[nodiscard]] GoldenTolerance golden_tolerance(const std::string& family, bool far_away);
 
 }  // namespace haptic::sim

@@ -96,9 +96,30 @@ GoldenBody body(const Place& p) {
   return out;
 }
 
+/// An object of numbers by node.
+std::vector<std::pair<std::uint32_t, Wide>> numbers_by_node(const Place& p) {
+  if (!p.json.is_object()) p.fail("an object of node numbers is expected here");
+  std::vector<std::pair<std::uint32_t, Wide>> numbers;
+  for (const auto& [key, value] : p.json.items()) {
+    char* end = nullptr;
+    const unsigned long node = std::strtoul(key.c_str(), &end, 10);
+    if (key.empty() || *end != '\0' || node > UINT32_MAX)
+      p.fail("'" + key + "' is not a node number");
+    numbers.emplace_back(static_cast<std::uint32_t>(node),
+                         number({value, p.file, p.pointer + "/" + key}));
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
+GoldenRegion region(const Place& p) {
+  return {decimal_vector(p.at("force")), decimal_vector(p.at("torque")),
+          numbers_by_node(p.at("weights"))};
+}
+
 void read_forces(const Place& p, GoldenCase& c) {
   if (p.has("SCP")) c.scp = decimal_vector(p.at("SCP"));
-  if (p.has("weighted_region")) ++c.other_results;
+  if (p.has("weighted_region")) c.weighted = region(p.at("weighted_region"));
   if (p.has("single_node_torque")) ++c.other_results;
   if (!p.has("paper")) return;
   const Place paper = p.at("paper");
@@ -119,18 +140,7 @@ void read_tables(const Place& p, GoldenCase& c) {
     c.contact_nodes = index_list(p.at("contact_nodes"));
     std::sort(c.contact_nodes->begin(), c.contact_nodes->end());
   }
-  if (!p.has("depth_by_node")) return;
-  const Place depths = p.at("depth_by_node");
-  if (!depths.json.is_object()) depths.fail("an object of node numbers is expected here");
-  for (const auto& [key, value] : depths.json.items()) {
-    char* end = nullptr;
-    const unsigned long node = std::strtoul(key.c_str(), &end, 10);
-    if (key.empty() || *end != '\0' || node > UINT32_MAX)
-      depths.fail("'" + key + "' is not a node number");
-    c.depth_by_node.emplace_back(static_cast<std::uint32_t>(node),
-                                 number({value, p.file, depths.pointer + "/" + key}));
-  }
-  std::sort(c.depth_by_node.begin(), c.depth_by_node.end());
+  if (p.has("depth_by_node")) c.depth_by_node = numbers_by_node(p.at("depth_by_node"));
 }
 
 GoldenCase golden_case(const Place& p) {
@@ -195,6 +205,13 @@ GoldenFile read_golden_file(const std::string& path) {
   for (std::size_t i = 0; i < cases.array_size(); ++i)
     file.cases.push_back(golden_case(cases.at(i)));
   if (file.cases.empty()) cases.fail("there are no cases");
+  for (const auto& [key, width] :
+       {std::pair{"eps", &file.epsilon_m}, std::pair{"eps_o", &file.epsilon_o_m}}) {
+    if (top.has(key)) *width = number(top.at(key));
+    const bool needed = std::any_of(file.cases.begin(), file.cases.end(),
+                                    [](const GoldenCase& c) { return c.weighted.has_value(); });
+    if (needed && !(*width > 0)) top.at(key).fail("must be positive");
+  }
   return file;
 }
 
