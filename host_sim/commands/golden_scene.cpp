@@ -62,6 +62,7 @@ tools::SceneDescription golden_scene(const GoldenFile& file, double epsilon_m) {
   scene.parameters.k_f_n_per_m = static_cast<double>(file.k_f_n_per_m);
   scene.parameters.epsilon_m = epsilon_m;
   scene.parameters.rate_hz = 1000.0;
+  scene.parameters.exact_band_m = kMaxSceneLength_m;  // D_near is compared at any distance
   return scene;
 }
 

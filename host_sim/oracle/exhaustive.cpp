@@ -10,31 +10,6 @@ namespace {
 constexpr Wide kExactlyParallelSine =
     1e-15L;  // far above the rounding of Wide, far below any exact integer rotation
 
-/// Both bodies in B's frame at the pose.
-struct PlacedPair {
-  std::vector<WideVec> va, na;  // vertices and face normals of A
-  const OraclePiece& a;
-  const OraclePiece& b;
-
-  PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b, const OraclePose& pose)
-      : a(piece_a), b(piece_b) {
-    va.reserve(a.vertices.size());
-    na.reserve(a.normals.size());
-    for (const WideVec& v : a.vertices) va.push_back(pose.x + pose.r * v);
-    for (const WideVec& n : a.normals) na.push_back(pose.r * n);
-  }
-
-  /// s(n) = min over A of n.a - max over B of n.b, with the offsets taken from `origin` to keep the
-  /// digits.
-  [[nodiscard]] Wide gap_along(const WideVec& n, const WideVec& origin) const {
-    Wide low_a = std::numeric_limits<Wide>::infinity();
-    for (const WideVec& v : va) low_a = std::min(low_a, dot(n, v - origin));
-    Wide high_b = -std::numeric_limits<Wide>::infinity();
-    for (const WideVec& v : b.vertices) high_b = std::max(high_b, dot(n, v - origin));
-    return low_a - high_b;
-  }
-};
-
 NodeValue type_a(const PlacedPair& p, std::uint32_t face, std::uint32_t vertex) {
   NodeValue node;
   node.node = static_cast<std::uint32_t>(face * p.b.vertices.size() + vertex);
@@ -154,50 +129,97 @@ Wide largest_ratio(const OraclePiece& a, const OraclePiece& b, const OraclePose&
   return largest;
 }
 
+PlacedPair::PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b,
+                       const OraclePose& pose)
+    : a(piece_a), b(piece_b) {
+  va.reserve(a.vertices.size());
+  na.reserve(a.normals.size());
+  for (const WideVec& v : a.vertices) va.push_back(pose.x + pose.r * v);
+  for (const WideVec& n : a.normals) na.push_back(pose.r * n);
+}
+
+Wide PlacedPair::gap_along(const WideVec& n, const WideVec& origin) const {
+  Wide low_a = std::numeric_limits<Wide>::infinity();
+  for (const WideVec& v : va) low_a = std::min(low_a, dot(n, v - origin));
+  Wide high_b = -std::numeric_limits<Wide>::infinity();
+  for (const WideVec& v : b.vertices) high_b = std::max(high_b, dot(n, v - origin));
+  return low_a - high_b;
+}
+
 Precision precision_of_real() {
   if constexpr (sizeof(Real) == sizeof(double)) return {0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L};
   return {0x1p-23L, 2.4e-4L, 1e-5L, 1e-5L};
 }
 
-PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
-                      Wide size_m, const Precision& precision) {
-  const PlacedPair placed(a, b, pose);
-  Wide faces = -std::numeric_limits<Wide>::infinity();
-  // Type A and B: a face snapped to the support vertex of the other body is always applicable, with
-  // value s(n).
-  for (std::size_t f = 0; f < a.loops.size(); ++f) {
-    faces = std::max(faces, placed.gap_along(-1.0L * placed.na[f], placed.va[a.loops[f].front()]));
-  }
-  for (std::size_t f = 0; f < b.loops.size(); ++f) {
-    faces = std::max(faces, placed.gap_along(b.normals[f], b.vertices[b.loops[f].front()]));
-  }
-  PairTruth truth{faces, faces, faces};
-  for (const OracleEdge& ea : a.edges) {
-    const WideVec u = placed.va[ea.vertex[1]] - placed.va[ea.vertex[0]];
-    for (const OracleEdge& eb : b.edges) {
-      const WideVec& b0 = b.vertices[eb.vertex[0]];
-      const WideVec v = b.vertices[eb.vertex[1]] - b0;
-      const WideVec m = cross(u, v);
-      // Rounding of the tested arithmetic moves heights over m by at most about this (lengths and
-      // heights <= size).
-      const Wide slack = 8 * precision.unit_roundoff * size_m * norm(u) * norm(v);
-      Wide n_sign = 1, worst = 0;
-      if (!orient(placed, ea, eb, m, slack, n_sign, worst)) continue;
-      const Wide m_norm = norm(m);
-      const Wide sine = m_norm / (norm(u) * norm(v));
-      if (sine < precision.parallel_sine) continue;
-      const WideVec n = (n_sign / m_norm) * m;
-      const Wide value = placed.gap_along(n, b0);
-      const WideVec w = placed.va[ea.vertex[0]] - b0;
-      const Wide turn = 4 * precision.unit_roundoff / sine * norm(w);
-      truth.reference_m = std::max(truth.reference_m, value);
-      truth.upper_m = std::max(truth.upper_m, value + turn);
-      if (worst < -slack && sine > precision.optional_sine * 1.001L)
-        truth.lower_m = std::max(truth.lower_m, value - turn);
-    }
-  }
+PairSearch::PairSearch(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
+                       Wide size_m, const Precision& precision)
+    : placed_(a, b, pose), size_m_(size_m), precision_(precision) {
+  constexpr Wide kNone = -std::numeric_limits<Wide>::infinity();
+  truth_ = {kNone, kNone, kNone};
+}
+
+// Type A and B: a face snapped to the support vertex of the other body is always applicable, with
+// value s(n).
+void PairSearch::add_face_a(std::uint32_t f) {
+  const WideVec n = -1.0L * placed_.na[f];
+  add_face(n, placed_.gap_along(n, placed_.va[placed_.a.loops[f].front()]));
+}
+
+void PairSearch::add_face_b(std::uint32_t f) {
+  const WideVec& n = placed_.b.normals[f];
+  add_face(n, placed_.gap_along(n, placed_.b.vertices[placed_.b.loops[f].front()]));
+}
+
+void PairSearch::add_face(const WideVec& n, Wide value) {
+  truth_.reference_m = std::max(truth_.reference_m, value);
+  truth_.upper_m = std::max(truth_.upper_m, value);
+  truth_.lower_m = std::max(truth_.lower_m, value);
+  last_ = {value, n};
+}
+
+bool PairSearch::add_edge_pair(std::uint32_t e, std::uint32_t g) {
+  const OracleEdge &ea = placed_.a.edges[e], &eb = placed_.b.edges[g];
+  const WideVec& b0 = placed_.b.vertices[eb.vertex[0]];
+  const WideVec u = placed_.va[ea.vertex[1]] - placed_.va[ea.vertex[0]];
+  const WideVec v = placed_.b.vertices[eb.vertex[1]] - b0;
+  const WideVec m = cross(u, v);
+  // Rounding of the tested arithmetic moves heights over m by at most about this (lengths and
+  // heights <= size).
+  const Wide slack = 8 * precision_.unit_roundoff * size_m_ * norm(u) * norm(v);
+  Wide n_sign = 1, worst = 0;
+  if (!orient(placed_, ea, eb, m, slack, n_sign, worst)) return false;
+  const Wide m_norm = norm(m);
+  const Wide sine = m_norm / (norm(u) * norm(v));
+  if (sine < precision_.parallel_sine) return false;
+  const WideVec n = (n_sign / m_norm) * m;
+  const Wide value = placed_.gap_along(n, b0);
+  const WideVec w = placed_.va[ea.vertex[0]] - b0;
+  const Wide turn = 4 * precision_.unit_roundoff / sine * norm(w);
+  truth_.reference_m = std::max(truth_.reference_m, value);
+  truth_.upper_m = std::max(truth_.upper_m, value + turn);
+  if (worst < -slack && sine > precision_.optional_sine * 1.001L)
+    truth_.lower_m = std::max(truth_.lower_m, value - turn);
+  last_ = {value, n};
+  return true;
+}
+
+PairTruth PairSearch::truth() const {
+  PairTruth truth = truth_;
   if (truth.reference_m <= 0) truth.lower_m = truth.upper_m = truth.reference_m;
   return truth;
+}
+
+PairTruth search_pair(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
+                      Wide size_m, const Precision& precision) {
+  const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+  PairSearch search(a, b, pose, size_m, precision);
+  for (std::uint32_t f = 0; f < count(a.loops); ++f) search.add_face_a(f);
+  for (std::uint32_t f = 0; f < count(b.loops); ++f) search.add_face_b(f);
+  for (std::uint32_t e = 0; e < count(a.edges); ++e) {
+    for (std::uint32_t g = 0; g < count(b.edges); ++g)
+      static_cast<void>(search.add_edge_pair(e, g));
+  }
+  return search.truth();
 }
 
 }  // namespace haptic::sim

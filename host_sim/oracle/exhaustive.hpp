@@ -25,6 +25,20 @@ struct NodeValue {
   WideVec normal;  ///< outward unit normal of the C-face
 };
 
+/// Both bodies in B's frame at a pose.
+struct PlacedPair {
+  std::vector<WideVec> va, na;  ///< vertices and face normals of A
+  const OraclePiece& a;
+  const OraclePiece& b;
+
+  /// The pieces must outlive it.
+  PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b, const OraclePose& pose);
+
+  /// s(n) = min over A of n.a - max over B of n.b, with the offsets taken from `origin` to keep the
+  /// digits.
+  [[nodiscard]] Wide gap_along(const WideVec& n, const WideVec& origin) const;
+};
+
 /// Every node of the pair whose normal exists (type C: sine of the edges' angle at least 1e-15),
 /// ascending by node. Cost: O(nodes times the vertices of the two features).
 [[nodiscard]] std::vector<NodeValue> all_nodes(const OraclePiece& a, const OraclePiece& b,
@@ -61,6 +75,37 @@ struct PairTruth {
   Wide reference_m = 0;
   Wide lower_m = 0;
   Wide upper_m = 0;
+};
+
+/// The search by parts, for a caller that has sorted out beforehand which features can matter.
+class PairSearch {
+ public:
+  /// The pieces must outlive it. Cost: O(vertices and faces of A).
+  PairSearch(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose, Wide size_m,
+             const Precision& precision);
+
+  void add_face_a(std::uint32_t f);  ///< cost: O(vertices)
+  void add_face_b(std::uint32_t f);
+  /// @return false when the pair of edges can not be applicable or is parallel: nothing was added.
+  bool add_edge_pair(std::uint32_t e, std::uint32_t g);
+
+  struct Plane {
+    Wide value_m = 0;  ///< s(n)
+    WideVec normal;
+  };
+  /// What the last call added.
+  [[nodiscard]] const Plane& last() const { return last_; }
+  /// Truth over what was added.
+  [[nodiscard]] PairTruth truth() const;
+
+ private:
+  void add_face(const WideVec& n, Wide value);
+
+  PlacedPair placed_;
+  Wide size_m_;
+  Precision precision_;
+  PairTruth truth_;
+  Plane last_;
 };
 
 /// Cost: O(nF_A nV_B + nF_B nV_A + nE_A nE_B). No pruning but the sign test that defines

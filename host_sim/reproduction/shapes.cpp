@@ -211,12 +211,12 @@ std::vector<Solid> five_piece_hole(double half_width_m) {
 Solid square_peg() { return centred_box("peg", 0.010, 0.010, 0.030); }
 
 std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, double k_f_n_per_m,
-                                double epsilon_m) {
+                                double epsilon_m, LawId law) {
   tools::SceneDescription scene;
   scene.name = a.name + " on " + pieces.front().name;
   scene.moving.body = body_of({&a, 1});
   scene.statics.push_back({body_of(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
-  scene.parameters.law = LawId::kPaper;
+  scene.parameters.law = law;
   scene.parameters.k_f_n_per_m = k_f_n_per_m;
   scene.parameters.epsilon_m = epsilon_m;
   scene.parameters.rate_hz = 1000.0;

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+# Collision libraries that `host_sim pareto` measures beside the core: each adapter is built where its
+# library is found, and nothing else depends on any of them.
+set(HAPTIC_PEERS AUTO CACHE STRING
+  "Foreign collision libraries in `host_sim pareto`: AUTO (those that are found) or OFF")
+set_property(CACHE HAPTIC_PEERS PROPERTY STRINGS AUTO OFF)
+if(NOT HAPTIC_PEERS MATCHES "^(AUTO|OFF)$")
+  message(FATAL_ERROR "HAPTIC_PEERS is '${HAPTIC_PEERS}'; use 'AUTO' or 'OFF'")
+endif()
+
+# haptic_foreign_peer(<NAME> <pkg-config module> <source>): object library of one adapter. It sees
+# none of the core's flags, so it is compiled as the library's own programs are.
+set(haptic_foreign_found)
+function(haptic_foreign_peer name module source)
+  set(found 0)
+  set(version "")
+  if(HAPTIC_PEERS STREQUAL "AUTO" AND PkgConfig_FOUND)
+    pkg_check_modules(HAPTIC_PEER_${name} QUIET IMPORTED_TARGET ${module})
+    if(HAPTIC_PEER_${name}_FOUND)
+      set(found 1)
+      set(version "${HAPTIC_PEER_${name}_VERSION}")
+      string(TOLOWER haptic_peer_${name} target)
+      add_library(${target} OBJECT ${source})
+      target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+      target_include_directories(${target} SYSTEM PRIVATE ${HAPTIC_PEER_${name}_INCLUDE_DIRS})
+      set(flags ${HAPTIC_PEER_${name}_CFLAGS_OTHER})
+      list(FILTER flags EXCLUDE REGEX "^-std=")
+      target_compile_options(${target} PRIVATE ${flags})
+      target_link_libraries(${target} PRIVATE haptic_warnings)
+      # Their headers' templates and macros are judged by their makers.
+      target_compile_options(${target} PRIVATE -Wno-old-style-cast -Wno-conversion
+        -Wno-sign-conversion -Wno-undef -Wno-double-promotion)
+      target_sources(haptic_host_sim PRIVATE $<TARGET_OBJECTS:${target}>)
+      target_link_libraries(haptic_host_sim PRIVATE ${ARGN})
+      set(haptic_foreign_found ${haptic_foreign_found} "${name} ${version}" PARENT_SCOPE)
+    endif()
+  endif()
+  target_compile_definitions(haptic_host_sim PRIVATE
+    HAPTIC_PEER_${name}=${found} HAPTIC_PEER_${name}_VERSION="${version}")
+endfunction()
+
+if(HAPTIC_PEERS STREQUAL "AUTO")
+  find_package(PkgConfig QUIET)
+endif()
+haptic_foreign_peer(CCD ccd peers/ccd_peer.cpp ccd)
+haptic_foreign_peer(FCL fcl peers/fcl_peer.cpp fcl ccd)
+haptic_foreign_peer(BULLET bullet-float64 peers/bullet_peer.cpp
+  BulletCollision-float64 LinearMath-float64)
+haptic_foreign_peer(ODE ode peers/ode_peer.cpp ode)
+message(STATUS "Collision libraries measured beside the core: ${haptic_foreign_found}")

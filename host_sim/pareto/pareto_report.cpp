@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/pareto/pareto_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+#include "host_sim/pareto/pareto_plot.hpp"
+#include "host_sim/pareto/pareto_table.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr std::size_t kFullPoses = 20000, kQuickPoses = 2000;
+
+MeasurePlan plan_of(const ParetoOptions& options) {
+  MeasurePlan plan;
+  if (options.quick) {
+    plan.node_visits = 250'000'000;
+    plan.first_ticks = 100;
+  }
+  plan.heap_calls = options.heap_calls;
+  return plan;
+}
+
+std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
+  std::vector<PairClass> classes = pair_classes(options.seed);
+  for (const std::string& name : options.pairs) {
+    if (std::none_of(classes.begin(), classes.end(),
+                     [&name](const PairClass& pair) { return pair.name == name; })) {
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6");
+    }
+  }
+  if (options.pairs.empty()) return classes;
+  std::erase_if(classes, [&options](const PairClass& pair) {
+    return std::find(options.pairs.begin(), options.pairs.end(), pair.name) == options.pairs.end();
+  });
+  return classes;
+}
+
+void say(const ParetoOptions& options, const std::string& line) {
+  if (options.progress) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+PairMeasure measure_pair(const PairClass& pair, const ParetoOptions& options,
+                         const MeasurePlan& plan, const TickClock& clock) {
+  PairMeasure measure{pair.name, pair.content, pair.nodes, 0, 0, {}};
+  say(options,
+      pair.name + ", " + pair.content + ", " + std::to_string(pair.nodes) + " nodes: reference");
+  const TruthfulWorkload workload =
+      truthful_workload(pair, options.quick ? kQuickPoses : kFullPoses, options.seed);
+  measure.poses = workload.poses.size();
+  measure.penetrating_share = workload.penetrating_share();
+  for (const PeerEntry& entry : peer_catalog()) {
+    if (entry.boxes_only && !pair.boxes) continue;
+    say(options, "  " + entry.method + ", " + entry.setting);
+    measure.methods.push_back({entry.method, entry.setting, entry.drawn,
+                               measure_method(entry, pair, workload, plan, clock)});
+    const std::string& refusal = measure.methods.back().result.refusal;
+    if (!refusal.empty()) say(options, "    refused: " + refusal);
+  }
+  return measure;
+}
+
+}  // namespace
+
+std::vector<ParetoRow> ParetoResult::rows() const {
+  std::vector<ParetoRow> all;
+  for (const PairMeasure& pair : pairs) {
+    for (const MethodMeasure& method : pair.methods)
+      all.insert(all.end(), method.result.rows.begin(), method.result.rows.end());
+  }
+  return all;
+}
+
+ParetoResult measure_pareto(const ParetoOptions& options) {
+  ParetoResult result;
+  result.options = options;
+  result.plan = plan_of(options);
+  const std::vector<PairClass> classes = wanted_classes(options);
+  const TickClock clock;
+  result.clock_empty_ns = clock.empty_ns();
+  for (const PairClass& pair : classes)
+    result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
+  return result;
+}
+
+void write_pareto(const ParetoResult& result, const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw tools::InputError(folder + ": the folder cannot be made: " + error.message());
+  write_whole_file(folder + "/pareto.csv", pareto_csv(result.rows()));
+  write_whole_file(folder + "/pareto.json", pareto_json(result));
+  write_whole_file(folder + "/pareto.md", pareto_markdown(result));
+  write_whole_file(folder + "/error_time.svg", error_time_plot(result));
+  write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
+  write_whole_file(folder + "/latency.svg", latency_plot(result));
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The core's geometric query of one pair without law and wrench: gate, nearest C-faces, verdict.
+/// Made of the same functions of rt_core/contact in the order of HapticCore::step, for timing them
+/// alone.
+
+#include <cstddef>
+#include <vector>
+
+#include "rt_core/contact/near_set.hpp"
+#include "rt_core/contact/pair_gate.hpp"
+#include "rt_core/contact/pair_verdict.hpp"
+
+namespace haptic::sim {
+
+class PairSearch {
+ public:
+  /// Pair 0 of `scene`, which must outlive the search.
+  explicit PairSearch(const SceneView& scene);
+  PairSearch(const PairSearch&) = delete;
+  PairSearch& operator=(const PairSearch&) = delete;
+
+  /// One query. Returns D_near, or the gap to a far body [m].
+  Real query(const Pose& pose_wa);
+  void reset();
+
+ private:
+  void advance(const Vec3& x0_w, const Quat& q_wa);
+
+  PairView pair_;
+  Vec3 grip_a_, reference_w_;
+  Real epsilon_m_;
+  double exact_band_m_;
+  std::vector<std::byte> memory_;
+  std::vector<Real> lanes_;
+  FeatureBounds bounds_;
+  NearScratch scratch_;
+  BoundedList<NearNode> near_;
+  VerdictMemory verdict_;
+  GatePlane gate_;
+  Odometer odometer_;
+  Vec3 last_x0_w_ = Vec3::Zero();
+  Quat last_q_wa_ = Quat::Identity();
+  bool has_last_ = false;
+};
+
+}  // namespace haptic::sim
