@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "rt_core/base/pose.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
