@@ -108,7 +108,7 @@ class KeySequence {
 
   [[nodiscard]] WorkloadPose first() {
     plan_.gap_m = kind_ == WorkloadKind::kFreeFlight ? random_.uniform(0.008, 0.045)
-                                                     : random_.uniform(0.004, 0.016);
+                                                     : random_.uniform(0.004, 0.012);
     plan_.slide = slide(0.003);
     return place();
   }
@@ -122,7 +122,7 @@ class KeySequence {
         break;
       case WorkloadKind::kDeep:
         plan_.gap_m =
-            step_ % 5 == 4 ? random_.uniform(-0.002, 0.004) : random_.uniform(-0.012, -0.005);
+            step_ % 4 < 2 ? random_.uniform(-0.012, -0.005) : random_.uniform(0.001, 0.012);
         plan_.slide = slide(0.004);
         plan_.tilt_rad += random_.uniform(-0.1, 0.1);
         break;
@@ -141,18 +141,24 @@ class KeySequence {
  private:
   [[nodiscard]] WorkloadPose place() const { return pose_of(plan_, a_.solid(), b_.solid()); }
 
-  /// Down, along, along, up, again.
+  /// Down, along, up a little, away, again.
   void press() {
-    switch (step_ % 5) {
+    switch (step_ % 6) {
       case 1:
       case 2:
-        plan_.gap_m = -log_uniform(20e-6, 0.0025);
+        plan_.gap_m = -log_uniform(20e-6, 0.0035);
         break;
       case 3:
-        plan_.gap_m = random_.uniform(-0.001, 0.0003);
+        plan_.gap_m = random_.uniform(-0.0015, 0.0002);
+        break;
+      case 4:
+        plan_.gap_m = random_.uniform(0.0005, 0.004);
+        break;
+      case 5:
+        plan_.gap_m = random_.uniform(0.003, 0.010);
         break;
       default:
-        plan_.gap_m = random_.uniform(0.0005, 0.006);
+        plan_.gap_m = random_.uniform(0.0002, 0.003);
     }
     plan_.slide = slide(0.005);
     plan_.twist_rad += random_.uniform(-0.15, 0.15);

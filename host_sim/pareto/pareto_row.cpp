@@ -36,6 +36,7 @@ double depth_error_m(const PeerAnswer& answer, const PairTruth& truth) {
 }
 
 bool wrong(const PeerAnswer& answer, const PairTruth& truth, double band_m) {
+  if (!answer.verdict_given) return false;
   const double d = static_cast<double>(truth.reference_m);
   return (d > band_m && answer.penetrating) || (d < -band_m && !answer.penetrating);
 }

@@ -158,7 +158,13 @@ void ExhaustivePeer::query() {
 }
 
 PeerAnswer ExhaustivePeer::answer() const {
-  return {best_m_ <= 0, best_m_, normal_, 1, SeparatedValue::kPlane};
+  PeerAnswer answer;
+  answer.penetrating = best_m_ <= 0;
+  answer.depth_m = best_m_;
+  answer.normal_w = normal_;
+  answer.patch_points = 1;
+  answer.separated = SeparatedValue::kPlane;
+  return answer;
 }
 
 }  // namespace haptic::sim

@@ -22,6 +22,7 @@ class EmptyPeer final : public PeerQuery {
   void query() override {}
   [[nodiscard]] PeerAnswer answer() const override {
     PeerAnswer answer;
+    answer.verdict_given = false;
     answer.depth_m = std::numeric_limits<double>::quiet_NaN();
     return answer;
   }

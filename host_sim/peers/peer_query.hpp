@@ -36,6 +36,7 @@ enum class SeparatedValue : std::uint8_t {
 
 struct PeerAnswer {
   bool penetrating = false;
+  bool verdict_given = true;  ///< false: the method does not say whether the bodies meet
   /// As D_near: negative inside, and then minus the least translation that parts the bodies. NaN:
   /// no value.
   double depth_m = 0;
