@@ -45,6 +45,38 @@ struct NodeNumbering {
   return node < pair.node_count_a + pair.node_count_b ? ContactType::kB : ContactType::kC;
 }
 
+/// Type of a node and its features within their pieces.
+struct NodeFeatures {
+  ContactType type;
+  std::uint32_t i, j;  ///< of A, of B
+};
+
+/// Features of `node`, by arithmetic: needs no stored table. Cost: one division.
+[[nodiscard]] inline NodeFeatures node_features(const PairView& pair, std::uint32_t node) noexcept {
+  const PairRecord& r = *pair.record;
+  const ContactType type = contact_type(r, node);
+  switch (type) {
+    case ContactType::kA:
+      return {type, node / pair.b.vertex_count, node % pair.b.vertex_count};
+    case ContactType::kB:
+      node -= r.node_count_a;
+      return {type, node / pair.b.face_count, node % pair.b.face_count};
+    case ContactType::kC:
+      node -= r.node_count_a + r.node_count_b;
+      break;
+  }
+  return {type, node / pair.b.edge_count, node % pair.b.edge_count};
+}
+
+/// Number of node (type, i, j).
+[[nodiscard]] inline std::uint32_t node_number(const PairView& pair, ContactType type,
+                                               std::uint32_t i, std::uint32_t j) noexcept {
+  const NodeNumbering nodes = numbering(pair.a, pair.b);
+  return type == ContactType::kA   ? nodes.type_a(i, j)
+         : type == ContactType::kB ? nodes.type_b(i, j)
+                                   : nodes.type_c(i, j);
+}
+
 /// Calls `visit(edge)` for N_e(E): the edges that share a vertex with edge `e`, without `e`.
 template <typename Visit>
 void for_each_adjacent_edge(const PieceView& piece, std::uint32_t e, const Visit& visit) {
@@ -115,28 +147,112 @@ void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type,
   }
 }
 
-/// Type and features of a node.
-struct NodeFeatures {
-  ContactType type = ContactType::kA;
-  std::uint32_t i = 0, j = 0;  ///< of A and of B
-};
-[[nodiscard]] inline NodeFeatures node_features(const PairView& pair, std::uint32_t node) noexcept {
-  const NodeNumbering n = numbering(pair.a, pair.b);
-  if (node < n.count_a()) return {ContactType::kA, node / n.nvb, node % n.nvb};
-  node -= n.count_a();
-  if (node < n.count_b()) return {ContactType::kB, node / n.nfb, node % n.nfb};
-  node -= n.count_b();
-  return {ContactType::kC, node / n.neb, node % n.neb};
+/// Calls `visit(node)` for every G-neighbor of node (type, i, j) of the pair, each once: from its
+/// stored list, ascending, where the pair has one, else formed, in no particular order. The sets
+/// are the same. Cost: the degree of the node.
+template <typename Visit>
+void for_each_graph_neighbor(const PairView& pair, ContactType type, std::uint32_t i,
+                             std::uint32_t j, const Visit& visit) {
+  if (!pair.graph_stored) {
+    for_each_neighbor(pair.a, pair.b, type, i, j, visit);
+    return;
+  }
+  const std::uint32_t node = node_number(pair, type, i, j);
+  const std::uint32_t degree = pair.neighbors.count(node);
+  for (std::uint32_t k = 0; k < degree; ++k) visit(pair.neighbors.at(node, k));
 }
 
+/// Calls `visit(vertex)` for the neighbors of node (type, i, j) on the same face: type A, the
+/// vertices of B next to its vertex; type B, the vertices of A next to its vertex; type C has none.
+/// The node applies when none of them rises over its plane (method section 2). Each once; ascending
+/// where the graph is stored. Cost: the degree of the vertex; type B of a stored graph passes its
+/// face's neighbors too.
 template <typename Visit>
 void for_each_face_neighbor(const PairView& pair, ContactType type, std::uint32_t i,
                             std::uint32_t j, const Visit& visit) {
-  if (type == ContactType::kA) {
-    for (const std::uint16_t e : pair.b.edges_at(j)) visit(pair.b.other_end(e, j));
-  } else {
-    for (const std::uint16_t e : pair.a.edges_at(i)) visit(pair.a.other_end(e, i));
+  if (type == ContactType::kC) return;
+  if (!pair.graph_stored) {
+    const PieceView& piece = type == ContactType::kA ? pair.b : pair.a;
+    const std::uint32_t v = type == ContactType::kA ? j : i;
+    for (const std::uint16_t e : piece.edges_at(v)) visit(piece.other_end(e, v));
+    return;
   }
+  const NodeNumbering nodes = numbering(pair.a, pair.b);
+  const std::uint32_t node = type == ContactType::kA ? nodes.type_a(i, j) : nodes.type_b(i, j);
+  const std::uint32_t begin = pair.nodes[node].keep_begin;
+  const std::uint32_t end = begin + pair.nodes[node].keep_count;
+  const std::uint32_t row = node - j;  // first node with the same feature of A
+  for (std::uint32_t k = begin; k < end; ++k) {
+    const std::uint32_t other = pair.neighbors.at(node, k);
+    if (type == ContactType::kA) {
+      visit(other - row);
+    } else if (other - row >= nodes.nfb) {  // not the same vertex of A; wraps below `row`
+      visit((other - nodes.count_a()) / nodes.nfb);
+    }
+  }
+}
+
+/// Where the neighbors on the same face stand in the ascending list of a node; what
+/// NodeRecord::keep_begin and keep_count hold.
+struct KeepRange {
+  std::uint32_t begin = 0, count = 0;
+};
+
+/// Keep range of a node on feature `i` of A with `degree` neighbors `neighbor_at(k)`, ascending.
+/// For type B it reaches from the first to the last neighbor on the same face: between them stand
+/// those on the same vertex of A. Cost: the degree.
+template <typename NeighborAt>
+[[nodiscard]] KeepRange keep_range(const NodeNumbering& nodes, ContactType type, std::uint32_t i,
+                                   std::uint32_t degree, const NeighborAt& neighbor_at) {
+  KeepRange range;
+  if (type == ContactType::kC) return range;
+  const std::uint32_t row = type == ContactType::kA ? nodes.type_a(i, 0) : nodes.type_b(i, 0);
+  const std::uint32_t type_end = nodes.count_a() + (type == ContactType::kB ? nodes.count_b() : 0);
+  const std::uint32_t type_begin = type == ContactType::kB ? nodes.count_a() : 0;
+  for (std::uint32_t k = 0; k < degree; ++k) {
+    const std::uint32_t other = neighbor_at(k);
+    if (other < type_begin || other >= type_end) continue;
+    const bool same_row = other - row < (type == ContactType::kA ? nodes.nvb : nodes.nfb);
+    const bool same_face = type == ContactType::kA ? same_row : !same_row;
+    if (!same_face) continue;
+    if (range.count == 0) range.begin = k;
+    range.count = k - range.begin + 1;
+  }
+  return range;
+}
+
+/// Largest loop of the faces of a piece, largest degree of its vertices and largest |N_e(E)|.
+struct LargestFeatures {
+  std::uint32_t face = 0, vertex = 0, adjacent_edges = 0;
+};
+[[nodiscard]] inline LargestFeatures largest_features(const PieceView& piece) noexcept {
+  LargestFeatures largest;
+  const auto raise = [](std::uint32_t& to, std::size_t x) {
+    if (x > to) to = static_cast<std::uint32_t>(x);
+  };
+  for (std::uint32_t f = 0; f < piece.face_count; ++f)
+    raise(largest.face, piece.faces[f].loop_count);
+  for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+    raise(largest.vertex, piece.edges_at(v).size());
+  }
+  for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
+    const EdgeRecord& edge = piece.edges[e];
+    raise(largest.adjacent_edges,
+          piece.edges_at(edge.vertex[0]).size() + piece.edges_at(edge.vertex[1]).size() - 2);
+  }
+  return largest;
+}
+
+/// Largest degree of the pair's graph: a face of l sides and a vertex of d edges have l + d + 2 l d
+/// neighbors, a pair of edges the adjacent edges of both and eight more.
+[[nodiscard]] constexpr std::uint64_t largest_degree(const LargestFeatures& a,
+                                                     const LargestFeatures& b) noexcept {
+  const auto face_vertex = [](std::uint64_t l, std::uint64_t d) { return l + d + 2 * l * d; };
+  const std::uint64_t type_a = face_vertex(a.face, b.vertex);
+  const std::uint64_t type_b = face_vertex(b.face, a.vertex);
+  const std::uint64_t type_c = std::uint64_t{a.adjacent_edges} + b.adjacent_edges + 8;
+  const std::uint64_t faces = type_a > type_b ? type_a : type_b;
+  return faces > type_c ? faces : type_c;
 }
 
 }  // namespace haptic

@@ -1,37 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of a blob against each other: bodies, pieces and pairs. A table that passes is exactly
-// what the graph compiler would have written for its pieces, so the servo loop can trust every
-// index.
+// The tables of a blob against each other: bodies and pieces. A table that passes is exactly what
+// the graph compiler would have written for its pieces, so the servo loop can trust every index.
 #include "rt_core/scene/scene_check.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
-#include "rt_core/scene/capacity.hpp"
-#include "rt_core/scene/graph_rule.hpp"
+#include "rt_core/scene/derived_check.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
 namespace {
 
-struct Double3 {
-  double x, y, z;
-};
-Double3 vertex_of(const PieceView& p, std::uint32_t v) noexcept {
-  const Real* r = p.vertices + 3 * std::size_t{v};
-  return {static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2])};
-}
-Double3 operator-(const Double3& a, const Double3& b) noexcept {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-double dot(const Double3& a, const Double3& b) noexcept {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-Double3 cross(const Double3& a, const Double3& b) noexcept {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+using check::cross;
+using check::dot;
+using check::Double3;
+using check::vertex_of;
 
 /// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate
 /// is out of range.
@@ -49,7 +34,8 @@ bool counts_fit(const PieceRecord& r) noexcept {
   return r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6 &&
          r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
          r.edge_count <= kMaxPieceFeatures && r.vertex_count + r.face_count == r.edge_count + 2 &&
-         r.loop_count == 2 * r.edge_count && r.reserved == 0;
+         r.loop_count == 2 * r.edge_count && r.reserved == 0 &&
+         r.lane_count == padded_lanes(r.vertex_count);
 }
 
 RtStatus check_edges(const PieceView& p, double scale) noexcept {
@@ -72,8 +58,7 @@ RtStatus check_edges(const PieceView& p, double scale) noexcept {
       }
     }
     const EdgeDirection& d = p.edge_directions[e];
-    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]),
-                       static_cast<double>(d.unit[2])};
+    const Double3 unit = check::to_double3(d.unit);
     const double length = static_cast<double>(d.length_m);
     if (!check::positive(length) ||
         !(check::absolute(dot(unit, unit) - 1.0) < check::kGeometryTolerance)) {
@@ -127,8 +112,7 @@ RtStatus check_apexes(const PieceView& p, double scale) noexcept {
     const EdgeRecord& edge = p.edges[e];
     const Double3 origin = vertex_of(p, edge.vertex[0]);
     const EdgeDirection& d = p.edge_directions[e];
-    const Double3 unit{static_cast<double>(d.unit[0]), static_cast<double>(d.unit[1]),
-                       static_cast<double>(d.unit[2])};
+    const Double3 unit = check::to_double3(d.unit);
     for (int k = 0; k < 2; ++k) {
       double largest = 0.0, at_apex = -1.0;
       for (const std::uint16_t v : p.face_vertices(edge.face[k])) {
@@ -199,59 +183,6 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
   return RtStatus::kOk;
 }
 
-/// The stored neighbor list of every node is exactly the G-neighbors of the paper's Appendix,
-/// ascending.
-RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t arc_count,
-                     bool wide) noexcept {
-  const PairRecord& r = *pair.record;
-  std::uint32_t max_degree = 0;
-  for (std::uint32_t node = 0; node < r.node_count; ++node) {
-    const std::uint32_t begin = pair.neighbors.begin[node], end = pair.neighbors.begin[node + 1];
-    if (begin > end || end > arc_count) return RtStatus::kBlobBadIndex;
-    const ContactType type = contact_type(r, node);
-    const std::uint32_t base = type == ContactType::kA   ? 0
-                               : type == ContactType::kB ? n.count_a()
-                                                         : n.count_a() + n.count_b();
-    const std::uint32_t columns = type == ContactType::kA   ? n.nvb
-                                  : type == ContactType::kB ? n.nfb
-                                                            : n.neb;
-    const std::uint32_t i = (node - base) / columns, j = (node - base) % columns;
-    if (pair.nodes[node].a != i || pair.nodes[node].b != j) return RtStatus::kBlobBadGraph;
-    if (end > begin && pair.neighbors.at(node, end - begin - 1) >= r.node_count) {
-      return RtStatus::kBlobBadIndex;
-    }
-    for (std::uint32_t k = 0; k + 1 < end - begin; ++k) {
-      if (pair.neighbors.at(node, k) >= pair.neighbors.at(node, k + 1))
-        return RtStatus::kBlobBadGraph;
-    }
-    std::uint32_t found = 0, generated = 0;
-    for_each_neighbor(pair.a, pair.b, type, i, j, [&](std::uint32_t neighbor) {
-      generated += 1;
-      std::uint32_t low = 0, high = end - begin;
-      while (low < high) {
-        const std::uint32_t middle = low + (high - low) / 2;
-        if (pair.neighbors.at(node, middle) < neighbor) {
-          low = middle + 1;
-        } else {
-          high = middle;
-        }
-      }
-      if (low < end - begin && pair.neighbors.at(node, low) == neighbor) found += 1;
-    });
-    if (generated != end - begin || found != generated) return RtStatus::kBlobBadGraph;
-    max_degree = std::max(max_degree, generated);
-  }
-  if (!wide && r.node_count > 65536) return RtStatus::kBlobBadCount;
-  return max_degree == r.max_degree ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
-}
-
-std::uint32_t largest_face(const PieceView& p) noexcept {
-  std::uint32_t largest = 0;
-  for (std::uint32_t f = 0; f < p.face_count; ++f)
-    largest = std::max(largest, p.faces[f].loop_count);
-  return largest;
-}
-
 }  // namespace
 
 RtStatus SceneView::check_bodies() const noexcept {
@@ -300,7 +231,8 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   if (r.vertex_begin != (first ? 0 : before.vertex_begin + before.vertex_count) ||
       r.face_begin != (first ? 0 : before.face_begin + before.face_count) ||
       r.edge_begin != (first ? 0 : before.edge_begin + before.edge_count) ||
-      r.loop_begin != (first ? 0 : before.loop_begin + before.loop_count)) {
+      r.loop_begin != (first ? 0 : before.loop_begin + before.loop_count) ||
+      r.lane_begin != (first ? 0 : before.lane_begin + 3 * before.lane_count)) {
     return RtStatus::kBlobBadCount;
   }
   const bool last = index + 1 == pieces_.size();
@@ -308,16 +240,19 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   const std::uint64_t faces_end = std::uint64_t{r.face_begin} + r.face_count;
   const std::uint64_t edges_end = std::uint64_t{r.edge_begin} + r.edge_count;
   const std::uint64_t loops_end = std::uint64_t{r.loop_begin} + r.loop_count;
+  const std::uint64_t lanes_end = std::uint64_t{r.lane_begin} + 3 * std::uint64_t{r.lane_count};
   const bool fits = vertices_end <= vertices_.size() / 3 && faces_end <= faces_.size() &&
                     edges_end <= edges_.size() && edges_end <= edge_directions_.size() &&
                     loops_end <= loop_vertices_.size() && loops_end <= loop_edges_.size() &&
                     vertices_end < vertex_edge_begin_.size() &&
-                    vertices_end <= source_vertices_.size();
+                    vertices_end <= source_vertices_.size() && lanes_end <= lanes_.size() &&
+                    edges_end <= arcs_.size();
   const bool exact = vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
                      edges_end == edges_.size() && edges_end == edge_directions_.size() &&
                      loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
                      vertices_end + 1 == vertex_edge_begin_.size() &&
-                     vertices_end == source_vertices_.size() &&
+                     vertices_end == source_vertices_.size() && lanes_end == lanes_.size() &&
+                     edges_end == arcs_.size() &&
                      vertex_edge_begin_[vertices_end] == vertex_edges_.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
   const PieceView p = piece(index);
@@ -347,46 +282,13 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   status = check_apexes(p, scale);
   if (status != RtStatus::kOk) return status;
   status = check_vertex_edges(p, vertex_edges_.size());
-  return status == RtStatus::kOk ? check_measures(p, scale) : status;
-}
-
-RtStatus SceneView::check_pair(std::uint32_t index) const noexcept {
-  const PairRecord& r = pairs_[index];
-  const std::uint32_t moving = bodies_[0].piece_count;
-  const auto statics = static_cast<std::uint32_t>(pieces_.size()) - moving;
-  if (pairs_.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
-  if (r.piece_a != index / statics || r.piece_b != moving + index % statics)
-    return RtStatus::kBlobBadIndex;
-  const PieceView a = piece(r.piece_a), b = piece(r.piece_b);
-  const NodeNumbering n = numbering(a, b);
-  const std::uint64_t begin =
-      index == 0 ? 0 : std::uint64_t{pairs_[index - 1].node_begin} + pairs_[index - 1].node_count;
-  if (r.node_begin != begin || r.node_count != n.count() || r.node_count_a != n.count_a() ||
-      r.node_count_b != n.count_b() || r.reserved != 0) {
-    return RtStatus::kBlobBadCount;
-  }
-  const std::uint64_t end = begin + r.node_count;
-  const bool last = index + 1 == pairs_.size();
-  if (end > nodes_.size() || end >= neighbor_begin_.size()) return RtStatus::kBlobBadCount;
-  if (last && (end != nodes_.size() || end + 1 != neighbor_begin_.size() ||
-               neighbor_begin_[end] != neighbor_count_)) {
-    return RtStatus::kBlobBadCount;
-  }
-  if (index == 0 && neighbor_begin_[0] != 0) return RtStatus::kBlobBadIndex;
-  const RtStatus status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
   if (status != RtStatus::kOk) return status;
-  const std::uint32_t near = near_capacity(r.node_count, largest_face(a), largest_face(b));
-  const bool capacities =
-      r.near_capacity == near && r.edge_pair_capacity == edge_pair_capacity(n.nea, n.neb);
-  return capacities ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
-}
-
-RtStatus SceneView::check_capacity() const noexcept {
-  const SceneCapacity& stated = header_->capacity;
-  SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, stated.max_pair_visits);
-  needed.state_bytes = stated.state_bytes;
-  const bool equal = std::memcmp(&needed, &stated, sizeof(needed)) == 0;
-  return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
+  status = check_measures(p, scale);
+  if (status != RtStatus::kOk) return status;
+  status = check::lanes(p);
+  if (status != RtStatus::kOk) return status;
+  status = check::arcs(p, scale, parameters_->epsilon_m);
+  return status == RtStatus::kOk ? check::bounds(p, scale, parameters_->epsilon_m) : status;
 }
 
 }  // namespace haptic

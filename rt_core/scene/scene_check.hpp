@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Small predicates shared by the checks of SceneView::open.
+/// Small predicates and the vectors shared by the checks of SceneView::open.
 
 #include <cstdint>
 #include <limits>
 
-#include "rt_core/scene/scene_format.hpp"
+#include "rt_core/scene/scene_view.hpp"
 
 namespace haptic::check {
 
@@ -34,5 +34,31 @@ template <typename T>
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
 /// before.
 inline constexpr double kGeometryTolerance = 256.0 * static_cast<double>(kRealEpsilon);
+
+/// Vectors of the checks: double whatever the scene's scalar.
+struct Double3 {
+  double x, y, z;
+};
+[[nodiscard]] inline Double3 to_double3(const Real* r) noexcept {
+  return {static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2])};
+}
+[[nodiscard]] inline Double3 vertex_of(const PieceView& p, std::uint32_t v) noexcept {
+  return to_double3(p.vertices + 3 * std::size_t{v});
+}
+[[nodiscard]] constexpr Double3 operator+(const Double3& a, const Double3& b) noexcept {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+[[nodiscard]] constexpr Double3 operator-(const Double3& a, const Double3& b) noexcept {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+[[nodiscard]] constexpr Double3 operator*(double s, const Double3& a) noexcept {
+  return {s * a.x, s * a.y, s * a.z};
+}
+[[nodiscard]] constexpr double dot(const Double3& a, const Double3& b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+[[nodiscard]] constexpr Double3 cross(const Double3& a, const Double3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 }  // namespace haptic::check

@@ -43,8 +43,8 @@ enum class SectionId : std::uint32_t {
   kVertexEdgeBegin = 11,  ///< u32, one per vertex of all pieces and one more
   kVertexEdges = 12,      ///< u16 edges at each vertex, ascending
   kPairs = 13,            ///< PairRecord
-  kNodes = 14,            ///< NodeRecord, by pair
-  kNeighborBegin = 15,    ///< u32, one per node of all pairs and one more
+  kNodes = 14,            ///< NodeRecord, by pair whose graph is stored
+  kNeighborBegin = 15,    ///< u32, one per node of all stored graphs and one more
   kNeighbors = 16,        ///< u16 or u32 (element_bytes): neighbor nodes within the pair, ascending
   kSourceVertices = 17,   ///< i32, by piece: vertex of the user's mesh, -1 when a cut made it
   kText = 18,             ///< bytes: names, UTF-8, not terminated
@@ -54,6 +54,9 @@ enum class SectionId : std::uint32_t {
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
 inline constexpr std::uint32_t kLanePadding = 8;
+[[nodiscard]] constexpr std::uint32_t padded_lanes(std::uint32_t vertices) noexcept {
+  return (vertices + kLanePadding - 1) / kLanePadding * kLanePadding;
+}
 
 /// PairRecord::node_begin of a pair whose graph is not stored: its nodes and arcs are formed from
 /// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
@@ -217,8 +220,9 @@ struct PairRecord {
 };
 
 /// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
-/// their pieces. Neighbors of the same type with the same face (types A and B) are `keep_count`
-/// consecutive ones of its list, from the `keep_begin`-th on; none for type C.
+/// their pieces. Neighbors of the same type with the same face (types A and B) lie among the
+/// `keep_count` consecutive ones of its list from the `keep_begin`-th on: for type A these are all
+/// of them and no others, for type B those with the same vertex of A stand between. None for type C.
 struct NodeRecord {
   std::uint16_t a, b;
   std::uint16_t keep_begin, keep_count;

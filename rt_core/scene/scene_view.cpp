@@ -159,8 +159,9 @@ RtStatus SceneView::open(std::span<const std::byte> blob, SceneView& view) noexc
     status = v.check_piece(i);
     if (status != RtStatus::kOk) return status;
   }
+  std::uint64_t stored_nodes = 0;
   for (std::uint32_t i = 0; i < v.pairs_.size(); ++i) {
-    status = v.check_pair(i);
+    status = v.check_pair(i, stored_nodes);
     if (status != RtStatus::kOk) return status;
   }
   status = v.check_capacity();
@@ -177,18 +178,18 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.faces = faces_.data() + r.face_begin;
   v.edges = edges_.data() + r.edge_begin;
   v.edge_directions = edge_directions_.data() + r.edge_begin;
+  v.lanes = lanes_.data() + r.lane_begin;
+  v.arcs = arcs_.data() + r.edge_begin;
   v.vertex_edge_begin = vertex_edge_begin_.data() + r.vertex_begin;
   v.vertex_edges = vertex_edges_.data();
   v.loop_vertices = loop_vertices_.data();
   v.loop_edges = loop_edges_.data();
   v.planes = planes_.data() + bodies_[r.body].plane_begin;
   v.source_vertices = source_vertices_.data() + r.vertex_begin;
-  v.lanes = lanes_.data() + r.lane_begin;
-  v.arcs = arcs_.data() + r.edge_begin;
-  v.lane_count = r.lane_count;
   v.vertex_count = r.vertex_count;
   v.face_count = r.face_count;
   v.edge_count = r.edge_count;
+  v.lane_count = r.lane_count;
   return v;
 }
 
@@ -199,10 +200,9 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   v.a = piece(r.piece_a);
   v.b = piece(r.piece_b);
   v.graph_stored = r.node_begin != kGraphNotStored;
-  if (v.graph_stored) {
-    v.nodes = nodes_.data() + r.node_begin;
-    v.neighbors = {neighbor_begin_.data() + r.node_begin, neighbors_.data(), neighbors_wide_};
-  }
+  if (!v.graph_stored) return v;
+  v.nodes = nodes_.data() + r.node_begin;
+  v.neighbors = {neighbor_begin_.data() + r.node_begin, neighbors_.data(), neighbors_wide_};
   return v;
 }
 
@@ -215,10 +215,12 @@ RtStatus SceneView::check_parameters() const noexcept {
   if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion) return RtStatus::kBlobBadNumber;
   if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
     return RtStatus::kBlobBadNumber;
-  if (!check::positive(p.k_f_n_per_m) || !check::positive(p.epsilon_m) ||
-      !check::positive(p.rate_hz) || p.k_f_n_per_m > kMaxStiffness_n_per_m ||
-      p.epsilon_m > kMaxSceneLength_m) {
+  if (!check::positive(p.k_f_n_per_m) || !check::positive(p.rate_hz) ||
+      p.k_f_n_per_m > kMaxStiffness_n_per_m) {
     return RtStatus::kBlobBadNumber;
+  }
+  for (const double x : {p.epsilon_m, p.epsilon_o_m, p.exact_band_m}) {
+    if (!check::positive(x) || x > kMaxSceneLength_m) return RtStatus::kBlobBadNumber;
   }
   double q2 = 0.0;
   for (const double x : p.start_p_wa_m) {

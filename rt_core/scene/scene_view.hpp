@@ -20,9 +20,13 @@ namespace haptic {
 struct PieceView {
   const PieceRecord* record = nullptr;
   const Real* vertices = nullptr;  ///< 3 per vertex [m]
+  /// The same, by coordinate: x at lanes[0 .. lane_count), y and z one lane_count on each [m]. What
+  /// is beyond vertex_count repeats vertex 0.
+  const Real* lanes = nullptr;
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;
   const EdgeDirection* edge_directions = nullptr;
+  const EdgeArc* arcs = nullptr;  ///< by edge
   const std::uint32_t* vertex_edge_begin =
       nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
   const std::uint16_t* vertex_edges = nullptr;   ///< whole table
@@ -30,10 +34,8 @@ struct PieceView {
   const std::uint16_t* loop_edges = nullptr;     ///< whole table
   const PlaneRecord* planes = nullptr;           ///< of the body
   const std::int32_t* source_vertices = nullptr;
-  const Real* lanes = nullptr;  ///< all x, all y, all z, `lane_count` each
-  const EdgeArc* arcs = nullptr;
-  std::uint32_t lane_count = 0;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
+  std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
 
   [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
     return ConstVec3Map(vertices + 3 * std::size_t{v});
@@ -80,13 +82,14 @@ struct NeighborLists {
   }
 };
 
-/// One pair: its record, its two pieces and its graph.
+/// One pair: its record, its two pieces and its graph. A graph that is not stored has no tables
+/// here; scene/graph_rule.hpp forms it from the pieces.
 struct PairView {
   const PairRecord* record = nullptr;
   PieceView a, b;
-  const NodeRecord* nodes = nullptr;  ///< null where the graph is not stored
-  NeighborLists neighbors;
   bool graph_stored = false;
+  const NodeRecord* nodes = nullptr;  ///< null when not stored
+  NeighborLists neighbors;            ///< empty when not stored
 };
 
 class SceneView {
@@ -112,7 +115,9 @@ class SceneView {
   [[nodiscard]] RtStatus check_parameters() const noexcept;
   [[nodiscard]] RtStatus check_bodies() const noexcept;
   [[nodiscard]] RtStatus check_piece(std::uint32_t index) const noexcept;
-  [[nodiscard]] RtStatus check_pair(std::uint32_t index) const noexcept;
+  /// @param stored_nodes  nodes of the stored graphs of all pairs before; grows by those of this.
+  [[nodiscard]] RtStatus check_pair(std::uint32_t index,
+                                    std::uint64_t& stored_nodes) const noexcept;
   [[nodiscard]] RtStatus check_capacity() const noexcept;
 
   std::span<const std::byte> blob_;
@@ -127,6 +132,8 @@ class SceneView {
   std::span<const std::uint16_t> loop_vertices_, loop_edges_;
   std::span<const EdgeRecord> edges_;
   std::span<const EdgeDirection> edge_directions_;
+  std::span<const Real> lanes_;
+  std::span<const EdgeArc> arcs_;
   std::span<const std::uint32_t> vertex_edge_begin_;
   std::span<const std::uint16_t> vertex_edges_;
   std::span<const PairRecord> pairs_;
@@ -136,8 +143,6 @@ class SceneView {
   std::uint64_t neighbor_count_ = 0;
   bool neighbors_wide_ = false;
   std::span<const std::int32_t> source_vertices_;
-  std::span<const Real> lanes_;
-  std::span<const EdgeArc> arcs_;
   std::span<const std::byte> text_;
 };
 

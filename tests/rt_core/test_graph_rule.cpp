@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <vector>
 
 #include "rt_core/scene/graph_rule.hpp"
 #include "tests/support/shapes.hpp"
@@ -57,5 +58,54 @@ TEST_SUITE("rt_core.graph_rule") {
     CHECK(prism_box.nodes == 688);
     CHECK(std::max({prism_box.degree_a, prism_box.degree_b, prism_box.degree_c}) == 87);
     CHECK(prism_box.symmetric);
+  }
+
+  TEST_CASE("features of a node by arithmetic are those of the table") {
+    const LoadedScene scene(scene_of(prism(5, 0.5, 1), {box({0, 0, 0}, {1, 1, 1})}));
+    const PairView pair = scene.view.pair(0);
+    REQUIRE(pair.graph_stored);
+    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+      const auto [type, i, j] = node_features(pair, node);
+      CHECK(type == contact_type(*pair.record, node));
+      CHECK(i == pair.nodes[node].a);
+      CHECK(j == pair.nodes[node].b);
+      CHECK(node_number(pair, type, i, j) == node);
+    }
+  }
+
+  TEST_CASE("a stored graph and one formed on the fly are the same") {
+    tools::SceneDescription description = scene_of(prism(7, 0.5, 1), {prism(4, 0.3, 2)});
+    const LoadedScene stored_scene(description);
+    description.graph_bytes = 0;
+    const LoadedScene formed_scene(description);
+    const PairView stored = stored_scene.view.pair(0), formed = formed_scene.view.pair(0);
+    REQUIRE(stored.graph_stored);
+    REQUIRE(!formed.graph_stored);
+    CHECK(formed.nodes == nullptr);
+    CHECK(formed.record->node_begin == kGraphNotStored);
+    CHECK(stored.record->max_degree == formed.record->max_degree);
+    for (std::uint32_t node = 0; node < stored.record->node_count; ++node) {
+      const auto [type, i, j] = node_features(formed, node);
+      std::vector<std::uint32_t> from_list, from_rule, face_list, face_rule, next_to;
+      for_each_graph_neighbor(stored, type, i, j, [&](auto n) { from_list.push_back(n); });
+      for_each_graph_neighbor(formed, type, i, j, [&](auto n) { from_rule.push_back(n); });
+      CHECK(std::is_sorted(from_list.begin(), from_list.end()));
+      std::sort(from_rule.begin(), from_rule.end());
+      CHECK(from_list == from_rule);
+      for_each_face_neighbor(stored, type, i, j, [&](auto v) { face_list.push_back(v); });
+      for_each_face_neighbor(formed, type, i, j, [&](auto v) { face_rule.push_back(v); });
+      CHECK(std::is_sorted(face_list.begin(), face_list.end()));
+      std::sort(face_rule.begin(), face_rule.end());
+      CHECK(face_list == face_rule);
+      if (type == ContactType::kC) continue;
+      // The definition: nodes of the same type on the same face, by what stands in the list.
+      for (const std::uint32_t n : from_list) {
+        const auto [other, k, l] = node_features(stored, n);
+        if (other != type) continue;
+        if (type == ContactType::kA && k == i) next_to.push_back(l);
+        if (type == ContactType::kB && l == j) next_to.push_back(k);
+      }
+      CHECK(face_list == next_to);
+    }
   }
 }

@@ -87,6 +87,33 @@ tools::Body prism(int n, double radius, double height) {
   return convex_body(v, faces);
 }
 
+tools::Body random_hull(std::uint64_t seed, int count, const Point& axes) {
+  Random random(seed);
+  std::vector<Point> v;
+  while (v.size() < static_cast<std::size_t>(count)) {
+    const Point p{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    const double length = std::sqrt(dot(p, p));
+    if (length > 1.0 || length < 0.1) continue;
+    v.push_back({axes[0] * p[0] / length, axes[1] * p[1] / length, axes[2] * p[2] / length});
+  }
+  std::vector<std::vector<std::uint32_t>> faces;
+  const auto n = static_cast<std::uint32_t>(count);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = 0; j < n; ++j) {
+      for (std::uint32_t k = 0; k < n; ++k) {
+        if (j <= i || k <= i || k == j) continue;  // each oriented triangle once
+        const Point normal = cross(minus(v[j], v[i]), minus(v[k], v[i]));
+        bool outer = true;
+        for (std::uint32_t w = 0; w < n && outer; ++w) {
+          outer = w == i || w == j || w == k || dot(normal, minus(v[w], v[i])) < 0;
+        }
+        if (outer) faces.push_back({i, j, k});
+      }
+    }
+  }
+  return convex_body(v, faces);
+}
+
 tools::Body join(const std::vector<tools::Body>& bodies) {
   tools::Body joined;
   joined.name = "joined";
@@ -128,6 +155,7 @@ tools::SceneDescription scene_of(const tools::Body& moving,
   d.parameters.law = LawId::kPaper;
   d.parameters.k_f_n_per_m = 1000.0;
   d.parameters.epsilon_m = 1.0e-4;
+  d.parameters.exact_band_m = kMaxSceneLength_m;
   d.parameters.rate_hz = 1000.0;
   return d;
 }

@@ -28,11 +28,15 @@ tools::Body tetrahedron(const Point& a, const Point& b, const Point& c, const Po
 /// Regular prism about z: n-gon of circumradius r, from -h/2 to h/2.
 tools::Body prism(int n, double radius, double height);
 
+/// Convex hull of `count` points on an ellipsoid with the given semi-axes, seeded; triangles only.
+/// O(count^4): for tens of points.
+tools::Body random_hull(std::uint64_t seed, int count, const Point& axes);
+
 /// Joins bodies into one of several pieces; planes that are bitwise equal up to sign are shared.
 tools::Body join(const std::vector<tools::Body>& bodies);
 
-/// Scene description with law `paper`, k_F 1000 N/m, epsilon 1e-4 m, identity start, grip at the
-/// origin of A.
+/// Scene description with law `paper`, k_F 1000 N/m, epsilon 1e-4 m, exact at any distance,
+/// identity start, grip at the origin of A.
 tools::SceneDescription scene_of(const tools::Body& moving,
                                  const std::vector<tools::Body>& statics);
 

@@ -129,17 +129,26 @@ TEST_SUITE("tools.scene_writer") {
     tools::Body two = join({box({0, 0, 0}, {1, 1, 1}), prism(8, 0.3, 0.5)});
     const LoadedScene scene(scene_of(two, {box({5, 5, 5}, {6, 6, 6}), prism(3, 1, 1)}));
     REQUIRE(scene.view.pairs().size() == 4);
-    std::uint64_t total = 0;
+    std::uint64_t near = 0, edge_pairs = 0, features = 0;
     for (const PairRecord& pair : scene.view.pairs()) {
-      const std::uint64_t ties[4] = {4 + 4 + 16, 4 + 4 + 16, 8 + 4 + 32, 8 + 4 + 32};
-      const std::uint64_t expected = std::min<std::uint64_t>(
-          pair.node_count, 3 * ties[&pair - scene.view.pairs().data()] + 16);
-      CHECK(pair.near_capacity == expected);
-      total += expected;
+      const PieceRecord& a = scene.view.pieces()[pair.piece_a];
+      const PieceRecord& b = scene.view.pieces()[pair.piece_b];
+      REQUIRE(pair.node_count <= 1024);
+      CHECK(pair.near_capacity == pair.node_count);
+      CHECK(pair.edge_pair_capacity == a.edge_count * b.edge_count);
+      near += pair.node_count;
+      edge_pairs += std::uint64_t{a.edge_count} * b.edge_count;
+      features += a.face_count + a.edge_count + b.face_count + b.edge_count;
     }
-    CHECK(scene.view.header().capacity.total_near == total);
-    CHECK(scene.view.header().capacity.moving_vertices == 8 + 16);
-    CHECK(scene.view.header().capacity.max_support_pairs == 4 * 128);
+    const SceneCapacity& c = scene.view.header().capacity;
+    CHECK(c.max_pair_visits == 4);
+    CHECK(c.max_near_nodes == near);
+    CHECK(c.max_edge_pairs == edge_pairs);
+    CHECK(c.total_features == features);
+    CHECK(c.max_feature_evaluations == features);
+    CHECK(c.moving_lanes == 8 + 16);
+    CHECK(c.max_support_pairs == 4 * 128 + edge_pairs + 4 * 2);
+    CHECK(c.unproven == 0);
     // Pieces of A major, pieces of the statics in order.
     CHECK(scene.view.pairs()[1].piece_a == 0);
     CHECK(scene.view.pairs()[1].piece_b == 3);
@@ -148,13 +157,68 @@ TEST_SUITE("tools.scene_writer") {
   }
 
   TEST_CASE("pairs beyond 65535 nodes get 32-bit neighbors") {
-    const LoadedScene scene(scene_of(prism(80, 0.1, 0.1), {prism(80, 0.2, 0.1)}));
+    tools::SceneDescription description = scene_of(prism(80, 0.1, 0.1), {prism(80, 0.2, 0.1)});
+    description.graph_bytes = std::uint64_t{64} << 20;
+    const LoadedScene scene(description);
     REQUIRE(scene.view.pairs()[0].node_count == 2 * 82 * 160 + 240 * 240);
     bool wide = false;
     for (const SectionEntry& s : scene.view.sections()) {
       if (s.id == SectionId::kNeighbors) wide = s.element_bytes == 4;
     }
     CHECK(wide);
+  }
+
+  TEST_CASE("graphs are stored smallest first, as far as the room goes") {
+    tools::SceneDescription description =
+        scene_of(prism(7, 0.02, 0.1), {box({0, 0, 0}, {1, 1, 1}), prism(40, 0.1, 0.1),
+                                       tetrahedron({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+    const auto stored = [&](std::uint64_t graph_bytes) {
+      description.graph_bytes = graph_bytes;
+      const LoadedScene scene(description);
+      std::string which;
+      std::uint64_t bytes = 0;
+      for (std::uint32_t i = 0; i < 3; ++i) which += scene.view.pair(i).graph_stored ? 's' : '-';
+      for (const SectionEntry& s : scene.view.sections()) {
+        if (s.id == SectionId::kNodes || s.id == SectionId::kNeighborBegin ||
+            s.id == SectionId::kNeighbors) {
+          bytes += s.count * s.element_bytes;
+        }
+      }
+      CHECK(bytes <= graph_bytes + 4);  // one list begin more than nodes
+      return which;
+    };
+    CHECK(stored(tools::kDefaultGraphBytes) == "sss");
+    CHECK(stored(200000) == "s-s");
+    CHECK(stored(20000) == "--s");
+    CHECK(stored(0) == "---");
+  }
+
+  TEST_CASE("a scene's defaults: weighted law, features end where the near set does, exact band") {
+    tools::SceneDescription description =
+        scene_of(box({0, 0, 0}, {1, 1, 1}), {box({0, 0, 0}, {1, 1, 1})});
+    description.parameters = tools::default_parameters();
+    description.parameters.k_f_n_per_m = 1000.0;
+    description.parameters.epsilon_m = 2.0e-4;
+    description.max_pair_visits = 7;
+    const LoadedScene scene(description);
+    CHECK(scene.view.parameters().law == LawId::kWeightedRegion);
+    CHECK(scene.view.parameters().epsilon_o_m == 2.0e-4);
+    CHECK(scene.view.parameters().exact_band_m == 0.005);
+    CHECK(scene.view.header().capacity.max_pair_visits == 1);  // no more than there are
+  }
+
+  TEST_CASE("the lanes are the vertices by coordinate, padded with the first") {
+    const LoadedScene scene(scene_of(prism(5, 0.02, 0.1), {box({0, 0, 0}, {1, 2, 3})}));
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      const PieceView piece = scene.view.piece(i);
+      CHECK(piece.lane_count == (i == 0 ? 16 : 8));
+      for (std::uint32_t v = 0; v < piece.lane_count; ++v) {
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          CHECK(piece.lanes[k * piece.lane_count + v] ==
+                piece.vertices[3 * (v < piece.vertex_count ? v : 0) + k]);
+        }
+      }
+    }
   }
 
   TEST_CASE("scenes that cannot be are refused with the reason") {
@@ -169,10 +233,6 @@ TEST_SUITE("tools.scene_writer") {
     tools::SceneDescription soft = scene_of(box({0, 0, 0}, {1, 1, 1}), {box({0, 0, 0}, {1, 1, 1})});
     soft.parameters.k_f_n_per_m = 0;
     CHECK_THROWS_WITH_AS(tools::write_scene(soft), doctest::Contains("out of its range"),
-                         tools::InputError);
-    // 24 x 9000^2 entries: refused from the counts, before the graph is built.
-    tools::SceneDescription huge = scene_of(prism(3000, 1.0, 1.0), {prism(3000, 1.0, 1.0)});
-    CHECK_THROWS_WITH_AS(tools::write_scene(huge), doctest::Contains("neighbor entries"),
                          tools::InputError);
   }
 }

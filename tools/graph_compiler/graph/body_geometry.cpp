@@ -4,32 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "rt_core/scene/scene_check.hpp"
 #include "tools/common/error.hpp"
+#include "tools/graph_compiler/graph/wide3.hpp"
 
 namespace haptic::tools {
 namespace {
 
-// Only + - * / and square root are used on these: exactly defined by the format, so that every
-// compiler that has the 80-bit format gives the same bits.
-using Wide = long double;
-using Wide3 = std::array<Wide, 3>;
 using WideMatrix = std::array<Wide3, 3>;
-static_assert(std::numeric_limits<Wide>::digits >= 64,
-              "scenes are compiled on hosts with 80-bit long double");
 
-template <typename T>
-Wide3 widen(const std::array<T, 3>& a) {
-  return {static_cast<Wide>(a[0]), static_cast<Wide>(a[1]), static_cast<Wide>(a[2])};
-}
-Wide3 operator+(const Wide3& a, const Wide3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Wide3 operator-(const Wide3& a, const Wide3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Wide dot(const Wide3& a, const Wide3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Wide3 cross(const Wide3& a, const Wide3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 Wide3 operator*(const WideMatrix& m, const Wide3& v) {
   return {dot(m[0], v), dot(m[1], v), dot(m[2], v)};
 }

@@ -52,8 +52,13 @@ PairGraph build_pair_graph(const PieceView& a, const PieceView& b) {
     for_each_neighbor(a, b, type, i, j,
                       [&](std::uint32_t node) { graph.neighbors.push_back(node); });
     std::sort(graph.neighbors.begin() + begin, graph.neighbors.end());
-    graph.nodes.push_back({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j)});
     const auto end = static_cast<std::uint32_t>(graph.neighbors.size());
+    const KeepRange keep = keep_range(
+        n, type, i, end - graph.neighbor_begin.back(),
+        [&](std::uint32_t k) { return graph.neighbors[static_cast<std::size_t>(begin) + k]; });
+    graph.nodes.push_back({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j),
+                           static_cast<std::uint16_t>(keep.begin),
+                           static_cast<std::uint16_t>(keep.count)});
     graph.max_degree = std::max(graph.max_degree, end - graph.neighbor_begin.back());
     graph.neighbor_begin.push_back(end);
   };

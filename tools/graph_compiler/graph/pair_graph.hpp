@@ -28,7 +28,8 @@ struct GraphSize {
 /// Exact, from degrees alone. Cost: O(V) of both pieces.
 GraphSize graph_size(const PieceView& a, const PieceView& b);
 
-/// Builds the graph; graph_size(a, b) must fit 32 bits. Cost: O(entries log degree).
+/// Builds the graph; graph_size(a, b) must fit 32 bits, its largest degree 16. Cost: O(entries log
+/// degree).
 PairGraph build_pair_graph(const PieceView& a, const PieceView& b);
 
 }  // namespace haptic::tools

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From convex pieces to the bytes of a compiled scene: topology tables, contact graph with
-/// symmetrised arcs in CSR, capacities, content hash. Needs the core and the standard library
+/// From convex pieces to the bytes of a compiled scene: topology tables, arcs and bounds of the
+/// search, contact graphs with symmetrised arcs in CSR where they fit, capacities, content hash.
+/// Needs the core and the standard library
 /// alone, so tests of the core use it too.
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/graph/scene_account.hpp"
+#include "tools/graph_compiler/graph/stored_graphs.hpp"
 
 namespace haptic::tools {
 
@@ -26,20 +31,41 @@ struct PlacedBody {
   std::array<double, 3> mesh_origin_m{0, 0, 0};
 };
 
+/// Width of the near set [m], band of exact separations [m] and loop [Hz] where nothing is said.
+inline constexpr double kDefaultEpsilon_m = 1.0e-4;
+inline constexpr double kDefaultExactBand_m = 5.0e-3;
+inline constexpr double kDefaultRate_hz = 1000.0;
+
+/// The weighted law and the defaults above; no stiffness, which every scene must give.
+[[nodiscard]] constexpr SceneParameters default_parameters() {
+  SceneParameters p{};
+  p.law = LawId::kWeightedRegion;
+  p.epsilon_m = kDefaultEpsilon_m;
+  p.exact_band_m = kDefaultExactBand_m;
+  p.rate_hz = kDefaultRate_hz;
+  return p;
+}
+
 /// Everything that a scene file says, after its meshes have become convex pieces.
 struct SceneDescription {
   std::string name;
   PlacedBody moving;
   std::vector<PlacedBody> statics;
   std::array<double, 3> grip_m{0, 0, 0};  ///< x_0^A in the moving body's frame
-  SceneParameters
-      parameters{};  ///< name_offset, name_bytes and start pose are filled by the writer
+  /// name_offset, name_bytes and start pose are filled by the writer; so is epsilon_o_m when it is
+  /// zero, with epsilon_m.
+  SceneParameters parameters = default_parameters();
+  std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
+  std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs
 };
 
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has
 /// accepted them). Byte-identical for equal input on every compiler. Geometry is rounded to Real
-/// once, at the end.
+/// once, at the end. `account`, where given, is filled; `progress` is told the fraction of the
+/// pieces done. Cost: see vertex_relaxation.
 /// @throws InputError when a limit of the format is passed (names piece, count and limit).
-std::vector<std::byte> write_scene(const SceneDescription& description);
+std::vector<std::byte> write_scene(const SceneDescription& description,
+                                   SceneAccount* account = nullptr,
+                                   const std::function<void(double)>& progress = {});
 
 }  // namespace haptic::tools

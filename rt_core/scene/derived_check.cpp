@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/scene/derived_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace haptic::check {
+namespace {
+
+/// Rounding of directions and of products of a few of them.
+constexpr double kUnitTolerance = kGeometryTolerance;
+
+/// Largest relaxation ratio: fits a float with room for products.
+constexpr double kMaxRatio = 1.0e30;
+
+bool near_zero(double x) noexcept { return absolute(x) <= kUnitTolerance; }
+
+double norm(const Double3& a) noexcept { return std::sqrt(dot(a, a)); }
+
+/// Outward unit normal of face `f` without what rounding left of it along the edge.
+Double3 normal_across(const PieceView& p, std::uint32_t f, const Double3& along) noexcept {
+  const Vec3 n = p.face_normal(f);
+  const Double3 outward = to_double3(n.data());
+  const Double3 across = outward - dot(outward, along) * along;
+  return (1.0 / norm(across)) * across;
+}
+
+/// Side k of the arc ends where it must: the turn from the face's normal to the end is at most a
+/// right angle, away from the arc's middle, and its sine lifts the apex by epsilon.
+bool end_fits(const PieceView& p, std::uint32_t e, int k, const Double3& along, double scale,
+              double epsilon_m) noexcept {
+  const EdgeRecord& edge = p.edges[e];
+  const EdgeArc& arc = p.arcs[e];
+  const Double3 mid = to_double3(arc.mid), side = to_double3(arc.side);
+  const double outwards = k == 0 ? -1.0 : 1.0;
+  const Double3 end =
+      static_cast<double>(arc.cosine) * mid + (outwards * static_cast<double>(arc.sine)) * side;
+  const Double3 n = normal_across(p, edge.face[k], along);
+  const double width =
+      norm(cross(along, vertex_of(p, edge.apex[k]) - vertex_of(p, edge.vertex[0])));
+  // The turn is about the edge, from face[0] to face[1]: cross(mid, side).
+  const double sine = outwards * dot(cross(n, end), cross(mid, side));
+  const double needed = epsilon_m < width ? epsilon_m / width : 1.0;
+  const double rounding = kUnitTolerance + kGeometryTolerance * scale * needed / width;
+  if (!(absolute(sine - needed) <= rounding) || dot(n, end) < -1.0e-3) return false;
+  const Vec3 outward = p.face_normal(edge.face[k]);
+  const Double3 tilt = to_double3(arc.tilt[k]) - width * to_double3(outward.data());
+  return norm(tilt) <= kUnitTolerance * width + kGeometryTolerance * scale;
+}
+
+}  // namespace
+
+RtStatus lanes(const PieceView& p) noexcept {
+  for (std::uint32_t v = 0; v < p.lane_count; ++v) {
+    const Real* vertex = p.vertices + 3 * std::size_t{v < p.vertex_count ? v : 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      // Bytes, not values: -0 in place of +0 would make the core's answers depend on the table.
+      if (std::memcmp(p.lanes + k * p.lane_count + v, vertex + k, sizeof(Real)) != 0)
+        return RtStatus::kBlobBadNumber;
+    }
+  }
+  return RtStatus::kOk;
+}
+
+RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
+  for (std::uint32_t e = 0; e < p.edge_count; ++e) {
+    const EdgeArc& arc = p.arcs[e];
+    const Double3 unit = to_double3(p.edge_directions[e].unit);
+    const Double3 along = (1.0 / norm(unit)) * unit;
+    const Double3 mid = to_double3(arc.mid), side = to_double3(arc.side);
+    const double cosine = static_cast<double>(arc.cosine), sine = static_cast<double>(arc.sine);
+    const bool frame = near_zero(dot(mid, mid) - 1.0) && near_zero(dot(side, side) - 1.0) &&
+                       near_zero(dot(mid, side)) && near_zero(dot(mid, along)) &&
+                       near_zero(dot(side, along)) &&
+                       near_zero(cosine * cosine + sine * sine - 1.0) && sine >= 0.0;
+    const bool empty = arc.reserved[0] == 0 && arc.reserved[1] == 0;
+    if (!frame || !empty) return RtStatus::kBlobBadNumber;
+    for (int k = 0; k < 2; ++k) {
+      const Double3 n = normal_across(p, p.edges[e].face[k], along);
+      const bool inside = dot(n, mid) >= cosine - kUnitTolerance;
+      if (!inside || !end_fits(p, e, k, along, scale, epsilon_m)) return RtStatus::kBlobBadNumber;
+    }
+  }
+  return RtStatus::kOk;
+}
+
+RtStatus bounds(const PieceView& p, double scale, double epsilon_m) noexcept {
+  const PieceRecord& r = *p.record;
+  const double tolerance = kGeometryTolerance * scale;
+  double reach = 0.0;
+  for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
+    reach = std::max(reach, norm(vertex_of(p, v)));
+  }
+  const bool reach_fits = finite(r.reach_m) && absolute(r.reach_m - reach) <= tolerance;
+  // No support lies farther behind a plane through a vertex than the piece is wide.
+  const double widest = epsilon_m + 2.0 * r.radius_m;
+  const bool vertex_fits = finite(r.vertex_relax_m) && r.vertex_relax_m >= epsilon_m &&
+                           r.vertex_relax_m <= widest * (1.0 + 1.0e-6) + tolerance;
+  const bool edge_fits = r.edge_relax_ratio >= 1.0 && r.edge_relax_ratio <= kMaxRatio;
+  return reach_fits && vertex_fits && edge_fits ? RtStatus::kOk : RtStatus::kBlobBadNumber;
+}
+
+}  // namespace haptic::check

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Checks of what the compiler derives from the vertices and faces of a piece: padded lanes, arcs
+/// of the edges on the Gauss sphere, bounds of the search. Only called on a piece whose indices and
+/// planes have passed. Each answers kOk or kBlobBadNumber.
+
+#include "rt_core/base/status.hpp"
+#include "rt_core/scene/scene_check.hpp"
+
+namespace haptic::check {
+
+/// The lanes are the vertices, bit for bit; the padding repeats vertex 0. Cost: O(V).
+[[nodiscard]] RtStatus lanes(const PieceView& p) noexcept;
+
+/// Every arc is that of its edge within rounding: orthonormal, orthogonal to the edge, ends where
+/// the adjoining face rises by `epsilon_m` over a plane through the edge (a right angle beyond its
+/// normal where it cannot). `scale` is the largest coordinate [m]. Cost: O(E).
+[[nodiscard]] RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept;
+
+/// Reach and relaxations of the record are in their ranges. Relaxations are bounds that take the
+/// compiler seconds; here they are only held to what any piece can have. Cost: O(V).
+[[nodiscard]] RtStatus bounds(const PieceView& p, double scale, double epsilon_m) noexcept;
+
+}  // namespace haptic::check

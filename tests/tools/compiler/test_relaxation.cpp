@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arcs and relaxations against what they promise: closed forms, then random directions.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/shapes.hpp"
+#include "tools/graph_compiler/graph/relaxation.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+using namespace haptic::tools;
+
+namespace {
+
+/// The one piece of a body, as the writer sees it.
+struct PieceUnderTest {
+  explicit PieceUnderTest(const tools::Body& body)
+      : topology(tools::build_topology(body, body.pieces[0], "test")),
+        geometry(tools::moving_geometry({body, {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}}, {0, 0, 0},
+                                        {topology})),
+        wide(topology, geometry, 0) {}
+
+  [[nodiscard]] std::vector<tools::WideArc> arcs(double epsilon_m) const {
+    std::vector<tools::WideArc> result;
+    for (std::uint32_t e = 0; e < topology.edges.size(); ++e) {
+      result.push_back(tools::wide_arc(wide, e, epsilon_m));
+    }
+    return result;
+  }
+  [[nodiscard]] double edge_ratio(double epsilon_m) const {
+    return tools::edge_relaxation(wide, arcs(epsilon_m), epsilon_m, geometry.pieces[0].radius_m)
+        .ratio;
+  }
+  [[nodiscard]] double vertex_relax_m(double epsilon_m) const {
+    return tools::vertex_relaxation(wide, epsilon_m).relax_m;
+  }
+  /// Largest height of a vertex over the plane through `origin` across n.
+  [[nodiscard]] Wide rise(const Wide3& n, const Wide3& origin) const {
+    Wide largest = 0;
+    for (const Wide3& v : wide.vertices) largest = std::max(largest, dot(n, v - origin));
+    return largest;
+  }
+
+  tools::PieceTopology topology;
+  tools::BodyGeometry geometry;
+  tools::WidePiece wide;
+};
+
+Wide3 random_unit(Random& random) {
+  for (;;) {
+    const Wide3 n{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    const Wide length = norm(n);
+    if (length > 0.1L && length < 1) return (1 / length) * n;
+  }
+}
+
+/// Directions near those that matter: within some angle of a face's normal.
+Wide3 direction_near(const PieceUnderTest& piece, Random& random, Wide angle) {
+  const auto f = random.next() % piece.wide.normals.size();
+  return tools::unit(piece.wide.normals[f] + angle * random_unit(random));
+}
+
+/// 100 000 seeded directions n: the bound of vertex relaxation, edge by edge and vertex by vertex.
+void check_sampled(const tools::Body& body, double epsilon_m, std::uint64_t seed) {
+  CAPTURE(seed);
+  const PieceUnderTest piece(body);
+  const std::vector<tools::WideArc> arcs = piece.arcs(epsilon_m);
+  const Wide ratio = static_cast<Wide>(piece.edge_ratio(epsilon_m));
+  const Wide relax = static_cast<Wide>(piece.vertex_relax_m(epsilon_m));
+  const Wide epsilon = static_cast<Wide>(epsilon_m);
+  std::vector<tools::VertexCone> cones;
+  for (std::uint32_t v = 0; v < piece.topology.vertex_count; ++v) cones.emplace_back(piece.wide, v);
+  Random random(seed);
+  std::size_t vertex_cases = 0, edge_cases = 0, failures = 0;
+  const auto test_vertex = [&](std::uint32_t v, const Wide3& n) {
+    const Wide3& b = piece.wide.vertices[v];
+    Wide t = 0;
+    for (std::uint32_t i = piece.topology.vertex_edge_begin[v];
+         i < piece.topology.vertex_edge_begin[v + 1]; ++i) {
+      const EdgeRecord& edge = piece.topology.edges[piece.topology.vertex_edges[i]];
+      t = std::max(t, dot(n, piece.wide.vertices[edge.vertex[edge.vertex[0] == v ? 1 : 0]] - b));
+    }
+    if (t > epsilon) return;
+    vertex_cases += 1;
+    const Wide rise = piece.rise(n, b);
+    if (rise > cones[v].largest_rise(t, true) * (1 + 1e-12L) + 1e-15L) failures += 1;
+    if (epsilon + rise - t > relax) failures += 1;
+  };
+  const auto test_edge = [&](std::uint32_t e, Wide share) {
+    const tools::WideArc& arc = arcs[e];
+    const Wide angle = share * std::atan2(arc.sine, arc.cosine);
+    const Wide3 n = std::cos(angle) * arc.mid + std::sin(angle) * arc.side;
+    const EdgeRecord& edge = piece.topology.edges[e];
+    const Wide3& origin = piece.wide.vertices[edge.vertex[0]];
+    Wide face_rise = 0;
+    for (const std::uint16_t apex : edge.apex) {
+      face_rise = std::max(face_rise, dot(n, piece.wide.vertices[apex] - origin));
+    }
+    edge_cases += 1;
+    if (face_rise > epsilon * (1 + 1e-9L)) failures += 1;
+    if (piece.rise(n, origin) > ratio * face_rise + 1e-15L) failures += 1;
+  };
+  for (int k = 0; k < 100000; ++k) {
+    const Wide angle = std::pow(Wide{10}, -4 * static_cast<Wide>(random.uniform(0, 1)));
+    const Wide3 n = direction_near(piece, random, angle);
+    for (std::uint32_t v = 0; v < piece.topology.vertex_count; ++v) test_vertex(v, n);
+    test_edge(static_cast<std::uint32_t>(random.next() % arcs.size()), random.uniform(-1, 1));
+  }
+  CHECK(failures == 0);
+  CHECK(vertex_cases > 1000);
+  CHECK(edge_cases == 100000);
+}
+
+}  // namespace
+
+TEST_SUITE("tools.relaxation") {
+  TEST_CASE("box: an edge's face rises with the piece, a corner's diagonal by three epsilon") {
+    const PieceUnderTest piece(box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}));
+    const double epsilon = 1e-4;
+    const double ratio = piece.edge_ratio(epsilon);
+    CHECK(ratio >= 1.0);
+    CHECK(ratio <= 1.0 + 1e-8);
+    const tools::VertexCone corner(piece.wide, 0);
+    CHECK(static_cast<double>(corner.largest_rise(1e-4L, true)) ==
+          doctest::Approx(3e-4).epsilon(1e-12));
+    CHECK(static_cast<double>(corner.depth_m()) == doctest::Approx(0.1 / std::sqrt(3.0)));
+    CHECK(piece.vertex_relax_m(epsilon) ==
+          doctest::Approx(epsilon * (1 + 3 - 15.0 / 16)).epsilon(1e-8));
+  }
+
+  TEST_CASE("box: arcs span a right angle and the two extensions") {
+    const double epsilon = 1e-3, side = 0.1;
+    const PieceUnderTest piece(box({0, 0, 0}, {side, side, side}));
+    for (const tools::WideArc& arc : piece.arcs(epsilon)) {
+      const double half = static_cast<double>(std::atan2(arc.sine, arc.cosine));
+      CHECK(half == doctest::Approx(std::acos(-1.0) / 4 + std::asin(epsilon / side)));
+      CHECK(static_cast<double>(arc.width_m[0]) == doctest::Approx(side));
+    }
+    // Wider than the box: a right angle beyond each face, three quarters of a turn in all.
+    for (const tools::WideArc& arc : piece.arcs(1.0)) {
+      const double half = static_cast<double>(std::atan2(arc.sine, arc.cosine));
+      CHECK(half == doctest::Approx(3 * std::acos(-1.0) / 4));
+    }
+  }
+
+  TEST_CASE(
+      "unequal faces: the extended arc is symmetric about its middle and holds both normals") {
+    const PieceUnderTest piece(box({0, 0, 0}, {0.1, 0.01, 0.001}));
+    const double epsilon = 2e-3;
+    const std::vector<tools::WideArc> arcs = piece.arcs(epsilon);
+    for (std::uint32_t e = 0; e < arcs.size(); ++e) {
+      for (int k = 0; k < 2; ++k) {
+        const Wide3 n = piece.wide.normals[piece.topology.edges[e].face[k]];
+        const Wide3 end = arcs[e].end(k);
+        const Wide sine = std::min<Wide>(1, static_cast<Wide>(epsilon) / arcs[e].width_m[k]);
+        const Wide turn = std::acos(dot(n, end));
+        CHECK(static_cast<double>(turn) ==
+              doctest::Approx(static_cast<double>(std::asin(sine))).epsilon(1e-9));
+        CHECK(dot(n, arcs[e].mid) >= arcs[e].cosine);
+        CHECK(static_cast<double>(dot(arcs[e].mid, arcs[e].side)) == doctest::Approx(0.0));
+      }
+    }
+  }
+
+  TEST_CASE("12-prism: over a rim edge the opposite rim rises by about 15 epsilon") {
+    const PieceUnderTest piece(prism(12, 0.05, 0.2));
+    const double epsilon = 1e-5;
+    const double ratio = piece.edge_ratio(epsilon);
+    CHECK(ratio >= 1.0);
+    CHECK(ratio <= 1.0 + 1e-8);  // no vertex is farther across an edge than the face's own
+    const tools::VertexCone rim(piece.wide, 0);
+    const double rise = static_cast<double>(rim.largest_rise(1e-5L, true)) / epsilon;
+    // Opposite vertex d = sum lambda_k e_k of the two rim edges: 2 r = 2 lambda l sin(15 deg).
+    const double rim_edge = 2 * 0.05 * std::sin(std::acos(-1.0) / 12);
+    const double lambda = 0.1 / (2 * rim_edge * std::sin(std::acos(-1.0) / 12));
+    CHECK(2 * lambda == doctest::Approx(14.93).epsilon(1e-3));
+    CHECK(rise == doctest::Approx(2 * lambda + 1).epsilon(1e-9));  // and one for the other cap
+    CHECK(piece.vertex_relax_m(epsilon) ==
+          doctest::Approx(epsilon * (1 + 2 * lambda + 1 - 15.0 / 16)).epsilon(1e-8));
+  }
+
+  TEST_CASE("a bound that epsilon outgrows stays below the width of the piece") {
+    const PieceUnderTest piece(random_hull(7, 32, {0.05, 0.05, 0.05}));
+    for (const double epsilon : {1e-4, 1e-3, 1e-2, 1e-1, 1.0}) {
+      const double relax = piece.vertex_relax_m(epsilon);
+      CHECK(relax >= epsilon);
+      CHECK(relax <= (epsilon + 0.1) * (1 + 1e-8));
+      CHECK(piece.edge_ratio(epsilon) >= 1.0);
+    }
+  }
+
+  TEST_CASE("refined bounds are never above the plain ones, and well below where they matter") {
+    const PieceUnderTest piece(random_hull(3, 60, {0.05, 0.05, 0.05}));
+    Wide plain = 0, refined = 0;
+    for (std::uint32_t v = 0; v < piece.topology.vertex_count; ++v) {
+      const VertexCone cone(piece.wide, v);
+      const Wide without = cone.largest_rise(2e-3L, false), with = cone.largest_rise(2e-3L, true);
+      CHECK(with <= without);
+      if (cone.depth_m() > 2e-3L) CHECK(with == without);
+      if (cone.depth_m() < 1e-3L) {
+        plain += without;
+        refined += with;
+      }
+    }
+    REQUIRE(plain > 0);
+    MESSAGE("refined to " << static_cast<double>(refined / plain) << " of the plain bounds");
+    CHECK(refined < 0.8L * plain);
+  }
+
+  TEST_CASE("random directions never pass the bounds" * doctest::timeout(300)) {
+    check_sampled(box({0, 0, 0}, {0.1, 0.06, 0.02}), 1e-3, 11);
+    check_sampled(prism(12, 0.05, 0.2), 1e-3, 12);
+    check_sampled(random_hull(13, 32, {0.05, 0.04, 0.06}), 1e-3, 13);
+    check_sampled(random_hull(14, 32, {0.05, 0.04, 0.06}), 8e-3, 14);  // deeper than the vertices
+  }
+}
