@@ -21,53 +21,43 @@ namespace haptic::tools {
 EdgeRelaxation edge_relaxation(const WidePiece& piece, const std::vector<WideArc>& arcs,
                                double epsilon_m, double radius_m);
 
-/// A vertex b with its neighbors b_k: upper bound of g(t) = the largest n.(v - b) over all vertices
-/// v and unit n with n.(b_k - b) <= t. By duality t sum(lambda) + |v - b - sum lambda_k (b_k - b)|
-/// bounds it for every lambda >= 0; tried are zero, cones of three neighbors, and, where the unit
-/// length of n decides, one neighbor and pairs that are optimal for it.
-class VertexCone {
+/// A vertex b and its neighbors b_k: g(t) = the largest n.(v - b) over all vertices v and all unit
+/// n with n.(b_k - b) <= t for every k. Exact but for rounding, which goes upwards: on the region
+/// of the sphere that is left of t-circles about the neighbors, n.(v - b) is largest where n points
+/// to v, or at the point of one circle nearest to that, or where two circles cross.
+class VertexRise {
  public:
-  VertexCone(const WidePiece& piece, std::uint32_t vertex);
+  VertexRise(const WidePiece& piece, std::uint32_t vertex);
 
-  /// Bound of g(t), t >= 0. With `refined` false only zero and cones of three are tried. Cost: V
-  /// times the square of the vertex's degree at most.
-  [[nodiscard]] Wide largest_rise(Wide t_m, bool refined) const;
-  /// Smallest distance of the vertex from a plane through three neighbors below which all others
-  /// lie: up to there the bound grows in proportion to t and needs no refinement.
-  [[nodiscard]] Wide depth_m() const { return depth_m_; }
+  /// g(t) [m], t >= 0; rises with t. Of more than kHeldNeighbors neighbors some are left out, which
+  /// only makes it larger. Cost: V times degree dot products, mostly.
+  [[nodiscard]] Wide largest(Wide t_m) const;
+  /// Smallest distance of the vertex from a plane through three neighbors that has all others on
+  /// its side [m]; from this t on, n may point into the piece and g is of the size of its width.
+  /// Infinite with more than kHeldNeighbors. Cost: the fourth power of the degree.
+  [[nodiscard]] Wide depth_m() const;
 
  private:
-  struct Cone {
-    std::uint32_t k[3];
-    Wide3 row[3];  ///< inverse: lambda_i = row[i] . d
-  };
-  /// Lines t -> slope t + rest that bound one vertex.
-  struct Line {
-    Wide slope, rest_m, distance_m;
-  };
-  /// A unit normal over which neighbors k[0] and k[1] rise by t.
-  struct Corner {
-    Wide3 row[3];  ///< d = lambda_0 edge + lambda_1 edge + mu normal
-  };
-  [[nodiscard]] std::vector<Corner> corners_at(Wide t_m) const;
-  [[nodiscard]] Wide one_neighbor(const Wide3& d, Wide t_m) const;
-  void add_cones();
+  [[nodiscard]] bool allowed(const Wide3& n, Wide t_m) const;
 
   std::vector<Wide3> edges_;   ///< b_k - b
+  std::vector<Wide> lengths_;  ///< of edges_
   std::vector<Wide3> others_;  ///< v - b
-  std::vector<Cone> cones_;
-  std::vector<Line> lines_;  ///< by others_
-  Wide depth_m_ = 0;
+  bool all_held_ = true;
 };
 
-/// epsilon plus the largest excess g(t_{i+1}) - t_i over a grid of kRiseSteps steps of t in
-/// [0, epsilon], over all vertices. Rounded up. Pieces of more than kRefinedVertices vertices are
-/// bounded without refinement. Cost: O(V^2) where epsilon is below the depth of every vertex, else
-/// up to kRiseSteps V^2 times a squared degree. `progress` is told the fraction done.
+/// Neighbors of one vertex that its bound takes into account.
+inline constexpr std::size_t kHeldNeighbors = 128;
+/// Steps of the grid over [0, epsilon] for pieces of up to kFineVertices vertices; one for larger
+/// ones, which takes the bound up by epsilon at most.
+inline constexpr int kRiseSteps = 16;
+inline constexpr std::uint32_t kFineVertices = 2000;
+
+/// epsilon plus the largest excess g(t_{i+1}) - t_i over the steps of t in [0, epsilon], over all
+/// vertices: since g rises, no t in between has more. Rounded up. Cost: O(V^2 degree) and up to
+/// kRiseSteps times that at vertices that may be the largest: seconds for thousands of vertices.
+/// `progress` is told the fraction done.
 VertexRelaxation vertex_relaxation(const WidePiece& piece, double epsilon_m,
                                    const std::function<void(double)>& progress = {});
-
-inline constexpr int kRiseSteps = 16;
-inline constexpr std::uint32_t kRefinedVertices = 2000;
 
 }  // namespace haptic::tools

@@ -19,7 +19,8 @@ struct EdgeRelaxation {
 struct VertexRelaxation {
   double relax_m = 0.0;
   std::uint32_t vertex = 0;
-  double depth_m = 0.0;  ///< of that vertex behind the lowest plane through its neighbors
+  double depth_m =
+      0.0;  ///< of that vertex over a plane through three of its neighbors (VertexRise)
 };
 
 /// By piece, in the order of the scene.
