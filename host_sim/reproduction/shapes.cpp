@@ -219,6 +219,7 @@ std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, d
   scene.parameters.law = law;
   scene.parameters.k_f_n_per_m = k_f_n_per_m;
   scene.parameters.epsilon_m = epsilon_m;
+  scene.parameters.exact_band_m = kMaxSceneLength_m;  // figures show D_near at any distance
   scene.parameters.rate_hz = 1000.0;
   return tools::write_scene(scene);
 }

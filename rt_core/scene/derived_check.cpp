@@ -44,9 +44,15 @@ bool end_fits(const PieceView& p, std::uint32_t e, int k, const Double3& along, 
   const double needed = epsilon_m < width ? epsilon_m / width : 1.0;
   const double rounding = kUnitTolerance + kGeometryTolerance * scale * needed / width;
   if (!(absolute(sine - needed) <= rounding) || dot(n, end) < -1.0e-3) return false;
+  // Each coordinate is a product: right to a share of itself.
   const Vec3 outward = p.face_normal(edge.face[k]);
-  const Double3 tilt = to_double3(arc.tilt[k]) - width * to_double3(outward.data());
-  return norm(tilt) <= kUnitTolerance * width + kGeometryTolerance * scale;
+  const double share = kUnitTolerance + kGeometryTolerance * scale / width;
+  for (int i = 0; i < 3; ++i) {
+    const double product = width * static_cast<double>(outward[i]);
+    const double gap = absolute(static_cast<double>(arc.tilt[k][i]) - product);
+    if (!(gap <= share * absolute(product))) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -74,7 +80,8 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
                        near_zero(dot(mid, side)) && near_zero(dot(mid, along)) &&
                        near_zero(dot(side, along)) &&
                        near_zero(cosine * cosine + sine * sine - 1.0) && sine >= 0.0;
-    const bool empty = arc.reserved[0] == 0 && arc.reserved[1] == 0;
+    constexpr Real kNone[2] = {0, 0};  // compared as bytes: -0 would pass as a number
+    const bool empty = std::memcmp(arc.reserved, kNone, sizeof kNone) == 0;
     if (!frame || !empty) return RtStatus::kBlobBadNumber;
     for (int k = 0; k < 2; ++k) {
       const Double3 n = normal_across(p, p.edges[e].face[k], along);

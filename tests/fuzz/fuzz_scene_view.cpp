@@ -77,8 +77,13 @@ void run_core(const haptic::SceneView& scene) {
   const haptic::SceneCapacity& capacity = scene.header().capacity;
   for (unsigned tick = 0; tick < 12; ++tick) {
     const haptic::StepResult result = core->step(input_of(scene.parameters(), tick));
-    require(result.counters.nodes_evaluated <= capacity.max_nodes_evaluated, "nodes per tick");
-    require(result.counters.support_pairs <= capacity.max_support_pairs, "support pairs per tick");
+    const haptic::StepCounters& c = result.counters;
+    require(c.pair_visits <= capacity.max_pair_visits, "pairs searched per tick");
+    require(c.support_pairs <= capacity.max_support_pairs, "support pairs per tick");
+    require(c.feature_evaluations <= capacity.max_feature_evaluations, "features per tick");
+    require(c.edge_pairs <= capacity.max_edge_pairs, "edge pairs per tick");
+    require(c.near_nodes <= capacity.max_near_nodes, "near nodes per tick");
+    require(c.hull_points <= capacity.max_hull_points, "points of a contact polygon");
     const haptic::Wrench& w = result.wrench_w;
     bool finite = std::isfinite(static_cast<double>(result.d_near_m));
     for (int i = 0; i < 3; ++i) {

@@ -9,8 +9,11 @@
 namespace haptic::fuzz {
 namespace {
 
-std::string blob_of(const tools::Body& moving, const std::vector<tools::Body>& statics) {
-  const std::vector<std::byte> bytes = tools::write_scene(test::scene_of(moving, statics));
+std::string blob_of(const tools::Body& moving, const std::vector<tools::Body>& statics,
+                    std::uint64_t graph_bytes = tools::kDefaultGraphBytes) {
+  tools::SceneDescription scene = test::scene_of(moving, statics);
+  scene.graph_bytes = graph_bytes;
+  const std::vector<std::byte> bytes = tools::write_scene(scene);
   std::string text(bytes.size(), '\0');
   std::memcpy(text.data(), bytes.data(), bytes.size());
   return text;
@@ -46,6 +49,16 @@ std::string scaled(std::string blob, double factor) {
   change_section<Real>(blob, SectionId::kVertices, 3, real);
   change_section<PlaneRecord>(blob, SectionId::kPlanes, 1,
                               [&](PlaneRecord& plane) { real(plane.offset_m); });
+  change_section<Real>(blob, SectionId::kVertexLanes, 1, real);
+  change_section<EdgeArc>(blob, SectionId::kEdgeArcs, 1, [&](EdgeArc& arc) {
+    for (auto& tilt : arc.tilt) {
+      for (Real& x : tilt) real(x);
+    }
+  });
+  change_section<SceneParameters>(blob, SectionId::kParameters, 1, [&](SceneParameters& p) {
+    p.epsilon_m *= factor;
+    p.epsilon_o_m *= factor;
+  });
   change_section<EdgeDirection>(blob, SectionId::kEdgeDirections, 1,
                                 [&](EdgeDirection& edge) { real(edge.length_m); });
   change_section<BodyRecord>(blob, SectionId::kBodies, 1, [&](BodyRecord& body) {
@@ -56,6 +69,8 @@ std::string scaled(std::string blob, double factor) {
     volume(piece.volume_m3);
     piece.radius_m *= factor;
     for (double& x : piece.centre_m) x *= factor;
+    piece.reach_m *= factor;
+    piece.vertex_relax_m *= factor;
   });
   return blob;
 }
@@ -80,6 +95,8 @@ std::vector<Seed> seeds() {
           {"stiff", stiff},
           {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},
+          {"formed_graph", blob_of(tetrahedron, {table}, 0)},
+          {"one_of_two_stored", blob_of(tetrahedron, {tetrahedron, table}, 8000)},
           {"tetrahedron_step", blob_of(tetrahedron, {test::join({table, step})})},
           {"two_statics", blob_of(tetrahedron, {tetrahedron, step})}};
 }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -27,6 +28,9 @@ Json body_json(const BodyFacts& body, bool moving) {
   for (const PieceFacts& p : body.pieces) {
     pieces.push_back({{"volume_m3", p.volume_m3},
                       {"radius_m", p.radius_m},
+                      {"reach_m", p.reach_m},
+                      {"vertex_relax_m", p.vertex_relax_m},
+                      {"edge_relax_ratio", p.edge_relax_ratio},
                       {"vertices", p.vertices},
                       {"edges", p.edges},
                       {"faces", p.faces},
@@ -57,9 +61,11 @@ Json body_json(const BodyFacts& body, bool moving) {
 
 Json parameters_json(const SceneParameters& p) {
   Json result = {
-      {"law", "paper"},
+      {"law", law_name(p.law)},
       {"k_f_n_per_m", p.k_f_n_per_m},
       {"epsilon_m", p.epsilon_m},
+      {"epsilon_o_m", p.epsilon_o_m},
+      {"exact_band_m", p.exact_band_m},
       {"rate_hz", p.rate_hz},
       {"start_position_m", p.start_p_wa_m},
       {"start_quaternion_wxyz",
@@ -99,7 +105,10 @@ Json pairs_as_json(const SceneFacts& facts) {
                      {"arcs", p.arcs},
                      {"max_degree", p.max_degree},
                      {"near_capacity", p.near_capacity},
-                     {"neighborhood_capacity", p.neighborhood_capacity},
+                     {"edge_pairs", p.edge_pairs},
+                     {"edge_pair_capacity", p.edge_pair_capacity},
+                     {"graph", p.stored ? "stored" : "formed"},
+                     {"graph_bytes", p.graph_bytes},
                      {"neighborhoods", neighborhoods_json(p.types)}});
   }
   return pairs;
@@ -117,18 +126,22 @@ Json sections_as_json(const SceneFacts& facts) {
   return sections;
 }
 
-Json capacity_as_json(const SceneCapacity& c) {
+Json capacity_as_json(const SceneFacts& facts) {
+  const SceneCapacity& c = facts.capacity;
   return {{"state_bytes", c.state_bytes},
-          {"moving_vertices", c.moving_vertices},
-          {"moving_faces", c.moving_faces},
-          {"moving_edges", c.moving_edges},
+          {"moving_lanes", c.moving_lanes},
           {"pair_count", c.pair_count},
-          {"largest_pair_nodes", c.largest_pair_nodes},
-          {"total_near", c.total_near},
+          {"total_features", c.total_features},
+          {"largest_pair_features", c.largest_pair_features},
           {"largest_near", c.largest_near},
-          {"largest_neighborhood", c.largest_neighborhood},
-          {"max_nodes_evaluated", c.max_nodes_evaluated},
-          {"max_support_pairs", c.max_support_pairs}};
+          {"max_pair_visits", c.max_pair_visits},
+          {"max_support_pairs", c.max_support_pairs},
+          {"max_feature_evaluations", c.max_feature_evaluations},
+          {"max_edge_pairs", c.max_edge_pairs},
+          {"max_near_nodes", c.max_near_nodes},
+          {"max_hull_points", c.max_hull_points},
+          {"certifiable", c.unproven == 0},
+          {"unproven", unproven_reasons(facts)}};
 }
 
 Json facts_as_json(const SceneFacts& facts) {
@@ -147,8 +160,9 @@ Json facts_as_json(const SceneFacts& facts) {
           {"arcs", facts.arcs},
           {"neighborhoods", neighborhoods_json(facts.types)},
           {"pairs", pairs_as_json(facts)},
+          {"stored_graph_bytes", facts.stored_graph_bytes},
           {"sections", sections_as_json(facts)},
-          {"capacity", capacity_as_json(facts.capacity)},
+          {"capacity", capacity_as_json(facts)},
           {"parameters", parameters_json(facts.parameters)}};
 }
 

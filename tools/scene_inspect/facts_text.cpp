@@ -5,6 +5,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "tools/scene_inspect/bounds_text.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -60,25 +62,17 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
         "from cuts %u, %u\n",
         i, p.vertices, p.edges, p.faces, p.volume_m3, p.source.mesh_vertices, p.source.mesh_faces,
         p.source.cut_vertices, p.source.cut_faces);
+    text += formatted("      reach %.6g m, vertex relaxation %.6g m, edge relaxation ratio %.6g\n",
+                      p.reach_m, p.vertex_relax_m, p.edge_relax_ratio);
   }
   return text + rest_line(body.pieces.size()) + recheck_text(body.recheck);
 }
 
-std::string pairs_text(const SceneFacts& facts) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(facts.pairs.size(), kShownRows); ++i) {
-    const PairFacts& p = facts.pairs[i];
-    text += formatted(
-        "    pair %zu (pieces %u, %u): %u nodes, %llu arcs, largest degree %u, near capacity %u\n",
-        i, p.piece_a, p.piece_b, p.nodes, static_cast<unsigned long long>(p.arcs), p.max_degree,
-        p.near_capacity);
-  }
-  return text + rest_line(facts.pairs.size());
-}
-
 std::string parameters_text(const SceneParameters& p) {
-  std::string text = formatted("  law paper, k_F %.9g N/m, epsilon %.9g m, loop %.9g Hz\n",
-                               p.k_f_n_per_m, p.epsilon_m, p.rate_hz);
+  std::string text = formatted(
+      "  law %s, k_F %.9g N/m, epsilon %.9g m, epsilon_o %.9g m, exact within %.9g m, loop %.9g "
+      "Hz\n",
+      law_name(p.law), p.k_f_n_per_m, p.epsilon_m, p.epsilon_o_m, p.exact_band_m, p.rate_hz);
   text +=
       formatted("  start pose (%.9g, %.9g, %.9g) m, quaternion w x y z (%.9g, %.9g, %.9g, %.9g)\n",
                 p.start_p_wa_m[0], p.start_p_wa_m[1], p.start_p_wa_m[2], p.start_q_wa_xyzw[3],
@@ -101,16 +95,6 @@ std::string parameters_text(const SceneParameters& p) {
     text += "  no device given\n";
   }
   return text;
-}
-
-std::string capacity_text(const SceneCapacity& c) {
-  return formatted(
-      "  state %s bytes; pairs %u, largest %u nodes; near sets %u in all, largest %u; neighbor "
-      "subgraph "
-      "at most %u\n  per tick at most %s node evaluations and %s support pairs\n",
-      grouped(c.state_bytes).c_str(), c.pair_count, c.largest_pair_nodes, c.total_near,
-      c.largest_near, c.largest_neighborhood, grouped(c.max_nodes_evaluated).c_str(),
-      grouped(c.max_support_pairs).c_str());
 }
 
 }  // namespace
@@ -142,6 +126,22 @@ std::string nodes_as_text(const SceneFacts& facts) {
   return text;
 }
 
+std::string pairs_as_text(const SceneFacts& facts,
+                          std::optional<std::uint64_t> graph_budget_bytes) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(facts.pairs.size(), kShownRows); ++i) {
+    const PairFacts& p = facts.pairs[i];
+    text += formatted(
+        "    pair %zu (pieces %u, %u): %u nodes, %llu arcs, largest degree %u, near capacity %u; ",
+        i, p.piece_a, p.piece_b, p.nodes, static_cast<unsigned long long>(p.arcs), p.max_degree,
+        p.near_capacity);
+    text += graph_form(p, graph_budget_bytes) + "\n";
+  }
+  return text + rest_line(facts.pairs.size());
+}
+
+const char* law_name(LawId law) { return law == LawId::kPaper ? "paper" : "weighted_region"; }
+
 std::string facts_as_text(const SceneFacts& facts) {
   std::string text =
       formatted("scene '%s': %s bytes, %s scalars, content %016llx\n", facts.name.c_str(),
@@ -150,9 +150,9 @@ std::string facts_as_text(const SceneFacts& facts) {
   text += "parts\n";
   for (std::size_t i = 0; i < facts.bodies.size(); ++i) text += body_text(facts.bodies[i], i);
   text += "contact graph: " + grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n";
-  text += nodes_as_text(facts) + pairs_text(facts);
+  text += nodes_as_text(facts) + pairs_as_text(facts, std::nullopt);
   text += "bytes by table\n" + sections_as_text(facts);
-  text += "capacities\n" + capacity_text(facts.capacity);
+  text += "bounds\n" + bounds_as_text(facts);
   return text + "parameters\n" + parameters_text(facts.parameters);
 }
 

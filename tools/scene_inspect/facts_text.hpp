@@ -3,6 +3,7 @@
 /// Facts about a scene as text for people and as JSON for programs.
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "tools/scene_inspect/scene_facts.hpp"
@@ -18,10 +19,16 @@ nlohmann::ordered_json facts_as_json(const SceneFacts& facts);
 // Parts of them, shared with the compiler's report.
 nlohmann::ordered_json pairs_as_json(const SceneFacts& facts);
 nlohmann::ordered_json sections_as_json(const SceneFacts& facts);
-nlohmann::ordered_json capacity_as_json(const SceneCapacity& capacity);
+/// Bounds of one tick, and why some cannot be defended.
+nlohmann::ordered_json capacity_as_json(const SceneFacts& facts);
 std::string sections_as_text(const SceneFacts& facts);
 /// "A 32 (25 .. 25, mean 25.0)" and so on for types A, B, C, one line each.
 std::string nodes_as_text(const SceneFacts& facts);
+
+/// One line per pair, the first 20; with the budget of stored graphs where it is known.
+std::string pairs_as_text(const SceneFacts& facts, std::optional<std::uint64_t> graph_budget_bytes);
+/// As in scene files.
+const char* law_name(LawId law);
 
 /// 1234567 -> "1 234 567".
 std::string grouped(std::uint64_t n);

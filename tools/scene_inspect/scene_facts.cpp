@@ -3,17 +3,10 @@
 
 #include <algorithm>
 
-#include "rt_core/scene/graph_rule.hpp"
+#include "tools/graph_compiler/graph/stored_graphs.hpp"
 
 namespace haptic::tools {
 namespace {
-
-void add_node(NeighborhoodFacts& facts, std::uint32_t size) {
-  facts.smallest = facts.nodes == 0 ? size : std::min(facts.smallest, size);
-  facts.largest = std::max(facts.largest, size);
-  facts.nodes += 1;
-  facts.mean += size;  // a sum until finish()
-}
 
 void merge(NeighborhoodFacts& into, const NeighborhoodFacts& from) {
   if (from.nodes == 0) return;
@@ -31,6 +24,9 @@ PieceFacts piece_facts(const PieceView& piece) {
   PieceFacts facts;
   facts.volume_m3 = piece.record->volume_m3;
   facts.radius_m = piece.record->radius_m;
+  facts.reach_m = piece.record->reach_m;
+  facts.vertex_relax_m = piece.record->vertex_relax_m;
+  facts.edge_relax_ratio = piece.record->edge_relax_ratio;
   facts.vertices = piece.vertex_count;
   facts.edges = piece.edge_count;
   facts.faces = piece.face_count;
@@ -46,8 +42,56 @@ PieceFacts piece_facts(const PieceView& piece) {
   return facts;
 }
 
+/// Smallest, largest and sum of a count over the features of a piece.
+struct Spread {
+  std::uint64_t count = 0, smallest = UINT64_MAX, largest = 0, sum = 0;
+  void add(std::uint64_t x) {
+    count += 1;
+    smallest = std::min(smallest, x);
+    largest = std::max(largest, x);
+    sum += x;
+  }
+};
+struct PieceSpread {
+  explicit PieceSpread(const PieceView& piece) {
+    for (std::uint32_t f = 0; f < piece.face_count; ++f) loops.add(piece.faces[f].loop_count);
+    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) degrees.add(piece.edges_at(v).size());
+    for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
+      const EdgeRecord& edge = piece.edges[e];
+      adjacent.add(piece.edges_at(edge.vertex[0]).size() + piece.edges_at(edge.vertex[1]).size() -
+                   2);
+    }
+  }
+  Spread loops, degrees, adjacent;
+};
+
+/// Neighborhoods of the nodes (face of l sides, vertex of d edges): l + d + 2 l d neighbors and the
+/// node itself. The mean is still a sum.
+NeighborhoodFacts face_vertex_facts(const Spread& l, const Spread& d) {
+  const auto size = [](std::uint64_t loop, std::uint64_t degree) {
+    return static_cast<std::uint32_t>(loop + degree + 2 * loop * degree + 1);
+  };
+  NeighborhoodFacts facts;
+  facts.nodes = l.count * d.count;
+  facts.smallest = size(l.smallest, d.smallest);
+  facts.largest = size(l.largest, d.largest);
+  facts.mean =
+      static_cast<double>(l.sum * d.count + d.sum * l.count + 2 * l.sum * d.sum + facts.nodes);
+  return facts;
+}
+
+/// The same for pairs of edges: their adjacent edges, eight more, and the node itself.
+NeighborhoodFacts edge_edge_facts(const Spread& a, const Spread& b) {
+  NeighborhoodFacts facts;
+  facts.nodes = a.count * b.count;
+  facts.smallest = static_cast<std::uint32_t>(a.smallest + b.smallest + 9);
+  facts.largest = static_cast<std::uint32_t>(a.largest + b.largest + 9);
+  facts.mean = static_cast<double>(a.sum * b.count + b.sum * a.count + 9 * facts.nodes);
+  return facts;
+}
+
 /// The means are still sums.
-PairFacts pair_facts(const PairView& pair) {
+PairFacts pair_facts(const PairView& pair, const PieceSpread& a, const PieceSpread& b, bool wide) {
   const PairRecord& record = *pair.record;
   PairFacts facts;
   facts.piece_a = record.piece_a;
@@ -55,15 +99,23 @@ PairFacts pair_facts(const PairView& pair) {
   facts.nodes = record.node_count;
   facts.max_degree = record.max_degree;
   facts.near_capacity = record.near_capacity;
-  facts.neighborhood_capacity = record.neighborhood_capacity;
-  std::uint64_t entries = 0;
-  for (std::uint32_t node = 0; node < record.node_count; ++node) {
-    const std::uint32_t degree = pair.neighbors.count(node);
-    entries += degree;
-    add_node(facts.types[static_cast<std::size_t>(contact_type(record, node))], degree + 1);
-  }
-  facts.arcs = entries / 2;
+  facts.edge_pair_capacity = record.edge_pair_capacity;
+  facts.edge_pairs = std::uint64_t{pair.a.edge_count} * pair.b.edge_count;
+  facts.types = {face_vertex_facts(a.loops, b.degrees), face_vertex_facts(b.loops, a.degrees),
+                 edge_edge_facts(a.adjacent, b.adjacent)};
+  const GraphSize size = graph_size(pair.a, pair.b);
+  facts.arcs = size.neighbor_entries / 2;
+  facts.stored = pair.graph_stored;
+  facts.graph_bytes = graph_bytes(size, facts.stored ? wide : wide || needs_wide_lists(size));
   return facts;
+}
+
+/// Whether the stored lists have 32-bit numbers.
+bool wide_lists(const SceneView& view) {
+  for (const SectionEntry& s : view.sections()) {
+    if (s.id == SectionId::kNeighbors) return s.element_bytes == sizeof(std::uint32_t);
+  }
+  return false;
 }
 
 }  // namespace
@@ -86,9 +138,11 @@ std::string section_name(SectionId id) {
                                            "neighbor begin",
                                            "neighbors",
                                            "source vertices",
-                                           "text"};
+                                           "text",
+                                           "vertex lanes",
+                                           "edge arcs"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kText));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kEdgeArcs));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }
@@ -120,8 +174,14 @@ SceneFacts facts_of(const SceneView& view) {
     body.recheck = recheck_body(view, b);
     facts.bodies.push_back(std::move(body));
   }
+  std::vector<PieceSpread> spreads;
+  for (std::uint32_t i = 0; i < view.pieces().size(); ++i) spreads.emplace_back(view.piece(i));
+  const bool wide = wide_lists(view);
   for (std::uint32_t i = 0; i < view.pairs().size(); ++i) {
-    PairFacts pair = pair_facts(view.pair(i));
+    const PairRecord& record = view.pairs()[i];
+    PairFacts pair =
+        pair_facts(view.pair(i), spreads[record.piece_a], spreads[record.piece_b], wide);
+    if (pair.stored) facts.stored_graph_bytes += pair.graph_bytes;
     facts.nodes += pair.nodes;
     facts.arcs += pair.arcs;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -26,7 +26,8 @@ struct SourceFacts {
 };
 
 struct PieceFacts {
-  double volume_m3 = 0.0, radius_m = 0.0;
+  double volume_m3 = 0.0, radius_m = 0.0, reach_m = 0.0;
+  double vertex_relax_m = 0.0, edge_relax_ratio = 1.0;
   std::uint32_t vertices = 0, edges = 0, faces = 0;
   SourceFacts source;
 };
@@ -41,8 +42,11 @@ struct NeighborhoodFacts {
 struct PairFacts {
   std::uint32_t piece_a = 0, piece_b = 0;
   std::array<NeighborhoodFacts, 3> types;  ///< A (face, vertex), B (vertex, face), C (edge, edge)
-  std::uint32_t nodes = 0, max_degree = 0, near_capacity = 0, neighborhood_capacity = 0;
-  std::uint64_t arcs = 0;  ///< undirected
+  std::uint32_t nodes = 0, max_degree = 0, near_capacity = 0, edge_pair_capacity = 0;
+  std::uint64_t edge_pairs = 0;   ///< all there are
+  std::uint64_t arcs = 0;         ///< undirected
+  bool stored = false;            ///< its graph; else it is formed on the fly
+  std::uint64_t graph_bytes = 0;  ///< that its stored graph takes, or would take
 };
 
 /// How the pieces of a body lie to each other and to their planes, in doubles (decomposition
@@ -78,9 +82,11 @@ struct SceneFacts {
   std::vector<PairFacts> pairs;
   std::array<NeighborhoodFacts, 3> types;  ///< over all pairs
   std::uint64_t nodes = 0, arcs = 0;
+  std::uint64_t stored_graph_bytes = 0;  ///< of all stored graphs
 };
 
-/// Cost: O(bytes) and O(pieces^2 faces vertices) per body for the recheck.
+/// Graph facts are counted from degrees, stored or not. Cost: O(bytes) and O(pieces^2 faces
+/// vertices) per body for the recheck.
 SceneFacts facts_of(const SceneView& view);
 
 BodyRecheck recheck_body(const SceneView& view, std::uint32_t body);

@@ -49,6 +49,8 @@ tools::SceneDescription general_scene() {
   scene.grip_m = {0.047, 0.053, 0.061};
   scene.moving.position_m = {0.3, 0.2, 0.1};
   scene.moving.quaternion_wxyz = {0.1, 0.5, 0.7, 0.5};
+  scene.parameters.epsilon_o_m = 2.3e-4;
+  scene.parameters.exact_band_m = 0.37;
   scene.parameters.motion_limits_given = 1;
   scene.parameters.max_linear_speed_m_per_s = 0.7;
   scene.parameters.max_angular_speed_rad_per_s = 5.0;
@@ -98,8 +100,9 @@ std::string signature(const tools::SceneBytes& bytes) {
     append_bits(result, r.d_near_m);
     append_bits(result, r.near_count);
     for (std::uint32_t pair = 0; pair < core->pair_count(); ++pair) {
-      append_bits(result, core->pair_d_near_m(pair));
-      for (const std::uint32_t node : core->pair_near_nodes(pair)) append_bits(result, node);
+      const PairReport report = core->pair_report(pair);
+      append_bits(result, report.d_near_m);
+      for (const NearNode& n : report.near) append_bits(result, n.node);
     }
   }
   return result;
@@ -134,7 +137,8 @@ std::vector<NumberField> numbers_in(const std::string& section) {
   if (section == "planes" || section == "edge directions") return {{0, kReal, 4}};
   if (section == "vertices") return {{0, kReal, 3}};
   if (section == "bodies") return {{0, 8, 4}};
-  if (section == "pieces") return {{offsetof(PieceRecord, volume_m3), 8, 5}};
+  if (section == "pieces") return {{offsetof(PieceRecord, volume_m3), 8, 8}};
+  if (section == "edge arcs") return {{0, kReal, 14}};
   return {};
 }
 

@@ -102,7 +102,8 @@ const Edit kEdits[] = {
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 0", "13:15: ", "above 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = nan", "13:15: ", "is nan"},
     {"k_f_n_per_m = 1500", "k_f = 1500", "13:1: ", "did you mean 'k_f_n_per_m'?"},
-    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nlaw = \"proxy\"", "14:7: ", "the laws are: paper"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nlaw = \"proxy\"",
+     "14:7: ", "the laws are: weighted_region, paper"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 0.0",
      "14:13: ", "above 0 and at most 0.1"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 1", "14:13: ", "at most 0.1"},
@@ -121,6 +122,14 @@ const Edit kEdits[] = {
      "15:19: ", "above 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[budget]\nstate_bytes = 1e6",
      "15:15: ", "give an integer"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nexact_band_m = 0", "14:16: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_o_m = -1", "14:15: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[budget]\npair_visits = 0",
+     "15:15: ", "a whole number from 1"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[memory]\ngraph_bytes = -1",
+     "15:15: ", "a whole number from 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[memory]\ngraph = 1",
+     "15:1: ", "did you mean 'graph_bytes'?"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[cleaning]\nplane_tolerance_m = 0",
      "15:21: ", "above 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[cleaning]\nplane_tolerance = 1",
@@ -145,7 +154,11 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.statics[0].scale_to_m == std::array<double, 3>{1.0, 2.0, 3.5});
     CHECK(scene.statics[0].quaternion_wxyz == std::array<double, 4>{1, 0, 0, 0});
     CHECK(scene.statics[0].path == std::filesystem::path(folder.file("part.obj")));
-    CHECK(scene.parameters.law == LawId::kPaper);
+    CHECK(scene.parameters.law == LawId::kWeightedRegion);
+    CHECK(scene.parameters.epsilon_o_m == 1e-4);
+    CHECK(scene.parameters.exact_band_m == 0.005);
+    CHECK(!scene.graph_bytes);
+    CHECK(!scene.budget.pair_visits);
     CHECK(scene.parameters.k_f_n_per_m == 1500);
     CHECK(scene.parameters.epsilon_m == 1e-4);
     CHECK(scene.parameters.rate_hz == 1000);
@@ -161,7 +174,7 @@ TEST_SUITE("tools.scene_file") {
     std::string text = replaced(kGood, "position_m = [0.1, 0.2, 0.3]\n", "");
     text = replaced(text, "quaternion = { w = 0.6, x = 0.0, y = 0.8, z = 0.0 }\n", "");
     text +=
-        "law = \"paper\"\nepsilon_m = 5e-4\n"
+        "law = \"paper\"\nepsilon_m = 5e-4\nepsilon_o_m = 3e-4\nexact_band_m = 0.01\n"
         "[start]\nposition_m = [1, 2, 3]\nquaternion = { w = 0, x = 1, y = 0, z = 0 }\n"
         "[motion_limits]\nlinear_m_per_s = 0.5\nangular_rad_per_s = 4\n"
         "[loop]\nrate_hz = 4000\n"
@@ -171,6 +184,7 @@ TEST_SUITE("tools.scene_file") {
         "max_torque_rate_nm_per_s = 50\nmax_stiffness_n_per_m = 2000\nmax_damping_ns_per_m = 3\n"
         "delay_s = 0.001\n"
         "[budget]\nconstants_bytes = 1000\nstate_bytes = 2000\nstack_bytes = 3000\n"
+        "pair_visits = 12\n[memory]\ngraph_bytes = 1000000\n"
         "[cleaning]\nplane_tolerance_m = 2e-6\n";
     const SceneFile scene =
         parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
@@ -187,7 +201,12 @@ TEST_SUITE("tools.scene_file") {
               d.max_stiffness_n_per_m + d.max_damping_ns_per_m + d.delay_s ==
           doctest::Approx(0.1 + 1 + 0.2 + 1e-5 + 9 + 0.5 + 1000 + 50 + 2000 + 3 + 0.001));
     CHECK(scene.budget.constants->bytes == 1000);
-    CHECK(scene.budget.state->line == 36);
+    CHECK(scene.budget.state->line == 38);
+    CHECK(scene.budget.pair_visits == 12u);
+    CHECK(scene.graph_bytes == 1000000u);
+    CHECK(scene.parameters.law == LawId::kPaper);
+    CHECK(scene.parameters.epsilon_o_m == 3e-4);
+    CHECK(scene.parameters.exact_band_m == 0.01);
     CHECK(scene.budget.stack->bytes == 3000);
     CHECK(scene.plane_tolerance_m == 2e-6);
   }

@@ -138,6 +138,8 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   SceneDescription description;
   description.name = scene.name;
   description.parameters = scene.parameters;
+  description.graph_bytes = scene.graph_bytes.value_or(kDefaultGraphBytes);
+  description.max_pair_visits = scene.budget.pair_visits.value_or(kDefaultPairVisits);
 
   CompiledPart moving = compile_part(scene.moving, scene, options);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -154,8 +156,10 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     result.parts.push_back(std::move(fixed.report));
   }
   Stopwatch watch;
-  if (options.progress) options.progress(scene.name, "writing the contact graph", 0.0);
-  result.bytes = write_scene(description);
+  const auto tell = [&](double fraction) {
+    if (options.progress) options.progress(scene.name, "bounding the search", fraction);
+  };
+  result.bytes = write_scene(description, &result.account, tell);
   check_budgets(scene, result.bytes);
   result.write_s = watch.lap();
   return result;

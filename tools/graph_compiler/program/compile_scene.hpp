@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/graph/scene_account.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
@@ -46,6 +47,7 @@ struct CompiledScene {
   std::vector<std::byte> bytes;
   SceneFile scene;
   std::vector<PartReport> parts;  ///< moving part first
+  SceneAccount account;           ///< of the pieces, moving part first
   double write_s = 0.0;           ///< graph and blob
 };
 

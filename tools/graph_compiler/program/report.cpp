@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "tools/common/scene_bytes.hpp"
+#include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -100,6 +101,7 @@ Json budget_json(const SceneBudget& budget) {
   if (budget.constants) result["constants_bytes"] = budget.constants->bytes;
   if (budget.state) result["state_bytes"] = budget.state->bytes;
   if (budget.stack) result["stack_bytes"] = budget.stack->bytes;
+  if (budget.pair_visits) result["pair_visits"] = *budget.pair_visits;
   return result;
 }
 
@@ -138,6 +140,10 @@ std::string part_text(const PartReport& part, bool moving) {
   return text + "    certificate: " + certificate_text(part.certificate) + "\n";
 }
 
+std::uint64_t graph_budget(const CompiledScene& compiled) {
+  return compiled.scene.graph_bytes.value_or(kDefaultGraphBytes);
+}
+
 double total_seconds(const CompiledScene& compiled) {
   double sum = compiled.write_s;
   for (const PartReport& part : compiled.parts) {
@@ -160,9 +166,11 @@ std::string report_as_json(const CompiledScene& compiled) {
                        {"nodes", facts.nodes},
                        {"arcs", facts.arcs},
                        {"pairs", pairs_as_json(facts)},
+                       {"graph_budget_bytes", graph_budget(compiled)},
+                       {"stored_graph_bytes", facts.stored_graph_bytes},
                        {"bytes", facts.bytes},
                        {"sections", sections_as_json(facts)},
-                       {"capacity", capacity_as_json(facts.capacity)},
+                       {"capacity", capacity_as_json(facts)},
                        {"state_bytes", facts.capacity.state_bytes},
                        {"budget", budget_json(compiled.scene.budget)},
                        {"warnings", warnings_of(compiled)},
@@ -179,7 +187,8 @@ std::string report_as_text(const CompiledScene& compiled) {
   }
   text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
           grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
-          nodes_as_text(facts);
+          nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
+  text += "bounds\n" + bounds_as_text(facts);
   text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
           "\n" + sections_as_text(facts);
   return text + formatted("time %.3f s\n", total_seconds(compiled));

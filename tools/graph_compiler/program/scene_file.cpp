@@ -19,9 +19,9 @@ constexpr Range kNotNegative{0.0, kNoLimit};
 constexpr Range kStiffness{0.0, kMaxStiffness_n_per_m, true};
 /// The paper's epsilon is a width of a set of nearly equal depths, not a size of a part.
 constexpr Range kEpsilon{0.0, 0.1, true};
+constexpr Range kBand{0.0, kMaxSceneLength_m, true};
 constexpr Range kRate{1.0, 1e5};
-constexpr double kDefaultEpsilon_m = 1e-4;
-constexpr double kDefaultRate_hz = 1000.0;
+constexpr std::int64_t kMaxPairVisits = 1 << 20;
 
 /// Reads a pose; true when one of its keys is there.
 bool read_pose(const SceneTable& t, ScenePart& part) {
@@ -68,17 +68,22 @@ void read_moving(const SceneTable& top, const std::filesystem::path& folder, Sce
 }
 
 void read_rendering(const SceneTable& top, SceneParameters& p) {
-  const auto rendering = top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m"});
+  const auto rendering =
+      top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m", "exact_band_m"});
   if (!rendering) {
     top.fail_missing("rendering", "add the table [rendering] with k_f_n_per_m, the stiffness");
   }
-  const std::string law = rendering->text("law").value_or("paper");
-  if (law != "paper") rendering->fail("law", "no law '" + law + "'; the laws are: paper");
-  p.law = LawId::kPaper;
+  const std::string law = rendering->text("law").value_or("weighted_region");
+  if (law != "weighted_region" && law != "paper") {
+    rendering->fail("law", "no law '" + law + "'; the laws are: weighted_region, paper");
+  }
+  p.law = law == "paper" ? LawId::kPaper : LawId::kWeightedRegion;
   const auto stiffness = rendering->number("k_f_n_per_m", kStiffness);
   if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
   p.k_f_n_per_m = *stiffness;
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
+  p.epsilon_o_m = rendering->number("epsilon_o_m", kEpsilon).value_or(p.epsilon_m);
+  p.exact_band_m = rendering->number("exact_band_m", kBand).value_or(kDefaultExactBand_m);
   p.rate_hz = kDefaultRate_hz;
   if (const auto loop = top.table("loop", {"rate_hz"})) {
     p.rate_hz = loop->number("rate_hz", kRate).value_or(kDefaultRate_hz);
@@ -127,6 +132,17 @@ std::optional<BudgetLimit> read_limit(const SceneTable& t, std::string_view key)
   return BudgetLimit{static_cast<std::uint64_t>(*bytes), place.line, place.column};
 }
 
+/// Reads `key` as a whole number from `low` to `high`.
+std::optional<std::int64_t> read_count(const SceneTable& t, std::string_view key, std::int64_t low,
+                                       std::int64_t high) {
+  const auto count = t.integer(key);
+  if (count && (*count < low || *count > high)) {
+    t.fail(key, "is " + std::to_string(*count) + "; give a whole number from " +
+                    std::to_string(low) + " to " + std::to_string(high));
+  }
+  return count;
+}
+
 void check_format(const SceneTable& top) {
   const auto format = top.integer("format");
   if (!format) top.fail_missing("format", "write format = 1 at the top");
@@ -168,10 +184,20 @@ SceneFile read_tables(const SceneTable& top, const std::string& file,
   if (const auto cleaning = top.table("cleaning", {"plane_tolerance_m"})) {
     scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
   }
-  if (const auto budget = top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes"})) {
+  if (const auto budget =
+          top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes", "pair_visits"})) {
     scene.budget.constants = read_limit(*budget, "constants_bytes");
     scene.budget.state = read_limit(*budget, "state_bytes");
     scene.budget.stack = read_limit(*budget, "stack_bytes");
+    if (const auto visits = read_count(*budget, "pair_visits", 1, kMaxPairVisits)) {
+      scene.budget.pair_visits = static_cast<std::uint32_t>(*visits);
+    }
+  }
+  if (const auto memory = top.table("memory", {"graph_bytes"})) {
+    const auto most = static_cast<std::int64_t>(kMaxGraphBytes);
+    if (const auto bytes = read_count(*memory, "graph_bytes", 0, most)) {
+      scene.graph_bytes = static_cast<std::uint64_t>(*bytes);
+    }
   }
   return scene;
 }
@@ -191,7 +217,7 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
   }
   const SceneTable top(root, file, "",
                        {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
-                        "loop", "device", "budget", "cleaning"});
+                        "loop", "device", "budget", "memory", "cleaning"});
   return read_tables(top, file, folder);
 }
 

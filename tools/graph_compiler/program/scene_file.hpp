@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
+#include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::tools {
 
@@ -32,6 +33,7 @@ struct BudgetLimit {
 
 struct SceneBudget {
   std::optional<BudgetLimit> constants, state, stack;
+  std::optional<std::uint32_t> pair_visits;  ///< pairs that a tick may search
 };
 
 struct SceneFile {
@@ -40,8 +42,10 @@ struct SceneFile {
   ScenePart moving;
   std::vector<ScenePart> statics;
   std::optional<std::array<double, 3>> grip_m;  ///< moving mesh frame; absent: centre of volume
-  SceneParameters parameters{};  ///< start pose and name are filled by the scene writer
+  SceneParameters parameters =
+      default_parameters();  ///< start pose and name are filled by the scene writer
   std::optional<double> plane_tolerance_m;
+  std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
 };
 
