@@ -17,7 +17,7 @@ namespace haptic::sim {
 ///   normal  max(relative, twice the tolerance of the force / |force|)
 struct GoldenTolerance {
   Wide depth = 0, force = 0, torque = 0, relative = 0;
-  /// In place of `relative` for the weighted contact region; 0: it is as good as its weights.
+  /// In place of `relative` for the weighted contact region.
   Wide weighted = 0;
 };
 

@@ -85,8 +85,7 @@ class RegionRun {
                       node + text_of(worst.expected), text_of(worst.got));
     }
     const Wide k = file_.k_f_n_per_m, depth = std::abs(c.d_near_m);
-    // In single precision the wrench is as vague as the weights; in double it has its own bound.
-    const Wide relative = tolerance_.weighted > 0 ? tolerance_.weighted : 2 * vague;
+    const Wide relative = tolerance_.weighted;
     const Wide force_tolerance = k * std::max(relative * depth, tolerance_.force * size_);
     const Wide torque_tolerance =
         k * lever_ * std::max(relative * depth, tolerance_.torque * size_);
@@ -102,7 +101,7 @@ class RegionRun {
   /// A weight is a length over eps, so a rounding of lengths enters it over eps; that of a crossing
   /// point of edges also over the sine of their angle (method section 11).
   [[nodiscard]] Wide weight_tolerance(const GoldenCase& c, const Weights& expected) const {
-    const Wide rounding = 8 * widen(kRealEpsilon);
+    const Wide rounding = widen(kRealEpsilon);
     const Wide eps = std::min(file_.epsilon_m, file_.epsilon_o_m);
     const Wide straight = rounding * std::max(coordinate_, norm(c.x)) / eps;
     return 1e-12L + straight + rounding * size_ / (least_sine(c, expected) * eps);
