@@ -5,39 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "host_sim/oracle/oracle_piece.hpp"
+#include "host_sim/oracle/placed_pair.hpp"
 
 namespace haptic::sim {
-
-/// Where A stands relative to B: a point `a` of A (geometry frame) is at `x + r a` in B's geometry
-/// frame.
-struct OraclePose {
-  WideRotation r;
-  WideVec x;
-};
-
-/// One basic contact at one pose.
-struct NodeValue {
-  std::uint32_t node = 0;
-  Wide depth_m = 0;  ///< f = n . (x + R a - b)
-  Wide violation_m =
-      0;  ///< largest height of a neighboring vertex over the contact plane; <= 0: applicable
-  WideVec normal;  ///< outward unit normal of the C-face
-};
-
-/// Both bodies in B's frame at a pose.
-struct PlacedPair {
-  std::vector<WideVec> va, na;  ///< vertices and face normals of A
-  const OraclePiece& a;
-  const OraclePiece& b;
-
-  /// The pieces must outlive it.
-  PlacedPair(const OraclePiece& piece_a, const OraclePiece& piece_b, const OraclePose& pose);
-
-  /// s(n) = min over A of n.a - max over B of n.b, with the offsets taken from `origin` to keep the
-  /// digits.
-  [[nodiscard]] Wide gap_along(const WideVec& n, const WideVec& origin) const;
-};
 
 /// Every node of the pair whose normal exists (type C: sine of the edges' angle at least 1e-15),
 /// ascending by node. Cost: O(nodes times the vertices of the two features).
@@ -77,36 +47,9 @@ struct PairTruth {
   Wide upper_m = 0;
 };
 
-/// The search by parts, for a caller that has sorted out beforehand which features can matter.
-class PairSearch {
- public:
-  /// The pieces must outlive it. Cost: O(vertices and faces of A).
-  PairSearch(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose, Wide size_m,
-             const Precision& precision);
-
-  void add_face_a(std::uint32_t f);  ///< cost: O(vertices)
-  void add_face_b(std::uint32_t f);
-  /// @return false when the pair of edges can not be applicable or is parallel: nothing was added.
-  bool add_edge_pair(std::uint32_t e, std::uint32_t g);
-
-  struct Plane {
-    Wide value_m = 0;  ///< s(n)
-    WideVec normal;
-  };
-  /// What the last call added.
-  [[nodiscard]] const Plane& last() const { return last_; }
-  /// Truth over what was added.
-  [[nodiscard]] PairTruth truth() const;
-
- private:
-  void add_face(const WideVec& n, Wide value);
-
-  PlacedPair placed_;
-  Wide size_m_;
-  Precision precision_;
-  PairTruth truth_;
-  Plane last_;
-};
+/// Lets one edge pair raise the truth, which must start from all faces.
+void count_edge_pair(const PlacedPair& placed, std::uint32_t edge_a, std::uint32_t edge_b,
+                     Wide size_m, const Precision& precision, PairTruth& truth);
 
 /// Cost: O(nF_A nV_B + nF_B nV_A + nE_A nE_B). No pruning but the sign test that defines
 /// applicability.

@@ -4,11 +4,10 @@
 /// half a million nodes and ten thousands of poses allow: a search in double over every node, with
 /// slack, names the candidates, and only those are evaluated in long double with full supports.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "host_sim/oracle/exhaustive.hpp"
+#include "host_sim/oracle/sifted_pair.hpp"
 
 namespace haptic::sim {
 
@@ -21,9 +20,10 @@ struct NearTruth {
 class NearReference {
  public:
   NearReference(OraclePiece a, OraclePiece b);
+  NearReference(const NearReference&) = delete;
+  NearReference& operator=(const NearReference&) = delete;
 
-  /// Truth with A at `pose`. Cost: two dots for most edge pairs, plus about O(vertices) in long
-  /// double for each candidate.
+  /// Truth with A at `pose`. Cost: as SiftedPair.
   [[nodiscard]] NearTruth at(const OraclePose& pose);
 
   [[nodiscard]] std::uint64_t node_count() const;
@@ -31,22 +31,8 @@ class NearReference {
   static constexpr double kTie_m = 1e-9;
 
  private:
-  using Point = std::array<double, 3>;
-  struct Edge {
-    Point vertex, along, normal[2];
-  };
-  [[nodiscard]] double face_values();
-  void keep_edges(double face_value_m);
-
   OraclePiece a_, b_;
-  Wide size_m_;
-  std::vector<Point> va_local_, na_local_, va_, na_, vb_, nb_;
-  std::vector<Edge> ea_, eb_;  ///< of A at the pose, of B
-  std::vector<double> face_a_m_, face_b_m_;
-  struct EdgePair {
-    std::uint32_t a, b;
-  };
-  std::vector<EdgePair> kept_;
+  SiftedPair sifted_;
 };
 
 }  // namespace haptic::sim

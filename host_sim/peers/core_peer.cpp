@@ -5,7 +5,7 @@
 
 #include "host_sim/commands/core_session.hpp"
 #include "host_sim/oracle/literal_tracker.hpp"
-#include "host_sim/peers/pair_search.hpp"
+#include "host_sim/peers/geometric_query.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -44,7 +44,7 @@ class CorePeer final : public PeerQuery {
  private:
   CoreSession session_;
   HapticCore& core_;
-  PairSearch search_;
+  GeometricQuery search_;
   volatile Real sink_ = 0;
   StepInput input_;
   StepResult result_;

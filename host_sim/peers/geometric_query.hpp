@@ -14,12 +14,12 @@
 
 namespace haptic::sim {
 
-class PairSearch {
+class GeometricQuery {
  public:
   /// Pair 0 of `scene`, which must outlive the search.
-  explicit PairSearch(const SceneView& scene);
-  PairSearch(const PairSearch&) = delete;
-  PairSearch& operator=(const PairSearch&) = delete;
+  explicit GeometricQuery(const SceneView& scene);
+  GeometricQuery(const GeometricQuery&) = delete;
+  GeometricQuery& operator=(const GeometricQuery&) = delete;
 
   /// One query. Returns D_near, or the gap to a far body [m].
   Real query(const Pose& pose_wa);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/peers/pair_search.hpp"
+#include "host_sim/peers/geometric_query.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ Vec3 vector_of(const double (&v)[3]) {
 
 }  // namespace
 
-PairSearch::PairSearch(const SceneView& scene)
+GeometricQuery::GeometricQuery(const SceneView& scene)
     : pair_(scene.pair(0)),
       grip_a_(vector_of(scene.bodies()[0].reference_m)),
       reference_w_(vector_of(scene.bodies()[pair_.b.record->body].reference_m)),
@@ -36,7 +36,7 @@ PairSearch::PairSearch(const SceneView& scene)
   reset();
 }
 
-void PairSearch::reset() {
+void GeometricQuery::reset() {
   bounds_.reset();
   verdict_ = VerdictMemory{};
   gate_ = GatePlane{};
@@ -44,7 +44,7 @@ void PairSearch::reset() {
   has_last_ = false;
 }
 
-void PairSearch::advance(const Vec3& x0_w, const Quat& q_wa) {
+void GeometricQuery::advance(const Vec3& x0_w, const Quat& q_wa) {
   if (has_last_) {
     const double step = static_cast<double>((x0_w - last_x0_w_).norm());
     const Real minus = (q_wa.coeffs() - last_q_wa_.coeffs()).squaredNorm();
@@ -60,7 +60,7 @@ void PairSearch::advance(const Vec3& x0_w, const Quat& q_wa) {
   has_last_ = true;
 }
 
-Real PairSearch::query(const Pose& pose_wa) {
+Real GeometricQuery::query(const Pose& pose_wa) {
   const Quat q_wa = pose_wa.q_wa.normalized();
   const Mat3 r_wa = q_wa.toRotationMatrix();
   const Vec3 x0_w = pose_wa.p_wa + r_wa * grip_a_;
