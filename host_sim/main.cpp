@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
                                    sim::add_replay_command(program),
                                    sim::add_reproduce_paper_command(program),
                                    sim::add_vectors_command(program),
+                                   sim::add_verify_command(program),
                                    sim::add_wcet_command(program)};
   try {
     program.parse(argc, argv);

@@ -28,7 +28,7 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
 
 }  // namespace
 
-Wide certificate_slack_of_real() { return sizeof(Real) == sizeof(double) ? 1e-15L : 6e-7L; }
+Wide certificate_slack_of_real() { return 18 * widen(std::numeric_limits<Real>::epsilon()); }
 
 Wide largest_certificate_slack_of_real() { return sizeof(Real) == sizeof(double) ? 1e-12L : 1e-4L; }
 

@@ -76,9 +76,34 @@ void SiftedPair::sift_edges(std::uint32_t e, double height_m) {
     low_[g] = low_b < low_a ? low_b : low_a;
   }
   for (std::size_t g = 0; g < count; ++g) {
-    if (std::min(high_[g], -low_[g]) <= height_m)
-      pairs_.push_back({e, static_cast<std::uint32_t>(g)});
+    const bool plus = high_[g] <= height_m, minus = -low_[g] <= height_m;
+    if (plus || minus) pairs_.push_back({e, static_cast<std::uint32_t>(g), plus, minus});
   }
+}
+
+SiftedPair::CrossedEdges SiftedPair::cross_edges(const EdgePair& pair) const {
+  const Columns &u = direction_a_, &v = direction_b_;
+  const std::uint32_t e = pair.a, g = pair.b;
+  const std::uint32_t i = a_.edges[e].vertex[0], j = b_.edges[g].vertex[0];
+  const double wx = va_.x[i] - vb_.x[j], wy = va_.y[i] - vb_.y[j], wz = va_.z[i] - vb_.z[j];
+  const double mx = u.y[e] * v.z[g] - u.z[e] * v.y[g];
+  const double my = u.z[e] * v.x[g] - u.x[e] * v.z[g];
+  const double mz = u.x[e] * v.y[g] - u.y[e] * v.x[g];
+  CrossedEdges crossed;
+  crossed.sine = std::sqrt(mx * mx + my * my + mz * mz);
+  const double lever = std::sqrt(wx * wx + wy * wy + wz * wz) + static_cast<double>(size_m_);
+  crossed.blur_m = kEdgeSieve * lever / crossed.sine;
+  crossed.f_m = (mx * wx + my * wy + mz * wz) / crossed.sine;
+  return crossed;
+}
+
+double SiftedPair::highest_value(const EdgePair& pair, double margin_m) const {
+  const CrossedEdges crossed = cross_edges(pair);
+  const double top = pair.plus && pair.minus ? std::abs(crossed.f_m)
+                     : pair.plus             ? crossed.f_m
+                                             : -crossed.f_m;
+  const double value = top + crossed.blur_m + margin_m;
+  return value == value ? value : std::numeric_limits<double>::infinity();  // sine 0
 }
 
 PairTruth SiftedPair::search(const OraclePose& pose, const Precision& precision) {

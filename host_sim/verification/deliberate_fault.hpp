@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Faults put into the core's memory on purpose, to show that the checks of the verification can
+/// fail: each is run on sound tables first and on damaged ones then.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace haptic::sim {
+
+enum class Fault {
+  kKey,     ///< the stored bound of a face, lowered by one micrometre
+  kArc,     ///< one arc of the contact graph, removed in both directions
+  kSupport  ///< one entry of the table that supports are searched in, overwritten
+};
+
+/// "key", "arc", "support".
+[[nodiscard]] std::optional<Fault> fault_named(const std::string& name);
+
+struct FaultOutcome {
+  std::uint64_t checks = 0;          ///< near sets or verdicts compared, each time
+  std::uint64_t sound_failures = 0;  ///< must be 0
+  std::uint64_t fault_failures = 0;  ///< 0: the fault was not caught
+  std::string first_failure;         ///< what the check said
+
+  [[nodiscard]] bool caught() const { return sound_failures == 0 && fault_failures > 0; }
+};
+
+/// Runs the checks without and with the fault. Seconds.
+[[nodiscard]] FaultOutcome run_with_fault(Fault fault, std::uint64_t seed);
+
+}  // namespace haptic::sim

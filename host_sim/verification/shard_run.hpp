@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Work cut into shards that threads take one after another. Each shard draws from a seed of its
+/// own and writes to a place of its own, so totals do not depend on the number of threads.
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace haptic::sim {
+
+/// How a long run is carried out.
+struct RunOptions {
+  std::uint32_t threads = 1;
+  bool progress = false;  ///< a line every few seconds on stderr
+};
+
+/// A seed for each number of a run: the numbers of different runs do not repeat each other.
+[[nodiscard]] constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint64_t number) {
+  std::uint64_t z = seed * 0x9e3779b97f4a7c15ull + (number + 1) * 0xd1342543de82ef95ull;
+  z = (z ^ (z >> 32)) * 0xd6e8feb86659fd93ull;
+  return z ^ (z >> 32);
+}
+
+/// Calls `run(worker, shard)` for every shard in [0, count); `make_worker()` once per thread.
+/// `name` is for progress. Rethrows the first exception of a thread.
+template <typename MakeWorker, typename Run>
+void run_shards(std::size_t count, const RunOptions& options, const std::string& name,
+                const MakeWorker& make_worker, const Run& run) {
+  std::atomic<std::size_t> next{0}, done{0};
+  std::mutex mutex;
+  std::exception_ptr failure;
+  auto last = std::chrono::steady_clock::now();
+  const auto work = [&] {
+    try {
+      auto worker = make_worker();
+      for (std::size_t shard = next++; shard < count; shard = next++) {
+        run(worker, shard);
+        const std::size_t finished = ++done;
+        if (!options.progress) continue;
+        const std::lock_guard lock(mutex);
+        const auto now = std::chrono::steady_clock::now();
+        if (now - last < std::chrono::seconds(5) && finished != count) continue;
+        last = now;
+        std::fprintf(stderr, "%s: %zu / %zu\n", name.c_str(), finished, count);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      next = count;
+    }
+  };
+  std::vector<std::thread> threads;
+  for (std::uint32_t k = 1; k < options.threads; ++k) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace haptic::sim
