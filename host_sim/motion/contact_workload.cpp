@@ -13,8 +13,10 @@ namespace haptic::sim {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
-constexpr double kCubicPeak = 1.5;    // largest speed of the cubic over its mean
-constexpr double kLimitShare = 0.98;  // of the limits, for what rounding to Real adds
+constexpr double kCubicPeak = 1.5;      // largest speed of the cubic over its mean
+constexpr double kWantedShare = 0.29;   // of the poses in contact
+constexpr std::size_t kLookEvery = 10;  // poses
+constexpr double kLimitShare = 0.98;    // of the limits, for what rounding to Real adds
 
 /// A feature of a body: a direction out of it and a point of it.
 struct Feature {
@@ -56,15 +58,16 @@ class FeatureTable {
   }
   [[nodiscard]] Feature anything(Seeded& random) const { return {random.direction(), middle_}; }
   [[nodiscard]] const Solid& solid() const { return solid_; }
+  [[nodiscard]] std::uint32_t face_count() const { return count(piece_.loops); }
+  [[nodiscard]] Vector normal(std::uint32_t f) const {
+    const WideVec& n = piece_.normals[f];
+    return {static_cast<double>(n.x), static_cast<double>(n.y), static_cast<double>(n.z)};
+  }
 
  private:
   template <typename List>
   static std::uint32_t count(const List& list) {
     return static_cast<std::uint32_t>(list.size());
-  }
-  [[nodiscard]] Vector normal(std::uint32_t f) const {
-    const WideVec& n = piece_.normals[f];
-    return {static_cast<double>(n.x), static_cast<double>(n.y), static_cast<double>(n.z)};
   }
 
   const Solid& solid_;
@@ -83,20 +86,35 @@ struct KeyPlan {
 
 Vector across(const Vector& n, const Vector& v) { return v - n * n.dot(v); }
 
+/// s(n) = min over A of n.a - max over B of n.b.
+double gap_along(const Vector& n, const WorkloadPose& pose, const Solid& a, const Solid& b) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vector& v : a.vertices) low = std::min(low, n.dot(pose.q_wa * v));
+  for (const Vector& v : b.vertices) high = std::max(high, n.dot(v));
+  return low + n.dot(pose.p_wa) - high;
+}
+
 WorkloadPose pose_of(const KeyPlan& plan, const Solid& a, const Solid& b) {
   const Vector& n = plan.b.direction;
   Rotation q = Rotation::FromTwoVectors(plan.a.direction, -n);
   q = Rotation(Eigen::AngleAxisd(plan.twist_rad, n)) * q;
   const Vector axis = across(n, plan.tilt_axis).normalized();
   q = (Rotation(Eigen::AngleAxisd(plan.tilt_rad, axis)) * q).normalized();
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vector& v : a.vertices) low = std::min(low, n.dot(q * v));
-  for (const Vector& v : b.vertices) high = std::max(high, n.dot(v));
-  const Vector lateral = across(n, plan.b.point - q * plan.a.point + plan.slide);
-  return {lateral + n * (plan.gap_m + high - low), q};
+  WorkloadPose pose{across(n, plan.b.point - q * plan.a.point + plan.slide), q};
+  pose.p_wa += n * (plan.gap_m - gap_along(n, pose, a, b));
+  return pose;
 }
 
 Pose real_pose(const Vector& p, const Rotation& q) { return pose_at(p, q.normalized()); }
+
+/// How many poses so far were looked at, and how many of them are in contact.
+struct ContactShare {
+  std::size_t poses = 0, inside = 0;
+
+  [[nodiscard]] bool short_of(double share) const {
+    return static_cast<double>(inside) < share * static_cast<double>(poses);
+  }
+};
 
 /// Draws the key poses of one recording.
 class KeySequence {
@@ -108,12 +126,13 @@ class KeySequence {
 
   [[nodiscard]] WorkloadPose first() {
     plan_.gap_m = kind_ == WorkloadKind::kFreeFlight ? random_.uniform(0.008, 0.045)
-                                                     : random_.uniform(0.004, 0.012);
+                                                     : random_.uniform(0.002, 0.012);
     plan_.slide = slide(0.003);
     return place();
   }
-  [[nodiscard]] WorkloadPose next() {
-    ++step_;
+  /// More often down than up while fewer poses than wanted are in contact.
+  [[nodiscard]] WorkloadPose next(const ContactShare& share) {
+    const bool down = random_.uniform(0, 1) < (share.short_of(kWantedShare) ? 0.95 : 0.2);
     switch (kind_) {
       case WorkloadKind::kFreeFlight:
         plan_.gap_m = random_.uniform(0.008, 0.045);
@@ -121,44 +140,45 @@ class KeySequence {
         plan_.twist_rad += random_.uniform(-0.4, 0.4);
         break;
       case WorkloadKind::kDeep:
-        plan_.gap_m =
-            step_ % 4 < 2 ? random_.uniform(-0.012, -0.005) : random_.uniform(0.001, 0.012);
+        plan_.gap_m = down ? random_.uniform(-0.012, -0.005) : random_.uniform(0.001, 0.008);
         plan_.slide = slide(0.004);
         plan_.tilt_rad += random_.uniform(-0.1, 0.1);
         break;
       case WorkloadKind::kGrazing:
-        plan_.gap_m =
-            step_ % 4 == 3 ? random_.uniform(0.0005, 0.004) : random_.uniform(-20e-6, 20e-6);
+        plan_.gap_m = down ? random_.uniform(-20e-6, 20e-6) : random_.uniform(0.0005, 0.004);
         plan_.slide = slide(0.012);
         plan_.twist_rad += random_.uniform(-0.1, 0.1);
         break;
       default:
-        press();
+        press(down);
     }
     return place();
+  }
+  /// Whether neither the direction of the contact nor a face of either body parts them: all but
+  /// the edge pairs, enough for a share.
+  [[nodiscard]] bool seems_inside(const WorkloadPose& pose) const {
+    const auto parts = [&](const Vector& n) {
+      return gap_along(n, pose, a_.solid(), b_.solid()) > 0;
+    };
+    if (parts(plan_.b.direction)) return false;
+    for (std::uint32_t f = 0; f < b_.face_count(); ++f) {
+      if (parts(b_.normal(f))) return false;
+    }
+    for (std::uint32_t f = 0; f < a_.face_count(); ++f) {
+      if (parts(-(pose.q_wa * a_.normal(f)))) return false;
+    }
+    return true;
   }
 
  private:
   [[nodiscard]] WorkloadPose place() const { return pose_of(plan_, a_.solid(), b_.solid()); }
 
-  /// Down, along, up a little, away, again.
-  void press() {
-    switch (step_ % 6) {
-      case 1:
-      case 2:
-        plan_.gap_m = -log_uniform(20e-6, 0.0035);
-        break;
-      case 3:
-        plan_.gap_m = random_.uniform(-0.0015, 0.0002);
-        break;
-      case 4:
-        plan_.gap_m = random_.uniform(0.0005, 0.004);
-        break;
-      case 5:
-        plan_.gap_m = random_.uniform(0.003, 0.010);
-        break;
-      default:
-        plan_.gap_m = random_.uniform(0.0002, 0.003);
+  void press(bool down) {
+    if (down) {
+      plan_.gap_m = -log_uniform(20e-6, 0.0035);
+    } else {
+      const bool away = random_.below(2) == 1;
+      plan_.gap_m = away ? random_.uniform(0.003, 0.010) : random_.uniform(0.0002, 0.004);
     }
     plan_.slide = slide(0.005);
     plan_.twist_rad += random_.uniform(-0.15, 0.15);
@@ -217,7 +237,6 @@ class KeySequence {
   Seeded& random_;
   KeyPlan plan_;
   bool micro_tilt_ = false;
-  unsigned step_ = 0;
 };
 
 /// Ticks from one key pose to the next at the speed limits, times `slowness`.
@@ -230,12 +249,12 @@ std::size_t ticks_between(const WorkloadPose& from, const WorkloadPose& to, doub
   return static_cast<std::size_t>(std::ceil(slowness * least_s / kPeriod_s)) + 2;
 }
 
-void record(KeySequence& keys, std::size_t length, Seeded& random,
+void record(KeySequence& keys, std::size_t length, Seeded& random, ContactShare& share,
             std::vector<WorkloadPose>& poses) {
   const std::size_t end = poses.size() + length;
   WorkloadPose from = keys.first();
   while (poses.size() < end) {
-    const WorkloadPose to = keys.next();
+    const WorkloadPose to = keys.next(share);
     const std::size_t ticks = ticks_between(from, to, random.uniform(1.0, 2.5));
     for (std::size_t k = 0; k < ticks && poses.size() < end; ++k) {
       const double t = static_cast<double>(k) / static_cast<double>(ticks);
@@ -243,6 +262,9 @@ void record(KeySequence& keys, std::size_t length, Seeded& random,
       const Pose pose =
           real_pose(from.p_wa + s * (to.p_wa - from.p_wa), from.q_wa.slerp(s, to.q_wa));
       poses.push_back({pose.p_wa.cast<double>(), pose.q_wa.cast<double>()});
+      if (poses.size() % kLookEvery != 0) continue;
+      ++share.poses;
+      share.inside += keys.seems_inside(poses.back()) ? 1u : 0u;
     }
     from = to;
   }
@@ -268,6 +290,7 @@ ContactWorkload contact_workload(const Solid& a, const Solid& b, std::size_t pos
   const std::size_t count = rounds * kWorkloadKinds;
   const FeatureTable features_a(a), features_b(b);
   Seeded random(seed);
+  ContactShare share;
   ContactWorkload workload;
   for (std::size_t k = 0; k < count; ++k) {
     Recording recording;
@@ -275,7 +298,7 @@ ContactWorkload contact_workload(const Solid& a, const Solid& b, std::size_t pos
     recording.begin = workload.poses.size();
     recording.end = pose_count * (k + 1) / count;
     KeySequence keys(recording.kind, features_a, features_b, random);
-    record(keys, recording.end - recording.begin, random, workload.poses);
+    record(keys, recording.end - recording.begin, random, share, workload.poses);
     workload.recordings.push_back(recording);
   }
   return workload;

@@ -130,12 +130,12 @@ std::string mark_at(double x, double y, const MethodSign& sign) {
   }
 }
 
-std::string legend_line(double x, double y, double step, const std::vector<std::string>& methods) {
+std::string legend_line(double x, double y, const std::vector<std::string>& methods) {
+  constexpr double kLetter = 7.6, kGap = 34;  // pixels at the size of the words
   std::string svg;
-  for (std::size_t k = 0; k < methods.size(); ++k) {
-    const double left = x + step * static_cast<double>(k);
-    svg +=
-        mark_at(left, y - 4, sign_of(methods[k])) + text_at(left + 12, y, methods[k], "start", 13);
+  for (const std::string& method : methods) {
+    svg += mark_at(x, y - 4, sign_of(method)) + text_at(x + 12, y, method, "start", 13);
+    x += kGap + kLetter * static_cast<double>(method.size());
   }
   return svg;
 }

@@ -36,9 +36,8 @@ struct MethodSign {
 /// The mark of a method, about 9 pixels wide.
 [[nodiscard]] std::string mark_at(double x, double y, const MethodSign& sign);
 
-/// Sign and name of each method in one line from `x` on, `step` pixels apart.
-[[nodiscard]] std::string legend_line(double x, double y, double step,
-                                      const std::vector<std::string>& methods);
+/// Sign and name of each method in one line from `x` on.
+[[nodiscard]] std::string legend_line(double x, double y, const std::vector<std::string>& methods);
 
 /// Polyline through points given in pixels, alternating x and y.
 [[nodiscard]] std::string polyline(const std::vector<double>& points, const char* colour,

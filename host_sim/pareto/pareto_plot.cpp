@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "host_sim/pareto/log_panel.hpp"
 #include "host_sim/report/svg_canvas.hpp"
@@ -13,9 +14,9 @@ namespace {
 constexpr double kErrorFloor_m = 1e-18;  // errors below, zero among them, are drawn here
 
 /// Methods of the result but for the empty one, in order, each once.
-std::vector<std::string> drawn_methods(const ParetoResult& result) {
+std::vector<std::string> drawn_methods(std::span<const PairMeasure> pairs) {
   std::vector<std::string> names;
-  for (const PairMeasure& pair : result.pairs) {
+  for (const PairMeasure& pair : pairs) {
     for (const MethodMeasure& m : pair.methods) {
       if (m.method != "empty" && std::find(names.begin(), names.end(), m.method) == names.end())
         names.push_back(m.method);
@@ -55,7 +56,7 @@ struct Range {
 
 std::string error_time_panel(const PairMeasure& pair, const LogPanel& panel) {
   std::string lines, marks;
-  for (const std::string& method : drawn_methods({{}, {}, 0, {pair}})) {
+  for (const std::string& method : drawn_methods({&pair, 1})) {
     std::vector<double> points;
     for (const MethodMeasure& m : pair.methods) {
       const ParetoRow* row = m.method == method ? contact_row(m) : nullptr;
@@ -101,7 +102,7 @@ std::string share_label(int power) {
 }  // namespace
 
 std::string error_time_plot(const ParetoResult& result) {
-  constexpr double kLeft = 84, kTop = 70, kWidth = 330, kHeight = 270, kRowStep = 350;
+  constexpr double kLeft = 84, kTop = 96, kWidth = 330, kHeight = 270, kRowStep = 350;
   constexpr double kColumnStep = 405;
   std::string svg;
   for (std::size_t k = 0; k < result.pairs.size(); ++k) {
@@ -131,7 +132,7 @@ std::string error_time_plot(const ParetoResult& result) {
   const double width = std::max(1010.0, kLeft + kColumnStep * static_cast<double>(columns));
   svg += text_at(kLeft, 26, "Depth error against run time, poses in contact; marks: settings",
                  "start", 15) +
-         legend_line(kLeft + 6, 46, 115, drawn_methods(result));
+         legend_line(kLeft + 6, 52, drawn_methods(result.pairs));
   return svg_document(width, kTop + kRowStep * static_cast<double>(rows), svg);
 }
 
@@ -154,9 +155,9 @@ std::string time_nodes_plot(const ParetoResult& result) {
                             "Time of one call in contact against the size of the pair; lines: "
                             "median, dashed: 99.9 %",
                             "start", 15) +
-                    legend_line(106, 58, 108, drawn_methods(result));
+                    legend_line(106, 58, drawn_methods(result.pairs));
   std::string marks;
-  for (const std::string& method : drawn_methods(result)) {
+  for (const std::string& method : drawn_methods(result.pairs)) {
     std::vector<double> median, tail;
     for (const PairMeasure& pair : result.pairs) {
       for (const MethodMeasure& m : pair.methods) {
@@ -184,7 +185,7 @@ std::string latency_plot(const ParetoResult& result) {
       text_at(100, 30,
               "Share of the contact poses that take at least as long; marks: the longest pose",
               "start", 15) +
-      legend_line(106, 58, 108, drawn_methods(result));
+      legend_line(106, 58, drawn_methods(result.pairs));
   for (std::size_t k = 0; k < shown.size(); ++k) {
     Range time;
     for (const MethodMeasure& m : shown[k]->methods) {
@@ -194,7 +195,7 @@ std::string latency_plot(const ParetoResult& result) {
     }
     time.widen_to_decades();
     const LogPanel panel{
-        100 + 460 * static_cast<double>(k), 100, 400, 360, time.low, time.high, 1e-4, 1};
+        100 + 490 * static_cast<double>(k), 100, 400, 360, time.low, time.high, 1e-4, 1};
     for (int power = -4; power <= 0; ++power) {
       const double y = panel.y_of(std::pow(10.0, power));
       svg += "<line x1=\"" + pixel(panel.left) + "\" y1=\"" + pixel(y) + "\" x2=\"" +
@@ -209,7 +210,7 @@ std::string latency_plot(const ParetoResult& result) {
         svg += latency_curve(m.result.contact_ns, panel, sign_of(m.method));
     }
   }
-  return svg_document(1000, 520, svg);
+  return svg_document(1030, 520, svg);
 }
 
 }  // namespace haptic::sim

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
+#include <set>
 #include <system_error>
 
 #include "host_sim/pareto/pareto_plot.hpp"
@@ -39,6 +41,19 @@ std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
     return std::find(options.pairs.begin(), options.pairs.end(), pair.name) == options.pairs.end();
   });
   return classes;
+}
+
+/// Smallest difference between two measurements of nothing: what the counter advances by.
+double clock_step_ns(const TickClock& clock) {
+  std::set<std::uint64_t> counts;
+  for (int k = 0; k < 20000; ++k) {
+    const std::uint64_t begin = TickClock::now();
+    counts.insert(TickClock::now() - begin);
+  }
+  std::uint64_t step = *counts.rbegin();
+  for (auto next = std::next(counts.begin()); next != counts.end(); ++next)
+    step = std::min(step, *next - *std::prev(next));
+  return static_cast<double>(step) * clock.ns_per_count();
 }
 
 void say(const ParetoOptions& options, const std::string& line) {
@@ -83,6 +98,7 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   const std::vector<PairClass> classes = wanted_classes(options);
   const TickClock clock;
   result.clock_empty_ns = clock.empty_ns();
+  result.clock_step_ns = clock_step_ns(clock);
   for (const PairClass& pair : classes)
     result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
   return result;

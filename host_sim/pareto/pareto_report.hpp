@@ -37,6 +37,7 @@ struct ParetoResult {
   ParetoOptions options;
   MeasurePlan plan;
   double clock_empty_ns = 0;
+  double clock_step_ns = 0;  ///< smallest difference that the clock shows
   std::vector<PairMeasure> pairs;
 
   [[nodiscard]] std::vector<ParetoRow> rows() const;

@@ -180,9 +180,11 @@ std::string pareto_markdown(const ParetoResult& result) {
   std::string text =
       "# Error against run time\n\nMachine: " + processor_name() +
       ". Compiler: " __VERSION__ ", " HAPTIC_BUILD_FLAGS ". Seed " +
-      std::to_string(result.options.seed) + ". Libraries: " + libraries_text() + ".\n\n" +
+      std::to_string(result.options.seed) +
+      ". Libraries, versions as their pkg-config files have them: " + libraries_text() + ".\n\n" +
       "Times in ns of one call on one core, " + TickClock::name() + ", its own " +
-      short_number(result.clock_empty_ns, "%.0f") + " ns subtracted: per pose the least of " +
+      short_number(result.clock_empty_ns, "%.0f") + " ns subtracted (it counts in steps of " +
+      short_number(result.clock_step_ns, "%.2g") + " ns): per pose the least of " +
       std::to_string(result.plan.passes) +
       " passes in the order of the motion, then figures over the poses. `first tick`: the method "
       "made to forget before each call. Contact, near (less than 5 mm off) and far by the "
@@ -208,6 +210,7 @@ std::string pareto_json(const ParetoResult& result) {
   json["passes"] = result.plan.passes;
   json["clock"] = TickClock::name();
   json["clock_empty_ns"] = result.clock_empty_ns;
+  json["clock_step_ns"] = result.clock_step_ns;
   for (const PeerLibrary& library : peer_libraries()) {
     json["libraries"].push_back({{"name", library.name},
                                  {"version", library.version},
