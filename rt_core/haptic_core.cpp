@@ -491,9 +491,9 @@ void HapticCore::State::add_to_group(const ContactPatch& patch, ContactPatch& gr
   }
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& n = near[patch.near_begin + k];
-    const Real settles = std::clamp(kMaxRise - n.rise_m / epsilon_m, Real{0}, Real{1});
-    const Real weight = settles * contact_weight(n.f_m, patch.d_near_m, n.violation_m, n.outside_m,
-                                                 epsilon_m, epsilon_o_m);
+    Real weight =
+        contact_weight(n.f_m, patch.d_near_m, n.violation_m, n.outside_m, epsilon_m, epsilon_o_m);
+    if (n.rise_m > (kMaxRise - 1) * epsilon_m) weight *= kMaxRise - n.rise_m / epsilon_m;
     if (weight > 0) static_cast<void>(contacts.push({n.normal_w, n.app_w, weight}));
   }
 }

@@ -257,22 +257,19 @@ class NearSearch {
   }
 
   [[nodiscard]] ActiveEdge active_edge_a(std::uint32_t e) const noexcept {
-    const EdgeArc& arc = a_.arcs[e];
     ActiveEdge active;
     active.direction_w = pose_.direction_a(e);
     active.origin_w = pose_.y_w + pose_.vertex_a(a_.edges[e].vertex[0]);
-    active.tilt_w[0] = pose_.r_wa * ConstVec3Map(arc.tilt[0]);
-    active.tilt_w[1] = pose_.r_wa * ConstVec3Map(arc.tilt[1]);
+    active.arc = &a_.arcs[e];
     active.edge = static_cast<std::uint16_t>(e);
     return active;
   }
   [[nodiscard]] ActiveEdge active_edge_b(std::uint32_t e) const noexcept {
-    const EdgeArc& arc = b_.arcs[e];
     ActiveEdge active;
     active.direction_w = ConstVec3Map(b_.edge_directions[e].unit);
+    active.other_axes = pose_.r_wa.transpose() * active.direction_w;
     active.origin_w = pose_.vertex_b(b_.edges[e].vertex[0]);
-    active.tilt_w[0] = ConstVec3Map(arc.tilt[0]);
-    active.tilt_w[1] = ConstVec3Map(arc.tilt[1]);
+    active.arc = &b_.arcs[e];
     active.edge = static_cast<std::uint16_t>(e);
     return active;
   }
@@ -298,12 +295,15 @@ class NearSearch {
   void test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collect) noexcept {
     const Vec3& u = a.direction_w;
     const Vec3& v = b.direction_w;
-    const Real c0 = b.tilt_w[0].dot(u), c1 = b.tilt_w[1].dot(u);
-    const Real d0 = a.tilt_w[0].dot(v), d1 = a.tilt_w[1].dot(v);
+    const Real c0 = ConstVec3Map(b.arc->tilt[0]).dot(u), c1 = ConstVec3Map(b.arc->tilt[1]).dot(u);
+    const Real least_c = std::min(std::max(c0, -c1), std::max(-c0, c1));
+    if (least_c >= epsilon_ && least_c > tolerance_) return;  // the sine is at most 1
+    const Real d0 = ConstVec3Map(a.arc->tilt[0]).dot(b.other_axes);
+    const Real d1 = ConstVec3Map(a.arc->tilt[1]).dot(b.other_axes);
     const Real plus = std::max(std::max(c0, -c1), std::max(d0, -d1));
     const Real minus = std::max(std::max(-c0, c1), std::max(-d0, d1));
     const Real height = std::min(plus, minus);
-    if (height >= epsilon_ && height > tolerance_) return;  // the sine is at most 1
+    if (height >= epsilon_ && height > tolerance_) return;
     const Vec3 m = u.cross(v);
     const Real sine2 = m.squaredNorm();
     if (height > tolerance_ && height * height >= epsilon_ * epsilon_ * sine2) return;
@@ -328,7 +328,8 @@ class NearSearch {
     const bool fits = h.height <= tolerance_;
     Vec3 n = (h.sign / h.sine) * m;
     if (fits && h.sine < kLerpSine) {
-      const Vec3 between = h.sign * (b.tilt_w[0] * h.c1 - b.tilt_w[1] * h.c0);
+      const Vec3 between =
+          h.sign * (ConstVec3Map(b.arc->tilt[0]) * h.c1 - ConstVec3Map(b.arc->tilt[1]) * h.c0);
       const Real length2 = between.squaredNorm();
       if (length2 > 0) n = between / std::sqrt(length2);
     }

@@ -14,7 +14,7 @@ void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noex
     load_lanes(local.z + k, z);
     for (std::uint32_t row = 0; row < 3; ++row) {
       const RealLanes turned = (x * r_wa(row, 0) + y * r_wa(row, 1)) + z * r_wa(row, 2);
-      store_lanes(turned, lanes_w + row * local.count + k);
+      store_lanes(turned, lanes_w + row * piece.lane_count + k);
     }
   }
 }
@@ -25,8 +25,7 @@ PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r
   const PieceRecord& b = *pair.b.record;
   PairPose pose;
   pose.pair = &pair;
-  const std::uint32_t lanes = pair.a.lane_count;
-  pose.points_a_w = {lanes_w, lanes_w + lanes, lanes_w + 2 * lanes, lanes};
+  pose.points_a_w = lane_points(pair.a, lanes_w);
   pose.points_b_w = lane_points(pair.b);
   pose.r_wa = r_wa;
   pose.y_w = y_w;

@@ -43,10 +43,15 @@ struct PairPose {
 [[nodiscard]] PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r_wa,
                                       const Vec3& y_w) noexcept;
 
-/// Vertices of a piece in its own geometry frame, as lanes.
+/// Vertices of a piece as lanes in any axes: three arrays of piece.lane_count Reals, of which no
+/// more vectors are read than hold vertices.
+[[nodiscard]] inline LanePoints lane_points(const PieceView& piece, const Real* lanes) noexcept {
+  return {lanes, lanes + piece.lane_count, lanes + 2 * piece.lane_count,
+          (piece.vertex_count + kLanes - 1) / kLanes * kLanes};
+}
+/// The same in its own geometry frame.
 [[nodiscard]] inline LanePoints lane_points(const PieceView& piece) noexcept {
-  return {piece.lanes, piece.lanes + piece.lane_count, piece.lanes + 2 * piece.lane_count,
-          piece.lane_count};
+  return lane_points(piece, piece.lanes);
 }
 
 }  // namespace haptic

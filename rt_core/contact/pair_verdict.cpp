@@ -33,12 +33,14 @@ class PortalSearch {
         limit_(support_pairs + kMaxSupportPairsPerAttempt),
         tolerance_(16 * kRealEpsilon * pose.size_m) {}
 
-  /// Starts from stored vertices. False: they do not span a cone that holds X.
-  [[nodiscard]] bool start_warm(const std::array<SupportPair, 3>& portal) noexcept {
+  /// Takes up stored vertices.
+  void take(const std::array<SupportPair, 3>& portal) noexcept {
     for (std::size_t k = 0; k < 3; ++k) portal_[k] = point(portal[k]);
     last_ = portal[0];
-    return orient(0);
   }
+
+  /// Starts from what was taken up. False: it does not span a cone that holds X.
+  [[nodiscard]] bool start_warm() noexcept { return orient(0); }
 
   /// Finds a first portal from X alone. False: none whose cone holds X was found.
   [[nodiscard]] bool start_cold() noexcept {
@@ -199,7 +201,14 @@ VerdictResult portal_verdict(const PairPose& pose, VerdictMemory& memory) noexce
   VerdictResult result;
   for (int attempt = memory.warm ? 0 : 1; attempt < 2; ++attempt) {
     PortalSearch search(pose, support_pairs);
-    const bool started = attempt == 0 ? search.start_warm(memory.portal) : search.start_cold();
+    if (attempt == 0) {
+      search.take(memory.portal);
+      if (search.certified()) {  // last tick's portal holds x still
+        result.verdict = Verdict::kColliding;
+        return result;
+      }
+    }
+    const bool started = attempt == 0 ? search.start_warm() : search.start_cold();
     if (!started) continue;
     result = search.refine();
     if (result.verdict == Verdict::kColliding) search.remember(memory);
