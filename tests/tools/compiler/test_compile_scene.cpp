@@ -186,7 +186,7 @@ TEST_SUITE("tools.compile_scene") {
     CHECK(constants.find("scene.toml:12:19: the scene needs") != std::string::npos);
     CHECK(constants.find("bytes of constants, the budget allows 5 000") != std::string::npos);
     CHECK(constants.find("neighbors") != std::string::npos);
-    const std::string state = message("constants_bytes = 100000\nstate_bytes = 4096");
+    const std::string state = message("constants_bytes = 100000\nstate_bytes = 64");
     CHECK(state.find("scene.toml:13:15: the scene needs") != std::string::npos);
     CHECK(state.find("bytes of state") != std::string::npos);
   }
@@ -206,7 +206,11 @@ TEST_SUITE("tools.compile_scene") {
     CHECK(first["pairs"][0]["nodes"] == 240);
     CHECK(first["pairs"][0]["arcs"] == 2640);
     CHECK(first["pairs"][0]["max_degree"] == 31);
-    CHECK(first["pairs"][0]["near_capacity"] == 88);
+    CHECK(first["pairs"][0]["near_capacity"] == 240);
+    CHECK(first["pairs"][0]["graph"] == "stored");
+    CHECK(first["capacity"]["certifiable"] == true);
+    CHECK(first["capacity"]["unproven"].empty());
+    CHECK(first["graph_budget_bytes"] == kDefaultGraphBytes);
     first.erase("timing");
     second.erase("timing");
     CHECK(first == second);

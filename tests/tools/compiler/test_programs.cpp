@@ -142,7 +142,7 @@ TEST_SUITE("tools.programs") {
     CHECK(text.exit_code == 0);
     for (const char* word :
          {"'tetrahedron_on_box'", "neighbor subgraph of one node 25 to 25", "32 to 32", "17 to 17",
-          "tetrahedron.obj", "near capacity 73", "k_F 800 N/m", "no device given", ": convex"}) {
+          "tetrahedron.obj", "near capacity 128", "k_F 800 N/m", "no device given", ": convex"}) {
       CAPTURE(word);
       CHECK(text.out.find(word) != std::string::npos);
     }

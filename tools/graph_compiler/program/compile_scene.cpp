@@ -2,6 +2,7 @@
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 #include <chrono>
+#include <stdexcept>
 #include <utility>
 
 #include "tools/common/error.hpp"
@@ -118,13 +119,8 @@ void check_budget(const SceneFile& scene, const std::optional<BudgetLimit>& limi
       nodes_as_text(facts) + "    state " + grouped(facts.capacity.state_bytes) + " bytes");
 }
 
-void check_budgets(const SceneFile& scene, const std::vector<std::byte>& bytes) {
+void check_budgets(const SceneFile& scene, const SceneView& view) {
   if (!scene.budget.constants && !scene.budget.state) return;
-  const SceneBytes aligned{bytes};
-  SceneView view;
-  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
-    throw std::logic_error("the scene just written does not open");
-  }
   const SceneFacts facts = facts_of(view);
   check_budget(scene, scene.budget.constants, "constants", facts.bytes, facts);
   check_budget(scene, scene.budget.state, "state", facts.capacity.state_bytes, facts);
@@ -160,8 +156,15 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     if (options.progress) options.progress(scene.name, "bounding the search", fraction);
   };
   result.bytes = write_scene(description, &result.account, tell);
-  check_budgets(scene, result.bytes);
   result.write_s = watch.lap();
+  const SceneBytes aligned{result.bytes};
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+    throw std::logic_error("the scene just written does not open");
+  }
+  check_budgets(scene, view);
+  if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
+  result.steady = steady_work(view);
   return result;
 }
 

@@ -14,6 +14,7 @@
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/graph_compiler/program/steady_work.hpp"
 
 namespace haptic::tools {
 
@@ -46,9 +47,10 @@ struct PartReport {
 struct CompiledScene {
   std::vector<std::byte> bytes;
   SceneFile scene;
-  std::vector<PartReport> parts;  ///< moving part first
-  SceneAccount account;           ///< of the pieces, moving part first
-  double write_s = 0.0;           ///< graph and blob
+  std::vector<PartReport> parts;     ///< moving part first
+  SceneAccount account;              ///< of the pieces, moving part first
+  std::optional<SteadyWork> steady;  ///< absent: the scene has no motion limits
+  double write_s = 0.0;              ///< bounds, graph and blob
 };
 
 struct CompileOptions {

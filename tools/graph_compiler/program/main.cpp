@@ -22,7 +22,7 @@ struct Arguments {
   std::string scene, output, report;
   double plane_tolerance_m = 0.0;
   std::size_t max_reflex = 0;
-  bool has_tolerance = false, has_reflex = false, quiet = false;
+  bool has_tolerance = false, has_reflex = false, quiet = false, certified = false;
 };
 
 /// One line on a terminal, from the second second on: nothing for quick scenes, nothing in log
@@ -78,6 +78,13 @@ int compile(const Arguments& arguments) {
   };
   const CompiledScene compiled = compile_scene(scene, options);
   line.clear();
+  if (arguments.certified) {
+    const std::vector<std::string> reasons = unproven_of(compiled);
+    for (const std::string& reason : reasons) {
+      std::fprintf(stderr, "graph_compiler: not certified: %s\n", reason.c_str());
+    }
+    if (!reasons.empty()) return kExitCheckFailed;
+  }
 
   std::vector<PendingFile> files{{arguments.output, std::span(compiled.bytes)}};
   std::string json;
@@ -103,7 +110,8 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Compiles a scene (meshes, poses, stiffness) into the contact graph that the servo loop "
       "reads.\n"
-      "Exit codes: 0 done, 2 usage, 3 the scene or a mesh cannot be used, 4 the system refused."};
+      "Exit codes: 0 done, 1 not certified, 2 usage, 3 the scene or a mesh cannot be used, 4 the "
+      "system refused."};
   haptic::tools::Arguments arguments;
   app.add_option("scene", arguments.scene, "scene file (TOML)")->required();
   app.add_option("-o,--output", arguments.output, "compiled scene (.rtscene)")->required();
@@ -114,6 +122,8 @@ int main(int argc, char** argv) {
           ->check(CLI::PositiveNumber);
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
                                        "reflex edges allowed per part (default 300)");
+  app.add_flag("--certified", arguments.certified,
+               "refuse a scene of which a tick may have to give up exactness");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   app.set_version_flag("--version", "graph_compiler " HAPTIC_VERSION);
   try {

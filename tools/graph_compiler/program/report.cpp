@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/program/epsilon_warnings.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
@@ -140,6 +141,46 @@ std::string part_text(const PartReport& part, bool moving) {
   return text + "    certificate: " + certificate_text(part.certificate) + "\n";
 }
 
+Json steady_json(const CompiledScene& compiled) {
+  if (!compiled.steady) return nullptr;
+  Json pairs = Json::array();
+  for (const PairSteadyWork& p : compiled.steady->pairs) {
+    pairs.push_back({{"features", p.features},
+                     {"age_ticks", p.age_ticks},
+                     {"motion_m", p.motion_m},
+                     {"median", p.median},
+                     {"largest", p.largest}});
+  }
+  return {{"seed", compiled.steady->seed},
+          {"samples", compiled.steady->samples},
+          {"pairs", std::move(pairs)}};
+}
+
+std::string steady_text(const CompiledScene& compiled, const SceneFacts& facts) {
+  if (!compiled.steady) return "no [motion_limits]: no speed certificate\n";
+  const SteadyWork& work = *compiled.steady;
+  const SceneParameters& p = compiled.scene.parameters;
+  std::string text = formatted(
+      "steady work at %.9g m/s and %.9g rad/s, %.9g Hz: of %u sampled poses in contact per pair, "
+      "seed %llu\n    (a figure; the proof is the bound above, of all faces and edges)\n",
+      p.max_linear_speed_m_per_s, p.max_angular_speed_rad_per_s, p.rate_hz, work.samples,
+      static_cast<unsigned long long>(work.seed));
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 0; i < std::min(work.pairs.size(), kShown); ++i) {
+    const PairSteadyWork& w = work.pairs[i];
+    text += "    " + pair_name(facts, i);
+    text += formatted(
+        ": of %u faces and edges a tick looks at %u (median), %u (largest); bounds up to %u ticks "
+        "old, %.3g mm of motion each\n",
+        w.features, w.median, w.largest, w.age_ticks, 1e3 * w.motion_m);
+  }
+  if (work.pairs.size() > kShown) {
+    text += "    ... and " + std::to_string(work.pairs.size() - kShown) +
+            " more pairs (--report lists all)\n";
+  }
+  return text;
+}
+
 std::uint64_t graph_budget(const CompiledScene& compiled) {
   return compiled.scene.graph_bytes.value_or(kDefaultGraphBytes);
 }
@@ -171,6 +212,7 @@ std::string report_as_json(const CompiledScene& compiled) {
                        {"bytes", facts.bytes},
                        {"sections", sections_as_json(facts)},
                        {"capacity", capacity_as_json(facts)},
+                       {"steady_work", steady_json(compiled)},
                        {"state_bytes", facts.capacity.state_bytes},
                        {"budget", budget_json(compiled.scene.budget)},
                        {"warnings", warnings_of(compiled)},
@@ -188,10 +230,14 @@ std::string report_as_text(const CompiledScene& compiled) {
   text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
           grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
           nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
-  text += "bounds\n" + bounds_as_text(facts);
+  text += "bounds\n" + bounds_as_text(facts) + steady_text(compiled, facts);
   text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
           "\n" + sections_as_text(facts);
   return text + formatted("time %.3f s\n", total_seconds(compiled));
+}
+
+std::vector<std::string> unproven_of(const CompiledScene& compiled) {
+  return unproven_reasons(facts_of_bytes(compiled.bytes));
 }
 
 std::vector<std::string> warnings_of(const CompiledScene& compiled) {
@@ -199,6 +245,7 @@ std::vector<std::string> warnings_of(const CompiledScene& compiled) {
   for (const PartReport& part : compiled.parts) {
     for (const std::string& warning : part.warnings) result.push_back(part.mesh + ": " + warning);
   }
+  for (std::string& warning : epsilon_warnings(compiled)) result.push_back(std::move(warning));
   const DeviceParameters& device = compiled.scene.parameters.device;
   const double k = compiled.scene.parameters.k_f_n_per_m;
   if (device.given != 0 && device.max_stiffness_n_per_m > 0 && k > device.max_stiffness_n_per_m) {

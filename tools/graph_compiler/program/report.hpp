@@ -15,6 +15,9 @@ std::string report_as_json(const CompiledScene& compiled);
 /// Summary of about one screen.
 std::string report_as_text(const CompiledScene& compiled);
 
+/// Why the scene cannot be certified, one sentence each; empty when it can.
+std::vector<std::string> unproven_of(const CompiledScene& compiled);
+
 /// "mesh: warning" of all parts, and what the compiler itself has to warn of.
 std::vector<std::string> warnings_of(const CompiledScene& compiled);
 
