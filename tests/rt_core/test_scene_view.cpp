@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "tests/support/shapes.hpp"
@@ -34,6 +36,20 @@ class Copy {
   std::vector<Line> lines_;
   std::size_t size_;
 };
+
+/// Opens the blob with one section changed and the hash mended; `change` gets its first element.
+template <typename Element, typename Change>
+RtStatus changed_section(const std::vector<std::byte>& blob, SectionId id, const Change& change) {
+  Copy copy(blob, blob.size());
+  const auto* sections =
+      reinterpret_cast<SectionEntry*>(copy.bytes().data() + copy.header().section_table);
+  for (std::uint32_t s = 0; s < copy.header().section_count; ++s) {
+    if (sections[s].id != id) continue;
+    change(reinterpret_cast<Element*>(copy.bytes().data() + sections[s].offset));
+  }
+  copy.rehash();
+  return copy.open();
+}
 
 /// A few ticks over whatever has been accepted; the sanitizers see what is read.
 void step_a_little(const SceneView& view) {
@@ -109,21 +125,120 @@ TEST_SUITE("rt_core.scene_view") {
   TEST_CASE("open: refuses stiffness and lengths that would overflow a force") {
     const std::vector<std::byte> blob = tetra_box_blob();
     const auto with = [&](auto change) {
-      Copy copy(blob, blob.size());
-      const auto* sections =
-          reinterpret_cast<SectionEntry*>(copy.bytes().data() + copy.header().section_table);
-      for (std::uint32_t s = 0; s < copy.header().section_count; ++s) {
-        if (sections[s].id != SectionId::kParameters) continue;
-        change(*reinterpret_cast<SceneParameters*>(copy.bytes().data() + sections[s].offset));
-      }
-      copy.rehash();
-      return copy.open();
+      return changed_section<SceneParameters>(blob, SectionId::kParameters,
+                                              [&](SceneParameters* p) { change(*p); });
     };
     CHECK(with([](SceneParameters&) {}) == RtStatus::kOk);
     CHECK(with([](SceneParameters& p) { p.k_f_n_per_m = kMaxStiffness_n_per_m; }) == RtStatus::kOk);
     CHECK(with([](SceneParameters& p) { p.k_f_n_per_m = 1e308; }) == RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters& p) { p.epsilon_m = 1e7; }) == RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters& p) { p.start_p_wa_m[1] = -1e7; }) == RtStatus::kBlobBadNumber);
+  }
+
+  TEST_CASE("open: refuses laws and bands that are none") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](auto change) {
+      return changed_section<SceneParameters>(blob, SectionId::kParameters, change);
+    };
+    CHECK(with([](SceneParameters* p) { p->law = LawId::kWeightedRegion; }) == RtStatus::kOk);
+    CHECK(with([](SceneParameters* p) { p->law = static_cast<LawId>(3); }) ==
+          RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters* p) { p->epsilon_o_m = 0; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters* p) { p->exact_band_m = kMaxSceneLength_m; }) == RtStatus::kOk);
+    CHECK(with([](SceneParameters* p) { p->exact_band_m = -1; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters* p) { p->exact_band_m = 1e300 * 1e300; }) ==
+          RtStatus::kBlobBadNumber);
+    // The arcs belong to one epsilon.
+    CHECK(with([](SceneParameters* p) { p->epsilon_m *= 1.01; }) == RtStatus::kBlobBadNumber);
+  }
+
+  TEST_CASE("open: lanes, arcs and bounds must be those of their piece") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto lane = [&](auto change) {
+      return changed_section<Real>(blob, SectionId::kVertexLanes, change);
+    };
+    CHECK(lane([](Real* x) { x[0] = std::nextafter(x[0], 1.0_r); }) == RtStatus::kBlobBadNumber);
+    CHECK(lane([](Real* x) { x[5] = 0; }) == RtStatus::kBlobBadNumber);  // padding of 4 vertices
+    const auto arc = [&](auto change) {
+      return changed_section<EdgeArc>(blob, SectionId::kEdgeArcs, change);
+    };
+    const auto turned = [&](double by) {
+      return arc([by](EdgeArc* a) {
+        const double half =
+            std::atan2(static_cast<double>(a->sine), static_cast<double>(a->cosine));
+        a->cosine = static_cast<Real>(std::cos(half + by));
+        a->sine = static_cast<Real>(std::sin(half + by));
+      });
+    };
+    CHECK(turned(0.0) == RtStatus::kOk);
+    CHECK(turned(1e-3) == RtStatus::kBlobBadNumber);
+    CHECK(turned(-1e-3) == RtStatus::kBlobBadNumber);
+    CHECK(arc([](EdgeArc* a) { a->side[0] = -a->side[0]; }) == RtStatus::kBlobBadNumber);
+    CHECK(arc([](EdgeArc* a) {
+            for (Real& x : a->tilt[1]) x *= 1.001_r;
+          }) == RtStatus::kBlobBadNumber);
+    CHECK(arc([](EdgeArc* a) { a->reserved[1] = 1; }) == RtStatus::kBlobBadNumber);
+    CHECK(arc([](EdgeArc* a) { std::swap(a[0], a[1]); }) == RtStatus::kBlobBadNumber);
+    const auto piece = [&](auto change) {
+      return changed_section<PieceRecord>(blob, SectionId::kPieces, change);
+    };
+    CHECK(piece([](PieceRecord* p) { p->reach_m *= 1.001; }) == RtStatus::kBlobBadNumber);
+    CHECK(piece([](PieceRecord* p) { p->vertex_relax_m = 0.99e-4; }) == RtStatus::kBlobBadNumber);
+    CHECK(piece([](PieceRecord* p) { p->vertex_relax_m = 1; }) == RtStatus::kBlobBadNumber);
+    CHECK(piece([](PieceRecord* p) { p->edge_relax_ratio = 0.999; }) == RtStatus::kBlobBadNumber);
+    CHECK(piece([](PieceRecord* p) { p->edge_relax_ratio = std::nan(""); }) ==
+          RtStatus::kBlobBadNumber);
+    CHECK(piece([](PieceRecord* p) { p->lane_count += 8; }) == RtStatus::kBlobBadCount);
+    CHECK(piece([](PieceRecord* p) { p[1].lane_begin += 8; }) == RtStatus::kBlobBadCount);
+  }
+
+  TEST_CASE("open: a graph is stored whole or not at all") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto pair = [&](auto change) {
+      return changed_section<PairRecord>(blob, SectionId::kPairs, change);
+    };
+    CHECK(pair([](PairRecord* p) { p->node_begin = kGraphNotStored; }) == RtStatus::kBlobBadCount);
+    CHECK(pair([](PairRecord* p) { p->max_degree += 1; }) == RtStatus::kBlobBadCapacity);
+    CHECK(pair([](PairRecord* p) { p->edge_pair_capacity -= 1; }) == RtStatus::kBlobBadCapacity);
+    const auto node = [&](auto change) {
+      return changed_section<NodeRecord>(blob, SectionId::kNodes, change);
+    };
+    CHECK(node([](NodeRecord* n) { n[9].keep_begin += 1; }) == RtStatus::kBlobBadGraph);
+    CHECK(node([](NodeRecord* n) { n[40].keep_count -= 1; }) == RtStatus::kBlobBadGraph);
+    CHECK(node([](NodeRecord* n) { n[127].keep_count += 1; }) == RtStatus::kBlobBadGraph);
+
+    tools::SceneDescription formed = scene_of(box({0, 0, 0}, {1, 1, 1}), {prism(6, 1, 1)});
+    formed.graph_bytes = 0;
+    const std::vector<std::byte> without = tools::write_scene(formed);
+    CHECK(changed_section<PairRecord>(without, SectionId::kPairs, [](PairRecord*) {}) ==
+          RtStatus::kOk);
+    CHECK(changed_section<PairRecord>(without, SectionId::kPairs, [](PairRecord* p) {
+            p->node_begin = 0;
+          }) == RtStatus::kBlobBadCount);
+    CHECK(changed_section<PairRecord>(without, SectionId::kPairs, [](PairRecord* p) {
+            p->node_count -= 1;
+          }) == RtStatus::kBlobBadCount);
+  }
+
+  TEST_CASE("open: the bounds in the header follow from the tables and the pairs per tick") {
+    tools::SceneDescription scene =
+        scene_of(box({0, 0, 0}, {1, 1, 1}), {prism(6, 1, 1), prism(5, 1, 1), prism(4, 1, 1)});
+    scene.max_pair_visits = 2;
+    const std::vector<std::byte> blob = tools::write_scene(scene);
+    const auto with = [&](auto change) {
+      Copy copy(blob, blob.size());
+      change(copy.header().capacity);
+      copy.rehash();
+      return copy.open();
+    };
+    CHECK(with([](SceneCapacity& c) { CHECK(c.unproven == kUnprovenPairVisits); }) ==
+          RtStatus::kOk);
+    CHECK(with([](SceneCapacity& c) { c.max_pair_visits = 0; }) == RtStatus::kBlobBadCapacity);
+    CHECK(with([](SceneCapacity& c) { c.max_pair_visits = 4; }) == RtStatus::kBlobBadCapacity);
+    CHECK(with([](SceneCapacity& c) { c.max_pair_visits = 3; }) == RtStatus::kBlobBadCapacity);
+    CHECK(with([](SceneCapacity& c) { c.unproven = 0; }) == RtStatus::kBlobBadCapacity);
+    CHECK(with([](SceneCapacity& c) { c.max_edge_pairs += 1; }) == RtStatus::kBlobBadCapacity);
+    CHECK(with([](SceneCapacity& c) { c.moving_lanes -= 1; }) == RtStatus::kBlobBadCapacity);
   }
 
   TEST_CASE("open: a section with an unknown id is skipped") {

@@ -85,6 +85,60 @@ TEST_SUITE("tools.programs") {
     CHECK(file_count(folder.file("")) == 0);
   }
 
+  TEST_CASE("--certified writes what can be certified and refuses the rest with every reason") {
+    const ScratchFolder folder("programs");
+    const std::string out = " --quiet --certified -o " + folder.file("a.rtscene");
+    CHECK(compile(kScene + out).exit_code == 0);
+    CHECK(file_count(folder.file("")) == 1);
+    fs::remove(folder.file("a.rtscene"));
+    write_cube(folder.file("cube.obj"));
+    const auto scene = [&](const char* budget) {
+      std::ofstream(folder.file("scene.toml"))
+          << "format = 1\nname = \"c\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
+             "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n"
+             "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.2\nposition_m = [1, 0, 0]\n"
+             "[rendering]\nk_f_n_per_m = 100\n"
+          << budget;
+      return folder.file("scene.toml");
+    };
+    const std::string one_visit = scene("[budget]\npair_visits = 1\n");
+    const ProgramResult refused = compile(one_visit + out);
+    CHECK(refused.exit_code == 1);
+    CHECK(refused.err.find("not certified: 2 pairs can be near at once, a tick may search 1") !=
+          std::string::npos);
+    CHECK(refused.err.find("pair_visits = 2") != std::string::npos);
+    CHECK(file_count(folder.file("")) == 2);  // the scene file and its mesh
+    const ProgramResult shown = compile(one_visit + " -o " + folder.file("b.rtscene"));
+    CHECK(shown.exit_code == 0);
+    CHECK(shown.out.find("a tick may have to give up exactness") != std::string::npos);
+    CHECK(shown.out.find("no [motion_limits]: no speed certificate") != std::string::npos);
+    const ProgramResult inspected = inspect(folder.file("b.rtscene") + " --json");
+    const auto facts = nlohmann::json::parse(inspected.out);
+    CHECK(facts["capacity"]["certifiable"] == false);
+    CHECK(facts["capacity"]["unproven"].size() == 1);
+    CHECK(compile(scene("[budget]\npair_visits = 2\n") + out).exit_code == 0);
+  }
+
+  TEST_CASE("a graph without room is formed on the fly, and both programs say so") {
+    const ScratchFolder folder("programs");
+    const std::string scene = folder.file("scene.toml");
+    write_cube(folder.file("cube.obj"));
+    std::ofstream(scene)
+        << "format = 1\nname = \"c\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
+           "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n[rendering]\nk_f_n_per_m = 100\n"
+           "[memory]\ngraph_bytes = 4000\n";
+    const ProgramResult compiled = compile(scene + " -o " + folder.file("a.rtscene"));
+    CHECK(compiled.exit_code == 0);
+    CHECK(compiled.out.find("formed on the fly: stored it would take 13 kB of the 4.0 kB") !=
+          std::string::npos);
+    CHECK(inspect(folder.file("a.rtscene")).out.find("formed on the fly") != std::string::npos);
+    const auto facts = nlohmann::json::parse(inspect(folder.file("a.rtscene") + " --json").out);
+    CHECK(facts["pairs"][0]["graph"] == "formed");
+    CHECK(facts["nodes"] == 240);
+    CHECK(facts["arcs"] == 2640);
+    CHECK(facts["stored_graph_bytes"] == 0);
+  }
+
   TEST_CASE("a refusal exits 3 and leaves existing files as they were") {
     const ScratchFolder folder("programs");
     write_cube(folder.file("cube.obj"));
@@ -142,7 +196,8 @@ TEST_SUITE("tools.programs") {
     CHECK(text.exit_code == 0);
     for (const char* word :
          {"'tetrahedron_on_box'", "neighbor subgraph of one node 25 to 25", "32 to 32", "17 to 17",
-          "tetrahedron.obj", "near capacity 128", "k_F 800 N/m", "no device given", ": convex"}) {
+          "tetrahedron.obj", "near capacity 128", "stored, 6.9 kB", "can be certified",
+          "k_F 800 N/m", "no device given", ": convex"}) {
       CAPTURE(word);
       CHECK(text.out.find(word) != std::string::npos);
     }

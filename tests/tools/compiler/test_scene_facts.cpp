@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
+#include "rt_core/scene/graph_rule.hpp"
 #include "tests/support/shapes.hpp"
+#include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 using namespace haptic;
@@ -84,5 +88,68 @@ TEST_SUITE("tools.scene_facts") {
     CHECK(tools::grouped(999) == "999");
     CHECK(tools::grouped(1000) == "1 000");
     CHECK(tools::grouped(12345678) == "12 345 678");
+  }
+
+  TEST_CASE("graph facts do not depend on how a graph is held") {
+    tools::SceneDescription description =
+        scene_of(prism(7, 0.5, 1), {random_hull(5, 14, {0.1, 0.2, 0.3})});
+    const LoadedScene stored_scene(description);
+    description.graph_bytes = 0;
+    const LoadedScene formed_scene(description);
+    const SceneFacts stored = tools::facts_of(stored_scene.view);
+    const SceneFacts formed = tools::facts_of(formed_scene.view);
+    REQUIRE(stored.pairs[0].stored);
+    REQUIRE(!formed.pairs[0].stored);
+    CHECK(stored.stored_graph_bytes == stored.pairs[0].graph_bytes);
+    CHECK(formed.stored_graph_bytes == 0);
+    CHECK(stored.pairs[0].graph_bytes == formed.pairs[0].graph_bytes);
+    // Against the stored lists.
+    const PairView pair = stored_scene.view.pair(0);
+    std::uint64_t sizes[3] = {0, 0, 0}, smallest[3] = {~0ull, ~0ull, ~0ull}, largest[3] = {};
+    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+      const auto k = static_cast<std::size_t>(contact_type(*pair.record, node));
+      const std::uint64_t size = pair.neighbors.count(node) + 1;
+      sizes[k] += size;
+      smallest[k] = std::min(smallest[k], size);
+      largest[k] = std::max(largest[k], size);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (const SceneFacts* f : {&stored, &formed}) {
+        CHECK(f->types[k].smallest == smallest[k]);
+        CHECK(f->types[k].largest == largest[k]);
+        CHECK(f->types[k].mean == doctest::Approx(static_cast<double>(sizes[k]) /
+                                                  static_cast<double>(f->types[k].nodes)));
+      }
+    }
+  }
+
+  TEST_CASE("what cannot be defended is named with its pair, its numbers and a mend") {
+    const LoadedScene sound(scene_of(box({0, 0, 0}, {1, 1, 1}), {box({2, 0, 0}, {3, 1, 1})}));
+    CHECK(tools::unproven_reasons(tools::facts_of(sound.view)).empty());
+    tools::SceneDescription large =
+        scene_of(prism(80, 0.1, 0.1), {box({0, 0, 0}, {1, 1, 1}), prism(80, 0.2, 0.1)});
+    large.max_pair_visits = 1;
+    const LoadedScene scene(large);
+    const SceneFacts facts = tools::facts_of(scene.view);
+    const std::vector<std::string> reasons = tools::unproven_reasons(facts);
+    CHECK(facts.capacity.unproven == (kUnprovenEdgePairs | kUnprovenNearSet | kUnprovenPairVisits));
+    const auto said = [&](const std::string& words) {
+      return std::any_of(reasons.begin(), reasons.end(),
+                         [&](const auto& r) { return r.find(words) != std::string::npos; });
+    };
+    CHECK(
+        said("pair 1 (piece 0 of 'test body', piece 0 of 'test body'): 57 600 edge pairs, a tick "
+             "may test 16 384; simplify"));
+    CHECK(said("2 pairs can be near at once, a tick may search 1; set [budget] pair_visits = 2"));
+    CHECK(said("basic contacts, its near set holds"));
+  }
+
+  TEST_CASE("bytes are said with two digits and a unit") {
+    CHECK(tools::short_bytes(0) == "0 bytes");
+    CHECK(tools::short_bytes(999) == "999 bytes");
+    CHECK(tools::short_bytes(1234) == "1.2 kB");
+    CHECK(tools::short_bytes(41234) == "41 kB");
+    CHECK(tools::short_bytes(67000000) == "67 MB");
+    CHECK(tools::short_bytes(999600) == "1.0 MB");
   }
 }

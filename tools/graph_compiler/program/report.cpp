@@ -149,7 +149,9 @@ Json steady_json(const CompiledScene& compiled) {
                      {"age_ticks", p.age_ticks},
                      {"motion_m", p.motion_m},
                      {"median", p.median},
-                     {"largest", p.largest}});
+                     {"largest", p.largest},
+                     {"renewed_median", p.renewed_median},
+                     {"renewed_largest", p.renewed_largest}});
   }
   return {{"seed", compiled.steady->seed},
           {"samples", compiled.steady->samples},
@@ -170,9 +172,10 @@ std::string steady_text(const CompiledScene& compiled, const SceneFacts& facts) 
     const PairSteadyWork& w = work.pairs[i];
     text += "    " + pair_name(facts, i);
     text += formatted(
-        ": of %u faces and edges a tick looks at %u (median), %u (largest); bounds up to %u ticks "
-        "old, %.3g mm of motion each\n",
-        w.features, w.median, w.largest, w.age_ticks, 1e3 * w.motion_m);
+        ": of %u faces and edges a tick renews %.1f (median), %.1f (largest) on demand;\n"
+        "      %u, %u if all bounds were %u ticks old, at %.3g mm of motion each\n",
+        w.features, w.renewed_median, w.renewed_largest, w.median, w.largest, w.age_ticks,
+        1e3 * w.motion_m);
   }
   if (work.pairs.size() > kShown) {
     text += "    ... and " + std::to_string(work.pairs.size() - kShown) +

@@ -157,9 +157,10 @@ Vector contact_shift(const TurnedPiece& a, const TurnedPiece& b, bool corner, Ge
   return face_of_b ? Vector(point - a.support(-n)) : Vector(b.support(-n) - point);
 }
 
-/// Features that must be looked at in one pose.
-std::uint32_t busy_features(const PieceView& a_view, const TurnedPiece& b, bool corner,
-                            double face_window_m, double edge_window_m, Generator& random) {
+/// Distances [m] of what faces and edges can carry below the best of all, in one pose; the
+/// relaxation of each kind taken off, never negative.
+std::vector<double> slacks_of(const PieceView& a_view, const TurnedPiece& b, bool corner,
+                              double face_relax_m, double edge_relax_m, Generator& random) {
   TurnedPiece a(a_view, random.rotation());
   const Vector shift = contact_shift(a, b, corner, random);
   for (Vector& v : a.vertices) v += shift;
@@ -168,11 +169,10 @@ std::uint32_t busy_features(const PieceView& a_view, const TurnedPiece& b, bool 
   append_keys(b, a.vertices, faces, edges);
   const double best = std::max(*std::max_element(faces.begin(), faces.end()),
                                *std::max_element(edges.begin(), edges.end()));
-  const auto within = [&](const std::vector<double>& keys, double window_m) {
-    return std::count_if(keys.begin(), keys.end(),
-                         [&](double key) { return key >= best - window_m; });
-  };
-  return static_cast<std::uint32_t>(within(faces, face_window_m) + within(edges, edge_window_m));
+  std::vector<double> slacks;
+  for (const double key : faces) slacks.push_back(std::max(0.0, best - key - face_relax_m));
+  for (const double key : edges) slacks.push_back(std::max(0.0, best - key - edge_relax_m));
+  return slacks;
 }
 
 double products_of(const PairView& pair) {
@@ -193,20 +193,31 @@ PairSteadyWork pair_work(const SceneView& scene, std::uint32_t index, std::uint3
       (p.max_linear_speed_m_per_s + p.max_angular_speed_rad_per_s * pair.a.record->reach_m) /
       p.rate_hz;
   const PieceRecord &a = *pair.a.record, &b = *pair.b.record;
-  const double drift_m = 2.0 * work.age_ticks * work.motion_m;
-  const double face_window_m = std::max(a.vertex_relax_m, b.vertex_relax_m) + drift_m;
-  const double edge_window_m =
-      std::max(a.edge_relax_ratio, b.edge_relax_ratio) * p.epsilon_m + drift_m;
+  const double face_relax_m = std::max(a.vertex_relax_m, b.vertex_relax_m);
+  const double edge_relax_m = std::max(a.edge_relax_ratio, b.edge_relax_ratio) * p.epsilon_m;
   Generator random(kSeed + index);
   const TurnedPiece fixed(pair.b, Matrix::Identity());
+  // A bound and the best value may each change by the motion.
+  const double drift_m = 2.0 * work.motion_m;
   std::vector<std::uint32_t> counts;
+  std::vector<double> renewals;
   for (std::uint32_t k = 0; k < samples; ++k) {
-    counts.push_back(
-        busy_features(pair.a, fixed, k % 2 == 0, face_window_m, edge_window_m, random));
+    std::uint32_t busy = 0;
+    double renewed = 0.0;
+    for (const double slack_m :
+         slacks_of(pair.a, fixed, k % 2 == 0, face_relax_m, edge_relax_m, random)) {
+      if (slack_m <= work.age_ticks * drift_m) ++busy;
+      renewed += slack_m <= drift_m ? 1.0 : drift_m / slack_m;
+    }
+    counts.push_back(busy);
+    renewals.push_back(renewed);
   }
   std::sort(counts.begin(), counts.end());
+  std::sort(renewals.begin(), renewals.end());
   work.median = counts[counts.size() / 2];
   work.largest = counts.back();
+  work.renewed_median = renewals[renewals.size() / 2];
+  work.renewed_largest = renewals.back();
   return work;
 }
 

@@ -18,10 +18,14 @@ inline constexpr std::uint32_t kRenewedPerTick = 16;
 
 /// One pair in contact, over the sampled poses.
 struct PairSteadyWork {
-  std::uint32_t features = 0;             ///< faces and edges of both pieces
-  std::uint32_t age_ticks = 0;            ///< oldest bound: all features renewed in turn
-  double motion_m = 0.0;                  ///< of any point of the piece of A in one tick
-  std::uint32_t median = 0, largest = 0;  ///< features that bounds of that age cannot pass over
+  std::uint32_t features = 0;   ///< faces and edges of both pieces
+  std::uint32_t age_ticks = 0;  ///< oldest bound when all features are renewed in turn alone
+  double motion_m = 0.0;        ///< of any point of the piece of A in one tick
+  /// Features whose bounds, if all were of that age, could not be passed over.
+  std::uint32_t median = 0, largest = 0;
+  /// Renewals per tick when a bound is renewed only once motion has used up its distance from the
+  /// best: the sum over the features of 2 motion over that distance, at most 1 each.
+  double renewed_median = 0.0, renewed_largest = 0.0;
 };
 
 struct SteadyWork {
