@@ -35,8 +35,8 @@ function(haptic_foreign_peer name module source)
       set(haptic_foreign_found ${haptic_foreign_found} "${name} ${version}" PARENT_SCOPE)
     endif()
   endif()
-  target_compile_definitions(haptic_host_sim PRIVATE
-    HAPTIC_PEER_${name}=${found} HAPTIC_PEER_${name}_VERSION="${version}")
+  set_property(SOURCE peers/peer_catalog.cpp APPEND PROPERTY COMPILE_DEFINITIONS
+    HAPTIC_PEER_${name}=${found} "HAPTIC_PEER_${name}_VERSION=\"${version}\"")
 endfunction()
 
 if(HAPTIC_PEERS STREQUAL "AUTO")
