@@ -122,7 +122,7 @@ TEST_CASE("near reference: the truth of the search over every node in long doubl
     const TruthfulWorkload workload = truthful_workload(pair, pair.nodes > 100'000 ? 400 : 800, 4);
     NearReference reference(a, b);
     CHECK(reference.node_count() == pair.nodes);
-    for (std::size_t k = 0; k<workload.poses.size(); k += pair.nodes> 1000 ? 7 : 1) {
+    for (std::size_t k = 0; k < workload.poses.size(); k += step) {
       const Rotation& q = workload.motion.poses[k].q_wa;
       const Vector& p = workload.motion.poses[k].p_wa;
       const OraclePose pose{rotation_of(q.w(), q.x(), q.y(), q.z()), {p[0], p[1], p[2]}};
