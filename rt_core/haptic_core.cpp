@@ -91,13 +91,16 @@ Real quaternion_step(const Quat& l, const Quat& r) noexcept {
   return std::sqrt(std::min(minus, plus));
 }
 
-/// Mixes words into a chain: every result depends on all words before it.
+/// Mixes words into a chain: every result depends on all words before it. Words go in turn to lanes
+/// that do not wait for each other.
 class StateHash {
  public:
-  explicit StateHash(std::uint64_t from) noexcept : hash_(from) {}
+  explicit StateHash(std::uint64_t from) noexcept : lanes_{from, ~from, from >> 32, from << 32} {}
   void add(std::uint64_t word) noexcept {
-    hash_ = (hash_ ^ word) * 0x9e3779b97f4a7c15ull;
-    hash_ ^= hash_ >> 29;
+    std::uint64_t& lane = lanes_[next_];
+    lane = (lane ^ word) * 0x9e3779b97f4a7c15ull;
+    lane ^= lane >> 29;
+    next_ = (next_ + 1) % 4;
   }
   void add(Real value) noexcept {
 #if HAPTIC_REAL_IS_FLOAT
@@ -109,10 +112,18 @@ class StateHash {
   void add(const Vec3& v) noexcept {
     for (int k = 0; k < 3; ++k) add(v[k]);
   }
-  [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
+  [[nodiscard]] std::uint64_t value() const noexcept {
+    std::uint64_t hash = lanes_[0];
+    for (std::size_t k = 1; k < 4; ++k) {
+      hash = (hash ^ lanes_[k]) * 0xbf58476d1ce4e5b9ull;
+      hash ^= hash >> 31;
+    }
+    return hash;
+  }
 
  private:
-  std::uint64_t hash_;
+  std::uint64_t lanes_[4];
+  std::size_t next_ = 0;
 };
 constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;
 

@@ -141,6 +141,20 @@ Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::ui
                   gap_along(pose, plane.normal_w, support_pair(pose, plane.normal_w, start)));
 }
 
+Vec3 application_point(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
+                       const NodePlane& plane) noexcept {
+  if (type == ContactType::kA) return pose.vertex_b(j) - pose.y_w;
+  const Vec3 lift = -plane.f_m * plane.normal_w;  // HIP to SCP, eq. (1)
+  if (type == ContactType::kB) return pose.vertex_a(i) + lift;
+  const PieceView& b = pose.pair->b;
+  const Vec3 u = pose.direction_a(i);
+  const Vec3 v = ConstVec3Map(b.edge_directions[j].unit);
+  const Vec3 b0 = pose.vertex_b(b.edges[j].vertex[0]) - pose.y_w;
+  const Vec3 m = u.cross(v);
+  const Vec3 d = b0 - (pose.vertex_a(pose.pair->a.edges[i].vertex[0]) + lift);
+  return b0 + (d.cross(u).dot(m) / m.squaredNorm()) * v;
+}
+
 ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
                            const NodePlane& plane) noexcept {
   const PieceView& a = pose.pair->a;

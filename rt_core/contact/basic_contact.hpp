@@ -58,6 +58,10 @@ struct ContactPoint {
       0;  ///< distance of App from its two features when A is moved to the SCP; 0 = in both
 };
 
+/// App of a node on B, about x_0^A, W axes [m]. Cost: two cross products at most.
+[[nodiscard]] Vec3 application_point(const PairPose& pose, ContactType type, std::uint32_t i,
+                                     std::uint32_t j, const NodePlane& plane) noexcept;
+
 /// App of a node and how far it lies outside its features (method section 8.2, o_k). Cost: the
 /// edges of its face.
 [[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i,

@@ -55,6 +55,11 @@ void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept {
     NodePlane plane;
     plane.normal_w = n.normal_w;
     plane.f_m = n.f_m;
+    if (near.size() == 1) {  // the nearest C-face holds its SCP: App lies in both features
+      n.app_w = application_point(pose, n.type, n.i, n.j, plane);
+      n.outside_m = 0;
+      return;
+    }
     const ContactPoint point = contact_point(pose, n.type, n.i, n.j, plane);
     n.app_w = point.app_w;
     n.outside_m = point.outside_m;
@@ -71,9 +76,15 @@ ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> 
   patch.size_m = pose.size_m;
   patch.merge_distance_m = tolerance;
   several_planes = false;
-  const NearNode* const leader = leader_of(near, d_near_m, applicability_tolerance(pose.size_m));
+  const NearNode* const leader =
+      near.size() == 1 ? near.data()
+                       : leader_of(near, d_near_m, applicability_tolerance(pose.size_m));
   if (leader == nullptr) return patch;
   patch.normal_w = leader->normal_w;
+  if (near.size() == 1) {
+    static_cast<void>(nodes.push(leader->node));
+    return patch;
+  }
   for (const NearNode& n : near) {
     if (n.outside_m > tolerance && &n != leader) continue;
     static_cast<void>(nodes.push(n.node));
@@ -133,6 +144,7 @@ ContactSituation situation_of(std::span<const NearNode> near, Real d_near_m, Rea
 
 ContactSituation settled_situation(std::span<const NearNode> near, Real d_near_m, Real epsilon_m,
                                    ContactSituation last) noexcept {
+  if (near.size() == 1) return single_contact(near[0].type);
   const ContactSituation loose = situation_of(near, d_near_m, epsilon_m, 1);
   if (loose == last) return last;
   const ContactSituation tight = situation_of(near, d_near_m, epsilon_m, 0.5_r);

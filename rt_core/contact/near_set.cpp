@@ -39,6 +39,10 @@ constexpr Real kParallelSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-12_r;
 /// which it lies, instead of the cross product, which has lost its digits.
 constexpr Real kLerpSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-2_r : 1.0e-6_r;
 
+/// What edge_relax_ratio may exceed 1 by where the apexes of the adjoining faces are the supports
+/// of every near node: its rounding.
+constexpr double kApexesRule = 1.0e-6;
+
 /// Largest n.w over the unit directions n of an arc. Cost: two dots and a root.
 Real arc_peak(const EdgeArc& arc, const Vec3& w) noexcept {
   const Real p = ConstVec3Map(arc.mid).dot(w);
@@ -59,6 +63,8 @@ class NearSearch {
         epsilon_(epsilon_m),
         tolerance_(64 * kRealEpsilon * pose.size_m),
         relax_edges_(2 * epsilon_m),
+        apexes_rule_(std::max(a_.record->edge_relax_ratio, b_.record->edge_relax_ratio) <
+                     1 + kApexesRule),
         bounds_(bounds),
         scratch_(scratch),
         near_(near),
@@ -344,7 +350,7 @@ class NearSearch {
     node.violation_m = h.height / h.sine;
     if (fits) count_pair(node, h);
     if (!collect || h.sine < kMinEdgeSine) return;
-    if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node));
+    if (h.height > 0 && !apexes_rule_) node.violation_m = std::max(node.violation_m, rise(node));
     if (f - std::max(node.violation_m, Real{0}) > best_ - epsilon_) collect_edge_pair(node);
   }
 
@@ -537,6 +543,7 @@ class NearSearch {
   Real epsilon_;
   Real tolerance_;    ///< of heights: below it a sign may be rounding [m]
   Real relax_edges_;  ///< how far below D_near the bound of an edge of a near node can be [m]
+  bool apexes_rule_;  ///< no vertex ever rises over a near node's plane farther than an apex does
   FeatureBounds& bounds_;
   NearScratch& scratch_;
   BoundedList<NearNode>& near_;
