@@ -149,7 +149,7 @@ TEST_SUITE("rt_core.scene_view") {
     CHECK(with([](SceneParameters* p) { p->exact_band_m = 1e300 * 1e300; }) ==
           RtStatus::kBlobBadNumber);
     // The arcs belong to one epsilon.
-    CHECK(with([](SceneParameters* p) { p->epsilon_m *= 1.01; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](SceneParameters* p) { p->epsilon_m *= 2; }) == RtStatus::kBlobBadNumber);
   }
 
   TEST_CASE("open: lanes, arcs and bounds must be those of their piece") {

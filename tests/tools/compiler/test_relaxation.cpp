@@ -14,6 +14,13 @@ using namespace haptic::tools;
 
 namespace {
 
+/// Margin that an arc has for the rounding of its half angle [rad].
+constexpr double kMargin_rad = HAPTIC_REAL_IS_FLOAT ? 2e-6 : 4e-15;
+
+/// Rounding of the vertices of the pieces below, of 0.2 m at most [m], and as a share.
+constexpr double kVertexShare = 16 * static_cast<double>(kRealEpsilon);
+constexpr double kVertexRounding_m = 0.2 * kVertexShare;
+
 /// The one piece of a body, as the writer sees it.
 struct PieceUnderTest {
   explicit PieceUnderTest(const tools::Body& body)
@@ -109,8 +116,11 @@ void check_sampled(const tools::Body& body, double epsilon_m, std::uint64_t seed
       face_rise = std::max(face_rise, dot(n, piece.wide.vertices[apex] - origin));
     }
     edge_cases += 1;
-    if (face_rise > epsilon * (1 + 1e-9L)) failures += 1;
-    if (piece.rise(n, origin) > ratio * face_rise + 1e-15L) failures += 1;
+    const Wide beyond = epsilon + static_cast<Wide>(0.2 * kMargin_rad + kVertexRounding_m);
+    if (face_rise > beyond) failures += 1;
+    if (piece.rise(n, origin) > ratio * (face_rise + static_cast<Wide>(kVertexRounding_m))) {
+      failures += 1;
+    }
   };
   for (int k = 0; k < 100000; ++k) {
     const Wide angle = std::pow(Wide{10}, -4 * static_cast<Wide>(random.uniform(0, 1)));
@@ -131,7 +141,7 @@ TEST_SUITE("tools.relaxation") {
     const double epsilon = 1e-4;
     const double ratio = piece.edge_ratio(epsilon);
     CHECK(ratio >= 1.0);
-    CHECK(ratio <= 1.0 + 1e-8);
+    CHECK(ratio <= 1.0 + 1e-8 + 1.01 * kMargin_rad * 0.1 / epsilon);
     const VertexRise corner(piece.wide, 0);
     CHECK(static_cast<double>(corner.largest(1e-4L)) == doctest::Approx(2e-4).epsilon(1e-12));
     CHECK(static_cast<double>(corner.depth_m()) == doctest::Approx(0.1 / std::sqrt(3.0)));
@@ -165,8 +175,9 @@ TEST_SUITE("tools.relaxation") {
         const Wide3 end = arcs[e].end(k);
         const Wide sine = std::min<Wide>(1, static_cast<Wide>(epsilon) / arcs[e].width_m[k]);
         const Wide turn = std::acos(dot(n, end));
-        CHECK(static_cast<double>(turn) ==
-              doctest::Approx(static_cast<double>(std::asin(sine))).epsilon(1e-9));
+        const double needed = static_cast<double>(std::asin(sine));
+        CHECK(static_cast<double>(turn) >= needed - 1e-9);
+        CHECK(static_cast<double>(turn) <= needed + 1.01 * kMargin_rad + 1e-9);
         CHECK(dot(n, arcs[e].mid) >= arcs[e].cosine);
         CHECK(static_cast<double>(dot(arcs[e].mid, arcs[e].side)) == doctest::Approx(0.0));
       }
@@ -178,16 +189,20 @@ TEST_SUITE("tools.relaxation") {
     const double epsilon = 1e-5;
     const double ratio = piece.edge_ratio(epsilon);
     CHECK(ratio >= 1.0);
-    CHECK(ratio <= 1.0 + 1e-8);  // no vertex is farther across an edge than the face's own
+    // The widest face is 0.2 m across its edge: the margin turns it by as much over epsilon.
+    CHECK(ratio <= 1.0 + 1e-8 +
+                       1.01 * kMargin_rad * 0.2 /
+                           epsilon);  // no vertex is farther across an edge than the face's own
     const VertexRise rim(piece.wide, 0);
     const double rise = static_cast<double>(rim.largest(1e-5L)) / epsilon;
     // Opposite vertex d = sum lambda_k e_k of the two rim edges: 2 r = 2 lambda l sin(15 deg).
     const double rim_edge = 2 * 0.05 * std::sin(std::acos(-1.0) / 12);
     const double lambda = 0.1 / (2 * rim_edge * std::sin(std::acos(-1.0) / 12));
     CHECK(2 * lambda == doctest::Approx(14.93).epsilon(1e-3));
-    CHECK(rise == doctest::Approx(2 * lambda).epsilon(1e-9));
-    CHECK(piece.vertex_relax_m(epsilon) ==
-          doctest::Approx(epsilon * (1 + 2 * lambda - 15.0 / 16)).epsilon(1e-8));
+    CHECK(rise == doctest::Approx(2 * lambda).epsilon(1e-9 + 100 * kVertexShare));
+    CHECK(
+        piece.vertex_relax_m(epsilon) ==
+        doctest::Approx(epsilon * (1 + 2 * lambda - 15.0 / 16)).epsilon(1e-8 + 100 * kVertexShare));
   }
 
   TEST_CASE("a bound that epsilon outgrows stays below the width of the piece") {

@@ -154,7 +154,8 @@ bool is_low_bit(const Region& region, std::size_t byte, unsigned bit) {
     const std::size_t in_number = (in_element - field.offset) % field.width;
     const std::size_t position = 8 * in_number + bit;
     const std::size_t mantissa = field.width == 8 ? 52 : 23;
-    const bool of_rounded = sizeof(Real) == sizeof(float) && region.name == "pieces";
+    const bool of_rounded =
+        sizeof(Real) == sizeof(float) && (region.name == "pieces" || region.name == "edge arcs");
     return position < mantissa - (of_rounded ? 5 : 8);
   }
   return false;
