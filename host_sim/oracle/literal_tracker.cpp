@@ -101,10 +101,11 @@ void LiteralTracker::set_near(Track& track, std::size_t index, std::span<const C
     if (best->depth_m - c.depth_m < epsilon_m_) track.near.push_back(c.node);
   }
   track.neighbor = track.near;  // step 5
-  const NeighborLists& lists = track.pair.view().neighbors;
+  const PairView& pair = track.pair.view();
   for (const std::uint32_t node : track.near) {
-    for (std::uint32_t k = 0; k < lists.count(node); ++k)
-      track.neighbor.push_back(lists.at(node, k));
+    const auto [type, i, j] = node_features(pair, node);
+    for_each_graph_neighbor(pair, type, i, j,
+                            [&](std::uint32_t other) { track.neighbor.push_back(other); });
   }
   std::sort(track.neighbor.begin(), track.neighbor.end());
   track.neighbor.erase(std::unique(track.neighbor.begin(), track.neighbor.end()),

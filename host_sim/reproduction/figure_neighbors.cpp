@@ -88,11 +88,10 @@ PartReport neighbors_part() {
                                       numbers.type_a(named.face_a, named.v3)};
   std::array<std::uint32_t, 3> by_type{};
   std::array<bool, 3> found{};
-  for (std::uint32_t k = 0; k < pair.neighbors.count(node); ++k) {
-    const std::uint32_t other = pair.neighbors.at(node, k);
+  for_each_graph_neighbor(pair, ContactType::kB, named.v1, named.f1, [&](std::uint32_t other) {
     by_type[static_cast<std::size_t>(contact_type(*pair.record, other))] += 1;
     for (std::size_t i = 0; i < 3; ++i) found[i] = found[i] || other == neighbors[i];
-  }
+  });
   const char* names[3] = {"(V1, f2)", "(E1, e1)", "(F1, v3)"};
   std::array<std::string, 4> lines;
   lines[0] = "basic contact (V1, f1): node " + node_text(pair, node);

@@ -61,10 +61,10 @@ void count_local(const FlatPair& flat, std::span<const std::uint32_t> near, doub
     for (std::size_t d = 0; d < members.size(); ++d)
       members[d] += std::abs(d_near_m - value.depth_m) < LocalSizes::kDeltas_m[d] ? 1u : 0u;
   };
-  const NeighborLists& lists = flat.view().neighbors;
   for (const std::uint32_t node : near) {
     visit(node);
-    for (std::uint32_t k = 0; k < lists.count(node); ++k) visit(lists.at(node, k));
+    const auto [type, i, j] = node_features(flat.view(), node);
+    for_each_graph_neighbor(flat.view(), type, i, j, visit);
   }
   sizes.poses[kind] += 1;
   for (std::size_t d = 0; d < members.size(); ++d)
@@ -81,8 +81,10 @@ GraphFacts graph_facts() {
   facts.least_degree.fill(UINT32_MAX);
   std::uint32_t entries = 0;
   for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
-    const auto type = static_cast<std::size_t>(contact_type(*pair.record, node));
-    const std::uint32_t degree = pair.neighbors.count(node);
+    const auto [contact, i, j] = node_features(pair, node);
+    std::uint32_t degree = 0;
+    for_each_graph_neighbor(pair, contact, i, j, [&](std::uint32_t) { degree += 1; });
+    const auto type = static_cast<std::size_t>(contact);
     facts.nodes[type] += 1;
     facts.least_degree[type] = std::min(facts.least_degree[type], degree);
     facts.largest_degree[type] = std::max(facts.largest_degree[type], degree);
