@@ -26,11 +26,27 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
   return v.x * r.row[0] + v.y * r.row[1] + v.z * r.row[2];
 }
 
+Wide distance_to_segment(const WideVec& p, const WideVec& from, const WideVec& to) {
+  const WideVec along = to - from, w = p - from;
+  const Wide length2 = dot(along, along);
+  const Wide t = length2 > 0 ? std::clamp(dot(w, along) / length2, 0.0L, 1.0L) : 0.0L;
+  return norm(w - t * along);
+}
+
+/// Of a triangle that may have no area.
+Wide distance_to_triangle(const WideVec& p, const WideVec& a, const WideVec& b, const WideVec& c) {
+  const WideVec n = cross(b - a, c - a);
+  const Wide area = norm(n);
+  const bool over = area > 0 && dot(n, cross(b - a, p - a)) >= 0 &&
+                    dot(n, cross(c - b, p - b)) >= 0 && dot(n, cross(a - c, p - c)) >= 0;
+  if (over) return std::abs(dot(n, p - a)) / area;
+  return std::min(
+      {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+
 }  // namespace
 
-Wide certificate_slack_of_real() { return 18 * widen(std::numeric_limits<Real>::epsilon()); }
-
-Wide largest_certificate_slack_of_real() { return sizeof(Real) == sizeof(double) ? 1e-12L : 1e-4L; }
+Wide certificate_slack_of_real() { return 16 * widen(std::numeric_limits<Real>::epsilon()); }
 
 CertificateCheck::CertificateCheck(const OraclePiece& a, const OraclePiece& b)
     : a_(a),
@@ -52,27 +68,26 @@ Wide CertificateCheck::gap_m(const OraclePose& pose, const WideVec& n) const {
 
 CollisionCertificate CertificateCheck::collision(const OraclePose& pose,
                                                  const PortalVertices& portal) const {
-  CollisionCertificate result{kInfinity, 0, kInfinity};
+  CollisionCertificate result{false, kInfinity, certificate_slack_of_real() * scale_m(pose)};
   const WideVec c = mean_b_ - pose.r * mean_a_;
   const WideVec x = pose.x - c;
   WideVec v[3];
-  Wide s = norm(x);
   for (std::size_t k = 0; k < 3; ++k) {
     if (portal.a[k] >= a_.vertices.size() || portal.b[k] >= b_.vertices.size()) return result;
     v[k] = (b_.vertices[portal.b[k]] - pose.r * a_.vertices[portal.a[k]]) - c;
-    s = std::max(s, norm(v[k]));
   }
   const Wide det = dot(v[0], cross(v[1], v[2]));
-  if (!(std::abs(det) > 0)) return result;
-  const Wide l0 = dot(x, cross(v[1], v[2])) / det;
-  const Wide l1 = dot(x, cross(v[2], v[0])) / det;
-  const Wide l2 = dot(x, cross(v[0], v[1])) / det;
-  result.excess = std::max({-l0, -l1, -l2, (l0 + l1 + l2) - 1});
-  const Wide conditioning = s * s * s / std::abs(det);
-  result.slack = std::min(certificate_slack_of_real() * std::max(conditioning, 1.0L),
-                          largest_certificate_slack_of_real());
-  // Lifting a coordinate to zero moves x by no more than that coordinate times its corner.
-  result.excess_m = 3 * std::max(result.excess, 0.0L) * s;
+  const Wide sign = det < 0 ? -1 : 1;  // Cramer's rule without the division
+  const Wide l0 = sign * dot(x, cross(v[1], v[2]));
+  const Wide l1 = sign * dot(x, cross(v[2], v[0]));
+  const Wide l2 = sign * dot(x, cross(v[0], v[1]));
+  result.inside = det != 0 && l0 >= 0 && l1 >= 0 && l2 >= 0 && l0 + l1 + l2 <= sign * det;
+  const WideVec origin;
+  result.distance_m = result.inside ? 0
+                                    : std::min({distance_to_triangle(x, v[0], v[1], v[2]),
+                                                distance_to_triangle(x, origin, v[0], v[1]),
+                                                distance_to_triangle(x, origin, v[1], v[2]),
+                                                distance_to_triangle(x, origin, v[2], v[0])});
   return result;
 }
 
@@ -80,8 +95,10 @@ WideVec CertificateCheck::between_centres(const OraclePose& pose) const {
   return (pose.x + pose.r * mean_a_) - mean_b_;
 }
 
+Wide CertificateCheck::scale_m(const OraclePose& pose) const { return reach_ + norm(pose.x); }
+
 Wide CertificateCheck::rounding_m(const OraclePose& pose) const {
-  return 64 * widen(std::numeric_limits<Real>::epsilon()) * (reach_ + norm(pose.x));
+  return 64 * widen(std::numeric_limits<Real>::epsilon()) * scale_m(pose);
 }
 
 }  // namespace haptic::sim

@@ -12,30 +12,26 @@
 
 namespace haptic::sim {
 
-/// Slack of a barycentric coordinate per unit of the tetrahedron's conditioning: 18 roundings of
-/// the tested arithmetic, 4e-15 in double. The core allows its own rounding 16.
+/// Slack of a collision certificate in parts of the largest coordinate: x may stand so far outside
+/// the tetrahedron. 16 roundings of the tested arithmetic, 3.6e-15 in double: what the core allows
+/// itself too.
 [[nodiscard]] Wide certificate_slack_of_real();
-/// Whatever the conditioning, no coordinate may be out by more than this.
-[[nodiscard]] Wide largest_certificate_slack_of_real();
 
 /// Vertices of A and B whose differences b - R a are the three corners.
 struct PortalVertices {
   std::array<std::uint32_t, 3> a{}, b{};
 };
 
-/// x in the tetrahedron of c and the three points.
+/// x in the tetrahedron of c and the three points, the C-obstacle's own.
 struct CollisionCertificate {
-  /// How far the worst coordinate leaves its range: l_k >= 0, sum l_k <= 1. <= 0: strictly inside.
-  /// Infinite for points that span no volume or vertices that do not exist.
-  Wide excess = 0;
-  /// certificate slack times s^3 / |det|, s the largest distance from c, det six times the volume:
-  /// what rounding of the corners by one part in 1e16 moves the coordinates by; never more than
-  /// largest_certificate_slack_of_real().
-  Wide slack = 0;
-  /// The distance that the excess stands for [m]: x moved by so much is in the tetrahedron.
-  Wide excess_m = 0;
+  /// All four barycentric coordinates are 0 or more: x is inside, whatever the tetrahedron's shape.
+  bool inside = false;
+  /// Distance of x from the tetrahedron, which may be flat [m]: 0 inside; infinite for vertices
+  /// that do not exist.
+  Wide distance_m = 0;
+  Wide slack_m = 0;  ///< certificate_slack_of_real() times the largest coordinate
 
-  [[nodiscard]] bool holds() const { return excess <= slack; }
+  [[nodiscard]] bool holds() const { return distance_m <= slack_m; }
 };
 
 class CertificateCheck {
@@ -54,8 +50,9 @@ class CertificateCheck {
   /// From the vertex mean of B to that of A at the pose: separates pieces whose spheres are apart.
   [[nodiscard]] WideVec between_centres(const OraclePose& pose) const;
 
-  /// Rounding of a gap in the tested arithmetic: 64 roundings of the largest coordinate about B's
-  /// reference [m].
+  /// Largest coordinate that enters a gap: reach of both bodies and distance of their origins [m].
+  [[nodiscard]] Wide scale_m(const OraclePose& pose) const;
+  /// Rounding of a gap in the tested arithmetic: 64 roundings of that [m].
   [[nodiscard]] Wide rounding_m(const OraclePose& pose) const;
 
  private:

@@ -122,8 +122,8 @@ void damage_supports(VerifiedPair& pair) {
   }
 }
 
-std::string first_of(const std::vector<std::string>& failures) {
-  return failures.empty() ? std::string() : failures.front();
+std::string first_of(const FailureLog& failures) {
+  return failures.empty() ? std::string() : failures.lines().front();
 }
 
 std::uint64_t failures_of(const NearTotals& totals) {

@@ -7,7 +7,6 @@
 
 #include "host_sim/reproduction/coherent_path.hpp"
 #include "host_sim/verification/contact_poses.hpp"
-#include "host_sim/verification/failure_text.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -38,7 +37,7 @@ void DepthTotals::add(const DepthTotals& other) {
   }
   largest_inside_m = std::max(largest_inside_m, other.largest_inside_m);
   largest_near_m = std::max(largest_near_m, other.largest_near_m);
-  for (const std::string& text : other.failures) keep_failure(failures, text);
+  failures.add(other.failures);
 }
 
 void check_depth(VerifiedPair& pair, const Pose& pose_wa, const PairTruth& truth,
@@ -57,10 +56,10 @@ void check_depth(VerifiedPair& pair, const Pose& pose_wa, const PairTruth& truth
     if (d_near_m > 0 && (sphere || d_near_m <= std::max(gap_m, truth.upper_m) + tolerance_m))
       return;
     ++totals.wrong_bounds;
-    keep_failure(totals.failures,
-                 failure_text(pair, pose_wa,
-                              "far: bound " + number_text(d_near_m) + " m, gap along its normal " +
-                                  number_text(gap_m) + " m"));
+    totals.failures.add("bound beyond 5 mm",
+                        failure_text(pair.name(), pose_wa,
+                                     number_text(d_near_m) + " m, gap along its normal " +
+                                         number_text(gap_m) + " m"));
     return;
   }
   const bool inside = truth.reference_m <= 0;
@@ -72,10 +71,10 @@ void check_depth(VerifiedPair& pair, const Pose& pose_wa, const PairTruth& truth
   largest_m = std::max(largest_m, error_m);
   if (error_m <= tolerance_m) return;
   ++totals.wrong;
-  keep_failure(totals.failures, failure_text(pair, pose_wa,
-                                             "D_near " + number_text(d_near_m) + " m is off by " +
-                                                 number_text(error_m) + " m (allowed " +
-                                                 number_text(tolerance_m) + ")"));
+  totals.failures.add("wrong D_near",
+                      failure_text(pair.name(), pose_wa,
+                                   number_text(d_near_m) + " m is off by " + number_text(error_m) +
+                                       " m (allowed " + number_text(tolerance_m) + ")"));
 }
 
 DepthTotals run_depths_on(VerifiedPair& pair, const VerifiedBodies& bodies, std::uint64_t ticks,

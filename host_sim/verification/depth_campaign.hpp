@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/verification/failure_log.hpp"
 #include "host_sim/verification/shard_run.hpp"
 #include "host_sim/verification/verified_pair.hpp"
 
@@ -24,7 +25,7 @@ struct DepthTotals {
   std::uint64_t ranges = 0;        ///< near, edges almost parallel: D_near itself is a range
   Wide largest_inside_m = 0;       ///< error
   Wide largest_near_m = 0;
-  std::vector<std::string> failures;
+  FailureLog failures;
 
   [[nodiscard]] bool passed() const { return wrong + wrong_bounds == 0; }
   void add(const DepthTotals& other);

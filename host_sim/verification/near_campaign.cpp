@@ -8,7 +8,6 @@
 
 #include "host_sim/verification/contact_poses.hpp"
 #include "host_sim/verification/depth_campaign.hpp"
-#include "host_sim/verification/failure_text.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -140,7 +139,7 @@ void NearTotals::add(const NearTotals& other) {
     this->*field += other.*field;
   }
   largest_set = std::max(largest_set, other.largest_set);
-  for (const std::string& text : other.failures) keep_failure(failures, text);
+  failures.add(other.failures);
 }
 
 bool check_near_set(VerifiedPair& pair, const Pose& pose_wa, std::span<const NearNode> near,
@@ -164,12 +163,12 @@ bool check_near_set(VerifiedPair& pair, const Pose& pose_wa, std::span<const Nea
   for (const NearNode& node : near) found[node.node] = false;
   std::uint64_t members = 0;
   const auto fail = [&](const NodeValue& node, const char* what) {
-    keep_failure(totals.failures,
-                 failure_text(pair, pose_wa,
-                              std::string(what) + ": node " + std::to_string(node.node) + ", f " +
-                                  number_text(node.depth_m) + " m, D_near " + number_text(d_m) +
-                                  " m, violation " + number_text(node.violation_m) + " m, sine " +
-                                  number_text(node.sine)));
+    totals.failures.add(
+        what,
+        failure_text(pair.name(), pose_wa,
+                     "node " + std::to_string(node.node) + ", f " + number_text(node.depth_m) +
+                         " m, D_near " + number_text(d_m) + " m, violation " +
+                         number_text(node.violation_m) + " m, sine " + number_text(node.sine)));
   };
   for (const NodeValue& node :
        pair.near_candidates(pose, d_m, 2 * margin_m, 0.99L * precision.optional_sine)) {

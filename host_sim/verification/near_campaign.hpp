@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/verification/failure_log.hpp"
 #include "host_sim/verification/shard_run.hpp"
 #include "host_sim/verification/verified_pair.hpp"
 #include "rt_core/contact/near_set.hpp"
@@ -24,7 +25,7 @@ struct NearTotals {
   std::uint64_t cut = 0;             ///< near sets that had no room
   std::uint64_t several = 0;         ///< poses with more than one member
   std::uint64_t largest_set = 0;
-  std::vector<std::string> failures;
+  FailureLog failures;
 
   [[nodiscard]] bool passed() const { return missing + extra + subset_missing + cut == 0; }
   void add(const NearTotals& other);

@@ -8,7 +8,6 @@
 
 #include "host_sim/reproduction/coherent_path.hpp"
 #include "host_sim/verification/contact_poses.hpp"
-#include "host_sim/verification/failure_text.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -126,8 +125,13 @@ class QueryRun {
   VerdictTotals totals_;
 };
 
+/// What is wrong with an answer; no kind: nothing.
+struct Defect {
+  std::string kind, words;
+};
+
 void check_separation(const VerifiedPair& pair, const OraclePose& pose, const PairReport& report,
-                      VerdictTotals& totals, std::string& defect) {
+                      VerdictTotals& totals, Defect& defect) {
   ++totals.separated;
   WideVec n{widen(report.normal_w[0]), widen(report.normal_w[1]), widen(report.normal_w[2])};
   if (!report.visited) {
@@ -139,16 +143,18 @@ void check_separation(const VerifiedPair& pair, const OraclePose& pose, const Pa
   const Wide gap_m = pair.certificates().gap_m(pose, n);
   if (!(gap_m > 0)) {
     ++totals.bad_separations;
-    defect = "separated, but the gap along the direction is " + number_text(gap_m) + " m";
+    defect = {"separated without a gap",
+              "the gap along the direction is " + number_text(gap_m) + " m"};
   } else if (!(widen(report.separation_bound_m) <= gap_m + pair.certificates().rounding_m(pose))) {
     ++totals.bad_bounds;
-    defect = "separated by " + number_text(gap_m) + " m, but said to be by " +
-             number_text(widen(report.separation_bound_m)) + " m";
+    const Wide over_m = widen(report.separation_bound_m) - gap_m;
+    defect = {"bound above the gap", "the gap is " + number_text(gap_m) + " m, the bound " +
+                                         number_text(over_m) + " m more"};
   }
 }
 
 void check_collision(const VerifiedPair& pair, const OraclePose& pose, const PairReport& report,
-                     VerdictTotals& totals, std::string& defect) {
+                     VerdictTotals& totals, Defect& defect) {
   ++totals.colliding;
   PortalVertices portal;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -157,19 +163,21 @@ void check_collision(const VerifiedPair& pair, const OraclePose& pose, const Pai
   }
   const CollisionCertificate certificate = pair.certificates().collision(pose, portal);
   if (certificate.holds()) {
-    totals.by_slack += certificate.excess > 0 ? 1u : 0u;
-    totals.largest_excess_m = std::max(totals.largest_excess_m, certificate.excess_m);
+    totals.by_slack += certificate.inside ? 0u : 1u;
+    totals.largest_excess_m = std::max(totals.largest_excess_m, certificate.distance_m);
     return;
   }
   ++totals.bad_collisions;
-  defect = "colliding, but x is outside its tetrahedron by " + number_text(certificate.excess) +
-           " of a coordinate (slack " + number_text(certificate.slack) + ")";
+  defect = {"colliding outside the tetrahedron",
+            "by " + number_text(certificate.distance_m) + " m (allowed " +
+                number_text(certificate.slack_m) + "), D_near said to be " +
+                number_text(widen(report.d_near_m)) + " m"};
 }
 
 /// Against the exhaustive search. Outside, the largest plane value is a lower bound of the distance
 /// and has its sign.
 void judge_verdict(VerifiedPair& pair, const OraclePose& pose, const PairReport& report,
-                   VerdictTotals& totals, std::string& defect) {
+                   VerdictTotals& totals, Defect& defect) {
   ++totals.judged;
   const Wide truth_m = pair.truth(pose).reference_m;
   const Wide rounding_m = pair.certificates().rounding_m(pose);
@@ -177,12 +185,13 @@ void judge_verdict(VerifiedPair& pair, const OraclePose& pose, const PairReport&
   if (separated || report.verdict == Verdict::kColliding) {
     if (separated ? truth_m >= -rounding_m : truth_m <= rounding_m) return;
     ++totals.wrong_verdicts;
-    defect = std::string(separated ? "separated" : "colliding") + ", but D_near is " +
-             number_text(truth_m) + " m";
+    defect = {separated ? "wrongly separated" : "wrongly colliding",
+              "D_near is " + number_text(truth_m) + " m"};
   } else if (!(std::abs(truth_m) <= widen(report.thickness_m) + rounding_m)) {
     ++totals.wrong_boundaries;
-    defect = "within " + number_text(widen(report.thickness_m)) +
-             " m of the boundary, but D_near is " + number_text(truth_m) + " m";
+    defect = {"touching away from the boundary",
+              "said to be within " + number_text(widen(report.thickness_m)) +
+                  " m of it, but D_near is " + number_text(truth_m) + " m"};
   }
 }
 
@@ -212,16 +221,16 @@ void VerdictTotals::add(const VerdictTotals& other) {
   }
   largest_excess_m = std::max(largest_excess_m, other.largest_excess_m);
   largest_thickness_m = std::max(largest_thickness_m, other.largest_thickness_m);
-  for (const std::string& text : other.failures) keep_failure(failures, text);
+  failures.add(other.failures);
 }
 
 void check_verdict(VerifiedPair& pair, const Pose& pose_wa, const StepResult& result, bool judge,
                    VerdictTotals& totals) {
   ++totals.queries;
-  std::string defect;
+  Defect defect;
   if (result.status != RtStatus::kOk) {
     ++totals.refused;
-    keep_failure(totals.failures, failure_text(pair, pose_wa, to_text(result.status)));
+    totals.failures.add("refused", failure_text(pair.name(), pose_wa, to_text(result.status)));
     return;
   }
   const PairReport report = pair.core().pair_report(0);
@@ -241,14 +250,15 @@ void check_verdict(VerifiedPair& pair, const Pose& pose_wa, const StepResult& re
       break;
     case Verdict::kUndecided:
       ++totals.undecided;
-      defect = "undecided";
+      defect = {"undecided", "thickness " + number_text(widen(report.thickness_m)) + " m"};
       boundary = true;
       break;
   }
   if (boundary)
     totals.largest_thickness_m = std::max(totals.largest_thickness_m, widen(report.thickness_m));
   if (judge || boundary) judge_verdict(pair, pose, report, totals, defect);
-  if (!defect.empty()) keep_failure(totals.failures, failure_text(pair, pose_wa, defect));
+  if (!defect.kind.empty())
+    totals.failures.add(defect.kind, failure_text(pair.name(), pose_wa, defect.words));
 }
 
 VerdictTotals run_verdicts_on(VerifiedPair& pair, const VerifiedBodies& bodies,

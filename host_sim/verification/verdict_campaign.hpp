@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/verification/failure_log.hpp"
 #include "host_sim/verification/shard_run.hpp"
 #include "host_sim/verification/verified_pair.hpp"
 
@@ -29,9 +30,9 @@ struct VerdictTotals {
   std::uint64_t judged = 0, wrong_verdicts = 0;
   std::uint64_t wrong_boundaries = 0;  ///< touching or undecided away from the boundary
   std::uint64_t by_slack = 0;          ///< collision certificates that hold by the slack alone
-  Wide largest_excess_m = 0;           ///< of the collision certificates: see CollisionCertificate
+  Wide largest_excess_m = 0;           ///< distance of x from its tetrahedron, of accepted ones
   Wide largest_thickness_m = 0;
-  std::vector<std::string> failures;  ///< the first few, with the pose
+  FailureLog failures;
 
   [[nodiscard]] std::uint64_t bad_certificates() const {
     return bad_separations + bad_bounds + bad_collisions + refused;

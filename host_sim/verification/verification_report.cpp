@@ -4,7 +4,6 @@
 
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/reproduction/part_report.hpp"
-#include "host_sim/verification/failure_text.hpp"
 #include "host_sim/verification/verification.hpp"
 
 namespace haptic::sim {
@@ -49,7 +48,7 @@ std::vector<std::string> verdict_cells(const std::string& name, const VerdictTot
 std::string verdict_table(const char* first, const Groups<VerdictTotals>& groups) {
   std::string table =
       table_head({first, "queries", "separated", "colliding", "touching", "undecided",
-                  "bad certificates", "judged", "wrong", "by slack", "largest excess, m"});
+                  "bad certificates", "judged", "wrong", "by slack", "largest distance, m"});
   for (const auto& [name, totals] : groups.list()) table += table_row(verdict_cells(name, totals));
   return table;
 }
@@ -67,14 +66,11 @@ std::string verdict_section(const VerificationResult& result) {
          "Separated: along the reported direction the smallest height of all vertices of A is "
          "above "
          "the largest of all of B, by at least the reported bound. Colliding: x is in the "
-         "tetrahedron of c = mean(B) - R mean(A) and three points b - R a, coordinates to " +
+         "tetrahedron of c = mean(B) - R mean(A) and three points b - R a, or no farther from it "
+         "than " +
          number_text(certificate_slack_of_real()) +
-         " times s^3 / |det| (s the longest edge from c), at most " +
-         number_text(largest_certificate_slack_of_real()) +
-         ". Judged: by the exhaustive search; touching and undecided answers always. By slack: "
-         "certificates with a coordinate out of its range by no more than the slack; largest "
-         "excess: "
-         "the distance that the worst accepted coordinate stands for.\n\n" +
+         " of the largest coordinate (\"by slack\"; largest such distance in the last column). "
+         "Judged: by the exhaustive search; touching and undecided answers always.\n\n" +
          verdict_table("pair", pairs) + "\n" + verdict_table("state of the core", modes) + "\n" +
          verdict_table("orientation", orientations);
 }
@@ -119,9 +115,10 @@ std::string near_section(const VerificationResult& result) {
 
 std::string failure_section(const VerificationResult& result) {
   std::string text;
-  for (const auto& failures : {result.verdict_totals().failures, result.depth_totals().failures,
-                               result.near_totals().failures}) {
-    for (const std::string& failure : failures) text += "- " + failure + "\n";
+  for (const FailureLog& failures :
+       {result.verdict_totals().failures, result.depth_totals().failures,
+        result.near_totals().failures}) {
+    for (const std::string& line : failures.lines()) text += "- " + line + "\n";
   }
   return text.empty() ? text : "\n## First failures\n\n" + text;
 }
@@ -144,7 +141,7 @@ nlohmann::ordered_json json_of(const VerdictTotals& t) {
           {"by_slack", t.by_slack},
           {"largest_excess_m", static_cast<double>(t.largest_excess_m)},
           {"largest_thickness_m", static_cast<double>(t.largest_thickness_m)},
-          {"failures", t.failures}};
+          {"failures", t.failures.lines()}};
 }
 
 nlohmann::ordered_json json_of(const DepthTotals& t) {
@@ -158,14 +155,14 @@ nlohmann::ordered_json json_of(const DepthTotals& t) {
           {"ranges", t.ranges},
           {"largest_inside_m", static_cast<double>(t.largest_inside_m)},
           {"largest_near_m", static_cast<double>(t.largest_near_m)},
-          {"failures", t.failures}};
+          {"failures", t.failures.lines()}};
 }
 
 nlohmann::ordered_json json_of(const NearTotals& t) {
   return {{"poses", t.poses},         {"several", t.several}, {"members", t.members},
           {"missing", t.missing},     {"extra", t.extra},     {"subset_missing", t.subset_missing},
           {"ambiguous", t.ambiguous}, {"cut", t.cut},         {"largest_set", t.largest_set},
-          {"beyond", t.beyond},       {"ranges", t.ranges},   {"failures", t.failures}};
+          {"beyond", t.beyond},       {"ranges", t.ranges},   {"failures", t.failures.lines()}};
 }
 
 /// One line of values under a header of the names in `row`, numbers and words alone.

@@ -64,7 +64,8 @@ std::vector<VerifiedBodies> sliver_pairs() {
 }
 
 VerifiedPair::VerifiedPair(const VerifiedBodies& bodies, double epsilon_m)
-    : session_(scene_of(bodies.a, {&bodies.b, 1}, kStiffness_n_per_m, epsilon_m), bodies.name),
+    : name_(bodies.name),
+      session_(scene_of(bodies.a, {&bodies.b, 1}, kStiffness_n_per_m, epsilon_m), bodies.name),
       a_(oracle_piece_of(session_.view().pair(0).a)),
       b_(oracle_piece_of(session_.view().pair(0).b)),
       size_m_(std::max(diameter(a_.vertices), diameter(b_.vertices))),

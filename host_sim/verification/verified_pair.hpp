@@ -39,6 +39,7 @@ class VerifiedPair {
   VerifiedPair(const VerifiedPair&) = delete;
   VerifiedPair& operator=(const VerifiedPair&) = delete;
 
+  [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] HapticCore& core() { return session_.core(); }
   [[nodiscard]] CoreSession& session() { return session_; }
   [[nodiscard]] const SceneView& view() const { return session_.view(); }
@@ -59,6 +60,7 @@ class VerifiedPair {
   [[nodiscard]] const OraclePiece& piece_b() const { return b_; }
 
  private:
+  std::string name_;
   CoreSession session_;
   OraclePiece a_, b_;
   Wide size_m_, epsilon_m_;
