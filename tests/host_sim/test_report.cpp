@@ -157,7 +157,8 @@ TEST_SUITE("host_sim.report") {
     run[2].nodes_evaluated = 101;
     SceneCapacity capacity{};
     capacity.pair_count = 2;
-    capacity.max_nodes_evaluated = 100;
+    capacity.max_feature_evaluations = 60;
+    capacity.max_edge_pairs = 40;
     const ReplayTotals t = total(run, capacity);
     CHECK(t.contact_ticks == 1);
     CHECK(t.situation_changes == 2);
@@ -182,7 +183,7 @@ TEST_SUITE("host_sim.report") {
     CHECK(json.at("ticks") == 100);
     CHECK(json.at("check").at("passed") == true);
     CHECK_FALSE(json.contains("reference"));
-    CHECK(json.at("flag_ticks").size() == 9);
+    CHECK(json.at("flag_ticks").size() == kFlagCount);
     CHECK(text_summary(report).find("wrong verdicts") != std::string::npos);
   }
 
