@@ -7,21 +7,23 @@
 namespace haptic::sim {
 namespace {
 
-/// One tick of the core; `d_near_m` gets a value per pair.
+/// One tick of the core; `values` gets one per pair.
 TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s,
-                     std::vector<double>& d_near_m) {
+                     std::vector<PairValue>& values) {
   const StepResult result = core.step(input);
-  for (std::uint32_t k = 0; k < core.pair_count(); ++k)
-    d_near_m[k] = static_cast<double>(core.pair_report(k).d_near_m);
+  for (std::uint32_t k = 0; k < core.pair_count(); ++k) {
+    const PairReport report = core.pair_report(k);
+    values[k] = {static_cast<double>(report.d_near_m), report.exact};
+  }
   return record_of(input.sequence, t_s, result);
 }
 
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
 /// hash.
 TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepInput& input,
-                        double t_s, std::vector<double>& d_near_m) {
+                        double t_s, std::vector<PairValue>& values) {
   tracker.update(input.pose_wa);
-  std::copy(tracker.d_near_m().begin(), tracker.d_near_m().end(), d_near_m.begin());
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = {tracker.d_near_m()[k], true};
   TickRecord record;
   record.tick = input.sequence;
   record.t_s = t_s;
@@ -30,7 +32,7 @@ TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepI
   std::copy(force.begin(), force.end(), record.force_n);
   std::copy(torque.begin(), torque.end(), record.torque_nm);
   const std::uint32_t nearest = tracker.nearest_pair();
-  record.d_near_m = d_near_m[nearest];
+  record.d_near_m = values[nearest].d_near_m;
   record.near_count = static_cast<std::uint32_t>(tracker.near_nodes(nearest).size());
   record.nodes_evaluated = static_cast<std::uint32_t>(tracker.nodes_evaluated());
   if (tracker.empty_local_sets() > 0) record.flags |= kFlagLocalSetEmpty;
@@ -51,18 +53,18 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   if (options.check) oracle.emplace(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
-  std::vector<double> d_near_m(view.pairs().size());
+  std::vector<PairValue> values(view.pairs().size());
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const StepInput input = input_of(motion[i], i);
     const double t_s = motion[i].t_s;
     TickRecord record =
-        literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, d_near_m)
-                : core_tick(session.core(), input, t_s, d_near_m);
+        literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, values)
+                : core_tick(session.core(), input, t_s, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
     if (oracle && record.status == RtStatus::kOk) {
       oracle->evaluate(input.pose_wa, verdicts);
-      check.add(i, verdicts, d_near_m);
+      check.add(i, verdicts, values);
     }
     if (options.progress && (i % 256 == 0 || i + 1 == motion.size())) {
       std::fprintf(stderr, "\r%zu / %zu ticks%s", i + 1, motion.size(),

@@ -48,20 +48,21 @@ void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdic
 }
 
 void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
-                     std::span<const double> d_near_m) {
+                     std::span<const PairValue> values) {
   CheckTotals& t = totals_;
   bool wrong_verdict = false, wrong_depth = false;
   ++t.ticks;
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const PairVerdict& v = verdicts[k];
-    const Wide d = widen(d_near_m[k]);
+    const Wide d = widen(values[k].d_near_m);
     ++t.pair_ticks;
     const int side = v.side();
     if (side == 0) ++t.touching_pairs;
     if (v.widened()) ++t.widened_pairs;
     const bool pair_verdict_wrong =
-        std::isnan(d_near_m[k]) || (side > 0 && d <= 0) || (side < 0 && d > 0);
-    const Wide error = v.error_m(d);
+        std::isnan(values[k].d_near_m) || (side > 0 && d <= 0) || (side < 0 && d > 0);
+    if (!values[k].exact) ++t.far_pairs;
+    const Wide error = values[k].exact ? v.error_m(d) : 0;
     const bool pair_depth_wrong = error > v.tolerance_m;
     if (error > t.largest_error_m) {
       t.largest_error_m = error;

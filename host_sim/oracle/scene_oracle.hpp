@@ -64,6 +64,7 @@ struct CheckTotals {
   std::uint64_t false_collision_pairs = 0, missed_collision_pairs = 0;  ///< of the wrong verdicts
   std::uint64_t touching_pairs =
       0;  ///< within the tolerance of D_near = 0: either verdict counts as right
+  std::uint64_t far_pairs = 0;          ///< beyond the exact band: verdict compared, value a bound
   std::uint64_t widened_pairs = 0;      ///< nearly parallel edges outside: D_near itself is a range
   std::uint64_t longest_wrong_run = 0;  ///< ticks in a row with a wrong verdict or D_near
   std::uint64_t longest_wrong_verdict_run = 0;
@@ -74,12 +75,18 @@ struct CheckTotals {
   [[nodiscard]] bool passed() const { return wrong_verdict_pairs == 0 && wrong_depth_pairs == 0; }
 };
 
+/// What a tracker says of one pair.
+struct PairValue {
+  double d_near_m = 0;
+  bool exact = true;  ///< false: a bound that proves a far pair separated; only the verdict counts
+};
+
 /// Compares a tracker tick by tick.
 class TrackCheck {
  public:
-  /// `d_near_m`: the tracker's value per pair. `tick`: number for reports.
+  /// `values`: the tracker's, per pair. `tick`: number for reports.
   void add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
-           std::span<const double> d_near_m);
+           std::span<const PairValue> values);
   [[nodiscard]] const CheckTotals& totals() const { return totals_; }
 
  private:

@@ -48,6 +48,8 @@ void check_text(std::string& text, const CheckTotals& c) {
        ull{c.longest_wrong_verdict_run});
   line(text, "  either verdict right  %llu pair-ticks within the tolerance of touching",
        ull{c.touching_pairs});
+  line(text, "  far                   %llu pair-ticks beyond the exact band (verdict checked)",
+       ull{c.far_pairs});
   line(text, "  d_near is a range     %llu pair-ticks (nearly parallel edges, separated)",
        ull{c.widened_pairs});
   if (!c.passed()) {
@@ -208,6 +210,7 @@ std::string json_summary(const ReplayReport& report) {
         {"longest_wrong_run_ticks", c.longest_wrong_run},
         {"longest_wrong_verdict_run_ticks", c.longest_wrong_verdict_run},
         {"touching_pair_ticks", c.touching_pairs},
+        {"far_pair_ticks", c.far_pairs},
         {"d_near_range_pair_ticks", c.widened_pairs}};
   }
   if (report.reference) {

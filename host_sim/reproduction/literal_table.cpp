@@ -101,9 +101,12 @@ LiteralRow literal_row(const Solid& a, const Solid& b, const PathSpeed& speed, s
       translation.update(input.pose_wa);
       rotation.update(input.pose_wa);
       const StepResult result = session.core().step(input);
-      const double core = static_cast<double>(session.core().pair_report(0).d_near_m);
-      check_translation.add(tick, verdicts, translation.d_near_m());
-      check_rotation.add(tick, verdicts, rotation.d_near_m());
+      const PairReport report = session.core().pair_report(0);
+      const PairValue by_translation{translation.d_near_m()[0]};
+      const PairValue by_rotation{rotation.d_near_m()[0]};
+      const PairValue core{static_cast<double>(report.d_near_m), report.exact};
+      check_translation.add(tick, verdicts, {&by_translation, 1});
+      check_rotation.add(tick, verdicts, {&by_rotation, 1});
       check_core.add(tick, verdicts, {&core, 1});
       row.translation.empty_sets += translation.empty_local_sets();
       row.rotation.empty_sets += rotation.empty_local_sets();

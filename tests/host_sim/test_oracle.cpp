@@ -131,7 +131,7 @@ TEST_SUITE("host_sim.oracle") {
     const PairVerdict both[] = {contact, apart};
     TrackCheck check;
     const auto add = [&](double first, double second) {
-      const double values[] = {first, second};
+      const PairValue values[] = {{first}, {second}};
       check.add(check.totals().ticks, both, values);
     };
     add(-0.001, 0.0025);  // right: anywhere within the range
@@ -150,5 +150,13 @@ TEST_SUITE("host_sim.oracle") {
     CHECK(t.first_wrong_tick == 1);
     CHECK(t.widened_pairs == 6);
     CHECK_FALSE(t.passed());
+    TrackCheck far;  // a bound counts by its verdict alone
+    const PairValue bound[] = {{-0.001}, {0.5, false}}, lie[] = {{-0.001}, {-0.5, false}};
+    far.add(0, both, bound);
+    CHECK(far.totals().passed());
+    CHECK(far.totals().far_pairs == 1);
+    far.add(1, both, lie);
+    CHECK(far.totals().wrong_verdict_pairs == 1);
+    CHECK(far.totals().wrong_depth_pairs == 0);
   }
 }
