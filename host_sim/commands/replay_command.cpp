@@ -3,6 +3,7 @@
 // [--literal]
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -10,6 +11,7 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/replay.hpp"
+#include "host_sim/commands/wcet.hpp"
 #include "host_sim/report/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/replay_plot.hpp"
@@ -57,6 +59,12 @@ int run(const Options& o) {
                                                         : "literal steps, delta = dx-rotation";
   }
   report.totals = total(result.ticks, session.view().header().capacity);
+  if (o.literal) {  // its own bound: every node once
+    std::uint64_t nodes = 0;
+    for (const PairRecord& pair : session.view().pairs()) nodes += pair.node_count;
+    report.totals.nodes_bound =
+        static_cast<std::uint32_t>(std::min<std::uint64_t>(nodes, UINT32_MAX));
+  }
   report.check = result.check;
   if (!o.reference.empty()) {
     report.reference = compare_with_reference(reference, result.ticks, half_period_s(motion));
@@ -71,7 +79,9 @@ int run(const Options& o) {
   const std::string summary = o.json ? json_summary(report) : text_summary(report);
   std::fwrite(summary.data(), 1, summary.size(), stdout);
 
-  const bool passed = report.totals.within_bounds() && (!report.check || report.check->passed()) &&
+  const bool bounded = within_bounds(session.core().peaks(), session.view().header().capacity);
+  const bool passed = report.totals.within_bounds() && bounded &&
+                      (!report.check || report.check->passed()) &&
                       (!report.reference || report.reference->wrong == 0);
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
 }

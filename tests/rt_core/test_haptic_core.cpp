@@ -102,8 +102,10 @@ TEST_SUITE("rt_core.haptic_core") {
 
   TEST_CASE(
       "a far pair is not looked at: the bound is below the distance and says that it is one") {
-    LoadedScene scene(scene_of(box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}),
-                               {box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})}));
+    tools::SceneDescription d = scene_of(box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}),
+                                         {box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})});
+    d.parameters.exact_band_m = 0.005;
+    LoadedScene scene(d);
     static_cast<void>(scene.step({0, 0, 0.062}));  // 2 mm above: looked at
     CHECK(scene.core->pair_report(0).exact);
     int far = 0;
