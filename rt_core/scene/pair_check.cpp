@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "rt_core/scene/capacity.hpp"
-#include "rt_core/scene/graph_rule.hpp"
+#include "rt_core/scene/graph_limits.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {

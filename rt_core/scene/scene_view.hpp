@@ -95,7 +95,8 @@ struct PairView {
 class SceneView {
  public:
   /// Checks `blob` and fills `view`. On failure `view` is unchanged.
-  /// Cost: O(bytes + arcs log degree), no allocation. Any byte sequence is safe.
+  /// Cost: O(bytes + stored arcs log degree + pairs times features), no allocation. Any byte
+  /// sequence is safe.
   [[nodiscard]] static RtStatus open(std::span<const std::byte> blob, SceneView& view) noexcept;
 
   [[nodiscard]] const SceneHeader& header() const noexcept { return *header_; }

@@ -184,6 +184,31 @@ TEST_SUITE("tools.relaxation") {
     }
   }
 
+  TEST_CASE("a stored arc holds the exact one, however flat") {
+    for (const double epsilon : {1e-9, 1e-6, 1e-4}) {
+      const PieceUnderTest piece(random_hull(21, 40, {0.05, 0.05, 0.0005}));
+      const std::vector<WideArc> arcs = piece.arcs(epsilon);
+      const std::vector<EdgeArc> stored = edge_arcs(piece.wide, arcs);
+      for (std::uint32_t e = 0; e < arcs.size(); ++e) {
+        const Wide half =
+            std::atan2(static_cast<Wide>(stored[e].sine), static_cast<Wide>(stored[e].cosine));
+        for (int k = 0; k < 2; ++k) {
+          // The exact end: the face's normal turned outwards until its apex rises by epsilon.
+          const Wide3 along = piece.wide.along[e];
+          const Wide3& face = piece.wide.normals[piece.topology.edges[e].face[k]];
+          const Wide3 n = unit(face - dot(face, along) * along);
+          const Wide sine = std::min<Wide>(1, static_cast<Wide>(epsilon) / arcs[e].width_m[k]);
+          const Wide3 out = (k == 0 ? -1.0L : 1.0L) * cross(along, n);
+          const Wide3 end = std::sqrt((1 - sine) * (1 + sine)) * n + sine * out;
+          const Wide angle =
+              std::atan2(dot(end, widen(stored[e].side)), dot(end, widen(stored[e].mid)));
+          CHECK((k == 0 ? -angle : angle) <= half);
+          CHECK(half - std::abs(angle) <= 1e-7L + std::sqrt(2 * static_cast<Wide>(kRealEpsilon)));
+        }
+      }
+    }
+  }
+
   TEST_CASE("12-prism: over a rim edge the opposite rim rises by about 15 epsilon") {
     const PieceUnderTest piece(prism(12, 0.05, 0.2));
     const double epsilon = 1e-5;

@@ -33,6 +33,12 @@ Turn extension(Wide width_m, Wide epsilon_m) {
 
 Real to_real(Wide x) { return static_cast<Real>(x) + Real{0}; }
 
+/// Largest Real not above x in [-1, 1]: the cosine of a flat arc must not shrink it.
+Real to_real_below(Wide x) {
+  const Real nearest = to_real(x);
+  return static_cast<Wide>(nearest) > x ? std::nextafter(nearest, Real{-1}) : nearest;
+}
+
 }  // namespace
 
 WidePiece::WidePiece(const PieceTopology& piece_topology, const BodyGeometry& geometry,
@@ -93,7 +99,7 @@ std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc
         record.tilt[k][i] = to_real(arc.width_m[k] * n[i]);
       }
     }
-    record.cosine = to_real(arc.cosine);
+    record.cosine = to_real_below(arc.cosine);
     record.sine = to_real(arc.sine);
     result.push_back(record);
   }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "rt_core/scene/graph_rule.hpp"
+#include "rt_core/scene/graph_limits.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/capacity.hpp"
-#include "rt_core/scene/graph_rule.hpp"
+#include "rt_core/scene/graph_limits.hpp"
 #include "rt_core/scene/scene_check.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
