@@ -179,7 +179,10 @@ void check_collision(const VerifiedPair& pair, const OraclePose& pose, const Pai
 void judge_verdict(VerifiedPair& pair, const OraclePose& pose, const PairReport& report,
                    VerdictTotals& totals, Defect& defect) {
   ++totals.judged;
-  const Wide truth_m = pair.truth(pose).reference_m;
+  // The gap along any direction is a lower bound of the signed distance, so the reported one may
+  // raise what the search has found: it leaves out edges within 1e-12 of parallel.
+  const WideVec n{widen(report.normal_w[0]), widen(report.normal_w[1]), widen(report.normal_w[2])};
+  const Wide truth_m = std::max(pair.truth(pose).reference_m, pair.certificates().gap_m(pose, n));
   const Wide rounding_m = pair.certificates().rounding_m(pose);
   const bool separated = report.verdict == Verdict::kSeparated;
   if (separated || report.verdict == Verdict::kColliding) {

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The checks of the verification can fail: each of three faults put into the core's memory on
+// purpose is caught, and nothing is reported without it.
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "host_sim/verification/deliberate_fault.hpp"
+#include "tests/host_sim/program_run.hpp"
+
+using namespace haptic::sim;
+using namespace haptic::sim::test;
+
+namespace {
+
+void check_caught(Fault fault) {
+  constexpr std::uint64_t kSeed = 3;
+  const FaultOutcome outcome = run_with_fault(fault, kSeed);
+  INFO("seed " << kSeed << ": " << outcome.first_failure);
+  CHECK(outcome.checks > 0);
+  CHECK(outcome.sound_failures == 0);
+  CHECK(outcome.fault_failures > 0);
+  CHECK(outcome.caught());
+  CHECK_FALSE(outcome.first_failure.empty());
+}
+
+}  // namespace
+
+TEST_SUITE("host_sim.verify_faults") {
+  TEST_CASE("a face's bound one micrometre too low hides the face: nodes are missing") {
+    check_caught(Fault::kKey);
+  }
+
+  TEST_CASE("an arc removed from the graph: the walk over a face misses nodes") {
+    check_caught(Fault::kArc);
+  }
+
+  TEST_CASE("a support table with a wrong entry: certificates and verdicts fail") {
+    check_caught(Fault::kSupport);
+  }
+
+  TEST_CASE("program: a caught fault is exit 1, with the case that failed") {
+    for (const std::string fault : {"key", "arc", "support"}) {
+      const ProgramResult run = run_program(HAPTIC_HOST_SIM, "verify --fault " + fault);
+      INFO(fault << ": " << run.out << run.err);
+      CHECK(run.exit_code == 1);
+      CHECK(run.out.find(" 0 fail without it") != std::string::npos);
+      CHECK(run.out.find("the fault was not caught") == std::string::npos);
+      CHECK(run.out.find("at p = (") != std::string::npos);
+    }
+  }
+}
