@@ -8,6 +8,12 @@
 namespace haptic {
 namespace {
 
+/// Six times the volume of a portal's tetrahedron over the product of its edges at c, below which
+/// it is flat.
+constexpr Real kFlatPortal = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
+/// Depth, in sizes, up to which an answer without a certificate is touching.
+constexpr Real kTouchingShare = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-10_r;
+
 /// A point of the C-obstacle about the interior point c, and the vertices that make it.
 struct PortalPoint {
   Vec3 v = Vec3::Zero();
@@ -114,7 +120,10 @@ class PortalSearch {
   [[nodiscard]] bool certified() const noexcept {
     const Vec3 c0 = portal_[1].v.cross(portal_[2].v);
     const Real det = portal_[0].v.dot(c0);
-    if (!(det > 0)) return false;
+    // With c in the portal's plane the signs below are rounding: such a portal is refined on.
+    const Real edges2 =
+        portal_[0].v.squaredNorm() * portal_[1].v.squaredNorm() * portal_[2].v.squaredNorm();
+    if (!(det > 0 && det * det > kFlatPortal * kFlatPortal * edges2)) return false;
     const Real l0 = x_.dot(c0);
     const Real l1 = x_.dot(portal_[2].v.cross(portal_[0].v));
     const Real l2 = x_.dot(portal_[0].v.cross(portal_[1].v));
@@ -182,14 +191,16 @@ class PortalSearch {
 /// edge pair's is confirmed by both supports.
 bool separates(const PairPose& pose, const NearResult& near, VerdictResult& result) noexcept {
   result.normal_w = near.best.normal_w;
-  result.separation_bound_m = near.d_near_m;
+  // Of two tied faces the reported one may have the smaller gap: its own value is what it
+  // certifies.
+  result.separation_bound_m = near.best.f_m;
   if (near.best.type == ContactType::kC) {
     const SupportPair support = support_pair(pose, near.best.normal_w, near.support);
     result.support_pairs += 1;
     result.separation_bound_m =
         std::min(near.d_near_m, gap_along(pose, near.best.normal_w, support));
   }
-  if (!(result.separation_bound_m > 0)) return false;
+  if (!(result.separation_bound_m > pose.rounding_m)) return false;
   result.verdict = Verdict::kSeparated;
   return true;
 }
@@ -235,6 +246,12 @@ VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
     }
     result.separation_bound_m = 0;
     if (result.verdict == Verdict::kSeparated) result.verdict = Verdict::kUndecided;
+    // Without a certificate x is as near to the boundary as D_near says; within a tolerance of it
+    // that is touching, whatever stopped the portal.
+    if (result.verdict != Verdict::kColliding) {
+      result.thickness_m = std::max(result.thickness_m, -near.d_near_m);
+      if (result.thickness_m <= kTouchingShare * pose.size_m) result.verdict = Verdict::kTouching;
+    }
   } else {
     result.verdict = Verdict::kTouching;
     result.separation_bound_m = 0;
