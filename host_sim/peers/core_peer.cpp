@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kEpsilon_m = 1e-4;  // the paper's, of the near set
 constexpr double kStiffness_n_per_m = 1000.0;
+constexpr double kExactBand_m = 0.005;
 
 Pose pose_of(const PeerPose& pose) {
   return pose_at(Vector(pose.p_wa[0], pose.p_wa[1], pose.p_wa[2]),
@@ -21,7 +22,8 @@ Pose pose_of(const PeerPose& pose) {
 class CorePeer final : public PeerQuery {
  public:
   CorePeer(const Solid& a, const Solid& b)
-      : session_(scene_of(a, {&b, 1}, kStiffness_n_per_m, kEpsilon_m, LawId::kWeightedRegion),
+      : session_(scene_of(a, {&b, 1}, kStiffness_n_per_m, kEpsilon_m, LawId::kWeightedRegion,
+                          kExactBand_m),
                  a.name + " on " + b.name),
         core_(session_.core()),
         search_(session_.view()) {}

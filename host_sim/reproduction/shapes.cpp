@@ -211,7 +211,7 @@ std::vector<Solid> five_piece_hole(double half_width_m) {
 Solid square_peg() { return centred_box("peg", 0.010, 0.010, 0.030); }
 
 std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, double k_f_n_per_m,
-                                double epsilon_m, LawId law) {
+                                double epsilon_m, LawId law, double exact_band_m) {
   tools::SceneDescription scene;
   scene.name = a.name + " on " + pieces.front().name;
   scene.moving.body = body_of({&a, 1});
@@ -219,7 +219,7 @@ std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, d
   scene.parameters.law = law;
   scene.parameters.k_f_n_per_m = k_f_n_per_m;
   scene.parameters.epsilon_m = epsilon_m;
-  scene.parameters.exact_band_m = kMaxSceneLength_m;  // figures show D_near at any distance
+  scene.parameters.exact_band_m = exact_band_m;
   scene.parameters.rate_hz = 1000.0;
   return tools::write_scene(scene);
 }

@@ -65,11 +65,13 @@ class Seeded {
 /// Square peg 20 x 20 x 60 mm, origin in its middle.
 [[nodiscard]] Solid square_peg();
 
-/// Compiled scene of A over one static body made of `pieces`; grip point at A's origin. @throws
-/// tools::InputError when a solid is not closed.
+/// Compiled scene of A over one static body made of `pieces`; grip point at A's origin;
+/// D_near exact up to `exact_band_m` of separation, by default at any distance, as figures need it.
+/// @throws tools::InputError when a solid is not closed.
 [[nodiscard]] std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces,
                                               double k_f_n_per_m, double epsilon_m,
-                                              LawId law = LawId::kPaper);
+                                              LawId law = LawId::kPaper,
+                                              double exact_band_m = kMaxSceneLength_m);
 
 [[nodiscard]] Pose pose_at(const Vector& p, const Rotation& q);
 [[nodiscard]] MotionSample sample_at(double t_s, const Vector& p, const Rotation& q);

@@ -63,6 +63,10 @@ class NearSearch {
         epsilon_(epsilon_m),
         tolerance_(64 * kRealEpsilon * pose.size_m),
         relax_edges_(2 * epsilon_m),
+        relax_a_(
+            std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
+        relax_b_(
+            std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
         apexes_rule_(std::max(a_.record->edge_relax_ratio, b_.record->edge_relax_ratio) <
                      1 + kApexesRule),
         bounds_(bounds),
@@ -107,19 +111,17 @@ class NearSearch {
   }
 
   void search_faces() noexcept {
-    const Real relax_a = static_cast<Real>(b_.record->vertex_relax_m);
-    const Real relax_b = static_cast<Real>(a_.record->vertex_relax_m);
-    list(bounds_.b.faces, best_ - relax_b - bounds_.b.odometer);
+    list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
     for (std::uint32_t k = 0; k < bounds_.b.faces.listed; ++k) {
       const std::uint32_t f = bounds_.b.faces.shortlist[k];
       if (f == seed_b_) continue;
-      if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_ - relax_b) evaluate_face_b(f);
+      if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_ - relax_b_) evaluate_face_b(f);
     }
-    list(bounds_.a.faces, best_ - relax_a - bounds_.a.odometer);
+    list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
     for (std::uint32_t k = 0; k < bounds_.a.faces.listed; ++k) {
       const std::uint32_t f = bounds_.a.faces.shortlist[k];
       if (f == seed_a_) continue;
-      if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_ - relax_a) evaluate_face_a(f);
+      if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_ - relax_a_) evaluate_face_a(f);
     }
   }
 
@@ -452,8 +454,7 @@ class NearSearch {
   }
 
   void collect_near_faces() noexcept {
-    const Real least_a = best_ - static_cast<Real>(b_.record->vertex_relax_m);
-    const Real least_b = best_ - static_cast<Real>(a_.record->vertex_relax_m);
+    const Real least_a = best_ - relax_a_, least_b = best_ - relax_b_;
     for (const TouchedFace& touched : scratch_.touched) {
       if (touched.gap_m < (touched.of_a ? least_a : least_b)) continue;
       if (touched.of_a) {
@@ -541,8 +542,9 @@ class NearSearch {
   const PieceView& b_;
   NodeNumbering numbers_;
   Real epsilon_;
-  Real tolerance_;    ///< of heights: below it a sign may be rounding [m]
-  Real relax_edges_;  ///< how far below D_near the bound of an edge of a near node can be [m]
+  Real tolerance_;          ///< of heights: below it a sign may be rounding [m]
+  Real relax_edges_;        ///< how far below D_near the bound of an edge of a near node can be [m]
+  Real relax_a_, relax_b_;  ///< the same of the faces of A and B [m]
   bool apexes_rule_;  ///< no vertex ever rises over a near node's plane farther than an apex does
   FeatureBounds& bounds_;
   NearScratch& scratch_;

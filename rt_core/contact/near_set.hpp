@@ -16,7 +16,7 @@ namespace haptic {
 
 /// A vertex this many epsilon above the support of a face is not near it, however flat its
 /// neighbours are: only where edges are hardly longer than epsilon does the rule have to be called.
-inline constexpr Real kMaxRise = 16;
+inline constexpr Real kMaxRise = 4;
 
 /// A node of the near set: |D_near - f| + max(violation, 0) < epsilon, and rise < kMaxRise epsilon.
 struct NearNode {
