@@ -128,6 +128,38 @@ TEST_SUITE("rt_core.haptic_core") {
     CHECK(far > 2000);
   }
 
+  TEST_CASE("a budget of pairs goes to the nearest; the others keep their last plane, flagged") {
+    std::vector<tools::Body> posts;
+    for (int k = 0; k < 6; ++k) {
+      const double x = 0.02 * k;
+      posts.push_back(box({x, -0.01, -0.02}, {x + 0.01, 0.01, -0.0004 * k}));
+    }
+    const tools::Body bar = box({-0.01, -0.005, -0.005}, {0.13, 0.005, 0.005});
+    tools::SceneDescription d = scene_of(bar, {join(posts)});
+    d.parameters.exact_band_m = 0.005;
+    LoadedScene free(d);
+    d.max_pair_visits = 2;
+    LoadedScene tight(d);
+    CHECK(tight.view.header().capacity.unproven == kUnprovenPairVisits);
+    CHECK(free.view.header().capacity.unproven == 0);
+    double last = 0;
+    int used_up = 0;
+    for (int t = 0; t < 400; ++t) {
+      const Point p = {0, 0, 0.006 - 0.0015 * (t < 200 ? t : 400 - t) / 200.0};
+      const StepResult all = free.step(p), some = tight.step(p);
+      CHECK(some.counters.pair_visits <= 2);
+      CHECK(all.counters.pair_visits <= 6);
+      used_up += (some.flags & kFlagBudgetUsedUp) != 0 ? 1 : 0;
+      CHECK((all.flags & kFlagBudgetUsedUp) == 0);
+      // The nearest pair is among the visited: the depth is exact, and the force follows it.
+      if (t > 10) CHECK(std::abs(static_cast<double>(some.d_near_m - all.d_near_m)) < 1e-6);
+      const double force = static_cast<double>(some.wrench_w.force_w.norm());
+      if (t > 10) CHECK(std::abs(force - last) < 0.05);
+      last = force;
+    }
+    CHECK(used_up > 300);
+  }
+
   TEST_CASE("a jump is answered exactly and named") {
     LoadedScene scene(peg_scene()), fresh(peg_scene());
     Random random(10);
