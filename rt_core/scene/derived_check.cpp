@@ -26,10 +26,17 @@ Double3 normal_across(const PieceView& p, std::uint32_t f, const Double3& along)
   return (1.0 / norm(across)) * across;
 }
 
+/// Distance of apex[k] of edge `e` from its line.
+double width_of(const PieceView& p, std::uint32_t e, int k, const Double3& along) noexcept {
+  const EdgeRecord& edge = p.edges[e];
+  return norm(cross(along, vertex_of(p, edge.apex[k]) - vertex_of(p, edge.vertex[0])));
+}
+
 /// Side k of the arc ends where it must: the turn from the face's normal to the end is at most a
-/// right angle, away from the arc's middle, and its sine lifts the apex by epsilon.
+/// right angle, away from the arc's middle, and its sine lifts the apex by epsilon. Of a full arc
+/// only the tilt is asked.
 bool end_fits(const PieceView& p, std::uint32_t e, int k, const Double3& along, double scale,
-              double epsilon_m) noexcept {
+              double epsilon_m, bool full) noexcept {
   const EdgeRecord& edge = p.edges[e];
   const EdgeArc& arc = p.arcs[e];
   const Double3 mid = to_double3(arc.mid), side = to_double3(arc.side);
@@ -37,13 +44,15 @@ bool end_fits(const PieceView& p, std::uint32_t e, int k, const Double3& along, 
   const Double3 end =
       static_cast<double>(arc.cosine) * mid + (outwards * static_cast<double>(arc.sine)) * side;
   const Double3 n = normal_across(p, edge.face[k], along);
-  const double width =
-      norm(cross(along, vertex_of(p, edge.apex[k]) - vertex_of(p, edge.vertex[0])));
+  const double width = width_of(p, e, k, along);
+
   // The turn is about the edge, from face[0] to face[1]: cross(mid, side).
   const double sine = outwards * dot(cross(n, end), cross(mid, side));
   const double needed = epsilon_m < width ? epsilon_m / width : 1.0;
   const double rounding = kUnitTolerance + kGeometryTolerance * scale * needed / width;
-  if (!(absolute(sine - needed) <= rounding) || dot(n, end) < -1.0e-3) return false;
+  const bool ends = absolute(sine - needed) <= rounding && dot(n, end) >= -1.0e-3;
+  if (!full && !ends) return false;
+
   // Each coordinate is a product: right to a share of itself.
   const Vec3 outward = p.face_normal(edge.face[k]);
   const double share = kUnitTolerance + kGeometryTolerance * scale / width;
@@ -83,10 +92,17 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
     constexpr Real kNone[2] = {0, 0};  // compared as bytes: -0 would pass as a number
     const bool empty = std::memcmp(arc.reserved, kNone, sizeof kNone) == 0;
     if (!frame || !empty) return RtStatus::kBlobBadNumber;
+    // A face that is no wider than epsilon never rises by it: the arc is the whole circle.
+    const double width = std::min(width_of(p, e, 0, along), width_of(p, e, 1, along));
+    const bool full = arc.cosine == -1 && arc.sine == 0;
+    const double share = kUnitTolerance + kGeometryTolerance * scale / width;
+    if (full ? !(width <= epsilon_m * (1.0 + share)) : !(width >= epsilon_m * (1.0 - share)))
+      return RtStatus::kBlobBadNumber;
     for (int k = 0; k < 2; ++k) {
       const Double3 n = normal_across(p, p.edges[e].face[k], along);
       const bool inside = dot(n, mid) >= cosine - kUnitTolerance;
-      if (!inside || !end_fits(p, e, k, along, scale, epsilon_m)) return RtStatus::kBlobBadNumber;
+      if (!inside || !end_fits(p, e, k, along, scale, epsilon_m, full))
+        return RtStatus::kBlobBadNumber;
     }
   }
   return RtStatus::kOk;

@@ -13,8 +13,8 @@ namespace haptic::check {
 [[nodiscard]] RtStatus lanes(const PieceView& p) noexcept;
 
 /// Every arc is that of its edge within rounding: orthonormal, orthogonal to the edge, ends where
-/// the adjoining face rises by `epsilon_m` over a plane through the edge (a right angle beyond its
-/// normal where it cannot). `scale` is the largest coordinate [m]. Cost: O(E).
+/// the adjoining face rises by `epsilon_m` over a plane through the edge; full where one cannot.
+/// `scale` is the largest coordinate [m]. Cost: O(E).
 [[nodiscard]] RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept;
 
 /// Reach and relaxations of the record are in their ranges. Relaxations are bounds that take the

@@ -194,8 +194,8 @@ struct EdgeDirection {
 };
 
 /// The arc of an edge on the Gauss sphere, between the normals of its two faces, extended at each
-/// end by the angle at which the adjoining face rises by epsilon over a plane through the edge. The
-/// arc is `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
+/// end by the angle at which the adjoining face rises by epsilon over a plane through the edge; the
+/// whole circle (cosine -1, sine 0) where a face is too narrow to rise by epsilon. The arc is `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
 struct EdgeArc {
   Real mid[3], side[3];  ///< orthonormal, orthogonal to the edge; `side` towards face[1]
   Real cosine, sine;     ///< of the half angle

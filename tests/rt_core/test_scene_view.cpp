@@ -192,6 +192,31 @@ TEST_SUITE("rt_core.scene_view") {
     CHECK(piece([](PieceRecord* p) { p[1].lane_begin += 8; }) == RtStatus::kBlobBadCount);
   }
 
+  TEST_CASE("open: edges of faces narrower than epsilon have the whole circle, others never") {
+    tools::SceneDescription thin =
+        scene_of(box({0, 0, 0}, {0.1, 0.1, 0.00005}), {box({-1, -1, -1}, {1, 1, 0})});
+    const std::vector<std::byte> blob = tools::write_scene(thin);
+    const auto arc = [&](auto change) {
+      return changed_section<EdgeArc>(blob, SectionId::kEdgeArcs, change);
+    };
+    int full = 0;
+    CHECK(arc([&](EdgeArc* a) {
+            for (int e = 0; e < 24; ++e) full += a[e].cosine == -1 ? 1 : 0;
+          }) == RtStatus::kOk);
+    CHECK(full == 8);  // of the plate's twelve edges all but the four short ones
+    const auto set_half = [&](bool of_full, Real cosine, Real sine) {
+      return arc([=](EdgeArc* a) {
+        int e = 0;
+        while ((a[e].cosine == -1) != of_full) ++e;
+        a[e].cosine = cosine;
+        a[e].sine = sine;
+      });
+    };
+    CHECK(set_half(true, -1, 0) == RtStatus::kOk);
+    CHECK(set_half(true, 0, 1) == RtStatus::kBlobBadNumber);
+    CHECK(set_half(false, -1, 0) == RtStatus::kBlobBadNumber);
+  }
+
   TEST_CASE("open: a graph is stored whole or not at all") {
     const std::vector<std::byte> blob = tetra_box_blob();
     const auto pair = [&](auto change) {

@@ -92,7 +92,7 @@ void check_sampled(const tools::Body& body, double epsilon_m, std::uint64_t seed
   for (std::uint32_t v = 0; v < piece.topology.vertex_count; ++v) rises.emplace_back(piece.wide, v);
   const Wide at_epsilon_slack = 1 + 1e-12L;
   Random random(seed);
-  std::size_t vertex_cases = 0, edge_cases = 0, failures = 0;
+  std::size_t vertex_cases = 0, edge_cases = 0, full_cases = 0, failures = 0;
   const auto test_vertex = [&](std::uint32_t v, const Wide3& n) {
     const Wide3& b = piece.wide.vertices[v];
     const Wide t = piece.neighbor_rise(n, v);
@@ -117,6 +117,11 @@ void check_sampled(const tools::Body& body, double epsilon_m, std::uint64_t seed
     }
     edge_cases += 1;
     const Wide beyond = epsilon + static_cast<Wide>(0.2 * kMargin_rad + kVertexRounding_m);
+    if (arc.full) {  // bounded by ratio times epsilon alone
+      full_cases += 1;
+      if (piece.rise(n, origin) > ratio * epsilon) failures += 1;
+      return;
+    }
     if (face_rise > beyond) failures += 1;
     if (piece.rise(n, origin) > ratio * (face_rise + static_cast<Wide>(kVertexRounding_m))) {
       failures += 1;
@@ -131,6 +136,7 @@ void check_sampled(const tools::Body& body, double epsilon_m, std::uint64_t seed
   CHECK(failures == 0);
   CHECK(vertex_cases > 1000);
   CHECK(edge_cases == 100000);
+  CHECK(full_cases < edge_cases);
 }
 
 }  // namespace
@@ -157,10 +163,11 @@ TEST_SUITE("tools.relaxation") {
       CHECK(half == doctest::Approx(std::acos(-1.0) / 4 + std::asin(epsilon / side)));
       CHECK(static_cast<double>(arc.width_m[0]) == doctest::Approx(side));
     }
-    // Wider than the box: a right angle beyond each face, three quarters of a turn in all.
+    // Wider than the box: no face can rise by epsilon, whatever the turn.
     for (const tools::WideArc& arc : piece.arcs(1.0)) {
-      const double half = static_cast<double>(std::atan2(arc.sine, arc.cosine));
-      CHECK(half == doctest::Approx(3 * std::acos(-1.0) / 4));
+      CHECK(arc.full);
+      CHECK(arc.cosine == -1);
+      CHECK(arc.sine == 0);
     }
   }
 
@@ -169,7 +176,11 @@ TEST_SUITE("tools.relaxation") {
     const PieceUnderTest piece(box({0, 0, 0}, {0.1, 0.01, 0.001}));
     const double epsilon = 2e-3;
     const std::vector<tools::WideArc> arcs = piece.arcs(epsilon);
+    std::size_t partial = 0;
     for (std::uint32_t e = 0; e < arcs.size(); ++e) {
+      CHECK(arcs[e].full == (std::min(arcs[e].width_m[0], arcs[e].width_m[1]) < 2e-3L));
+      if (arcs[e].full) continue;
+      ++partial;
       for (int k = 0; k < 2; ++k) {
         const Wide3 n = piece.wide.normals[piece.topology.edges[e].face[k]];
         const Wide3 end = arcs[e].end(k);
@@ -182,6 +193,7 @@ TEST_SUITE("tools.relaxation") {
         CHECK(static_cast<double>(dot(arcs[e].mid, arcs[e].side)) == doctest::Approx(0.0));
       }
     }
+    CHECK(partial == 4);  // only across the shortest edges are both faces wide
   }
 
   TEST_CASE("a stored arc holds the exact one, however flat") {
@@ -192,6 +204,7 @@ TEST_SUITE("tools.relaxation") {
       for (std::uint32_t e = 0; e < arcs.size(); ++e) {
         const Wide half =
             std::atan2(static_cast<Wide>(stored[e].sine), static_cast<Wide>(stored[e].cosine));
+        if (arcs[e].full) continue;
         for (int k = 0; k < 2; ++k) {
           // The exact end: the face's normal turned outwards until its apex rises by epsilon.
           const Wide3 along = piece.wide.along[e];

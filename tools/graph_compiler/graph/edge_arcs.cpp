@@ -24,9 +24,8 @@ Turn half(const Turn& a) {
   return {cosine, a.sine / (2 * cosine)};
 }
 
-/// Turn beyond the face's normal at which an apex at distance `width_m` rises by epsilon.
+/// Turn beyond the face's normal at which an apex at distance `width_m` > epsilon rises by epsilon.
 Turn extension(Wide width_m, Wide epsilon_m) {
-  if (!(epsilon_m < width_m)) return {0, 1};
   const Wide sine = epsilon_m / width_m;
   return {std::sqrt((1 - sine) * (1 + sine)), sine};
 }
@@ -65,7 +64,8 @@ WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m) {
     normal[k] = unit(n - dot(n, along) * along);
     const Wide3 apex = piece.vertices[edge.apex[k]] - piece.vertices[edge.vertex[0]];
     arc.width_m[k] = norm(cross(along, apex));
-    beyond[k] = half(extension(arc.width_m[k], static_cast<Wide>(epsilon_m)));
+    arc.full = arc.full || !(static_cast<Wide>(epsilon_m) < arc.width_m[k]);
+    if (!arc.full) beyond[k] = half(extension(arc.width_m[k], static_cast<Wide>(epsilon_m)));
   }
   // The normal turns about the edge's direction from face[0] to face[1]. Of sum and difference of
   // the two normals the longer one says where the middle is.
@@ -74,12 +74,12 @@ WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m) {
   const Wide3 middle = flat ? unit(sum) : cross(unit(difference), along);
   const Wide3 across = cross(along, middle);
   const Turn half_angle{norm(sum) / 2, norm(difference) / 2};
-  const Turn shift = beyond[1] + -beyond[0];
+  const Turn shift = arc.full ? Turn{} : beyond[1] + -beyond[0];
   arc.mid = unit(shift.cosine * middle + shift.sine * across);
   arc.side = cross(along, arc.mid);
   const Turn margin{1 - kMargin_rad * kMargin_rad / 2, kMargin_rad};
   Turn total = half_angle + beyond[0] + beyond[1] + margin;
-  if (total.sine < 0) total = {-1, 0};  // beyond pi
+  if (arc.full || total.sine < 0) total = {-1, 0};
   const Wide length = std::sqrt(total.cosine * total.cosine + total.sine * total.sine);
   arc.cosine = total.cosine / length;
   arc.sine = total.sine / length;

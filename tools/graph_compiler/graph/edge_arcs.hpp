@@ -28,14 +28,16 @@ struct WideArc {
   Wide3 mid, side;
   Wide cosine, sine;  ///< of the half angle
   Wide width_m[2];    ///< distance of apex[k] from the edge's line
+  bool full;          ///< the whole circle: a face is no wider than epsilon
 
   /// Unit normal at the end on the side of face[k].
   [[nodiscard]] Wide3 end(int k) const { return cosine * mid + (k == 0 ? -sine : sine) * side; }
 };
 
 /// Arc of edge `e`: between the normals of its faces, longer on side k by the angle at which
-/// apex[k] rises by `epsilon_m` over a plane through the edge, or a right angle where it cannot.
-/// The half angle is rounded outwards by more than the rounding to Real.
+/// apex[k] rises by `epsilon_m` over a plane through the edge. Where an apex cannot rise so far,
+/// turning on lowers it again, and the arc is the whole circle. The half angle is rounded outwards
+/// by more than the rounding to Real.
 WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m);
 
 /// The arcs of all edges, rounded. Cost: O(E).

@@ -19,19 +19,21 @@ EdgeRelaxation edge_relaxation(const WidePiece& piece, const std::vector<WideArc
                                double epsilon_m, double radius_m) {
   const Wide epsilon = static_cast<Wide>(epsilon_m);
   EdgeRelaxation result;
-  Wide largest = 0;
+  Wide largest = 0, narrowest = 0;
   for (std::uint32_t e = 0; e < arcs.size(); ++e) {
     const EdgeRecord& edge = piece.topology->edges[e];
     const Wide3& origin = piece.vertices[edge.vertex[0]];
     for (int k = 0; k < 2; ++k) {
       const Wide3 n = arcs[e].end(k);
-      Wide height = 0;
-      for (const Wide3& v : piece.vertices) height = std::max(height, dot(n, v - origin));
-      Wide ratio = height / std::min(epsilon, arcs[e].width_m[k]);
-      if (arcs[e].width_m[k] <= epsilon) {
-        ratio = std::max(ratio, 2 * static_cast<Wide>(radius_m) / epsilon);
+      Wide height = arcs[e].full ? 2 * static_cast<Wide>(radius_m) : 0;
+      if (!arcs[e].full) {
+        for (const Wide3& v : piece.vertices) height = std::max(height, dot(n, v - origin));
       }
-      if (!(ratio > largest)) continue;
+      const Wide ratio = height / epsilon;
+      const bool narrower = ratio == largest && arcs[e].width_m[k] < narrowest;
+      if (!(ratio > largest || narrower)) continue;
+      narrowest = arcs[e].width_m[k];
+
       largest = ratio;
       result.edge = e;
       result.face = edge.face[k];

@@ -13,11 +13,12 @@
 
 namespace haptic::tools {
 
-/// Largest ratio of the height of the piece to that of the adjoining face at the ends of the arcs.
-/// On an edge the ratio of the heights of a vertex and of an apex, sin(t - t_v) / sin(t) up to a
-/// factor, rises with the turn t beyond the face's normal, so that the end is the worst. Where the
-/// face cannot rise by epsilon, the piece's width 2 `radius_m` over epsilon at least. Rounded up.
-/// Cost: O(E V).
+/// Largest ratio of the height of the piece to epsilon, the height of the adjoining face, at the
+/// ends of the arcs. On an edge the ratio of the heights of a vertex and of an apex, sin(t - t_v) /
+/// sin(t) up to a factor, rises with the turn t beyond the face's normal, so that the end is the
+/// worst. On a full arc any height occurs: the width 2 `radius_m` of the piece over epsilon. So
+/// ratio times epsilon bounds the height everywhere; ratio times the height of the face, off full
+/// arcs. Rounded up. Cost: O(E V).
 EdgeRelaxation edge_relaxation(const WidePiece& piece, const std::vector<WideArc>& arcs,
                                double epsilon_m, double radius_m);
 
