@@ -171,7 +171,7 @@ bool check_near_set(VerifiedPair& pair, const Pose& pose_wa, std::span<const Nea
                          number_text(node.violation_m) + " m, sine " + number_text(node.sine)));
   };
   for (const NodeValue& node :
-       pair.near_candidates(pose, d_m, 2 * margin_m, 0.99L * precision.optional_sine)) {
+       pair.near_candidates(pose, d_m, 2 * margin_m, 0.999L * precision.optional_sine)) {
     const NodeMeasure m = measure(pair, pose, numbers, node, d_m);
     const auto there = found.find(node.node);
     const bool listed = there != found.end();
