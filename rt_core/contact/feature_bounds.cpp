@@ -80,7 +80,7 @@ void FeatureBounds::reset() noexcept {
   reset_piece(a);
   reset_piece(b);
   best_face_a = best_face_b = best_edge_a = best_edge_b = 0;
-  best_is_edges = false;
+  best_is_edges = best_is_of_a = false;
   stale = true;
 }
 

@@ -57,7 +57,8 @@ struct FeatureBounds {
   std::uint32_t best_face_a = 0, best_face_b = 0;
   std::uint32_t best_edge_a = 0, best_edge_b = 0;
   bool best_is_edges = false;
-  bool stale = true;  ///< every key is stale
+  bool best_is_of_a = false;  ///< the best face is one of A
+  bool stale = true;          ///< every key is stale
 
   /// Lays the tables out for a pair of these pieces; with a counting arena only the size is
   /// computed.

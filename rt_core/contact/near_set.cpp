@@ -39,16 +39,31 @@ constexpr Real kParallelSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-12_r;
 /// which it lies, instead of the cross product, which has lost its digits.
 constexpr Real kLerpSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-2_r : 1.0e-6_r;
 
-/// What edge_relax_ratio may exceed 1 by where the apexes of the adjoining faces are the supports
-/// of every near node: its rounding.
-constexpr double kApexesRule = 1.0e-6;
-
 /// Largest n.w over the unit directions n of an arc. Cost: two dots and a root.
 Real arc_peak(const EdgeArc& arc, const Vec3& w) noexcept {
   const Real p = ConstVec3Map(arc.mid).dot(w);
   const Real q = std::abs(ConstVec3Map(arc.side).dot(w));
   if (p * arc.sine - q * arc.cosine >= 0) return std::sqrt(p * p + q * q);  // the peak is inside
   return p * arc.cosine + q * arc.sine;
+}
+
+/// Largest min(n.v, n.w) over the unit directions n of an arc: attained at an end, at a peak of one
+/// of the two, or where they cross. Never above the smaller of both peaks. Cost: three roots.
+Real arc_peak_of_both(const EdgeArc& arc, const Vec3& v, const Vec3& w) noexcept {
+  const ConstVec3Map mid(arc.mid), side(arc.side);
+  const Real vp = mid.dot(v), vq = side.dot(v), wp = mid.dot(w), wq = side.dot(w);
+  const auto lower = [&](Real p, Real q) { return std::min(vp * p + vq * q, wp * p + wq * q); };
+  Real peak = std::max(lower(arc.cosine, arc.sine), lower(arc.cosine, -arc.sine));
+  const auto consider = [&](Real p, Real q) {                 // along the direction p mid + q side
+    if (p * arc.sine - std::abs(q) * arc.cosine < 0) return;  // beyond the arc
+    const Real length = std::sqrt(p * p + q * q);
+    if (length > 0) peak = std::max(peak, lower(p, q) / length);
+  };
+  consider(vp, vq);
+  consider(wp, wq);
+  consider(wq - vq, vp - wp);
+  consider(vq - wq, wp - vp);
+  return peak;
 }
 
 /// The search of one pair in one tick.
@@ -67,8 +82,6 @@ class NearSearch {
             std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
         relax_b_(
             std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
-        apexes_rule_(std::max(a_.record->edge_relax_ratio, b_.record->edge_relax_ratio) <
-                     1 + kApexesRule),
         bounds_(bounds),
         scratch_(scratch),
         near_(near),
@@ -99,15 +112,19 @@ class NearSearch {
  private:
   // --- Faces -----------------------------------------------------------------------------------
 
-  /// Start values: last tick's faces, and its edge pair where it still applies. They only raise L.
+  /// Start value: last tick's best feature, where it still applies. It only raises L.
   void seed() noexcept {
     if (bounds_.stale) return;
-    seed_a_ = bounds_.best_face_a;
-    seed_b_ = bounds_.best_face_b;
-    evaluate_face_a(bounds_.best_face_a);
-    evaluate_face_b(bounds_.best_face_b);
-    if (!bounds_.best_is_edges) return;
-    test_pair(active_edge_a(bounds_.best_edge_a), active_edge_b(bounds_.best_edge_b), false);
+    if (bounds_.best_is_edges) {
+      test_pair(active_edge_a(bounds_.best_edge_a), active_edge_b(bounds_.best_edge_b), false);
+    }
+    if (bounds_.best_is_of_a) {
+      seed_a_ = bounds_.best_face_a;
+      evaluate_face_a(bounds_.best_face_a);
+    } else {
+      seed_b_ = bounds_.best_face_b;
+      evaluate_face_b(bounds_.best_face_b);
+    }
   }
 
   void search_faces() noexcept {
@@ -247,7 +264,8 @@ class NearSearch {
     const std::uint32_t v0 = bounds_.b.face_support[edge.face[0]];
     const std::uint32_t v1 = bounds_.b.face_support[edge.face[1]];
     const Real bound = arc_peak(b_.arcs[e], from + pose_.vertex_a(v0));
-    return v0 == v1 ? bound : std::min(bound, arc_peak(b_.arcs[e], from + pose_.vertex_a(v1)));
+    if (v0 == v1 || bound < best_ - relax_edges_) return bound;
+    return arc_peak_of_both(b_.arcs[e], from + pose_.vertex_a(v0), from + pose_.vertex_a(v1));
   }
 
   /// The same for an edge of A, in A's axes: n = -R m, s(n) <= m.(R^T (b - y) - a0).
@@ -256,12 +274,13 @@ class NearSearch {
     const Vec3 a0 = a_.vertex(edge.vertex[0]);
     const std::uint32_t v0 = bounds_.a.face_support[edge.face[0]];
     const std::uint32_t v1 = bounds_.a.face_support[edge.face[1]];
-    const auto peak = [&](std::uint32_t v) {
-      const Vec3 w = pose_.r_wa.transpose() * (pose_.vertex_b(v) - pose_.y_w) - a0;
-      return arc_peak(a_.arcs[e], w);
+    const auto from = [&](std::uint32_t v) -> Vec3 {
+      return pose_.r_wa.transpose() * (pose_.vertex_b(v) - pose_.y_w) - a0;
     };
-    const Real bound = peak(v0);
-    return v0 == v1 ? bound : std::min(bound, peak(v1));
+    const Vec3 w0 = from(v0);
+    const Real bound = arc_peak(a_.arcs[e], w0);
+    if (v0 == v1 || bound < best_ - relax_edges_) return bound;
+    return arc_peak_of_both(a_.arcs[e], w0, from(v1));
   }
 
   [[nodiscard]] ActiveEdge active_edge_a(std::uint32_t e) const noexcept {
@@ -321,11 +340,12 @@ class NearSearch {
     const Real least = best_ - epsilon_;
     const Real square = least * least * sine2;
     if (least >= 0 ? (g <= 0 || g * g <= square) : (g < 0 && g * g >= square)) return;
-    take_pair(a, b, {c0, c1, height, std::sqrt(sine2), sign}, m, w, collect);
+    take_pair(a, b, {c0, c1, d0, d1, height, std::sqrt(sine2), sign}, m, w, collect);
   }
 
   struct PairHeights {
     Real c0, c1;  ///< of B's apexes, times the sine
+    Real d0, d1;  ///< of A's
     Real height;  ///< the violation, times the sine
     Real sine, sign;
   };
@@ -352,18 +372,33 @@ class NearSearch {
     node.violation_m = h.height / h.sine;
     if (fits) count_pair(node, h);
     if (!collect || h.sine < kMinEdgeSine) return;
-    if (h.height > 0 && !apexes_rule_) node.violation_m = std::max(node.violation_m, rise(node));
+    if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node, h, *a.arc, *b.arc));
     if (f - std::max(node.violation_m, Real{0}) > best_ - epsilon_) collect_edge_pair(node);
   }
 
-  /// Largest height that one of the pieces rises over the plane of an edge pair.
-  [[nodiscard]] Real rise(const NearNode& node) noexcept {
+  /// Largest height that one of the pieces rises over the plane of an edge pair, where its apex
+  /// does not tell; else a height that the apexes have.
+  [[nodiscard]] Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
+                          const EdgeArc& arc_b) noexcept {
+    const auto told = [&h](const EdgeArc& arc, Real h0, Real h1) {
+      return (h.sign * h0 <= 0 || arc.apex_rules[0] != 0) &&
+             (h.sign * h1 >= 0 || arc.apex_rules[1] != 0);
+    };
     const Vec3& n = node.normal_w;
-    const std::uint32_t a0 = a_.edges[node.i].vertex[0], b0 = b_.edges[node.j].vertex[0];
-    result_.support_pairs += 1;
-    const SupportPair support = support_pair(pose_, n, {a0, b0});
-    return std::max(n.dot(pose_.vertex_a(a0) - pose_.vertex_a(support.a)),
-                    n.dot(pose_.vertex_b(support.b) - pose_.vertex_b(b0)));
+    Real height = 0;
+    if (!told(arc_a, h.d0, h.d1)) {
+      const std::uint32_t a0 = a_.edges[node.i].vertex[0];
+      const std::uint32_t support = lowest_vertex_a(pose_, n, a0);
+      height = n.dot(pose_.vertex_a(a0) - pose_.vertex_a(support));
+      result_.support_pairs += 1;
+    }
+    if (!told(arc_b, h.c0, h.c1)) {
+      const std::uint32_t b0 = b_.edges[node.j].vertex[0];
+      const std::uint32_t support = highest_vertex_b(pose_, n, b0);
+      height = std::max(height, n.dot(pose_.vertex_b(support) - pose_.vertex_b(b0)));
+      result_.support_pairs += 1;
+    }
+    return height;
   }
 
   /// The value of an applicable pair: f itself where the heights leave no doubt, for then the edges
@@ -419,7 +454,8 @@ class NearSearch {
       return;
     }
     NearNode& best = result_.best;
-    if (best_gap_b_ > best_gap_a_ + tolerance_) {
+    bounds_.best_is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
+    if (!bounds_.best_is_of_a) {
       const std::uint32_t f = bounds_.best_face_b;
       const std::uint32_t v = bounds_.b.face_support[f];
       best.type = ContactType::kB;
@@ -545,7 +581,6 @@ class NearSearch {
   Real tolerance_;          ///< of heights: below it a sign may be rounding [m]
   Real relax_edges_;        ///< how far below D_near the bound of an edge of a near node can be [m]
   Real relax_a_, relax_b_;  ///< the same of the faces of A and B [m]
-  bool apexes_rule_;  ///< no vertex ever rises over a near node's plane farther than an apex does
   FeatureBounds& bounds_;
   NearScratch& scratch_;
   BoundedList<NearNode>& near_;

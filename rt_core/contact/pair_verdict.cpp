@@ -5,12 +5,14 @@
 #include <cmath>
 #include <utility>
 
+#include "rt_core/base/exact_sum.hpp"
+
 namespace haptic {
 namespace {
 
 /// Six times the volume of a portal's tetrahedron over the product of its edges at c, below which
-/// it is flat.
-constexpr Real kFlatPortal = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
+/// it is flat: plain products would lose more than the certificate's slack.
+constexpr Real kFlatPortal = 0.1_r;
 /// Depth, in sizes, up to which an answer without a certificate is touching.
 constexpr Real kTouchingShare = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-10_r;
 
@@ -116,19 +118,19 @@ class PortalSearch {
     return result;
   }
 
-  /// X = sum l_k v_k with l_k >= 0 and sum l_k <= 1, to rounding: the collision certificate.
+  /// X = sum l_k v_k with l_k >= 0 and sum l_k <= 1, to rounding: the collision certificate. Where
+  /// c lies almost in the portal's plane, the signs are taken from determinants of twice the
+  /// digits.
   [[nodiscard]] bool certified() const noexcept {
     const Vec3 c0 = portal_[1].v.cross(portal_[2].v);
     const Real det = portal_[0].v.dot(c0);
-    // With c in the portal's plane the signs below are rounding: such a portal is refined on.
     const Real edges2 =
         portal_[0].v.squaredNorm() * portal_[1].v.squaredNorm() * portal_[2].v.squaredNorm();
-    if (!(det > 0 && det * det > kFlatPortal * kFlatPortal * edges2)) return false;
+    if (!(det * det > kFlatPortal * kFlatPortal * edges2)) return certified_flat();
     const Real l0 = x_.dot(c0);
     const Real l1 = x_.dot(portal_[2].v.cross(portal_[0].v));
     const Real l2 = x_.dot(portal_[0].v.cross(portal_[1].v));
-    const Real slack = kCertificateSlack * det;
-    return l0 >= -slack && l1 >= -slack && l2 >= -slack && l0 + l1 + l2 <= det + slack;
+    return within(det, l0, l1, l2, l0 + l1 + l2);
   }
 
   void remember(VerdictMemory& memory) const noexcept {
@@ -137,6 +139,19 @@ class PortalSearch {
   }
 
  private:
+  [[nodiscard]] static bool within(Real det, Real l0, Real l1, Real l2, Real sum) noexcept {
+    const Real slack = kCertificateSlack * det;
+    return det > 0 && l0 >= -slack && l1 >= -slack && l2 >= -slack && sum <= det + slack;
+  }
+
+  [[nodiscard]] bool certified_flat() const noexcept {
+    const Vec3 &v0 = portal_[0].v, &v1 = portal_[1].v, &v2 = portal_[2].v;
+    const LongReal det = long_determinant(v0, v1, v2);
+    const LongReal l0 = long_determinant(x_, v1, v2), l1 = long_determinant(x_, v2, v0),
+                   l2 = long_determinant(x_, v0, v1);
+    return within(det.high, l0.high, l1.high, l2.high, ((l0 + l1) + l2).high);
+  }
+
   [[nodiscard]] PortalPoint point(const SupportPair& s) const noexcept {
     return {(pose_.vertex_b(s.b) - pose_.vertex_a(s.a)) - pose_.interior_w, s};
   }

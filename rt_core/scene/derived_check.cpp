@@ -78,6 +78,26 @@ RtStatus lanes(const PieceView& p) noexcept {
   return RtStatus::kOk;
 }
 
+/// `apex_rules` is 0 or 1, as bytes, and 1 only where no vertex rises by more than epsilon at the
+/// arc's end.
+bool apex_rule_fits(const PieceView& p, std::uint32_t e, int k, double scale,
+                    double epsilon_m) noexcept {
+  const EdgeArc& arc = p.arcs[e];
+  constexpr Real kNo = 0, kYes = 1;
+  if (std::memcmp(&arc.apex_rules[k], &kNo, sizeof kNo) == 0) return true;
+  if (std::memcmp(&arc.apex_rules[k], &kYes, sizeof kYes) != 0) return false;
+  const Double3 mid = to_double3(arc.mid), side = to_double3(arc.side);
+  const double sine = static_cast<double>(k == 0 ? -arc.sine : arc.sine);
+  const Double3 n = static_cast<double>(arc.cosine) * mid + sine * side;
+  const Double3 origin = vertex_of(p, p.edges[e].vertex[0]);
+  for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
+    const Double3 vertex = vertex_of(p, static_cast<std::uint16_t>(v));
+    if (dot(n, vertex - origin) > epsilon_m * (1 + kUnitTolerance) + kGeometryTolerance * scale)
+      return false;
+  }
+  return true;
+}
+
 RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
   for (std::uint32_t e = 0; e < p.edge_count; ++e) {
     const EdgeArc& arc = p.arcs[e];
@@ -89,9 +109,7 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
                        near_zero(dot(mid, side)) && near_zero(dot(mid, along)) &&
                        near_zero(dot(side, along)) &&
                        near_zero(cosine * cosine + sine * sine - 1.0) && sine >= 0.0;
-    constexpr Real kNone[2] = {0, 0};  // compared as bytes: -0 would pass as a number
-    const bool empty = std::memcmp(arc.reserved, kNone, sizeof kNone) == 0;
-    if (!frame || !empty) return RtStatus::kBlobBadNumber;
+    if (!frame) return RtStatus::kBlobBadNumber;
     // A face that is no wider than epsilon never rises by it: the arc is the whole circle.
     const double width = std::min(width_of(p, e, 0, along), width_of(p, e, 1, along));
     const bool full = arc.cosine == -1 && arc.sine == 0;
@@ -99,6 +117,7 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
     if (full ? !(width <= epsilon_m * (1.0 + share)) : !(width >= epsilon_m * (1.0 - share)))
       return RtStatus::kBlobBadNumber;
     for (int k = 0; k < 2; ++k) {
+      if (!apex_rule_fits(p, e, k, scale, epsilon_m)) return RtStatus::kBlobBadNumber;
       const Double3 n = normal_across(p, p.edges[e].face[k], along);
       const bool inside = dot(n, mid) >= cosine - kUnitTolerance;
       if (!inside || !end_fits(p, e, k, along, scale, epsilon_m, full))

@@ -201,7 +201,9 @@ struct EdgeArc {
   Real cosine, sine;     ///< of the half angle
   /// Outward normal of face[k] times the distance of apex[k] from the edge's line [m].
   Real tilt[2][3];
-  Real reserved[2];
+  /// 1 where, as far as the arc reaches beyond face[k], no vertex rises farther over a plane through
+  /// the edge than apex[k]; 0 where one does.
+  Real apex_rules[2];
 };
 
 /// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper

@@ -200,7 +200,7 @@ TEST_SUITE("tools.relaxation") {
     for (const double epsilon : {1e-9, 1e-6, 1e-4}) {
       const PieceUnderTest piece(random_hull(21, 40, {0.05, 0.05, 0.0005}));
       const std::vector<WideArc> arcs = piece.arcs(epsilon);
-      const std::vector<EdgeArc> stored = edge_arcs(piece.wide, arcs);
+      const std::vector<EdgeArc> stored = edge_arcs(piece.wide, arcs, epsilon);
       for (std::uint32_t e = 0; e < arcs.size(); ++e) {
         const Wide half =
             std::atan2(static_cast<Wide>(stored[e].sine), static_cast<Wide>(stored[e].cosine));

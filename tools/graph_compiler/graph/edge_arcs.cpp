@@ -86,7 +86,22 @@ WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m) {
   return arc;
 }
 
-std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc>& arcs) {
+/// Whether no vertex rises higher than epsilon, the height of the apex, at the arc's end beyond
+/// face[k]. The ratio of both heights rises towards the end.
+static bool apex_rules(const WidePiece& piece, const WideArc& arc, std::uint32_t e, int k,
+                       double epsilon_m) {
+  if (arc.full) return false;
+  const Wide3 n = arc.end(k);
+  const Wide3& origin = piece.vertices[piece.topology->edges[e].vertex[0]];
+  const Wide limit = static_cast<Wide>(epsilon_m) * (1 + 1e-9L);
+  for (const Wide3& v : piece.vertices) {
+    if (dot(n, v - origin) > limit) return false;
+  }
+  return true;
+}
+
+std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc>& arcs,
+                               double epsilon_m) {
   std::vector<EdgeArc> result;
   for (std::uint32_t e = 0; e < arcs.size(); ++e) {
     const WideArc& arc = arcs[e];
@@ -98,6 +113,9 @@ std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc
         const Wide3& n = piece.normals[piece.topology->edges[e].face[k]];
         record.tilt[k][i] = to_real(arc.width_m[k] * n[i]);
       }
+    }
+    for (int k = 0; k < 2; ++k) {
+      record.apex_rules[k] = apex_rules(piece, arc, e, k, epsilon_m) ? Real{1} : Real{0};
     }
     record.cosine = to_real_below(arc.cosine);
     record.sine = to_real(arc.sine);

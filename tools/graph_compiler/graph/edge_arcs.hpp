@@ -41,6 +41,7 @@ struct WideArc {
 WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m);
 
 /// The arcs of all edges, rounded. Cost: O(E).
-std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc>& arcs);
+std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc>& arcs,
+                               double epsilon_m);
 
 }  // namespace haptic::tools

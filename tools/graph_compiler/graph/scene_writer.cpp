@@ -90,7 +90,7 @@ void add_bounds(SceneTables& t, const WidePiece& piece, PieceRecord& record,
   for (std::uint32_t e = 0; e < record.edge_count; ++e) {
     arcs.push_back(wide_arc(piece, e, epsilon_m));
   }
-  append(t.arcs, edge_arcs(piece, arcs));
+  append(t.arcs, edge_arcs(piece, arcs, epsilon_m));
   t.account.edges.push_back(edge_relaxation(piece, arcs, epsilon_m, record.radius_m));
   t.account.vertices.push_back(vertex_relaxation(piece, epsilon_m, progress));
   record.edge_relax_ratio = t.account.edges.back().ratio;
