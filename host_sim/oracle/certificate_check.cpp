@@ -26,22 +26,46 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
   return v.x * r.row[0] + v.y * r.row[1] + v.z * r.row[2];
 }
 
-Wide distance_to_segment(const WideVec& p, const WideVec& from, const WideVec& to) {
-  const WideVec along = to - from, w = p - from;
-  const Wide length2 = dot(along, along);
-  const Wide t = length2 > 0 ? std::clamp(dot(w, along) / length2, 0.0L, 1.0L) : 0.0L;
-  return norm(w - t * along);
+/// 113 bits: a tetrahedron may be so flat, and its faces so thin, that even long double takes a
+/// point inside for one outside.
+__extension__ using Widest = __float128;
+
+struct WidestVec {
+  Widest x = 0, y = 0, z = 0;
+};
+WidestVec widest(const WideVec& v) { return {v.x, v.y, v.z}; }
+WidestVec operator-(const WidestVec& a, const WidestVec& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+WidestVec operator*(Widest s, const WidestVec& v) { return {s * v.x, s * v.y, s * v.z}; }
+Widest dot(const WidestVec& a, const WidestVec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+WidestVec cross(const WidestVec& a, const WidestVec& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Widest determinant(const WidestVec& a, const WidestVec& b, const WidestVec& c) {
+  return dot(a, cross(b, c));
 }
 
-/// Of a triangle that may have no area.
-Wide distance_to_triangle(const WideVec& p, const WideVec& a, const WideVec& b, const WideVec& c) {
-  const WideVec n = cross(b - a, c - a);
-  const Wide area = norm(n);
-  const bool over = area > 0 && dot(n, cross(b - a, p - a)) >= 0 &&
+/// Squared distance of p from a segment.
+Widest to_segment2(const WidestVec& p, const WidestVec& from, const WidestVec& to) {
+  const WidestVec along = to - from, w = p - from;
+  const Widest length2 = dot(along, along);
+  Widest t = length2 > 0 ? dot(w, along) / length2 : 0;
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  const WidestVec away = w - t * along;
+  return dot(away, away);
+}
+
+/// Squared distance of p from a triangle that may have no area.
+Widest to_triangle2(const WidestVec& p, const WidestVec& a, const WidestVec& b,
+                    const WidestVec& c) {
+  const WidestVec n = cross(b - a, c - a);
+  const Widest area2 = dot(n, n);
+  const bool over = area2 > 0 && dot(n, cross(b - a, p - a)) >= 0 &&
                     dot(n, cross(c - b, p - b)) >= 0 && dot(n, cross(a - c, p - c)) >= 0;
-  if (over) return std::abs(dot(n, p - a)) / area;
-  return std::min(
-      {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+  const Widest height = dot(n, p - a);
+  if (over) return height * height / area2;
+  return std::min({to_segment2(p, a, b), to_segment2(p, b, c), to_segment2(p, c, a)});
 }
 
 }  // namespace
@@ -76,18 +100,20 @@ CollisionCertificate CertificateCheck::collision(const OraclePose& pose,
     if (portal.a[k] >= a_.vertices.size() || portal.b[k] >= b_.vertices.size()) return result;
     v[k] = (b_.vertices[portal.b[k]] - pose.r * a_.vertices[portal.a[k]]) - c;
   }
-  const Wide det = dot(v[0], cross(v[1], v[2]));
-  const Wide sign = det < 0 ? -1 : 1;  // Cramer's rule without the division
-  const Wide l0 = sign * dot(x, cross(v[1], v[2]));
-  const Wide l1 = sign * dot(x, cross(v[2], v[0]));
-  const Wide l2 = sign * dot(x, cross(v[0], v[1]));
+  const WidestVec origin, w = widest(x), w0 = widest(v[0]), w1 = widest(v[1]), w2 = widest(v[2]);
+  const Widest det = determinant(w0, w1, w2);
+  const Widest sign = det < 0 ? -1 : 1;  // Cramer's rule without the division
+  const Widest l0 = sign * determinant(w, w1, w2);
+  const Widest l1 = sign * determinant(w, w2, w0);
+  const Widest l2 = sign * determinant(w, w0, w1);
   result.inside = det != 0 && l0 >= 0 && l1 >= 0 && l2 >= 0 && l0 + l1 + l2 <= sign * det;
-  const WideVec origin;
-  result.distance_m = result.inside ? 0
-                                    : std::min({distance_to_triangle(x, v[0], v[1], v[2]),
-                                                distance_to_triangle(x, origin, v[0], v[1]),
-                                                distance_to_triangle(x, origin, v[1], v[2]),
-                                                distance_to_triangle(x, origin, v[2], v[0])});
+  result.distance_m = 0;
+  if (!result.inside) {
+    const Widest nearest2 =
+        std::min({to_triangle2(w, w0, w1, w2), to_triangle2(w, origin, w0, w1),
+                  to_triangle2(w, origin, w1, w2), to_triangle2(w, origin, w2, w0)});
+    result.distance_m = std::sqrt(static_cast<Wide>(nearest2));
+  }
   return result;
 }
 

@@ -380,9 +380,10 @@ class NearSearch {
   /// does not tell; else a height that the apexes have.
   [[nodiscard]] Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
                           const EdgeArc& arc_b) noexcept {
+    // With both apexes up, n points into the piece past an edge that is nearly flat.
     const auto told = [&h](const EdgeArc& arc, Real h0, Real h1) {
-      return (h.sign * h0 <= 0 || arc.apex_rules[0] != 0) &&
-             (h.sign * h1 >= 0 || arc.apex_rules[1] != 0);
+      const bool up0 = h.sign * h0 > 0, up1 = h.sign * h1 < 0;
+      return !(up0 && up1) && (!up0 || arc.apex_rules[0] != 0) && (!up1 || arc.apex_rules[1] != 0);
     };
     const Vec3& n = node.normal_w;
     Real height = 0;

@@ -10,9 +10,6 @@
 namespace haptic {
 namespace {
 
-/// Six times the volume of a portal's tetrahedron over the product of its edges at c, below which
-/// it is flat: plain products would lose more than the certificate's slack.
-constexpr Real kFlatPortal = 0.1_r;
 /// Depth, in sizes, up to which an answer without a certificate is touching.
 constexpr Real kTouchingShare = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-10_r;
 
@@ -118,19 +115,20 @@ class PortalSearch {
     return result;
   }
 
-  /// X = sum l_k v_k with l_k >= 0 and sum l_k <= 1, to rounding: the collision certificate. Where
-  /// c lies almost in the portal's plane, the signs are taken from determinants of twice the
-  /// digits.
+  /// X = sum l_k v_k with l_k >= 0 and sum l_k <= 1, to rounding: the collision certificate. Plain
+  /// products decide where their rounding cannot; else determinants of twice the digits do.
   [[nodiscard]] bool certified() const noexcept {
-    const Vec3 c0 = portal_[1].v.cross(portal_[2].v);
-    const Real det = portal_[0].v.dot(c0);
-    const Real edges2 =
-        portal_[0].v.squaredNorm() * portal_[1].v.squaredNorm() * portal_[2].v.squaredNorm();
-    if (!(det * det > kFlatPortal * kFlatPortal * edges2)) return certified_flat();
-    const Real l0 = x_.dot(c0);
-    const Real l1 = x_.dot(portal_[2].v.cross(portal_[0].v));
-    const Real l2 = x_.dot(portal_[0].v.cross(portal_[1].v));
-    return within(det, l0, l1, l2, l0 + l1 + l2);
+    const Vec3 &v0 = portal_[0].v, &v1 = portal_[1].v, &v2 = portal_[2].v;
+    const Vec3 c0 = v1.cross(v2);
+    const Real det = v0.dot(c0);
+    const Real l0 = x_.dot(c0), l1 = x_.dot(v2.cross(v0)), l2 = x_.dot(v0.cross(v1));
+    const Real rest = det - ((l0 + l1) + l2);
+    const Real longest =
+        std::max({x_.squaredNorm(), v0.squaredNorm(), v1.squaredNorm(), v2.squaredNorm()});
+    const Real doubt = 64 * kRealEpsilon * longest * std::sqrt(longest);
+    const Real least = std::min({l0, l1, l2, rest});
+    if (det > 4 * doubt && least > doubt) return true;
+    return least >= -doubt && certified_in_doubt(doubt);
   }
 
   void remember(VerdictMemory& memory) const noexcept {
@@ -139,17 +137,16 @@ class PortalSearch {
   }
 
  private:
-  [[nodiscard]] static bool within(Real det, Real l0, Real l1, Real l2, Real sum) noexcept {
-    const Real slack = kCertificateSlack * det;
-    return det > 0 && l0 >= -slack && l1 >= -slack && l2 >= -slack && sum <= det + slack;
-  }
-
-  [[nodiscard]] bool certified_flat() const noexcept {
+  /// The same with twice the digits. A portal whose determinant is rounding even then says nothing.
+  [[nodiscard]] bool certified_in_doubt(Real doubt) const noexcept {
     const Vec3 &v0 = portal_[0].v, &v1 = portal_[1].v, &v2 = portal_[2].v;
     const LongReal det = long_determinant(v0, v1, v2);
+    if (!(det.high > doubt)) return false;  // then its own rounding is far below the slack
     const LongReal l0 = long_determinant(x_, v1, v2), l1 = long_determinant(x_, v2, v0),
                    l2 = long_determinant(x_, v0, v1);
-    return within(det.high, l0.high, l1.high, l2.high, ((l0 + l1) + l2).high);
+    const LongReal rest = det + -((l0 + l1) + l2);
+    const Real slack = kCertificateSlack * det.high;
+    return l0.high >= -slack && l1.high >= -slack && l2.high >= -slack && rest.high >= -slack;
   }
 
   [[nodiscard]] PortalPoint point(const SupportPair& s) const noexcept {

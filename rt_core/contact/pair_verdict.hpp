@@ -21,7 +21,7 @@ enum class Verdict : std::uint8_t {
 };
 
 /// Rounding that the barycentric coordinates of a collision certificate are allowed.
-inline constexpr Real kCertificateSlack = 16 * kRealEpsilon;
+inline constexpr Real kCertificateSlack = 4 * kRealEpsilon;
 
 /// What the verdict keeps between ticks: the three support pairs of the last portal.
 struct VerdictMemory {
