@@ -93,7 +93,7 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   counters.support_pairs += found.support_pairs + pair.verdict.support_pairs;
   counters.near_nodes += pair.near_count;
   if ((found.flags & kNearAllStale) != 0) {
-    counters.stale_pairs += 1;
+    counters.stale_pairs += first ? 0 : 1;
     result.flags |= first ? kFlagFirstTick : kFlagRelocalised;
   }
   if ((found.flags & kNearSetCut) != 0) result.flags |= kFlagNearSetCut;

@@ -56,7 +56,7 @@ struct StepCounters {
   std::uint32_t edge_pairs = 0;
   std::uint32_t near_nodes = 0;
   std::uint32_t hull_points = 0;
-  std::uint32_t stale_pairs = 0;  ///< visits that found every bound stale: first ticks and jumps
+  std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
 };
 
 /// What one tick returns.

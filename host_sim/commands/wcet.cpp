@@ -47,6 +47,7 @@ template <typename TimeCore>
 void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeats,
                    const TimeCore& time_core, WcetResult& result) {
   std::vector<double> times;
+  std::vector<std::uint64_t> work;
   for (std::size_t i = 0; i < ticks; i += kStaleStride) {
     double least = std::numeric_limits<double>::infinity();
     StepResult step;
@@ -55,10 +56,15 @@ void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeat
       least = std::min(least, time_core(i, step));
     }
     times.push_back(least);
-    const std::uint64_t units = work_units(step.counters);
-    if (step.counters.pair_visits == 0) continue;
-    result.dearest_unit_ns = std::max(result.dearest_unit_ns, least / static_cast<double>(units));
+    work.push_back(work_units(step.counters));
     raise(step.counters, result.peaks);
+  }
+  // A tick with little work costs its fixed part, which says nothing about a unit.
+  const std::uint64_t most = *std::max_element(work.begin(), work.end());
+  for (std::size_t k = 0; k < work.size(); ++k) {
+    if (work[k] == 0 || 2 * work[k] < most) continue;
+    const double unit_ns = times[k] / static_cast<double>(work[k]);
+    result.dearest_unit_ns = std::max(result.dearest_unit_ns, unit_ns);
   }
   result.stale = figures(std::move(times));
 }

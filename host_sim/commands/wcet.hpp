@@ -37,7 +37,7 @@ struct WcetResult {
   /// The same poses met with every bound stale, as after a jump there: the worst miss.
   TimeFigures stale;
   StepCounters peaks;          ///< largest counts over all these ticks
-  double dearest_unit_ns = 0;  ///< largest time of a stale tick over its counted work
+  double dearest_unit_ns = 0;  ///< of the stale ticks with much work: time over work
 };
 
 /// Counted work of a tick: pair visits, faces and edges, pairs of edges, support pairs, near nodes.

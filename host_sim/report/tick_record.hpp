@@ -24,7 +24,7 @@ struct TickRecord {
   std::uint32_t near_count = 0;
   std::uint32_t nodes_evaluated = 0;  ///< faces, edges and pairs of edges
   std::uint32_t support_pairs = 0;
-  std::uint32_t relocalised_pairs = 0;  ///< pairs of which every bound was stale
+  std::uint32_t relocalised_pairs = 0;  ///< pairs of which every bound had become stale
   std::uint32_t flags = 0;              ///< StepFlag
   RtStatus status = RtStatus::kOk;
   std::uint64_t state_hash = 0;
