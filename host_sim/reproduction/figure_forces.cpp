@@ -151,7 +151,8 @@ PartReport forces_part() {
       least = std::min(least, norm(tick.force_n));
       largest = std::max(largest, norm(tick.force_n));
     }
-    if (i + 1 < run.ticks.size() && run.ticks[i + 1].situation == tick.situation) continue;
+    // A stage ends where the contacts change; the label follows a little later.
+    if (i + 1 < run.ticks.size() && run.contacts[i + 1] == run.contacts[i]) continue;
     report.markdown += table_row(
         {stage_name(tick.situation), std::to_string(run.contacts[i]), fixed(norm(tick.force_n), 3),
          fixed(1e3 * norm(tick.torque_nm), 1), stage < 4 ? kByHand[stage] : "-"});
