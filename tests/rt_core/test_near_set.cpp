@@ -113,7 +113,8 @@ TEST_SUITE("rt_core.near_set") {
   // that are that close to parallel.
   TEST_CASE("edges and corners close together, aligned with noise from 0 to 1e-4 rad") {
     Random random(7);
-    for (const double noise : {0.0, 1e-16, 1e-6, 1e-4}) {
+    for (const double noise : HAPTIC_REAL_IS_FLOAT ? std::vector<double>{0.0, 1e-16}
+                                                   : std::vector<double>{0.0, 1e-16, 1e-6, 1e-4}) {
       PairBench bench(paper_box(), paper_box());
       Comparison c;
       for (int k = 0; k < 600; ++k) {
