@@ -23,7 +23,8 @@ NearTruth NearReference::at(const OraclePose& pose) {
   NearTruth result;
   result.truth = sifted_.search(pose, precision());
   const Wide d = result.truth.reference_m;
-  for (const NodeValue& node : sifted_.near_candidates(pose, d, tie, 0, precision().parallel_sine)) {
+  for (const NodeValue& node :
+       sifted_.near_candidates(pose, d, tie, 0, precision().parallel_sine)) {
     if (std::abs(node.depth_m - d) + std::max(node.violation_m, 0.0L) < tie) {
       result.normals.push_back(node.normal);
     }

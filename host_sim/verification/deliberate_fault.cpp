@@ -36,7 +36,7 @@ void overwrite(CoreSession& session, const void* at, const void* from, std::size
 /// the nearest. Epsilon is so small that the margins of the search, at most 16 of it, are less than
 /// what the bound is lowered by.
 constexpr double kKeyEpsilon_m = 2e-8;
-constexpr Real kLowering_m = HAPTIC_REAL_IS_FLOAT ? 1e-4_r : 1e-6_r;  // above rounding
+constexpr Real kLowering_m = 1e-6_r;
 constexpr double kStart_m = 1.5e-6, kRise_m = 1e-7;  // top below side; rise per tick
 constexpr int kTicks = 30;
 constexpr double kSide_m = 0.06, kTop_m = 0.04;  // of the box

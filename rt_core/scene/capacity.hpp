@@ -57,8 +57,8 @@ struct PairBounds {
 constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b,
                                  const PairRecord& pair) noexcept {
   PairBounds bounds{};
-  bounds.feature_evaluations = std::uint64_t{a.face_count} + a.edge_count + b.face_count +
-                               b.edge_count;
+  bounds.feature_evaluations =
+      std::uint64_t{a.face_count} + a.edge_count + b.face_count + b.edge_count;
   bounds.edge_pairs = pair.edge_pair_capacity;
   bounds.near_nodes = pair.near_capacity;
   bounds.support_pairs = kMaxSupportPairsPerVerdict + bounds.edge_pairs;

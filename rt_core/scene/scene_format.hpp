@@ -75,13 +75,13 @@ struct SectionEntry {
 /// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
 /// choice.
 struct SceneCapacity {
-  std::uint64_t state_bytes;              ///< memory of one HapticCore for this scene
-  std::uint32_t moving_lanes;             ///< padded vertices of all pieces of A
+  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene
+  std::uint32_t moving_lanes;  ///< padded vertices of all pieces of A
   std::uint32_t pair_count;
-  std::uint32_t total_features;           ///< faces and edges of both pieces, over all pairs
+  std::uint32_t total_features;  ///< faces and edges of both pieces, over all pairs
   std::uint32_t largest_pair_features;
-  std::uint32_t largest_near;             ///< largest near capacity of a pair
-  std::uint32_t max_pair_visits;          ///< pairs searched in one tick
+  std::uint32_t largest_near;     ///< largest near capacity of a pair
+  std::uint32_t max_pair_visits;  ///< pairs searched in one tick
   std::uint32_t max_support_pairs;
   std::uint32_t max_feature_evaluations;  ///< faces and edges whose bound is computed
   std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
@@ -93,9 +93,9 @@ struct SceneCapacity {
 /// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
 /// that a tick might have to give up exactness, with a flag, to keep to it.
 enum UnprovenBound : std::uint32_t {
-  kUnprovenEdgePairs = 1u << 0,   ///< a pair has more pairs of edges than a tick may test
-  kUnprovenNearSet = 1u << 1,     ///< a pair has more nodes than its near set may hold
-  kUnprovenPairVisits = 1u << 2   ///< more pairs can be near at once than a tick may visit
+  kUnprovenEdgePairs = 1u << 0,  ///< a pair has more pairs of edges than a tick may test
+  kUnprovenNearSet = 1u << 1,    ///< a pair has more nodes than its near set may hold
+  kUnprovenPairVisits = 1u << 2  ///< more pairs can be near at once than a tick may visit
 };
 
 struct SceneHeader {
@@ -195,14 +195,15 @@ struct EdgeDirection {
 
 /// The arc of an edge on the Gauss sphere, between the normals of its two faces, extended at each
 /// end by the angle at which the adjoining face rises by epsilon over a plane through the edge; the
-/// whole circle (cosine -1, sine 0) where a face is too narrow to rise by epsilon. The arc is `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
+/// whole circle (cosine -1, sine 0) where a face is too narrow to rise by epsilon. The arc is
+/// `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
 struct EdgeArc {
   Real mid[3], side[3];  ///< orthonormal, orthogonal to the edge; `side` towards face[1]
   Real cosine, sine;     ///< of the half angle
   /// Outward normal of face[k] times the distance of apex[k] from the edge's line [m].
   Real tilt[2][3];
-  /// 1 where, as far as the arc reaches beyond face[k], no vertex rises farther over a plane through
-  /// the edge than apex[k]; 0 where one does.
+  /// 1 where, as far as the arc reaches beyond face[k], no vertex rises farther over a plane
+  /// through the edge than apex[k]; 0 where one does.
   Real apex_rules[2];
 };
 
@@ -224,7 +225,8 @@ struct PairRecord {
 /// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
 /// their pieces. Neighbors of the same type with the same face (types A and B) lie among the
 /// `keep_count` consecutive ones of its list from the `keep_begin`-th on: for type A these are all
-/// of them and no others, for type B those with the same vertex of A stand between. None for type C.
+/// of them and no others, for type B those with the same vertex of A stand between. None for type
+/// C.
 struct NodeRecord {
   std::uint16_t a, b;
   std::uint16_t keep_begin, keep_count;
@@ -235,8 +237,8 @@ static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 &&
 static_assert(sizeof(DeviceParameters) == 96 && sizeof(SceneParameters) == 224);
 static_assert(sizeof(BodyRecord) == 56 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
-static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) && sizeof(EdgeDirection) == 4 * sizeof(Real) &&
-              sizeof(EdgeArc) == 16 * sizeof(Real));
+static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
+              sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));
 static_assert(std::is_trivially_copyable_v<SceneHeader> &&
               std::is_trivially_copyable_v<SceneParameters>);
 
