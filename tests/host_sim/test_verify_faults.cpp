@@ -6,6 +6,7 @@
 #include <string>
 
 #include "host_sim/verification/deliberate_fault.hpp"
+#include "rt_core/base/scalar.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic::sim;
