@@ -160,6 +160,23 @@ TEST_SUITE("rt_core.haptic_core") {
     CHECK(used_up > 300);
   }
 
+  TEST_CASE("motion beyond the speed certificate is flagged, within it is not") {
+    tools::SceneDescription d = peg_scene();
+    d.parameters.motion_limits_given = 1;
+    d.parameters.max_linear_speed_m_per_s = 0.5;
+    d.parameters.max_angular_speed_rad_per_s = 4;
+    LoadedScene scene(d);
+    const auto flagged = [&](const Point& p, double angle) {
+      const StepResult r = scene.step(p, {std::cos(angle / 2), 0, 0, std::sin(angle / 2)});
+      return (r.flags & kFlagMotionExceeded) != 0;
+    };
+    CHECK_FALSE(flagged({0, 0, 0.1}, 0));
+    CHECK_FALSE(flagged({0.00049, 0, 0.1}, 0.0039));
+    CHECK(flagged({0.00101, 0, 0.1}, 0.0039));
+    CHECK(flagged({0.00101, 0, 0.1}, 0.0085));
+    CHECK_FALSE(flagged({0.00101, 0, 0.1}, 0.0085));
+  }
+
   TEST_CASE("a jump is answered exactly and named") {
     LoadedScene scene(peg_scene()), fresh(peg_scene());
     Random random(10);
