@@ -380,20 +380,24 @@ class NearSearch {
   /// does not tell; else a height that the apexes have.
   [[nodiscard]] Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
                           const EdgeArc& arc_b) noexcept {
-    // With both apexes up, n points into the piece past an edge that is nearly flat.
-    const auto told = [&h](const EdgeArc& arc, Real h0, Real h1) {
+    // An apex tells only while n has left the arc at its side by less than a right angle: past an
+    // edge that is nearly flat, or round to the back of a sharp one, n points into the piece.
+    const auto told = [&h](const EdgeArc& arc, Real h0, Real h1, const Vec3& outward) {
       const bool up0 = h.sign * h0 > 0, up1 = h.sign * h1 < 0;
-      return !(up0 && up1) && (!up0 || arc.apex_rules[0] != 0) && (!up1 || arc.apex_rules[1] != 0);
+      const auto tells = [&](int k) {
+        return arc.apex_rules[k] != 0 && ConstVec3Map(arc.tilt[k]).dot(outward) > 0;
+      };
+      return !(up0 && up1) && (!up0 || tells(0)) && (!up1 || tells(1));
     };
     const Vec3& n = node.normal_w;
     Real height = 0;
-    if (!told(arc_a, h.d0, h.d1)) {
+    if (!told(arc_a, h.d0, h.d1, -(pose_.r_wa.transpose() * n))) {
       const std::uint32_t a0 = a_.edges[node.i].vertex[0];
       const std::uint32_t support = lowest_vertex_a(pose_, n, a0);
       height = n.dot(pose_.vertex_a(a0) - pose_.vertex_a(support));
       result_.support_pairs += 1;
     }
-    if (!told(arc_b, h.c0, h.c1)) {
+    if (!told(arc_b, h.c0, h.c1, n)) {
       const std::uint32_t b0 = b_.edges[node.j].vertex[0];
       const std::uint32_t support = highest_vertex_b(pose_, n, b0);
       height = std::max(height, n.dot(pose_.vertex_b(support) - pose_.vertex_b(b0)));
