@@ -8,11 +8,16 @@
 namespace haptic {
 namespace {
 
+/// Positions beyond this are refused like infinite ones: squares and sums of motion must stay
+/// finite, for an odometer that has become infinite would hide every face.
+constexpr Real kMaxPosition_m = static_cast<Real>(1.0e3 * kMaxSceneLength_m);
+
 RtStatus check_pose(const Pose& pose) noexcept {
   const auto finite = [](Real x) { return x - x == 0; };
   const Quat& q = pose.q_wa;
   for (int k = 0; k < 3; ++k) {
-    if (!finite(pose.p_wa[k])) return RtStatus::kPoseNotFinite;
+    const bool usable = finite(pose.p_wa[k]) && std::abs(pose.p_wa[k]) <= kMaxPosition_m;
+    if (!usable) return RtStatus::kPoseNotFinite;
   }
   for (int k = 0; k < 4; ++k) {
     if (!finite(q.coeffs()[k])) return RtStatus::kPoseNotFinite;

@@ -41,9 +41,10 @@ void reset_piece(PieceKeys& keys) noexcept {
   keys.odometer = 0;
 }
 
-/// A difference of odometers in Real, rounded up.
+/// A difference of odometers in Real, rounded up; what their own sums have lost is added.
 Real reading(double now, double reference) noexcept {
-  const double difference = (now - reference) * (1 + 4 * static_cast<double>(kRealEpsilon));
+  const double lost = now > reference ? kOdometerRounding * now : 0;
+  const double difference = (now - reference + lost) * (1 + 4 * static_cast<double>(kRealEpsilon));
   return static_cast<Real>(difference);
 }
 

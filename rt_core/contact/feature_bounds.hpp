@@ -22,6 +22,9 @@ namespace haptic {
 /// Key of a feature that has never been evaluated: stale, may carry anything.
 inline constexpr Real kStaleKey = std::numeric_limits<Real>::max();
 
+/// Rounding of an odometer's reading, as a share of it: a few units in the last place.
+inline constexpr double kOdometerRounding = 0x1p-50;
+
 /// How far the moving body has come, in the two measures of a pair [m]. Only differences matter;
 /// double in every build, so that hours of motion lose nothing.
 struct Odometer {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/contact/pair_gate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace haptic {
@@ -28,8 +29,8 @@ GatePlane gate_plane(const PairPose& pose, const NearResult& near, const Odomete
   plane.normal = plane.of_a ? Vec3(-pose.pair->a.face_normal(best.i)) : best.normal_w;
   plane.support = near.support;
   plane.made_at = plane.odometer(now);
-  plane.clear_until =
-      plane.made_at + static_cast<double>(near.d_near_m) - static_cast<double>(pose.rounding_m);
+  plane.clear_until = plane.made_at + static_cast<double>(std::min(near.d_near_m, best.f_m)) -
+                      static_cast<double>(pose.rounding_m);
   return plane;
 }
 

@@ -33,7 +33,7 @@ struct GatePlane {
   }
   /// Lower bound of the signed distance now [m].
   [[nodiscard]] double gap_m(const Odometer& now) const noexcept {
-    return clear_until - odometer(now);
+    return clear_until - odometer(now) * (1 + kOdometerRounding);
   }
 };
 

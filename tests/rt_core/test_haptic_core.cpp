@@ -44,6 +44,9 @@ TEST_SUITE("rt_core.haptic_core") {
     bad = StepInput{};
     bad.pose_wa.p_wa = Vec3(std::numeric_limits<Real>::infinity(), 0, 0);
     CHECK(scene.core->step(bad).status == RtStatus::kPoseNotFinite);
+    bad = StepInput{};  // finite, but its square is not
+    bad.pose_wa.p_wa = Vec3(0, 0, HAPTIC_REAL_IS_FLOAT ? 1.0e30_r : 1.0e200_r);
+    CHECK(scene.core->step(bad).status == RtStatus::kPoseNotFinite);
     CHECK(scene.step({0, 0, 0.0295}).state_hash == twin.step({0, 0, 0.0295}).state_hash);
   }
 
