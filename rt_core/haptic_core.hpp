@@ -20,15 +20,20 @@ namespace haptic {
 
 inline constexpr std::size_t kStateAlignment = 64;
 
-/// What one tick is given. Owner: the caller. The rendering reads the pose alone; stamp, twist,
-/// switches and faults are what a device reports with it and belong to the stages between device
-/// and law.
+/// What one tick is given. Owner: the caller. The contact computation reads the pose alone; stamp,
+/// twist and accepted wrench serve coupling damping and passivity; switches and faults are what a
+/// device reports with it and belong to the stages between device and law.
 struct StepInput {
   std::uint64_t sequence = 0;  ///< of the device report
-  std::int64_t stamp_ns = 0;   ///< host time of the report, monotonic clock
+  std::int64_t stamp_ns = 0;   ///< host time of the report, monotonic clock; 0: not stamped
   Pose pose_wa;                ///< A's mesh frame in W
   Twist twist_w;               ///< meaningful only when twist_valid
   bool twist_valid = false;
+  bool clutched = false;  ///< the goal stays where it is, the wrench ramps out
+  /// The wrench that acted on the device since the last report, after every limit behind the core;
+  /// when it is not valid the core's own last output is taken.
+  Wrench accepted_wrench_w;
+  bool accepted_valid = false;
   std::uint32_t switches = 0;       ///< device buttons, bit set = pressed
   std::uint32_t device_faults = 0;  ///< device faults, bit set = present
 };
@@ -45,7 +50,14 @@ enum StepFlag : std::uint32_t {
   kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not visited; its last valid plane was kept
   kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
   kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
-  kFlagBadPose = 1u << 10           ///< pose refused: wrench zero, state unchanged
+  kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
+  kFlagRecovery = 1u << 11,         ///< the proxy is inside an obstacle: wrench ramped out
+  kFlagAnchorMoved = 1u << 12,      ///< the pull has a limit: the goal's offset followed the proxy
+  kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
+  kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or rejected
+  kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to
+  kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
+  kFlagPassivity = 1u << 17         ///< the passivity controller took energy out
 };
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
@@ -57,6 +69,12 @@ struct StepCounters {
   std::uint32_t near_nodes = 0;
   std::uint32_t hull_points = 0;
   std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
+  std::uint32_t proxy_passes = 0;
+  std::uint32_t proxy_rounds = 0;   ///< of the pass that had most
+  std::uint32_t proxy_rows = 0;     ///< of the quadratic program that had most
+  std::uint32_t qp_iterations = 0;  ///< of the quadratic program that had most
+  std::uint32_t plane_gaps = 0;     ///< gaps along C-face planes computed for the proxy
+  std::uint32_t valid_nodes = 0;    ///< nodes looked at in searches for valid planes
 };
 
 /// What one tick returns.
@@ -69,6 +87,12 @@ struct StepResult {
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;  ///< StepFlag
   StepCounters counters;
+  /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
+  /// the goal, which is the device's pose after clutch and anchor.
+  Pose proxy_pose_wa;
+  Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
+  Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
+  Real energy_j = 0;     ///< passivity observer: what the hand has put in and not got back
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;
 };

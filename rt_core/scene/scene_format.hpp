@@ -16,7 +16,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 2;
+inline constexpr std::uint32_t kSceneVersion = 3;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -62,7 +62,7 @@ inline constexpr std::uint32_t kLanePadding = 8;
 /// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
 inline constexpr std::uint32_t kGraphNotStored = 0xFFFFFFFFu;
 
-enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2 };
+enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
 
 struct SectionEntry {
   SectionId id;
@@ -120,6 +120,22 @@ struct DeviceParameters {
   std::uint32_t reserved;
 };
 
+/// How the proxy is coupled to the device (law kProxy), and what stands between any law and the
+/// device. SI units; every value resolved by the compiler, 0 where a limit is said to be none.
+struct CouplingParameters {
+  double k_t_n_per_m;              ///< coupling stiffness in translation, > 0
+  double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2
+  double damping_ns_per_m;         ///< B: coupling damping in translation; B L^2 in rotation; >= 0
+  double damping_share;            ///< it is at most this share of the spring wrench, 0 to 1
+  double max_rotation_error_rad;   ///< theta_sat: the anchor follows beyond; in (0, 3]
+  double max_translation_error_m;  ///< the anchor follows beyond; 0: no limit
+  double min_window_s;             ///< of the twist estimator, 0 to max_window_s
+  double max_window_s;             ///< of the twist estimator, > 0
+  double encoder_step_rad;         ///< angular step of the device; 0: not given
+  std::uint32_t passivity;         ///< 1: energy observer and controller act on the wrench
+  std::uint32_t allow_active;      ///< 1: gains beyond the passivity budget were allowed
+};
+
 struct SceneParameters {
   LawId law;
   std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
@@ -133,6 +149,7 @@ struct SceneParameters {
   double max_linear_speed_m_per_s, max_angular_speed_rad_per_s;
   std::uint32_t name_offset, name_bytes;  ///< in kText
   DeviceParameters device;
+  CouplingParameters coupling;
 };
 
 /// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
@@ -141,6 +158,7 @@ struct BodyRecord {
   double
       reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
   double volume_m3;    ///< of the solid (pieces of a cover counted once each)
+  double friction;     ///< static body: Coulomb coefficient against the moving body; moving: 0
   std::uint32_t piece_begin, piece_count;
   std::uint32_t plane_begin, plane_count;
   std::uint32_t name_offset, name_bytes;  ///< in kText
@@ -234,8 +252,9 @@ struct NodeRecord {
 
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 &&
               sizeof(SceneHeader) == 104);
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(SceneParameters) == 224);
-static_assert(sizeof(BodyRecord) == 56 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
+static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 80 &&
+              sizeof(SceneParameters) == 304);
+static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The one optimisation problem of the proxy: the point of a polyhedron in R^6 that is closest to
+/// the origin (Goldfarb and Idnani, Mathematical Programming 27, 1983: dual active set, here with
+/// the identity as Hessian).
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/scalar.hpp"
+
+namespace haptic {
+
+using Vec6 = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+
+/// A half space g.z >= h.
+struct QpRow {
+  Vec6 g = Vec6::Zero();
+  Real h = 0;
+};
+
+/// Iterations after which the search ends with what it has.
+inline constexpr std::uint32_t kMaxQpIterations = 96;
+/// Rows that one problem may have.
+inline constexpr std::uint32_t kMaxQpRows = 192;
+
+struct QpResult {
+  Vec6 z = Vec6::Zero();
+  std::array<std::uint8_t, 6> active{};  ///< rows that hold z
+  std::array<Real, 6> multiplier{};      ///< of them, > 0: z = sum multiplier g
+  std::uint32_t active_count = 0;
+  std::uint32_t iterations = 0;
+  std::uint32_t skipped = 0;  ///< rows found inconsistent with the active ones and left out
+  bool capped = false;        ///< ended by kMaxQpIterations
+};
+
+/// min 1/2 |z|^2 over g_i.z >= h_i. `tolerance`: violation at which a row counts as met, in units
+/// of h for rows of unit length. At most kMaxQpRows rows; duplicates and dependent rows welcome.
+/// Deterministic: the most violated row first, the lowest index at ties. Cost: at most
+/// kMaxQpIterations times (all rows once and a 6x6 orthogonalisation); typically 4.
+[[nodiscard]] QpResult closest_point(std::span<const QpRow> rows, Real tolerance) noexcept;
+
+}  // namespace haptic
