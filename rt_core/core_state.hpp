@@ -15,6 +15,7 @@
 #include "rt_core/contact/pair_verdict.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/law/paper_law.hpp"
+#include "rt_core/law/proxy_law.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
 
 namespace haptic {
@@ -56,11 +57,12 @@ struct Candidate {
   std::uint32_t pair = 0;
 };
 
-/// Pose of A as the formulas use it: grip point and orientation.
-struct GripPose {
-  Vec3 x0_w = Vec3::Zero();
-  Quat q_wa = Quat::Identity();
-  Mat3 r_wa = Mat3::Identity();
+/// Where the goal lies off the device: what the clutch and the anchor have added.
+struct GoalOffset {
+  Vec3 translation_m = Vec3::Zero();
+  Quat rotation = Quat::Identity();
+  bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
+  bool clutched = false;
 };
 
 struct HapticCore::State {
@@ -90,6 +92,12 @@ struct HapticCore::State {
   std::span<std::uint8_t> merged;  ///< per patch: already part of an earlier one
   HullScratch hull;
 
+  Proxy proxy;  ///< law kProxy only
+  Spring spring;
+  AnchorLimits anchor;
+  GoalOffset offset;
+  GripPose frozen_goal;  ///< while clutched
+
   MotionSum motion;
   GripPose last;
   bool has_last = false;
@@ -102,6 +110,13 @@ struct HapticCore::State {
   void read_scene(const SceneView& view) noexcept;
   void forget() noexcept;
 
+  [[nodiscard]] GripPose goal_of(const GripPose& device, bool clutched,
+                                 StepResult& result) noexcept;
+  void set_offset(const GripPose& device, const GripPose& goal) noexcept;
+  void place_proxy(Arena& arena, const SceneView& view) noexcept;
+  void configure_proxy() noexcept;
+  [[nodiscard]] Wrench proxy_wrench(const GripPose& goal, StepResult& result) noexcept;
+  [[nodiscard]] Pose mesh_pose(const GripPose& grip) const noexcept;
   void advance(const GripPose& grip, StepResult& result) noexcept;
   [[nodiscard]] Odometer odometer(const PairGateState& gate) const noexcept;
   void pass_gate(const GripPose& grip, StepResult& result) noexcept;

@@ -69,10 +69,11 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     result.state_hash = s.hash;
     return result;
   }
-  GripPose grip;
-  grip.q_wa = input.pose_wa.q_wa.normalized();
-  grip.r_wa = grip.q_wa.toRotationMatrix();
-  grip.x0_w = input.pose_wa.p_wa + grip.r_wa * s.grip_a;
+  GripPose device;
+  device.q_wa = input.pose_wa.q_wa.normalized();
+  device.r_wa = device.q_wa.toRotationMatrix();
+  device.x0_w = input.pose_wa.p_wa + device.r_wa * s.grip_a;
+  const GripPose grip = s.goal_of(device, input.clutched, result);
 
   s.near.clear();
   s.contact_nodes.clear();
@@ -87,7 +88,12 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     result.situation = nearest.situation;
     result.near_count = nearest.near_count;
   }
-  result.wrench_w = s.total_wrench(result);
+  if (s.law == LawId::kProxy) {
+    result.wrench_w = s.proxy_wrench(grip, result);
+  } else {
+    result.wrench_w = s.total_wrench(result);
+    result.proxy_pose_wa = s.mesh_pose(grip);
+  }
   s.chain_hash(result);
   s.raise_peaks(result.counters);
   result.state_hash = s.hash;

@@ -14,6 +14,13 @@ struct Pose {
   Quat q_wa = Quat::Identity();  ///< orientation of A in W
 };
 
+/// Pose of A as the formulas use it: grip point and orientation, the latter in both forms.
+struct GripPose {
+  Vec3 x0_w = Vec3::Zero();  ///< grip point x_0^A in W [m]
+  Quat q_wa = Quat::Identity();
+  Mat3 r_wa = Mat3::Identity();
+};
+
 /// Velocity of A in W axes, at the grip point.
 struct Twist {
   Vec3 linear_w = Vec3::Zero();   ///< [m/s]
