@@ -46,6 +46,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"role", moving ? "moving" : "static"},
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
+          {"friction", body.friction},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
           {"recheck",
@@ -57,6 +58,20 @@ Json body_json(const BodyFacts& body, bool moving) {
             {"piece_pairs", r.piece_pairs},
             {"separated_pairs", r.separated_pairs},
             {"overlapping", r.separated_pairs != r.piece_pairs}}}};
+}
+
+Json coupling_json(const CouplingParameters& c) {
+  return {{"k_t_n_per_m", c.k_t_n_per_m},
+          {"k_r_nm_per_rad", c.k_r_nm_per_rad},
+          {"damping_ns_per_m", c.damping_ns_per_m},
+          {"damping_share", c.damping_share},
+          {"max_rotation_error_rad", c.max_rotation_error_rad},
+          {"max_translation_error_m", c.max_translation_error_m},
+          {"min_window_s", c.min_window_s},
+          {"max_window_s", c.max_window_s},
+          {"encoder_step_rad", c.encoder_step_rad},
+          {"passivity", c.passivity != 0},
+          {"allow_active", c.allow_active != 0}};
 }
 
 Json parameters_json(const SceneParameters& p) {
@@ -88,6 +103,7 @@ Json parameters_json(const SceneParameters& p) {
                         {"max_damping_ns_per_m", d.max_damping_ns_per_m},
                         {"delay_s", d.delay_s}};
   }
+  result["coupling"] = coupling_json(p.coupling);
   return result;
 }
 

@@ -2,6 +2,7 @@
 #include "tools/scene_inspect/facts_text.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -54,6 +55,7 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
+  if (index > 0) text += formatted("    friction %.9g against the moving part\n", body.friction);
   for (std::size_t i = 0; i < std::min(body.pieces.size(), kShownRows); ++i) {
     const PieceFacts& p = body.pieces[i];
     text += formatted(
@@ -66,6 +68,21 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
                       p.reach_m, p.vertex_relax_m, p.edge_relax_ratio);
   }
   return text + rest_line(body.pieces.size()) + recheck_text(body.recheck);
+}
+
+std::string coupling_text(const CouplingParameters& c) {
+  std::string text = formatted(
+      "  coupling: k_t %.9g N/m, k_r %.9g N m/rad (L %.6g m), damping %.9g N s/m, at most %.9g of "
+      "the spring\n"
+      "  coupling limits: %.9g rad, ",
+      c.k_t_n_per_m, c.k_r_nm_per_rad, std::sqrt(c.k_r_nm_per_rad / c.k_t_n_per_m),
+      c.damping_ns_per_m, c.damping_share, c.max_rotation_error_rad);
+  text += c.max_translation_error_m > 0 ? formatted("%.9g m", c.max_translation_error_m)
+                                        : std::string("none in translation");
+  text += formatted("; twist from %.9g to %.9g s", c.min_window_s, c.max_window_s);
+  if (c.encoder_step_rad > 0) text += formatted(", encoder step %.9g rad", c.encoder_step_rad);
+  text += c.passivity != 0 ? "; passivity controller on" : "; no passivity controller";
+  return text + (c.allow_active != 0 ? "; gains beyond the passivity budget allowed\n" : "\n");
 }
 
 std::string parameters_text(const SceneParameters& p) {
@@ -94,7 +111,7 @@ std::string parameters_text(const SceneParameters& p) {
   } else {
     text += "  no device given\n";
   }
-  return text;
+  return text + coupling_text(p.coupling);
 }
 
 }  // namespace
@@ -140,7 +157,10 @@ std::string pairs_as_text(const SceneFacts& facts,
   return text + rest_line(facts.pairs.size());
 }
 
-const char* law_name(LawId law) { return law == LawId::kPaper ? "paper" : "weighted_region"; }
+const char* law_name(LawId law) {
+  if (law == LawId::kProxy) return "proxy";
+  return law == LawId::kPaper ? "paper" : "weighted_region";
+}
 
 std::string facts_as_text(const SceneFacts& facts) {
   std::string text =

@@ -167,6 +167,7 @@ SceneFacts facts_of(const SceneView& view) {
     std::copy(std::begin(record.reference_m), std::end(record.reference_m),
               body.reference_m.begin());
     body.volume_m3 = record.volume_m3;
+    body.friction = record.friction;
     body.planes = record.plane_count;
     for (std::uint32_t i = 0; i < record.piece_count; ++i) {
       body.pieces.push_back(piece_facts(view.piece(record.piece_begin + i)));

@@ -66,6 +66,7 @@ struct BodyFacts {
   std::string name;
   std::array<double, 3> reference_m{0, 0, 0};
   double volume_m3 = 0.0;
+  double friction = 0.0;  ///< against the moving part
   std::uint32_t planes = 0;
   std::vector<PieceFacts> pieces;
   BodyRecheck recheck;
