@@ -43,6 +43,7 @@ void HapticCore::State::configure_proxy() noexcept {
   parameters.spring = spring;
   parameters.scale = proxy_scale(radius, extent, 0);
   parameters.radius_m = radius;
+  proxy_radius_m = radius;
   parameters.epsilon_m = epsilon_m;
   proxy.configure(parameters);
 }
@@ -89,7 +90,8 @@ GripPose HapticCore::State::goal_of(const GripPose& device, bool clutched,
   return goal;
 }
 
-Wrench HapticCore::State::proxy_wrench(const GripPose& goal, StepResult& result) noexcept {
+Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_ns,
+                                       StepResult& result) noexcept {
   const ProxyTick done = proxy.tick(goal, scratch, near);
   StepCounters& counters = result.counters;
   counters.proxy_passes = done.passes;
@@ -103,7 +105,12 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, StepResult& result)
   result.proxy_pose_wa = mesh_pose(proxy.pose());
   result.proxy_gap_m = done.gap_m;
   result.potential_j = done.end_potential_j;
-  return spring_wrench(spring, done.error);
+  if (done.passes == done.rejected) result.flags |= kFlagProxyStuck;
+  const Real hooked = kHookedShare * proxy_radius_m;
+  if (done.error.translation_m.squaredNorm() > hooked * hooked) result.flags |= kFlagHooked;
+  Wrench wrench = spring_wrench(spring, done.error);
+  if (output.damping_ns_per_m > 0) damp(done.error, stamp_ns, wrench);
+  return wrench;
 }
 
 }  // namespace haptic

@@ -94,6 +94,7 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
     gates[i].body_b = pairs[i].view.b.record->body;
   }
   if (law == LawId::kProxy) configure_proxy();
+  configure_output();
   forget();
 }
 
@@ -110,6 +111,7 @@ void HapticCore::State::forget() noexcept {
   for (std::uint64_t& turned : lanes_turned_at) turned = 0;
   proxy.reset();
   offset = GoalOffset{};
+  forget_output();
   motion = MotionSum{};
   has_last = false;
   tick = 0;

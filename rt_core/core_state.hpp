@@ -9,6 +9,7 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_gate.hpp"
@@ -17,6 +18,8 @@
 #include "rt_core/law/paper_law.hpp"
 #include "rt_core/law/proxy_law.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
+#include "rt_core/safety/passivity.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic {
 
@@ -65,6 +68,20 @@ struct GoalOffset {
   bool clutched = false;
 };
 
+/// What stands between the law and the device.
+struct OutputState {
+  std::int64_t period_ns = 0;
+  std::int64_t stamp_ns = 0;  ///< of the last report
+  bool has_stamp = false;
+  Real damping_ns_per_m = 0, damping_share = 0;  ///< of the coupling
+  PoseError error, rate;                         ///< of the coupling: last, and filtered rate
+  bool has_error = false;
+  bool observes = false, estimates = false;  ///< whether passivity and twist are asked for
+  Passivity passivity;
+  WrenchRamp ramp;
+  TwistEstimator twist;
+};
+
 struct HapticCore::State {
   SceneView scene;
   Vec3 grip_a = Vec3::Zero();  ///< grip point in A's mesh frame
@@ -94,9 +111,11 @@ struct HapticCore::State {
 
   Proxy proxy;  ///< law kProxy only
   Spring spring;
+  Real proxy_radius_m = 0;  ///< of A about the grip point
   AnchorLimits anchor;
   GoalOffset offset;
   GripPose frozen_goal;  ///< while clutched
+  OutputState output;
 
   MotionSum motion;
   GripPose last;
@@ -115,7 +134,14 @@ struct HapticCore::State {
   void set_offset(const GripPose& device, const GripPose& goal) noexcept;
   void place_proxy(Arena& arena, const SceneView& view) noexcept;
   void configure_proxy() noexcept;
-  [[nodiscard]] Wrench proxy_wrench(const GripPose& goal, StepResult& result) noexcept;
+  [[nodiscard]] Wrench proxy_wrench(const GripPose& goal, std::int64_t stamp_ns,
+                                    StepResult& result) noexcept;
+  void configure_output() noexcept;
+  void forget_output() noexcept;
+  [[nodiscard]] std::int64_t stamp_of(const StepInput& input) noexcept;
+  void damp(const PoseError& error, std::int64_t stamp_ns, Wrench& wrench) noexcept;
+  [[nodiscard]] Wrench finish(const Wrench& law_wrench, const GripPose& device,
+                              const StepInput& input, StepResult& result) noexcept;
   [[nodiscard]] Pose mesh_pose(const GripPose& grip) const noexcept;
   void advance(const GripPose& grip, StepResult& result) noexcept;
   [[nodiscard]] Odometer odometer(const PairGateState& gate) const noexcept;

@@ -88,12 +88,14 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     result.situation = nearest.situation;
     result.near_count = nearest.near_count;
   }
+  Wrench wrench;
   if (s.law == LawId::kProxy) {
-    result.wrench_w = s.proxy_wrench(grip, result);
+    wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
   } else {
-    result.wrench_w = s.total_wrench(result);
+    wrench = s.total_wrench(result);
     result.proxy_pose_wa = s.mesh_pose(grip);
   }
+  result.wrench_w = s.finish(wrench, device, input, result);
   s.chain_hash(result);
   s.raise_peaks(result.counters);
   result.state_hash = s.hash;

@@ -57,7 +57,8 @@ enum StepFlag : std::uint32_t {
   kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or rejected
   kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to
   kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
-  kFlagPassivity = 1u << 17         ///< the passivity controller took energy out
+  kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
+  kFlagRamping = 1u << 18           ///< the wrench is ramped out, is out, or is ramped in
 };
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
@@ -92,6 +93,7 @@ struct StepResult {
   Pose proxy_pose_wa;
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
+  Twist device_twist_w;  ///< estimate, where the scene names a device
   Real energy_j = 0;     ///< passivity observer: what the hand has put in and not got back
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;

@@ -11,8 +11,8 @@
 namespace haptic::sim {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagPassivity << 1;
-inline constexpr std::size_t kFlagCount = 19;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagRamping << 1;
+inline constexpr std::size_t kFlagCount = 20;
 
 struct TickRecord {
   std::uint64_t tick = 0;
