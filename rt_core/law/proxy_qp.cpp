@@ -277,7 +277,7 @@ struct Violation {
 /// The row that z violates most, by more than `tolerance`; the lowest index at ties. Rows are the
 /// lanes, and nothing branches on what they hold: which row is the worst nobody can foretell.
 Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real tolerance) noexcept {
-  RealLanes worst, at, here;
+  RealLanes worst{}, at{}, here{};
   for (std::uint32_t k = 0; k < kLanes; ++k) {
     worst[k] = tolerance;
     at[k] = static_cast<Real>(kMaxQpRows);
@@ -285,16 +285,23 @@ Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real toleran
   }
   const std::size_t count = rows.size();
   for (std::size_t i = 0; i < count; i += kLanes) {
-    std::array<RealLanes, kDimension> g;
-    RealLanes h;
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      // Behind the last row it comes again under higher indices, which lose the tie.
-      const QpRow& row = rows[std::min(i + k, count - 1)];
-      h[k] = row.h;
-      for (std::uint32_t c = 0; c < kDimension; ++c) g[c][k] = row.g[c];
-    }
-    const RealLanes height =
-        ((g[0] * z[0] + g[1] * z[1]) + (g[2] * z[2] + g[3] * z[3])) + (g[4] * z[4] + g[5] * z[5]);
+    std::array<const QpRow*, kLanes> row;
+    // Behind the last row it comes again under higher indices, which lose the tie.
+    for (std::size_t k = 0; k < kLanes; ++k) row[k] = &rows[std::min(i + k, count - 1)];
+    const auto height_along = [&](std::uint32_t c, RealLanes& height) {
+      RealLanes g{};
+      for (std::uint32_t k = 0; k < kLanes; ++k) g[k] = row[k]->g[c];
+      height = g * z[c];
+    };
+    RealLanes h{}, h0, h1, h2, h3, h4, h5;
+    for (std::uint32_t k = 0; k < kLanes; ++k) h[k] = row[k]->h;
+    height_along(0, h0);
+    height_along(1, h1);
+    height_along(2, h2);
+    height_along(3, h3);
+    height_along(4, h4);
+    height_along(5, h5);
+    const RealLanes height = ((h0 + h1) + (h2 + h3)) + (h4 + h5);
     const RealLanes violation = h - height;
     const LaneMask more = violation > worst;
     worst = more ? violation : worst;
