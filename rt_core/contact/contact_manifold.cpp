@@ -9,9 +9,9 @@
 namespace haptic {
 namespace {
 
-/// Points closer than this share of the pair's size are one: a row of 2e-8 of the size less reach
-/// at the largest turn of a pass.
-constexpr Real kMergeShare = 64 * kRealEpsilon > 1.0e-6_r ? 64 * kRealEpsilon : 1.0e-6_r;
+/// Points closer than this share of the smaller piece's radius are one: a row more would gain a
+/// fiftieth of that at the largest turn of a pass.
+constexpr Real kMergeShare = 1.0e-6_r;
 /// Rounding of coordinates in the plane, as a share of the pair's size.
 constexpr Real kBandShare = 8 * kRealEpsilon;
 
@@ -246,9 +246,11 @@ void look_along(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const P
   b.e2 = basis.e2;
   b.outward = gap.normal_w;
   b.origin = vertex_b;
-  const Real size = static_cast<Real>(pair.a.record->radius_m + pair.b.record->radius_m);
+  const Real radius_a = static_cast<Real>(pair.a.record->radius_m);
+  const Real radius_b = static_cast<Real>(pair.b.record->radius_m);
+  const Real size = radius_a + radius_b;
   region.band_m = kBandShare * size;
-  region.merge_m = kMergeShare * size;
+  region.merge_m = std::max(kMergeShare * std::min(radius_a, radius_b), 8 * region.band_m);
   region.edge_width_m = applicability_tolerance(size);
 }
 

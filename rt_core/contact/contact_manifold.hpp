@@ -42,8 +42,8 @@ struct ManifoldScratch {
 /// Each piece gives its support_feature within `height_m` of its support, the face of a kA or kB
 /// plane being given; the region is the intersection of the two as seen along n, and where that is
 /// empty the support pair's point. No gap is below the plane's but for rounding. Points closer than
-/// a millionth of the pair's size are one, with the smaller gap. Of more than kMaxManifoldPoints
-/// the one with the smallest gap is kept and those that reach farthest.
+/// a millionth of the smaller piece's radius are one, with the smaller gap. Of more than
+/// kMaxManifoldPoints the one with the smallest gap is kept and those that reach farthest.
 /// @param y_w  as for plane_gap [m].
 /// @param gap  of plane `id` at this pose, defined.
 /// Cost: the corners of the faces at the support vertices, twice the corners of the two features
