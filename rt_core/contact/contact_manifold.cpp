@@ -185,13 +185,62 @@ std::uint16_t merge_corners(const Region& region, ConvexPolygon& polygon,
   return lowest;
 }
 
-/// Directions in which the farthest corners of a large region are kept: cosines of multiples
-/// of 22.5 degrees.
-constexpr std::array<Real, kMaxManifoldPoints> kCosine = {
-    1.0_r,  0.92387953251128674_r,  0.70710678118654752_r,  0.38268343236508977_r,
-    0.0_r,  -0.38268343236508977_r, -0.70710678118654752_r, -0.92387953251128674_r,
-    -1.0_r, -0.92387953251128674_r, -0.70710678118654752_r, -0.38268343236508977_r,
-    0.0_r,  0.38268343236508977_r,  0.70710678118654752_r,  0.92387953251128674_r};
+/// The corner of the ring that lies farthest outside the line between two chosen ones.
+struct Arc {
+  std::uint16_t from = 0, to = 0, farthest = 0;
+  Real beyond_m = 0;
+};
+
+Arc arc_between(const ConvexPolygon& polygon, std::uint16_t from, std::uint16_t to) noexcept {
+  Arc arc{from, to, from, 0};
+  const PlanePoint start = polygon.point(from);
+  const PlanePoint side = polygon.point(to) - start;
+  const std::uint32_t bound = polygon.bound();
+  std::uint16_t at = polygon.next(from);
+  for (std::uint32_t k = 0; k < bound && at != to; ++k, at = polygon.next(at)) {
+    const Real beyond = cross(polygon.point(at) - start, side);
+    if (beyond > arc.beyond_m) {
+      arc.beyond_m = beyond;
+      arc.farthest = at;
+    }
+  }
+  const Real length2 = dot(side, side);
+  arc.beyond_m = length2 > 0 ? arc.beyond_m / std::sqrt(length2) : Real{0};
+  return arc;
+}
+
+/// Adds the corners that tell most of a region with more than fit: the one with the smallest gap,
+/// the one farthest from it, then again and again what lies farthest outside the hull of those
+/// chosen.
+void add_farthest(Region& region, const ConvexPolygon& polygon, std::uint16_t lowest) noexcept {
+  add_spot(region, polygon.point(lowest));
+  std::uint16_t opposite = lowest;
+  Real most = 0;
+  std::uint16_t at = polygon.next(lowest);
+  const std::uint32_t bound = polygon.bound();
+  for (std::uint32_t k = 0; k < bound && at != lowest; ++k, at = polygon.next(at)) {
+    const PlanePoint way = polygon.point(at) - polygon.point(lowest);
+    const Real distance2 = dot(way, way);
+    if (distance2 > most) {
+      most = distance2;
+      opposite = at;
+    }
+  }
+  add_spot(region, polygon.point(opposite));
+  std::array<Arc, kMaxManifoldPoints> arcs;
+  arcs[0] = arc_between(polygon, lowest, opposite);
+  arcs[1] = arc_between(polygon, opposite, lowest);
+  for (std::uint32_t count = 2; count < kMaxManifoldPoints; ++count) {
+    Arc& widest =
+        *std::max_element(arcs.begin(), arcs.begin() + count,
+                          [](const Arc& l, const Arc& r) { return l.beyond_m < r.beyond_m; });
+    if (!(widest.beyond_m > 0)) return;
+    const Arc split = widest;
+    add_spot(region, polygon.point(split.farthest));
+    widest = arc_between(polygon, split.from, split.farthest);
+    arcs[count] = arc_between(polygon, split.farthest, split.to);
+  }
+}
 
 void face_on_face(Region& region, ConvexPolygon& polygon) noexcept {
   polygon.clear();
@@ -213,12 +262,7 @@ void face_on_face(Region& region, ConvexPolygon& polygon) noexcept {
     }
     return;
   }
-  add_spot(region, polygon.point(at));  // the smallest gap
-  for (std::uint32_t k = 0; k < kMaxManifoldPoints; ++k) {
-    const Real sine = kCosine[(k + 12) % kMaxManifoldPoints];
-    at = polygon.farthest({kCosine[k], sine}, at, region.band_m);
-    add_spot(region, polygon.point(at));
-  }
+  add_farthest(region, polygon, at);
 }
 
 /// The two pieces in the plane: coordinates and heights about the support vertex of B.

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// Points of one manifold. A larger region is told by those that reach farthest in 16 directions.
+/// Points of one manifold; of a region with more corners those are kept that tell most of it.
 inline constexpr std::uint32_t kMaxManifoldPoints = 16;
 
 /// A point of the contact region: the motion (dx, dtheta) of A about x_0^A changes its gap by
@@ -43,12 +43,13 @@ struct ManifoldScratch {
 /// plane being given; the region is the intersection of the two as seen along n, and where that is
 /// empty the support pair's point. No gap is below the plane's but for rounding. Points closer than
 /// a millionth of the smaller piece's radius are one, with the smaller gap. Of more than
-/// kMaxManifoldPoints the one with the smallest gap is kept and those that reach farthest.
+/// kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the farthest outside
+/// the hull of the kept.
 /// @param y_w  as for plane_gap [m].
 /// @param gap  of plane `id` at this pose, defined.
-/// Cost: the corners of the faces at the support vertices, twice the corners of the two features
-/// and kMaxManifoldPoints^2 / 2 comparisons; two faces of 4096 corners are two dozen thousand
-/// steps.
+/// Cost: the corners of the faces at the support vertices, a few times the corners of the two
+/// features, and of a region with more corners than fit, those at most kMaxManifoldPoints times
+/// (three or four times as a rule).
 [[nodiscard]] std::uint32_t contact_manifold(
     const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id, const PlaneGap& gap,
     Real height_m, ManifoldScratch& scratch,

@@ -91,11 +91,6 @@ bool ConvexPolygon::cut(const PlanePoint& from, const PlanePoint& to, Real band_
   return true;
 }
 
-std::uint16_t ConvexPolygon::farthest(const PlanePoint& direction, std::uint16_t start,
-                                      Real band_m) const noexcept {
-  return climb([&](const PlanePoint& p) { return dot(p, direction); }, start, band_m).corner;
-}
-
 void ConvexPolygon::remove(std::uint16_t corner) noexcept {
   const Corner& gone = corners_[corner];
   at_ = gone.previous;

@@ -30,10 +30,6 @@ class ConvexPolygon {
   /// can lead outside the polygon. Cost: see above; never more than twice round the ring.
   [[nodiscard]] bool cut(const PlanePoint& from, const PlanePoint& to, Real band_m) noexcept;
 
-  /// The corner farthest along `direction`, found from corner `start`. Cost: the corners between.
-  [[nodiscard]] std::uint16_t farthest(const PlanePoint& direction, std::uint16_t start,
-                                       Real band_m) const noexcept;
-
   /// Takes a corner out. The ring must keep one.
   void remove(std::uint16_t corner) noexcept;
 

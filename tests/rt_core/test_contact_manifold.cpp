@@ -133,6 +133,7 @@ void check_manifold(ManifoldBench& m, const PlaneId& id, Tally& tally) {
     CHECK(std::abs(oracle.height(m.points[k].app_w) - expected) <= 10 * kRounding);
   }
   // Nothing of the region is missing; a region cut to 16 points still has almost all of it.
+  const ExactPolygon outline = hull_of(region);
   if (m.count < kMaxManifoldPoints) {
     for (const ExactPoint& c : region) {
       Exact nearest = std::numeric_limits<Exact>::max();
@@ -141,7 +142,7 @@ void check_manifold(ManifoldBench& m, const PlaneId& id, Tally& tally) {
       CHECK(std::min(nearest, distance_from(hull_of(spots), c)) <= merge);
     }
   } else {
-    CHECK(area_of(hull_of(spots)) >= 0.93L * area_of(hull_of(region)));
+    CHECK(area_of(hull_of(spots)) >= 0.96L * area_of(outline));
   }
   Exact least = std::numeric_limits<Exact>::max();
   for (const ExactPoint& c : region)
@@ -174,7 +175,7 @@ TEST_SUITE("rt_core.contact_manifold") {
         const Vec3 n = id.type == ContactType::kA   ? Vec3(-(pose.r_wa * pair.a.face_normal(id.i)))
                        : id.type == ContactType::kB ? pair.b.face_normal(id.j)
                        : id.flipped                 ? Vec3(-u.cross(v).normalized())
-                                                    : u.cross(v).normalized();
+                                                    : Vec3(u.cross(v).normalized());
         CHECK((gap.normal_w - n).norm() <= 4 * kRealEpsilon);
         CHECK((pose.r_wa * gap.normal_a - n).norm() <= 8 * kRealEpsilon);
         Real low = std::numeric_limits<Real>::max(), high = -low;
@@ -286,15 +287,18 @@ TEST_SUITE("rt_core.contact_manifold") {
     CHECK(m.make(along_x()) == 1);  // side by side
     CHECK(m.points[0].gap_m == m.gap.gap_m);
 
+    int crossings = 0;
     for (const double angle : {0.002, 0.1, 1.0, kPi / 2}) {
       CAPTURE(angle);
       m.bench.at({0.1 + 1e-3, 0, 0.01}, times(turn(angle, 1, 0, 0), turn(kPi, 0, 0, 1)));
       PlaneId id = best_plane(m);
       if (id.type != ContactType::kC) continue;  // edges of one plane tie with another one
+      ++crossings;
       CHECK(m.make(id) == 1);
       CHECK(m.has(apex + Vec3(0.5e-3_r, 0, 0.01_r), 1e-6_r));
       CHECK(std::abs(m.points[0].gap_m - 1e-3_r) < 10 * kRounding);
     }
+    CHECK(crossings >= 3);
   }
 
   TEST_CASE("invariants at random poses of faces, edges and corners near each other") {
@@ -314,8 +318,9 @@ TEST_SUITE("rt_core.contact_manifold") {
         Rotation q = random.rotation();
         if (k % 3 != 0) {
           const double tilt = std::pow(10.0, random.uniform(-12, -1.5));
+          const double yaw = k % 3 == 1 ? random.uniform(-3, 3) : 0.0;
           q = times(turn(tilt, random.uniform(-1, 1), random.uniform(-1, 1), 0.1),
-                    turn(random.uniform(-3, 3), 0, 0, k % 3 == 1 ? 1.0 : 0.0 + 1e-300));
+                    turn(yaw, 0, 0, 1));
         }
         Point x = {random.uniform(-0.06, 0.06), random.uniform(-0.06, 0.06), 0.15};
         m.bench.at(x, q);

@@ -136,15 +136,14 @@ TEST_SUITE("rt_core.convex_polygon") {
     }
   }
 
-  TEST_CASE("farthest corner, corners of one place, removal") {
-    Ring ring(6, 0);
+  TEST_CASE("corners of one place and on one side are cut as one; removal") {
+    Ring ring(6, 1);
     ring.load({{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 1}});
-    const ConvexPolygon& polygon = ring.polygon;
-    const std::uint16_t far = polygon.farthest({1, 1}, 5, kBand);
-    CHECK(polygon.point(far).x == 1);
-    CHECK(polygon.point(far).y == 1);
-    const std::uint16_t low = polygon.farthest({-1, -1}, far, kBand);
-    CHECK(low == 0);
+    CHECK(ring.polygon.cut({0, 0.5_r}, {1, 0.5_r}, kBand));  // keeps the upper half
+    ExactPolygon half = ring.corners();
+    CHECK(std::abs(area_of(half) - 0.5L) < 10 * kBand);
+    for (const ExactPoint& p : half) CHECK(p.y >= 0.5L - kBand);
+    ring.load({{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 1}});
     ring.polygon.remove(1);
     CHECK(ring.corners().size() == 5);
     CHECK(ring.polygon.next(0) == 2);
