@@ -145,6 +145,8 @@ TEST_SUITE("rt_core.proxy_qp") {
         r.h = static_cast<Real>(i + 1) * 0.001_r;
         rows.push_back(r);
       }
+      // An odd number between the copies, so that equals do not meet in one lane only.
+      rows.push_back(row({1, 0, 0, 0, 0, 0}, -1));
     }
     const QpResult result = check_solved(rows);
     CHECK(distance(result.z, std::array<double, 6>{1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3}) <= 1e-9);
@@ -273,6 +275,29 @@ TEST_SUITE("rt_core.proxy_qp") {
     check_held(rows, result);
     CHECK(result.skipped == 1);
     CHECK(distance(result.z, std::array<double, 6>{2e-3, 1e-3, 0, 0, 0, 0}) <= 1e-9);
+  }
+
+  TEST_CASE("a wall against one of several active rows is skipped: rounding lets none of them go") {
+    Random random(23);
+    int walls = 0;
+    for (int k = 0; k < 1000; ++k) {
+      INFO("seed 23, problem " << k);
+      std::vector<QpRow> rows = make_qp(random, kQpFamilies[2]);
+      const QpResult alone = check_solved(rows);
+      if (alone.active_count < 3) continue;
+      ++walls;
+      QpRow wall = rows[alone.active[alone.active_count - 1]];
+      wall.g = -wall.g;
+      wall.h = 1.0e-3_r - wall.h;
+      rows.push_back(wall);
+      const QpResult result = closest_point(rows, kTolerance);
+      check_held(rows, result);
+      CHECK(result.skipped > 0);
+      int violated = 0;
+      for (const QpRow& r : rows) violated += violation(r, result.z) > slack_m(result.z) ? 1 : 0;
+      CHECK(violated <= static_cast<int>(result.skipped));
+    }
+    CHECK(walls > 100);
   }
 
   TEST_CASE("problems without a feasible point: the closest point of all rows but the skipped") {
