@@ -2,7 +2,6 @@
 #include "rt_core/law/planar_hull.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace haptic {
 namespace {
@@ -56,17 +55,6 @@ std::size_t closest_point(std::span<const PlanePoint> points) noexcept {
 }
 
 }  // namespace
-
-Real norm(const PlanePoint& p) noexcept { return std::sqrt(dot(p, p)); }
-
-PlaneBasis plane_basis(const Vec3& n) noexcept {
-  const Real ax = std::abs(n[0]), ay = std::abs(n[1]), az = std::abs(n[2]);
-  const Vec3 least = ax <= ay && ax <= az ? Vec3(1, 0, 0)
-                     : ay <= az           ? Vec3(0, 1, 0)
-                                          : Vec3(0, 0, 1);
-  const Vec3 e1 = least.cross(n).normalized();
-  return {e1, n.cross(e1)};
-}
 
 std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
                           Real width_m) noexcept {
