@@ -61,7 +61,7 @@ void HapticCore::State::forget_output() noexcept {
 /// Time of this report; without stamps ticks are a period apart.
 std::int64_t HapticCore::State::stamp_of(const StepInput& input) noexcept {
   if (input.stamp_ns != 0) return input.stamp_ns;
-  return output.has_stamp ? output.stamp_ns + output.period_ns : output.period_ns;
+  return output.has_stamp ? output.stamp_ns + output.period_ns : 0;
 }
 
 /// Coupling damping B (p' - q_d') in translation and B L^2 in rotation, of the filtered backward

@@ -88,6 +88,9 @@ struct StepResult {
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;  ///< StepFlag
   StepCounters counters;
+  /// The device's pose with the offsets that clutch and anchor have added: D_near, situation and
+  /// wrench are those of this pose.
+  Pose goal_pose_wa;
   /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
   /// the goal, which is the device's pose after clutch and anchor.
   Pose proxy_pose_wa;
