@@ -346,14 +346,16 @@ TEST_SUITE("rt_core.contact_manifold") {
   }
 
   TEST_CASE("of corners that merge the one with the smaller gap stays") {
-    ManifoldBench m(cube(), cube());
+    // A is turned by 45 degrees and cuts each corner of B off by a side of 0.06 um.
+    const double side = 0.05 * std::sqrt(2.0) - 3e-8;
+    ManifoldBench m(box({-side, -side, 0}, {side, side, 0.1}), cube());
     Tally tally;
     for (int k = 0; k < 16; ++k) {
       CAPTURE(k);
-      const double yaw = k % 2 == 0 ? 1.4e-6 : -1.4e-6;  // two corners 0.07 um apart at each of B's
-      m.bench.at({0, 0, 0.1},
-                 times(turn(1e-4, std::cos(0.4 * k), std::sin(0.4 * k), 0), turn(yaw, 0, 0, 1)));
+      m.bench.at({0, 0, 0.05}, times(turn(1e-4, std::cos(0.4 * k), std::sin(0.4 * k), 0),
+                                     turn(kPi / 4, 0, 0, 1)));
       check_manifold(m, kTop, tally);
+      CHECK(m.count == 4);
     }
     CHECK(tally.regions == 16);
   }
