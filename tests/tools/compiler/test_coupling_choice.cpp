@@ -117,12 +117,12 @@ TEST_SUITE("tools.coupling_choice") {
     const std::string device = kDevice;  // lines 13 to 17, [coupling] is line 18
     CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"),
               "scene.toml:19:15: k_t_n_per_m: is 9000, the device is safe up to "));
-    CHECK(has(refusal("800", device + "[coupling]\nk_r_nm_per_rad = 9\n"),
-              "scene.toml:19:18: k_r_nm_per_rad: is 9, the device is safe up to "));
-    CHECK(has(refusal("800", device + "[coupling]\nlength_m = 0.2\n"),
+    CHECK(has(refusal("800", device + "[coupling]\nk_r_nm_per_rad = 90\n"),
+              "scene.toml:19:18: k_r_nm_per_rad: is 90, the device is safe up to "));
+    CHECK(has(refusal("800", device + "[coupling]\nlength_m = 0.4\n"),
               "scene.toml:19:12: k_r_nm_per_rad: is "));
     CHECK(has(refusal("800", device + "[coupling]\ndamping_ns_per_m = 900\n"),
-              "scene.toml:19:20: damping_ns_per_m: is 900 N s/m, the device is safe up to 160"));
+              "scene.toml:19:20: damping_ns_per_m: is 900 N s/m, the device is safe up to 161"));
     CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"), "allow_active = true"));
     CHECK(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\nallow_active = true\n") ==
           "accepted");
@@ -133,13 +133,17 @@ TEST_SUITE("tools.coupling_choice") {
           "accepted");
     CHECK(has(refusal("800", "[device]\nmass_kg = 0.1\n[coupling]\ndamping_ns_per_m = 0\n"),
               "scene.toml:12:15: k_f_n_per_m: no stiffness is stable on this device"));
-    // What the refusal says is safe is accepted.
-    const std::string words = refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n");
-    const std::size_t at = words.find("up to ") + 6;
-    const std::string safe = words.substr(at, words.find(' ', at) - at);
-    const double k = 0.9999 * std::stod(safe);
-    CHECK(refusal("800", device + "[coupling]\nk_t_n_per_m = " + std::to_string(k) + "\n") ==
-          "accepted");
+    // What a refusal says is safe is accepted.
+    for (const std::string gain : {"k_t_n_per_m = ", "k_r_nm_per_rad = "}) {
+      const std::string words = refusal("800", device + "[coupling]\n" + gain + "9000\n");
+      CAPTURE(words);
+      REQUIRE(has(words, "up to "));
+      const double safe = std::stod(words.substr(words.find("up to ") + 6));
+      CHECK(refusal("800", device + "[coupling]\n" + gain + std::to_string(0.9999 * safe) + "\n") ==
+            "accepted");
+      CHECK(refusal("800", device + "[coupling]\n" + gain + std::to_string(1.0001 * safe) + "\n") !=
+            "accepted");
+    }
   }
 
   TEST_CASE("friction reaches the bodies; unknown pairs and other laws are noted") {
@@ -199,11 +203,11 @@ TEST_SUITE("tools.coupling_choice") {
 
   TEST_CASE("a size that law proxy does not serve is refused, other laws take it") {
     const ScratchFolder folder("coupling");
-    std::string tiny = scene_text("800", "");
-    const std::size_t at = tiny.find("0.02");
-    tiny.replace(at, 4, "1e-8");
-    CHECK_THROWS_WITH_AS(compile_scene(parsed(tiny, folder), {}),
+    std::string wide = scene_text("800", "");
+    wide.replace(wide.find("material = \"pom\""), 16, "grip_m = [20000, 0, 0]");
+    CHECK_THROWS_WITH_AS(compile_scene(parsed(wide, folder), {}),
                          doctest::Contains("law proxy serves 1e-07 to 1e+04 m"), InputError);
+    CHECK_NOTHROW(compile_scene(parsed(wide + "law = \"paper\"\n", folder), {}));
     // The same part where single precision resolves too little, double does not mind.
     std::string far = scene_text("800", "");
     far.replace(far.find("material = \"steel\""), 18, "position_m = [50, 0, 0]");

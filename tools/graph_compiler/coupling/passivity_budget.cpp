@@ -93,8 +93,11 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
   add("corner of three perpendicular planes", 1.0);
   if (proxy) {
     const double k_r = p.coupling.k_r_nm_per_rad;
-    // The coupling damps rotation with B L^2, L^2 = k_r / k_t.
-    const AxisLimits turn = limits(budget.rotation, k_r, b * k_r / p.coupling.k_t_n_per_m);
+    // The coupling damps rotation with B L^2 = (B / k_t) k_r, which follows k_r.
+    const double damping_per_stiffness_s = b / p.coupling.k_t_n_per_m;
+    const AxisLimits turn{
+        stiffness_boundary(budget.rotation, 0.0, damping_per_stiffness_s) / kBudgetMargin,
+        damping_boundary(budget.rotation, k_r) / kBudgetMargin};
     budget.states.push_back({"rotation", "k_r_nm_per_rad", 1.0, turn.stiffness, turn.damping, k_r});
   } else {
     // k_F at the largest lever: k_F r_A^2 against inertia m r^2.

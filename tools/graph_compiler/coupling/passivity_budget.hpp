@@ -24,7 +24,7 @@ struct ContactStateBudget {
   const char* state = "";  ///< "one plane"
   const char* gain = "";   ///< key of the gain that it bounds: "k_t_n_per_m"
   double factor = 1.0;     ///< stiffness of the state along its stiffest direction over the gain
-  double stiffness = 0.0;  ///< largest safe gain, with the scene's damping [N/m or N m/rad]
+  double stiffness = 0.0;  ///< largest safe gain, with the scene's B [N/m or N m/rad]
   double damping = 0.0;    ///< largest safe damping at the scene's gain [N s/m or N m s/rad]
   double given = 0.0;      ///< the scene's gain
   [[nodiscard]] bool holds() const { return given <= stiffness * (1.0 + kBudgetRounding); }

@@ -128,13 +128,15 @@ bool is_stable(const SampledAxis& axis, double stiffness_n_per_m, double virtual
   return Loop(axis).is_stable(stiffness_n_per_m, virtual_damping_ns_per_m);
 }
 
-double stiffness_boundary(const SampledAxis& axis, double virtual_damping_ns_per_m) {
+double stiffness_boundary(const SampledAxis& axis, double virtual_damping_ns_per_m,
+                          double damping_per_stiffness_s) {
   const Loop loop(axis);
   const double most = largest_stiffness(axis);
   // Without damping of either kind the smallest spring already swings up.
   const double least = std::clamp(0.01 * first_order_stiffness(axis), 1e-9 * most, 1e-5 * most);
-  return boundary_between(least, 2.0 * most,
-                          [&](double k) { return loop.is_stable(k, virtual_damping_ns_per_m); });
+  return boundary_between(least, 2.0 * most, [&](double k) {
+    return loop.is_stable(k, virtual_damping_ns_per_m + damping_per_stiffness_s * k);
+  });
 }
 
 double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m) {

@@ -29,7 +29,10 @@ bool is_stable(const SampledAxis& axis, double stiffness_n_per_m, double virtual
 
 /// Largest K such that the loop is stable with it and every smaller one that the search meets (60
 /// per decade), to a relative 1e-9; 0 when none is. Cost: some 600 tests of stability at most.
-double stiffness_boundary(const SampledAxis& axis, double virtual_damping_ns_per_m);
+/// `damping_per_stiffness_s`: seconds times K that the virtual damping grows by, 0 where it is
+/// fixed.
+double stiffness_boundary(const SampledAxis& axis, double virtual_damping_ns_per_m,
+                          double damping_per_stiffness_s = 0.0);
 
 /// The same for B at a given K. When B = 0 is unstable but a larger one is not, the first stable
 /// stretch counts.

@@ -94,7 +94,7 @@ class Choice {
     const double most = parameters_.device.max_stiffness_n_per_m;
     if (most > 0.0) c.k_t_n_per_m = std::min(c.k_t_n_per_m, most);
     const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
-    if (budget.unchecked.empty()) {
+    if (budget.unchecked.empty() && budget.damping_holds()) {
       const double limit = budget.limit_of("k_t_n_per_m");
       if (!(limit > 0.0)) fail(request.k_f_at, "k_f_n_per_m", unstable_words(budget));
       c.k_t_n_per_m = std::min(c.k_t_n_per_m, limit);
@@ -138,7 +138,7 @@ class Choice {
                number(budget.damping_limit_ns_per_m) + mend);
     }
     for (const ContactStateBudget& state : budget.states) {
-      if (state.holds()) continue;
+      if (state.holds() || state.stiffness > budget.limit_of(state.gain)) continue;
       const std::string gain = state.gain;
       const FilePlace& at = gain == "k_f_n_per_m"   ? request.k_f_at
                             : gain == "k_t_n_per_m" ? request.k_t_at
