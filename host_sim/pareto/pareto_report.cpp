@@ -17,6 +17,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr std::size_t kFullPoses = 20000, kQuickPoses = 2000;
+constexpr std::size_t kFullFieldPoses = 5000, kQuickFieldPoses = 1000;
 
 MeasurePlan plan_of(const ParetoOptions& options) {
   MeasurePlan plan;
@@ -31,9 +32,10 @@ MeasurePlan plan_of(const ParetoOptions& options) {
 std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
   std::vector<PairClass> classes = pair_classes(options.seed);
   for (const std::string& name : options.pairs) {
+    if (name == kFieldName) continue;
     if (std::none_of(classes.begin(), classes.end(),
                      [&name](const PairClass& pair) { return pair.name == name; })) {
-      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6");
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6 and " + kFieldName);
     }
   }
   if (options.pairs.empty()) return classes;
@@ -54,6 +56,11 @@ double clock_step_ns(const TickClock& clock) {
   for (auto next = std::next(counts.begin()); next != counts.end(); ++next)
     step = std::min(step, *next - *std::prev(next));
   return static_cast<double>(step) * clock.ns_per_count();
+}
+
+bool wants_field(const ParetoOptions& options) {
+  return options.pairs.empty() ||
+         std::find(options.pairs.begin(), options.pairs.end(), kFieldName) != options.pairs.end();
 }
 
 void say(const ParetoOptions& options, const std::string& line) {
@@ -88,6 +95,8 @@ std::vector<ParetoRow> ParetoResult::rows() const {
     for (const MethodMeasure& method : pair.methods)
       all.insert(all.end(), method.result.rows.begin(), method.result.rows.end());
   }
+  for (const VisitBudget& budget : budgets)
+    all.insert(all.end(), budget.result.rows.begin(), budget.result.rows.end());
   return all;
 }
 
@@ -101,6 +110,11 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   result.clock_step_ns = clock_step_ns(clock);
   for (const PairClass& pair : classes)
     result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
+  if (wants_field(options)) {
+    say(options, "field of posts, budgets of pair visits");
+    result.budgets = measure_visit_budgets(options.quick ? kQuickFieldPoses : kFullFieldPoses,
+                                           options.seed, result.plan, clock);
+  }
   return result;
 }
 

@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "host_sim/pareto/pareto_measure.hpp"
+#include "host_sim/pareto/visit_budget.hpp"
 
 namespace haptic::sim {
 
 struct ParetoOptions {
-  std::vector<std::string> pairs;  ///< names of pair classes; empty: all
+  std::vector<std::string> pairs;  ///< names of pair classes, or kFieldName; empty: all
   bool quick = false;              ///< 2000 poses instead of 20000, and fewer visits of nodes
   std::uint64_t seed = 1;
   HeapCounter heap_calls = nullptr;
@@ -39,7 +40,9 @@ struct ParetoResult {
   double clock_empty_ns = 0;
   double clock_step_ns = 0;  ///< smallest difference that the clock shows
   std::vector<PairMeasure> pairs;
+  std::vector<VisitBudget> budgets;  ///< of the field of posts; empty: not asked for
 
+  /// Of the pairs, then of the field.
   [[nodiscard]] std::vector<ParetoRow> rows() const;
 };
 

@@ -139,6 +139,37 @@ std::string remarks(const PairMeasure& pair) {
   return text;
 }
 
+/// The budgets of pair visits: what is saved, and what is then wrong.
+std::string budget_section(const std::vector<VisitBudget>& budgets) {
+  if (budgets.empty()) return {};
+  std::string text =
+      "## " + std::string(kFieldName) + ": a block over " + std::to_string(kFieldPosts) +
+      " posts\n\nThe core alone, with a budget of pairs that a tick may visit; nearest first, the "
+      "others keep their last plane and the tick is flagged. Force: largest difference from that "
+      "with all pairs visited, which is " +
+      short_number(budgets.back().force_n, "%.2f") + " N at most.\n\n";
+  text +=
+      table_head({"setting", "contact: median / p99 / p99.9 / largest", "depth error (m): median",
+                  "largest", "wrong verdicts", "points of the contact, mean",
+                  "ticks with a pair left out (%)", "largest error of the force (N)"});
+  for (const VisitBudget& budget : budgets) {
+    const ParetoRow* contact = nullptr;
+    std::uint64_t wrong = 0, poses = 0;
+    for (const ParetoRow& row : budget.result.rows) {
+      if (row.state == to_text(PairState::kContact)) contact = &row;
+      wrong += row.wrong_verdicts;
+      poses += row.poses;
+    }
+    if (contact == nullptr) continue;
+    text += table_row(
+        {contact->setting, times(contact), short_number(contact->median_error_m),
+         short_number(contact->max_error_m), std::to_string(wrong) + " of " + std::to_string(poses),
+         short_number(contact->patch_points, "%.3g"), short_number(100 * budget.held_share, "%.1f"),
+         short_number(budget.force_error_n)});
+  }
+  return text + "\n";
+}
+
 std::string libraries_text() {
   std::string built, missing;
   for (const PeerLibrary& library : peer_libraries()) {
@@ -198,7 +229,7 @@ std::string pareto_markdown(const ParetoResult& result) {
             short_number(100 * pair.penetrating_share, "%.1f") + " % in contact.\n\n" +
             time_table(pair) + error_table(pair) + remarks(pair);
   }
-  return text;
+  return text + budget_section(result.budgets);
 }
 
 std::string pareto_json(const ParetoResult& result) {
@@ -229,6 +260,12 @@ std::string pareto_json(const ParetoResult& result) {
         entry["refusals"].push_back({{"method", m.method}, {"why", m.result.refusal}});
     }
     json["pairs"].push_back(std::move(entry));
+  }
+  for (const VisitBudget& budget : result.budgets) {
+    json["visit_budgets"].push_back({{"visits", budget.visits},
+                                     {"held_share", budget.held_share},
+                                     {"force_error_n", budget.force_error_n},
+                                     {"force_n", budget.force_n}});
   }
   for (const ParetoRow& row : result.rows()) json["rows"].push_back(json_row(row));
   return json.dump(2) + "\n";

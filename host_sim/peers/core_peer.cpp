@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kEpsilon_m = 1e-4;  // the paper's, of the near set
 constexpr double kStiffness_n_per_m = 1000.0;
-constexpr double kExactBand_m = 0.005;
 
 Pose pose_of(const PeerPose& pose) {
   return pose_at(Vector(pose.p_wa[0], pose.p_wa[1], pose.p_wa[2]),
@@ -21,10 +20,8 @@ Pose pose_of(const PeerPose& pose) {
 
 class CorePeer final : public PeerQuery {
  public:
-  CorePeer(const Solid& a, const Solid& b)
-      : session_(scene_of(a, {&b, 1}, kStiffness_n_per_m, kEpsilon_m, LawId::kWeightedRegion,
-                          kExactBand_m),
-                 a.name + " on " + b.name),
+  CorePeer(const Solid& a, std::span<const Solid> pieces, const CoreSetting& setting)
+      : session_(core_scene(a, pieces, setting), a.name + " on " + pieces.front().name),
         core_(session_.core()),
         search_(session_.view()) {}
 
@@ -35,7 +32,7 @@ class CorePeer final : public PeerQuery {
   }
   void query() override { result_ = core_.step(input_); }
   void query_only() override { sink_ = search_.query(input_.pose_wa); }
-  [[nodiscard]] bool has_query_only() const override { return true; }
+  [[nodiscard]] bool has_query_only() const override { return core_.pair_count() == 1; }
   [[nodiscard]] PeerAnswer answer() const override;
   void reset() override {
     core_.reset();
@@ -53,11 +50,12 @@ class CorePeer final : public PeerQuery {
 };
 
 PeerAnswer CorePeer::answer() const {
-  const PairReport report = core_.pair_report(0);
+  const PairReport report = core_.pair_report(result_.nearest_pair);
   PeerAnswer answer;
   answer.depth_m = static_cast<double>(report.d_near_m);
   answer.penetrating = report.d_near_m <= 0;
-  answer.patch_points = static_cast<std::uint32_t>(report.contact_nodes.size());
+  for (std::uint32_t k = 0; k < core_.pair_count(); ++k)
+    answer.patch_points += static_cast<std::uint32_t>(core_.pair_report(k).contact_nodes.size());
   answer.separated = report.exact ? SeparatedValue::kPlane : SeparatedValue::kLowerBound;
   answer.normal_w = {static_cast<double>(report.normal_w[0]),
                      static_cast<double>(report.normal_w[1]),
@@ -97,8 +95,15 @@ class LiteralPeer final : public PeerQuery {
 
 }  // namespace
 
-std::unique_ptr<PeerQuery> make_core_peer(const Solid& a, const Solid& b) {
-  return std::make_unique<CorePeer>(a, b);
+std::vector<std::byte> core_scene(const Solid& a, std::span<const Solid> pieces,
+                                  const CoreSetting& setting) {
+  return scene_of(a, pieces, kStiffness_n_per_m, setting.epsilon_m, setting.law,
+                  setting.exact_band_m, setting.max_pair_visits);
+}
+
+std::unique_ptr<PeerQuery> make_core_peer(const Solid& a, std::span<const Solid> pieces,
+                                          const CoreSetting& setting) {
+  return std::make_unique<CorePeer>(a, pieces, setting);
 }
 
 std::unique_ptr<PeerQuery> make_literal_peer(const Solid& a, const Solid& b, bool with_rotation) {

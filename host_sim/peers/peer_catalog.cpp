@@ -13,8 +13,6 @@
 namespace haptic::sim {
 namespace {
 
-constexpr const char* kRealName = sizeof(Real) == sizeof(double) ? "double" : "float";
-
 /// What the clock alone and the call cost.
 class EmptyPeer final : public PeerQuery {
  public:
@@ -52,9 +50,6 @@ void add_own(std::vector<PeerEntry>& entries) {
                          return std::make_unique<ExhaustivePeer>(peer_solid(a), peer_solid(b));
                        }};
   exhaustive.drawn = exhaustive.all_nodes = true;
-  PeerEntry core{"ours", "tick", kRealName,
-                 [](const Solid& a, const Solid& b) { return make_core_peer(a, b); }};
-  core.drawn = true;
   entries.push_back(std::move(empty));
   entries.push_back(std::move(exhaustive));
   for (const bool with_rotation : {false, true}) {
@@ -65,7 +60,31 @@ void add_own(std::vector<PeerEntry>& entries) {
     literal.drawn = !with_rotation;
     entries.push_back(std::move(literal));
   }
-  entries.push_back(std::move(core));
+}
+
+/// The core as it comes, then with one of its tolerances or its law changed at a time.
+void add_core(std::vector<PeerEntry>& entries) {
+  const auto add = [&entries](const char* name, const CoreSetting& setting) {
+    PeerEntry core{"ours", name, kRealName, [setting](const Solid& a, const Solid& b) {
+                     return make_core_peer(a, {&b, 1}, setting);
+                   }};
+    core.drawn = entries.back().method != core.method;
+    entries.push_back(std::move(core));
+  };
+  CoreSetting setting;
+  add("tick", setting);
+  setting.epsilon_m = 1e-3;
+  add("eps 1e-3", setting);
+  setting.epsilon_m = 1e-5;
+  add("eps 1e-5", setting);
+  setting.epsilon_m = 1e-6;
+  add("eps 1e-6", setting);
+  setting = {};
+  setting.exact_band_m = 5e-4;
+  add("band 5e-4", setting);
+  setting = {};
+  setting.law = LawId::kPaper;
+  add("law paper", setting);
 }
 
 void add_foreign([[maybe_unused]] std::vector<PeerEntry>& entries) {
@@ -100,6 +119,7 @@ void add_foreign([[maybe_unused]] std::vector<PeerEntry>& entries) {
 std::vector<PeerEntry> peer_catalog() {
   std::vector<PeerEntry> entries;
   add_own(entries);
+  add_core(entries);
   add_foreign(entries);
   return entries;
 }

@@ -11,6 +11,7 @@
 
 #include "host_sim/motion/motion_script.hpp"
 #include "rt_core/base/pose.hpp"
+#include "rt_core/scene/capacity.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::sim {
@@ -67,11 +68,13 @@ class Seeded {
 
 /// Compiled scene of A over one static body made of `pieces`; grip point at A's origin;
 /// D_near exact up to `exact_band_m` of separation, by default at any distance, as figures need it.
-/// @throws tools::InputError when a solid is not closed.
+/// A tick visits at most `max_pair_visits` pairs. @throws tools::InputError when a solid is not
+/// closed.
 [[nodiscard]] std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces,
                                               double k_f_n_per_m, double epsilon_m,
                                               LawId law = LawId::kPaper,
-                                              double exact_band_m = kMaxSceneLength_m);
+                                              double exact_band_m = kMaxSceneLength_m,
+                                              std::uint32_t max_pair_visits = kDefaultPairVisits);
 
 [[nodiscard]] Pose pose_at(const Vector& p, const Rotation& q);
 [[nodiscard]] MotionSample sample_at(double t_s, const Vector& p, const Rotation& q);

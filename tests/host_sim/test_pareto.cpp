@@ -247,6 +247,88 @@ TEST_CASE("report: tables, JSON and pictures of a short run") {
   }
 }
 
+TEST_CASE("the core's settings: exact with each of them, the contact grows with epsilon") {
+  const PairClass pair = pair_classes(1)[1];
+  const TruthfulWorkload workload = truthful_workload(pair, 2000, 5);
+  const TickClock clock;
+  const double exact_m = sizeof(Real) == sizeof(float) ? 1e-7 : 1e-15;
+  double last_points = 1e9, most_points = 0;
+  int settings = 0;
+  for (const PeerEntry& entry : peer_catalog()) {
+    if (entry.method != "ours") continue;
+    CAPTURE(entry.setting);
+    ++settings;
+    CHECK(entry.drawn == (entry.setting == "tick"));
+    for (const ParetoRow& row : measure_method(entry, pair, workload, short_plan(), clock).rows) {
+      CHECK(row.wrong_verdicts == 0);
+      if (row.state != "contact") continue;
+      CHECK(row.max_error_m <= exact_m);
+      if (!entry.setting.starts_with("eps")) continue;  // 1e-3, 1e-5, 1e-6
+      CHECK(row.patch_points <= last_points);
+      last_points = row.patch_points;
+      most_points = std::max(most_points, row.patch_points);
+    }
+  }
+  CHECK(settings == 6);
+  CHECK(most_points > last_points);
+}
+
+TEST_CASE("field: with all pairs visited exact, with fewer flagged and off by what it says") {
+  const TickClock clock;
+  const std::vector<VisitBudget> budgets = measure_visit_budgets(240, 1, short_plan(), clock);
+  REQUIRE(budgets.size() == 6);
+  const double exact_m = sizeof(Real) == sizeof(float) ? 1e-7 : 1e-15;
+  double last_points = 0;
+  for (const VisitBudget& budget : budgets) {
+    CAPTURE(budget.visits);
+    REQUIRE(!budget.result.rows.empty());
+    const ParetoRow& contact = budget.result.rows.front();
+    REQUIRE(contact.state == "contact");
+    CHECK(contact.pair == kFieldName);
+    CHECK(contact.patch_points >= last_points);
+    last_points = contact.patch_points;
+    CHECK(budget.force_n > 0.1);
+  }
+  const VisitBudget &one = budgets.front(), &all = budgets.back();
+  CHECK(all.visits == kFieldPosts);
+  CHECK(all.held_share == 0);
+  CHECK(all.force_error_n == 0);
+  for (const ParetoRow& row : all.result.rows) CHECK(row.wrong_verdicts == 0);
+  CHECK(all.result.rows.front().max_error_m <= exact_m);
+  CHECK(one.held_share > 0.5);
+  CHECK(one.force_error_n > 1e-6);
+  CHECK(one.result.rows.front().patch_points < all.result.rows.front().patch_points);
+
+  ParetoResult result;
+  result.plan = short_plan();
+  result.budgets = budgets;
+  CHECK(pareto_markdown(result).find("| visits 16 |") != std::string::npos);
+  CHECK(pareto_markdown(result).find("| visits all |") != std::string::npos);
+  CHECK(pareto_json(result).find("\"visit_budgets\"") != std::string::npos);
+  std::size_t rows = 0;
+  for (const VisitBudget& budget : budgets) rows += budget.result.rows.size();
+  CHECK(result.rows().size() == rows);
+}
+
+TEST_CASE("field: its truth is that of the nearest post") {
+  const PostField field = post_field(9);
+  CHECK(field.posts.size() == kFieldPosts);
+  const TruthfulWorkload workload = field_workload(field, 40, 3);
+  const OraclePiece block = piece_of(field.block);
+  std::vector<OraclePiece> posts;
+  for (const Solid& post : field.posts) posts.push_back(piece_of(post));
+  for (std::size_t i = 0; i < workload.poses.size(); i += 8) {
+    const WorkloadPose& pose = workload.motion.poses[i];
+    const OraclePose at{rotation_of(widen(pose.q_wa.w()), widen(pose.q_wa.x()),
+                                    widen(pose.q_wa.y()), widen(pose.q_wa.z())),
+                        {widen(pose.p_wa[0]), widen(pose.p_wa[1]), widen(pose.p_wa[2])}};
+    Wide least = 1;
+    for (const OraclePiece& post : posts)
+      least = std::min(least, NearReference(block, post).at(at).truth.reference_m);
+    CHECK(workload.truths[i].truth.reference_m == least);
+  }
+}
+
 TEST_CASE("report: an unknown pair is refused") {
   ParetoOptions options;
   options.pairs = {"W7"};
