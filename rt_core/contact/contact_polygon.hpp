@@ -10,7 +10,7 @@
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
-#include "rt_core/law/planar_hull.hpp"
+#include "rt_core/contact/planar_hull.hpp"
 #include "rt_core/scene/graph_rule.hpp"
 
 namespace haptic {

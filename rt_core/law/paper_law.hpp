@@ -7,7 +7,7 @@
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/contact/contact_region.hpp"
-#include "rt_core/law/planar_hull.hpp"
+#include "rt_core/contact/planar_hull.hpp"
 
 namespace haptic {
 

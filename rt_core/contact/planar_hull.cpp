@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt_core/law/planar_hull.hpp"
+#include "rt_core/contact/planar_hull.hpp"
 
 #include <algorithm>
 #include <cmath>
