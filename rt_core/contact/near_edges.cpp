@@ -147,11 +147,11 @@ void NearSearch::test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collec
   const Real least = best_ - epsilon_;
   const Real square = least * least * sine2;
   if (least >= 0 ? (g <= 0 || g * g <= square) : (g < 0 && g * g >= square)) return;
-  take_pair(a, b, {c0, c1, d0, d1, height, std::sqrt(sine2), sign}, m, w, collect);
+  take_pair(a, b, {c0, c1, d0, d1, height, std::sqrt(sine2), sign, collect}, m, w);
 }
 
 void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairHeights& h,
-                           const Vec3& m, const Vec3& w, bool collect) noexcept {
+                           const Vec3& m, const Vec3& w) noexcept {
   if (h.sine < kParallelSine) return;
   const bool fits = h.height <= tolerance_;
   Vec3 n = (h.sign / h.sine) * m;
@@ -171,7 +171,7 @@ void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairH
   node.f_m = f;
   node.violation_m = h.height / h.sine;
   if (fits) count_pair(node, h);
-  if (!collect || h.sine < kMinEdgeSine) return;
+  if (!h.collect || h.sine < kMinEdgeSine) return;
   if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node, h, *a.arc, *b.arc));
   if (f - std::max(node.violation_m, Real{0}) > best_ - epsilon_) collect_edge_pair(node);
 }

@@ -57,6 +57,7 @@ class NearSearch {
     Real d0, d1;  ///< of A's
     Real height;  ///< the violation, times the sine
     Real sine, sign;
+    bool collect;  ///< the pair may join the near set
   };
 
   /// Start value: last tick's best edge pair, where it still applies. It only raises L.
@@ -83,7 +84,7 @@ class NearSearch {
   /// largest of +-c0, -+c1, +-d0, -+d1.
   inline void test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collect) noexcept;
   inline void take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairHeights& h,
-                        const Vec3& m, const Vec3& w, bool collect) noexcept;
+                        const Vec3& m, const Vec3& w) noexcept;
   /// Largest height that one of the pieces rises over the plane of an edge pair, where its apex
   /// does not tell; else a height that the apexes have.
   [[nodiscard]] inline Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
