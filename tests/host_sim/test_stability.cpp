@@ -41,7 +41,7 @@ TEST_SUITE("host_sim.stability") {
 
   TEST_CASE(
       "peg: at rest with a soft spring in a firm hand, not with a stiff one in a loose hand") {
-    const PegRest soft = peg_rest({LawId::kPaper, 1000, 0, "firm", 0}, 200, 1.5);
+    const PegRest soft = peg_rest({LawId::kPaper, 1000, 0, "firm", 0}, 500, 2.5);
     CHECK(soft.at_rest());
     const PegRest stiff = peg_rest({LawId::kPaper, 1000, 2, "loose", 0}, 5000, 1.5);
     CHECK_FALSE(stiff.at_rest());
