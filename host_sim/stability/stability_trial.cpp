@@ -116,7 +116,7 @@ bool wall_is_stable(const TrialSetting& setting, double stiffness_n_per_m, doubl
 }
 
 double wall_limit(const TrialSetting& setting, double guess, double seconds) {
-  constexpr double kWiden = 1.4, kLargestRatio = 32, kWithin = 1.005;
+  constexpr double kWiden = 1.4, kLargestRatio = 32, kWithin = 1.0005;
   double low = guess / kWiden, high = guess * kWiden;
   while (!wall_is_stable(setting, low, seconds)) {
     high = low;

@@ -32,8 +32,8 @@ struct TrialSetting {
 [[nodiscard]] bool wall_is_stable(const TrialSetting& setting, double stiffness_n_per_m,
                                   double seconds);
 
-/// Largest stable stiffness on the wall [N/m], within 1 %, sought by bisection from around `guess`
-/// (a factor of 32 either way at most; 0 or kNoLimit beyond).
+/// Largest stable stiffness on the wall [N/m], within 0.1 %, sought by bisection from around
+/// `guess` (a factor of 32 either way at most; 0 or kNoLimit beyond).
 [[nodiscard]] double wall_limit(const TrialSetting& setting, double guess, double seconds);
 
 /// Stiffnesses tried in the hole [N/m].
