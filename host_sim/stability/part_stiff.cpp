@@ -157,7 +157,11 @@ std::string picture(const std::vector<StiffCell>& cells) {
   for (const unsigned delay : {0u, 1u}) {
     const LogPanel panel{left, 70, 400, 300, 1e2, 1e6, 1e1, 1e7};
     svg += log_panel_frame(panel, "delay " + std::to_string(delay) + ", tool 0.1 kg", "wall (N/m)",
-                           delay == 0 ? "coupling (N/m)" : "", 1);
+                           delay == 0 ? "coupling (N/m)" : "", 0);
+    for (int power = 1; power <= 7; ++power) {
+      svg += text_at(panel.left - 6, panel.y_of(std::pow(10.0, power)) + 4,
+                     "1e" + std::to_string(power), "end", 12);
+    }
     for (std::size_t i = 0; i < kIntegrators.size(); ++i) {
       std::vector<double> points;
       for (const StiffCell& c : cells) {

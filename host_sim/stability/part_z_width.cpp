@@ -200,7 +200,9 @@ std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& 
                         1.08 * top};
       svg += panel_frame(panel, h == 0 ? "K (kN/m)" : " ", true);
       svg += text_at(panel.left + 120, panel.top - 8,
-                     hand_names()[h] + " hand, delay " + std::to_string(delay), "middle", 13);
+                     (h == 0 ? "nobody holding" : hand_names()[h] + " hand") + ", delay " +
+                         std::to_string(delay),
+                     "middle", 13);
       for (std::size_t r = 0; r < curves.size(); ++r)
         svg += curve(panel, axis, curves[r], kRateColours[r], 1.6);
       for (const WallCell& c : cells) {
@@ -227,6 +229,44 @@ std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& 
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1320\" height=\"660\" "
          "viewBox=\"0 0 1320 660\" font-family=\"sans-serif\">\n<rect width=\"1320\" "
          "height=\"660\" fill=\"#ffffff\"/>\n" +
+         svg + "</svg>\n";
+}
+
+/// The whole region in units of the device, m/T and m/T^2: how damping helps at first and harms in
+/// the end.
+std::string region_picture() {
+  constexpr double kMostDamping = 1.6, kMostStiffness = 0.8;
+  const Panel panel{90, 60, 560, 340, 0, kMostDamping, 0, kMostStiffness};
+  std::string svg = text_at(90, 28, "Stable region of a virtual wall, nobody holding on", "start",
+                            18, "font-weight=\"bold\"") +
+                    panel_frame(panel, "K T^2 / m", true);
+  for (const unsigned delay : {0u, 1u, 2u}) {
+    LinearLoop loop;
+    loop.delay_samples = delay;
+    const double unit_b = loop.mass_kg / loop.period_s, unit_k = unit_b / loop.period_s;
+    for (const double filter : {1.0, kDampingFilter}) {
+      loop.filter = filter;
+      std::vector<double> across, up;
+      double limit = 1;
+      for (double b = 0; b <= kMostDamping && limit > 0; b += 0.01) {
+        limit = stiffness_limit(loop, b * unit_b) / unit_k;
+        across.push_back(b);
+        up.push_back(limit);
+      }
+      svg += curve(panel, across, up, kRateColours[delay], filter == 1.0 ? 0.8 : 2.0);
+    }
+    const double y = 90 + 22.0 * delay;
+    svg += "<line x1=\"520\" y1=\"" + pixel(y) + "\" x2=\"544\" y2=\"" + pixel(y) + "\" stroke=\"" +
+           kRateColours[delay] + "\" stroke-width=\"3\"/>\n" +
+           text_at(552, y + 4, "delay " + std::to_string(delay), "start", 13);
+  }
+  svg += text_at(370, 440, "B T / m", "middle", 13);
+  svg += text_at(90, 462,
+                 "thick: with the damping's filter, thin: without; device damping b T / m = 0.01",
+                 "start", 12);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"700\" height=\"480\" "
+         "viewBox=\"0 0 700 480\" font-family=\"sans-serif\">\n<rect width=\"700\" "
+         "height=\"480\" fill=\"#ffffff\"/>\n" +
          svg + "</svg>\n";
 }
 
@@ -302,13 +342,15 @@ PartReport z_width_part(const StabilityOptions& options) {
       "alone.\n\n" +
       wall_table(walls) + "\n" +
       picture_line("z_width.svg", "Stable region over stiffness and damping") +
+      picture_line("z_region.svg", "The whole region, by delay") +
       "\nA square peg in its hole, 0.1 mm of clearance per side, pressed sideways and turned: "
       "largest of 500, 700, 1000, 1400, 2000, 3000, 4000, 5000 N/m up to which all come to rest "
       "(below 0.5 mm/s and 0.05 rad/s in the last tenth).\n\n" +
       peg_table(pegs);
   report.files = {{"z_width.csv", csv_of(walls, pegs)},
                   {"z_width.md", "# " + report.title + "\n\n" + report.markdown},
-                  {"z_width.svg", picture(walls, options)}};
+                  {"z_width.svg", picture(walls, options)},
+                  {"z_region.svg", region_picture()}};
   return report;
 }
 
