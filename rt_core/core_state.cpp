@@ -55,7 +55,10 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   merged = arena.take<std::uint8_t>(c.pair_count);
   hull.points = arena.take<PlanePoint>(near_nodes);
   hull.hull = arena.take<PlanePoint>(2 * near_nodes);
-  if (view.parameters().law == LawId::kPaper) {
+  output.twist = arena.take<TwistEstimator>(view.parameters().device.given != 0 ? 1 : 0);
+  if (view.parameters().law == LawId::kProxy) {
+    place_proxy(arena, view);
+  } else if (view.parameters().law == LawId::kPaper) {
     points = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
     merged_points = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
   } else {
@@ -91,6 +94,8 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
     gates[i].reach_b_m = pairs[i].view.b.record->reach_m;
     gates[i].body_b = pairs[i].view.b.record->body;
   }
+  if (law == LawId::kProxy) configure_proxy();
+  configure_output();
   forget();
 }
 
@@ -105,6 +110,9 @@ void HapticCore::State::forget() noexcept {
   for (PairGateState& gate : gates) gate.plane = GatePlane{};
   for (BodyMotion& body : bodies) body.swept_m = 0;
   for (std::uint64_t& turned : lanes_turned_at) turned = 0;
+  proxy.reset();
+  offset = GoalOffset{};
+  forget_output();
   motion = MotionSum{};
   has_last = false;
   tick = 0;

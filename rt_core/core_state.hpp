@@ -9,13 +9,17 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/law/paper_law.hpp"
+#include "rt_core/law/proxy_law.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
+#include "rt_core/safety/passivity.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic {
 
@@ -56,11 +60,26 @@ struct Candidate {
   std::uint32_t pair = 0;
 };
 
-/// Pose of A as the formulas use it: grip point and orientation.
-struct GripPose {
-  Vec3 x0_w = Vec3::Zero();
-  Quat q_wa = Quat::Identity();
-  Mat3 r_wa = Mat3::Identity();
+/// Where the goal lies off the device: what the clutch and the anchor have added.
+struct GoalOffset {
+  Vec3 translation_m = Vec3::Zero();
+  Quat rotation = Quat::Identity();
+  bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
+  bool clutched = false;
+};
+
+/// What stands between the law and the device.
+struct OutputState {
+  std::int64_t period_ns = 0;
+  std::int64_t stamp_ns = 0;  ///< of the last report
+  bool has_stamp = false;
+  Real damping_ns_per_m = 0, damping_share = 0;  ///< of the coupling
+  PoseError error, rate;                         ///< of the coupling: last, and filtered rate
+  bool has_error = false;
+  bool observes = false;  ///< the passivity layer acts
+  Passivity passivity;
+  WrenchRamp ramp;
+  std::span<TwistEstimator> twist;  ///< one where the scene names a device, else none
 };
 
 struct HapticCore::State {
@@ -90,6 +109,14 @@ struct HapticCore::State {
   std::span<std::uint8_t> merged;  ///< per patch: already part of an earlier one
   HullScratch hull;
 
+  Proxy proxy;  ///< law kProxy only
+  Spring spring;
+  Real proxy_radius_m = 0;  ///< of A about the grip point
+  AnchorLimits anchor;
+  GoalOffset offset;
+  GripPose frozen_goal;  ///< while clutched
+  OutputState output;
+
   MotionSum motion;
   GripPose last;
   bool has_last = false;
@@ -102,6 +129,20 @@ struct HapticCore::State {
   void read_scene(const SceneView& view) noexcept;
   void forget() noexcept;
 
+  [[nodiscard]] GripPose goal_of(const GripPose& device, bool clutched,
+                                 StepResult& result) noexcept;
+  void set_offset(const GripPose& device, const GripPose& goal) noexcept;
+  void place_proxy(Arena& arena, const SceneView& view) noexcept;
+  void configure_proxy() noexcept;
+  [[nodiscard]] Wrench proxy_wrench(const GripPose& goal, std::int64_t stamp_ns,
+                                    StepResult& result) noexcept;
+  void configure_output() noexcept;
+  void forget_output() noexcept;
+  [[nodiscard]] std::int64_t stamp_of(const StepInput& input) noexcept;
+  void damp(const PoseError& error, std::int64_t stamp_ns, Wrench& wrench) noexcept;
+  [[nodiscard]] Wrench finish(const Wrench& law_wrench, const GripPose& device,
+                              const StepInput& input, StepResult& result) noexcept;
+  [[nodiscard]] Pose mesh_pose(const GripPose& grip) const noexcept;
   void advance(const GripPose& grip, StepResult& result) noexcept;
   [[nodiscard]] Odometer odometer(const PairGateState& gate) const noexcept;
   void pass_gate(const GripPose& grip, StepResult& result) noexcept;

@@ -11,6 +11,7 @@
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
+#include "rt_core/contact/contact_polygon.hpp"
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
@@ -57,7 +58,8 @@ enum StepFlag : std::uint32_t {
   kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or rejected
   kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to
   kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
-  kFlagPassivity = 1u << 17         ///< the passivity controller took energy out
+  kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
+  kFlagRamping = 1u << 18           ///< the wrench is ramped out, is out, or is ramped in
 };
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
@@ -87,11 +89,15 @@ struct StepResult {
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;  ///< StepFlag
   StepCounters counters;
+  /// The device's pose with the offsets that clutch and anchor have added: D_near, situation and
+  /// wrench are those of this pose.
+  Pose goal_pose_wa;
   /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
   /// the goal, which is the device's pose after clutch and anchor.
   Pose proxy_pose_wa;
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
+  Twist device_twist_w;  ///< estimate, where the scene names a device
   Real energy_j = 0;     ///< passivity observer: what the hand has put in and not got back
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;
@@ -142,6 +148,12 @@ class HapticCore {
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
   [[nodiscard]] const StepPeaks& peaks() const noexcept;
+  /// Contact plane, frame, polygon and ids of one pair in the last tick, formed when asked for:
+  /// `step` does nothing for it. `pair` < pair_count(). The lists of `out` bring their room, as
+  /// many as the pair's near_capacity always suffice; where the pair does not touch they end empty.
+  /// Uses memory of the tick: between ticks, on their thread. Cost: near nodes, and
+  /// O(K log K) of the K contact points.
+  void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
 
  private:
   struct State;

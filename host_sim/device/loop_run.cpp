@@ -36,9 +36,7 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
     record.speed_m_per_s = tick.device.velocity_w.norm();
     record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
-    record.energy_j = static_cast<double>(tick.result.energy_j);
     record.delivered_j = tick.delivered_j;
-    record.proxy_gap_m = static_cast<double>(tick.result.proxy_gap_m);
     records.push_back(record);
     stroke.from = stroke.to;
   }
@@ -50,15 +48,14 @@ std::string loop_csv(std::span<const LoopRecord> records) {
   csv +=
       ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
       "device_z_m,device_qw,device_qx,device_qy,device_qz,hand_x_m,hand_y_m,hand_z_m,"
-      "speed_m_per_s,turn_rad_per_s,proxy_gap_m,energy_j,delivered_j\n";
+      "speed_m_per_s,turn_rad_per_s,delivered_j\n";
   csv.reserve(600 * (records.size() + 1));
   for (const LoopRecord& r : records) {
     append_tick_row(csv, r.tick);
     append_pose(csv, r.proxy_wa);
     append_pose(csv, r.device_wa);
     for (const double value : r.target_m) append_number(csv += ',', value);
-    for (const double value :
-         {r.speed_m_per_s, r.turn_rad_per_s, r.proxy_gap_m, r.energy_j, r.delivered_j}) {
+    for (const double value : {r.speed_m_per_s, r.turn_rad_per_s, r.delivered_j}) {
       append_number(csv += ',', value);
     }
     csv += '\n';
@@ -69,7 +66,7 @@ std::string loop_csv(std::span<const LoopRecord> records) {
 LoopTotals total(std::span<const LoopRecord> records) {
   LoopTotals t;
   t.ticks = records.size();
-  t.smallest_gap_m = records.empty() ? 0 : records.front().proxy_gap_m;
+  t.smallest_gap_m = records.empty() ? 0 : records.front().tick.proxy_gap_m;
   Vector last_force = Vector::Zero(), last_torque = Vector::Zero();
   for (std::size_t k = 0; k < records.size(); ++k) {
     const LoopRecord& r = records[k];
@@ -81,8 +78,8 @@ LoopTotals total(std::span<const LoopRecord> records) {
     t.refused_poses += r.tick.status != RtStatus::kOk ? 1u : 0u;
     t.contact_ticks += r.tick.status == RtStatus::kOk && r.tick.d_near_m <= 0 ? 1u : 0u;
     t.largest_delivered_j = std::max(t.largest_delivered_j, r.delivered_j);
-    t.least_energy_j = std::min(t.least_energy_j, r.energy_j);
-    t.smallest_gap_m = std::min(t.smallest_gap_m, r.proxy_gap_m);
+    t.least_energy_j = std::min(t.least_energy_j, r.tick.energy_j);
+    t.smallest_gap_m = std::min(t.smallest_gap_m, r.tick.proxy_gap_m);
     if (k > 0 && (force - last_force).norm() > t.largest_force_step_n) {
       t.largest_force_step_n = (force - last_force).norm();
       t.force_step_at_s = r.tick.t_s;

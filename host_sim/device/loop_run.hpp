@@ -18,9 +18,7 @@ struct LoopRecord {
   Pose device_wa, proxy_wa;          ///< A's mesh frame: as sensed, and as shown
   std::array<double, 3> target_m{};  ///< of the hand, for A's mesh frame
   double speed_m_per_s = 0, turn_rad_per_s = 0;
-  double energy_j = 0;     ///< of the core's observer
   double delivered_j = 0;  ///< work of the rendering on the device so far
-  double proxy_gap_m = 0;
 };
 
 /// Runs the hand's targets through the loop, one sample per tick, the device at rest at the first.

@@ -11,8 +11,8 @@
 namespace haptic::sim {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagPassivity << 1;
-inline constexpr std::size_t kFlagCount = 19;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagRamping << 1;
+inline constexpr std::size_t kFlagCount = 20;
 
 struct TickRecord {
   std::uint64_t tick = 0;
@@ -28,6 +28,8 @@ struct TickRecord {
   std::uint32_t flags = 0;              ///< StepFlag
   RtStatus status = RtStatus::kOk;
   std::uint64_t state_hash = 0;
+  double proxy_gap_m = 0;  ///< law proxy: smallest gap of the proxy
+  double energy_j = 0;     ///< of the passivity observer
 };
 
 /// The record of tick number `tick` from the core's result.
@@ -36,7 +38,7 @@ struct TickRecord {
 /// Header of the replay's CSV, without the end of line.
 inline constexpr const char* kTickCsvHeader =
     "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,"
-    "state_hash";
+    "state_hash,proxy_gap_m,energy_j";
 
 /// Appends one line of the CSV, without its end.
 void append_tick_row(std::string& csv, const TickRecord& tick);

@@ -14,7 +14,7 @@ namespace haptic {
 
 using Vec6 = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
 
-/// A half space g.z >= h.
+/// A half space g.z >= h. Finite; a row that is not a number never counts as violated.
 struct QpRow {
   Vec6 g = Vec6::Zero();
   Real h = 0;
@@ -25,20 +25,25 @@ inline constexpr std::uint32_t kMaxQpIterations = 96;
 /// Rows that one problem may have.
 inline constexpr std::uint32_t kMaxQpRows = 192;
 
+/// Whatever ended the search, z is the closest point of the rows in `active`.
 struct QpResult {
   Vec6 z = Vec6::Zero();
   std::array<std::uint8_t, 6> active{};  ///< rows that hold z
   std::array<Real, 6> multiplier{};      ///< of them, > 0: z = sum multiplier g
   std::uint32_t active_count = 0;
-  std::uint32_t iterations = 0;
-  std::uint32_t skipped = 0;  ///< rows found inconsistent with the active ones and left out
-  bool capped = false;        ///< ended by kMaxQpIterations
+  std::uint32_t iterations = 0;  ///< steps of the dual, each an entering row or one that leaves
+  std::uint32_t skipped = 0;     ///< rows found inconsistent with the active ones and left out
+  bool capped = false;           ///< ended by kMaxQpIterations: rows may be violated still
 };
 
-/// min 1/2 |z|^2 over g_i.z >= h_i. `tolerance`: violation at which a row counts as met, in units
-/// of h for rows of unit length. At most kMaxQpRows rows; duplicates and dependent rows welcome.
-/// Deterministic: the most violated row first, the lowest index at ties. Cost: at most
-/// kMaxQpIterations times (all rows once and a 6x6 orthogonalisation); typically 4.
+/// min 1/2 |z|^2 over g_i.z >= h_i. `tolerance`: h - g.z up to which a row counts as met, in the
+/// unit of h; above the rounding of g.z. Rows of lengths about 1: the most violated one is that of
+/// the largest h - g.z, whatever its length. At most kMaxQpRows rows, further ones are not looked
+/// at; duplicates and dependent rows welcome. A row without length, or one that only pulls against
+/// the active rows, is skipped.
+/// Deterministic, the same bits in every build of one Real: the most violated row first, the lowest
+/// index at ties. Cost: at most kMaxQpIterations times (all rows once and a 6x6 orthogonalisation);
+/// typically 4.
 [[nodiscard]] QpResult closest_point(std::span<const QpRow> rows, Real tolerance) noexcept;
 
 }  // namespace haptic

@@ -18,6 +18,11 @@ using check::dot;
 using check::Double3;
 using check::vertex_of;
 
+/// `x` lies in [low, high]; false for NaN.
+constexpr bool in_range(double x, double low, double high) noexcept {
+  return x >= low && x <= high;
+}
+
 /// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate
 /// is out of range.
 double coordinate_scale(const PieceView& p) noexcept {
@@ -185,6 +190,24 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
 
 }  // namespace
 
+RtStatus check::coupling(const CouplingParameters& c) noexcept {
+  const bool stiffnesses =
+      in_range(c.k_t_n_per_m, kMinStiffness_n_per_m, kMaxStiffness_n_per_m) &&
+      in_range(c.k_r_nm_per_rad, c.k_t_n_per_m * kMinCouplingLength_m * kMinCouplingLength_m,
+               c.k_t_n_per_m * kMaxSceneLength_m * kMaxSceneLength_m);
+  const bool damping = in_range(c.damping_ns_per_m, 0.0, kMaxCouplingDamping_ns_per_m) &&
+                       in_range(c.damping_share, 0.0, 1.0);
+  const bool anchor = positive(c.max_rotation_error_rad) &&
+                      c.max_rotation_error_rad <= kMaxRotationError_rad &&
+                      in_range(c.max_translation_error_m, 0.0, kMaxSceneLength_m);
+  const bool window = positive(c.max_window_s) && c.max_window_s <= kMaxWindow_s &&
+                      in_range(c.min_window_s, 0.0, c.max_window_s);
+  const bool rest = finite(c.encoder_step_rad) && c.encoder_step_rad >= 0.0 && c.passivity <= 1 &&
+                    c.allow_active <= 1;
+  return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
+                                                            : RtStatus::kBlobBadNumber;
+}
+
 RtStatus SceneView::check_bodies() const noexcept {
   if (bodies_.size() < 2 || pieces_.size() > 65535) return RtStatus::kBlobBadCount;
   std::uint64_t pieces = 0, planes = 0;
@@ -205,6 +228,7 @@ RtStatus SceneView::check_bodies() const noexcept {
     for (const double x : body.reference_m) {
       if (!check::is_coordinate(x)) return RtStatus::kBlobBadNumber;
     }
+    if (!in_range(body.friction, 0.0, b == 0 ? 0.0 : kMaxFriction)) return RtStatus::kBlobBadNumber;
     if (!check::finite(body.volume_m3) ||
         !(check::absolute(volume - body.volume_m3) <= 1e-6 * volume)) {
       return RtStatus::kBlobBadNumber;

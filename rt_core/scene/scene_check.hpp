@@ -30,6 +30,10 @@ template <typename T>
   return absolute(x) <= kMaxSceneLength_m;
 }
 
+/// Every number of the coupling is in the range that CouplingParameters and the limits of the
+/// format state. Answers kOk or kBlobBadNumber.
+[[nodiscard]] RtStatus coupling(const CouplingParameters& c) noexcept;
+
 /// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
 /// before.

@@ -28,6 +28,15 @@ inline constexpr std::uint32_t kMaxSections = 64;
 /// force, torque or square of a length leaves the range of Real, single precision included.
 inline constexpr double kMaxSceneLength_m = 1.0e6;
 inline constexpr double kMaxStiffness_n_per_m = 1.0e12;
+/// Of the coupling: least stiffness and length L = sqrt(k_r / k_t), which must stay apart from zero
+/// in single precision; damping [N s/m], rotation error [rad] and window [s] at most; coefficient
+/// of friction at most.
+inline constexpr double kMinStiffness_n_per_m = 1.0e-12;
+inline constexpr double kMinCouplingLength_m = 1.0e-9;
+inline constexpr double kMaxCouplingDamping_ns_per_m = 1.0e12;
+inline constexpr double kMaxRotationError_rad = 3.0;
+inline constexpr double kMaxWindow_s = 1.0e3;
+inline constexpr double kMaxFriction = 2.0;
 
 enum class SectionId : std::uint32_t {
   kParameters = 1,        ///< SceneParameters, exactly one
@@ -124,7 +133,7 @@ struct DeviceParameters {
 /// device. SI units; every value resolved by the compiler, 0 where a limit is said to be none.
 struct CouplingParameters {
   double k_t_n_per_m;              ///< coupling stiffness in translation, > 0
-  double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2
+  double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2, L 1e-9 to 1e6 m
   double damping_ns_per_m;         ///< B: coupling damping in translation; B L^2 in rotation; >= 0
   double damping_share;            ///< it is at most this share of the spring wrench, 0 to 1
   double max_rotation_error_rad;   ///< theta_sat: the anchor follows beyond; in (0, 3]
@@ -158,7 +167,8 @@ struct BodyRecord {
   double
       reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
   double volume_m3;    ///< of the solid (pieces of a cover counted once each)
-  double friction;     ///< static body: Coulomb coefficient against the moving body; moving: 0
+  double friction;     ///< static body: Coulomb coefficient against the moving body, 0 to 2;
+                       ///< moving: 0
   std::uint32_t piece_begin, piece_count;
   std::uint32_t plane_begin, plane_count;
   std::uint32_t name_offset, name_bytes;  ///< in kText

@@ -212,7 +212,8 @@ std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) cons
 
 RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
-  if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion) return RtStatus::kBlobBadNumber;
+  if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion && p.law != LawId::kProxy)
+    return RtStatus::kBlobBadNumber;
   if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
     return RtStatus::kBlobBadNumber;
   if (!check::positive(p.k_f_n_per_m) || !check::positive(p.rate_hz) ||
@@ -238,8 +239,8 @@ RtStatus SceneView::check_parameters() const noexcept {
                          d.max_stiffness_n_per_m, d.max_damping_ns_per_m, d.delay_s}) {
     if (!check::finite(x) || x < 0.0) return RtStatus::kBlobBadNumber;
   }
-  return check::within(p.name_offset, p.name_bytes, text_.size()) ? RtStatus::kOk
-                                                                  : RtStatus::kBlobBadIndex;
+  if (!check::within(p.name_offset, p.name_bytes, text_.size())) return RtStatus::kBlobBadIndex;
+  return check::coupling(p.coupling);
 }
 
 }  // namespace haptic

@@ -141,7 +141,8 @@ TEST_SUITE("rt_core.scene_view") {
       return changed_section<SceneParameters>(blob, SectionId::kParameters, change);
     };
     CHECK(with([](SceneParameters* p) { p->law = LawId::kWeightedRegion; }) == RtStatus::kOk);
-    CHECK(with([](SceneParameters* p) { p->law = static_cast<LawId>(3); }) ==
+    CHECK(with([](SceneParameters* p) { p->law = LawId::kProxy; }) == RtStatus::kOk);
+    CHECK(with([](SceneParameters* p) { p->law = static_cast<LawId>(4); }) ==
           RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters* p) { p->epsilon_o_m = 0; }) == RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters* p) { p->exact_band_m = kMaxSceneLength_m; }) == RtStatus::kOk);
@@ -150,6 +151,66 @@ TEST_SUITE("rt_core.scene_view") {
           RtStatus::kBlobBadNumber);
     // The arcs belong to one epsilon.
     CHECK(with([](SceneParameters* p) { p->epsilon_m *= 2; }) == RtStatus::kBlobBadNumber);
+  }
+
+  TEST_CASE("open: refuses couplings out of their ranges") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](auto change) {
+      return changed_section<SceneParameters>(blob, SectionId::kParameters,
+                                              [&](SceneParameters* p) { change(p->coupling); });
+    };
+    using Member = double CouplingParameters::*;
+    struct Range {
+      Member member;
+      double least, most, below, above;
+    };
+    const double k_t = 1000.0, infinite = std::numeric_limits<double>::infinity();
+    const Range ranges[] = {{&CouplingParameters::k_r_nm_per_rad, k_t * 1.1e-18, k_t * 1e12,
+                             k_t * 0.9e-18, k_t * 1.1e12},
+                            {&CouplingParameters::damping_ns_per_m, 0, 1e12, -1e-300, 1.1e12},
+                            {&CouplingParameters::damping_share, 0, 1, -0.1, 1.1},
+                            {&CouplingParameters::max_rotation_error_rad, 1e-9, 3, 0, 3.1},
+                            {&CouplingParameters::max_translation_error_m, 0, 1e6, -1e-9, 1.1e6},
+                            {&CouplingParameters::min_window_s, 0, 0.02, -0.001, 0.021},
+                            {&CouplingParameters::max_window_s, 0.001, 1e3, 0.0009, 1.1e3},
+                            {&CouplingParameters::encoder_step_rad, 0, 1, -1e-9, infinite}};
+    for (const Range& r : ranges) {
+      CAPTURE(&r - ranges);
+      for (const double x : {r.least, r.most}) {
+        CHECK(with([&](CouplingParameters& c) { c.*r.member = x; }) == RtStatus::kOk);
+      }
+      for (const double x : {r.below, r.above, std::nan(""), infinite}) {
+        CHECK(with([&](CouplingParameters& c) { c.*r.member = x; }) == RtStatus::kBlobBadNumber);
+      }
+    }
+    const auto k = [&](double stiffness, double length) {
+      return with([&](CouplingParameters& c) {
+        c.k_t_n_per_m = stiffness;
+        c.k_r_nm_per_rad = stiffness * length * length;
+      });
+    };
+    CHECK(k(kMinStiffness_n_per_m, 1.0) == RtStatus::kOk);
+    CHECK(k(kMaxStiffness_n_per_m, 1.0) == RtStatus::kOk);
+    for (const double x : {0.0, 0.9e-12, 1.1e12, -1.0, std::nan("")}) {
+      CHECK(k(x, 1.0) == RtStatus::kBlobBadNumber);
+    }
+    CHECK(with([](CouplingParameters& c) { c.passivity = 2; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](CouplingParameters& c) { c.allow_active = 2; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](CouplingParameters& c) { c.passivity = c.allow_active = 1; }) == RtStatus::kOk);
+  }
+
+  TEST_CASE("open: static bodies rub with a coefficient from 0 to 2, the moving one has none") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](std::size_t body, double friction) {
+      return changed_section<BodyRecord>(blob, SectionId::kBodies,
+                                         [&](BodyRecord* b) { b[body].friction = friction; });
+    };
+    CHECK(with(1, 0.3) == RtStatus::kOk);
+    CHECK(with(1, kMaxFriction) == RtStatus::kOk);
+    for (const double x : {-0.1, 2.1, std::nan("")}) {
+      CHECK(with(1, x) == RtStatus::kBlobBadNumber);
+    }
+    CHECK(with(0, 0.3) == RtStatus::kBlobBadNumber);
   }
 
   TEST_CASE("open: lanes, arcs and bounds must be those of their piece") {

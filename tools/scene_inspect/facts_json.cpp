@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -46,6 +47,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"role", moving ? "moving" : "static"},
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
+          {"friction", body.friction},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
           {"recheck",
@@ -163,7 +165,9 @@ Json facts_as_json(const SceneFacts& facts) {
           {"stored_graph_bytes", facts.stored_graph_bytes},
           {"sections", sections_as_json(facts)},
           {"capacity", capacity_as_json(facts)},
-          {"parameters", parameters_json(facts.parameters)}};
+          {"parameters", parameters_json(facts.parameters)},
+          {"coupling", coupling_as_json(facts)},
+          {"passivity_budget", budget_as_json(facts)}};
 }
 
 }  // namespace haptic::tools

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -54,6 +55,7 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
+  if (index > 0) text += formatted("    friction %.9g against the moving part\n", body.friction);
   for (std::size_t i = 0; i < std::min(body.pieces.size(), kShownRows); ++i) {
     const PieceFacts& p = body.pieces[i];
     text += formatted(
@@ -140,7 +142,10 @@ std::string pairs_as_text(const SceneFacts& facts,
   return text + rest_line(facts.pairs.size());
 }
 
-const char* law_name(LawId law) { return law == LawId::kPaper ? "paper" : "weighted_region"; }
+const char* law_name(LawId law) {
+  if (law == LawId::kProxy) return "proxy";
+  return law == LawId::kPaper ? "paper" : "weighted_region";
+}
 
 std::string facts_as_text(const SceneFacts& facts) {
   std::string text =
@@ -153,7 +158,9 @@ std::string facts_as_text(const SceneFacts& facts) {
   text += nodes_as_text(facts) + pairs_as_text(facts, std::nullopt);
   text += "bytes by table\n" + sections_as_text(facts);
   text += "bounds\n" + bounds_as_text(facts);
-  return text + "parameters\n" + parameters_text(facts.parameters);
+  text += "parameters\n" + parameters_text(facts.parameters);
+  return text + "coupling\n" + coupling_as_text(facts) + "passivity budget\n" +
+         budget_as_text(facts);
 }
 
 }  // namespace haptic::tools

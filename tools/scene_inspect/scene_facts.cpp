@@ -152,6 +152,8 @@ SceneFacts facts_of(const SceneView& view) {
   const SceneHeader& header = view.header();
   facts.parameters = view.parameters();
   facts.name = view.text(facts.parameters.name_offset, facts.parameters.name_bytes);
+  facts.size = served_size(view);
+  facts.budget = passivity_budget(facts.parameters, facts.size.radius_m);
   facts.bytes = header.byte_count;
   facts.content_hash = header.content_hash;
   facts.scalar_bytes = header.scalar_bytes;
@@ -167,6 +169,7 @@ SceneFacts facts_of(const SceneView& view) {
     std::copy(std::begin(record.reference_m), std::end(record.reference_m),
               body.reference_m.begin());
     body.volume_m3 = record.volume_m3;
+    body.friction = record.friction;
     body.planes = record.plane_count;
     for (std::uint32_t i = 0; i < record.piece_count; ++i) {
       body.pieces.push_back(piece_facts(view.piece(record.piece_begin + i)));

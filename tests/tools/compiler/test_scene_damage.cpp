@@ -55,6 +55,9 @@ tools::SceneDescription general_scene() {
   scene.parameters.max_linear_speed_m_per_s = 0.7;
   scene.parameters.max_angular_speed_rad_per_s = 5.0;
   scene.parameters.device = {0.1, 1.5, 0.2, 1e-5, 9.0, 0.7, 1e3, 50.0, 2e3, 3.0, 0.001, 1, 0};
+  scene.parameters.coupling = {900.0, 0.7, 0.9, 0.45, 0.31, 0.011, 0.0015, 0.025, 3e-4, 1, 0};
+  scene.statics[0].friction = 0.3;
+  scene.statics[1].friction = 0.17;
   return scene;
 }
 
@@ -136,7 +139,7 @@ std::vector<NumberField> numbers_in(const std::string& section) {
   constexpr std::size_t kReal = sizeof(Real);
   if (section == "planes" || section == "edge directions") return {{0, kReal, 4}};
   if (section == "vertices") return {{0, kReal, 3}};
-  if (section == "bodies") return {{0, 8, 4}};
+  if (section == "bodies") return {{0, 8, 5}};
   if (section == "pieces") return {{offsetof(PieceRecord, volume_m3), 8, 8}};
   if (section == "edge arcs") return {{0, kReal, 14}};
   return {};

@@ -193,7 +193,7 @@ TEST_SUITE("tools.scene_writer") {
     CHECK(stored(0) == "---");
   }
 
-  TEST_CASE("a scene's defaults: weighted law, features end where the near set does, exact band") {
+  TEST_CASE("a scene's defaults: proxy law, features end where the near set does, exact band") {
     tools::SceneDescription description =
         scene_of(box({0, 0, 0}, {1, 1, 1}), {box({0, 0, 0}, {1, 1, 1})});
     description.parameters = tools::default_parameters();
@@ -201,10 +201,45 @@ TEST_SUITE("tools.scene_writer") {
     description.parameters.epsilon_m = 2.0e-4;
     description.max_pair_visits = 7;
     const LoadedScene scene(description);
-    CHECK(scene.view.parameters().law == LawId::kWeightedRegion);
+    CHECK(scene.view.parameters().law == LawId::kProxy);
     CHECK(scene.view.parameters().epsilon_o_m == 2.0e-4);
     CHECK(scene.view.parameters().exact_band_m == 0.005);
     CHECK(scene.view.header().capacity.max_pair_visits == 1);  // no more than there are
+  }
+
+  TEST_CASE("the coupling follows from k_F and the radius about the grip, unless it is given") {
+    tools::SceneDescription description =
+        scene_of(box({0, 0, 0}, {0.02, 0.02, 0.02}), {box({0, 0, 0}, {1, 1, 1})});
+    description.grip_m = {0, 0, 0.02};
+    description.statics[0].friction = 0.25;
+    description.parameters.k_f_n_per_m = 800.0;
+    const LoadedScene derived(description);
+    const CouplingParameters& c = derived.view.parameters().coupling;
+    // The farthest corner is 20 mm off in all three axes.
+    const double length_m = 0.75 * 0.02 * std::sqrt(3.0);
+    CHECK(c.k_t_n_per_m == 800.0);
+    CHECK(c.k_r_nm_per_rad ==
+          doctest::Approx(800.0 * length_m * length_m).epsilon(1e-12 + 4 * kEps));
+    CHECK(c.damping_ns_per_m == 0.0);
+    CHECK(c.max_rotation_error_rad == 1.0);
+    CHECK(c.max_translation_error_m == 0.0);
+    CHECK(c.min_window_s == 0.001);
+    CHECK(c.max_window_s == 0.02);
+    CHECK(c.passivity == 0);
+    CHECK(derived.view.bodies()[0].friction == 0.0);
+    CHECK(derived.view.bodies()[1].friction == 0.25);
+
+    CouplingParameters& given = description.parameters.coupling;
+    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 1e-4, 1, 1};
+    const LoadedScene kept(description);
+    CHECK(std::memcmp(&kept.view.parameters().coupling, &given, sizeof given) == 0);
+    given.k_r_nm_per_rad = 0.0;
+    const LoadedScene half(description);
+    CHECK(half.view.parameters().coupling.k_r_nm_per_rad ==
+          doctest::Approx(500.0 * length_m * length_m).epsilon(1e-12 + 4 * kEps));
+    given.k_r_nm_per_rad = -1.0;
+    CHECK_THROWS_WITH_AS(tools::write_scene(description), doctest::Contains("out of its range"),
+                         tools::InputError);
   }
 
   TEST_CASE("the lanes are the vertices by coordinate, padded with the first") {

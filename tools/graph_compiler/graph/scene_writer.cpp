@@ -167,6 +167,7 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
   record.plane_count = size32(body.planes);
   record.name_bytes = static_cast<std::uint32_t>(body.name.size());
   record.name_offset = add_text(t, body.name);
+  record.friction = placed.friction;
   double sum = 0.0;
   for (std::size_t i = 0; i < body.pieces.size(); ++i) {
     check_geometry(geometry, i, topologies[i], piece_place(body, i));
@@ -317,6 +318,9 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
     if (progress) progress((static_cast<double>(t.pieces.size()) + of_piece) / pieces);
   };
   add_body(t, description.moving, &description.grip_m, tell);
+  double radius_m = 0.0;
+  for (const PieceRecord& piece : t.pieces) radius_m = std::max(radius_m, piece.reach_m);
+  complete_coupling(t.parameters[0], radius_m);
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
   const bool wide = add_pairs(t, description.graph_bytes);
   const BlobBuilder builder = sections_of(t, wide);

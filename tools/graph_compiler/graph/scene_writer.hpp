@@ -14,6 +14,7 @@
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/graph/coupling_defaults.hpp"
 #include "tools/graph_compiler/graph/scene_account.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
@@ -29,6 +30,8 @@ struct PlacedBody {
   /// that lies far from the origin of its file keep coordinates near zero, hence all their digits.
   /// Poses and grip stay in the mesh frame.
   std::array<double, 3> mesh_origin_m{0, 0, 0};
+  /// Static: Coulomb coefficient against the moving body; moving: 0.
+  double friction = 0.0;
 };
 
 /// Width of the near set [m], band of exact separations [m] and loop [Hz] where nothing is said.
@@ -36,13 +39,15 @@ inline constexpr double kDefaultEpsilon_m = 1.0e-4;
 inline constexpr double kDefaultExactBand_m = 5.0e-3;
 inline constexpr double kDefaultRate_hz = 1000.0;
 
-/// The weighted law and the defaults above; no stiffness, which every scene must give.
+/// The proxy law and the defaults above; no stiffness, which every scene must give, and no gain of
+/// the coupling, which the writer derives from it.
 [[nodiscard]] constexpr SceneParameters default_parameters() {
   SceneParameters p{};
-  p.law = LawId::kWeightedRegion;
+  p.law = LawId::kProxy;
   p.epsilon_m = kDefaultEpsilon_m;
   p.exact_band_m = kDefaultExactBand_m;
   p.rate_hz = kDefaultRate_hz;
+  p.coupling.damping_share = kDefaultDampingShare;
   return p;
 }
 
@@ -53,7 +58,7 @@ struct SceneDescription {
   std::vector<PlacedBody> statics;
   std::array<double, 3> grip_m{0, 0, 0};  ///< x_0^A in the moving body's frame
   /// name_offset, name_bytes and start pose are filled by the writer; so is epsilon_o_m when it is
-  /// zero, with epsilon_m.
+  /// zero, with epsilon_m, and what complete_coupling completes.
   SceneParameters parameters = default_parameters();
   std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs

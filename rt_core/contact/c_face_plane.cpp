@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/contact/c_face_plane.hpp"
+
+#include <cmath>
+
+namespace haptic {
+
+PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
+                   SupportPair start) noexcept {
+  const PieceView& a = pair.a;
+  const PieceView& b = pair.b;
+  PlaneGap plane;
+  plane.support = start;
+  switch (id.type) {
+    case ContactType::kA:
+      plane.normal_a = -a.face_normal(id.i);
+      plane.normal_w = r_wa * plane.normal_a;
+      break;
+    case ContactType::kB:
+      plane.normal_w = b.face_normal(id.j);
+      plane.normal_a = r_wa.transpose() * plane.normal_w;
+      break;
+    case ContactType::kC: {
+      const Vec3 u = r_wa * ConstVec3Map(a.edge_directions[id.i].unit);
+      const Vec3 m = u.cross(ConstVec3Map(b.edge_directions[id.j].unit));
+      const Real sine = std::sqrt(m.squaredNorm());
+      if (sine < kMinEdgeSine) return plane;
+      plane.normal_w = m / (id.flipped ? -sine : sine);
+      plane.normal_a = r_wa.transpose() * plane.normal_w;
+      break;
+    }
+  }
+  plane.support.a = id.type == ContactType::kA
+                        ? a.face_vertices(id.i)[0]
+                        : highest_vertex(a, lane_points(a), -plane.normal_a, start.a);
+  plane.support.b = id.type == ContactType::kB
+                        ? b.face_vertices(id.j)[0]
+                        : highest_vertex(b, lane_points(b), plane.normal_w, start.b);
+  plane.gap_m = plane.normal_w.dot(y_w - b.vertex(plane.support.b)) +
+                plane.normal_a.dot(a.vertex(plane.support.a));
+  plane.defined = true;
+  return plane;
+}
+
+}  // namespace haptic

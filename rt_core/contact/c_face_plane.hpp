@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// C-face planes of a pair by what defines them, a face or two edges, and the gap between the two
+/// pieces along them. Works in each piece's own axes: no turned vertices are needed, so a plane can
+/// be asked about at any pose.
+
+#include <cstdint>
+
+#include "rt_core/contact/basic_contact.hpp"
+
+namespace haptic {
+
+/// A C-face plane of a pair, whatever vertex or edge supports it at present.
+struct PlaneId {
+  ContactType type = ContactType::kA;
+  std::uint16_t i = 0;   ///< kA: face of A; kC: edge of A; kB: 0
+  std::uint16_t j = 0;   ///< kB: face of B; kC: edge of B; kA: 0
+  bool flipped = false;  ///< kC: the normal is -(u x v) / |u x v|
+
+  friend bool operator==(const PlaneId&, const PlaneId&) = default;
+};
+
+/// A C-face plane at one pose and the gap along it.
+struct PlaneGap {
+  Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A
+  Vec3 normal_a = Vec3::Zero();  ///< the same in A's axes
+  Real gap_m = 0;                ///< n.x - h(n): for every normal a lower bound of the distance
+  SupportPair support;           ///< vertices between which the gap is
+  bool defined = false;          ///< false: edges too close to parallel, the rest means nothing
+};
+
+/// Plane `id` and its gap when A is turned by `r_wa`. `y_w`: x_0^A minus the reference of B's body
+/// [m]. `start`: vertices where the search for supports begins; any will do, the last ones are the
+/// fastest. The support of a face is its first vertex, without search. Cost: one highest_vertex
+/// (kA, kB) or two and a root (kC).
+[[nodiscard]] PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                                 const PlaneId& id, SupportPair start) noexcept;
+
+}  // namespace haptic

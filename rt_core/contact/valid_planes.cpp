@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/contact/valid_planes.hpp"
+
+#include <algorithm>
+
+#include "rt_core/contact/basic_contact.hpp"
+
+namespace haptic {
+namespace {
+
+/// Slots of the open table: twice the nodes, so that a search for a free one is short.
+constexpr std::uint32_t kSlots = 1024;
+static_assert((kSlots & (kSlots - 1)) == 0 && kSlots >= 2 * kMaxValidVisits);
+
+/// A walk over the valid nodes of one pair.
+class ValidWalk {
+ public:
+  ValidWalk(const PairPose& pose, Real least_gap_m, const ValidScratch& scratch,
+            std::span<ValidPlane> planes) noexcept
+      : pose_(pose),
+        pair_(*pose.pair),
+        least_gap_m_(least_gap_m),
+        tolerance_(applicability_tolerance(pose.size_m)),
+        scratch_(scratch),
+        planes_(planes) {}
+
+  [[nodiscard]] ValidResult run(const PlaneId& seed, SupportPair support) noexcept {
+    switch (seed.type) {
+      case ContactType::kA:
+        enter(node_number(pair_, seed.type, seed.i, support.b));
+        break;
+      case ContactType::kB:
+        enter(node_number(pair_, seed.type, support.a, seed.j));
+        break;
+      case ContactType::kC:
+        enter(node_number(pair_, seed.type, seed.i, seed.j));
+        break;
+    }
+    spread();
+    if (result_.count == 0) {
+      enter_cell(support);
+      spread();
+    }
+    for (std::uint32_t k = 0; k < entered_; ++k) scratch_.slots[scratch_.used[k]] = 0;
+    return result_;
+  }
+
+ private:
+  /// All nodes whose C-faces have the two support vertices as a corner.
+  void enter_cell(SupportPair support) noexcept {
+    for_each_face_at(pair_.a, support.a, [&](std::uint32_t f) {
+      enter(node_number(pair_, ContactType::kA, f, support.b));
+    });
+    for_each_face_at(pair_.b, support.b, [&](std::uint32_t f) {
+      enter(node_number(pair_, ContactType::kB, support.a, f));
+    });
+    for (const std::uint16_t e : pair_.a.edges_at(support.a)) {
+      for (const std::uint16_t g : pair_.b.edges_at(support.b)) {
+        enter(node_number(pair_, ContactType::kC, e, g));
+      }
+    }
+  }
+
+  void enter(std::uint32_t node) noexcept {
+    std::uint32_t slot = (node * 0x9e3779b9u) >> 22;
+    while (scratch_.slots[slot] != 0) {  // at most half of the slots are taken
+      if (scratch_.slots[slot] == node + 1) return;
+      slot = (slot + 1) % kSlots;
+    }
+    if (entered_ == kMaxValidVisits) {
+      result_.cut = true;
+      return;
+    }
+    scratch_.slots[slot] = node + 1;
+    scratch_.used[entered_] = static_cast<std::uint16_t>(slot);
+    scratch_.queue[entered_++] = node;
+  }
+
+  void spread() noexcept {
+    for (; next_ < entered_; ++next_) {
+      const NodeFeatures node = node_features(pair_, scratch_.queue[next_]);
+      result_.visited += 1;
+      const NodePlane plane = node_plane(pose_, node.type, node.i, node.j);
+      if (!plane.defined || plane.f_m < least_gap_m_) continue;
+      const Real violation = node_violation(pose_, node.type, node.i, node.j, plane);
+      if (violation > tolerance_) continue;
+      const Real gap = node_value(pose_, node.type, node.i, node.j, plane, violation);
+      if (gap < least_gap_m_) continue;
+      keep(node, plane, gap);
+      for_each_graph_neighbor(pair_, node.type, node.i, node.j,
+                              [&](std::uint32_t other) { enter(other); });
+    }
+  }
+
+  void keep(const NodeFeatures& node, const NodePlane& plane, Real gap) noexcept {
+    ValidPlane valid;
+    valid.id.type = node.type;
+    valid.gap_m = gap;
+    switch (node.type) {
+      case ContactType::kA:
+        valid.id.i = static_cast<std::uint16_t>(node.i);
+        valid.support = {pair_.a.face_vertices(node.i)[0], node.j};
+        break;
+      case ContactType::kB:
+        valid.id.j = static_cast<std::uint16_t>(node.j);
+        valid.support = {node.i, pair_.b.face_vertices(node.j)[0]};
+        break;
+      case ContactType::kC: {
+        valid.id.i = static_cast<std::uint16_t>(node.i);
+        valid.id.j = static_cast<std::uint16_t>(node.j);
+        const Vec3 v = ConstVec3Map(pair_.b.edge_directions[node.j].unit);
+        valid.id.flipped = plane.normal_w.dot(pose_.direction_a(node.i).cross(v)) < 0;
+        valid.support = {pair_.a.edges[node.i].vertex[0], pair_.b.edges[node.j].vertex[0]};
+        break;
+      }
+    }
+    if (node.type != ContactType::kC) {  // several vertices on one face: one plane
+      for (std::uint32_t k = 0; k < faces_; ++k) {
+        if (planes_[k].id == valid.id) return;
+      }
+    }
+    if (result_.count == planes_.size()) {
+      result_.cut = true;
+      if (node.type == ContactType::kC || faces_ == planes_.size()) return;
+      result_.count -= 1;  // the last edge pair makes room for a face
+    }
+    // Faces come first: the first edge pair moves to the end.
+    if (node.type != ContactType::kC) {
+      planes_[result_.count] = planes_[faces_];
+      planes_[faces_++] = valid;
+    } else {
+      planes_[result_.count] = valid;
+    }
+    result_.count += 1;
+  }
+
+  const PairPose& pose_;
+  const PairView& pair_;
+  Real least_gap_m_;
+  Real tolerance_;
+  const ValidScratch& scratch_;
+  std::span<ValidPlane> planes_;
+  std::uint32_t entered_ = 0;  ///< nodes in the queue
+  std::uint32_t next_ = 0;     ///< the first of them not yet looked at
+  std::uint32_t faces_ = 0;    ///< planes of faces kept
+  ValidResult result_;
+};
+
+}  // namespace
+
+void ValidScratch::place(Arena& arena) noexcept {
+  slots = arena.take<std::uint32_t>(kSlots);
+  queue = arena.take<std::uint32_t>(kMaxValidVisits);
+  used = arena.take<std::uint16_t>(kMaxValidVisits);
+}
+
+ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, SupportPair support,
+                              Real least_gap_m, const ValidScratch& scratch,
+                              std::span<ValidPlane> planes) noexcept {
+  return ValidWalk(pose, least_gap_m, scratch, planes).run(seed, support);
+}
+
+bool plane_applies(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
+  if (id.type != ContactType::kC) return true;
+  const Vec3 v = ConstVec3Map(pair.b.edge_directions[id.j].unit);
+  const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
+  const Vec3 v_a = r_wa.transpose() * v;
+  const EdgeArc& arc_a = pair.a.arcs[id.i];
+  const EdgeArc& arc_b = pair.b.arcs[id.j];
+  const Real sign = id.flipped ? -1.0_r : 1.0_r;
+  // Heights of the apexes over the plane, times the sine of the edges' angle (contact/near_set).
+  const Real c0 = sign * ConstVec3Map(arc_b.tilt[0]).dot(u);
+  const Real c1 = sign * ConstVec3Map(arc_b.tilt[1]).dot(u);
+  const Real d0 = sign * ConstVec3Map(arc_a.tilt[0]).dot(v_a);
+  const Real d1 = sign * ConstVec3Map(arc_a.tilt[1]).dot(v_a);
+  const Real size = static_cast<Real>(pair.a.record->radius_m + pair.b.record->radius_m);
+  const Real height = std::max(std::max(c0, -c1), std::max(d0, -d1));
+  if (height <= 0) return true;
+  const Real tolerance = applicability_tolerance(size);
+  return height * height <= tolerance * tolerance * u.cross(v).squaredNorm();
+}
+
+}  // namespace haptic

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// The proxy's tick: memory, which pairs a pass can reach, and the passes.
+#include "rt_core/law/proxy_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/law/proxy_step.hpp"
+
+namespace haptic {
+namespace {
+
+/// Sums of motion are rounded up by this share.
+constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
+
+Vec3 centre(const PieceRecord& piece) noexcept {
+  return {static_cast<Real>(piece.centre_m[0]), static_cast<Real>(piece.centre_m[1]),
+          static_cast<Real>(piece.centre_m[2])};
+}
+
+/// Rounding of a gap of the pair at y [m].
+Real rounding(const PairView& pair, const Vec3& y_w) noexcept {
+  const Real reach = static_cast<Real>(pair.a.record->reach_m + pair.b.record->reach_m);
+  return 16 * kRealEpsilon * (reach + std::sqrt(y_w.squaredNorm()));
+}
+
+/// Gap between the spheres round the two pieces, a lower bound of their distance [m].
+Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexcept {
+  const PieceRecord& a = *pair.a.record;
+  const PieceRecord& b = *pair.b.record;
+  const Vec3 between = (y_w - centre(b)) + p.r_wa * centre(a);
+  return std::sqrt(between.squaredNorm()) -
+         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - rounding(pair, y_w);
+}
+
+std::uint32_t largest_loop(const PieceView& piece) noexcept {
+  std::uint32_t largest = 0;
+  for (std::uint32_t f = 0; f < piece.face_count; ++f) {
+    largest = std::max(largest, piece.faces[f].loop_count);
+  }
+  return largest;
+}
+
+}  // namespace
+
+ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept {
+  const Real share = radius_m / kProxyRadius_m;
+  const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);
+  ProxyScale scale;
+  scale.tolerance_m = std::max(tolerance_m > 0 ? tolerance_m : 1.0e-7_r * share, floor_m);
+  scale.step_m = 2.0e-3_r * share;
+  scale.turn_rad = 0.02_r;
+  scale.margin_m = 1.0e-4_r * share;
+  scale.manifold_m = 2.0e-3_r * share;
+  scale.reach_m = scale.step_m + scale.turn_rad * radius_m + scale.margin_m;
+  scale.recovery_step_m = 2.0e-4_r * share;
+  scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);
+  scale.still_rad = scale.still_m / std::max(radius_m, std::numeric_limits<Real>::min());
+  return scale;
+}
+
+void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
+  const SceneCapacity& c = scene.header().capacity;
+  const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;
+  std::uint32_t loop_a = 0, loop_b = 0;
+  std::size_t search_bytes = 0;
+  for (const PairRecord& record : scene.pairs()) {
+    const PieceRecord& a = scene.pieces()[record.piece_a];
+    const PieceRecord& b = scene.pieces()[record.piece_b];
+    Arena counting;
+    FeatureBounds bounds;
+    bounds.place(counting, a, b);
+    search_bytes = std::max(search_bytes, counting.used());
+    loop_a = std::max(loop_a, largest_loop(scene.piece(record.piece_a)));
+    loop_b = std::max(loop_b, largest_loop(scene.piece(record.piece_b)));
+  }
+  pairs_ = arena.take<ProxyPair>(c.pair_count);
+  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(c.pair_count));
+  const std::uint32_t searches = std::min(c.pair_count, kMaxValidSearches);
+  valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
+  imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
+  active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(6));
+  rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
+  row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
+  lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
+  lanes_begin_ = arena.take<std::size_t>(moving_pieces);
+  lanes_version_ = arena.take<std::uint64_t>(moving_pieces);
+  search_memory_ = arena.take<std::uint64_t>((search_bytes + 7) / 8);
+  valid_scratch_.place(arena);
+  manifold_scratch_.place(arena, loop_a, loop_b);
+  if (lanes_begin_.empty()) return;
+  std::size_t lanes = 0;
+  for (std::uint32_t i = 0; i < moving_pieces; ++i) {
+    lanes_begin_[i] = lanes;
+    lanes += 3 * std::size_t{scene.pieces()[i].lane_count};
+  }
+}
+
+void Proxy::reset() noexcept {
+  started_ = false;
+  for (ProxyPair& pair : pairs_) {
+    pair.known = pair.inside = false;
+    pair.clear_until_m = 0;
+    pair.gap_version = 0;
+  }
+  for (std::uint64_t& version : lanes_version_) version = 0;
+  active_.clear();
+  path_m_ = turn_rad_ = 0;
+  version_ = 1;
+}
+
+/// The pair's pose at p_; turns the vertices of its piece of A if no pair before it has.
+PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
+  const std::uint32_t piece = pair.view->record->piece_a;
+  Real* const lanes = lanes_.data() + lanes_begin_[piece];
+  if (lanes_version_[piece] != version_) {
+    turn_vertices(pair.view->a, p_.r_wa, lanes);
+    lanes_version_[piece] = version_;
+  }
+  return make_pair_pose(*pair.view, lanes, p_.r_wa, p_.x0_w - pair.reference_w);
+}
+
+/// Nearest C-face of a pair at p_, by an exact search without history.
+void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
+  const PairPose pose = pose_of(pair);
+  Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
+  FeatureBounds bounds;
+  bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
+  bounds.reset();
+  const std::uint32_t kept = near_->size();
+  const NearResult found =
+      find_near_set(pose, parameters_.epsilon_m, bounds, *near_scratch_, *near_);
+  near_->truncate(kept);
+  tick.full_searches += 1;
+  const NearNode& best = found.best;
+  pair.plane = PlaneId{};
+  pair.plane.type = best.type;
+  if (best.type != ContactType::kB) pair.plane.i = best.i;
+  if (best.type != ContactType::kA) pair.plane.j = best.j;
+  if (best.type == ContactType::kC) {
+    const Vec3 v = ConstVec3Map(pair.view->b.edge_directions[best.j].unit);
+    pair.plane.flipped = best.normal_w.dot(pose.direction_a(best.i).cross(v)) < 0;
+  }
+  pair.support = found.support;
+  pair.gap_m = std::min(found.d_near_m, best.f_m);
+  pair.gap_version = version_;
+  pair.known = true;
+  pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
+}
+
+/// Whether a pass can bring the pair into contact; then `reached` tells where it stands.
+bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
+  const double odometer = odometer_m(pair);
+  const Real reach = parameters_.scale.reach_m;
+  const auto clear = [&](Real gap) {
+    pair.clear_until_m = odometer + static_cast<double>(gap);
+    return gap >= reach;
+  };
+  const Vec3 y_w = p_.x0_w - pair.reference_w;
+  if (pair.inside) {
+    search_fully(pair, tick);
+  } else if (pair.gap_version != version_) {
+    if (pair.clear_until_m - odometer * (1 + kOdometerRounding) >= static_cast<double>(reach)) {
+      return false;
+    }
+    if (pair.known) {
+      const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
+      tick.plane_gaps += 1;
+      pair.support = gap.support;
+      pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
+      pair.gap_version = version_;
+      if (clear(pair.gap_m - rounding(*pair.view, y_w))) return false;
+    }
+    if (clear(sphere_gap(*pair.view, p_, y_w))) return false;
+    if (!pair.known || pair.gap_m < -valid_depth(parameters_.scale)) search_fully(pair, tick);
+  }
+  if (clear(pair.gap_m - rounding(*pair.view, y_w))) return false;
+  reached.gap_m = reached.gap_q_m = pair.gap_m;
+  reached.plane = pair.plane;
+  reached.support = pair.support;
+  reached.allowed_m =
+      pair.inside ? std::max(-pair.gap_m - parameters_.scale.recovery_step_m, Real{0}) : Real{0};
+  return true;
+}
+
+void Proxy::gather(ProxyTick& tick) noexcept {
+  reached_.clear();
+  valid_.clear();
+  tick.gap_m = std::numeric_limits<Real>::max();
+  tick.recovering = false;
+  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+    ReachedPair reached;
+    reached.pair = i;
+    if (reach_pair(pairs_[i], reached, tick)) {
+      static_cast<void>(reached_.push(reached));
+      tick.recovering = tick.recovering || pairs_[i].inside;
+    } else {
+      tick.gap_m =
+          std::min(tick.gap_m, static_cast<Real>(pairs_[i].clear_until_m - odometer_m(pairs_[i])));
+    }
+  }
+}
+
+/// The valid set of a pair at p_, once in a pass.
+void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
+  ProxyPair& pair = pairs_[reached.pair];
+  reached.searched = true;
+  reached.valid_begin = valid_.size();
+  const auto only = [&] {
+    if (valid_.push({pair.plane, pair.support, pair.gap_m})) reached.valid_count = 1;
+  };
+  if (pair.inside) return only();
+  std::array<ValidPlane, kMaxValidPlanes> planes;
+  const ValidResult found =
+      find_valid_planes(pose_of(pair), pair.plane, pair.support, -valid_depth(parameters_.scale),
+                        valid_scratch_, planes);
+  tick.valid_nodes += found.visited;
+  for (std::uint32_t k = 0; k < found.count; ++k) {
+    if (!valid_.push(planes[k])) break;
+  }
+  reached.valid_count = valid_.size() - reached.valid_begin;
+  if (reached.valid_count > 0) return;
+  search_fully(pair, tick);  // the plane has ceased to be a C-face and none is beside it
+  only();
+}
+
+/// Moves p_ to the end of `step`, which every reached pair has certified.
+void Proxy::accept(const Step& step) noexcept {
+  p_ = step.q;
+  version_ += 1;
+  path_m_ =
+      (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kUp) * (1 + 0x1p-52);
+  turn_rad_ = (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kUp) *
+              (1 + 0x1p-52);
+  for (const ReachedPair& reached : reached_) {
+    ProxyPair& pair = pairs_[reached.pair];
+    pair.plane = reached.plane;
+    pair.support = reached.support;
+    if (reached.exact_q) {
+      pair.gap_m = reached.gap_q_m;
+      pair.gap_version = version_;
+    }
+  }
+}
+
+ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
+                      BoundedList<NearNode>& near) noexcept {
+  near_scratch_ = &scratch;
+  near_ = &near;
+  ProxyTick tick;
+  if (!started_) {
+    p_ = goal;
+    started_ = true;
+    version_ += 1;
+  }
+  tick.start_potential_j = potential_j(parameters_.spring, pose_error(goal, p_));
+  const ProxyScale& scale = parameters_.scale;
+  for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
+    const GripPose before = p_;
+    const std::uint32_t rejected = tick.rejected;
+    pass(goal, tick);
+    tick.passes += 1;
+    const bool moved = (p_.x0_w - before.x0_w).squaredNorm() > scale.still_m * scale.still_m ||
+                       (p_.q_wa.coeffs() - before.q_wa.coeffs()).squaredNorm() * 4 >
+                           scale.still_rad * scale.still_rad;
+    if (!moved && tick.rejected == rejected) break;
+  }
+  tick.error = pose_error(goal, p_);
+  tick.end_potential_j = potential_j(parameters_.spring, tick.error);
+  for (const ReachedPair& reached : reached_) {
+    const ProxyPair& pair = pairs_[reached.pair];
+    const bool accepted = pair.gap_version == version_;
+    tick.gap_m = std::min(tick.gap_m, accepted ? pair.gap_m : reached.gap_q_m);
+  }
+  return tick;
+}
+
+}  // namespace haptic

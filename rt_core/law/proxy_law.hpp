@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The god-object of the virtual part: a configuration that is always free, drawn to the goal by a
+/// spring and held by C-face planes (Zilles and Salisbury, IROS 1995; Ortega, Redon, Coquillart,
+/// IEEE TVCG 13(3), 2007, here in the paper's C-space and with the planes that certify each step).
+///
+/// A pair of convex pieces is free when *some* C-face plane has a gap: so a plane is imposed only
+/// when a step would leave a pair without one. Each pass moves the proxy p to the minimum of the
+/// spring's energy under the imposed planes, one small exact quadratic program, and accepts the
+/// step only when every near pair keeps one plane that had a gap at p and has one still: a step
+/// cannot have crossed an obstacle, however thin. After every pass p is free and the energy has not
+/// risen, so a tick may end after any of them.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/bounded_list.hpp"
+#include "rt_core/contact/contact_manifold.hpp"
+#include "rt_core/contact/near_set.hpp"
+#include "rt_core/contact/valid_planes.hpp"
+#include "rt_core/law/coupling.hpp"
+#include "rt_core/law/proxy_qp.hpp"
+
+namespace haptic {
+
+/// Lengths of the passes; they grow with the part.
+struct ProxyScale {
+  Real tolerance_m = 0;             ///< depth that counts as free
+  Real step_m = 0;                  ///< largest displacement of a pass
+  Real turn_rad = 0;                ///< largest turn of a pass
+  Real margin_m = 0;                ///< what corrections may add to a displacement
+  Real manifold_m = 0;              ///< height within which a face or edge lies in a contact
+  Real reach_m = 0;                 ///< pairs farther apart than this cannot meet within a pass
+  Real recovery_step_m = 0;         ///< depth taken back in a pass of recovery
+  Real still_m = 0, still_rad = 0;  ///< a shorter move ends the tick
+};
+
+/// Radius of the part for which the lengths below were chosen.
+inline constexpr Real kProxyRadius_m = 0.05_r;
+
+/// Lengths for a part whose vertices lie within `radius_m` of the grip point, in a scene with
+/// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
+[[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
+
+/// Caps of one pass.
+inline constexpr std::uint32_t kMaxProxyPasses = 32;  ///< that a scene may ask for
+inline constexpr std::uint32_t kDefaultProxyPasses = 3;
+inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6;
+inline constexpr std::uint32_t kMaxImposedPlanes = 32;
+/// Pairs whose valid sets a pass has room for; further ones keep their certificate as the only
+/// plane.
+inline constexpr std::uint32_t kMaxValidSearches = 64;
+inline constexpr std::uint32_t kMaxProxyRows = 96;  ///< without friction; kMaxQpRows with
+inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
+
+/// What the proxy keeps of one pair.
+struct ProxyPair {
+  const PairView* view = nullptr;
+  Vec3 reference_w = Vec3::Zero();  ///< of B's body
+  Real reach_a_m = 0;               ///< lever of the piece of A about the grip point
+  Real friction = 0;                ///< Coulomb coefficient
+  PlaneId plane;                    ///< that last certified the pair, when known
+  SupportPair support;
+  double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
+  Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
+  std::uint64_t gap_version = 0;
+  bool known = false;
+  bool inside = false;  ///< no plane had a gap: the pair is being recovered
+};
+
+/// A pair that a pass can reach.
+struct ReachedPair {
+  std::uint32_t pair = 0;
+  Real gap_m = 0;      ///< at p, along the pair's plane
+  Real allowed_m = 0;  ///< depth allowed at the end of the pass; 0 but in recovery
+  /// Its certificate at the configuration checked last, or the plane that came closest.
+  PlaneId plane;
+  SupportPair support;
+  Real gap_q_m = 0;      ///< there, or a lower bound of it
+  bool exact_q = false;  ///< gap_q_m is the gap itself
+  std::uint32_t valid_begin = 0, valid_count = 0;
+  bool searched = false;  ///< its valid set is there
+};
+
+/// A plane of a pair in the quadratic program.
+struct ImposedPlane {
+  std::uint32_t pair = 0;
+  PlaneId id;
+  SupportPair support;
+  Real allowed_m = 0;
+  bool at_start = false;  ///< its rows at p are in
+  std::uint8_t times = 0;
+};
+
+/// Work and state of one tick of the proxy.
+struct ProxyTick {
+  PoseError error;  ///< of the goal against the proxy at the end
+  Real gap_m = 0;   ///< smallest known gap, a lower bound of the distance
+  Real start_potential_j = 0, end_potential_j = 0;
+  Real allowed_rise_j = 0;  ///< sum over the passes of what the energy may rise by rounding
+  std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
+  std::uint32_t valid_nodes = 0, full_searches = 0, rejected = 0;
+  bool limited = false;     ///< a cap was met
+  bool recovering = false;  ///< inside an obstacle
+};
+
+/// The proxy of one scene. Memory is placed once; nothing grows.
+class Proxy {
+ public:
+  struct Parameters {
+    Spring spring;
+    ProxyScale scale;
+    Real radius_m = 0;  ///< of A about the grip point
+    std::uint32_t passes = kDefaultProxyPasses;
+    Real epsilon_m = 0;  ///< of the scene: for full searches
+  };
+
+  /// Places everything; with a counting arena only the size is computed.
+  void place(Arena& arena, const SceneView& scene) noexcept;
+  /// Forgets all pairs; the next tick starts at its goal.
+  void reset() noexcept;
+  void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
+  [[nodiscard]] std::span<ProxyPair> pairs() noexcept { return pairs_; }
+
+  /// Moves the proxy towards `goal`. `scratch` and `near` are those of the core's near-set search,
+  /// free at this time. Cost: bounded by the caps above times the pairs within reach.
+  [[nodiscard]] ProxyTick tick(const GripPose& goal, NearScratch& scratch,
+                               BoundedList<NearNode>& near) noexcept;
+
+  [[nodiscard]] const GripPose& pose() const noexcept { return p_; }
+  [[nodiscard]] bool started() const noexcept { return started_; }
+  /// Planes that hold the proxy: those with a multiplier in the last pass.
+  [[nodiscard]] std::span<const ImposedPlane> active() const noexcept { return active_.view(); }
+
+ private:
+  struct Step;
+  struct Check;
+
+  void pass(const GripPose& goal, ProxyTick& tick) noexcept;
+  void gather(ProxyTick& tick) noexcept;
+  [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
+  void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
+
+  [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool correct(Step& step, ProxyTick& tick) noexcept;
+  void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
+                                  ProxyTick& tick) noexcept;
+  [[nodiscard]] bool add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
+                              bool support_too, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
+                                const PoseError& error, bool support_too) noexcept;
+  [[nodiscard]] PlaneGap gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
+                                SupportPair support, ProxyTick& tick) const noexcept;
+  [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
+                             const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
+  void remember_active() noexcept;
+
+  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  void certify(ReachedPair& reached, const GripPose& q, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
+  void accept(const Step& step) noexcept;
+  [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;
+  [[nodiscard]] double odometer_m(const ProxyPair& pair) const noexcept {
+    return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
+  }
+
+  Parameters parameters_;
+  GripPose p_;
+  bool started_ = false;
+  double path_m_ = 0, turn_rad_ = 0;  ///< how far p_ has come, rounded up
+  std::uint64_t version_ = 1;         ///< of p_: vertices are turned once for each
+
+  std::span<ProxyPair> pairs_;
+  BoundedList<ReachedPair> reached_;
+  BoundedList<ValidPlane> valid_;
+  BoundedList<ImposedPlane> imposed_, active_;
+  BoundedList<QpRow> rows_;
+  std::span<std::uint8_t> row_plane_;  ///< index of the imposed plane of each row
+  std::span<Real> lanes_;              ///< A's vertices turned to p_
+  std::span<std::size_t> lanes_begin_;
+  std::span<std::uint64_t> lanes_version_;
+  std::span<std::uint64_t> search_memory_;  ///< bounds of one full search
+  ValidScratch valid_scratch_;
+  ManifoldScratch manifold_scratch_;
+  NearScratch* near_scratch_ = nullptr;
+  BoundedList<NearNode>* near_ = nullptr;
+  QpResult last_qp_;
+};
+
+}  // namespace haptic

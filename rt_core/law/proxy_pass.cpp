@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+// One pass of the proxy: which planes to impose, and a step that every pair certifies.
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/law/proxy_step.hpp"
+
+namespace haptic {
+namespace {
+
+/// Size of the trust region when the first rounds have not found a step.
+constexpr Real kRetryShare = 0.15_r;
+
+/// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
+/// rounding makes of numbers as large as the error.
+Real qp_tolerance(const ProxyScale& scale, const PoseError& error, Real length_m) noexcept {
+  const Real size = std::sqrt(error.translation_m.squaredNorm()) +
+                    length_m * std::sqrt(error.rotation_rad.squaredNorm());
+  return std::max(1.0e-4_r * scale.tolerance_m, 16 * kRealEpsilon * size);
+}
+
+}  // namespace
+
+Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
+  return {moved(p_, dx_m, dtheta_rad), dx_m, dtheta_rad};
+}
+
+void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  const Spring& spring = parameters_.spring;
+  const PoseError error = pose_error(goal, p_);
+  gather(tick);
+  rows_.clear();
+  imposed_.clear();
+  last_qp_ = QpResult{};
+  impose_last(error, tick);
+
+  const Real pull_n =
+      spring.k_t_n_per_m * (std::sqrt(error.translation_m.squaredNorm()) +
+                            spring.length_m * std::sqrt(error.rotation_rad.squaredNorm()));
+  const Real rise_j =
+      scale.tolerance_m * (2 * pull_n + 100 * spring.k_t_n_per_m * scale.tolerance_m);
+  const Real limit_j =
+      tick.recovering ? std::numeric_limits<Real>::max() : potential_j(spring, error) + rise_j;
+  const auto affordable = [&](const Step& step) {
+    return potential_j(spring, pose_error(goal, step.q)) <= limit_j;
+  };
+
+  Step step;
+  bool ok = solve(error, step, tick) && affordable(step);
+  if (!ok) ok = correct(step, tick) && affordable(step);
+  if (!ok) {
+    const Vec3 dx = step.dx_m, dtheta = step.dtheta_rad;
+    Real share = 0.5_r;
+    for (std::uint32_t k = 0; k < kMaxBackOffs && !ok; ++k, share /= 2) {
+      step = step_by(share * dx, share * dtheta);
+      ok = check(step, -scale.tolerance_m, tick).ok && affordable(step);
+    }
+  }
+  remember_active();
+  if (!ok) {  // p is free: nothing is lost
+    tick.rejected += 1;
+    tick.limited = true;
+    return;
+  }
+  tick.allowed_rise_j += rise_j;
+  accept(step);
+}
+
+/// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
+/// recovery.
+void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
+  const Step here = step_by(Vec3::Zero(), Vec3::Zero());
+  for (const ReachedPair& reached : reached_) {
+    const ProxyPair& pair = pairs_[reached.pair];
+    const auto take = [&](const PlaneId& id, SupportPair support) {
+      const PlaneGap gap = gap_at(pair, here, id, support, tick);
+      if (!gap.defined) return;
+      if (!pair.inside && gap.gap_m < -valid_depth(parameters_.scale)) return;
+      ImposedPlane plane;
+      plane.pair = reached.pair;
+      plane.id = id;
+      plane.allowed_m = reached.allowed_m;
+      plane.at_start = true;
+      if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, gap, here, error, false)) {
+        tick.limited = true;
+      }
+    };
+    if (pair.inside) {
+      take(pair.plane, pair.support);
+      continue;
+    }
+    for (const ImposedPlane& last : active_) {
+      if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
+        take(last.id, last.support);
+      }
+    }
+  }
+}
+
+/// Imposes planes until the step that the quadratic program asks for is certified.
+bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  const Real length = parameters_.spring.length_m;
+  const Real tolerance = qp_tolerance(scale, error, length);
+  const Step here = step_by(Vec3::Zero(), Vec3::Zero());
+  Real share = 1;
+  for (std::uint32_t round = 0; round < kProxyRounds + kProxyRetryRounds; ++round) {
+    if (round == kProxyRounds) {
+      share = kRetryShare;
+      rows_.clear();
+      for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
+        imposed_[k].times = 0;
+        if (!add_rows(k, here, error, false, tick)) break;
+      }
+    }
+    tick.rounds = std::max(tick.rounds, round + 1);
+    last_qp_ = closest_point(rows_.view(), tolerance);
+    tick.rows = std::max(tick.rows, rows_.size());
+    tick.qp_iterations = std::max(tick.qp_iterations, last_qp_.iterations);
+    if (last_qp_.capped) tick.limited = true;
+    const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
+    const Vec3 dtheta = last_qp_.z.tail<3>() / length + error.rotation_rad;
+    const Real far = std::sqrt(dx.squaredNorm());
+    const Real turn = std::sqrt(dtheta.squaredNorm());
+    Real s = 1;
+    if (far > share * scale.step_m) s = share * scale.step_m / far;
+    if (s * turn > share * scale.turn_rad) s = share * scale.turn_rad / turn;
+    step = step_by(s * dx, s * dtheta);
+    const Check result = check(step, -scale.tolerance_m / 2, tick);
+    if (result.ok) return true;
+    if (!impose_worst(result, step, error, tick)) {
+      tick.limited = true;
+      return false;
+    }
+  }
+  tick.limited = true;
+  return false;
+}
+
+/// Adds the plane that came closest to certifying the worst pair, at p and at the step.
+bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& error,
+                         ProxyTick& tick) noexcept {
+  const ReachedPair& reached = reached_[check.worst];
+  std::uint32_t at = 0;
+  while (at < imposed_.size() &&
+         !(imposed_[at].pair == reached.pair && imposed_[at].id == reached.plane)) {
+    ++at;
+  }
+  if (at == imposed_.size()) {
+    ImposedPlane plane;
+    plane.pair = reached.pair;
+    plane.id = reached.plane;
+    plane.allowed_m = reached.allowed_m;
+    if (!imposed_.push(plane)) return false;
+  }
+  ImposedPlane& plane = imposed_[at];
+  plane.support = reached.support;
+  plane.times += 1;
+  if (!plane.at_start) {
+    plane.at_start = true;
+    if (!add_rows(at, step_by(Vec3::Zero(), Vec3::Zero()), error, false, tick)) return false;
+  }
+  return add_rows(at, step, error, plane.times > 1, tick);
+}
+
+PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
+                       SupportPair support, ProxyTick& tick) const noexcept {
+  tick.plane_gaps += 1;
+  return plane_gap(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), id, support);
+}
+
+/// Rows of a plane at a configuration; `support_too`: and at its support vertices.
+bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
+                     bool support_too, ProxyTick& tick) noexcept {
+  const ImposedPlane& plane = imposed_[imposed];
+  const PlaneGap gap = gap_at(pairs_[plane.pair], at, plane.id, plane.support, tick);
+  if (!gap.defined) return true;  // edges turned parallel: another plane will come
+  return add_region(imposed, gap, at, error, support_too);
+}
+
+/// Rows of the contact region along a plane.
+bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
+                       const PoseError& error, bool support_too) noexcept {
+  ImposedPlane& plane = imposed_[imposed];
+  plane.support = gap.support;
+  const ProxyPair& pair = pairs_[plane.pair];
+  const Vec3 y_w = at.q.x0_w - pair.reference_w;
+  std::array<ManifoldPoint, kMaxManifoldPoints> points;
+  const std::uint32_t count =
+      contact_manifold(*pair.view, at.q.r_wa, y_w, plane.id, gap, parameters_.scale.manifold_m,
+                       manifold_scratch_, points);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (!add_row(imposed, points[k], gap.normal_w, at, error)) return false;
+  }
+  if (!support_too) return true;
+  return add_row(imposed, support_row_point(*pair.view, at.q.r_wa, y_w, plane.id, gap),
+                 gap.normal_w, at, error);
+}
+
+/// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised; with
+/// friction the four generators n +- mu t, n +- mu b, t along the pull.
+bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec3& normal_w,
+                    const Step& at, const PoseError& error) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  const ImposedPlane& plane = imposed_[imposed];
+  const Real mu = pairs_[plane.pair].friction;
+  const Real length = parameters_.spring.length_m;
+  // Rows that zero motion would violate by more than this could be inconsistent.
+  const Real most =
+      scale.tolerance_m + (pairs_[plane.pair].inside ? scale.recovery_step_m : Real{0});
+  const auto add = [&](const Vec3& w) {
+    const Vec3 moment = point.app_w.cross(w);
+    const Real along = w.dot(at.dx_m) + moment.dot(at.dtheta_rad);
+    const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
+    QpRow row;
+    row.g.head<3>() = w;
+    row.g.tail<3>() = moment / length;
+    row.h = least - (w.dot(error.translation_m) + moment.dot(error.rotation_rad));
+    const std::uint32_t index = rows_.size();
+    if (index >= (mu > 0 ? kMaxQpRows : kMaxProxyRows) || !rows_.push(row)) return false;
+    row_plane_[index] = static_cast<std::uint8_t>(imposed);
+    return true;
+  };
+  if (!(mu > 0)) return add(normal_w);
+  Vec3 t = error.translation_m - normal_w * normal_w.dot(error.translation_m);
+  const Real pull = std::sqrt(t.squaredNorm());
+  t = pull > scale.still_m ? Vec3(t / pull) : plane_basis(normal_w).e1;
+  const Vec3 b = normal_w.cross(t);
+  return add(normal_w + mu * t) && add(normal_w - mu * t) && add(normal_w + mu * b) &&
+         add(normal_w - mu * b);
+}
+
+/// Planes with a multiplier: the next pass starts with them.
+void Proxy::remember_active() noexcept {
+  active_.clear();
+  for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
+    const ImposedPlane& plane = imposed_[row_plane_[last_qp_.active[k]]];
+    bool known = false;
+    for (const ImposedPlane& other : active_) {
+      known = known || (other.pair == plane.pair && other.id == plane.id);
+    }
+    if (!known) static_cast<void>(active_.push(plane));
+  }
+}
+
+/// Largest gap of a pair at q: its certificate's, or that of the best plane of its valid set.
+void Proxy::certify(ReachedPair& reached, const GripPose& q, Real least_m,
+                    ProxyTick& tick) noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  const Vec3 y_w = q.x0_w - pair.reference_w;
+  const auto measure = [&](const PlaneId& id, SupportPair support, bool first) {
+    const PlaneGap gap = plane_gap(*pair.view, q.r_wa, y_w, id, support);
+    tick.plane_gaps += 1;
+    if (!first && (!gap.defined || gap.gap_m <= reached.gap_q_m)) return;
+    reached.plane = id;
+    reached.support = gap.support;
+    reached.gap_q_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
+  };
+  reached.exact_q = true;
+  measure(PlaneId(reached.plane), reached.support, true);
+  if (reached.gap_q_m + reached.allowed_m >= least_m) return;
+  if (!reached.searched) find_valid(reached, tick);
+  for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
+    const ValidPlane& valid = valid_[reached.valid_begin + k];
+    measure(valid.id, valid.support, k == 0);
+  }
+}
+
+Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
+  Check result;
+  const Real far = std::sqrt(step.dx_m.squaredNorm());
+  const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
+  for (std::uint32_t k = 0; k < reached_.size(); ++k) {
+    ReachedPair& reached = reached_[k];
+    const ProxyPair& pair = pairs_[reached.pair];
+    // The direction of the plane at p, held fixed, loses no more than this.
+    const Real least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
+    if (least_gap > parameters_.scale.tolerance_m) {
+      reached.plane = pair.plane;
+      reached.support = pair.support;
+      reached.gap_q_m = least_gap;
+      reached.exact_q = false;
+      continue;
+    }
+    certify(reached, step.q, least_m, tick);
+    const Real lacking = least_m - (reached.gap_q_m + reached.allowed_m);
+    if (lacking > 0 && (result.ok || lacking > result.lacking_m)) {
+      result = {false, lacking, k};
+    }
+  }
+  return result;
+}
+
+/// Displaces a step that is not certified out of what it violates, without turning it.
+bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  Step trial = step;
+  for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
+    const Check result = check(trial, -scale.tolerance_m, tick);
+    if (result.ok) {
+      const Real most = scale.step_m + scale.margin_m;
+      if (trial.dx_m.squaredNorm() > most * most) return false;
+      step = trial;
+      return true;
+    }
+    if (k == kMaxCorrections) break;
+    rows_.clear();
+    for (const ReachedPair& reached : reached_) {
+      if (!reached.exact_q || reached.gap_q_m > scale.step_m) continue;
+      const ProxyPair& pair = pairs_[reached.pair];
+      const PlaneGap gap =
+          plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,
+                    reached.support);
+      tick.plane_gaps += 1;
+      if (!gap.defined) continue;
+      QpRow row;
+      row.g.head<3>() = gap.normal_w;
+      row.h = -gap.gap_m - reached.allowed_m;
+      if (!rows_.push(row)) return false;
+    }
+    const QpResult found = closest_point(rows_.view(), 1.0e-4_r * scale.tolerance_m);
+    tick.qp_iterations = std::max(tick.qp_iterations, found.iterations);
+    trial = step_by(trial.dx_m + found.z.head<3>(), trial.dtheta_rad);
+  }
+  return false;
+}
+
+}  // namespace haptic

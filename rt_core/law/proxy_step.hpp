@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Inside of the proxy: one step and its check. Not for inclusion outside law/.
+
+#include "rt_core/law/proxy_law.hpp"
+
+namespace haptic {
+
+/// A configuration q = p (+) (dx, dtheta) that a pass considers.
+struct Proxy::Step {
+  GripPose q;
+  Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
+};
+
+/// Whether every reached pair has kept a plane with a gap, and the pair that lacks most.
+struct Proxy::Check {
+  bool ok = true;
+  Real lacking_m = 0;       ///< how far below the least allowed gap the worst pair is
+  std::uint32_t worst = 0;  ///< index in the list of reached pairs
+};
+
+/// A plane counts as valid at p when p is no deeper behind it than this.
+[[nodiscard]] inline Real valid_depth(const ProxyScale& scale) noexcept {
+  return 1.5_r * scale.tolerance_m;
+}
+
+}  // namespace haptic
