@@ -74,6 +74,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   device.r_wa = device.q_wa.toRotationMatrix();
   device.x0_w = input.pose_wa.p_wa + device.r_wa * s.grip_a;
   const GripPose grip = s.goal_of(device, input.clutched, result);
+  result.goal_pose_wa = s.mesh_pose(grip);
 
   s.near.clear();
   s.contact_nodes.clear();
