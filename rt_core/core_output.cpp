@@ -29,12 +29,10 @@ void HapticCore::State::configure_output() noexcept {
   const SceneParameters& p = scene.parameters();
   const CouplingParameters& c = p.coupling;
   const DeviceParameters& d = p.device;
-  output = OutputState{};
   output.period_ns = static_cast<std::int64_t>(1.0e9 / p.rate_hz);
   output.damping_ns_per_m = law == LawId::kProxy ? static_cast<Real>(c.damping_ns_per_m) : 0;
   output.damping_share = static_cast<Real>(c.damping_share);
   output.observes = c.passivity != 0;
-  output.estimates = d.given != 0;
   PassivityLimits passivity;
   passivity.l_m = static_cast<Real>(std::sqrt(c.k_r_nm_per_rad / c.k_t_n_per_m));
   passivity.alpha_max_ns_per_m = kControllerShare * static_cast<Real>(d.mass_kg * p.rate_hz);
@@ -49,13 +47,13 @@ void HapticCore::State::configure_output() noexcept {
   window.step_rad = static_cast<Real>(c.encoder_step_rad);
   window.min_window_s = static_cast<Real>(c.min_window_s);
   window.max_window_s = static_cast<Real>(c.max_window_s);
-  output.twist = TwistEstimator(window);
+  for (TwistEstimator& estimator : output.twist) estimator = TwistEstimator(window);
 }
 
 void HapticCore::State::forget_output() noexcept {
   output.passivity.reset();
   output.ramp.reset();
-  output.twist.reset();
+  for (TwistEstimator& estimator : output.twist) estimator.reset();
   output.has_error = output.has_stamp = false;
   output.rate = PoseError{};
 }
@@ -63,7 +61,7 @@ void HapticCore::State::forget_output() noexcept {
 /// Time of this report; without stamps ticks are a period apart.
 std::int64_t HapticCore::State::stamp_of(const StepInput& input) noexcept {
   if (input.stamp_ns != 0) return input.stamp_ns;
-  return output.has_stamp ? output.stamp_ns + output.period_ns : output.period_ns;
+  return output.has_stamp ? output.stamp_ns + output.period_ns : 0;
 }
 
 /// Coupling damping B (p' - q_d') in translation and B L^2 in rotation, of the filtered backward
@@ -118,9 +116,9 @@ Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& devic
     result.energy_j = static_cast<Real>(passive.energy_j);
     if (passive.acted) result.flags |= kFlagPassivity;
   }
-  if (output.estimates) {
+  for (TwistEstimator& estimator : output.twist) {
     const TwistEstimate twist =
-        output.twist.update({stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid});
+        estimator.update({stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid});
     result.device_twist_w = twist.twist_w;
   }
   output.stamp_ns = stamp_ns;

@@ -55,6 +55,7 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   merged = arena.take<std::uint8_t>(c.pair_count);
   hull.points = arena.take<PlanePoint>(near_nodes);
   hull.hull = arena.take<PlanePoint>(2 * near_nodes);
+  output.twist = arena.take<TwistEstimator>(view.parameters().device.given != 0 ? 1 : 0);
   if (view.parameters().law == LawId::kProxy) {
     place_proxy(arena, view);
   } else if (view.parameters().law == LawId::kPaper) {

@@ -76,10 +76,10 @@ struct OutputState {
   Real damping_ns_per_m = 0, damping_share = 0;  ///< of the coupling
   PoseError error, rate;                         ///< of the coupling: last, and filtered rate
   bool has_error = false;
-  bool observes = false, estimates = false;  ///< whether passivity and twist are asked for
+  bool observes = false;  ///< the passivity layer acts
   Passivity passivity;
   WrenchRamp ramp;
-  TwistEstimator twist;
+  std::span<TwistEstimator> twist;  ///< one where the scene names a device, else none
 };
 
 struct HapticCore::State {

@@ -74,7 +74,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   device.r_wa = device.q_wa.toRotationMatrix();
   device.x0_w = input.pose_wa.p_wa + device.r_wa * s.grip_a;
   const GripPose grip = s.goal_of(device, input.clutched, result);
-  result.goal_pose_wa = s.mesh_pose(grip);
+  result.goal_pose_wa = s.offset.is_zero && !s.offset.clutched ? input.pose_wa : s.mesh_pose(grip);
 
   s.near.clear();
   s.contact_nodes.clear();
@@ -94,7 +94,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
   } else {
     wrench = s.total_wrench(result);
-    result.proxy_pose_wa = s.mesh_pose(grip);
+    result.proxy_pose_wa = result.goal_pose_wa;
   }
   result.wrench_w = s.finish(wrench, device, input, result);
   s.chain_hash(result);
@@ -142,6 +142,24 @@ PairReport HapticCore::pair_report(std::uint32_t index) const noexcept {
     report.situation = pair.situation;
   }
   return report;
+}
+
+void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noexcept {
+  State& s = *state_;
+  const PairState& pair = s.pairs[index];
+  forget_contact(out);
+  if (s.tick == 0 || pair.visited_at == 0) return;
+  const PairGateState& gate = s.gates[index];
+  const bool looked_at = pair.visited_at == s.tick || !is_far(gate.plane.gap_m(s.odometer(gate)),
+                                                              gate.plane.face, s.exact_band_m);
+  if (!looked_at || pair.contact_count == 0) return;
+  ContactNodes contact;
+  contact.near = s.near.view().subspan(pair.near_begin, pair.near_count);
+  contact.nodes = s.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
+  contact.d_near_m = pair.d_near_m;
+  contact.situation = pair.situation;
+  contact.epsilon_m = s.epsilon_m;
+  describe_contact(pair.view, contact, s.last.x0_w, s.hull, out);
 }
 
 }  // namespace haptic

@@ -11,6 +11,7 @@
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
+#include "rt_core/contact/contact_polygon.hpp"
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
@@ -89,10 +90,12 @@ struct StepResult {
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;  ///< StepFlag
   StepCounters counters;
+  /// The device's pose with the offsets that clutch and anchor have added: D_near, situation and
+  /// wrench are those of this pose.
+  Pose goal_pose_wa;
   /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
   /// the goal, which is the device's pose after clutch and anchor.
   Pose proxy_pose_wa;
-  Pose goal_pose_wa;  ///< where the part is asked to be: the device's pose after clutch and anchor
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
   Real allowed_rise_j = 0;  ///< law kProxy: what the passes may have raised it by, for rounding
@@ -147,6 +150,12 @@ class HapticCore {
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
   [[nodiscard]] const StepPeaks& peaks() const noexcept;
+  /// Contact plane, frame, polygon and ids of one pair in the last tick, formed when asked for:
+  /// `step` does nothing for it. `pair` < pair_count(). The lists of `out` bring their room, as
+  /// many as the pair's near_capacity always suffice; where the pair does not touch they end empty.
+  /// Uses memory of the tick: between ticks, on their thread. Cost: near nodes, and
+  /// O(K log K) of the K contact points.
+  void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
 
  private:
   struct State;

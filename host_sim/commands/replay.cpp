@@ -4,17 +4,20 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "host_sim/report/contact_log.hpp"
+
 namespace haptic::sim {
 namespace {
 
-/// One tick of the core; `values` gets one per pair.
-TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s,
+/// One tick of the core; `values` gets one per pair, `goal_wa` the pose that they belong to.
+TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, Pose& goal_wa,
                      std::vector<PairValue>& values) {
   const StepResult result = core.step(input);
   for (std::uint32_t k = 0; k < core.pair_count(); ++k) {
     const PairReport report = core.pair_report(k);
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
   }
+  goal_wa = result.goal_pose_wa;
   return record_of(input.sequence, t_s, result);
 }
 
@@ -51,19 +54,23 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   if (options.literal) literal.emplace(view, *options.literal);
   std::optional<SceneOracle> oracle;
   if (options.check) oracle.emplace(view);
+  std::optional<ContactLog> contacts;
+  if (options.contacts && !literal) contacts.emplace(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
   std::vector<PairValue> values(view.pairs().size());
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const StepInput input = input_of(motion[i], i);
     const double t_s = motion[i].t_s;
+    Pose goal_wa = input.pose_wa;
     TickRecord record =
         literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, values)
-                : core_tick(session.core(), input, t_s, values);
+                : core_tick(session.core(), input, t_s, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
+    if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);
     if (oracle && record.status == RtStatus::kOk) {
-      oracle->evaluate(input.pose_wa, verdicts);
+      oracle->evaluate(goal_wa, verdicts);
       check.add(i, verdicts, values);
     }
     if (options.progress && (i % 256 == 0 || i + 1 == motion.size())) {
@@ -72,6 +79,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
     }
   }
   if (options.check) result.check = check.totals();
+  if (contacts) result.contact_csv = contacts->csv();
   return result;
 }
 

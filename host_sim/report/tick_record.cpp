@@ -22,6 +22,8 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
   record.flags = result.flags;
   record.status = result.status;
   record.state_hash = result.state_hash;
+  record.proxy_gap_m = static_cast<double>(result.proxy_gap_m);
+  record.energy_j = static_cast<double>(result.energy_j);
   return record;
 }
 
@@ -42,6 +44,8 @@ std::string tick_csv(std::span<const TickRecord> ticks) {
     csv += ',' + std::to_string(t.near_count) + ',' + std::to_string(t.nodes_evaluated) + ',' +
            std::to_string(t.flags) + ',';
     for (int shift = 60; shift >= 0; shift -= 4) csv += kHex[(t.state_hash >> shift) & 15u];
+    append_number(csv += ',', t.proxy_gap_m);
+    append_number(csv += ',', t.energy_j);
     csv += '\n';
   }
   return csv;

@@ -28,6 +28,8 @@ struct TickRecord {
   std::uint32_t flags = 0;              ///< StepFlag
   RtStatus status = RtStatus::kOk;
   std::uint64_t state_hash = 0;
+  double proxy_gap_m = 0;  ///< law proxy: smallest gap of the proxy
+  double energy_j = 0;     ///< of the passivity observer
 };
 
 /// The record of tick number `tick` from the core's result.
@@ -36,7 +38,7 @@ struct TickRecord {
 /// Header of the replay's CSV, without the end of line.
 inline constexpr const char* kTickCsvHeader =
     "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,"
-    "state_hash";
+    "state_hash,proxy_gap_m,energy_j";
 
 /// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16
 /// hex digits, LF.

@@ -47,9 +47,10 @@ struct ManifoldScratch {
 /// the hull of the kept.
 /// @param y_w  as for plane_gap [m].
 /// @param gap  of plane `id` at this pose, defined.
+/// @param height_m  > 0 [m].
 /// Cost: the corners of the faces at the support vertices, a few times the corners of the two
 /// features, and of a region with more corners than fit, those at most kMaxManifoldPoints times
-/// (three or four times as a rule).
+/// (three or four times as a rule). Never their product.
 [[nodiscard]] std::uint32_t contact_manifold(
     const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id, const PlaneGap& gap,
     Real height_m, ManifoldScratch& scratch,

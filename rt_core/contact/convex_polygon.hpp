@@ -9,7 +9,7 @@
 #include <span>
 
 #include "rt_core/base/arena.hpp"
-#include "rt_core/law/planar_hull.hpp"
+#include "rt_core/base/plane_point.hpp"
 
 namespace haptic {
 

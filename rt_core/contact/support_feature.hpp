@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
+#include "rt_core/base/plane_point.hpp"
 #include "rt_core/contact/pair_pose.hpp"
-#include "rt_core/law/planar_hull.hpp"
 
 namespace haptic {
 

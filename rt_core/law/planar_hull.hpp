@@ -6,33 +6,9 @@
 #include <cstdint>
 #include <span>
 
-#include "rt_core/base/scalar.hpp"
+#include "rt_core/base/plane_point.hpp"
 
 namespace haptic {
-
-/// A point of the contact region in the contact plane, about pi(x_0^A). [m]
-struct PlanePoint {
-  Real x = 0, y = 0;
-};
-
-[[nodiscard]] constexpr PlanePoint operator-(const PlanePoint& l, const PlanePoint& r) noexcept {
-  return {l.x - r.x, l.y - r.y};
-}
-[[nodiscard]] constexpr Real dot(const PlanePoint& l, const PlanePoint& r) noexcept {
-  return l.x * r.x + l.y * r.y;
-}
-[[nodiscard]] constexpr Real cross(const PlanePoint& l, const PlanePoint& r) noexcept {
-  return l.x * r.y - l.y * r.x;
-}
-[[nodiscard]] Real norm(const PlanePoint& p) noexcept;
-
-/// Two unit vectors that make (e1, e2, n) right-handed; any will do, what is computed in the plane
-/// does not depend on the choice.
-struct PlaneBasis {
-  Vec3 e1, e2;
-};
-/// `n`: unit. Cost: a root.
-[[nodiscard]] PlaneBasis plane_basis(const Vec3& n) noexcept;
 
 /// Memory for one hull: room for twice the largest number of points of a patch.
 struct HullScratch {
@@ -44,6 +20,17 @@ struct HullScratch {
 /// size; `hull` has room for twice the points. Cost: O(K log K) of K points.
 [[nodiscard]] std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
                                         Real width_m) noexcept;
+
+/// The side of a convex polygon that the origin, pi(x_0^A), is nearest to: the paper's contact
+/// frame has x along it.
+struct NearestSide {
+  PlanePoint axis;      ///< unit, counter-clockwise; a segment: from its first end to its second
+  bool inside = false;  ///< the origin lies in the polygon; never in a segment
+};
+/// `hull`: two corners or more, counter-clockwise. At a corner both sides are equally near within
+/// `width_m`: the one whose line is farther from the origin (method section 6, row 10). Cost: a
+/// root per side.
+[[nodiscard]] NearestSide nearest_side(std::span<const PlanePoint> hull, Real width_m) noexcept;
 
 /// The point of the convex hull of `points` (at least one, duplicates and collinear ones welcome)
 /// that is closest to the origin; exactly the origin when that lies in the hull or within `width_m`

@@ -118,7 +118,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     last_qp_ = closest_point(rows_.view(), tolerance);
     tick.rows = std::max(tick.rows, rows_.size());
     tick.qp_iterations = std::max(tick.qp_iterations, last_qp_.iterations);
-    if (last_qp_.capped || last_qp_.skipped > 0) tick.limited = true;
+    if (last_qp_.capped) tick.limited = true;
     const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
     const Vec3 dtheta = last_qp_.z.tail<3>() / length + error.rotation_rad;
     const Real far = std::sqrt(dx.squaredNorm());
