@@ -166,7 +166,10 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
   if (rise > totals.largest_rise_j) totals.largest_rise_j = rise;
   if (rise > rounding)
     totals.largest_rise_share = std::max(totals.largest_rise_share, rise / bound);
-  if (rise > said + rounding || said > bound + rounding) {
+  if (said > bound + rounding) {
+    fail(tick, "bound of the energy",
+         "said " + number_text(said) + " J, bound " + number_text(bound), totals.rises, totals);
+  } else if (rise > said + rounding) {
     fail(tick, "energy rises",
          "by " + number_text(rise) + " J from " + number_text(tick.start_j) + ", said " +
              number_text(said) + ", bound " + number_text(bound),
