@@ -99,10 +99,18 @@ Wide ProxyJudge::free_gap_m(const WidePose& pose, Wide wanted_m) {
   for (std::size_t k = 0; k < witnesses_.size(); ++k) {
     const OraclePose relative = in_frame(pose, k);
     if (witnesses_[k].far(relative, kFar_m)) continue;
+    smallest = std::min(smallest, witnesses_[k].find(relative, wanted_m).gap_m);
+  }
+  return smallest;
+}
+
+Wide ProxyJudge::exact_gap_m(const WidePose& pose, Wide wanted_m) {
+  Wide smallest = std::numeric_limits<Wide>::infinity();
+  for (std::size_t k = 0; k < witnesses_.size(); ++k) {
+    const OraclePose relative = in_frame(pose, k);
+    if (witnesses_[k].far(relative, kFar_m)) continue;
     Wide gap = witnesses_[k].find(relative, wanted_m).gap_m;
-    if (gap < std::min(wanted_m, -allowed_depth_m())) {
-      gap = std::max(gap, witnesses_[k].exhaustive_m(relative));
-    }
+    if (gap < wanted_m) gap = std::max(gap, witnesses_[k].exhaustive_m(relative));
     smallest = std::min(smallest, gap);
   }
   return smallest;

@@ -35,9 +35,12 @@ class ProxyJudge {
   ProxyJudge(const ProxyJudge&) = delete;
   ProxyJudge& operator=(const ProxyJudge&) = delete;
 
-  /// Lower bound of the smallest signed distance of all pairs, at least `wanted_m` where it is
-  /// (infinite: all are far); the distance itself, by the exhaustive search, where it is not.
+  /// Lower bound of the smallest signed distance of all pairs (infinite: all are far), as a rule
+  /// at least `wanted_m` where the distance is.
   [[nodiscard]] Wide free_gap_m(const WidePose& pose, Wide wanted_m);
+  /// The smallest signed distance itself, by the exhaustive search of every pair with no gap of
+  /// `wanted_m` at hand.
+  [[nodiscard]] Wide exact_gap_m(const WidePose& pose, Wide wanted_m);
 
   [[nodiscard]] Wide potential_j(const WideError& error) const;
   /// Largest difference of the wrench to -K g, as a share of what rounding makes of it.
