@@ -95,6 +95,7 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   const ProxyTick done = proxy.tick(goal, scratch, near);
   StepCounters& counters = result.counters;
   counters.proxy_passes = done.passes;
+  counters.proxy_rejected = done.rejected;
   counters.proxy_rounds = done.rounds;
   counters.proxy_rows = done.rows;
   counters.qp_iterations = done.qp_iterations;
@@ -105,6 +106,7 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   result.proxy_pose_wa = mesh_pose(proxy.pose());
   result.proxy_gap_m = done.gap_m;
   result.potential_j = done.end_potential_j;
+  result.allowed_rise_j = done.allowed_rise_j;
   if (done.passes == done.rejected) result.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * proxy_radius_m;
   if (done.error.translation_m.squaredNorm() > hooked * hooked) result.flags |= kFlagHooked;

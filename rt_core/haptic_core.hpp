@@ -72,11 +72,12 @@ struct StepCounters {
   std::uint32_t hull_points = 0;
   std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
   std::uint32_t proxy_passes = 0;
-  std::uint32_t proxy_rounds = 0;   ///< of the pass that had most
-  std::uint32_t proxy_rows = 0;     ///< of the quadratic program that had most
-  std::uint32_t qp_iterations = 0;  ///< of the quadratic program that had most
-  std::uint32_t plane_gaps = 0;     ///< gaps along C-face planes computed for the proxy
-  std::uint32_t valid_nodes = 0;    ///< nodes looked at in searches for valid planes
+  std::uint32_t proxy_rejected = 0;  ///< passes that found no step to certify
+  std::uint32_t proxy_rounds = 0;    ///< of the pass that had most
+  std::uint32_t proxy_rows = 0;      ///< of the quadratic program that had most
+  std::uint32_t qp_iterations = 0;   ///< of the quadratic program that had most
+  std::uint32_t plane_gaps = 0;      ///< gaps along C-face planes computed for the proxy
+  std::uint32_t valid_nodes = 0;     ///< nodes looked at in searches for valid planes
 };
 
 /// What one tick returns.
@@ -97,8 +98,9 @@ struct StepResult {
   Pose proxy_pose_wa;
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
-  Twist device_twist_w;  ///< estimate, where the scene names a device
-  Real energy_j = 0;     ///< passivity observer: what the hand has put in and not got back
+  Real allowed_rise_j = 0;  ///< law kProxy: what the passes may have raised it by, for rounding
+  Twist device_twist_w;     ///< estimate, where the scene names a device
+  Real energy_j = 0;        ///< passivity observer: what the hand has put in and not got back
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;
 };

@@ -67,6 +67,8 @@ void add_piece(tools::Body& body, const Solid& solid, Vector& moment) {
   body.pieces.push_back(std::move(piece));
 }
 
+}  // namespace
+
 tools::Body body_of(std::span<const Solid> pieces) {
   tools::Body body;
   body.name = pieces.front().name;
@@ -76,8 +78,6 @@ tools::Body body_of(std::span<const Solid> pieces) {
   body.centre_of_volume_m = {centre[0], centre[1], centre[2]};
   return body;
 }
-
-}  // namespace
 
 double Seeded::uniform(double low, double high) {
   std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
