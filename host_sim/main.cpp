@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
   const sim::Command commands[] = {
       sim::add_continuity_command(program),      sim::add_motion_command(program),
       sim::add_pareto_command(program),          sim::add_replay_command(program),
-      sim::add_reproduce_paper_command(program), sim::add_vectors_command(program),
+      sim::add_reproduce_paper_command(program), sim::add_run_command(program),
+      sim::add_stability_command(program),       sim::add_vectors_command(program),
       sim::add_verify_command(program),          sim::add_wcet_command(program)};
   try {
     program.parse(argc, argv);

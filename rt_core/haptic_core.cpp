@@ -144,4 +144,22 @@ PairReport HapticCore::pair_report(std::uint32_t index) const noexcept {
   return report;
 }
 
+void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noexcept {
+  State& s = *state_;
+  const PairState& pair = s.pairs[index];
+  forget_contact(out);
+  if (s.tick == 0 || pair.visited_at == 0) return;
+  const PairGateState& gate = s.gates[index];
+  const bool looked_at = pair.visited_at == s.tick || !is_far(gate.plane.gap_m(s.odometer(gate)),
+                                                              gate.plane.face, s.exact_band_m);
+  if (!looked_at || pair.contact_count == 0) return;
+  ContactNodes contact;
+  contact.near = s.near.view().subspan(pair.near_begin, pair.near_count);
+  contact.nodes = s.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
+  contact.d_near_m = pair.d_near_m;
+  contact.situation = pair.situation;
+  contact.epsilon_m = s.epsilon_m;
+  describe_contact(pair.view, contact, s.last.x0_w, s.hull, out);
+}
+
 }  // namespace haptic

@@ -11,6 +11,7 @@
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
+#include "rt_core/contact/contact_polygon.hpp"
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
@@ -147,6 +148,12 @@ class HapticCore {
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
   [[nodiscard]] const StepPeaks& peaks() const noexcept;
+  /// Contact plane, frame, polygon and ids of one pair in the last tick, formed when asked for:
+  /// `step` does nothing for it. `pair` < pair_count(). The lists of `out` bring their room, as
+  /// many as the pair's near_capacity always suffice; where the pair does not touch they end empty.
+  /// Uses memory of the tick: between ticks, on their thread. Cost: near nodes, and
+  /// O(K log K) of the K contact points.
+  void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
 
  private:
   struct State;

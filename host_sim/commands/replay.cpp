@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "host_sim/report/contact_log.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -52,6 +54,8 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   if (options.literal) literal.emplace(view, *options.literal);
   std::optional<SceneOracle> oracle;
   if (options.check) oracle.emplace(view);
+  std::optional<ContactLog> contacts;
+  if (options.contacts && !literal) contacts.emplace(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
   std::vector<PairValue> values(view.pairs().size());
@@ -64,6 +68,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
                 : core_tick(session.core(), input, t_s, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
+    if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);
     if (oracle && record.status == RtStatus::kOk) {
       oracle->evaluate(goal_wa, verdicts);
       check.add(i, verdicts, values);
@@ -74,6 +79,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
     }
   }
   if (options.check) result.check = check.totals();
+  if (contacts) result.contact_csv = contacts->csv();
   return result;
 }
 

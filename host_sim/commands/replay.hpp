@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "host_sim/commands/core_session.hpp"
@@ -17,12 +18,14 @@ namespace haptic::sim {
 struct ReplayOptions {
   bool check = false;                   ///< compare every pair of every tick with the oracle
   std::optional<DeltaReading> literal;  ///< the paper's literal steps instead of the core
+  bool contacts = false;                ///< keep the contacts of every tick of the core
   bool progress = false;                ///< a status line on stderr
 };
 
 struct ReplayResult {
   std::vector<TickRecord> ticks;
   std::optional<CheckTotals> check;
+  std::string contact_csv;  ///< report/contact_log.hpp; empty unless asked for
 };
 
 /// Starts from a forgotten contact history. Cost without a check: the ticks themselves; the check

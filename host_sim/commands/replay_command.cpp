@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--json] [--check]
-// [--literal]
+// host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--contacts C.csv]
+// [--json] [--check] [--literal]
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace haptic::sim {
 namespace {
 
 struct Options {
-  std::string scene, motion, out, plot, reference;
+  std::string scene, motion, out, plot, contacts, reference;
   bool json = false, check = false, literal = false;
   DeltaReading delta = DeltaReading::kTranslationAndRotation;
 };
@@ -36,7 +36,7 @@ double half_period_s(const std::vector<MotionSample>& motion) {
 }
 
 int run(const Options& o) {
-  for (const std::string* path : {&o.out, &o.plot}) {
+  for (const std::string* path : {&o.out, &o.plot, &o.contacts}) {
     if (!path->empty()) require_writable_folder(*path);
   }
   CoreSession session(o.scene);
@@ -46,6 +46,7 @@ int run(const Options& o) {
 
   ReplayOptions options;
   options.check = o.check;
+  options.contacts = !o.contacts.empty();
   options.progress = o.check && isatty(STDERR_FILENO) == 1;
   if (o.literal) options.literal = o.delta;
   const ReplayResult result = replay(session, motion, options);
@@ -70,6 +71,7 @@ int run(const Options& o) {
     report.reference = compare_with_reference(reference, result.ticks, half_period_s(motion));
   }
   if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks));
+  if (!o.contacts.empty()) write_whole_file(o.contacts, result.contact_csv);
   if (!o.plot.empty()) {
     const SceneParameters& p = session.view().parameters();
     write_whole_file(
@@ -97,13 +99,17 @@ Command add_replay_command(CLI::App& program) {
       ->required();
   app->add_option("--out", o->out, "CSV to write, one line per tick");
   app->add_option("--plot", o->plot, "SVG to write");
+  CLI::Option* contacts = app->add_option(
+      "--contacts", o->contacts,
+      "CSV to write: plane, polygon and basic contacts of every touching pair and tick");
   app->add_flag("--json", o->json, "summary as JSON on stdout");
   app->add_flag("--check", o->check,
                 "compare every pair of every tick with an exhaustive long double search");
   app->add_option("--reference", o->reference,
                   "contact flags to compare with: t,contact (1, 0, u)");
   CLI::Option* literal =
-      app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core");
+      app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core")
+          ->excludes(contacts);
   const std::map<std::string, DeltaReading> readings{
       {"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}};
   app->add_option("--delta", o->delta, "reading of delta in step 2: dx or dx-rotation (default)")

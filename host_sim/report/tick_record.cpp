@@ -27,25 +27,29 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
   return record;
 }
 
-std::string tick_csv(std::span<const TickRecord> ticks) {
+void append_tick_row(std::string& csv, const TickRecord& t) {
   constexpr char kHex[] = "0123456789abcdef";
+  csv += std::to_string(t.tick);
+  csv += ',';
+  append_number(csv, t.t_s);
+  for (const double value : t.force_n) append_number(csv += ',', value);
+  for (const double value : t.torque_nm) append_number(csv += ',', value);
+  append_number(csv += ',', t.d_near_m);
+  csv += ',';
+  csv += to_text(t.situation);
+  csv += ',' + std::to_string(t.near_count) + ',' + std::to_string(t.nodes_evaluated) + ',' +
+         std::to_string(t.flags) + ',';
+  for (int shift = 60; shift >= 0; shift -= 4) csv += kHex[(t.state_hash >> shift) & 15u];
+  append_number(csv += ',', t.proxy_gap_m);
+  append_number(csv += ',', t.energy_j);
+}
+
+std::string tick_csv(std::span<const TickRecord> ticks) {
   std::string csv = kTickCsvHeader;
   csv.reserve(200 + 220 * ticks.size());
   csv += '\n';
   for (const TickRecord& t : ticks) {
-    csv += std::to_string(t.tick);
-    csv += ',';
-    append_number(csv, t.t_s);
-    for (const double value : t.force_n) append_number(csv += ',', value);
-    for (const double value : t.torque_nm) append_number(csv += ',', value);
-    append_number(csv += ',', t.d_near_m);
-    csv += ',';
-    csv += to_text(t.situation);
-    csv += ',' + std::to_string(t.near_count) + ',' + std::to_string(t.nodes_evaluated) + ',' +
-           std::to_string(t.flags) + ',';
-    for (int shift = 60; shift >= 0; shift -= 4) csv += kHex[(t.state_hash >> shift) & 15u];
-    append_number(csv += ',', t.proxy_gap_m);
-    append_number(csv += ',', t.energy_j);
+    append_tick_row(csv, t);
     csv += '\n';
   }
   return csv;

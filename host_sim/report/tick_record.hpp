@@ -40,6 +40,9 @@ inline constexpr const char* kTickCsvHeader =
     "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,flags,"
     "state_hash,proxy_gap_m,energy_j";
 
+/// Appends one line of the CSV, without its end.
+void append_tick_row(std::string& csv, const TickRecord& tick);
+
 /// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16
 /// hex digits, LF.
 [[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host_sim/reproduction/shape_scene.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -210,18 +212,24 @@ std::vector<Solid> five_piece_hole(double half_width_m) {
 
 Solid square_peg() { return centred_box("peg", 0.010, 0.010, 0.030); }
 
-std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, double k_f_n_per_m,
-                                double epsilon_m, LawId law, double exact_band_m) {
+std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
+                                  const SceneParameters& parameters) {
   tools::SceneDescription scene;
   scene.name = a.name + " on " + pieces.front().name;
   scene.moving.body = united_body({&a, 1});
   scene.statics.push_back({united_body(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
-  scene.parameters.law = law;
-  scene.parameters.k_f_n_per_m = k_f_n_per_m;
-  scene.parameters.epsilon_m = epsilon_m;
-  scene.parameters.exact_band_m = exact_band_m;
-  scene.parameters.rate_hz = 1000.0;
+  scene.parameters = parameters;
   return tools::write_scene(scene);
+}
+
+std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, double k_f_n_per_m,
+                                double epsilon_m, LawId law, double exact_band_m) {
+  SceneParameters parameters = tools::default_parameters();
+  parameters.law = law;
+  parameters.k_f_n_per_m = k_f_n_per_m;
+  parameters.epsilon_m = epsilon_m;
+  parameters.exact_band_m = exact_band_m;
+  return scene_with(a, pieces, parameters);
 }
 
 Pose pose_at(const Vector& p, const Rotation& q) {

@@ -239,9 +239,11 @@ ContactCase tilted_peg_case(double clearance_m) {
 ContactCase mouth_case(double clearance_m) {
   TimedPath path;
   path.pose = [](double t) -> PathPose {
-    return {{-0.018 + kSlide_m_per_s * t, 0, kPegHalfLength_m - kPush_m}, Rotation::Identity()};
+    // 3 mm beyond the middle and back to it.
+    const double way = std::min(kSlide_m_per_s * t, 0.042 - kSlide_m_per_s * t);
+    return {{-0.018 + way, 0, kPegHalfLength_m - kPush_m}, Rotation::Identity()};
   };
-  path.duration_s = 0.021 / kSlide_m_per_s;
+  path.duration_s = 0.024 / kSlide_m_per_s;
   return {"mouth", "peg slid over the mouth of its hole", peg_scene(clearance_m), path, true};
 }
 

@@ -66,6 +66,11 @@ void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept {
   }
 }
 
+const NearNode* plane_node(std::span<const NearNode> near, Real d_near_m, Real size_m) noexcept {
+  if (near.size() == 1) return near.data();
+  return leader_of(near, d_near_m, applicability_tolerance(size_m));
+}
+
 ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> near, Real d_near_m,
                                 Real epsilon_m, BoundedList<std::uint32_t>& nodes,
                                 bool& several_planes) noexcept {
@@ -76,9 +81,7 @@ ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> 
   patch.size_m = pose.size_m;
   patch.merge_distance_m = tolerance;
   several_planes = false;
-  const NearNode* const leader =
-      near.size() == 1 ? near.data()
-                       : leader_of(near, d_near_m, applicability_tolerance(pose.size_m));
+  const NearNode* const leader = plane_node(near, d_near_m, pose.size_m);
   if (leader == nullptr) return patch;
   patch.normal_w = leader->normal_w;
   if (near.size() == 1) {

@@ -36,6 +36,12 @@ struct ContactPatch {
 /// a face.
 void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept;
 
+/// The node of a located near set whose C-face is the contact plane: its point lies in both
+/// features where any does (method section 6, row 15). `size_m`: sum of the pieces' radii. Null
+/// when `near` is empty. Cost: near nodes.
+[[nodiscard]] const NearNode* plane_node(std::span<const NearNode> near, Real d_near_m,
+                                         Real size_m) noexcept;
+
 /// Of the located near set of a colliding pair: the contact plane, and appended to `nodes` the
 /// numbers of the basic contacts whose point lies in both features. Cost: near nodes.
 /// `several_planes` is set when near nodes of other planes were left out.

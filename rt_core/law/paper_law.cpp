@@ -1,48 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/law/paper_law.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace haptic {
 namespace {
 
 /// Sign class of a value: zero has its own (method section 6, row 11).
 int sign_class(Real value, Real zero) noexcept { return value > zero ? 1 : value < -zero ? -1 : 0; }
-
-/// Unit direction of the contact frame's x axis, or {0, 0} when pi lies in H and the torque is
-/// zero.
-PlanePoint frame_axis(std::span<const PlanePoint> hull, Real width) noexcept {
-  const std::size_t count = hull.size();
-  if (count == 2) {  // edge-face: the contact edge
-    const PlanePoint along = hull[1] - hull[0];
-    const Real length = norm(along);
-    return {along.x / length, along.y / length};
-  }
-  bool inside = true;
-  Real nearest = std::numeric_limits<Real>::max(), farthest_line = 0;
-  PlanePoint axis{0, 0};
-  for (std::size_t k = 0; k < count; ++k) {
-    const PlanePoint from = hull[k];
-    const PlanePoint side = hull[k + 1 == count ? 0 : k + 1] - from;
-    const Real length = norm(side);
-    const PlanePoint unit{side.x / length, side.y / length};
-    const PlanePoint to_pi{-from.x, -from.y};  // pi is the origin
-    const Real line = -cross(unit, to_pi);     // > 0: pi outside this side
-    inside = inside && line <= 0;
-    const Real s = std::clamp(dot(unit, to_pi), Real{0}, length);
-    const Real distance = norm({to_pi.x - s * unit.x, to_pi.y - s * unit.y});
-    // At a corner both sides are equally near: the one whose line is farther from pi (method
-    // section 6, row 10).
-    const bool tie = std::abs(distance - nearest) <= width;
-    if (tie ? line > farthest_line : distance < nearest) {
-      axis = unit;
-      farthest_line = line;
-      nearest = tie ? std::min(nearest, distance) : distance;
-    }
-  }
-  return inside ? PlanePoint{0, 0} : axis;
-}
 
 }  // namespace
 
@@ -66,8 +29,9 @@ Wrench paper_wrench(const ContactPatch& patch, std::span<const Vec3> points_w, R
     wrench.torque_w = points_w[0].cross(wrench.force_w);
     return wrench;
   }
-  const PlanePoint x_axis = frame_axis(scratch.hull.first(hull_size), width);
-  if (x_axis.x == 0 && x_axis.y == 0) return wrench;  // pi(x_0^A) in H: zero torque
+  const NearestSide nearest = nearest_side(scratch.hull.first(hull_size), width);
+  if (nearest.inside) return wrench;  // pi(x_0^A) in H: zero torque
+  const PlanePoint x_axis = nearest.axis;
   // Contact frame: x along the edge, z = n. A force F_n along z at (p_x, p_y) makes torque (p_y
   // F_n, -p_x F_n, 0).
   const Real f_n = -k_f_n_per_m * patch.d_near_m;

@@ -21,6 +21,17 @@ struct HullScratch {
 [[nodiscard]] std::uint32_t convex_hull(std::span<PlanePoint> points, std::span<PlanePoint> hull,
                                         Real width_m) noexcept;
 
+/// The side of a convex polygon that the origin, pi(x_0^A), is nearest to: the paper's contact
+/// frame has x along it.
+struct NearestSide {
+  PlanePoint axis;      ///< unit, counter-clockwise; a segment: from its first end to its second
+  bool inside = false;  ///< the origin lies in the polygon; never in a segment
+};
+/// `hull`: two corners or more, counter-clockwise. At a corner both sides are equally near within
+/// `width_m`: the one whose line is farther from the origin (method section 6, row 10). Cost: a
+/// root per side.
+[[nodiscard]] NearestSide nearest_side(std::span<const PlanePoint> hull, Real width_m) noexcept;
+
 /// The point of the convex hull of `points` (at least one, duplicates and collinear ones welcome)
 /// that is closest to the origin; exactly the origin when that lies in the hull or within `width_m`
 /// of it. No hull is built: the closest point so far, on a vertex or a side, is improved by the

@@ -19,8 +19,9 @@ set(may_rt_core/exchange rt_core/base/ rt_core/exchange/)
 set(may_hal rt_core/ hal/)
 set(may_tools rt_core/ tools/)
 set(may_tools/run_device rt_core/ tools/ hal/)
-# Golden vectors and generated pairs are compiled by the one scene writer there is, hence the two folders of tools.
-set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/common/)
+# Golden vectors and generated pairs are compiled by the one scene writer there is, and judged by the one budget of gains,
+# hence the folders of tools.
+set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph_compiler/coupling/ tools/common/)
 set(may_linker rt_core/ linker/)
 set(may_tests rt_core/ hal/ tools/ host_sim/ tests/ linker/)
 

@@ -34,6 +34,13 @@ void check_scene(const haptic::tools::SceneFile& scene) {
   for (const double x : {p.k_f_n_per_m, p.epsilon_m, p.rate_hz}) {
     require(std::isfinite(x) && x > 0.0, "parameters are positive");
   }
+  for (const auto& x : {scene.coupling.k_t_n_per_m, scene.coupling.k_r_nm_per_rad,
+                        scene.coupling.length_m, scene.coupling.max_window_s}) {
+    require(!x || (std::isfinite(*x) && *x > 0.0), "gains of the coupling are positive");
+  }
+  for (const haptic::tools::FrictionPair& pair : scene.friction) {
+    require(pair.mu >= 0.0 && pair.mu <= 2.0, "coefficients lie from 0 to 2");
+  }
 }
 
 /// "fuzz.toml:LINE:COLUMN: ..." with whole numbers above 0.

@@ -12,11 +12,12 @@ const char* const kLeast =
 
 const char* const kEveryKey =
     "# all keys\nformat = 1\nname = \"every key \\u00e9\"\n"
-    "[moving]\nmesh = \"tetrahedron.obj\"\nscale_to_m = [0.001, 0.002, 1e-3]\n"
+    "[moving]\nmesh = \"tetrahedron.obj\"\nscale_to_m = [0.001, 0.002, 1e-3]\nmaterial = \"pom\"\n"
     "grip_m = [-0.02, 0.012, 0.025]\n"
     "[start]\nposition_m = [0.02, -0.015, 0.025]\n"
     "quaternion = { w = 0.6, x = 0.8, y = 0.0, z = -0.0 }\n"
-    "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\nposition_m = [0, 1, 2]\n"
+    "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\nposition_m = [0, 1, 2]\nmaterial = "
+    "\"steel\"\n"
     "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\n"
     "quaternion = { w = 1, x = 0, y = 0, z = 0 }\n"
     "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 800.0\nepsilon_m = 0.0001\n"
@@ -24,7 +25,11 @@ const char* const kEveryKey =
     "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 0.5\ncoulomb_friction_n = 0.1\n"
     "encoder_step_m = 1e-5\nmax_force_n = 12\nmax_torque_nm = 0.3\nmax_force_rate_n_per_s = 1e4\n"
     "max_torque_rate_nm_per_s = 1e3\nmax_stiffness_n_per_m = 3000\nmax_damping_ns_per_m = 5\n"
-    "delay_s = 0.0005\n[cleaning]\nplane_tolerance_m = 1e-6\n"
+    "delay_s = 0.0005\nencoder_step_rad = 1e-4\n[coupling]\nk_t_n_per_m = 700\nlength_m = 0.02\n"
+    "damping_ns_per_m = 1\ndamping_share = 0.5\nmax_rotation_error_rad = 0.5\n"
+    "max_translation_error_m = 0.01\nmin_window_s = 0.001\nmax_window_s = 0.02\npassivity = true\n"
+    "allow_active = false\n[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = "
+    "0.3\n[cleaning]\nplane_tolerance_m = 1e-6\n"
     "[budget]\nconstants_bytes = 1_000_000\nstate_bytes = 0x10000\nstack_bytes = 8192\n";
 
 const char* const kSpellings =
@@ -36,15 +41,19 @@ const char* const kSpellings =
 
 std::vector<Seed> seeds() {
   const std::string least = kLeast;
-  return {{"least", least},
-          {"every_key", kEveryKey},
-          {"spellings", kSpellings},
-          {"unknown_key", least + "law = 1979-05-27T07:32:00Z\nepsilon = nan\n"},
-          {"two_poses", least + "[start]\nposition_m = [0, 0, inf]\n"},
-          {"not_ascii", "# \xC3\xA9\n" + least + "mesh = '\xC3\xA9' # \xEF\xBB\xB7\n"},
-          {"long_strings",
-           least + "a = \"\"\"x\\\n  y\"\"\"\"\"\nb = '''\n'''\nc.d.\"e\".f = \"\\\"\"\n"},
-          {"nested", least + "[device]\nmass_kg = [[[[{ a = [1, true, \"x\"] }]]]]\n"}};
+  return {
+      {"least", least},
+      {"every_key", kEveryKey},
+      {"spellings", kSpellings},
+      {"friction_twice",
+       least +
+           "[[friction]]\nmaterials=['a','b']\nmu=0\n[[friction]]\nmaterials=['b','a']\nmu=2\n"},
+      {"unknown_key", least + "law = 1979-05-27T07:32:00Z\nepsilon = nan\n"},
+      {"two_poses", least + "[start]\nposition_m = [0, 0, inf]\n"},
+      {"not_ascii", "# \xC3\xA9\n" + least + "mesh = '\xC3\xA9' # \xEF\xBB\xB7\n"},
+      {"long_strings",
+       least + "a = \"\"\"x\\\n  y\"\"\"\"\"\nb = '''\n'''\nc.d.\"e\".f = \"\\\"\"\n"},
+      {"nested", least + "[device]\nmass_kg = [[[[{ a = [1, true, \"x\"] }]]]]\n"}};
 }
 
 }  // namespace haptic::fuzz

@@ -58,6 +58,7 @@ std::string scaled(std::string blob, double factor) {
   change_section<SceneParameters>(blob, SectionId::kParameters, 1, [&](SceneParameters& p) {
     p.epsilon_m *= factor;
     p.epsilon_o_m *= factor;
+    p.coupling.k_r_nm_per_rad *= factor * factor;
   });
   change_section<EdgeDirection>(blob, SectionId::kEdgeDirections, 1,
                                 [&](EdgeDirection& edge) { real(edge.length_m); });
@@ -87,12 +88,21 @@ std::vector<Seed> seeds() {
   std::string stiff = unit;
   change_section<SceneParameters>(stiff, SectionId::kParameters, 1,
                                   [](SceneParameters& p) { p.k_f_n_per_m = 1e308; });
+  std::string proxy = blob_of(tetrahedron, {test::join({table, step})});
+  change_section<SceneParameters>(proxy, SectionId::kParameters, 1,
+                                  [](SceneParameters& p) { p.law = LawId::kProxy; });
+  std::string rough = proxy;
+  change_section<BodyRecord>(rough, SectionId::kBodies, 1, [](BodyRecord& body) {
+    body.friction = body.piece_begin == 0 ? 0.0 : kMaxFriction;
+  });
   return {{"huge", scaled(unit, 1e100)},
           {"immense", scaled(unit, 1e160)},
           {"tiny", scaled(unit, 1e-100)},
           {"minute", scaled(unit, 1e-160)},
           {"far", blob_of(test::box({1e5, 0, 0}, {1e5 + 1, 1, 1}), {table})},
           {"stiff", stiff},
+          {"proxy", proxy},
+          {"rough", rough},
           {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},
           {"formed_graph", blob_of(tetrahedron, {table}, 0)},

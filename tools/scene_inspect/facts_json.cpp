@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -60,20 +61,6 @@ Json body_json(const BodyFacts& body, bool moving) {
             {"overlapping", r.separated_pairs != r.piece_pairs}}}};
 }
 
-Json coupling_json(const CouplingParameters& c) {
-  return {{"k_t_n_per_m", c.k_t_n_per_m},
-          {"k_r_nm_per_rad", c.k_r_nm_per_rad},
-          {"damping_ns_per_m", c.damping_ns_per_m},
-          {"damping_share", c.damping_share},
-          {"max_rotation_error_rad", c.max_rotation_error_rad},
-          {"max_translation_error_m", c.max_translation_error_m},
-          {"min_window_s", c.min_window_s},
-          {"max_window_s", c.max_window_s},
-          {"encoder_step_rad", c.encoder_step_rad},
-          {"passivity", c.passivity != 0},
-          {"allow_active", c.allow_active != 0}};
-}
-
 Json parameters_json(const SceneParameters& p) {
   Json result = {
       {"law", law_name(p.law)},
@@ -103,7 +90,6 @@ Json parameters_json(const SceneParameters& p) {
                         {"max_damping_ns_per_m", d.max_damping_ns_per_m},
                         {"delay_s", d.delay_s}};
   }
-  result["coupling"] = coupling_json(p.coupling);
   return result;
 }
 
@@ -179,7 +165,9 @@ Json facts_as_json(const SceneFacts& facts) {
           {"stored_graph_bytes", facts.stored_graph_bytes},
           {"sections", sections_as_json(facts)},
           {"capacity", capacity_as_json(facts)},
-          {"parameters", parameters_json(facts.parameters)}};
+          {"parameters", parameters_json(facts.parameters)},
+          {"coupling", coupling_as_json(facts)},
+          {"passivity_budget", budget_as_json(facts)}};
 }
 
 }  // namespace haptic::tools

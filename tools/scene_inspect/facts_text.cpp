@@ -2,11 +2,11 @@
 #include "tools/scene_inspect/facts_text.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -70,21 +70,6 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
   return text + rest_line(body.pieces.size()) + recheck_text(body.recheck);
 }
 
-std::string coupling_text(const CouplingParameters& c) {
-  std::string text = formatted(
-      "  coupling: k_t %.9g N/m, k_r %.9g N m/rad (L %.6g m), damping %.9g N s/m, at most %.9g of "
-      "the spring\n"
-      "  coupling limits: %.9g rad, ",
-      c.k_t_n_per_m, c.k_r_nm_per_rad, std::sqrt(c.k_r_nm_per_rad / c.k_t_n_per_m),
-      c.damping_ns_per_m, c.damping_share, c.max_rotation_error_rad);
-  text += c.max_translation_error_m > 0 ? formatted("%.9g m", c.max_translation_error_m)
-                                        : std::string("none in translation");
-  text += formatted("; twist from %.9g to %.9g s", c.min_window_s, c.max_window_s);
-  if (c.encoder_step_rad > 0) text += formatted(", encoder step %.9g rad", c.encoder_step_rad);
-  text += c.passivity != 0 ? "; passivity controller on" : "; no passivity controller";
-  return text + (c.allow_active != 0 ? "; gains beyond the passivity budget allowed\n" : "\n");
-}
-
 std::string parameters_text(const SceneParameters& p) {
   std::string text = formatted(
       "  law %s, k_F %.9g N/m, epsilon %.9g m, epsilon_o %.9g m, exact within %.9g m, loop %.9g "
@@ -111,7 +96,7 @@ std::string parameters_text(const SceneParameters& p) {
   } else {
     text += "  no device given\n";
   }
-  return text + coupling_text(p.coupling);
+  return text;
 }
 
 }  // namespace
@@ -173,7 +158,9 @@ std::string facts_as_text(const SceneFacts& facts) {
   text += nodes_as_text(facts) + pairs_as_text(facts, std::nullopt);
   text += "bytes by table\n" + sections_as_text(facts);
   text += "bounds\n" + bounds_as_text(facts);
-  return text + "parameters\n" + parameters_text(facts.parameters);
+  text += "parameters\n" + parameters_text(facts.parameters);
+  return text + "coupling\n" + coupling_as_text(facts) + "passivity budget\n" +
+         budget_as_text(facts);
 }
 
 }  // namespace haptic::tools

@@ -152,6 +152,8 @@ SceneFacts facts_of(const SceneView& view) {
   const SceneHeader& header = view.header();
   facts.parameters = view.parameters();
   facts.name = view.text(facts.parameters.name_offset, facts.parameters.name_bytes);
+  facts.size = served_size(view);
+  facts.budget = passivity_budget(facts.parameters, facts.size.radius_m);
   facts.bytes = header.byte_count;
   facts.content_hash = header.content_hash;
   facts.scalar_bytes = header.scalar_bytes;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "rt_core/scene/scene_view.hpp"
+#include "tools/graph_compiler/coupling/passivity_budget.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
 
 namespace haptic::tools {
 
@@ -78,6 +80,8 @@ struct SceneFacts {
   std::uint32_t scalar_bytes = 0;
   SceneCapacity capacity{};
   SceneParameters parameters{};
+  ServedSize size;         ///< lengths of law proxy
+  PassivityBudget budget;  ///< of the device, if there is one
   std::vector<SectionFacts> sections;
   std::vector<BodyFacts> bodies;  ///< body 0 moves
   std::vector<PairFacts> pairs;

@@ -116,7 +116,7 @@ TEST_SUITE("tools.compile_scene") {
            "[start]\nposition_m = [0.0, 0.0, 0.5]\n"
            "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = [0.1, 0.2, 0.3]\n"
            "position_m = [1, 2, 3]\nquaternion = { w = 0.6, x = 0.8, y = 0, z = 0 }\n"
-           "[rendering]\nk_f_n_per_m = 100\n";
+           "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 100\n";
     const CompiledScene compiled = compile_file(folder.file("scene.toml"));
     const SceneBytes bytes{compiled.bytes};
     SceneView view;

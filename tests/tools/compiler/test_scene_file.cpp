@@ -102,8 +102,52 @@ const Edit kEdits[] = {
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 0", "13:15: ", "above 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = nan", "13:15: ", "is nan"},
     {"k_f_n_per_m = 1500", "k_f = 1500", "13:1: ", "did you mean 'k_f_n_per_m'?"},
-    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nlaw = \"proxy\"",
-     "14:7: ", "the laws are: weighted_region, paper"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nlaw = \"penalty\"",
+     "14:7: ", "the laws are: proxy, weighted_region, paper"},
+    {"grip_m = [0, 0, 0.5]", "material = \"\"", "8:12: ", "[moving] material: is empty"},
+    {"grip_m = [0, 0, 0.5]", "material = 5", "8:12: ", "give a string"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmu = 0.3",
+     "14:1: ", "materials is missing; name two"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"a\", \"b\"]",
+     "14:1: ", "give the Coulomb coefficient"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"a\", \"b\"]\nmu = 2.1",
+     "16:6: ", "from 0 to 2"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"a\"]\nmu = 0.3",
+     "15:13: ", "has 1 elements; give two strings"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = \"a\"\nmu = 0.3",
+     "15:13: ", "give an array of two strings"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"a\", 1]\nmu = 0.3",
+     "15:19: ", "materials[1] is"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"\", \"b\"]\nmu = 0.3",
+     "15:14: ", "materials[0] is empty"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[[friction]]\nmaterials = [\"a\", \"b\"]\nmu = 0.3\n"
+     "[[friction]]\nmaterials = [\"b\", \"a\"]\nmu = 0.2",
+     "18:13: ", "have a coefficient already"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[friction]\nmu = 0.3",
+     "14:1: ", "write its heading as [[friction]]"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\nk_t = 1",
+     "15:1: ", "did you mean 'k_t_n_per_m'?"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\nk_t_n_per_m = 0", "15:15: ", "above 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\nk_r_nm_per_rad = 1\nlength_m = 0.1",
+     "16:12: ", "keep one"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\ndamping_ns_per_m = -1",
+     "15:20: ", "from 0"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\ndamping_share = 1.5",
+     "15:17: ", "from 0 to 1"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\nmax_rotation_error_rad = 3.5",
+     "15:26: ", "above 0 and at most 3"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\nmax_translation_error_m = 0",
+     "15:27: ", "above 0"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[coupling]\nmin_window_s = 0.01\nmax_window_s = 0.009",
+     "16:16: ", "below min_window_s"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\npassivity = 1",
+     "15:13: ", "give true or false"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[coupling]\npassivity = true",
+     "15:13: ", "give [device] mass_kg"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[device]\nencoder_step_rad = -1",
+     "15:20: ", "at least 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 0.0",
      "14:13: ", "above 0 and at most 0.1"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\nepsilon_m = 1", "14:13: ", "at most 0.1"},
@@ -154,7 +198,12 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.statics[0].scale_to_m == std::array<double, 3>{1.0, 2.0, 3.5});
     CHECK(scene.statics[0].quaternion_wxyz == std::array<double, 4>{1, 0, 0, 0});
     CHECK(scene.statics[0].path == std::filesystem::path(folder.file("part.obj")));
-    CHECK(scene.parameters.law == LawId::kWeightedRegion);
+    CHECK(scene.parameters.law == LawId::kProxy);
+    CHECK(!scene.coupling.k_t_n_per_m);
+    CHECK(!scene.coupling.passivity);
+    CHECK(!scene.coupling.allow_active);
+    CHECK(scene.friction.empty());
+    CHECK(scene.moving.material.empty());
     CHECK(scene.parameters.epsilon_o_m == 1e-4);
     CHECK(scene.parameters.exact_band_m == 0.005);
     CHECK(!scene.graph_bytes);
@@ -182,10 +231,16 @@ TEST_SUITE("tools.scene_file") {
         "encoder_step_m = 1e-5\nmax_force_n = 9\nmax_torque_nm = 0.5\nmax_force_rate_n_per_s = "
         "1e3\n"
         "max_torque_rate_nm_per_s = 50\nmax_stiffness_n_per_m = 2000\nmax_damping_ns_per_m = 3\n"
-        "delay_s = 0.001\n"
+        "delay_s = 0.001\nencoder_step_rad = 3e-4\n"
         "[budget]\nconstants_bytes = 1000\nstate_bytes = 2000\nstack_bytes = 3000\n"
         "pair_visits = 12\n[memory]\ngraph_bytes = 1000000\n"
-        "[cleaning]\nplane_tolerance_m = 2e-6\n";
+        "[cleaning]\nplane_tolerance_m = 2e-6\n"
+        "[coupling]\nk_t_n_per_m = 900\nk_r_nm_per_rad = 0.5\ndamping_ns_per_m = 2\n"
+        "damping_share = 0.25\nmax_rotation_error_rad = 0.3\nmax_translation_error_m = 0.008\n"
+        "min_window_s = 0.002\nmax_window_s = 0.03\npassivity = false\nallow_active = true\n"
+        "[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = 0.3\n";
+    text = replaced(text, "grip_m", "material = \"pom\"\ngrip_m");
+    text = replaced(text, "[[static]]\n", "[[static]]\nmaterial = \"steel\"\n");
     const SceneFile scene =
         parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
     CHECK(scene.moving.position_m == std::array<double, 3>{1, 2, 3});
@@ -201,7 +256,7 @@ TEST_SUITE("tools.scene_file") {
               d.max_stiffness_n_per_m + d.max_damping_ns_per_m + d.delay_s ==
           doctest::Approx(0.1 + 1 + 0.2 + 1e-5 + 9 + 0.5 + 1000 + 50 + 2000 + 3 + 0.001));
     CHECK(scene.budget.constants->bytes == 1000);
-    CHECK(scene.budget.state->line == 38);
+    CHECK(scene.budget.state->line == 41);
     CHECK(scene.budget.pair_visits == 12u);
     CHECK(scene.graph_bytes == 1000000u);
     CHECK(scene.parameters.law == LawId::kPaper);
@@ -209,6 +264,24 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.parameters.exact_band_m == 0.01);
     CHECK(scene.budget.stack->bytes == 3000);
     CHECK(scene.plane_tolerance_m == 2e-6);
+    CHECK(scene.parameters.coupling.encoder_step_rad == 3e-4);
+    const CouplingRequest& c = scene.coupling;
+    CHECK(c.k_t_n_per_m == 900.0);
+    CHECK(c.k_r_nm_per_rad == 0.5);
+    CHECK(c.damping_ns_per_m == 2.0);
+    CHECK(c.damping_share == 0.25);
+    CHECK(c.max_rotation_error_rad == 0.3);
+    CHECK(c.max_translation_error_m == 0.008);
+    CHECK(c.min_window_s == 0.002);
+    CHECK(c.max_window_s == 0.03);
+    CHECK(c.passivity == false);
+    CHECK(c.allow_active);
+    CHECK(c.k_t_at.line == scene.budget.stack->line + 7);
+    CHECK(scene.moving.material == "pom");
+    CHECK(scene.statics[0].material == "steel");
+    CHECK(friction_of(scene.friction, "pom", "steel") == 0.3);
+    CHECK(friction_of(scene.friction, "steel", "pom") == 0.3);
+    CHECK(!friction_of(scene.friction, "steel", "steel"));
   }
 
   TEST_CASE("every defect is refused with its line, column and mend") {

@@ -229,7 +229,8 @@ TEST_SUITE("tools.mesh_table") {
       std::ofstream(folder.file("scene.toml"))
           << "format = 1\nname = \"row\"\n[moving]\nmesh = \"hand.obj\"\nscale_to_m = 1.0\n"
              "position_m = [0.0, 0.0, 9.0]\n[[static]]\nmesh = \""
-          << row.file << "\"\nscale_to_m = 1.0\n[rendering]\nk_f_n_per_m = 1000.0\n";
+          << row.file
+          << "\"\nscale_to_m = 1.0\n[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 1000.0\n";
       const auto result =
           sim::test::run_program(HAPTIC_GRAPH_COMPILER, "'" + folder.file("scene.toml") + "' -o '" +
                                                             folder.file("scene.rtscene") + "'");

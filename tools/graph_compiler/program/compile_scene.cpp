@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -126,6 +131,53 @@ void check_budgets(const SceneFile& scene, const SceneView& view) {
   check_budget(scene, scene.budget.state, "state", facts.capacity.state_bytes, facts);
 }
 
+/// Radius of the moving part about its grip.
+double radius_about(const PlacedBody& placed, const std::array<double, 3>& grip_m) {
+  double square = 0.0;
+  for (const ConvexPiece& piece : placed.body.pieces) {
+    for (const auto& v : piece.vertices) {
+      double s = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double x = v[k] + (placed.mesh_origin_m[k] - grip_m[k]);
+        s += x * x;
+      }
+      square = std::max(square, s);
+    }
+  }
+  return std::sqrt(square);
+}
+
+/// Coefficient of a static part against the moving one, with a note where there should be one.
+double friction_against(const SceneFile& scene, const ScenePart& part,
+                        std::vector<std::string>& notes) {
+  const auto mu = friction_of(scene.friction, scene.moving.material, part.material);
+  const auto named = [](const ScenePart& p) {
+    return p.material.empty() ? p.mesh + " without material" : p.mesh + " of " + p.material;
+  };
+  const bool any =
+      !scene.friction.empty() || !part.material.empty() || !scene.moving.material.empty();
+  if (!mu && any) {
+    notes.push_back("no [[friction]] between " + named(scene.moving) + " and " + named(part) +
+                    ": coefficient 0");
+  }
+  if (mu.value_or(0.0) > 0.0 && scene.parameters.law != LawId::kProxy) {
+    notes.push_back("friction of " + part.mesh + " is not rendered by this law; law proxy does");
+  }
+  return mu.value_or(0.0);
+}
+
+/// Sizes that the proxy law does not serve are refused, a raised tolerance is noted.
+void check_size(const SceneFile& scene, const SceneView& view, std::vector<std::string>& notes) {
+  if (scene.parameters.law != LawId::kProxy) return;
+  const ServedSize size = served_size(view);
+  const std::string refusal = size_refusal(size);
+  if (!refusal.empty()) throw InputError(scene.file + ": " + refusal);
+  if (size.floored) {
+    notes.push_back("the coordinates' rounding raises the tolerance of law proxy to " +
+                    short_length(size.tolerance_m));
+  }
+}
+
 }  // namespace
 
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
@@ -146,8 +198,13 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   }
   description.moving = std::move(moving.placed);
   result.parts.push_back(std::move(moving.report));
+  CouplingChoice choice =
+      choose_coupling(scene, radius_about(description.moving, description.grip_m));
+  description.parameters.coupling = choice.coupling;
+  result.notes = std::move(choice.notes);
   for (const ScenePart& part : scene.statics) {
     CompiledPart fixed = compile_part(part, scene, options);
+    fixed.placed.friction = friction_against(scene, part, result.notes);
     description.statics.push_back(std::move(fixed.placed));
     result.parts.push_back(std::move(fixed.report));
   }
@@ -163,6 +220,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     throw std::logic_error("the scene just written does not open");
   }
   check_budgets(scene, view);
+  check_size(scene, view, result.notes);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);
   return result;

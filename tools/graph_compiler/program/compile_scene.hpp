@@ -49,6 +49,7 @@ struct CompiledScene {
   SceneFile scene;
   std::vector<PartReport> parts;     ///< moving part first
   SceneAccount account;              ///< of the pieces, moving part first
+  std::vector<std::string> notes;    ///< on coupling, friction and size
   std::optional<SteadyWork> steady;  ///< absent: the scene has no motion limits
   double write_s = 0.0;              ///< bounds, graph and blob
 };
@@ -61,7 +62,8 @@ struct CompileOptions {
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;
 };
 
-/// @throws InputError from any step, or when the scene exceeds its budget (with a breakdown).
+/// @throws InputError from any step, when the scene exceeds its budget (with a breakdown), when a
+/// gain exceeds what the device bears, or when law proxy does not serve the size.
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options);
 
 }  // namespace haptic::tools

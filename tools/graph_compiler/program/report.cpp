@@ -9,6 +9,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/epsilon_warnings.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
@@ -32,6 +33,15 @@ SceneFacts facts_of_bytes(const std::vector<std::byte>& bytes) {
     throw std::logic_error("the scene just written does not open");
   }
   return facts_of(view);
+}
+
+SceneParameters parameters_of(const std::vector<std::byte>& bytes) {
+  const SceneBytes aligned{bytes};
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+    throw std::logic_error("the scene just written does not open");
+  }
+  return view.parameters();
 }
 
 std::size_t edge_count(const ConvexPiece& piece) {
@@ -215,6 +225,9 @@ std::string report_as_json(const CompiledScene& compiled) {
                        {"bytes", facts.bytes},
                        {"sections", sections_as_json(facts)},
                        {"capacity", capacity_as_json(facts)},
+                       {"coupling", coupling_as_json(facts)},
+                       {"passivity_budget", budget_as_json(facts)},
+                       {"notes", compiled.notes},
                        {"steady_work", steady_json(compiled)},
                        {"state_bytes", facts.capacity.state_bytes},
                        {"budget", budget_json(compiled.scene.budget)},
@@ -234,6 +247,9 @@ std::string report_as_text(const CompiledScene& compiled) {
           grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
           nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
   text += "bounds\n" + bounds_as_text(facts) + steady_text(compiled, facts);
+  text += std::string("law ") + law_name(facts.parameters.law) + "\n" + coupling_as_text(facts) +
+          "passivity budget\n" + budget_as_text(facts);
+  for (const std::string& note : compiled.notes) text += "note: " + note + "\n";
   text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
           "\n" + sections_as_text(facts);
   return text + formatted("time %.3f s\n", total_seconds(compiled));
@@ -250,11 +266,13 @@ std::vector<std::string> warnings_of(const CompiledScene& compiled) {
   }
   for (std::string& warning : epsilon_warnings(compiled)) result.push_back(std::move(warning));
   const DeviceParameters& device = compiled.scene.parameters.device;
-  const double k = compiled.scene.parameters.k_f_n_per_m;
+  const SceneParameters p = parameters_of(compiled.bytes);
+  const bool proxy = p.law == LawId::kProxy;
+  const double k = proxy ? p.coupling.k_t_n_per_m : p.k_f_n_per_m;
   if (device.given != 0 && device.max_stiffness_n_per_m > 0 && k > device.max_stiffness_n_per_m) {
-    result.push_back(
-        formatted("[rendering] k_f_n_per_m is %.9g, above the device's max_stiffness_n_per_m %.9g",
-                  k, device.max_stiffness_n_per_m));
+    result.push_back(formatted("%s is %.9g, above the device's max_stiffness_n_per_m %.9g",
+                               proxy ? "[coupling] k_t_n_per_m" : "[rendering] k_f_n_per_m", k,
+                               device.max_stiffness_n_per_m));
   }
   return result;
 }

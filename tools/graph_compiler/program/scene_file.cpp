@@ -49,12 +49,16 @@ ScenePart read_part(const SceneTable& t, const std::filesystem::path& folder, bo
   }
   part.scale_to_m = *scale;
   posed = read_pose(t, part);
+  if (const auto material = t.text("material")) {
+    if (material->empty()) t.fail("material", "is empty; give a name, as [[friction]] has it");
+    part.material = *material;
+  }
   return part;
 }
 
 void read_moving(const SceneTable& top, const std::filesystem::path& folder, SceneFile& scene) {
   const auto moving =
-      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "grip_m"});
+      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m"});
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
@@ -67,17 +71,18 @@ void read_moving(const SceneTable& top, const std::filesystem::path& folder, Sce
   read_pose(*start, scene.moving);
 }
 
-void read_rendering(const SceneTable& top, SceneParameters& p) {
+/// Returns the place of the stiffness.
+FilePlace read_rendering(const SceneTable& top, SceneParameters& p) {
   const auto rendering =
       top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m", "exact_band_m"});
   if (!rendering) {
     top.fail_missing("rendering", "add the table [rendering] with k_f_n_per_m, the stiffness");
   }
-  const std::string law = rendering->text("law").value_or("weighted_region");
-  if (law != "weighted_region" && law != "paper") {
-    rendering->fail("law", "no law '" + law + "'; the laws are: weighted_region, paper");
+  const std::string law = rendering->text("law").value_or("proxy");
+  if (law != "proxy" && law != "weighted_region" && law != "paper") {
+    rendering->fail("law", "no law '" + law + "'; the laws are: proxy, weighted_region, paper");
   }
-  p.law = law == "paper" ? LawId::kPaper : LawId::kWeightedRegion;
+  p.law = law == "proxy" ? LawId::kProxy : law == "paper" ? LawId::kPaper : LawId::kWeightedRegion;
   const auto stiffness = rendering->number("k_f_n_per_m", kStiffness);
   if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
   p.k_f_n_per_m = *stiffness;
@@ -88,6 +93,7 @@ void read_rendering(const SceneTable& top, SceneParameters& p) {
   if (const auto loop = top.table("loop", {"rate_hz"})) {
     p.rate_hz = loop->number("rate_hz", kRate).value_or(kDefaultRate_hz);
   }
+  return rendering->place("k_f_n_per_m");
 }
 
 void read_motion_limits(const SceneTable& top, SceneParameters& p) {
@@ -102,7 +108,8 @@ void read_motion_limits(const SceneTable& top, SceneParameters& p) {
   p.max_angular_speed_rad_per_s = *angular;
 }
 
-void read_device(const SceneTable& top, DeviceParameters& d) {
+void read_device(const SceneTable& top, SceneParameters& p) {
+  DeviceParameters& d = p.device;
   const std::pair<std::string_view, double DeviceParameters::*> fields[] = {
       {"mass_kg", &DeviceParameters::mass_kg},
       {"damping_ns_per_m", &DeviceParameters::damping_ns_per_m},
@@ -117,11 +124,13 @@ void read_device(const SceneTable& top, DeviceParameters& d) {
       {"delay_s", &DeviceParameters::delay_s}};
   std::vector<std::string_view> known;
   for (const auto& field : fields) known.push_back(field.first);
+  known.push_back("encoder_step_rad");
   const auto device = top.table("device", known);
   if (!device) return;
   d.given = 1;
   for (const auto& [key, member] : fields)
     d.*member = device->number(key, kNotNegative).value_or(0);
+  p.coupling.encoder_step_rad = device->number("encoder_step_rad", kNotNegative).value_or(0);
 }
 
 std::optional<BudgetLimit> read_limit(const SceneTable& t, std::string_view key) {
@@ -171,16 +180,19 @@ SceneFile read_tables(const SceneTable& top, const std::string& file,
   scene.name = read_name(top);
   read_moving(top, folder, scene);
   for (const SceneTable& t :
-       top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion"})) {
+       top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion", "material"})) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
   }
   if (scene.statics.empty()) {
     top.fail_missing("static", "add at least one [[static]] table with a fixed part");
   }
-  read_rendering(top, scene.parameters);
+  const FilePlace k_f_at = read_rendering(top, scene.parameters);
   read_motion_limits(top, scene.parameters);
-  read_device(top, scene.parameters.device);
+  read_device(top, scene.parameters);
+  scene.coupling = read_coupling(top, scene.parameters.device);
+  scene.coupling.k_f_at = k_f_at;
+  scene.friction = read_friction(top);
   if (const auto cleaning = top.table("cleaning", {"plane_tolerance_m"})) {
     scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
   }
@@ -217,7 +229,7 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
   }
   const SceneTable top(root, file, "",
                        {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
-                        "loop", "device", "budget", "memory", "cleaning"});
+                        "loop", "device", "coupling", "friction", "budget", "memory", "cleaning"});
   return read_tables(top, file, folder);
 }
 

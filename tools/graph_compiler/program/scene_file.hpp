@@ -13,6 +13,8 @@
 
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/program/coupling_table.hpp"
+#include "tools/graph_compiler/program/friction_table.hpp"
 
 namespace haptic::tools {
 
@@ -23,6 +25,7 @@ struct ScenePart {
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
+  std::string material;  ///< of the friction table; empty: none named
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
@@ -43,7 +46,10 @@ struct SceneFile {
   std::vector<ScenePart> statics;
   std::optional<std::array<double, 3>> grip_m;  ///< moving mesh frame; absent: centre of volume
   SceneParameters parameters =
-      default_parameters();  ///< start pose and name are filled by the scene writer
+      default_parameters();  ///< start pose and name are filled by the scene writer, the
+                             ///< coupling by choose_coupling
+  CouplingRequest coupling;
+  std::vector<FrictionPair> friction;
   std::optional<double> plane_tolerance_m;
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;

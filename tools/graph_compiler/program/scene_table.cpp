@@ -161,6 +161,34 @@ std::optional<std::string> SceneTable::text(std::string_view key) const {
   return node->as_string()->get();
 }
 
+std::optional<bool> SceneTable::flag(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_boolean()) fail(key, "is " + type_name(*node) + "; give true or false");
+  return node->as_boolean()->get();
+}
+
+std::optional<std::array<std::string, 2>> SceneTable::word_pair(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) fail(key, "is " + type_name(*node) + "; give an array of two strings");
+  if (array->size() != 2) {
+    fail(key, "has " + std::to_string(array->size()) + " elements; give two strings");
+  }
+  std::array<std::string, 2> result;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const toml::node& word = *array->get(k);
+    if (!word.is_string() || word.as_string()->get().empty()) {
+      fail_at(word.source(), full_name(key) + "[" + std::to_string(k) + "] is " +
+                                 (word.is_string() ? "empty" : type_name(word)) +
+                                 "; give a name in quotes");
+    }
+    result[k] = word.as_string()->get();
+  }
+  return result;
+}
+
 std::optional<std::array<double, 3>> SceneTable::vector3(std::string_view key,
                                                          const Range& range) const {
   const toml::node* node = table_->get(key);

@@ -11,12 +11,9 @@
 #include <string_view>
 #include <vector>
 
-namespace haptic::tools {
+#include "tools/graph_compiler/program/file_place.hpp"
 
-/// Where something stands in the scene file, both from 1.
-struct FilePlace {
-  std::uint32_t line = 0, column = 0;
-};
+namespace haptic::tools {
 
 /// Interval of allowed values [low, high], or (low, high] when `open_low`.
 struct Range {
@@ -41,6 +38,9 @@ class SceneTable {
   [[nodiscard]] std::optional<double> number(std::string_view key, const Range& range) const;
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key) const;
   [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
+  [[nodiscard]] std::optional<bool> flag(std::string_view key) const;
+  /// An array of two strings, neither empty.
+  [[nodiscard]] std::optional<std::array<std::string, 2>> word_pair(std::string_view key) const;
   [[nodiscard]] std::optional<std::array<double, 3>> vector3(std::string_view key,
                                                              const Range& range) const;
   /// One number for all three, or an array of three.

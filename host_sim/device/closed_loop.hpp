@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The haptic loop closed on a desk: the core renders what the simulated device senses, and the
+/// device, with the hand on it, moves under what the core renders.
+
+#include <cstdint>
+
+#include "host_sim/commands/core_session.hpp"
+#include "host_sim/device/simulated_device.hpp"
+
+namespace haptic::sim {
+
+/// One tick: the sample, its result, and what acted until the next sample.
+struct LoopTick {
+  std::uint64_t tick = 0;
+  double t_s = 0;
+  DeviceState device;  ///< true state at the sample
+  Pose sensed_wa;      ///< A's mesh frame as the core is told
+  StepResult result;   ///< of the core
+  Load acting;         ///< on the device from this sample to the next, after delay and amplifier
+  double delivered_j = 0;  ///< work of the rendering on the device up to the next sample
+};
+
+/// Not movable; `session` must outlive it. Owner: one thread.
+class ClosedLoop {
+ public:
+  /// `rate_hz` from 1 to 1e6. @throws tools::InputError.
+  ClosedLoop(CoreSession& session, const DeviceModel& device, const HandModel& hand,
+             double rate_hz);
+  ClosedLoop(const ClosedLoop&) = delete;
+  ClosedLoop& operator=(const ClosedLoop&) = delete;
+
+  /// A fresh start: core reset, tick 0 at time 0, device in `state`.
+  void place(const DeviceState& state);
+
+  /// Samples, steps the core, and lets the device move on for one period while the hand's target
+  /// moves from `stroke.from` to `stroke.to`.
+  LoopTick step(const HandStroke& stroke);
+
+  [[nodiscard]] double period_s() const { return period_s_; }
+  [[nodiscard]] const SimulatedDevice& device() const { return device_; }
+
+  /// The grip point and orientation of a pose of A's mesh frame, and back.
+  [[nodiscard]] HandTarget grip_of(const Vector& p_wa, const Rotation& q_wa) const;
+  [[nodiscard]] HandTarget grip_of(const MotionSample& sample) const;
+  [[nodiscard]] Pose mesh_pose(const HandTarget& grip) const;
+
+ private:
+  CoreSession& session_;
+  double rate_hz_, period_s_;
+  Vector grip_a_;  ///< grip point in A's mesh frame
+  SimulatedDevice device_;
+  Load accepted_;  ///< acted in the period before
+  std::uint64_t tick_ = 0;
+};
+
+}  // namespace haptic::sim

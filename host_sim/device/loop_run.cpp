@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/device/loop_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host_sim/report/output_file.hpp"
+
+namespace haptic::sim {
+namespace {
+
+void append_pose(std::string& csv, const Pose& pose) {
+  for (int k = 0; k < 3; ++k) append_number(csv += ',', static_cast<double>(pose.p_wa[k]));
+  const Quat& q = pose.q_wa;
+  for (const Real c : {q.w(), q.x(), q.y(), q.z()})
+    append_number(csv += ',', static_cast<double>(c));
+}
+
+Vector vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample> motion) {
+  std::vector<LoopRecord> records;
+  if (motion.empty()) return records;
+  records.reserve(motion.size());
+  HandStroke stroke{loop.grip_of(motion[0]), loop.grip_of(motion[0])};
+  loop.place({stroke.from.x0_w, stroke.from.q_wa, Vector::Zero(), Vector::Zero()});
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    if (k + 1 < motion.size()) stroke.to = loop.grip_of(motion[k + 1]);
+    const LoopTick tick = loop.step(stroke);
+    LoopRecord record;
+    record.tick = record_of(tick.tick, tick.t_s, tick.result);
+    record.device_wa = tick.sensed_wa;
+    record.proxy_wa = tick.result.proxy_pose_wa;
+    std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
+    record.speed_m_per_s = tick.device.velocity_w.norm();
+    record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
+    record.delivered_j = tick.delivered_j;
+    records.push_back(record);
+    stroke.from = stroke.to;
+  }
+  return records;
+}
+
+std::string loop_csv(std::span<const LoopRecord> records) {
+  std::string csv = kTickCsvHeader;
+  csv +=
+      ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
+      "device_z_m,device_qw,device_qx,device_qy,device_qz,hand_x_m,hand_y_m,hand_z_m,"
+      "speed_m_per_s,turn_rad_per_s,delivered_j\n";
+  csv.reserve(600 * (records.size() + 1));
+  for (const LoopRecord& r : records) {
+    append_tick_row(csv, r.tick);
+    append_pose(csv, r.proxy_wa);
+    append_pose(csv, r.device_wa);
+    for (const double value : r.target_m) append_number(csv += ',', value);
+    for (const double value : {r.speed_m_per_s, r.turn_rad_per_s, r.delivered_j}) {
+      append_number(csv += ',', value);
+    }
+    csv += '\n';
+  }
+  return csv;
+}
+
+LoopTotals total(std::span<const LoopRecord> records) {
+  LoopTotals t;
+  t.ticks = records.size();
+  t.smallest_gap_m = records.empty() ? 0 : records.front().tick.proxy_gap_m;
+  Vector last_force = Vector::Zero(), last_torque = Vector::Zero();
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    const LoopRecord& r = records[k];
+    const Vector force = vector_of(r.tick.force_n), torque = vector_of(r.tick.torque_nm);
+    t.finite = t.finite && std::isfinite(force.sum() + torque.sum() + r.speed_m_per_s +
+                                         r.turn_rad_per_s + r.delivered_j);
+    t.largest_force_n = std::max(t.largest_force_n, force.norm());
+    t.largest_torque_nm = std::max(t.largest_torque_nm, torque.norm());
+    t.refused_poses += r.tick.status != RtStatus::kOk ? 1u : 0u;
+    t.contact_ticks += r.tick.status == RtStatus::kOk && r.tick.d_near_m <= 0 ? 1u : 0u;
+    t.largest_delivered_j = std::max(t.largest_delivered_j, r.delivered_j);
+    t.least_energy_j = std::min(t.least_energy_j, r.tick.energy_j);
+    t.smallest_gap_m = std::min(t.smallest_gap_m, r.tick.proxy_gap_m);
+    if (k > 0 && (force - last_force).norm() > t.largest_force_step_n) {
+      t.largest_force_step_n = (force - last_force).norm();
+      t.force_step_at_s = r.tick.t_s;
+    }
+    if (k > 0 && (torque - last_torque).norm() > t.largest_torque_step_nm) {
+      t.largest_torque_step_nm = (torque - last_torque).norm();
+      t.torque_step_at_s = r.tick.t_s;
+    }
+    last_force = force;
+    last_torque = torque;
+    if (10 * (records.size() - k) > records.size()) continue;
+    t.rest_speed_m_per_s = std::max(t.rest_speed_m_per_s, r.speed_m_per_s);
+    t.rest_turn_rad_per_s = std::max(t.rest_turn_rad_per_s, r.turn_rad_per_s);
+  }
+  if (!records.empty()) {
+    t.duration_s = records.back().tick.t_s - records.front().tick.t_s;
+    t.delivered_j = records.back().delivered_j;
+  }
+  return t;
+}
+
+}  // namespace haptic::sim

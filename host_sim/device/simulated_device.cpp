@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/device/simulated_device.hpp"
+
+#include <cmath>
+
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+void check(const DeviceModel& m) {
+  const std::pair<const char*, double> inertias[] = {{"mass_kg", m.mass_kg},
+                                                     {"rotor_kg_m2", m.rotor_kg_m2}};
+  for (const auto& [name, value] : inertias) {
+    if (!(value >= 1e-9 && value <= 1e6))
+      throw tools::InputError(std::string("device: ") + name + " must be from 1e-9 to 1e6");
+  }
+  const std::pair<const char*, double> others[] = {
+      {"damping_ns_per_m", m.damping_ns_per_m},
+      {"rotor_damping_nms_per_rad", m.rotor_damping_nms_per_rad},
+      {"coulomb_friction_n", m.coulomb_force_n},
+      {"coulomb_torque_nm", m.coulomb_torque_nm},
+      {"encoder_step_m", m.encoder_step_m},
+      {"encoder_step_rad", m.encoder_step_rad},
+      {"max_force_n", m.max_force_n},
+      {"max_torque_nm", m.max_torque_nm}};
+  for (const auto& [name, value] : others) {
+    if (!(value >= 0 && value <= 1e6))
+      throw tools::InputError(std::string("device: ") + name + " must be from 0 to 1e6");
+  }
+  if (m.delay_samples > kMaxDelaySamples) {
+    throw tools::InputError("device: a delay of " + std::to_string(m.delay_samples) +
+                            " samples; at most " + std::to_string(kMaxDelaySamples));
+  }
+}
+
+/// Shortened to `limit`, its direction kept; 0: no limit.
+Vector limited(const Vector& v, double limit) {
+  const double length = v.norm();
+  return limit > 0 && length > limit ? Vector(v * (limit / length)) : v;
+}
+
+double to_step(double value, double step) {
+  return step > 0 ? step * std::nearbyint(value / step) : value;
+}
+
+}  // namespace
+
+Vector rotation_vector(const Rotation& q) {
+  const Vector v = q.w() < 0 ? Vector(-q.vec()) : Vector(q.vec());
+  const double sine = v.norm(), cosine = std::abs(q.w());
+  const double scale = sine < 1e-12 ? 2.0 : 2.0 * std::atan2(sine, cosine) / sine;
+  return scale * v;
+}
+
+Rotation rotation_of(const Vector& rotation_rad) {
+  const double angle = rotation_rad.norm();
+  // sin(a / 2) / a, without the quotient where it is 1/2 to the last digit.
+  const double scale = angle < 1e-8 ? 0.5 : std::sin(0.5 * angle) / angle;
+  Rotation q;
+  q.w() = std::cos(0.5 * angle);
+  q.vec() = scale * rotation_rad;
+  return q.normalized();
+}
+
+DeviceModel device_of(const SceneParameters& parameters, double rate_hz) {
+  const DeviceParameters& d = parameters.device;
+  DeviceModel model;
+  if (d.given == 0) return model;
+  if (d.mass_kg > 0) model.mass_kg = d.mass_kg;
+  if (d.damping_ns_per_m > 0) model.damping_ns_per_m = d.damping_ns_per_m;
+  model.coulomb_force_n = d.coulomb_friction_n;
+  model.encoder_step_m = d.encoder_step_m;
+  model.encoder_step_rad = parameters.coupling.encoder_step_rad;
+  model.max_force_n = d.max_force_n;
+  model.max_torque_nm = d.max_torque_nm;
+  const double samples = std::nearbyint(d.delay_s * rate_hz);
+  if (!(samples >= 0 && samples <= kMaxDelaySamples)) {
+    throw tools::InputError("device: delay_s is more than " + std::to_string(kMaxDelaySamples) +
+                            " samples at this rate");
+  }
+  model.delay_samples = static_cast<unsigned>(samples);
+  return model;
+}
+
+SimulatedDevice::SimulatedDevice(const DeviceModel& model, const HandModel& hand, double period_s)
+    : model_((check(model), model)),
+      hand_(hand),
+      period_s_(period_s),
+      translation_({model.mass_kg, model.damping_ns_per_m, model.coulomb_force_n,
+                    hand.stiffness_n_per_m, hand.damping_ns_per_m},
+                   period_s),
+      rotation_({model.rotor_kg_m2, model.rotor_damping_nms_per_rad, model.coulomb_torque_nm,
+                 hand.stiffness_nm_per_rad, hand.damping_nms_per_rad},
+                period_s) {
+  place({});
+}
+
+void SimulatedDevice::place(const DeviceState& state) {
+  state_ = state;
+  home_ = {state.x0_w, state.q_wa};
+  under_way_.assign(model_.delay_samples, Load{});
+  delivered_j_ = 0;
+}
+
+HandTarget SimulatedDevice::sensed() const {
+  HandTarget seen{state_.x0_w, state_.q_wa};
+  if (model_.encoder_step_m > 0) {
+    for (int k = 0; k < 3; ++k) {
+      seen.x0_w[k] = home_.x0_w[k] + to_step(state_.x0_w[k] - home_.x0_w[k], model_.encoder_step_m);
+    }
+  }
+  if (model_.encoder_step_rad > 0) {
+    Vector turn = rotation_vector(state_.q_wa * home_.q_wa.conjugate());
+    for (int k = 0; k < 3; ++k) turn[k] = to_step(turn[k], model_.encoder_step_rad);
+    seen.q_wa = rotation_of(turn) * home_.q_wa;
+  }
+  return seen;
+}
+
+Load SimulatedDevice::advance(const Load& command, const HandStroke& stroke) {
+  under_way_.push_back(command);
+  Load acting = under_way_.front();
+  under_way_.pop_front();
+  acting.force_w = limited(acting.force_w, model_.max_force_n);
+  acting.torque_w = limited(acting.torque_w, model_.max_torque_nm);
+
+  const Vector target_velocity = (stroke.to.x0_w - stroke.from.x0_w) / period_s_;
+  const Vector target_turn = rotation_vector(stroke.to.q_wa * stroke.from.q_wa.conjugate());
+  // Both motions count from where the period begins: the turn within it is a rotation vector, and
+  // far from the origin no digits are lost.
+  const Vector offset = stroke.from.x0_w - state_.x0_w;
+  const Vector turn_to_target = rotation_vector(stroke.from.q_wa * state_.q_wa.conjugate());
+  Vector moved, turned;
+  for (int k = 0; k < 3; ++k) {
+    const AxisState line =
+        translation_.advance({0, state_.velocity_w[k]},
+                             {acting.force_w[k] + hand_.push_w[k], offset[k], target_velocity[k]});
+    const AxisState turn =
+        rotation_.advance({0, state_.angular_velocity_w[k]},
+                          {acting.torque_w[k], turn_to_target[k], target_turn[k] / period_s_});
+    moved[k] = line.position;
+    turned[k] = turn.position;
+    state_.velocity_w[k] = line.velocity;
+    state_.angular_velocity_w[k] = turn.velocity;
+  }
+  state_.x0_w += moved;
+  state_.q_wa = (rotation_of(turned) * state_.q_wa).normalized();
+  delivered_j_ += acting.force_w.dot(moved) + acting.torque_w.dot(turned);
+  return acting;
+}
+
+}  // namespace haptic::sim

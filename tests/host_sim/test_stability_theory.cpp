@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "host_sim/device/matrix_exponential.hpp"
+#include "host_sim/stability/spectral_radius.hpp"
+#include "host_sim/stability/virtual_tool.hpp"
+
+using namespace haptic::sim;
+
+namespace {
+
+bool near(double value, double wanted, double share) {
+  return std::abs(value - wanted) <= share * std::abs(wanted);
+}
+
+}  // namespace
+
+TEST_SUITE("host_sim.stability_theory") {
+  TEST_CASE("matrix exponential: a turn, a shear, and a stiff oscillator that keeps its energy") {
+    Eigen::Matrix2d turn;
+    turn << 0, -1, 1, 0;
+    for (const double angle : {1e-9, 0.3, 2.0, 40.0}) {
+      const Eigen::Matrix2d m = matrix_exponential<Eigen::Matrix2d>(angle * turn);
+      CHECK(std::abs(m(0, 0) - std::cos(angle)) < 1e-13);
+      CHECK(std::abs(m(1, 0) - std::sin(angle)) < 1e-13);
+    }
+    Eigen::Matrix2d shear;
+    shear << 0, 3, 0, 0;
+    CHECK(
+        (matrix_exponential<Eigen::Matrix2d>(shear) - Eigen::Matrix2d::Identity() - shear).norm() <
+        1e-14);
+    CHECK(
+        (matrix_exponential<Eigen::Matrix2d>(Eigen::Matrix2d::Zero()) - Eigen::Matrix2d::Identity())
+            .norm() == 0);
+  }
+
+  TEST_CASE("spectral radius: of a matrix whose eigenvalues are known") {
+    Eigen::MatrixXd m(3, 3);
+    m << 0, -4, 0, 1, 0, 0, 0, 0, -1.5;  // +-2i, -1.5
+    CHECK(spectral_radius(m) == doctest::Approx(2.0).epsilon(1e-12));
+  }
+
+  TEST_CASE("stiffness: the boundary is the closed form to first order in bT/m") {
+    for (unsigned delay = 0; delay <= 2; ++delay) {
+      for (const double share : {1e-4, 1e-3, 1e-2}) {  // bT/m
+        LinearLoop loop;
+        loop.delay_samples = delay;
+        loop.damping_ns_per_m = share * loop.mass_kg / loop.period_s;
+        const double form = closed_form_stiffness(loop.damping_ns_per_m, loop.period_s, delay);
+        const double ratio = stiffness_limit(loop, 0) / form;
+        CAPTURE(delay);
+        CAPTURE(share);
+        CHECK(ratio >= 0.9999);
+        CHECK(ratio <= (delay < 2 ? 1.0035 : 1.0045));
+      }
+    }
+    double largest = 0;
+    for (unsigned delay = 0; delay <= 2; ++delay) {
+      LinearLoop loop;
+      loop.delay_samples = delay;
+      loop.damping_ns_per_m = loop.mass_kg / loop.period_s;
+      const double form = closed_form_stiffness(loop.damping_ns_per_m, loop.period_s, delay);
+      largest = std::max(largest, stiffness_limit(loop, 0) / form);
+    }
+    CHECK(largest == doctest::Approx(1.27).epsilon(0.005));
+  }
+
+  TEST_CASE("stiffness: figures of the closed form at 1 N s/m") {
+    const double wanted[3][3] = {{2000, 667, 400}, {4000, 1333, 800}, {8000, 2667, 1600}};
+    const double periods[3] = {1e-3, 0.5e-3, 0.25e-3};
+    for (int t = 0; t < 3; ++t) {
+      for (unsigned d = 0; d < 3; ++d)
+        CHECK(near(closed_form_stiffness(1.0, periods[t], d), wanted[t][d], 1e-3));
+    }
+  }
+
+  TEST_CASE("damping alone: the boundary is the closed form, exactly") {
+    const double wanted[3] = {2.0, 0.828, 0.536};
+    for (unsigned delay = 0; delay <= 2; ++delay) {
+      LinearLoop loop;
+      loop.damping_ns_per_m = 0;
+      loop.filter = 1;
+      loop.delay_samples = delay;
+      const double unit = loop.mass_kg / loop.period_s;
+      CHECK(near(closed_form_damping(loop.mass_kg, loop.period_s, delay) / unit, wanted[delay],
+                 1e-3));
+      CHECK(near(damping_limit(loop, 0), closed_form_damping(loop.mass_kg, loop.period_s, delay),
+                 1e-3));
+    }
+  }
+
+  TEST_CASE("stiffness with virtual damping: the best pairs") {
+    const double stiffness[3] = {0.69, 0.145, 0.063}, damping[3] = {0.83, 0.42, 0.29};
+    for (unsigned delay = 0; delay <= 2; ++delay) {
+      LinearLoop loop;
+      loop.damping_ns_per_m = 0.1;
+      loop.filter = 1;
+      loop.delay_samples = delay;
+      const double unit_k = loop.mass_kg / (loop.period_s * loop.period_s);
+      const double unit_b = loop.mass_kg / loop.period_s;
+      double best = 0, at = 0;
+      for (double b = 0.05; b < 1.5; b += 0.005) {
+        const double k = stiffness_limit(loop, b * unit_b) / unit_k;
+        if (k > best) {
+          best = k;
+          at = b;
+        }
+      }
+      CAPTURE(delay);
+      CHECK(near(best, stiffness[delay], 0.02));
+      CHECK(near(at, damping[delay], 0.03));
+    }
+  }
+
+  TEST_CASE("virtual tool alone: limits of the integrators") {
+    for (const double ratio : {0.05, 0.1, 0.5, 0.7}) {
+      CHECK(near(tool_limit(Integrator::kExplicit, ratio), 4 * ratio * ratio, 1e-3));
+    }
+    CHECK(tool_limit(Integrator::kExplicit, 0.0) < 1e-3);
+    const double ratios[4] = {0, 0.1, 0.5, 1.0}, limits[4] = {4, 3.28, 1.53, 0.69};
+    for (int k = 0; k < 4; ++k)
+      CHECK(near(tool_limit(Integrator::kSemiImplicit, ratios[k]), limits[k], 0.01));
+    for (const double ratio : ratios) {
+      CHECK(tool_limit(Integrator::kBackward, ratio) == kNoLimit);
+      if (ratio > 0) CHECK(tool_limit(Integrator::kExponential, ratio) == kNoLimit);
+    }
+    // Inertia 1e-6 kg m^2 with 25 N m/rad at 1 ms stands at 25.
+    CHECK(spectral_radius(tool_matrix({Integrator::kSemiImplicit, 1e-6}, 25, 0, 1e-3)) > 1.5);
+    CHECK(spectral_radius(tool_matrix({Integrator::kBackward, 1e-6}, 25, 0, 1e-3)) < 1);
+  }
+
+  TEST_CASE("coupled loop: largest coupling stiffness, by integrator and wall") {
+    struct Row {
+      double period_s;
+      unsigned delay;
+      Integrator integrator;
+      double limit[3];  // wall 1e2, 1e4, 1e6 N/m
+    };
+    const Row rows[] = {{1e-3, 0, Integrator::kExplicit, {992, 0, 0}},
+                        {1e-3, 0, Integrator::kSemiImplicit, {1040, 6040, 0}},
+                        {1e-3, 0, Integrator::kExponential, {2080, 8040, 67400}},
+                        {1e-3, 0, Integrator::kBackward, {kNoLimit, kNoLimit, 65500}},
+                        {1e-3, 1, Integrator::kExponential, {1970, 4650, 14300}},
+                        {1e-3, 1, Integrator::kBackward, {kNoLimit, 14100, 13800}},
+                        {0.5e-3, 1, Integrator::kExponential, {4000, 9450, 48400}},
+                        {0.5e-3, 1, Integrator::kBackward, {kNoLimit, 65000, 52400}},
+                        {0.25e-3, 1, Integrator::kExponential, {8040, 17000, 136000}},
+                        {0.25e-3, 1, Integrator::kBackward, {kNoLimit, kNoLimit, 197000}}};
+    const double walls[3] = {1e2, 1e4, 1e6};
+    for (const Row& row : rows) {
+      LinearLoop loop;
+      loop.period_s = row.period_s;
+      loop.delay_samples = row.delay;
+      for (int k = 0; k < 3; ++k) {
+        const double limit = coupling_limit(loop, {row.integrator, 0.1}, walls[k], 0.7);
+        CAPTURE(to_text(row.integrator));
+        CAPTURE(row.period_s);
+        CAPTURE(row.delay);
+        CAPTURE(walls[k]);
+        CAPTURE(limit);
+        if (row.limit[k] == kNoLimit || row.limit[k] == 0) {
+          CHECK(limit == row.limit[k]);
+        } else {
+          CHECK(near(limit, row.limit[k], 0.01));
+        }
+      }
+    }
+  }
+}

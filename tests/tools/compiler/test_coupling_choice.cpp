@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gains that a scene file gives or leaves open, against the device; friction by material; report.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/compiler/part_scenes.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/coupling/passivity_budget.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/graph_compiler/program/report.hpp"
+
+using namespace haptic;
+using namespace haptic::tools;
+using namespace haptic::test;
+using haptic::sim::test::ScratchFolder;
+
+namespace {
+
+constexpr double kRadius_m = 0.04;
+constexpr const char* kDevice =
+    "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\nmax_force_n = 8\nmax_torque_nm = 0.2\n";
+
+/// A cube over a larger one; `k_f` stands at 12:15, `more` begins in line 13.
+std::string scene_text(const std::string& k_f, const std::string& more) {
+  return "format = 1\nname = \"c\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.02\n"
+         "material = \"pom\"\n[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n"
+         "material = \"steel\"\n[rendering]\nk_f_n_per_m = " +
+         k_f + "\n" + more;
+}
+
+SceneFile parsed(const std::string& text, const ScratchFolder& folder) {
+  write_cube(folder.file("cube.obj"));
+  return parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
+}
+
+CouplingChoice choice(const std::string& k_f, const std::string& more) {
+  const ScratchFolder folder("coupling");
+  return choose_coupling(parsed(scene_text(k_f, more), folder), kRadius_m);
+}
+
+std::string refusal(const std::string& k_f, const std::string& more) {
+  try {
+    choice(k_f, more);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+bool has(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_SUITE("tools.coupling_choice") {
+  TEST_CASE("without a device the gains follow from k_F and the radius, undamped") {
+    const CouplingChoice made = choice("800", "");
+    CHECK(made.coupling.k_t_n_per_m == 800.0);
+    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.03 * 0.03));
+    CHECK(made.coupling.damping_ns_per_m == 0.0);
+    CHECK(made.coupling.damping_share == 0.5);
+    CHECK(made.coupling.max_rotation_error_rad == 1.0);
+    CHECK(made.coupling.max_translation_error_m == 0.0);
+    CHECK(made.coupling.passivity == 0);
+    CHECK(made.notes.empty());
+    const CouplingChoice length = choice("800", "[coupling]\nlength_m = 0.02\n");
+    CHECK(length.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.02 * 0.02));
+  }
+
+  TEST_CASE("a device damps the coupling, limits its errors and turns the controller on") {
+    const CouplingChoice made = choice("800", kDevice);
+    const CouplingParameters& c = made.coupling;
+    CHECK(c.k_t_n_per_m == 800.0);
+    CHECK(c.damping_ns_per_m == 1.0);
+    CHECK(c.max_translation_error_m == doctest::Approx(8.0 / 800.0));
+    CHECK(c.max_rotation_error_rad == doctest::Approx(0.2 / c.k_r_nm_per_rad));
+    CHECK(c.passivity == 1);
+    CHECK(made.notes.empty());
+    CHECK(choice("800", std::string(kDevice) + "[coupling]\npassivity = false\n")
+              .coupling.passivity == 0);
+  }
+
+  TEST_CASE("a derived stiffness is reduced to the budget, with L kept, and the report says so") {
+    const CouplingChoice made = choice("20000", kDevice);
+    REQUIRE(made.notes.size() == 2);
+    CHECK(has(made.notes[0], "instead of 20000 (k_F), which is all that [device] bears"));
+    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(made.coupling.k_t_n_per_m * 0.03 * 0.03));
+    // Two N s/m in all: about twice the undamped 2000 N/m, less the margin.
+    CHECK(made.coupling.k_t_n_per_m > 2800.0);
+    CHECK(made.coupling.k_t_n_per_m < 3600.0);
+    const CouplingChoice soft =
+        choice("20000", std::string(kDevice) + "max_stiffness_n_per_m = 500\n");
+    CHECK(soft.coupling.k_t_n_per_m == 500.0);
+    const CouplingChoice active =
+        choice("20000", std::string(kDevice) + "[coupling]\nallow_active = true\n");
+    CHECK(active.coupling.k_t_n_per_m == 20000.0);
+    CHECK(active.coupling.allow_active == 1);
+    CHECK(active.notes.empty());
+  }
+
+  TEST_CASE("a light device gets less damping than the default") {
+    const CouplingChoice made =
+        choice("10", "[device]\nmass_kg = 0.001\ndamping_ns_per_m = 0.1\ndelay_s = 0.002\n");
+    CHECK(made.coupling.damping_ns_per_m < 0.5);
+    CHECK(made.coupling.damping_ns_per_m > 0.1);
+    REQUIRE(!made.notes.empty());
+    CHECK(has(made.notes[0], "damping_ns_per_m is"));
+  }
+
+  TEST_CASE("a given gain beyond the budget is refused at its place unless active is allowed") {
+    const std::string device = kDevice;  // lines 13 to 17, [coupling] is line 18
+    CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"),
+              "scene.toml:19:15: k_t_n_per_m: is 9000, the device is safe up to "));
+    CHECK(has(refusal("800", device + "[coupling]\nk_r_nm_per_rad = 9\n"),
+              "scene.toml:19:18: k_r_nm_per_rad: is 9, the device is safe up to "));
+    CHECK(has(refusal("800", device + "[coupling]\nlength_m = 0.2\n"),
+              "scene.toml:19:12: k_r_nm_per_rad: is "));
+    CHECK(has(refusal("800", device + "[coupling]\ndamping_ns_per_m = 900\n"),
+              "scene.toml:19:20: damping_ns_per_m: is 900 N s/m, the device is safe up to 160"));
+    CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"), "allow_active = true"));
+    CHECK(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\nallow_active = true\n") ==
+          "accepted");
+    CHECK(has(refusal("9000", "law = \"paper\"\n" + device),
+              "scene.toml:12:15: k_f_n_per_m: is 9000, the device is safe up to "));
+    CHECK(has(refusal("9000", "law = \"paper\"\n" + device), "two opposite planes (slot)"));
+    CHECK(refusal("9000", "law = \"paper\"\n" + device + "[coupling]\nallow_active = true\n") ==
+          "accepted");
+    CHECK(has(refusal("800", "[device]\nmass_kg = 0.1\n[coupling]\ndamping_ns_per_m = 0\n"),
+              "scene.toml:12:15: k_f_n_per_m: no stiffness is stable on this device"));
+    // What the refusal says is safe is accepted.
+    const std::string words = refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n");
+    const std::size_t at = words.find("up to ") + 6;
+    const std::string safe = words.substr(at, words.find(' ', at) - at);
+    const double k = 0.9999 * std::stod(safe);
+    CHECK(refusal("800", device + "[coupling]\nk_t_n_per_m = " + std::to_string(k) + "\n") ==
+          "accepted");
+  }
+
+  TEST_CASE("friction reaches the bodies; unknown pairs and other laws are noted") {
+    const ScratchFolder folder("coupling");
+    const std::string friction = "[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = 0.3\n";
+    const auto compiled = [&](const std::string& text) {
+      return compile_scene(parsed(text, folder), {});
+    };
+    const CompiledScene rough = compiled(scene_text("800", friction));
+    const SceneBytes bytes{rough.bytes};
+    SceneView view;
+    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    CHECK(view.parameters().law == LawId::kProxy);
+    CHECK(view.bodies()[1].friction == 0.3);
+    const auto noted = [](const CompiledScene& scene, const std::string& words) {
+      return has(report_as_text(scene), "note: " + words);
+    };
+    CHECK(!noted(rough, "no [[friction]]"));
+    CHECK(noted(compiled(scene_text("800", "")),
+                "no [[friction]] between cube.obj of pom and cube.obj of steel: coefficient 0"));
+    CHECK(noted(compiled(scene_text("800", "law = \"paper\"\n" + friction)),
+                "friction of cube.obj is not rendered by this law"));
+  }
+
+  TEST_CASE("the report states the budget by contact state, or that none was checked") {
+    const ScratchFolder folder("coupling");
+    const auto compiled = [&](const std::string& more) {
+      return compile_scene(parsed(scene_text("800", more), folder), {});
+    };
+    const CompiledScene without = compiled("");
+    CHECK(has(report_as_text(without), "no [device]: no budget was checked"));
+    const auto none = nlohmann::json::parse(report_as_json(without));
+    CHECK(none["passivity_budget"]["checked"] == false);
+    // Largest lever of a cube about its centre against L = 0.75 of it.
+    CHECK(none["coupling"]["stiffness_share_at_largest_lever"].get<double>() ==
+          doctest::Approx(1.0 / (1.0 + 16.0 / 9.0)).epsilon(1e-5));
+    const CompiledScene with = compiled(kDevice);
+    const auto json = nlohmann::json::parse(report_as_json(with));
+    CHECK(json["passivity_budget"]["checked"] == true);
+    CHECK(json["passivity_budget"]["holds"] == true);
+    CHECK(json["passivity_budget"]["states"].size() == 5);
+    const std::string text = report_as_text(with);
+    for (const char* words : {"one plane", "two opposite planes (slot)", "edge of two", "corner of",
+                              "rotation", "k_r up to", "margin 1.25"}) {
+      CAPTURE(words);
+      CHECK(has(text, words));
+    }
+  }
+
+  TEST_CASE("a derived budget holds when the scene is read back, in either precision") {
+    const ScratchFolder folder("coupling");
+    const CompiledScene scene = compile_scene(parsed(scene_text("20000", kDevice), folder), {});
+    const auto json = nlohmann::json::parse(report_as_json(scene));
+    CHECK(json["passivity_budget"]["holds"] == true);
+    CHECK(json["notes"].size() >= 2);
+  }
+
+  TEST_CASE("a size that law proxy does not serve is refused, other laws take it") {
+    const ScratchFolder folder("coupling");
+    std::string tiny = scene_text("800", "");
+    const std::size_t at = tiny.find("0.02");
+    tiny.replace(at, 4, "1e-8");
+    CHECK_THROWS_WITH_AS(compile_scene(parsed(tiny, folder), {}),
+                         doctest::Contains("law proxy serves 1e-07 to 1e+04 m"), InputError);
+    // The same part where single precision resolves too little, double does not mind.
+    std::string far = scene_text("800", "");
+    far.replace(far.find("material = \"steel\""), 18, "position_m = [50, 0, 0]");
+    if (sizeof(Real) == sizeof(float)) {
+      CHECK_THROWS_WITH_AS(compile_scene(parsed(far, folder), {}),
+                           doctest::Contains("move the scene to the origin"), InputError);
+    } else {
+      CHECK_NOTHROW(compile_scene(parsed(far, folder), {}));
+    }
+  }
+}

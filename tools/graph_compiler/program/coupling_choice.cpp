@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/coupling_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/coupling/passivity_budget.hpp"
+#include "tools/graph_compiler/graph/coupling_defaults.hpp"
+
+namespace haptic::tools {
+namespace {
+
+/// Coupling damping for an unknown hand [N s/m], where there is a device.
+constexpr double kDefaultDamping_ns_per_m = 1.0;
+/// A derived damping stays at half of what the device bears, so that it leaves room for a spring.
+constexpr double kDerivedDampingShare = 0.5;
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+
+class Choice {
+ public:
+  Choice(const SceneFile& scene, double radius_m)
+      : scene_(scene), radius_m_(radius_m), parameters_(scene.parameters) {}
+
+  CouplingChoice make() {
+    const CouplingRequest& request = scene_.coupling;
+    const DeviceParameters& device = parameters_.device;
+    CouplingParameters& c = parameters_.coupling;
+    c.allow_active = request.allow_active ? 1 : 0;
+    c.passivity = request.passivity.value_or(device.mass_kg > 0.0) ? 1 : 0;
+    c.damping_share = request.damping_share.value_or(kDefaultDampingShare);
+    c.min_window_s = request.min_window_s.value_or(kDefaultMinWindow_s);
+    c.max_window_s = request.max_window_s.value_or(std::max(kDefaultMaxWindow_s, c.min_window_s));
+    c.damping_ns_per_m = 0.0;
+    c.k_t_n_per_m = request.k_t_n_per_m.value_or(parameters_.k_f_n_per_m);
+    c.k_r_nm_per_rad = 0.0;
+    complete_coupling(parameters_, radius_m_);
+    choose_damping();
+    choose_stiffness();
+    c.max_rotation_error_rad = request.max_rotation_error_rad.value_or(
+        limited(kDefaultRotationError_rad, device.max_torque_nm, c.k_r_nm_per_rad));
+    c.max_translation_error_m = request.max_translation_error_m.value_or(
+        device.max_force_n > 0.0 ? limited(kMaxSceneLength_m, device.max_force_n, c.k_t_n_per_m)
+                                 : 0.0);
+    if (!request.allow_active) refuse_beyond(passivity_budget(parameters_, radius_m_));
+    return {c, std::move(notes_)};
+  }
+
+ private:
+  /// Error at which the spring reaches the device's limit, where it has one; at most `most`.
+  static double limited(double most, double limit, double stiffness) {
+    return limit > 0.0 ? std::min(most, limit / stiffness) : most;
+  }
+
+  void choose_damping() {
+    CouplingParameters& c = parameters_.coupling;
+    const DeviceParameters& device = parameters_.device;
+    if (scene_.coupling.damping_ns_per_m) {
+      c.damping_ns_per_m = *scene_.coupling.damping_ns_per_m;
+      return;
+    }
+    if (device.given == 0) return;
+    double b = kDefaultDamping_ns_per_m;
+    if (!scene_.coupling.allow_active) {
+      if (device.max_damping_ns_per_m > 0.0) b = std::min(b, device.max_damping_ns_per_m);
+      const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
+      if (budget.unchecked.empty()) {
+        b = std::min(b, kDerivedDampingShare * budget.damping_limit_ns_per_m);
+      }
+    }
+    if (b < kDefaultDamping_ns_per_m) {
+      note("damping_ns_per_m is " + number(b) + " N s/m instead of " +
+           number(kDefaultDamping_ns_per_m));
+    }
+    c.damping_ns_per_m = b;
+  }
+
+  void choose_stiffness() {
+    CouplingParameters& c = parameters_.coupling;
+    const CouplingRequest& request = scene_.coupling;
+    const double length_m = request.length_m.value_or(kDefaultLengthShare * radius_m_);
+    const auto rotary = [&] {
+      return request.k_r_nm_per_rad.value_or(c.k_t_n_per_m * length_m * length_m);
+    };
+    c.k_r_nm_per_rad = rotary();
+    if (request.k_t_n_per_m || request.allow_active || parameters_.law != LawId::kProxy) return;
+    const double wanted = c.k_t_n_per_m;
+    const double most = parameters_.device.max_stiffness_n_per_m;
+    if (most > 0.0) c.k_t_n_per_m = std::min(c.k_t_n_per_m, most);
+    const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
+    if (budget.unchecked.empty()) {
+      const double limit = budget.limit_of("k_t_n_per_m");
+      if (!(limit > 0.0)) fail(request.k_f_at, "k_f_n_per_m", unstable_words(budget));
+      c.k_t_n_per_m = std::min(c.k_t_n_per_m, limit);
+    }
+    if (c.k_t_n_per_m == wanted) return;
+    note("k_t_n_per_m is " + number(c.k_t_n_per_m) + " N/m instead of " + number(wanted) +
+         " (k_F)");
+    const double before = c.k_r_nm_per_rad;
+    c.k_r_nm_per_rad = rotary();
+    if (c.k_r_nm_per_rad != before) {
+      note("k_r_nm_per_rad is " + number(c.k_r_nm_per_rad) + " N m/rad instead of " +
+           number(before));
+    }
+  }
+
+  void note(const std::string& words) {
+    notes_.push_back("[coupling] " + words + ", which is all that [device] bears");
+  }
+
+  [[noreturn]] void fail(const FilePlace& at, const std::string& key,
+                         const std::string& words) const {
+    throw InputError(scene_.file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                     ": " + key + ": " + words);
+  }
+
+  static std::string unstable_words(const PassivityBudget& budget) {
+    return "no stiffness is stable on this device, damped with " +
+           number(budget.translation.damping_ns_per_m) + " N s/m of its own and " +
+           number(budget.virtual_damping_ns_per_m) +
+           " of the coupling; give [device] damping_ns_per_m, change [coupling] damping_ns_per_m, "
+           "or set allow_active = true";
+  }
+
+  void refuse_beyond(const PassivityBudget& budget) const {
+    if (!budget.unchecked.empty() || budget.holds()) return;
+    const CouplingRequest& request = scene_.coupling;
+    const std::string mend = "; give at most that, or set [coupling] allow_active = true";
+    if (!budget.damping_holds()) {
+      fail(request.damping_at, "damping_ns_per_m",
+           "is " + number(budget.virtual_damping_ns_per_m) + " N s/m, the device is safe up to " +
+               number(budget.damping_limit_ns_per_m) + mend);
+    }
+    for (const ContactStateBudget& state : budget.states) {
+      if (state.holds()) continue;
+      const std::string gain = state.gain;
+      const FilePlace& at = gain == "k_f_n_per_m"   ? request.k_f_at
+                            : gain == "k_t_n_per_m" ? request.k_t_at
+                                                    : request.k_r_at;
+      if (!(state.stiffness > 0.0)) fail(at, gain, unstable_words(budget));
+      fail(at, gain,
+           "is " + number(state.given) + ", the device is safe up to " + number(state.stiffness) +
+               " (" + state.state + ")" + mend);
+    }
+  }
+
+  const SceneFile& scene_;
+  double radius_m_;
+  SceneParameters parameters_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+CouplingChoice choose_coupling(const SceneFile& scene, double radius_m) {
+  return Choice(scene, radius_m).make();
+}
+
+}  // namespace haptic::tools
