@@ -132,9 +132,9 @@ std::vector<FuzzScene> fuzz_scenes() {
 std::vector<std::byte> compiled(const FuzzScene& scene, double friction) {
   tools::SceneDescription description;
   description.name = scene.name;
-  description.moving.body = body_of({&scene.part, 1});
+  description.moving.body = united_body({&scene.part, 1});
   tools::PlacedBody obstacle;
-  obstacle.body = body_of(scene.pieces);
+  obstacle.body = united_body(scene.pieces);
   obstacle.friction = friction;
   description.statics.push_back(obstacle);
   description.parameters.law = LawId::kProxy;

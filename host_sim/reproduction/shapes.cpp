@@ -69,7 +69,7 @@ void add_piece(tools::Body& body, const Solid& solid, Vector& moment) {
 
 }  // namespace
 
-tools::Body body_of(std::span<const Solid> pieces) {
+tools::Body united_body(std::span<const Solid> pieces) {
   tools::Body body;
   body.name = pieces.front().name;
   Vector moment = Vector::Zero();
@@ -217,8 +217,8 @@ std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
                                   std::uint32_t max_pair_visits) {
   tools::SceneDescription scene;
   scene.name = a.name + " on " + pieces.front().name;
-  scene.moving.body = body_of({&a, 1});
-  scene.statics.push_back({body_of(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
+  scene.moving.body = united_body({&a, 1});
+  scene.statics.push_back({united_body(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
   scene.parameters = parameters;
   scene.max_pair_visits = max_pair_visits;
   return tools::write_scene(scene);

@@ -66,8 +66,8 @@ class Seeded {
 /// Square peg 20 x 20 x 60 mm, origin in its middle.
 [[nodiscard]] Solid square_peg();
 
-/// One body of convex pieces; faces in one plane share it, bit by bit.
-[[nodiscard]] tools::Body body_of(std::span<const Solid> pieces);
+/// One body of convex pieces; faces whose planes agree to the last bit share one plane.
+[[nodiscard]] tools::Body united_body(std::span<const Solid> pieces);
 
 /// Compiled scene of A over one static body made of `pieces`; grip point at A's origin;
 /// D_near exact up to `exact_band_m` of separation, by default at any distance, as figures need it.
