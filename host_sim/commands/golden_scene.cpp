@@ -14,7 +14,7 @@ std::array<double, 3> rounded(const WideVec& v) {
 }
 
 /// Planes in long double from the vertices as they stand in the file, rounded once.
-tools::Body united_body(const GoldenBody& golden) {
+tools::Body body_of(const GoldenBody& golden) {
   tools::Body body;
   body.name = golden.name;
   tools::ConvexPiece piece;
@@ -55,8 +55,8 @@ tools::Body united_body(const GoldenBody& golden) {
 tools::SceneDescription golden_scene(const GoldenFile& file, double epsilon_m) {
   tools::SceneDescription scene;
   scene.name = file.family;
-  scene.moving.body = united_body(file.a);
-  scene.statics.push_back({united_body(file.b), {0, 0, 0}, {1, 0, 0, 0}});
+  scene.moving.body = body_of(file.a);
+  scene.statics.push_back({body_of(file.b), {0, 0, 0}, {1, 0, 0, 0}});
   scene.grip_m = {0, 0, 0};
   scene.parameters.law = LawId::kPaper;
   scene.parameters.k_f_n_per_m = static_cast<double>(file.k_f_n_per_m);

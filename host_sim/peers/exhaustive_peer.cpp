@@ -28,7 +28,7 @@ PeerVector scaled(double s, const PeerVector& a) { return {s * a[0], s * a[1], s
 
 }  // namespace
 
-ExhaustivePeer::Body ExhaustivePeer::united_body(const PeerSolid& solid) {
+ExhaustivePeer::Body ExhaustivePeer::body_of(const PeerSolid& solid) {
   Body body;
   body.vertices = solid.vertices;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> faces_of_edge;
@@ -53,7 +53,7 @@ ExhaustivePeer::Body ExhaustivePeer::united_body(const PeerSolid& solid) {
 }
 
 ExhaustivePeer::ExhaustivePeer(const PeerSolid& a, const PeerSolid& b)
-    : a_(united_body(a)), b_(body_of(b)), va_(a_.vertices), na_(a_.normals), ea_(a_.edges.size()) {
+    : a_(body_of(a)), b_(body_of(b)), va_(a_.vertices), na_(a_.normals), ea_(a_.edges.size()) {
   for (const EdgeIndex& e : b_.edges) {
     EdgeEntry entry;
     entry.vertex = b_.vertices[e.vertex[0]];

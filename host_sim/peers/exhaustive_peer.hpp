@@ -33,7 +33,7 @@ class ExhaustivePeer final : public PeerQuery {
     std::vector<EdgeIndex> edges;
     std::vector<std::uint32_t> face_vertex;
   };
-  static Body united_body(const PeerSolid& solid);
+  static Body body_of(const PeerSolid& solid);
   void move_a();
   void search_faces();
   void search_edges();
