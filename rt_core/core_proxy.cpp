@@ -22,7 +22,10 @@ void HapticCore::State::place_proxy(Arena& arena, const SceneView& view) noexcep
 void HapticCore::State::configure_proxy() noexcept {
   const SceneParameters& p = scene.parameters();
   const CouplingParameters& c = p.coupling;
-  Real radius = 0, extent = 0;
+  Real radius = 0;
+  Real extent = static_cast<Real>(std::sqrt(p.start_p_wa_m[0] * p.start_p_wa_m[0] +
+                                            p.start_p_wa_m[1] * p.start_p_wa_m[1] +
+                                            p.start_p_wa_m[2] * p.start_p_wa_m[2]));
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {
     const PairView& view = pairs[i].view;
     const BodyRecord& body = scene.bodies()[gates[i].body_b];
@@ -32,7 +35,8 @@ void HapticCore::State::configure_proxy() noexcept {
     pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
     pair.friction = static_cast<Real>(body.friction);
     radius = std::max(radius, pair.reach_a_m);
-    extent = std::max(extent, static_cast<Real>(view.b.record->reach_m));
+    extent = std::max(extent, std::sqrt(pair.reference_w.squaredNorm()) +
+                                  static_cast<Real>(view.b.record->reach_m));
   }
   spring.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
   spring.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
@@ -41,7 +45,8 @@ void HapticCore::State::configure_proxy() noexcept {
   anchor.max_translation_m = static_cast<Real>(c.max_translation_error_m);
   Proxy::Parameters parameters;
   parameters.spring = spring;
-  parameters.scale = proxy_scale(radius, extent, 0);
+  parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
+  parameters.passes = c.passes;
   parameters.radius_m = radius;
   proxy_radius_m = radius;
   parameters.epsilon_m = epsilon_m;
@@ -101,6 +106,7 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   counters.qp_iterations = done.qp_iterations;
   counters.plane_gaps = done.plane_gaps;
   counters.valid_nodes = done.valid_nodes;
+  counters.full_searches = done.full_searches;
   if (done.limited) result.flags |= kFlagProxyLimited;
   if (done.recovering) result.flags |= kFlagRecovery;
   result.proxy_pose_wa = mesh_pose(proxy.pose());

@@ -128,7 +128,10 @@ void HapticCore::State::raise_peaks(const StepCounters& counters) noexcept {
   for (const auto field :
        {&StepCounters::pair_visits, &StepCounters::support_pairs,
         &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs}) {
+        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
+        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
+        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
+        &StepCounters::full_searches}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

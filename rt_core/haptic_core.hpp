@@ -78,6 +78,7 @@ struct StepCounters {
   std::uint32_t qp_iterations = 0;   ///< of the quadratic program that had most
   std::uint32_t plane_gaps = 0;      ///< gaps along C-face planes computed for the proxy
   std::uint32_t valid_nodes = 0;     ///< nodes looked at in searches for valid planes
+  std::uint32_t full_searches = 0;   ///< searches of a pair without history
 };
 
 /// What one tick returns.

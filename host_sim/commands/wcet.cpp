@@ -84,7 +84,9 @@ std::uint64_t work_bound(const SceneCapacity& c) {
 bool within_bounds(const StepCounters& p, const SceneCapacity& c) {
   return p.pair_visits <= c.max_pair_visits && p.support_pairs <= c.max_support_pairs &&
          p.feature_evaluations <= c.max_feature_evaluations && p.edge_pairs <= c.max_edge_pairs &&
-         p.near_nodes <= c.max_near_nodes && p.hull_points <= c.max_hull_points;
+         p.near_nodes <= c.max_near_nodes && p.hull_points <= c.max_hull_points &&
+         p.plane_gaps <= c.max_plane_gaps && p.valid_nodes <= c.max_valid_nodes &&
+         p.full_searches <= c.max_full_searches;
 }
 
 TimeFigures figures(std::vector<double> values) {

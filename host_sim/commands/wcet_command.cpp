@@ -62,6 +62,12 @@ void print_bounds(const WcetResult& r, const SceneView& view) {
   row("support pairs", r.peaks.support_pairs, c.max_support_pairs);
   row("near nodes", r.peaks.near_nodes, c.max_near_nodes);
   row("points of one contact region", r.peaks.hull_points, c.max_hull_points);
+  if (view.parameters().law == LawId::kProxy) {
+    row("passes of the proxy", r.peaks.proxy_passes, view.parameters().coupling.passes);
+    row("gaps along planes", r.peaks.plane_gaps, c.max_plane_gaps);
+    row("nodes of valid sets", r.peaks.valid_nodes, c.max_valid_nodes);
+    row("searches without history", r.peaks.full_searches, c.max_full_searches);
+  }
   const double period_ns = 1e9 / view.parameters().rate_hz;
   const double bound_ns = r.dearest_unit_ns * static_cast<double>(work_bound(c));
   std::printf(

@@ -18,13 +18,9 @@
 #include "rt_core/base/arena.hpp"
 #include "rt_core/contact/c_face_plane.hpp"
 #include "rt_core/contact/pair_pose.hpp"
+#include "rt_core/scene/capacity.hpp"
 
 namespace haptic {
-
-/// Planes kept of a pair; beyond it those of edge pairs leave first. A subset is only stricter.
-inline constexpr std::uint32_t kMaxValidPlanes = 64;
-/// Nodes that one walk looks at.
-inline constexpr std::uint32_t kMaxValidVisits = 512;
 
 /// A plane that x lies outside of, within the tolerance of the search.
 struct ValidPlane {
@@ -46,9 +42,10 @@ struct ValidResult {
   bool cut = false;           ///< the walk or the room ended before the set did
 };
 
-/// Valid planes of the pair at `pose`: applicable nodes with a gap of at least `least_gap_m`, one
-/// entry per plane, those of faces first. `seed` is a plane with a gap of at least that at `pose`,
-/// `support` its support vertices there. No plane found: the seed was none. Cost: at most
+/// Valid planes of the pair at `pose`, at most kMaxValidPlanes, beyond which those of edge pairs
+/// leave first (a subset is only stricter): applicable nodes with a gap of at least `least_gap_m`,
+/// one entry per plane, those of faces first. `seed` is a plane with a gap of at least that at
+/// `pose`, `support` its support vertices there. No plane found: the seed was none. Cost: at most
 /// kMaxValidVisits nodes, each a plane, its neighbors and at most one support pair.
 [[nodiscard]] ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed,
                                             SupportPair support, Real least_gap_m,

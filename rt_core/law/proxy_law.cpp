@@ -206,6 +206,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   ProxyPair& pair = pairs_[reached.pair];
   reached.searched = true;
   reached.valid_begin = valid_.size();
+  if (valid_.size() == valid_.capacity()) return;  // its certificate stays its only plane
   const auto only = [&] {
     if (valid_.push({pair.plane, pair.support, pair.gap_m})) reached.valid_count = 1;
   };

@@ -43,16 +43,8 @@ inline constexpr Real kProxyRadius_m = 0.05_r;
 /// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
 [[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
 
-/// Caps of one pass.
-inline constexpr std::uint32_t kMaxProxyPasses = 32;  ///< that a scene may ask for
-inline constexpr std::uint32_t kDefaultProxyPasses = 3;
-inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6;
-inline constexpr std::uint32_t kMaxImposedPlanes = 32;
-/// Pairs whose valid sets a pass has room for; further ones keep their certificate as the only
-/// plane.
-inline constexpr std::uint32_t kMaxValidSearches = 64;
-inline constexpr std::uint32_t kMaxProxyRows = 96;  ///< without friction; kMaxQpRows with
-inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
+/// Rows of one program without friction; kMaxQpRows with it.
+inline constexpr std::uint32_t kMaxProxyRows = 96;
 
 /// What the proxy keeps of one pair.
 struct ProxyPair {

@@ -71,13 +71,47 @@ inline constexpr std::uint32_t kGateSupportPairs = 2;
 /// Pairs that a tick may visit where the scene does not say.
 inline constexpr std::uint32_t kDefaultPairVisits = 64;
 
+/// Passes of the proxy in one tick: the default, and the most that a scene may ask for.
+inline constexpr std::uint32_t kDefaultProxyPasses = 3, kMaxProxyPasses = 32;
+/// Rounds of one pass: tries to impose what is needed, and again within a smaller step.
+inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6;
+/// Steps of one pass that are tried when no round has found one.
+inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
+/// Planes in one quadratic program.
+inline constexpr std::uint32_t kMaxImposedPlanes = 32;
+/// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
+/// whose sets a pass has room for; further ones keep their certificate as the only plane.
+inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
+inline constexpr std::uint32_t kMaxValidSearches = 64;
+
+/// Work of the proxy in one tick of `passes` passes over `pairs` pairs, at most.
+struct ProxyBounds {
+  std::uint64_t plane_gaps, valid_nodes, full_searches;
+};
+constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) noexcept {
+  constexpr std::uint64_t kRounds = kProxyRounds + kProxyRetryRounds;
+  constexpr std::uint64_t kChecks = kRounds + kMaxCorrections + 1 + kMaxBackOffs;
+  const std::uint64_t valid = std::min<std::uint64_t>(pairs, kMaxValidSearches) * kMaxValidPlanes;
+  const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
+  const std::uint64_t rows = 2 * kMaxImposedPlanes + 2 * kRounds + kMaxCorrections * pairs;
+  return {passes * (pairs + kChecks * check + rows),
+          passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
+}
+
+/// Passes that a tick of a scene makes: none but of law kProxy.
+constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
+  return p.law == LawId::kProxy ? p.coupling.passes : 0;
+}
+
 /// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
-/// fields but state_bytes. Each total is the smaller of the sum over all pairs and the visits times
-/// the largest pair. Saturating. Every pair must name pieces in range. O(pairs + pieces).
+/// fields but state_bytes. `passes`: of law kProxy, else 0. Each total is the smaller of the sum
+/// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
+/// range. O(pairs + pieces).
 constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
                                        std::span<const PieceRecord> pieces,
                                        std::span<const PairRecord> pairs,
-                                       std::uint32_t max_pair_visits) noexcept {
+                                       std::uint32_t max_pair_visits,
+                                       std::uint32_t passes) noexcept {
   const auto clip = [](std::uint64_t x) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
   };
@@ -119,6 +153,10 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
   c.max_near_nodes = clip(total(&PairBounds::near_nodes));
   c.max_hull_points = c.max_near_nodes;
+  const ProxyBounds proxy = proxy_bounds(passes > 0 ? pairs.size() : 0, passes);
+  c.max_plane_gaps = clip(proxy.plane_gaps);
+  c.max_valid_nodes = clip(proxy.valid_nodes);
+  c.max_full_searches = clip(proxy.full_searches);
   return c;
 }
 

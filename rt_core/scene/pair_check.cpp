@@ -96,17 +96,22 @@ RtStatus SceneView::check_capacity() const noexcept {
   const auto most_visits = static_cast<std::uint32_t>(std::max<std::size_t>(1, pairs_.size()));
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
-  const SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, stated.max_pair_visits);
-  const bool equal =
-      stated.moving_lanes == needed.moving_lanes && stated.pair_count == needed.pair_count &&
-      stated.total_features == needed.total_features &&
-      stated.largest_pair_features == needed.largest_pair_features &&
-      stated.largest_near == needed.largest_near &&
-      stated.max_support_pairs == needed.max_support_pairs &&
-      stated.max_feature_evaluations == needed.max_feature_evaluations &&
-      stated.max_edge_pairs == needed.max_edge_pairs &&
-      stated.max_near_nodes == needed.max_near_nodes &&
-      stated.max_hull_points == needed.max_hull_points && stated.unproven == needed.unproven;
+  const SceneCapacity needed =
+      scene_capacity(bodies_, pieces_, pairs_, stated.max_pair_visits, proxy_passes(parameters()));
+  const bool equal = stated.moving_lanes == needed.moving_lanes &&
+                     stated.pair_count == needed.pair_count &&
+                     stated.total_features == needed.total_features &&
+                     stated.largest_pair_features == needed.largest_pair_features &&
+                     stated.largest_near == needed.largest_near &&
+                     stated.max_support_pairs == needed.max_support_pairs &&
+                     stated.max_feature_evaluations == needed.max_feature_evaluations &&
+                     stated.max_edge_pairs == needed.max_edge_pairs &&
+                     stated.max_near_nodes == needed.max_near_nodes &&
+                     stated.max_hull_points == needed.max_hull_points &&
+                     stated.max_plane_gaps == needed.max_plane_gaps &&
+                     stated.max_valid_nodes == needed.max_valid_nodes &&
+                     stated.max_full_searches == needed.max_full_searches && stated.reserved == 0 &&
+                     stated.unproven == needed.unproven;
   return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 

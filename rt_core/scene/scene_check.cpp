@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/derived_check.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
@@ -203,7 +204,8 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
   const bool window = positive(c.max_window_s) && c.max_window_s <= kMaxWindow_s &&
                       in_range(c.min_window_s, 0.0, c.max_window_s);
   const bool rest = finite(c.encoder_step_rad) && c.encoder_step_rad >= 0.0 && c.passivity <= 1 &&
-                    c.allow_active <= 1;
+                    c.allow_active <= 1 && c.passes >= 1 && c.passes <= kMaxProxyPasses &&
+                    c.reserved == 0 && in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
   return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
                                                             : RtStatus::kBlobBadNumber;
 }

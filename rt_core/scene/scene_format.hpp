@@ -96,7 +96,9 @@ struct SceneCapacity {
   std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
   std::uint32_t max_near_nodes;           ///< of all near sets together
   std::uint32_t max_hull_points;          ///< points of one contact polygon
-  std::uint32_t unproven;                 ///< UnprovenBound, bit set = cannot be defended
+  /// Law kProxy, else 0: gaps along C-face planes, nodes of valid sets, searches without history.
+  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches, reserved;
+  std::uint32_t unproven;  ///< UnprovenBound, bit set = cannot be defended
 };
 
 /// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
@@ -141,8 +143,11 @@ struct CouplingParameters {
   double min_window_s;             ///< of the twist estimator, 0 to max_window_s
   double max_window_s;             ///< of the twist estimator, > 0
   double encoder_step_rad;         ///< angular step of the device; 0: not given
-  std::uint32_t passivity;         ///< 1: energy observer and controller act on the wrench
-  std::uint32_t allow_active;      ///< 1: gains beyond the passivity budget were allowed
+  double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
+  std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
+  std::uint32_t reserved;
+  std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
+  std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
 };
 
 struct SceneParameters {
@@ -260,10 +265,10 @@ struct NodeRecord {
   std::uint16_t keep_begin, keep_count;
 };
 
-static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 56 &&
-              sizeof(SceneHeader) == 104);
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 80 &&
-              sizeof(SceneParameters) == 304);
+static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 72 &&
+              sizeof(SceneHeader) == 120);
+static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
+              sizeof(SceneParameters) == 320);
 static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&

@@ -89,6 +89,11 @@ std::string bounds_as_text(const SceneFacts& facts) {
   text += line("  support pairs", c.max_support_pairs);
   text += line("  basic contacts in near sets", c.max_near_nodes);
   text += line("  points of a contact polygon", c.max_hull_points);
+  if (c.max_plane_gaps > 0) {
+    text += line("  gaps along C-face planes", c.max_plane_gaps);
+    text += line("  basic contacts of valid sets", c.max_valid_nodes);
+    text += line("  searches without history", c.max_full_searches);
+  }
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) {
     return text + "  every tick is exact within these bounds: the scene can be certified\n";

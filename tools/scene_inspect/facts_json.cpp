@@ -142,6 +142,9 @@ Json capacity_as_json(const SceneFacts& facts) {
           {"max_edge_pairs", c.max_edge_pairs},
           {"max_near_nodes", c.max_near_nodes},
           {"max_hull_points", c.max_hull_points},
+          {"max_plane_gaps", c.max_plane_gaps},
+          {"max_valid_nodes", c.max_valid_nodes},
+          {"max_full_searches", c.max_full_searches},
           {"certifiable", c.unproven == 0},
           {"unproven", unproven_reasons(facts)}};
 }

@@ -20,8 +20,8 @@ inline constexpr double kDefaultMinWindow_s = 0.001;
 inline constexpr double kDefaultMaxWindow_s = 0.02;
 
 /// Fills every number of the coupling that is zero but may not be: k_t with k_F, k_r with k_t L^2,
-/// L = 0.75 `radius_m`, the largest rotation error, both windows of the estimator (only together).
-/// What is given stays.
+/// L = 0.75 `radius_m`, the largest rotation error, the passes, both windows of the estimator (only
+/// together). What is given stays.
 void complete_coupling(SceneParameters& parameters, double radius_m);
 
 }  // namespace haptic::tools

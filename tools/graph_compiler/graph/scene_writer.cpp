@@ -325,7 +325,8 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   const bool wide = add_pairs(t, description.graph_bytes);
   const BlobBuilder builder = sections_of(t, wide);
   const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, size32(t.pairs)));
-  SceneCapacity capacity = scene_capacity(t.bodies, t.pieces, t.pairs, visits);
+  SceneCapacity capacity =
+      scene_capacity(t.bodies, t.pieces, t.pairs, visits, proxy_passes(t.parameters[0]));
   // The state's size depends on the opened scene, so the blob is opened once without it.
   const SceneBytes provisional{builder.finish(capacity)};
   SceneView view;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "rt_core/scene/capacity.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
@@ -33,6 +34,8 @@ class Choice {
     const DeviceParameters& device = parameters_.device;
     CouplingParameters& c = parameters_.coupling;
     c.allow_active = request.allow_active ? 1 : 0;
+    c.passes = request.passes.value_or(kDefaultProxyPasses);
+    c.tolerance_m = request.tolerance_m.value_or(0.0);
     c.passivity = request.passivity.value_or(device.mass_kg > 0.0) ? 1 : 0;
     c.damping_share = request.damping_share.value_or(kDefaultDampingShare);
     c.min_window_s = request.min_window_s.value_or(kDefaultMinWindow_s);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/coupling_table.hpp"
 
+#include <string>
+
+#include "rt_core/scene/capacity.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
 #include "tools/graph_compiler/program/scene_table.hpp"
 
@@ -20,10 +23,10 @@ constexpr Range kWindow{0.0, kMaxWindow_s};
 
 CouplingRequest read_coupling(const SceneTable& top, const DeviceParameters& device) {
   CouplingRequest request;
-  const auto t =
-      top.table("coupling", {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m",
-                             "damping_share", "max_rotation_error_rad", "max_translation_error_m",
-                             "min_window_s", "max_window_s", "passivity", "allow_active"});
+  const auto t = top.table(
+      "coupling", {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m", "damping_share",
+                   "max_rotation_error_rad", "max_translation_error_m", "min_window_s",
+                   "max_window_s", "passivity", "allow_active", "passes", "tolerance_m"});
   if (!t) return request;
   request.k_t_n_per_m = t->number("k_t_n_per_m", kStiffness);
   request.k_r_nm_per_rad = t->number("k_r_nm_per_rad", kRotaryStiffness);
@@ -45,6 +48,14 @@ CouplingRequest read_coupling(const SceneTable& top, const DeviceParameters& dev
   if (request.passivity.value_or(false) && !(device.mass_kg > 0.0)) {
     t->fail("passivity", "its damping is limited by the mass of the device; give [device] mass_kg");
   }
+  if (const auto passes = t->integer("passes")) {
+    if (*passes < 1 || *passes > kMaxProxyPasses) {
+      t->fail("passes", "is " + std::to_string(*passes) + "; give a whole number from 1 to " +
+                            std::to_string(kMaxProxyPasses));
+    }
+    request.passes = static_cast<std::uint32_t>(*passes);
+  }
+  request.tolerance_m = t->number("tolerance_m", kLength);
   request.allow_active = t->flag("allow_active").value_or(false);
   request.k_t_at = t->place("k_t_n_per_m");
   request.k_r_at = t->place(request.length_m ? "length_m" : "k_r_nm_per_rad");

@@ -18,6 +18,8 @@ struct CouplingRequest {
   std::optional<double> k_t_n_per_m, k_r_nm_per_rad, length_m, damping_ns_per_m;
   std::optional<double> damping_share, max_rotation_error_rad, max_translation_error_m;
   std::optional<double> min_window_s, max_window_s;
+  std::optional<double> tolerance_m;
+  std::optional<std::uint32_t> passes;
   std::optional<bool> passivity;
   bool allow_active = false;
   FilePlace k_t_at, k_r_at, damping_at;  ///< k_r_at: of k_r or of the length
