@@ -14,6 +14,7 @@ namespace {
 constexpr double kDepth_m = 2.0e-3, kOff_m = 1.0e-4;
 constexpr double kCubeHalf_m = 0.010, kWallHalf_m = 0.050;
 constexpr double kLost = 0.6;  ///< share of the depth: farther off, the linear wall is left
+constexpr int kGuideTicks = 200;
 constexpr double kBlock_s = 0.1;
 constexpr std::size_t kReferenceBlock = 2;  ///< what the hand damps at once is gone by then
 constexpr double kGrown = 9.0, kGone = 1.0e-5;
@@ -92,7 +93,16 @@ bool wall_is_stable(const TrialSetting& setting, double stiffness_n_per_m, doubl
   ClosedLoop loop(session, device, hand, setting.rate_hz);
   const Vector rest(0, 0, kWallHalf_m + kCubeHalf_m - kDepth_m);
   const HandStroke stroke{{rest, Rotation::Identity()}, {rest, Rotation::Identity()}};
-  loop.place({rest + Vector(0, 0, kOff_m), Rotation::Identity(), Vector::Zero(), Vector::Zero()});
+  const auto held = [&](double height_m) {
+    return DeviceState{rest + Vector(0, 0, height_m), Rotation::Identity(), Vector::Zero(),
+                       Vector::Zero()};
+  };
+  // From outside to where it is let go, and there until the damping's filter has forgotten the way.
+  loop.place(held(2 * kDepth_m));
+  for (int k = 0; k <= kGuideTicks; ++k) {
+    const double way = std::min(1.0, 2.0 * k / kGuideTicks);
+    loop.guide(held(2 * kDepth_m + way * (kOff_m - 2 * kDepth_m)));
+  }
 
   const auto block_ticks = static_cast<std::size_t>(std::llround(kBlock_s * setting.rate_hz));
   const auto blocks = static_cast<std::size_t>(std::llround(seconds / kBlock_s));
