@@ -46,21 +46,32 @@ Pose ClosedLoop::mesh_pose(const HandTarget& grip) const {
   return pose_at(grip.x0_w - grip.q_wa * grip_a_, grip.q_wa);
 }
 
+StepInput ClosedLoop::input() const {
+  StepInput input;
+  input.sequence = tick_;
+  // Counted from one period on: a stamp of 0 means "not stamped".
+  input.stamp_ns = std::llround(static_cast<double>(tick_ + 1) * 1e9 / rate_hz_);
+  input.pose_wa = mesh_pose(device_.sensed());
+  input.accepted_wrench_w = {accepted_.force_w.cast<Real>(), accepted_.torque_w.cast<Real>()};
+  input.accepted_valid = true;
+  return input;
+}
+
+void ClosedLoop::guide(const DeviceState& state) {
+  device_.place(state);
+  accepted_ = {};
+  static_cast<void>(session_.core().step(input()));
+  ++tick_;
+}
+
 LoopTick ClosedLoop::step(const HandStroke& stroke) {
   LoopTick out;
   out.tick = tick_;
   out.t_s = static_cast<double>(tick_) / rate_hz_;
   out.device = device_.state();
-  out.sensed_wa = mesh_pose(device_.sensed());
-
-  StepInput input;
-  input.sequence = tick_;
-  // Counted from one period on: a stamp of 0 means "not stamped".
-  input.stamp_ns = std::llround(static_cast<double>(tick_ + 1) * 1e9 / rate_hz_);
-  input.pose_wa = out.sensed_wa;
-  input.accepted_wrench_w = {accepted_.force_w.cast<Real>(), accepted_.torque_w.cast<Real>()};
-  input.accepted_valid = true;
-  out.result = session_.core().step(input);
+  const StepInput sample = input();
+  out.sensed_wa = sample.pose_wa;
+  out.result = session_.core().step(sample);
 
   const Load command{out.result.wrench_w.force_w.cast<double>(),
                      out.result.wrench_w.torque_w.cast<double>()};

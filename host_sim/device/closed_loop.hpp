@@ -33,6 +33,10 @@ class ClosedLoop {
   /// A fresh start: core reset, tick 0 at time 0, device in `state`.
   void place(const DeviceState& state);
 
+  /// One tick with the device held at rest in `state`: the core's history follows it there, as
+  /// where a trial begins pressed in, which a proxy must have seen from outside.
+  void guide(const DeviceState& state);
+
   /// Samples, steps the core, and lets the device move on for one period while the hand's target
   /// moves from `stroke.from` to `stroke.to`.
   LoopTick step(const HandStroke& stroke);
@@ -46,6 +50,8 @@ class ClosedLoop {
   [[nodiscard]] Pose mesh_pose(const HandTarget& grip) const;
 
  private:
+  [[nodiscard]] StepInput input() const;
+
   CoreSession& session_;
   double rate_hz_, period_s_;
   Vector grip_a_;  ///< grip point in A's mesh frame

@@ -343,7 +343,9 @@ PartReport z_width_part(const StabilityOptions& options) {
       wall_table(walls) + "\n" +
       picture_line("z_width.svg", "Stable region over stiffness and damping") +
       picture_line("z_region.svg", "The whole region, by delay") +
-      "\nA square peg in its hole, 0.1 mm of clearance per side, pressed sideways and turned: "
+      "\nA square peg in its hole, 0.1 mm of clearance per side, pressed sideways and turned "
+      "within a "
+      "second, then 5 s of rest: "
       "largest of 500, 700, 1000, 1400, 2000, 3000, 4000, 5000 N/m up to which all come to rest "
       "(below 0.5 mm/s and 0.05 rad/s in the last tenth).\n\n" +
       peg_table(pegs);

@@ -14,11 +14,13 @@ namespace {
 constexpr double kDepth_m = 2.0e-3, kOff_m = 1.0e-4;
 constexpr double kCubeHalf_m = 0.010, kWallHalf_m = 0.050;
 constexpr double kLost = 0.6;  ///< share of the depth: farther off, the linear wall is left
+constexpr int kGuideTicks = 200;
 constexpr double kBlock_s = 0.1;
 constexpr std::size_t kReferenceBlock = 2;  ///< what the hand damps at once is gone by then
 constexpr double kGrown = 9.0, kGone = 1.0e-5;
 
 constexpr double kClearance_m = 1.0e-4, kPegDepth_m = 0.020, kPegHalfLength_m = 0.030;
+constexpr double kPegMotion_s = 1.0;
 /// Faster than any trial that comes to rest.
 constexpr double kRunaway_m_per_s = 20.0;
 
@@ -92,7 +94,16 @@ bool wall_is_stable(const TrialSetting& setting, double stiffness_n_per_m, doubl
   ClosedLoop loop(session, device, hand, setting.rate_hz);
   const Vector rest(0, 0, kWallHalf_m + kCubeHalf_m - kDepth_m);
   const HandStroke stroke{{rest, Rotation::Identity()}, {rest, Rotation::Identity()}};
-  loop.place({rest + Vector(0, 0, kOff_m), Rotation::Identity(), Vector::Zero(), Vector::Zero()});
+  const auto held = [&](double height_m) {
+    return DeviceState{rest + Vector(0, 0, height_m), Rotation::Identity(), Vector::Zero(),
+                       Vector::Zero()};
+  };
+  // From outside to where it is let go, and there until the damping's filter has forgotten the way.
+  loop.place(held(2 * kDepth_m));
+  for (int k = 0; k <= kGuideTicks; ++k) {
+    const double way = std::min(1.0, 2.0 * k / kGuideTicks);
+    loop.guide(held(2 * kDepth_m + way * (kOff_m - 2 * kDepth_m)));
+  }
 
   const auto block_ticks = static_cast<std::size_t>(std::llround(kBlock_s * setting.rate_hz));
   const auto blocks = static_cast<std::size_t>(std::llround(seconds / kBlock_s));
@@ -146,12 +157,19 @@ PegRest peg_rest(const TrialSetting& setting, double stiffness_n_per_m, double s
   CoreSession session(scene_with(peg, hole, scene_parameters(setting, stiffness_n_per_m)), "peg");
   ClosedLoop loop(session, device_of_setting(setting), hand_of_setting(setting), setting.rate_hz);
   const Vector start(0, 0, kPegHalfLength_m - kPegDepth_m);
-  const HandTarget target{start + Vector(0.003, 0.002, 0), rotation_of(Vector(0.02, 0.05, 0))};
+  const auto target = [&](double t_s) {
+    const double u = std::min(1.0, t_s / kPegMotion_s);
+    const double way = u * u * u * (10 + u * (6 * u - 15));  // minimum jerk
+    return HandTarget{start + way * Vector(0.003, 0.002, 0),
+                      rotation_of(way * Vector(0.02, 0.05, 0))};
+  };
   loop.place({start, Rotation::Identity(), Vector::Zero(), Vector::Zero()});
-  const auto ticks = static_cast<std::size_t>(std::llround(seconds * setting.rate_hz));
+  const auto ticks =
+      static_cast<std::size_t>(std::llround((kPegMotion_s + seconds) * setting.rate_hz));
   PegRest rest;
   for (std::size_t k = 0; k < ticks; ++k) {
-    const LoopTick tick = loop.step({target, target});
+    const double t_s = static_cast<double>(k) * loop.period_s();
+    const LoopTick tick = loop.step({target(t_s), target(t_s + loop.period_s())});
     const double speed = tick.device.velocity_w.norm(),
                  turn = tick.device.angular_velocity_w.norm();
     if (!(speed < kRunaway_m_per_s)) return {speed, turn};

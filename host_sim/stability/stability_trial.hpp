@@ -39,8 +39,8 @@ struct TrialSetting {
 /// Stiffnesses tried in the hole [N/m].
 [[nodiscard]] const std::vector<double>& peg_stiffnesses();
 
-/// A square peg, 20 mm deep in a hole with 0.1 mm of clearance per side; the hand's target jumps
-/// 3 mm and 2 mm sideways and turns by 0.05 rad.
+/// A square peg, 20 mm deep in a hole with 0.1 mm of clearance per side; the hand's target moves
+/// 3 mm and 2 mm sideways and turns by 0.05 rad within a second, then rests for `seconds`.
 struct PegRest {
   double speed_m_per_s = 0, turn_rad_per_s = 0;  ///< largest in the last tenth of the run
   [[nodiscard]] bool at_rest() const { return speed_m_per_s < 0.5e-3 && turn_rad_per_s < 0.05; }

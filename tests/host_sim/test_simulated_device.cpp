@@ -208,6 +208,20 @@ TEST_SUITE("host_sim.simulated_device") {
     CHECK(hash[0] == hash[1]);
   }
 
+  TEST_CASE("loop: guided, the device stays where it is held and the core sees it there") {
+    CoreSession session(wall_scene(1000), "wall");
+    ClosedLoop loop(session, {}, *hand_named("none"), 1000);
+    loop.place(pressed(-0.001));
+    for (int k = 0; k < 20; ++k) loop.guide(pressed(0.001));
+    const HandTarget target{Vector(0, 0, 0.06), Rotation::Identity()};
+    const LoopTick tick = loop.step({target, target});
+    CHECK(tick.tick == 20);
+    CHECK(tick.device.velocity_w.norm() == 0);
+    CHECK(static_cast<double>(tick.result.d_near_m) == doctest::Approx(-0.001).epsilon(1e-4));
+    CHECK(tick.acting.force_w.z() == doctest::Approx(1.0).epsilon(1e-4));
+    CHECK(loop.device().state().velocity_w.z() > 0);
+  }
+
   TEST_CASE("device file: keys, units, refusals") {
     const test::ScratchFolder folder("device_file");
     const auto written = [&](const std::string& text) {
