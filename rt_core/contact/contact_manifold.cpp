@@ -342,7 +342,8 @@ std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec
   region.b = id.type == ContactType::kB ? level_face(region.shadow_b, id.j)
                                         : support_feature(region.shadow_b, gap.support.b, height_m);
   intersect(region, scratch.polygon);
-  if (region.count == 0) {
+  scratch.apart = region.count == 0;
+  if (scratch.apart) {
     points[0] = support_row_point(pair, r_wa, y_w, id, gap);
     return 1;
   }

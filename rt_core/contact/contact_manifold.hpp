@@ -26,6 +26,7 @@ struct ManifoldPoint {
 /// Working memory of contact_manifold, placed once for a scene.
 struct ManifoldScratch {
   ConvexPolygon polygon;
+  bool apart = false;  ///< of the last manifold: no part of one feature lies over the other
 
   /// `face_a`, `face_b`: the largest number of vertices of a face of A and of B.
   void place(Arena& arena, std::uint32_t face_a, std::uint32_t face_b) noexcept {

@@ -82,8 +82,14 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       plane.id = id;
       plane.allowed_m = reached.allowed_m;
       plane.at_start = true;
+      const std::uint32_t rows = rows_.size();
       if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, gap, here, error, false)) {
         tick.limited = true;
+      } else if (manifold_scratch_.apart && !pair.inside) {
+        // Along this plane no feature lies over the other: the proxy has slid off the C-face, and
+        // its plane beyond it is no wall. Where it is needed after all, a round will ask for it.
+        rows_.truncate(rows);
+        imposed_.truncate(imposed_.size() - 1);
       }
     };
     if (pair.inside) {
