@@ -133,8 +133,7 @@ ContactCase roll_case() {
 
 ContactCase edge_case() {
   // The edge that is lowest at this tilt runs along y, ahead of the middle.
-  const double low =
-      kBoxHalf_m[0] * std::sin(0.3) + kBoxHalf_m[2] * std::cos(0.3);
+  const double low = kBoxHalf_m[0] * std::sin(0.3) + kBoxHalf_m[2] * std::cos(0.3);
   TimedPath path;
   path.pose = [low](double t) -> PathPose {
     return {{kSlide_m_per_s * t, 0, low - kPush_m}, turn_about(0.3, Vector::UnitY())};
@@ -158,10 +157,8 @@ ContactCase push_case(double depth_m) {
 }
 
 ContactCase seam_case(double speed_m_per_s, double tilt_rad, bool whole) {
-  const double low =
-      kBoxHalf_m[0] * std::sin(tilt_rad) + kBoxHalf_m[2] * std::cos(tilt_rad);
-  const double ahead =
-      kBoxHalf_m[0] * std::cos(tilt_rad) - kBoxHalf_m[2] * std::sin(tilt_rad);
+  const double low = kBoxHalf_m[0] * std::sin(tilt_rad) + kBoxHalf_m[2] * std::cos(tilt_rad);
+  const double ahead = kBoxHalf_m[0] * std::cos(tilt_rad) - kBoxHalf_m[2] * std::sin(tilt_rad);
   // A small tilt leaves the face flat; a large one puts the box on one edge.
   const double height = tilt_rad < 0.1 ? kFlat_m : low - kPush_m;
   const double begin = tilt_rad < 0.1 ? -0.017 : -0.045 - ahead + 0.01;
@@ -170,8 +167,8 @@ ContactCase seam_case(double speed_m_per_s, double tilt_rad, bool whole) {
     return {{begin + speed_m_per_s * t, 0.002, height}, turn_about(tilt_rad, Vector::UnitY())};
   };
   path.duration_s = (tilt_rad < 0.1 ? 0.034 : 0.075) / speed_m_per_s;
-  return {"seams", "box over the seams of a five-piece plate", on(sample_box(), sample_plate(whole)),
-          path};
+  return {"seams", "box over the seams of a five-piece plate",
+          on(sample_box(), sample_plate(whole)), path};
 }
 
 ContactCase swing_case(double speed_rad_per_s) {
@@ -182,7 +179,8 @@ ContactCase swing_case(double speed_rad_per_s) {
 ContactCase edge_swing_case() {
   Solid block = centred_box("block", 0.02, 0.05, 0.02);
   for (Vector& v : block.vertices)
-    v = turn_about(kPi / 4, Vector::UnitY()) * v + Vector(0.030, 0, -0.0162 - 0.02 * std::sqrt(2.0));
+    v = turn_about(kPi / 4, Vector::UnitY()) * v +
+        Vector(0.030, 0, -0.0162 - 0.02 * std::sqrt(2.0));
   return {"edge_swing", "bar swung edge into edge", on(bar(kPi / 4), one(block), 0.5), swing(2)};
 }
 
@@ -248,10 +246,10 @@ ContactCase mouth_case(double clearance_m) {
 }
 
 std::vector<ContactCase> contact_cases() {
-  return {slide_off_case(),       tilt_case(),           roll_case(),
-          edge_case(),            push_case(0.025),      seam_case(0.1, 0, false),
-          swing_case(2),          edge_swing_case(),     corner_case(),
-          insertion_case(1e-4),   tilted_peg_case(1e-4), mouth_case(1e-4)};
+  return {slide_off_case(),     tilt_case(),           roll_case(),
+          edge_case(),          push_case(0.025),      seam_case(0.1, 0, false),
+          swing_case(2),        edge_swing_case(),     corner_case(),
+          insertion_case(1e-4), tilted_peg_case(1e-4), mouth_case(1e-4)};
 }
 
 std::vector<ContactLoop> contact_loops() {
@@ -266,40 +264,47 @@ std::vector<ContactLoop> contact_loops() {
     return Vector(x * std::cos(a), y * std::sin(a), z * std::sin(2 * a));
   };
   std::vector<ContactLoop> loops;
-  loops.push_back({"box_on_block", "box on a block", on(sample_box(), sample_block()),
-                   [=](double s) -> PathPose {
-                     return {Vector(0, 0, kFlat_m) + round(s, 0.01, 0.008, 0.001),
-                             waves(s, 0.04, 0.05, 0.3)};
-                   }});
-  // From 1 mm deep in the top, round outside the edge, to 1 mm deep in the side, and back elsewhere.
-  loops.push_back({"round_an_edge", "round an edge of the block", on(sample_box(), sample_block()),
+  loops.push_back(
+      {"box_on_block", "box on a block", on(sample_box(), sample_block()),
+       [=](double s) -> PathPose {
+         return {Vector(0, 0, kFlat_m) + round(s, 0.01, 0.008, 0.001), waves(s, 0.04, 0.05, 0.3)};
+       }});
+  // From 1 mm deep in the top, round outside the edge, to 1 mm deep in the side, and back
+  // elsewhere.
+  loops.push_back({"round_an_edge",
+                   "round an edge of the block",
+                   on(sample_box(), sample_block()),
                    [=](double s) -> PathPose {
                      const double a = 2 * kPi * s;
                      const double way = 0.25 * kPi + 0.82 * kPi * std::sin(a);
                      const double radius_m = 0.005 * (1 + 0.1 * std::cos(a));
-                     return {{0.05 + kBoxHalf_m[0] + radius_m * std::cos(way),
-                              0.003 * std::sin(a), kBoxHalf_m[2] + radius_m * std::sin(way)},
+                     return {{0.05 + kBoxHalf_m[0] + radius_m * std::cos(way), 0.003 * std::sin(a),
+                              kBoxHalf_m[2] + radius_m * std::sin(way)},
                              waves(s, 0.02, 0.03, 0.05)};
                    },
                    {0.03, 0, 0.03}});
-  loops.push_back({"corner", "corner of three planes", on(corner_box(), corner_body(), 0.5),
+  loops.push_back({"corner",
+                   "corner of three planes",
+                   on(corner_box(), corner_body(), 0.5),
                    [=](double s) -> PathPose {
                      return {corner_place() + Vector(0.003, 0.003, -0.003) +
                                  round(s, 0.002, 0.002, 0.002),
                              waves(s, 0.04, 0.05, 0.06)};
                    },
                    {-0.02, -0.02, 0.02}});
-  loops.push_back({"peg", "peg with 0.1 mm of clearance", peg_scene(1e-4),
+  loops.push_back({"peg",
+                   "peg with 0.1 mm of clearance",
+                   peg_scene(1e-4),
                    [=](double s) -> PathPose {
                      return {Vector(0, 0, kPegHalfLength_m - 0.02) + round(s, 0.002, 0.002, 0.004),
                              waves(s, 0.04, 0.05, 0.06)};
                    },
                    {0, 0, 0.04}});
-  loops.push_back({"five_piece_plate", "five-piece plate", on(sample_box(), sample_plate()),
-                   [=](double s) -> PathPose {
-                     return {Vector(0, 0, kFlat_m) + round(s, 0.017, 0.01, 0.001),
-                             waves(s, 0.03, 0.04, 0.2)};
-                   }});
+  loops.push_back(
+      {"five_piece_plate", "five-piece plate", on(sample_box(), sample_plate()),
+       [=](double s) -> PathPose {
+         return {Vector(0, 0, kFlat_m) + round(s, 0.017, 0.01, 0.001), waves(s, 0.03, 0.04, 0.2)};
+       }});
   return loops;
 }
 

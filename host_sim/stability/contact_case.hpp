@@ -20,8 +20,8 @@ inline constexpr double kShortPegHalfLength_m = 0.016;
 [[nodiscard]] tools::Body sample_box();
 /// Block of 0.1 x 0.1 x 0.05 m, its top at z = 0.
 [[nodiscard]] tools::Body sample_block();
-/// The five-piece plate: 0.1 x 0.1 x 0.01 m, its top at z = 0, cut by four planes across x; `whole`:
-/// the same plate uncut.
+/// The five-piece plate: 0.1 x 0.1 x 0.01 m, its top at z = 0, cut by four planes across x;
+/// `whole`: the same plate uncut.
 [[nodiscard]] tools::Body sample_plate(bool whole = false);
 /// A wide plate with its top at z = 0.
 [[nodiscard]] tools::Body thin_plate(double thickness_m, double half_m);

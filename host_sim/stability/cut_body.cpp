@@ -68,7 +68,8 @@ class Side {
   /// The face in the plane of the cut, its corners by angle about their middle.
   void close(std::uint32_t plane_index, int sign) {
     Vector middle = Vector::Zero();
-    for (const std::uint32_t v : cap_) middle += vertex(piece, v) / static_cast<double>(cap_.size());
+    for (const std::uint32_t v : cap_)
+      middle += vertex(piece, v) / static_cast<double>(cap_.size());
     const Vector n = sign * plane_.normal;
     const Vector e1 = n.unitOrthogonal(), e2 = n.cross(e1);
     const auto angle = [&](std::uint32_t v) {

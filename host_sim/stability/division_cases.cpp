@@ -6,40 +6,10 @@
 
 #include "host_sim/stability/contact_case.hpp"
 #include "host_sim/stability/proxy_cases.hpp"
+#include "host_sim/stability/wander.hpp"
 
 namespace haptic::sim {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-/// Smooth motion from three sines per coordinate about `centre`; turns about a given orientation.
-struct Wander {
-  Vector centre, reach_m;
-  Rotation about = Rotation::Identity();
-  double turn_rad = 0.1;
-};
-
-TimedPose wander(const Wander& w, Seeded& random) {
-  struct Wave {
-    double share, frequency_hz, phase;
-  };
-  std::vector<Wave> waves;
-  for (int k = 0; k < 18; ++k) {
-    waves.push_back({random.uniform(0.1, 0.33), random.uniform(0.1, 0.8),
-                     random.uniform(0, 2 * kPi)});
-  }
-  return [w, waves](double t) -> PathPose {
-    double value[6] = {0, 0, 0, 0, 0, 0};
-    for (std::size_t k = 0; k < 18; ++k) {
-      value[k / 3] +=
-          waves[k].share * std::sin(2 * kPi * waves[k].frequency_hz * t + waves[k].phase);
-    }
-    return {w.centre + w.reach_m.cwiseProduct(Vector(value[0], value[1], value[2])),
-            turn_about(w.turn_rad * value[3], Vector::UnitX()) *
-                turn_about(w.turn_rad * value[4], Vector::UnitY()) *
-                turn_about(2 * w.turn_rad * value[5], Vector::UnitZ()) * w.about};
-  };
-}
 
 double lowest_m(const Solid& solid, const Rotation& q) {
   double lowest = 0;
@@ -104,7 +74,7 @@ std::vector<Figure> top_figures() {
       {&box, turn_about(0.6, Vector::UnitY()), 0.05},
       {&box, turn_about(0.6, Vector::UnitY()) * turn_about(0.7, Vector::UnitX()), 0.1},
       {&tetrahedron, Rotation::Identity(), 0.03},
-      {&tetrahedron, turn_about(kPi, Vector::UnitX()), 0.15}};
+      {&tetrahedron, turn_about(std::numbers::pi, Vector::UnitX()), 0.15}};
   Differences differences;
   for (const tools::Body& cut : b.cut) {
     for (const auto& c : contacts) {

@@ -33,19 +33,16 @@ std::vector<Figure> recovery_figures(const PathPose& pose, double depth_m, doubl
   bool stays = free_at < ticked.size();
   for (std::size_t k = free_at; k < ticked.size(); ++k) stays = stays && ticked[k].gap_m >= kFree_m;
   const double flagged = (ticked.front().flags & kFlagRecovery) != 0 ? 1 : 0;
-  return {at_most("ticks until free", ticks, static_cast<double>(free_at + 1)),
-          near_to("stays free", 1, stays ? 1 : 0, 0), near_to("flag at the start", 1, flagged, 0),
-          near_to("gap after a tick (m)", -std::max(depth_m - 6e-4, 0.0), ticked.front().gap_m,
-                  2e-5)};
+  return {
+      at_most("ticks until free", ticks, static_cast<double>(free_at + 1)),
+      near_to("stays free", 1, stays ? 1 : 0, 0), near_to("flag at the start", 1, flagged, 0),
+      near_to("gap after a tick (m)", -std::max(depth_m - 6e-4, 0.0), ticked.front().gap_m, 2e-5)};
 }
 
-PathPose flat_at(double depth_m) {
-  return {{0, 0, kBoxHalf_m[2] - depth_m}, Rotation::Identity()};
-}
+PathPose flat_at(double depth_m) { return {{0, 0, kBoxHalf_m[2] - depth_m}, Rotation::Identity()}; }
 
 PathPose corner_down_at(double depth_m) {
-  const Rotation q =
-      turn_about(0.3, Vector::UnitX()) * turn_about(0.25, Vector::UnitY());
+  const Rotation q = turn_about(0.3, Vector::UnitX()) * turn_about(0.25, Vector::UnitY());
   double lowest = 0;
   for (int k = 0; k < 8; ++k) {
     const Vector v((k & 1) != 0 ? kBoxHalf_m[0] : -kBoxHalf_m[0],
@@ -68,15 +65,16 @@ std::vector<Figure> full_turn_figures() {
   path.retreat_w = {0, 0, 0.04};
   const Trace trace = run_trace(scene, LawId::kProxy, path);
   double largest_nm = 0;
-  for (const TraceTick& tick : trace.path()) largest_nm = std::max(largest_nm, tick.torque_nm.norm());
+  for (const TraceTick& tick : trace.path())
+    largest_nm = std::max(largest_nm, tick.torque_nm.norm());
   const double limit_nm = scene.k_r_nm_per_rad * kLimit_rad;
   // Wound up once, then dragged: what the spring holds at the end is not lost.
   const double dragged_j = limit_nm * (2 * kPi - kLimit_rad / 2);
-  return {near_to("largest torque (N m)", limit_nm, largest_nm, 1e-6),
-          at_most("dtau (N m)", 8e-4, largest_steps(trace.path()).torque_nm),
-          near_to("work against the drag (J)", dragged_j, hand_work_j(trace.path()),
-                  0.03 * dragged_j),
-          {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
+  return {
+      near_to("largest torque (N m)", limit_nm, largest_nm, 1e-6),
+      at_most("dtau (N m)", 8e-4, largest_steps(trace.path()).torque_nm),
+      near_to("work against the drag (J)", dragged_j, hand_work_j(trace.path()), 0.03 * dragged_j),
+      {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
 }
 
 std::vector<Figure> deep_push_figures() {

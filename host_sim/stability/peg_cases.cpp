@@ -22,11 +22,12 @@ std::vector<Figure> insertion_figures(double clearance_m, double force_n) {
   const Trace trace = run_trace(c.scene, LawId::kProxy, c.path);
   const WrenchSteps steps = largest_steps(trace.path());
   const PathPose& end = trace.ticks.back().proxy;
-  return {at_most("dF (N)", force_n, steps.force_n),
-          at_most("dtau (N m)", 1e-4, steps.torque_nm),
-          near_to("height over the floor (m)", 0, end.p.z() - kPegHalfLength_m + kHoleDepth_m, 1e-6),
-          near_to("offset at the end (m)", clearance_m, end.p.x(), 1e-6),
-          {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
+  return {
+      at_most("dF (N)", force_n, steps.force_n),
+      at_most("dtau (N m)", 1e-4, steps.torque_nm),
+      near_to("height over the floor (m)", 0, end.p.z() - kPegHalfLength_m + kHoleDepth_m, 1e-6),
+      near_to("offset at the end (m)", clearance_m, end.p.x(), 1e-6),
+      {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
 }
 
 /// Tilt phi of a peg of width w in a hole of width w + 2 c, `depth` along the peg in it:
@@ -51,13 +52,11 @@ std::vector<Figure> tilted_figures(double clearance_m, double torque_nm) {
     largest_nm = tick.torque_nm.norm();
     // The depth along the peg's lower side, from its tip to the rim.
     const double tilt = 2 * std::abs(tick.proxy.q.y());
-    const double tip = tick.proxy.p.z() - kShortPegHalfLength_m * std::cos(tilt) -
-                       kPegHalf_m * std::sin(tilt);
-    formula_nm = c.scene.k_r_nm_per_rad *
-                 (0.1 - free_tilt_rad(clearance_m, -tip / std::cos(tilt)));
+    const double tip =
+        tick.proxy.p.z() - kShortPegHalfLength_m * std::cos(tilt) - kPegHalf_m * std::sin(tilt);
+    formula_nm = c.scene.k_r_nm_per_rad * (0.1 - free_tilt_rad(clearance_m, -tip / std::cos(tilt)));
   }
-  return {at_most("dF (N)", 0.0018, steps.force_n),
-          at_most("dtau (N m)", 8e-5, steps.torque_nm),
+  return {at_most("dF (N)", 0.0018, steps.force_n), at_most("dtau (N m)", 8e-5, steps.torque_nm),
           near_to("tau (N m)", torque_nm, largest_nm, 0.002),
           near_to("tau against k_r (0.1 - free tilt) (N m)", 0, largest_nm - formula_nm, 2e-4)};
 }
@@ -108,8 +107,7 @@ std::vector<Figure> stiffness_figures(double k_r, double force_n, double torque_
       near_to("F (N)", force_n, contact.force_n, force_n * (k_r < 0.5 ? 0.02 : 0.002))};
   if (torque_nm > 0) figures.push_back(near_to("tau (N m)", torque_nm, contact.torque_nm, 2e-4));
   // Below, the tilt is no longer small and the contact point moves.
-  if (k_r >= 1)
-    figures.push_back(near_to("F over k_eff d", 1, contact.force_n / formula_n, 0.01));
+  if (k_r >= 1) figures.push_back(near_to("F over k_eff d", 1, contact.force_n / formula_n, 0.01));
   return figures;
 }
 
@@ -147,16 +145,15 @@ std::vector<CaseRow> peg_rows() {
 }
 
 std::vector<CaseRow> stiffness_rows() {
-  return {{"single_paper", "vertex 1.985 mm deep, 5.91 mm aside: paper's law", paper_figures},
-          {"single_1000", "the same, proxy, k_r 1000",
-           [] { return stiffness_figures(1000, 1.984931, 0.011732); }},
-          {"single_10", "the same, proxy, k_r 10",
-           [] { return stiffness_figures(10, 1.978051, 0); }},
-          {"single_1", "the same, proxy, k_r 1",
-           [] { return stiffness_figures(1, 1.914279, 0.011743); }},
-          {"single_0.2", "the same, proxy, k_r 0.2",
-           [] { return stiffness_figures(0.2, 1.620, 0); }},
-          {"single_central", "vertex under the grip point", central_figures}};
+  return {
+      {"single_paper", "vertex 1.985 mm deep, 5.91 mm aside: paper's law", paper_figures},
+      {"single_1000", "the same, proxy, k_r 1000",
+       [] { return stiffness_figures(1000, 1.984931, 0.011732); }},
+      {"single_10", "the same, proxy, k_r 10", [] { return stiffness_figures(10, 1.978051, 0); }},
+      {"single_1", "the same, proxy, k_r 1",
+       [] { return stiffness_figures(1, 1.914279, 0.011743); }},
+      {"single_0.2", "the same, proxy, k_r 0.2", [] { return stiffness_figures(0.2, 1.620, 0); }},
+      {"single_central", "vertex under the grip point", central_figures}};
 }
 
 }  // namespace haptic::sim

@@ -123,10 +123,10 @@ std::vector<Figure> corner_figures() {
   }
   const Vector wanted(-4, -3, 4);
   // The tolerance of a plane, 1e-7 m, is what the proxy may keep of a smaller violation.
-  return {{"from the ideal point (m)", 1e-9, off_m, 0, 2e-9},
-          near_to("F against (-4, -3, 4) (N)", 0, (trace.ticks.back().force_n - wanted).norm(),
-                  2e-6),
-          {"tau (N m)", 1e-16, torque_nm, 0, 1e-12}};
+  return {
+      {"from the ideal point (m)", 1e-9, off_m, 0, 2e-9},
+      near_to("F against (-4, -3, 4) (N)", 0, (trace.ticks.back().force_n - wanted).norm(), 2e-6),
+      {"tau (N m)", 1e-16, torque_nm, 0, 1e-12}};
 }
 
 }  // namespace
@@ -176,8 +176,8 @@ std::string figures_head() { return table_head({"case", "figure", "design", "mea
 std::string figures_rows(const CaseRow& row, const std::vector<Figure>& figures) {
   std::string text;
   for (const Figure& f : figures) {
-    text += table_row({row.title, f.what, short_number(f.design), short_number(f.measured),
-                       yes_or_no(f.ok())});
+    text += table_row(
+        {row.title, f.what, short_number(f.design), short_number(f.measured), yes_or_no(f.ok())});
   }
   return text;
 }

@@ -11,9 +11,6 @@
 namespace haptic::sim {
 namespace {
 
-/// Width of the near set for the laws that render it.
-constexpr double kTraceEpsilon_m = 1e-4;
-
 Vector turn_between(const Rotation& from, const Rotation& to) {
   const Eigen::AngleAxisd turn(to * from.conjugate());
   const double angle = turn.angle();
@@ -49,7 +46,7 @@ std::vector<std::byte> compiled(const CoupledScene& scene, LawId law) {
   SceneParameters& p = description.parameters;
   p.law = law;
   p.k_f_n_per_m = scene.k_t_n_per_m;
-  p.epsilon_m = kTraceEpsilon_m;
+  p.epsilon_m = scene.epsilon_m;
   p.coupling.k_t_n_per_m = scene.k_t_n_per_m;
   p.coupling.k_r_nm_per_rad = scene.k_r_nm_per_rad;
   p.coupling.max_rotation_error_rad = scene.max_rotation_rad;
@@ -88,8 +85,7 @@ Trace run_trace(const CoupledScene& scene, LawId law, const TimedPath& path, dou
 WrenchSteps largest_steps(std::span<const TraceTick> ticks) {
   WrenchSteps largest;
   for (std::size_t k = 1; k < ticks.size(); ++k) {
-    largest.force_n =
-        std::max(largest.force_n, (ticks[k].force_n - ticks[k - 1].force_n).norm());
+    largest.force_n = std::max(largest.force_n, (ticks[k].force_n - ticks[k - 1].force_n).norm());
     largest.torque_nm =
         std::max(largest.torque_nm, (ticks[k].torque_nm - ticks[k - 1].torque_nm).norm());
   }

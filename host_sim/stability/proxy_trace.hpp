@@ -20,6 +20,7 @@ struct CoupledScene {
   std::vector<tools::Body> statics;
   double k_t_n_per_m = 1000, k_r_nm_per_rad = 1;
   double friction = 0;           ///< of every static body
+  double epsilon_m = 1e-4;       ///< width of the near set, for the laws that render it
   double max_rotation_rad = 1;   ///< theta_sat
   double max_translation_m = 0;  ///< 0: no limit
 };
@@ -51,9 +52,7 @@ struct TraceTick {
 struct Trace {
   std::vector<TraceTick> ticks;
   std::size_t begin = 0;
-  [[nodiscard]] std::span<const TraceTick> path() const {
-    return std::span(ticks).subspan(begin);
-  }
+  [[nodiscard]] std::span<const TraceTick> path() const { return std::span(ticks).subspan(begin); }
 };
 
 inline constexpr double kTracePeriod_s = 1e-3;

@@ -14,6 +14,8 @@ namespace {
 constexpr StabilityPart kParts[] = {
     {1, "z_width", z_width_part},
     {2, "stiff", stiff_part},
+    {4, "continuity", continuity_part},
+    {5, "energy", energy_part},
 };
 
 std::string index_page(std::span<const PartReport> reports, bool quick) {

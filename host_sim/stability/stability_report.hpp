@@ -35,8 +35,10 @@ struct StabilityPart {
 [[nodiscard]] std::span<const StabilityPart> stability_parts();
 
 // The parts, one per file part_*.cpp.
-[[nodiscard]] PartReport z_width_part(const StabilityOptions& options);  ///< 1
-[[nodiscard]] PartReport stiff_part(const StabilityOptions& options);    ///< 2
+[[nodiscard]] PartReport z_width_part(const StabilityOptions& options);     ///< 1
+[[nodiscard]] PartReport stiff_part(const StabilityOptions& options);       ///< 2
+[[nodiscard]] PartReport continuity_part(const StabilityOptions& options);  ///< 4
+[[nodiscard]] PartReport energy_part(const StabilityOptions& options);      ///< 5
 
 /// Runs the parts with these numbers (all when empty), writes their files and README.md into
 /// `folder`, which is made when absent; files appear whole, each as soon as its part is done.
