@@ -65,7 +65,9 @@ void add_piece(tools::Body& body, const Solid& solid, Vector& moment) {
   body.pieces.push_back(std::move(piece));
 }
 
-tools::Body body_of(std::span<const Solid> pieces) {
+}  // namespace
+
+tools::Body united_body(std::span<const Solid> pieces) {
   tools::Body body;
   body.name = pieces.front().name;
   Vector moment = Vector::Zero();
@@ -74,8 +76,6 @@ tools::Body body_of(std::span<const Solid> pieces) {
   body.centre_of_volume_m = {centre[0], centre[1], centre[2]};
   return body;
 }
-
-}  // namespace
 
 double Seeded::uniform(double low, double high) {
   std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
@@ -214,8 +214,8 @@ std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, d
                                 double epsilon_m, LawId law, double exact_band_m) {
   tools::SceneDescription scene;
   scene.name = a.name + " on " + pieces.front().name;
-  scene.moving.body = body_of({&a, 1});
-  scene.statics.push_back({body_of(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
+  scene.moving.body = united_body({&a, 1});
+  scene.statics.push_back({united_body(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});
   scene.parameters.law = law;
   scene.parameters.k_f_n_per_m = k_f_n_per_m;
   scene.parameters.epsilon_m = epsilon_m;

@@ -65,6 +65,9 @@ class Seeded {
 /// Square peg 20 x 20 x 60 mm, origin in its middle.
 [[nodiscard]] Solid square_peg();
 
+/// One body of convex pieces; faces whose planes agree to the last bit share one plane.
+[[nodiscard]] tools::Body united_body(std::span<const Solid> pieces);
+
 /// Compiled scene of A over one static body made of `pieces`; grip point at A's origin;
 /// D_near exact up to `exact_band_m` of separation, by default at any distance, as figures need it.
 /// @throws tools::InputError when a solid is not closed.
