@@ -23,10 +23,24 @@ struct Cell {
   double clearance_m = 0, friction = 0;
   PegRun wobble, wobble_half, tilted, tilted_half;  ///< half: steps half as long
 
-  [[nodiscard]] double offset_error_m() const { return std::abs(wobble.proxy.p[0] - clearance_m); }
-  [[nodiscard]] double floor_error_m() const { return std::abs(wobble.deepest_tip_m - kFloor_m); }
-  [[nodiscard]] double lag_m() const { return tilted.proxy.p[2] - tilted.device.p[2]; }
-  [[nodiscard]] double held_n() const { return two_point_friction_n(tilted, friction); }
+  [[nodiscard]] double offset_error_m() const {
+    return std::abs(reach_aside_m(wobble.end.proxy) - clearance_m);
+  }
+  [[nodiscard]] double floor_error_m() const { return std::abs(wobble.deepest_m - kFloor_m); }
+  [[nodiscard]] double lag_m() const { return tilted.end.proxy.p[2] - tilted.end.device.p[2]; }
+  /// What friction allows while the tilted peg slides: at its first slip and at the end.
+  [[nodiscard]] double held_n(bool at_end) const {
+    return two_point_force_n(at_end ? tilted.end : tilted.slip, clearance_m, friction);
+  }
+  [[nodiscard]] double pull_n(bool at_end) const {
+    return (at_end ? tilted.end : tilted.slip).force_n[2];
+  }
+  /// Largest force step over what friction held in the swaying insertion.
+  [[nodiscard]] double slip_share() const {
+    return friction > 0 ? std::max(wobble.largest_force_step_n, wobble_half.largest_force_step_n) /
+                              (friction * wobble.largest_force_n)
+                        : 0;
+  }
 };
 
 bool halves(double coarse, double fine, double still, double least) {
@@ -40,13 +54,14 @@ bool continuous(const PegRun& coarse, const PegRun& fine, const ClearanceLimits&
                 limits.least_ratio);
 }
 
-/// Without friction the push may leave no lag; with it the spring pulls with what friction holds.
+/// The spring pulls with what sliding on two points gives; without friction there is hardly a lag.
 bool as_friction_says(const Cell& cell, const ClearanceLimits& limits) {
-  if (cell.friction == 0) return std::abs(cell.lag_m()) <= limits.free_lag_m;
-  const double held = cell.held_n(), pull = cell.tilted.force_n[2];
-  if (held < limits.still_force_n)
-    return std::abs(pull) <= kPegStiffness_n_per_m * limits.free_lag_m;
-  return std::abs(pull - held) <= limits.friction_share * held;
+  for (const bool at_end : {false, true}) {
+    const double held = cell.held_n(at_end);
+    const double room = std::max(limits.friction_share * held, limits.still_force_n);
+    if (!(std::abs(cell.pull_n(at_end) - held) <= room)) return false;
+  }
+  return cell.friction > 0 || std::abs(cell.lag_m()) <= limits.free_lag_m;
 }
 
 std::vector<Cell> all_cells(bool quick) {
@@ -83,8 +98,8 @@ double ratio(double coarse, double fine) { return fine > 0 ? coarse / fine : 0; 
 std::string csv_of(const std::vector<Cell>& cells) {
   std::string csv =
       "clearance_m,friction,path,largest_force_step_n,ratio_when_halved,largest_torque_step_nm,"
-      "ratio_when_halved,worst_gap_m,final_offset_m,deepest_tip_m,lag_m,pull_n,friction_holds_n,"
-      "advance_m,last_tenth_m\n";
+      "ratio_when_halved,worst_gap_m,final_reach_m,deepest_m,lag_m,slip_pull_n,slip_friction_n,"
+      "end_pull_n,end_friction_n,advance_m\n";
   for (const Cell& cell : cells) {
     for (const bool wobble : {true, false}) {
       const PegRun& run = wobble ? cell.wobble : cell.tilted;
@@ -96,8 +111,9 @@ std::string csv_of(const std::vector<Cell>& cells) {
            {run.largest_force_step_n, ratio(run.largest_force_step_n, half.largest_force_step_n),
             run.largest_torque_step_nm,
             ratio(run.largest_torque_step_nm, half.largest_torque_step_nm), run.worst_gap_m,
-            run.proxy.p[0], run.deepest_tip_m, run.proxy.p[2] - run.device.p[2], run.force_n[2],
-            wobble ? 0.0 : cell.held_n(), run.advance_m, run.last_advance_m})
+            reach_aside_m(run.end.proxy), run.deepest_m, run.end.proxy.p[2] - run.end.device.p[2],
+            run.slip.force_n[2], wobble ? 0.0 : cell.held_n(false), run.end.force_n[2],
+            wobble ? 0.0 : cell.held_n(true), run.advance_m})
         append_number(csv += ',', value);
       csv += "\n";
     }
@@ -106,16 +122,16 @@ std::string csv_of(const std::vector<Cell>& cells) {
 }
 
 std::string wobble_table(const std::vector<Cell>& cells) {
-  std::string text =
-      table_head({"clearance, mm", "friction", "deepest, mm", "offset - clearance, um",
-                  "largest dF, N", "ratio", "largest dT, N m", "ratio", "worst gap, um"});
+  std::string text = table_head({"clearance, mm", "friction", "deepest, mm", "way - clearance, um",
+                                 "largest dF, N", "ratio", "of what friction held",
+                                 "largest dT, N m", "ratio", "worst gap, um"});
   for (const Cell& c : cells) {
     text += table_row(
         {short_number(1e3 * c.clearance_m), short_number(c.friction),
-         fixed(1e3 * c.wobble.deepest_tip_m, 4),
-         short_number(1e6 * (c.wobble.proxy.p[0] - c.clearance_m)),
+         fixed(1e3 * c.wobble.deepest_m, 4), short_number(1e6 * c.offset_error_m()),
          short_number(c.wobble.largest_force_step_n),
          fixed(ratio(c.wobble.largest_force_step_n, c.wobble_half.largest_force_step_n), 2),
+         c.friction > 0 ? fixed(c.slip_share(), 2) : "-",
          short_number(c.wobble.largest_torque_step_nm),
          fixed(ratio(c.wobble.largest_torque_step_nm, c.wobble_half.largest_torque_step_nm), 2),
          short_number(1e6 * c.wobble.worst_gap_m)});
@@ -124,14 +140,15 @@ std::string wobble_table(const std::vector<Cell>& cells) {
 }
 
 std::string tilted_table(const std::vector<Cell>& cells) {
-  std::string text = table_head({"clearance, mm", "friction", "pull at the end, N",
-                                 "friction holds, N", "lag, mm", "advance, mm", "last 0.8 mm, mm",
-                                 "largest dF, N", "ratio", "largest dT, N m", "ratio"});
+  std::string text =
+      table_head({"clearance, mm", "friction", "slips at, N", "friction gives, N",
+                  "pull at the end, N", "friction gives, N", "lag, mm", "advance, mm",
+                  "largest dF, N", "ratio", "largest dT, N m", "ratio"});
   for (const Cell& c : cells) {
     text += table_row(
-        {short_number(1e3 * c.clearance_m), short_number(c.friction),
-         short_number(c.tilted.force_n[2]), short_number(c.held_n()), fixed(1e3 * c.lag_m(), 3),
-         fixed(1e3 * c.tilted.advance_m, 3), fixed(1e3 * c.tilted.last_advance_m, 3),
+        {short_number(1e3 * c.clearance_m), short_number(c.friction), short_number(c.pull_n(false)),
+         short_number(c.held_n(false)), short_number(c.pull_n(true)), short_number(c.held_n(true)),
+         fixed(1e3 * c.lag_m(), 3), fixed(1e3 * c.tilted.advance_m, 3),
          short_number(c.tilted.largest_force_step_n),
          fixed(ratio(c.tilted.largest_force_step_n, c.tilted_half.largest_force_step_n), 2),
          short_number(c.tilted.largest_torque_step_nm),
@@ -162,7 +179,8 @@ std::string picture(const std::vector<Cell>& cells) {
   std::size_t colour = 0;
   for (const Cell& c : cells) {
     const auto shade = kColours[c.friction == 0 ? 0 : c.friction < 0.4 ? 1 : 2];
-    svg += mark_at(offset.x_of(c.clearance_m), offset.y_of(c.wobble.proxy.p[0]), {shade, 'x'});
+    svg += mark_at(offset.x_of(c.clearance_m), offset.y_of(reach_aside_m(c.wobble.end.proxy)),
+                   {shade, 'x'});
     if (c.clearance_m != narrow) continue;
     svg += curve(lag, c.tilted.t_s, c.tilted.lag_mm, shade, 2);
     const double y = 80 + 20 * static_cast<double>(colour++);
@@ -174,14 +192,15 @@ std::string picture(const std::vector<Cell>& cells) {
 
 void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
                   PartReport& report) {
-  double offset = 0, floor = 0;
+  double offset = 0, floor = 0, slip = 0;
   bool friction = true, smooth = true, sound = true;
   for (const Cell& c : cells) {
     offset = std::max(offset, c.offset_error_m());
     floor = std::max(floor, c.floor_error_m());
     friction = friction && as_friction_says(c, limits);
-    smooth = smooth && continuous(c.wobble, c.wobble_half, limits) &&
-             continuous(c.tilted, c.tilted_half, limits);
+    smooth = smooth && continuous(c.tilted, c.tilted_half, limits) &&
+             (c.friction > 0 || continuous(c.wobble, c.wobble_half, limits));
+    slip = std::max(slip, c.slip_share());
     sound = sound && c.wobble.refused_ticks + c.tilted.refused_ticks == 0;
   }
   const auto add = [&](const std::string& topic, const std::string& stated,
@@ -197,10 +216,13 @@ void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
       offset <= limits.offset_m, "final offset");
   add("clearance sweep: tilted and pushed, it follows or is held as friction says",
       "within " + short_number(100 * limits.friction_share) + " %", friction ? "all" : "NOT all",
-      friction, "2 mu N, N from the spring's torque over the height between the points");
+      friction, "sliding on two points, at the first slip and at the end");
   add("clearance sweep: largest steps of force and torque when the step is halved",
       "ratio at least " + short_number(limits.least_ratio), smooth ? "all" : "NOT all", smooth,
-      "both insertions");
+      "swaying without friction, tilted with any");
+  add("clearance sweep: largest force step where the swaying peg sticks and slips",
+      "at most " + fixed(limits.slip_share, 2) + " of what friction held", fixed(slip, 2),
+      slip <= limits.slip_share, "a slip is a jump: it does not shrink with the step");
 }
 
 }  // namespace
@@ -216,7 +238,8 @@ PartReport clearance_part(bool quick, const ClearanceLimits& limits) {
       "where nothing jumps.\n\nSwaying insertion, at the end 1 mm into the floor and 2 mm "
       "aside:\n\n" +
       wobble_table(cells) +
-      "\nTilted by 0.08 rad on two points, 15 mm deep, pushed 8 mm down:\n\n" +
+      "\nTilted by 0.08 rad on two points, 15 mm deep, pushed 8 mm down. Below the force at which "
+      "it slips it is jammed; " gives ": sliding on two points in balance with the spring:\n\n" +
       tilted_table(cells) + "\n" +
       picture_line("clearance.svg", "Lag of the tilted peg, offset of the pressed one");
   report.files = {{"clearance.csv", csv_of(cells)},

@@ -10,14 +10,17 @@
 namespace haptic::sim {
 
 /// Stated limits. The peg reaches the floor in the swaying insertion; pressed sideways it stands
-/// off the middle by the clearance; tilted and pushed it follows without friction and lags by what
-/// friction on two points holds with it; the largest step of force and torque halves with the step.
+/// off the wall by nothing, so its way is the clearance; tilted and pushed it follows without
+/// friction and else lags by what sliding on two points holds. Largest steps of force and torque
+/// halve with the step, but where the swaying peg sticks and slips: such a slip releases at most a
+/// share of what friction held.
 struct ClearanceLimits {
   double offset_m = 1e-6;
-  double floor_m = 2e-6;        ///< of the peg's lower end over the floor
-  double free_lag_m = 1e-4;     ///< without friction
-  double friction_share = 0.1;  ///< of the force that friction holds, relative
-  double least_ratio = 1.5;     ///< of the largest steps when the step is halved
+  double floor_m = 1e-6;         ///< of the peg's lowest corner over the floor
+  double free_lag_m = 1e-4;      ///< without friction
+  double friction_share = 0.02;  ///< of the force that sliding on two points gives
+  double least_ratio = 1.5;      ///< of the largest steps when the step is halved
+  double slip_share = 0.25;      ///< largest force step over friction times largest wall force
   double still_force_n = 1e-3, still_torque_nm = 1e-5;  ///< smaller steps need not halve
 };
 

@@ -290,8 +290,8 @@ PartReport extreme_part(bool quick) {
       "\nA contact pressed by a fiftieth of the size, k_t 1000 N/m, after coming down and resting; "
       "force error in forces, torque error in force times size. Law proxy against the minimum of "
       "its spring under the contact, law paper against its equations (1)-(3). Limit: k_t times "
-      "twice the depth that counts as free (paper: the limit of D_near), and eight roundings of "
-      "the coordinates.\n\n" +
+      "twice the move that a proxy at rest leaves out (paper: the limit of D_near), and eight "
+      "roundings of the coordinates.\n\n" +
       press_table(presses) + "\nRefused:\n\n" + refusal_table(rows) + "\n" +
       picture_line("extreme.svg", "Errors at extreme sizes, aspects and angles");
   report.files = {{"extreme.csv", depth_csv(rows)},

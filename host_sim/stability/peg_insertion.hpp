@@ -3,8 +3,9 @@
 /// A square peg of 10 mm and its hole in five pieces, with any clearance and friction, led through
 /// two insertions under the proxy law.
 
+#include <cstddef>
 #include <cstdint>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "host_sim/continuity/contact_path.hpp"
@@ -34,25 +35,35 @@ inline constexpr double kPegTilt_rad = 0.08, kPegPush_m = 0.008;
 /// Bytes of peg and hole; clearance per side. @throws tools::InputError when refused.
 [[nodiscard]] std::vector<std::byte> peg_scene(double clearance_m, double friction);
 
+/// Where device and proxy are, and the wrench on the hand.
+struct PegState {
+  PathPose device, proxy;
+  Vector force_n = Vector::Zero(), torque_nm = Vector::Zero();
+};
+
 struct PegRun {
   double largest_force_step_n = 0, largest_torque_step_nm = 0;
+  double largest_force_n = 0;  ///< across the hole
   double worst_gap_m = 0;
-  PathPose device, proxy;  ///< at the end
-  Vector force_n = Vector::Zero(), torque_nm = Vector::Zero();
-  double deepest_tip_m = 0;   ///< lowest z of the middle of the peg's lower end
-  double advance_m = 0;       ///< of the proxy in z during the push of kTilted
-  double last_advance_m = 0;  ///< during its last tenth
+  PegState end;
+  PegState slip;         ///< of kTilted: when the pushed peg has begun to move
+  double deepest_m = 0;  ///< lowest z of a corner of the peg
+  double advance_m = 0;  ///< of the proxy in z during the push of kTilted
   std::uint32_t refused_ticks = 0;
-  std::vector<double> t_s, lag_mm, force_z_n, offset_mm;  ///< per tick: proxy over device
+  std::vector<double> t_s, lag_mm;  ///< per tick: proxy over device
 };
 
 /// Runs the path in ticks of `period_s`; `trace`: fills the lists.
 [[nodiscard]] PegRun run_peg(std::span<const std::byte> scene, PegPath path, double period_s,
                              bool trace);
 
-/// Force along z that friction on two points can hold against the push, at the end of kTilted: the
-/// couple of the normals balances the torque of the spring over the height between lower corner and
-/// rim, each normal carries mu times itself.
-[[nodiscard]] double two_point_friction_n(const PegRun& run, double friction);
+/// How far the peg, as far as it is in the hole, reaches beyond its half width along +x [m]: the
+/// clearance when it touches that wall.
+[[nodiscard]] double reach_aside_m(const PathPose& peg);
+
+/// Upward force that sliding contact can give a peg tilted about y: the lower corner on one wall,
+/// its side on the rim across. Both normal forces follow from the spring's force along x and its
+/// torque, each carries `friction` times itself along the peg's way [N].
+[[nodiscard]] double two_point_force_n(const PegState& state, double clearance_m, double friction);
 
 }  // namespace haptic::sim

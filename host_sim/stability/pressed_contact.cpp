@@ -195,8 +195,8 @@ PressErrors press(const PressedContact& c, LawId law, double fault) {
   const CouplingParameters& coupling = view.parameters().coupling;
   const double radius_m = view.pieces()[view.pairs()[0].piece_a].reach_m;
   const double extent_m = view.pieces()[view.pairs()[0].piece_b].reach_m;
-  errors.tolerance_m = static_cast<double>(
-      proxy_scale(static_cast<Real>(radius_m), static_cast<Real>(extent_m), 0).tolerance_m);
+  const ProxyScale scale = proxy_scale(static_cast<Real>(radius_m), static_cast<Real>(extent_m), 0);
+  errors.tolerance_m = static_cast<double>(scale.tolerance_m);
 
   const double x = c.kind == PressKind::kEdges ? c.lever_m : 0;
   const double floor_m = c.height_m - c.depth_m;
@@ -228,13 +228,14 @@ PressErrors press(const PressedContact& c, LawId law, double fault) {
   errors.force_n = static_cast<double>(norm(truth.force_n));
   errors.force_error_n = distance(last.wrench_w.force_w, truth.force_n);
   errors.torque_error_nm = distance(last.wrench_w.torque_w, truth.torque_nm);
-  // Depths are known to the tolerance of the proxy, or to the rounding of D_near; far from the
-  // origin to the rounding of the coordinates too.
+  // A proxy at rest has converged but for moves that it does not make; D_near has its rounding; far
+  // from the origin the coordinates have theirs.
   const double unit_roundoff = static_cast<double>(kRealEpsilon);
   const double coordinates_m = 8 * unit_roundoff * (place.norm() + radius_m + extent_m);
   const double relative = HAPTIC_REAL_IS_FLOAT ? 1e-5 : 1e-12;
   const double depth_m =
-      (law == LawId::kProxy ? 2 * errors.tolerance_m : relative * c.scene.size_m) + coordinates_m;
+      coordinates_m +
+      (law == LawId::kProxy ? 2 * static_cast<double>(scale.still_m) : relative * c.scene.size_m);
   errors.force_limit_n = coupling.k_t_n_per_m * depth_m;
   errors.torque_limit_nm = errors.force_limit_n * radius_m + coordinates_m * errors.force_n;
   return errors;
