@@ -15,6 +15,7 @@ struct Command {
   std::function<int()> run;
 };
 
+[[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
 [[nodiscard]] Command add_motion_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Curves of several runs over one time axis, panel under panel.
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace haptic::sim {
+
+struct NamedCurve {
+  std::string name;
+  const char* colour;
+  std::vector<double> values;  ///< one per time
+};
+
+struct CurvePanel {
+  std::string label;  ///< with its unit
+  std::vector<NamedCurve> curves;
+};
+
+/// A complete SVG document. Curves are reduced per pixel column to their least and largest value:
+/// no peak is lost. All panels share `times`, which ascend. Deterministic.
+[[nodiscard]] std::string law_plot(const std::string& title, std::span<const double> times,
+                                   std::span<const CurvePanel> panels);
+
+}  // namespace haptic::sim
