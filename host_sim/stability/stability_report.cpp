@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/stability/part_clearance.hpp"
+#include "host_sim/stability/part_extreme.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -14,8 +16,10 @@ namespace {
 constexpr StabilityPart kParts[] = {
     {1, "z_width", z_width_part},
     {2, "stiff", stiff_part},
+    {3, "extreme", [](const StabilityOptions& o) { return extreme_part(o.quick); }},
     {4, "continuity", continuity_part},
     {5, "energy", energy_part},
+    {6, "clearance", [](const StabilityOptions& o) { return clearance_part(o.quick); }},
 };
 
 std::string index_page(std::span<const PartReport> reports, bool quick) {
