@@ -55,9 +55,10 @@ Command add_pareto_command(CLI::App& program) {
   app->add_option("--out", o->out, "folder for tables (CSV, JSON, Markdown) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->pareto.quick, "2000 poses a pair, within a minute");
-  app->add_option("--pairs", o->pareto.pairs, "pair classes, such as W1,W4, or field (default all)")
+  app->add_option("--pairs", o->pareto.pairs,
+                  "pair classes, such as W1,W4, or field, or rendering (default all)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kFieldName}));
+      ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kFieldName, kRenderingName}));
   app->add_option("--seed", o->pareto.seed, "of bodies and motions (default 1)");
   return {app, [o] { return run(*o); }};
 }

@@ -32,10 +32,11 @@ MeasurePlan plan_of(const ParetoOptions& options) {
 std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
   std::vector<PairClass> classes = pair_classes(options.seed);
   for (const std::string& name : options.pairs) {
-    if (name == kFieldName) continue;
+    if (name == kFieldName || name == kRenderingName) continue;
     if (std::none_of(classes.begin(), classes.end(),
                      [&name](const PairClass& pair) { return pair.name == name; })) {
-      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6 and " + kFieldName);
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6, " + kFieldName +
+                              " and " + kRenderingName);
     }
   }
   if (options.pairs.empty()) return classes;
@@ -58,9 +59,9 @@ double clock_step_ns(const TickClock& clock) {
   return static_cast<double>(step) * clock.ns_per_count();
 }
 
-bool wants_field(const ParetoOptions& options) {
+bool wants(const ParetoOptions& options, const char* name) {
   return options.pairs.empty() ||
-         std::find(options.pairs.begin(), options.pairs.end(), kFieldName) != options.pairs.end();
+         std::find(options.pairs.begin(), options.pairs.end(), name) != options.pairs.end();
 }
 
 void say(const ParetoOptions& options, const std::string& line) {
@@ -110,10 +111,14 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   result.clock_step_ns = clock_step_ns(clock);
   for (const PairClass& pair : classes)
     result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
-  if (wants_field(options)) {
+  if (wants(options, kFieldName)) {
     say(options, "field of posts, budgets of pair visits");
     result.budgets = measure_visit_budgets(options.quick ? kQuickFieldPoses : kFullFieldPoses,
                                            options.seed, result.plan, clock);
+  }
+  if (wants(options, kRenderingName)) {
+    say(options, "rendering: passes and tolerances of the proxy");
+    result.rendering = measure_rendering(result.plan, clock, options.quick);
   }
   return result;
 }
@@ -128,6 +133,9 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
   write_whole_file(folder + "/error_time.svg", error_time_plot(result));
   write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
   write_whole_file(folder + "/latency.svg", latency_plot(result));
+  if (result.rendering.empty()) return;
+  write_whole_file(folder + "/rendering.csv", rendering_csv(result.rendering));
+  write_whole_file(folder + "/rendering.svg", rendering_plot(result.rendering));
 }
 
 }  // namespace haptic::sim

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host_sim/pareto/pareto_measure.hpp"
+#include "host_sim/pareto/rendering_error.hpp"
 #include "host_sim/pareto/visit_budget.hpp"
 
 namespace haptic::sim {
@@ -40,7 +41,8 @@ struct ParetoResult {
   double clock_empty_ns = 0;
   double clock_step_ns = 0;  ///< smallest difference that the clock shows
   std::vector<PairMeasure> pairs;
-  std::vector<VisitBudget> budgets;  ///< of the field of posts; empty: not asked for
+  std::vector<VisitBudget> budgets;     ///< of the field of posts; empty: not asked for
+  std::vector<RenderingRow> rendering;  ///< empty: not asked for
 
   /// Of the pairs, then of the field.
   [[nodiscard]] std::vector<ParetoRow> rows() const;

@@ -170,6 +170,31 @@ std::string budget_section(const std::vector<VisitBudget>& budgets) {
   return text + "\n";
 }
 
+/// The proxy law: what a tick costs with fewer passes, and what its wrench is then worth.
+std::string rendering_section(const std::vector<RenderingRow>& rows) {
+  if (rows.empty()) return {};
+  std::string text =
+      "## rendering: the proxy law\n\n![force error against the median tick](rendering.svg)\n\n"
+      "Force and torque against those of " +
+      std::to_string(kReferencePasses) + " passes in " + std::to_string(kReferenceSubsteps) +
+      " sub-steps of every tick. The default is three passes.\n\n" +
+      table_head({"contact", "passes", "tolerance (m)", "tick (us): median / p99 / largest",
+                  "force error (N): median / p99 / largest", "largest torque error (N m)",
+                  "worst gap (m)", "heap calls"});
+  for (const RenderingRow& r : rows) {
+    text += table_row(
+        {r.contact, std::to_string(r.passes),
+         r.tolerance_m > 0 ? short_number(r.tolerance_m) : std::string("derived"),
+         short_number(r.median_ns / 1e3, "%.2f") + " / " + short_number(r.p99_ns / 1e3, "%.2f") +
+             " / " + short_number(r.max_ns / 1e3, "%.2f"),
+         short_number(r.median_force_error_n) + " / " + short_number(r.p99_force_error_n) + " / " +
+             short_number(r.max_force_error_n),
+         short_number(r.max_torque_error_nm), short_number(r.worst_gap_m),
+         short_number(r.heap_calls)});
+  }
+  return text + "\n";
+}
+
 std::string libraries_text() {
   std::string built, missing;
   for (const PeerLibrary& library : peer_libraries()) {
@@ -229,7 +254,7 @@ std::string pareto_markdown(const ParetoResult& result) {
             short_number(100 * pair.penetrating_share, "%.1f") + " % in contact.\n\n" +
             time_table(pair) + error_table(pair) + remarks(pair);
   }
-  return text + budget_section(result.budgets);
+  return text + budget_section(result.budgets) + rendering_section(result.rendering);
 }
 
 std::string pareto_json(const ParetoResult& result) {
@@ -266,6 +291,21 @@ std::string pareto_json(const ParetoResult& result) {
                                      {"held_share", budget.held_share},
                                      {"force_error_n", budget.force_error_n},
                                      {"force_n", budget.force_n}});
+  }
+  for (const RenderingRow& r : result.rendering) {
+    json["rendering"].push_back({{"contact", r.contact},
+                                 {"passes", r.passes},
+                                 {"tolerance_m", r.tolerance_m},
+                                 {"scalar", r.scalar},
+                                 {"ticks", r.ticks},
+                                 {"median_ns", r.median_ns},
+                                 {"p99_ns", r.p99_ns},
+                                 {"max_ns", r.max_ns},
+                                 {"median_force_error_n", r.median_force_error_n},
+                                 {"p99_force_error_n", r.p99_force_error_n},
+                                 {"max_force_error_n", r.max_force_error_n},
+                                 {"max_torque_error_nm", r.max_torque_error_nm},
+                                 {"worst_gap_m", r.worst_gap_m}});
   }
   for (const ParetoRow& row : result.rows()) json["rows"].push_back(json_row(row));
   return json.dump(2) + "\n";

@@ -51,6 +51,8 @@ std::vector<std::byte> compiled(const CoupledScene& scene, LawId law) {
   p.coupling.k_r_nm_per_rad = scene.k_r_nm_per_rad;
   p.coupling.max_rotation_error_rad = scene.max_rotation_rad;
   p.coupling.max_translation_error_m = scene.max_translation_m;
+  p.coupling.passes = scene.passes;
+  p.coupling.tolerance_m = scene.tolerance_m;
   return tools::write_scene(description);
 }
 

@@ -23,6 +23,8 @@ struct CoupledScene {
   double epsilon_m = 1e-4;       ///< width of the near set, for the laws that render it
   double max_rotation_rad = 1;   ///< theta_sat
   double max_translation_m = 0;  ///< 0: no limit
+  std::uint32_t passes = 0;      ///< of the proxy; 0: the default
+  double tolerance_m = 0;        ///< of the proxy; 0: from the size of the part
 };
 
 /// Bytes of the compiled scene. @throws tools::InputError when a body is refused.
