@@ -140,7 +140,7 @@ ContactCase edge_case() {
   };
   path.duration_s = 0.1 / kSlide_m_per_s;
   return {"edge_off", "edge on a face, tilt 0.3 rad, slid off the block",
-          on(sample_box(), sample_block()), path, true};
+          on(sample_box(), sample_block(), 0.5), path, true};
 }
 
 ContactCase push_case(double depth_m) {

@@ -17,8 +17,8 @@ namespace {
 /// A loop may give back this much, which is what the trapezoidal rule leaves.
 constexpr double kLeastLoopWork_j = -1e-8;
 /// So far may the hand's work lie below the energy that the spring holds, as a share of the most
-/// that it has held: the rule's error over a session with releases.
-constexpr double kSessionShare = 1e-3;
+/// that it has held: what the tolerance of the planes lets the energy rise.
+constexpr double kSessionShare = 1e-5;
 
 constexpr const char* kLawColours[] = {"#d55e00", "#0072b2", "#009e73"};
 constexpr std::uint64_t kSessionSeed = 20260604;
@@ -33,7 +33,7 @@ struct LoopWork {
 struct Session {
   LawId law = LawId::kProxy;
   std::vector<double> t_s, work_j, potential_j;
-  double least_margin_j = 0;  ///< smallest of work less potential
+  double least_margin_j = 0;  ///< smallest of work against the spring less its energy
   double largest_potential_j = 0;
 };
 
@@ -61,6 +61,14 @@ LoopWork loop_work(const ContactLoop& loop, LawId law, const StabilityOptions& o
   return result;
 }
 
+/// Energy of the coupling with the device at one tick and the proxy of another.
+double spring_j(const CoupledScene& scene, const PathPose& device, const PathPose& proxy) {
+  const double turn_rad = device.q.angularDistance(proxy.q);
+  return (scene.k_t_n_per_m * (device.p - proxy.p).squaredNorm() +
+          scene.k_r_nm_per_rad * turn_rad * turn_rad) /
+         2;
+}
+
 /// The box wanders over the five-piece plate, down onto it, round its rim and off it.
 Session session(LawId law, double seconds) {
   CoupledScene scene;
@@ -68,8 +76,8 @@ Session session(LawId law, double seconds) {
   scene.statics.push_back(sample_plate());
   Seeded random(kSessionSeed);
   Wander shape;
-  shape.centre = {0.02, 0.01, kBoxHalf_m[2] + 0.003};
-  shape.reach_m = {0.06, 0.06, 0.012};
+  shape.centre = {0.03, 0.02, kBoxHalf_m[2] - 0.003};
+  shape.reach_m = {0.09, 0.09, 0.03};
   shape.turn_rad = 0.25;
   TimedPath path;
   path.pose = wander(shape, random);
@@ -80,11 +88,16 @@ Session session(LawId law, double seconds) {
   Session result;
   result.law = law;
   result.least_margin_j = std::numeric_limits<double>::max();
-  double work_j = 0;
+  double work_j = 0, against_spring_j = 0;
   for (std::size_t k = 1; k < trace.ticks.size(); ++k) {
+    // The device moves while the proxy stands, then the proxy moves: exact where the rule over the
+    // wrench errs by the jump of a release times the device's step.
+    const TraceTick &before = trace.ticks[k - 1], &now = trace.ticks[k];
+    against_spring_j +=
+        spring_j(scene, now.device, before.proxy) - spring_j(scene, before.device, before.proxy);
     work_j += hand_work_j(std::span(trace.ticks).subspan(k - 1, 2));
     const double potential_j = trace.ticks[k].potential_j;
-    result.least_margin_j = std::min(result.least_margin_j, work_j - potential_j);
+    result.least_margin_j = std::min(result.least_margin_j, against_spring_j - potential_j);
     result.largest_potential_j = std::max(result.largest_potential_j, potential_j);
     result.t_s.push_back(static_cast<double>(k) * kTracePeriod_s);
     result.work_j.push_back(work_j);
@@ -178,7 +191,7 @@ void add_findings(const std::vector<LoopWork>& loops, const std::vector<Session>
   for (const Session& s : sessions) {
     if (s.law != LawId::kProxy) continue;
     add("proxy, random session: work of the hand less the energy of the spring",
-        "never below -0.1 % of the most it held",
+        "never below -0.001 % of the most it held",
         short_number(s.least_margin_j) + " J of " + short_number(s.largest_potential_j) + " J",
         s.least_margin_j >= -kSessionShare * s.largest_potential_j);
   }

@@ -315,6 +315,21 @@ void intersect(Region& region, ConvexPolygon& polygon) noexcept {
   }
 }
 
+/// The corners of the feature that lies across from the plane's face, its support vertex first:
+/// where the two do not overlap, the plane still may not be passed by any of them.
+void add_corners(Region& region, bool of_a, const SupportPair& support) noexcept {
+  const PieceShadow& shadow = of_a ? region.shadow_a : region.shadow_b;
+  const SupportFeature& feature = of_a ? region.a : region.b;
+  add_spot(region, shadow.spot(of_a ? support.a : support.b));
+  if (feature.kind == FeatureKind::kEdge) {
+    for (const std::uint32_t v : shadow.piece->edges[feature.index].vertex)
+      add_spot(region, shadow.spot(v));
+  } else if (feature.kind == FeatureKind::kFace) {
+    for (const std::uint16_t v : shadow.piece->face_vertices(feature.index))
+      add_spot(region, shadow.spot(v));
+  }
+}
+
 }  // namespace
 
 ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
@@ -342,8 +357,11 @@ std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec
   region.b = id.type == ContactType::kB ? level_face(region.shadow_b, id.j)
                                         : support_feature(region.shadow_b, gap.support.b, height_m);
   intersect(region, scratch.polygon);
-  scratch.apart = region.count == 0;
-  if (scratch.apart) {
+  scratch.overlap = region.count > 0;
+  if (!scratch.overlap && id.type != ContactType::kC) {
+    add_corners(region, id.type == ContactType::kB, gap.support);
+  }
+  if (region.count == 0) {
     points[0] = support_row_point(pair, r_wa, y_w, id, gap);
     return 1;
   }

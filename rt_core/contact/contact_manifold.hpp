@@ -26,7 +26,7 @@ struct ManifoldPoint {
 /// Working memory of contact_manifold, placed once for a scene.
 struct ManifoldScratch {
   ConvexPolygon polygon;
-  bool apart = false;  ///< of the last manifold: no part of one feature lies over the other
+  bool overlap = false;  ///< of the last manifold: the two features overlap as seen along n
 
   /// `face_a`, `face_b`: the largest number of vertices of a face of A and of B.
   void place(Arena& arena, std::uint32_t face_a, std::uint32_t face_b) noexcept {
@@ -41,11 +41,12 @@ struct ManifoldScratch {
 
 /// Fills `points` with the contact region along the plane and returns their number, at least 1.
 /// Each piece gives its support_feature within `height_m` of its support, the face of a kA or kB
-/// plane being given; the region is the intersection of the two as seen along n, and where that is
-/// empty the support pair's point. No gap is below the plane's but for rounding. Points closer than
-/// a millionth of the smaller piece's radius are one, with the smaller gap. Of more than
-/// kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the farthest outside
-/// the hull of the kept.
+/// plane being given; the region is the intersection of the two as seen along n. Where that is
+/// empty (scratch.overlap tells), the corners of the feature across from the face of a kA or kB
+/// plane, and of a kC plane the support pair's point. No gap is below the plane's but for rounding.
+/// Points closer than a millionth of the smaller piece's radius are one, with the smaller gap. Of
+/// more than kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the farthest
+/// outside the hull of the kept.
 /// @param y_w  as for plane_gap [m].
 /// @param gap  of plane `id` at this pose, defined.
 /// @param height_m  > 0 [m].

@@ -85,11 +85,12 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       const std::uint32_t rows = rows_.size();
       if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, gap, here, error, false)) {
         tick.limited = true;
-      } else if (manifold_scratch_.apart && !pair.inside) {
-        // Along this plane no feature lies over the other: the proxy has slid off the C-face, and
-        // its plane beyond it is no wall. Where it is needed after all, a round will ask for it.
-        rows_.truncate(rows);
+        return;
+      }
+      // Past the end of what it held, another plane may certify the pair: let the step tell.
+      if (!pair.inside && !manifold_scratch_.overlap) {
         imposed_.truncate(imposed_.size() - 1);
+        rows_.truncate(rows);
       }
     };
     if (pair.inside) {
@@ -144,7 +145,8 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   return false;
 }
 
-/// Adds the plane that came closest to certifying the worst pair, at p and at the step.
+/// Adds the plane that came closest to certifying the worst pair: at p, and when that was not
+/// enough at the step.
 bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& error,
                          ProxyTick& tick) noexcept {
   const ReachedPair& reached = reached_[check.worst];
@@ -165,7 +167,11 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
   plane.times += 1;
   if (!plane.at_start) {
     plane.at_start = true;
+    // These alone at first: the step that they replace may lie so far ahead that its own rows would
+    // ask for more than the plane does.
+    const std::uint32_t rows = rows_.size();
     if (!add_rows(at, step_by(Vec3::Zero(), Vec3::Zero()), error, false, tick)) return false;
+    if (rows_.size() > rows) return true;
   }
   return add_rows(at, step, error, plane.times > 1, tick);
 }

@@ -120,6 +120,21 @@ void check_manifold(ManifoldBench& m, const PlaneId& id, Tally& tally) {
     ++tally.disjoint;
     return;
   }
+  if (!m.scratch.overlap && id.type != ContactType::kC) {
+    // Corners of the feature across from the face, the support vertex among them.
+    ++tally.disjoint;
+    const ExactPolygon& across =
+        id.type == ContactType::kB ? oracle.feature_a() : oracle.feature_b();
+    const ExactPoint lowest = oracle.spot(support.app_w);
+    Exact nearest = std::numeric_limits<Exact>::max();
+    for (const ExactPoint& spot : spots) {
+      CHECK(distance_from(across, spot) <= width);
+      nearest = std::min(nearest, std::hypot(spot.x - lowest.x, spot.y - lowest.y));
+    }
+    CHECK(nearest <= merge);
+    CHECK(m.count <= std::max<std::size_t>(across.size(), 1));
+    return;
+  }
   ++(m.count == 1 ? tally.single : tally.regions);
   for (std::uint32_t k = 0; k < m.count; ++k) {
     // In both features, at the height the type says, with the gap of that place.
@@ -219,9 +234,10 @@ TEST_SUITE("rt_core.contact_manifold") {
         CHECK(m.has(reference + Vec3(s * near, t * 0.05_r, 0.05_r)));
       }
     }
-    m.bench.at({0.2, 0, 0.101}, {1, 0, 0, 0});  // beside it: the support pair
-    CHECK(m.make(kTop) == 1);
-    CHECK(m.points[0].gap_m == m.gap.gap_m);
+    m.bench.at({0.2, 0, 0.101}, {1, 0, 0, 0});  // beside it: all corners of A's lower face
+    CHECK(m.make(kTop) == 4);
+    CHECK_FALSE(m.scratch.overlap);
+    for (std::uint32_t k = 0; k < 4; ++k) CHECK(std::abs(m.points[k].gap_m - 1e-3_r) < kRounding);
   }
 
   TEST_CASE("tilted faces: every corner has its own gap, from 1e-9 rad to beyond the height") {
@@ -259,10 +275,10 @@ TEST_SUITE("rt_core.contact_manifold") {
     CHECK(m.has(reference + Vec3(0.01_r, -0.03_r, 0.05_r)));
     CHECK(m.has(reference + Vec3(0.01_r, 0.05_r, 0.05_r)));
     m.bench.at({0.06, 0.05, 0.05 + lower}, turn(kPi / 4, 0, 1, 0));
-    CHECK(m.make(kTop) == 1);  // outside the rim
-    const ManifoldPoint support = support_row_point(*m.bench.pose().pair, m.bench.pose().r_wa,
-                                                    m.bench.pose().y_w, kTop, m.gap);
-    CHECK(m.points[0].app_w == support.app_w);
+    CHECK(m.make(kTop) == 2);  // outside the rim: both ends of the edge
+    CHECK_FALSE(m.scratch.overlap);
+    CHECK(m.has(reference + Vec3(0.06_r, -0.03_r, 0.05_r)));
+    CHECK(m.has(reference + Vec3(0.06_r, 0.13_r, 0.05_r)));
   }
 
   TEST_CASE("edge over edge: crossing, overlap of parallel ones, side by side") {
