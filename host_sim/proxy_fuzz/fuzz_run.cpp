@@ -165,6 +165,15 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide rounding = 64 * roundoff * (tick.start_j + 1e-6L);
   const Wide bound = judge_.largest_rise_j(tick.start_j, tick.result.counters.proxy_passes);
   const Wide said = widen(tick.result.allowed_rise_j);
+  if (tick.end_j > kAtGoal_j) {
+    const Wide unhindered = judge_.unhindered_j(tick.goal, tick.before);
+    if (tick.end_j > unhindered + rounding) {
+      fail(tick, "invisible wall",
+           number_text(tick.end_j) + " J is left, " + number_text(unhindered) +
+               " J after a tenth of a millimetre straight to the goal, and nothing is there",
+           totals.walls, totals);
+    }
+  }
   if (rise > totals.largest_rise_j) totals.largest_rise_j = rise;
   if (rise > rounding)
     totals.largest_rise_share = std::max(totals.largest_rise_share, rise / bound);

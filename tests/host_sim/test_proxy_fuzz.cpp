@@ -34,6 +34,7 @@ void check_invariants(const ProxyFuzzResult& result) {
   CHECK(t.deep == 0);
   CHECK(t.rises == 0);
   CHECK(t.stalls == 0);
+  CHECK(t.walls == 0);
   CHECK(t.crossings == 0);
   CHECK(t.wrenches == 0);
   CHECK(t.goals == 0);
