@@ -58,7 +58,8 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     }
   }
   remember_active();
-  if (!ok) {  // p is free: nothing is lost
+  if (!ok) {          // p is free: nothing is lost
+    active_.clear();  // the same planes would lead to the same end: the next pass chooses anew
     tick.rejected += 1;
     tick.limited = true;
     return;
