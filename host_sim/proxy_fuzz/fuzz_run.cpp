@@ -223,7 +223,7 @@ void FuzzRun::check_caps(const Tick& tick, ProxyFuzzTotals& totals) {
   const std::uint32_t pairs = session_.view().header().capacity.pair_count;
   const std::uint32_t searches = kPassCap * std::min(pairs, kMaxValidSearches);
   // Each pass: gathering, imposing, and a check of every pair along all its planes in each round.
-  const std::uint32_t checks = kRoundCap + kMaxCorrections + 1 + kMaxBackOffs;
+  const std::uint32_t checks = kRoundCap + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
   const std::uint32_t gaps =
       kPassCap * (checks * (pairs * (kMaxValidPlanes + 2) + 2) + 2 * kMaxImposedPlanes + 8 * pairs);
   const struct {
