@@ -29,10 +29,11 @@ void print(const ProxyFuzzResult& result, double seconds) {
   std::printf("seed %llu: %llu ticks (%llu held), %.0f ticks/s\n", number(result.size.seed),
               number(t.ticks), number(t.held), static_cast<double>(t.ticks) / seconds);
   std::printf(
-      "not free %llu, energy rises %llu, stalled %llu, through plates %llu, wrong wrenches %llu, "
+      "not free %llu, energy rises %llu, stalled %llu, invisible walls %llu, through plates %llu, "
+      "wrong wrenches %llu, "
       "wrong goals %llu, over caps %llu, recoveries %llu\n",
-      number(t.deep), number(t.rises), number(t.stalls), number(t.crossings), number(t.wrenches),
-      number(t.goals), number(t.over_caps), number(t.recoveries));
+      number(t.deep), number(t.rises), number(t.stalls), number(t.walls), number(t.crossings),
+      number(t.wrenches), number(t.goals), number(t.over_caps), number(t.recoveries));
   std::printf(
       "worst gap %.4Lg um, largest rise %.3Lg J (%.3Lg of its bound), longest stall %llu, all "
       "passes rejected for %llu ticks, %llu passes in all\n",

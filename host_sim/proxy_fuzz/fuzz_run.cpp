@@ -165,6 +165,15 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide rounding = 64 * roundoff * (tick.start_j + 1e-6L);
   const Wide bound = judge_.largest_rise_j(tick.start_j, tick.result.counters.proxy_passes);
   const Wide said = widen(tick.result.allowed_rise_j);
+  if (tick.end_j > kAtGoal_j) {
+    const Wide unhindered = judge_.unhindered_j(tick.goal, tick.before);
+    if (tick.end_j > unhindered + rounding) {
+      fail(tick, "invisible wall",
+           number_text(tick.end_j) + " J is left, " + number_text(unhindered) +
+               " J after a tenth of a millimetre straight to the goal, and nothing is there",
+           totals.walls, totals);
+    }
+  }
   if (rise > totals.largest_rise_j) totals.largest_rise_j = rise;
   if (rise > rounding)
     totals.largest_rise_share = std::max(totals.largest_rise_share, rise / bound);
@@ -214,7 +223,7 @@ void FuzzRun::check_caps(const Tick& tick, ProxyFuzzTotals& totals) {
   const std::uint32_t pairs = session_.view().header().capacity.pair_count;
   const std::uint32_t searches = kPassCap * std::min(pairs, kMaxValidSearches);
   // Each pass: gathering, imposing, and a check of every pair along all its planes in each round.
-  const std::uint32_t checks = kRoundCap + kMaxCorrections + 1 + kMaxBackOffs;
+  const std::uint32_t checks = kRoundCap + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
   const std::uint32_t gaps =
       kPassCap * (checks * (pairs * (kMaxValidPlanes + 2) + 2) + 2 * kMaxImposedPlanes + 8 * pairs);
   const struct {

@@ -52,9 +52,9 @@ std::optional<ProxyFault> proxy_fault_named(const std::string& name) {
 
 void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
   using T = ProxyFuzzTotals;
-  for (const auto field :
-       {&T::ticks, &T::held, &T::deep, &T::rises, &T::stalls, &T::crossings, &T::wrenches,
-        &T::goals, &T::over_caps, &T::recoveries, &T::rejected_passes, &T::limited, &T::anchored}) {
+  for (const auto field : {&T::ticks, &T::held, &T::deep, &T::rises, &T::stalls, &T::walls,
+                           &T::crossings, &T::wrenches, &T::goals, &T::over_caps, &T::recoveries,
+                           &T::rejected_passes, &T::limited, &T::anchored}) {
     this->*field += other.*field;
   }
   for (const auto field : {&T::longest_still, &T::longest_stall, &T::longest_rejected}) {

@@ -36,6 +36,7 @@ struct ProxyFuzzTotals {
   std::uint64_t deep = 0;    ///< a pair is deeper than 0.2 um at 50 mm
   std::uint64_t rises = 0;   ///< the energy rose by more than its bound
   std::uint64_t stalls = 0;  ///< ticks beyond the tenth of a run without a move that was possible
+  std::uint64_t walls = 0;   ///< kept from the goal though nothing is near
   std::uint64_t crossings = 0;   ///< through a plate
   std::uint64_t wrenches = 0;    ///< not -K g
   std::uint64_t goals = 0;       ///< not the device's pose, or beyond the anchor's limit
@@ -53,7 +54,7 @@ struct ProxyFuzzTotals {
   FailureLog failures;
 
   [[nodiscard]] std::uint64_t failed() const {
-    return deep + rises + stalls + crossings + wrenches + goals + over_caps + recoveries;
+    return deep + rises + stalls + walls + crossings + wrenches + goals + over_caps + recoveries;
   }
   void add(const ProxyFuzzTotals& other);
 };

@@ -14,10 +14,11 @@ struct Count {
   std::uint64_t ProxyFuzzTotals::*field;
 };
 constexpr Count kMustBeZero[] = {
-    {"not_free", &ProxyFuzzTotals::deep},           {"energy_rises", &ProxyFuzzTotals::rises},
-    {"stalled_ticks", &ProxyFuzzTotals::stalls},    {"crossings", &ProxyFuzzTotals::crossings},
-    {"wrong_wrenches", &ProxyFuzzTotals::wrenches}, {"wrong_goals", &ProxyFuzzTotals::goals},
-    {"over_caps", &ProxyFuzzTotals::over_caps},     {"recoveries", &ProxyFuzzTotals::recoveries}};
+    {"not_free", &ProxyFuzzTotals::deep},        {"energy_rises", &ProxyFuzzTotals::rises},
+    {"stalled_ticks", &ProxyFuzzTotals::stalls}, {"invisible_walls", &ProxyFuzzTotals::walls},
+    {"crossings", &ProxyFuzzTotals::crossings},  {"wrong_wrenches", &ProxyFuzzTotals::wrenches},
+    {"wrong_goals", &ProxyFuzzTotals::goals},    {"over_caps", &ProxyFuzzTotals::over_caps},
+    {"recoveries", &ProxyFuzzTotals::recoveries}};
 constexpr Count kFigures[] = {{"longest_still", &ProxyFuzzTotals::longest_still},
                               {"longest_stall", &ProxyFuzzTotals::longest_stall},
                               {"longest_rejected", &ProxyFuzzTotals::longest_rejected},

@@ -162,6 +162,18 @@ bool ProxyJudge::crossed(const WidePose& before, const WidePose& after) const {
   return goes_through({0, 0, 0}) || std::ranges::any_of(vertices, goes_through);
 }
 
+Wide ProxyJudge::unhindered_j(const WidePose& goal, const WidePose& proxy) {
+  constexpr Wide kMove_m = 1e-4L;
+  const Wide far = kMove_m * radius_m_ / kRadius_m;
+  if (!(free_gap_m(proxy, 2 * far) >= 2 * far)) return std::numeric_limits<Wide>::infinity();
+  const WideError error = wide_error(goal, proxy);
+  const Wide length = norm(error.translation_m) + radius_m_ * norm(error.rotation_rad);
+  if (!(length > far)) return std::numeric_limits<Wide>::infinity();
+  const Wide s = far / length;
+  return potential_j(
+      wide_error(goal, moved(proxy, s * error.translation_m, s * error.rotation_rad)));
+}
+
 /// What touches at the proxy: along each near pair's direction of largest known gap, the vertices
 /// in contact, of both pieces.
 void ProxyJudge::touching_rows(const WidePose& proxy, std::vector<Row>& rows) {

@@ -51,6 +51,9 @@ class ProxyJudge {
   [[nodiscard]] Wide largest_rise_j(Wide start_j, std::uint32_t passes) const;
   /// Whether a point of the part went through the plate, well inside its rim.
   [[nodiscard]] bool crossed(const WidePose& before, const WidePose& after) const;
+  /// Energy after a move of 0.1 mm (of a part of 50 mm) straight towards the goal, when nothing is
+  /// within twice that; infinite else.
+  [[nodiscard]] Wide unhindered_j(const WidePose& goal, const WidePose& proxy);
   /// Whether a small free move lowers the energy by clearly more than rounding: along the pull, or
   /// at random, off what touches. Without friction only. Deterministic.
   [[nodiscard]] bool could_follow(const WidePose& goal, const WidePose& proxy);

@@ -57,8 +57,19 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
       ok = check(step, -scale.tolerance_m, tick).ok && affordable(step);
     }
   }
+  if (!ok) {
+    // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
+    // turn all planes keep their normals: straight towards the goal and out of what is in the way.
+    const Real far = std::sqrt(error.translation_m.squaredNorm());
+    const Real s = far > scale.step_m ? scale.step_m / far : Real{1};
+    step = step_by(s * error.translation_m, Vec3::Zero());
+    ok = correct(step, tick) && affordable(step);
+  }
   remember_active();
-  if (!ok) {  // p is free: nothing is lost
+  if (!ok) {
+    // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
+    // anew.
+    active_.clear();
     tick.rejected += 1;
     tick.limited = true;
     return;

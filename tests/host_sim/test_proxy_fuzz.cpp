@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host_sim/proxy_fuzz/fuzz_run.hpp"
 #include "host_sim/proxy_fuzz/proxy_campaign.hpp"
@@ -18,8 +20,10 @@ using namespace haptic::sim::test;
 namespace {
 
 ProxyFuzzResult run(std::uint64_t ticks, std::uint64_t seed, std::uint32_t threads,
-                    std::optional<ProxyFault> fault = std::nullopt) {
+                    std::optional<ProxyFault> fault = std::nullopt,
+                    std::vector<double> frictions = {0.0, 0.3}) {
   ProxyFuzzSize size;
+  size.frictions = std::move(frictions);
   size.ticks = ticks;
   size.seed = seed;
   size.fault = fault;
@@ -34,6 +38,7 @@ void check_invariants(const ProxyFuzzResult& result) {
   CHECK(t.deep == 0);
   CHECK(t.rises == 0);
   CHECK(t.stalls == 0);
+  CHECK(t.walls == 0);
   CHECK(t.crossings == 0);
   CHECK(t.wrenches == 0);
   CHECK(t.goals == 0);
@@ -50,12 +55,20 @@ void check_invariants(const ProxyFuzzResult& result) {
 }  // namespace
 
 TEST_SUITE("host_sim.proxy_fuzz") {
-  TEST_CASE("free, without rising energy, stalls, crossings or caps passed, in every tick") {
-    check_invariants(run(200000, 1, 2));
+  TEST_CASE("no friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
+    check_invariants(run(120000, 1, 2, std::nullopt, {0.0}));
   }
 
-  TEST_CASE("[long] the same over a million ticks and another seed") {
-    check_invariants(run(1000000, 2, 2));
+  TEST_CASE("friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
+    check_invariants(run(120000, 1, 2, std::nullopt, {0.3}));
+  }
+
+  TEST_CASE("[long] no friction: the same over a million ticks and another seed") {
+    check_invariants(run(1000000, 2, 2, std::nullopt, {0.0}));
+  }
+
+  TEST_CASE("[long] friction: the same over a million ticks and another seed") {
+    check_invariants(run(1000000, 2, 2, std::nullopt, {0.3}));
   }
 
   TEST_CASE("the result does not depend on the number of threads") {

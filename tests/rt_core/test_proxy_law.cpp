@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: Apache-2.0
+// The proxy: coupling, contact and release, recovery, anchor, clutch, reset and the cut of its
+// passes. Parts of 2 to 6 cm, k_t = 1000 N/m.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "rt_core/base/rotation.hpp"
+#include "rt_core/law/coupling.hpp"
+#include "tests/support/proxy_bench.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr bool kSingle = HAPTIC_REAL_IS_FLOAT;
+using Wxyz = std::array<double, 4>;
+
+double length_of(const Vec3& v) { return static_cast<double>(std::sqrt(v.squaredNorm())); }
+
+Wxyz turn(double x, double y, double z) {
+  const double angle = std::sqrt(x * x + y * y + z * z);
+  const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
+  return {std::cos(angle / 2), s * x, s * y, s * z};
+}
+
+Vec3 vector_of(Random& random, double length) {
+  for (;;) {
+    const Vec3 v(static_cast<Real>(random.uniform(-1, 1)), static_cast<Real>(random.uniform(-1, 1)),
+                 static_cast<Real>(random.uniform(-1, 1)));
+    const Real n = std::sqrt(v.squaredNorm());
+    if (n < 1 && n > 0.1_r) return v * (static_cast<Real>(length) / n);
+  }
+}
+
+tools::Body part() { return box({-0.02, -0.015, -0.01}, {0.02, 0.015, 0.01}); }
+tools::Body block() { return box({-0.06, -0.05, -0.04}, {0.06, 0.05, 0.04}); }
+tools::Body pin() {  // apex down, 30 mm below the grip point
+  return tetrahedron({0.02, 0, 0.03}, {-0.01, 0.017, 0.03}, {-0.01, -0.017, 0.03}, {0, 0, -0.03});
+}
+
+/// Depth that counts as free in these scenes, with its rounding [m].
+double depth_of(const ProxyBench& bench) {
+  return (kSingle ? 4.0 : 1.01) * static_cast<double>(bench.parameters.scale.tolerance_m);
+}
+
+StepResult step(HapticCore& core, const Point& p, const Wxyz& q, bool clutched = false) {
+  StepInput input;
+  const GripPose grip = grip_pose(p, q);
+  input.pose_wa = {grip.x0_w, grip.q_wa};
+  input.clutched = clutched;
+  return core.step(input);
+}
+
+}  // namespace
+
+TEST_SUITE("rt_core.coupling") {
+  TEST_CASE("the wrench is the energy's slope in the goal, in translation and rotation") {
+    if (kSingle) return;  // differences of squares need the digits
+    Random random(1);
+    const Spring spring{1000, 0.7_r, std::sqrt(0.7_r / 1000)};
+    for (int k = 0; k < 2000; ++k) {
+      GripPose proxy = moved(GripPose{}, vector_of(random, 0.1), vector_of(random, 2));
+      const GripPose goal = moved(proxy, vector_of(random, random.uniform(0, 0.05)),
+                                  vector_of(random, random.uniform(0.001, 3.0)));
+      const Wrench wrench = spring_wrench(spring, pose_error(goal, proxy));
+      const auto slope = [&](const Vec3& dx, const Vec3& dtheta) {
+        const auto at = [&](Real s) {
+          return potential_j(spring, pose_error(moved(goal, s * dx, s * dtheta), proxy));
+        };
+        constexpr Real h = 1.0e-5_r;
+        return static_cast<double>((at(h) - at(-h)) / (2 * h));
+      };
+      for (int i = 0; i < 3; ++i) {
+        const Vec3 e = Vec3::Unit(i);
+        CHECK(slope(e, Vec3::Zero()) ==
+              doctest::Approx(-static_cast<double>(wrench.force_w[i])).epsilon(1e-6));
+        CHECK(std::abs(slope(Vec3::Zero(), e) + static_cast<double>(wrench.torque_w[i])) < 1e-7);
+      }
+    }
+  }
+
+  TEST_CASE("the error of a rotation is its vector from 1e-12 rad to a hair below pi") {
+    Random random(2);
+    for (const double angle :
+         {1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 3.0, 3.14, 3.14159, std::numbers::pi - 1e-6}) {
+      for (int k = 0; k < 200; ++k) {
+        const GripPose proxy = moved(GripPose{}, Vec3::Zero(), vector_of(random, 1.5));
+        const Vec3 way = vector_of(random, angle);
+        const PoseError error = pose_error(moved(proxy, Vec3::Zero(), way), proxy);
+        CHECK(length_of(error.rotation_rad - way) < (kSingle ? 4e-6 : 4e-15));
+        CHECK(length_of(error.translation_m) == 0);
+      }
+    }
+    const GripPose half = moved(GripPose{}, Vec3::Zero(), Vec3(0, std::numbers::pi_v<Real>, 0));
+    CHECK(length_of(pose_error(half, GripPose{}).rotation_rad) ==
+          doctest::Approx(std::numbers::pi).epsilon(1e-6));
+  }
+
+  TEST_CASE("limit_goal: back to the limit along the same way, and nothing within it") {
+    Random random(3);
+    const AnchorLimits limits{0.8_r, 0.02_r};
+    for (int k = 0; k < 2000; ++k) {
+      const GripPose proxy = moved(GripPose{}, vector_of(random, 0.2), vector_of(random, 2));
+      const double far = random.uniform(0, 0.05), angle = random.uniform(0.01, 3.0);
+      const Vec3 dx = vector_of(random, far), dtheta = vector_of(random, angle);
+      const GripPose asked = moved(proxy, dx, dtheta);
+      GripPose goal = asked;
+      PoseError error;
+      const bool changed = limit_goal(limits, proxy, goal, error);
+      CHECK(changed == (far > 0.02 || angle > 0.8));
+      if (!changed) {
+        CHECK(goal.x0_w == asked.x0_w);
+        CHECK(goal.q_wa.coeffs() == asked.q_wa.coeffs());
+      }
+      const double close = kSingle ? 2e-6 : 1e-14;
+      const PoseError got = pose_error(goal, proxy);
+      CHECK(length_of(got.translation_m - error.translation_m) < close);
+      CHECK(length_of(got.rotation_rad - error.rotation_rad) < close);
+      CHECK(length_of(got.translation_m - dx * static_cast<Real>(std::min(1.0, 0.02 / far))) <
+            close);
+      CHECK(length_of(got.rotation_rad - dtheta * static_cast<Real>(std::min(1.0, 0.8 / angle))) <
+            10 * close);
+    }
+    GripPose goal = moved(GripPose{}, Vec3(1, 0, 0), Vec3::Zero());
+    PoseError error;
+    CHECK_FALSE(limit_goal({1, 0}, GripPose{}, goal, error));  // 0: no limit
+    CHECK(error.translation_m == Vec3(1, 0, 0));
+  }
+}
+
+TEST_SUITE("rt_core.proxy_law") {
+  TEST_CASE("pressed flat on a block: the proxy stays on it and the force is k_t times the depth") {
+    ProxyBench bench(proxy_scene_of(part(), {block()}));
+    for (int k = 0; k <= 130; ++k) static_cast<void>(bench.tick({0.01, 0, 0.06 - k * 1e-4}));
+    const ProxyTick last = bench.tick({0.01, 0, 0.047});
+    const Wrench wrench = spring_wrench(bench.parameters.spring, last.error);
+    CHECK(length_of(wrench.force_w - Vec3(0, 0, 3)) < (kSingle ? 1e-2 : 1e-4));
+    CHECK(length_of(wrench.torque_w) < (kSingle ? 1e-3 : 1e-9));
+    CHECK(static_cast<double>(last.gap_m) >= -depth_of(bench));
+  }
+
+  TEST_CASE("slid off a block, by a face, an edge or a corner: nothing holds beyond the rim") {
+    struct Case {
+      tools::Body body;
+      Wxyz q;
+      double height_m, reach_m;  // of the grip point over the block, and past the rim
+    };
+    const double down = std::sqrt(0.02 * 0.02 + 0.01 * 0.01);
+    const std::vector<Case> cases = {{part(), {1, 0, 0, 0}, 0.01, 0.02},
+                                     {part(), turn(0, std::atan2(0.02, 0.01), 0), down, down},
+                                     {part(), turn(0.3, 0.4, 0.2), 0.02, 0.03},
+                                     {pin(), {1, 0, 0, 0}, 0.03, 0.02}};
+    for (const Case& c : cases) {
+      for (const double stride : {2e-4, 1e-3}) {
+        ProxyBench bench(proxy_scene_of(c.body, {block()}));
+        double z = 0.04 + c.height_m + 0.01;
+        for (; z > 0.04 + c.height_m - 0.003; z -= 1e-4) {
+          static_cast<void>(bench.tick({0.01, 0, z}, c.q));
+        }
+        bool pressed = false;
+        for (double x = 0.01; x < 0.06 + c.reach_m + 0.02; x += stride) {
+          const ProxyTick tick = bench.tick({x, 0, z}, c.q);
+          if (x < 0.05) pressed = pressed || tick.end_potential_j > 1.0e-5_r;
+          const Real distance = bench.distance_m(bench.proxy.pose());
+          CHECK(static_cast<double>(distance) >= -depth_of(bench));
+          if (x > 0.06 + c.reach_m + 0.01) {
+            CHECK(static_cast<double>(tick.end_potential_j) < 1e-8);
+          }
+        }
+        CHECK(pressed);
+      }
+    }
+  }
+
+  TEST_CASE("after each of one, two or three passes the proxy is free, under any goal") {
+    constexpr std::uint64_t kSeed = 21;
+    INFO("seed " << kSeed);
+    for (std::uint32_t passes = 1; passes <= kDefaultProxyPasses; ++passes) {
+      for (const double friction : {0.0, 0.3}) {
+        ProxyBench bench(proxy_scene_of(part(), {block()}, friction), passes);
+        Random random(kSeed);
+        Point p{0, 0, 0.06};
+        Wxyz q{1, 0, 0, 0};
+        double worst = 0;
+        int held = 0;
+        for (int k = 0; k < 1500; ++k) {
+          if (k % 50 == 0) {
+            p = {random.uniform(-0.08, 0.08), random.uniform(-0.07, 0.07),
+                 random.uniform(-0.06, 0.07)};
+            q = random.rotation();
+            if (k == 0) p = {0, 0, 0.09};
+          }
+          const ProxyTick tick = bench.tick(p, q);
+          CHECK(tick.passes <= passes);
+          CHECK_FALSE(tick.recovering);
+          CHECK(tick.end_potential_j <= tick.start_potential_j + tick.allowed_rise_j);
+          held += tick.end_potential_j > 1.0e-6_r ? 1 : 0;
+          worst = std::min(worst, static_cast<double>(bench.distance_m(bench.proxy.pose())));
+        }
+        CHECK(held > 300);
+        CHECK(worst >= -depth_of(bench));
+      }
+    }
+  }
+
+  TEST_CASE("passes cut one by one lead to the same bits as a tick of three") {
+    ProxyBench whole(proxy_scene_of(part(), {block()})), cut(proxy_scene_of(part(), {block()}), 1);
+    Random random(22);
+    static_cast<void>(whole.tick({0, 0, 0.07}));
+    static_cast<void>(cut.tick({0, 0, 0.07}));
+    for (int k = 0; k < 400; ++k) {
+      const GripPose goal =
+          grip_pose({0.03 * std::sin(0.02 * k), 0.01, 0.055 - 0.02 * std::sin(0.01 * k)},
+                    turn(0.3 * std::sin(0.03 * k), 0.2 * std::cos(0.02 * k) - 0.2, 0));
+      const ProxyTick tick = whole.tick(goal);
+      for (std::uint32_t pass = 0; pass < tick.passes; ++pass) static_cast<void>(cut.tick(goal));
+      REQUIRE(whole.proxy.pose().x0_w == cut.proxy.pose().x0_w);
+      REQUIRE(whole.proxy.pose().q_wa.coeffs() == cut.proxy.pose().q_wa.coeffs());
+    }
+  }
+
+  TEST_CASE("started inside: no wrench until it is out, out within few ticks, then ramped in") {
+    for (const double depth : {0.0005, 0.0027, 0.0037}) {
+      LoadedScene scene(proxy_scene_of(part(), {block()}));
+      const Point p{0.005, 0.004, 0.05 - depth};
+      StepResult result = step(*scene.core, p, turn(0.05, 0.02, 0));
+      CHECK((result.flags & kFlagRecovery) != 0);
+      CHECK(result.wrench_w.force_w == Vec3::Zero());
+      int ticks = 1;
+      double force = 0, largest_step = 0;
+      while ((result.flags & kFlagRecovery) != 0 && ticks < 200) {
+        result = step(*scene.core, p, turn(0.05, 0.02, 0));
+        ++ticks;
+        CHECK(length_of(result.wrench_w.force_w) < 0.5);
+      }
+      CHECK(ticks <= 40);
+      for (int k = 0; k < 400; ++k) {
+        result = step(*scene.core, p, turn(0.05, 0.02, 0));
+        CHECK((result.flags & kFlagRecovery) == 0);
+        const double now = length_of(result.wrench_w.force_w);
+        largest_step = std::max(largest_step, std::abs(now - force));
+        force = now;
+      }
+      CHECK(result.proxy_gap_m >= -2.0e-7_r * (kSingle ? 100 : 1));
+      CHECK(force > 1000 * depth * 0.2);
+      CHECK(largest_step < 0.2 * force);  // it came in over many ticks
+      MESSAGE(depth << " m deep: free after " << ticks << " ticks, then " << force << " N");
+    }
+  }
+
+  TEST_CASE("anchor: rotation and push slip at their limits, and the goal's offset stays") {
+    tools::SceneDescription description = proxy_scene_of(part(), {block()});
+    description.parameters.coupling.max_rotation_error_rad = 0.3;
+    description.parameters.coupling.max_translation_error_m = 0.008;
+    LoadedScene scene(description);
+    StepResult result;
+    double most = 0;
+    bool slipped = false;
+    for (int k = 0; k <= 400; ++k) {  // 30 mm into the face, 0.1 mm a tick
+      result = step(*scene.core, {0, 0, 0.06 - k * 1e-4}, {1, 0, 0, 0});
+      most = std::max(most, length_of(result.wrench_w.force_w));
+      slipped = slipped || (result.flags & kFlagAnchorMoved) != 0;
+    }
+    CHECK(slipped);
+    CHECK(most == doctest::Approx(8.0).epsilon(0.02));
+    CHECK(most < 8.0001);
+    // Back by 8 mm: the spring is slack again, although the device is deep inside.
+    for (int k = 0; k <= 90; ++k) result = step(*scene.core, {0, 0, 0.02 + k * 1e-4}, {1, 0, 0, 0});
+    CHECK(length_of(result.wrench_w.force_w) < 1e-3);
+    CHECK(length_of(result.goal_pose_wa.p_wa - Vec3(0, 0, 0.029_r)) > 0.02);
+    double torque = 0;
+    scene.core->reset();
+    static_cast<void>(step(*scene.core, {0, 0, 0.0501}, {1, 0, 0, 0}));
+    const double k_r = scene.view.parameters().coupling.k_r_nm_per_rad;
+    for (int k = 0; k <= 1500; ++k) {  // rolls on, pressed on the face
+      result = step(*scene.core, {0, 0, 0.045}, turn(0, k * 2e-3, 0));
+      torque = std::max(torque, length_of(result.wrench_w.torque_w));
+    }
+    CHECK(torque <= k_r * 0.3 * 1.0001);
+    CHECK(torque > k_r * 0.1);
+  }
+
+  TEST_CASE("clutch: the goal is frozen, and goes on from where it was") {
+    LoadedScene scene(proxy_scene_of(part(), {block()}));
+    StepResult before;
+    for (int k = 0; k <= 120; ++k) {
+      before = step(*scene.core, {0, 0, 0.06 - k * 1e-4}, turn(0, 0.05, 0.1));
+    }
+    CHECK(length_of(before.wrench_w.force_w) > 0.5);
+    StepResult held = step(*scene.core, {0, 0, 0.048}, turn(0, 0.05, 0.1), true);
+    const Pose frozen = held.goal_pose_wa;
+    for (int k = 0; k <= 300; ++k) {
+      held = step(*scene.core, {k * 3e-4, k * -2e-4, 0.048 + k * 1e-4}, turn(0.002 * k, 0.05, 0.1),
+                  true);
+      REQUIRE((held.flags & kFlagClutched) != 0);
+      REQUIRE(held.goal_pose_wa.p_wa == frozen.p_wa);
+      REQUIRE(held.goal_pose_wa.q_wa.coeffs() == frozen.q_wa.coeffs());
+    }
+    CHECK(length_of(held.wrench_w.force_w) < 1e-6);  // ramped out
+    const Point where{0.09, -0.06, 0.078};
+    const Wxyz turned = turn(0.6, 0.05, 0.1);
+    const StepResult released = step(*scene.core, where, turned);
+    const double close = kSingle ? 1e-6 : 1e-12;
+    CHECK(length_of(released.goal_pose_wa.p_wa - frozen.p_wa) < close);
+    CHECK(length_of(released.proxy_pose_wa.p_wa - held.proxy_pose_wa.p_wa) <
+          (kSingle ? 1e-5 : 1e-8));
+    CHECK(length_of(released.wrench_w.force_w) < 0.2 * length_of(before.wrench_w.force_w));
+    StepResult later = released;
+    for (int k = 0; k < 500; ++k) later = step(*scene.core, where, turned);
+    CHECK(length_of(later.wrench_w.force_w - before.wrench_w.force_w) <
+          0.01 * length_of(before.wrench_w.force_w) + (kSingle ? 1e-2 : 0));
+    // From here a move of the device is a move of the goal.
+    const StepResult moved_on = step(*scene.core, {0.0901, -0.06, 0.078}, turned);
+    CHECK(length_of(moved_on.goal_pose_wa.p_wa - frozen.p_wa - Vec3(1.0e-4_r, 0, 0)) < 10 * close);
+  }
+
+  TEST_CASE("same input, same bits: twice, in other memory, and after a reset") {
+    LoadedScene one(proxy_scene_of(part(), {block()}, 0.3)),
+        two(proxy_scene_of(part(), {block()}, 0.3));
+    const auto pose_at_tick = [](int k) {
+      return std::pair<Point, Wxyz>{{0.03 * std::sin(0.011 * k), 0.02 * std::sin(0.007 * k),
+                                     0.056 + 0.012 * std::cos(0.013 * k)},
+                                    turn(0.4 * std::sin(0.01 * k), 0.3 * std::sin(0.017 * k), 0)};
+    };
+    std::vector<StepResult> first;
+    for (int k = 0; k < 600; ++k) {
+      const auto [p, q] = pose_at_tick(k);
+      first.push_back(step(*one.core, p, q));
+      const StepResult other = step(*two.core, p, q);
+      REQUIRE(other.state_hash == first.back().state_hash);
+      REQUIRE(other.proxy_pose_wa.p_wa == first.back().proxy_pose_wa.p_wa);
+    }
+    one.core->reset();
+    for (int k = 0; k < 600; ++k) {
+      const auto [p, q] = pose_at_tick(k);
+      const StepResult again = step(*one.core, p, q);
+      const StepResult& then = first[static_cast<std::size_t>(k)];
+      REQUIRE(again.proxy_pose_wa.p_wa == then.proxy_pose_wa.p_wa);
+      REQUIRE(again.proxy_pose_wa.q_wa.coeffs() == then.proxy_pose_wa.q_wa.coeffs());
+      REQUIRE(again.wrench_w.force_w == then.wrench_w.force_w);
+      REQUIRE(again.wrench_w.torque_w == then.wrench_w.torque_w);
+    }
+  }
+
+  TEST_CASE("a floor of 144 pieces is one floor: more pairs than valid sets have room") {
+    std::vector<tools::Body> tiles;
+    constexpr int kSide = 12;
+    constexpr double kTile_m = 0.0078125;  // a power of two: neighbours share their planes
+    for (int i = 0; i < kSide; ++i) {
+      for (int j = 0; j < kSide; ++j) {
+        tiles.push_back(box({(i - 6) * kTile_m, (j - 6) * kTile_m, -0.01},
+                            {(i - 5) * kTile_m, (j - 5) * kTile_m, 0}));
+      }
+    }
+    const double half = 6 * kTile_m;
+    const tools::Body plate = box({-0.04, -0.04, -0.005}, {0.04, 0.04, 0.005});
+    ProxyBench tiled(proxy_scene_of(plate, {join(tiles)}));
+    ProxyBench whole(proxy_scene_of(plate, {box({-half, -half, -0.01}, {half, half, 0})}));
+    CHECK(tiled.proxy.pairs().size() == 144);
+    double ripple = 0;
+    for (int k = 0; k < 600; ++k) {
+      const double s = 1e-3 * k;
+      const Point p{0.004 * std::sin(7 * s), 0.003 * std::sin(11 * s),
+                    0.005 + (k < 100 ? 0.003 - 6e-5 * k : -0.003)};
+      const Wxyz q = turn(0.02 * std::sin(9 * s), 0.02 * std::sin(5 * s), 0.1 * std::sin(3 * s));
+      const ProxyTick one = tiled.tick(p, q), other = whole.tick(p, q);
+      const Wrench l = spring_wrench(tiled.parameters.spring, one.error);
+      const Wrench r = spring_wrench(whole.parameters.spring, other.error);
+      if (k > 110) ripple = std::max(ripple, length_of(l.force_w - r.force_w));
+    }
+    CHECK(tiled.distance_m(tiled.proxy.pose()) >= -depth_of(tiled));
+    MESSAGE("largest difference of the force: " << ripple << " N");
+    CHECK(ripple <=
+          (kSingle ? 0.05 : 1000 * static_cast<double>(tiled.parameters.scale.tolerance_m)));
+  }
+}
