@@ -145,6 +145,12 @@ std::string press_table(const std::vector<PressRow>& rows) {
                   "torque error", "of limit", "gap / tolerance", "holds"});
   for (const PressRow& row : rows) {
     const PressErrors& e = row.errors;
+    if (!e.refusal.empty()) {
+      text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
+                         to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper", "-",
+                         "-", "-", "-", "-", "-", e.must_be_refused ? "refused" : "REFUSED"});
+      continue;
+    }
     text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
                        to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper",
                        short_number(e.force_n), short_number(e.force_error_n / e.force_n),
@@ -152,16 +158,21 @@ std::string press_table(const std::vector<PressRow>& rows) {
                        short_number(e.torque_error_nm / (e.force_n * row.contact.scene.size_m)),
                        short_number(e.torque_error_nm / e.torque_limit_nm),
                        e.law == LawId::kProxy ? short_number(e.gap_m / e.tolerance_m) : "-",
-                       e.refusal.empty() ? yes_or_no(e.ok()) : e.refusal});
+                       yes_or_no(e.ok())});
   }
   return text;
 }
 
-std::string refusal_table(const std::vector<DepthRow>& rows) {
+std::string refusal_table(const std::vector<DepthRow>& rows, const std::vector<PressRow>& presses) {
   std::string text = table_head({"family", "parameter", "what the writer says"});
   for (const DepthRow& row : rows) {
     if (!row.scene.refused) continue;
     text += table_row({row.scene.family, short_number(row.scene.parameter),
+                       row.errors.refusal.empty() ? "NOT refused" : row.errors.refusal});
+  }
+  for (const PressRow& row : presses) {
+    if (!row.errors.must_be_refused) continue;
+    text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
                        row.errors.refusal.empty() ? "NOT refused" : row.errors.refusal});
   }
   return text;
@@ -266,6 +277,8 @@ void add_findings(const std::vector<DepthRow>& rows, const std::vector<PressRow>
   }
   std::uint32_t wrong = 0;
   for (const PressRow& row : presses) {
+    expected += row.errors.must_be_refused ? 1u : 0u;
+    refused += row.errors.must_be_refused && row.errors.ok() ? 1u : 0u;
     wrong += row.errors.ok() ? 0u : 1u;
     report.passed = report.passed && row.errors.ok();
   }
@@ -308,7 +321,7 @@ PartReport extreme_part(bool quick) {
       "its spring under the contact, law paper against its equations (1)-(3). Limit: k_t times "
       "twice the move that a proxy at rest leaves out (paper: the limit of D_near), and eight "
       "roundings of the coordinates.\n\n" +
-      press_table(presses) + "\nRefused:\n\n" + refusal_table(rows) + "\n" +
+      press_table(presses) + "\nRefused:\n\n" + refusal_table(rows, presses) + "\n" +
       picture_line("extreme.svg", "Errors at extreme sizes, aspects and angles");
   report.files = {
       {"extreme.csv", depth_csv(rows)},

@@ -82,10 +82,21 @@ TEST_SUITE("host_sim.stability_extreme") {
     CHECK(refused == 3);
   }
 
+  TEST_CASE("writer: a place whose numbers lie farther apart than the proxy's depths is refused") {
+    PressedContact far = pressed_contacts(true).front();  // of 1e-6 m
+    CHECK(press(far, LawId::kProxy).ok());
+    far.scene.place_w = Vector(0, 1e5, 0);
+    const PressErrors refused = press(far, LawId::kProxy);
+    CHECK(refused.must_be_refused);
+    CHECK(refused.refusal.find("apart") != std::string::npos);
+    CHECK(press(far, LawId::kPaper).refusal.empty());  // no proxy, no such place
+  }
+
   TEST_CASE("press: a closed form with another stiffness is not met") {
     for (const PressedContact& contact : pressed_contacts(true)) {
       CAPTURE(contact.scene.family);
-      CAPTURE(to_text(contact.kind));
+      CAPTURE(std::string(to_text(contact.kind)));
+      if (press(contact, LawId::kProxy).must_be_refused) continue;
       CHECK_FALSE(press(contact, LawId::kProxy, HAPTIC_REAL_IS_FLOAT ? 0.05 : 1e-4).ok());
     }
   }
