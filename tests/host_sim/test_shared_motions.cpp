@@ -102,10 +102,10 @@ double shortfall_m(const char* task, double k_r_nm_per_rad, double& clearance_m)
   for (const auto& law : laws) {
     const auto& force = law.at("force_steps").at(0);
     const auto& torque = law.at("torque_steps").at(0);
-    MESSAGE(task, ", law ", law.at("law").get<std::string>(), ": largest change of force ",
-            force.at("force_n").get<double>(), " N at ", force.at("t_s").get<double>(),
-            " s, of torque ", torque.at("torque_nm").get<double>(), " N m at ",
-            torque.at("t_s").get<double>(), " s");
+    MESSAGE(std::string(task), ", law ", law.at("law").get<std::string>(),
+            ": largest change of force ", force.at("force_n").get<double>(), " N at ",
+            force.at("t_s").get<double>(), " s, of torque ", torque.at("torque_nm").get<double>(),
+            " N m at ", torque.at("t_s").get<double>(), " s");
   }
   double assembled = 0;
   for (std::size_t i = 0; i < 3; ++i) assembled += place[i] * towards[i];
