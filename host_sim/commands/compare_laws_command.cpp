@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim compare-laws --scene S.rtscene --motion M.csv --out DIR [--towards X,Y,Z]
+// [--k-r K]
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +21,7 @@ constexpr const char* kColours[] = {"#d55e00", "#0072b2"};
 struct Options {
   std::string scene, motion, out;
   std::vector<double> towards{0, 0, -1};
+  double k_r_nm_per_rad = 0;
 };
 
 double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
@@ -67,8 +69,11 @@ int run(const Options& o) {
   }
   const CoreSession session(o.scene);
   const std::vector<MotionSample> motion = read_motion_csv(o.motion);
-  const LawRun runs[] = {run_law(session.view(), LawId::kPaper, motion, towards),
-                         run_law(session.view(), LawId::kProxy, motion, towards)};
+  std::vector<LawRun> runs;
+  for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
+    runs.push_back(
+        run_law(scene_with_law(session.view(), law, o.k_r_nm_per_rad), law, motion, towards));
+  }
   const SceneParameters& p = session.view().parameters();
   const std::string title(session.view().text(p.name_offset, p.name_bytes));
   write_whole_file(o.out + "/compare_laws.csv", comparison_csv(runs));
@@ -98,6 +103,9 @@ Command add_compare_laws_command(CLI::App& program) {
   app->add_option("--towards", o->towards, "direction of the insertion, W axes; default 0,0,-1")
       ->delimiter(',')
       ->expected(3);
+  app->add_option("--k-r", o->k_r_nm_per_rad,
+                  "rotational stiffness of the coupling in N m/rad instead of the scene's")
+      ->check(CLI::PositiveNumber);
   return {app, [o] { return run(*o); }};
 }
 

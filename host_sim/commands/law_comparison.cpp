@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/reproduction/part_report.hpp"
@@ -89,28 +91,44 @@ const char* law_title(LawId law) {
   return law == LawId::kPaper ? "paper" : law == LawId::kProxy ? "proxy" : "weighted_region";
 }
 
-std::vector<std::byte> scene_with_law(const SceneView& view, LawId law) {
+std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k_r_nm_per_rad) {
   const SceneHeader& original = view.header();
-  std::vector<std::byte> blob(original.byte_count);
-  std::memcpy(blob.data(), &original, blob.size());
+  const auto* begin = reinterpret_cast<const std::byte*>(&original);
   const auto* parameters = reinterpret_cast<const std::byte*>(&view.parameters());
-  const auto at =
-      static_cast<std::size_t>(parameters - reinterpret_cast<const std::byte*>(&original)) +
-      offsetof(SceneParameters, law);
-  std::memcpy(blob.data() + at, &law, sizeof law);
+  AlignedBytes blob(original.byte_count);
+  std::memcpy(blob.bytes().data(), begin, blob.bytes().size());
+  SceneParameters changed = view.parameters();
+  changed.law = law;
+  if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
+  std::memcpy(blob.bytes().data() + (parameters - begin), &changed, sizeof changed);
   SceneHeader header = original;
-  header.content_hash = 0;
-  std::memcpy(blob.data(), &header, sizeof header);
-  header.content_hash = scene_content_hash(blob);
-  std::memcpy(blob.data(), &header, sizeof header);
-  return blob;
+  const auto seal = [&] {
+    header.content_hash = 0;
+    std::memcpy(blob.bytes().data(), &header, sizeof header);
+    header.content_hash = scene_content_hash(blob.bytes());
+    std::memcpy(blob.bytes().data(), &header, sizeof header);
+  };
+  seal();
+  SceneView opened;  // the core's memory is another under another law
+  const RtStatus status = SceneView::open(blob.bytes(), opened);
+  if (status != RtStatus::kOk) {
+    throw tools::InputError(std::string("the changed scene is refused: ") + to_text(status) +
+                            "; give another stiffness");
+  }
+  header.capacity.state_bytes = HapticCore::state_bytes(opened);
+  seal();
+  const std::span<const std::byte> bytes = std::as_const(blob).bytes();
+  return {bytes.begin(), bytes.end()};
 }
 
-LawRun run_law(const SceneView& view, LawId law, std::span<const MotionSample> motion,
+LawRun run_law(std::span<const std::byte> scene, LawId law, std::span<const MotionSample> motion,
                const double (&towards)[3]) {
-  CoreSession session(scene_with_law(view, law), law_title(law));
+  CoreSession session(scene, law_title(law));
+  const CouplingParameters& coupling = session.view().parameters().coupling;
   LawRun run;
   run.law = law;
+  run.k_t_n_per_m = coupling.k_t_n_per_m;
+  run.k_r_nm_per_rad = coupling.k_r_nm_per_rad;
   for (std::size_t k = 0; k < motion.size(); ++k) {
     const StepResult result = session.core().step(input_of(motion[k], k));
     if (result.status != RtStatus::kOk) {
@@ -150,7 +168,9 @@ std::string comparison_csv(std::span<const LawRun> runs) {
 
 std::string comparison_page(std::span<const LawRun> runs, const std::string& title) {
   std::string page =
-      "# " + title + ": laws compared\n\n" + std::to_string(runs[0].ticks.size()) + " ticks.\n\n" +
+      "# " + title + ": laws compared\n\n" + std::to_string(runs[0].ticks.size()) +
+      " ticks. Coupling " + short_number(runs[0].k_t_n_per_m) + " N/m, " +
+      short_number(runs[0].k_r_nm_per_rad) + " N m/rad.\n\n" +
       table_head({"law", "largest change of force, N", "at, s", "largest change of torque, mN m",
                   "at, s", "way in, device, mm", "way in, part, mm", "part beside device there, mm",
                   "part to device at the end, mm", "worst gap, um"});
@@ -176,6 +196,7 @@ std::string comparison_json(std::span<const LawRun> runs) {
   for (const LawRun& run : runs) {
     nlohmann::ordered_json entry{{"law", law_title(run.law)},
                                  {"ticks", run.ticks.size()},
+                                 {"k_r_nm_per_rad", run.k_r_nm_per_rad},
                                  {"farthest_goal_m", run.farthest_goal_m},
                                  {"farthest_proxy_m", run.farthest_proxy_m},
                                  {"proxy_beside_goal_m", run.proxy_there_m},

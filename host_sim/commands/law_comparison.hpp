@@ -33,7 +33,8 @@ struct LawRun {
   LawId law = LawId::kPaper;
   std::vector<LawTick> ticks;
   std::vector<LawStep> force_steps,
-      torque_steps;  ///< the largest, descending, at most kListedSteps
+      torque_steps;                            ///< the largest, descending, at most kListedSteps
+  double k_t_n_per_m = 0, k_r_nm_per_rad = 0;  ///< of the coupling
   double worst_gap_m = 0;
   double farthest_goal_m = 0, farthest_proxy_m = 0;  ///< along the direction asked for
   double proxy_there_m = 0;   ///< proxy beside goal, across that direction, where it is farthest
@@ -41,13 +42,15 @@ struct LawRun {
 };
 inline constexpr std::size_t kListedSteps = 8;
 
-/// The scene with another law; all else stays. Cost: a copy.
-[[nodiscard]] std::vector<std::byte> scene_with_law(const SceneView& view, LawId law);
+/// The scene with another law and, when > 0, another rotational stiffness of the coupling; all else
+/// stays. Cost: a copy. @throws tools::InputError when the stiffness is out of the format's range.
+[[nodiscard]] std::vector<std::byte> scene_with_law(const SceneView& view, LawId law,
+                                                    double k_r_nm_per_rad = 0);
 
-/// Runs the motion; `towards` (of unit length) is the direction in which the part is led into the
-/// obstacle. @throws tools::InputError when the scene or a pose is refused.
-[[nodiscard]] LawRun run_law(const SceneView& view, LawId law, std::span<const MotionSample> motion,
-                             const double (&towards)[3]);
+/// Runs the motion through `scene`; `towards` (of unit length) is the direction in which the part
+/// is led into the obstacle. @throws tools::InputError when the scene or a pose is refused.
+[[nodiscard]] LawRun run_law(std::span<const std::byte> scene, LawId law,
+                             std::span<const MotionSample> motion, const double (&towards)[3]);
 
 [[nodiscard]] const char* law_title(LawId law);
 

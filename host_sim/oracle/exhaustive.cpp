@@ -84,12 +84,15 @@ void count_edge_pair(const PlacedPair& placed, std::uint32_t edge_a, std::uint32
   if (!orient(placed, ea, eb, m, slack, n_sign, worst)) return;
   const Wide m_norm = norm(m);
   const Wide sine = m_norm / (norm(u) * norm(v));
-  if (sine < precision.parallel_sine) return;
+  // The tested arithmetic knows the sine to a few roundings: at the limit it may see a node or
+  // none.
+  const Wide doubt = 8 * precision.unit_roundoff;
+  if (sine < precision.parallel_sine - doubt) return;
   const WideVec n = (n_sign / m_norm) * m;
   const Wide value = placed.gap_along(n, b0);
   const WideVec w = placed.va[ea.vertex[0]] - b0;
   const Wide turn = 4 * precision.unit_roundoff / sine * norm(w);
-  truth.reference_m = std::max(truth.reference_m, value);
+  if (sine >= precision.parallel_sine) truth.reference_m = std::max(truth.reference_m, value);
   truth.upper_m = std::max(truth.upper_m, value + turn);
   if (worst < -slack && sine > precision.optional_sine * 1.001L)
     truth.lower_m = std::max(truth.lower_m, value - turn);

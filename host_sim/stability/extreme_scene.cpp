@@ -67,8 +67,8 @@ void add_slender(std::vector<ExtremeScene>& scenes, bool quick) {
   scenes.push_back(crossed);
 }
 
-void add_round(std::vector<ExtremeScene>& scenes) {
-  for (const std::uint32_t sides : {8u, 16u, 32u, 64u}) {
+void add_round(std::vector<ExtremeScene>& scenes, bool quick) {
+  for (std::uint32_t sides = 8; sides <= 64; sides *= quick ? 8 : 2) {
     ExtremeScene scene;
     scene.family = "prisms";
     scene.parameter = sides;
@@ -111,7 +111,7 @@ std::vector<ExtremeScene> extreme_scenes(bool quick) {
     scenes.push_back(nearly_parallel("parallel_edges", angle_rad, Vector(0, 0, 1)));
     scenes.push_back(nearly_parallel("parallel_all", angle_rad, Vector(1, -0.8, 0.6)));
   }
-  add_round(scenes);
+  add_round(scenes, quick);
   for (const double size_m : {1e-10, 1e8}) {
     scenes.push_back(sized_pair(size_m));
     scenes.back().family = "refused_size";

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/law/proxy_law.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/graph_limits.hpp"
 #include "rt_core/scene/scene_check.hpp"
@@ -259,6 +261,37 @@ SceneParameters finished_parameters(const SceneDescription& description,
   return p;
 }
 
+std::string metres(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.2g m", value);
+  return text;
+}
+
+/// The proxy stands at coordinates in W: where neighbouring numbers lie farther apart than the
+/// depth that counts as free, it can neither touch nor rest.
+void check_resolution(const SceneTables& t, const std::string& scene) {
+  if (t.parameters[0].law != LawId::kProxy) return;
+  double radius_m = 0.0, extent_m = 0.0, coordinate_m = 0.0;
+  for (const PieceRecord& piece : t.pieces) {
+    if (piece.body == 0) {
+      radius_m = std::max(radius_m, piece.reach_m);
+      continue;
+    }
+    extent_m = std::max(extent_m, piece.reach_m);
+    for (const double x : t.bodies[piece.body].reference_m)
+      coordinate_m = std::max(coordinate_m, std::abs(x) + piece.reach_m);
+  }
+  const ProxyScale scale = proxy_scale(static_cast<Real>(radius_m), static_cast<Real>(extent_m), 0);
+  const double apart_m = static_cast<double>(kRealEpsilon) * coordinate_m;
+  if (apart_m <= static_cast<double>(scale.tolerance_m)) return;
+  throw InputError("scene '" + scene + "' is refused: a static part reaches " +
+                   metres(coordinate_m) + " from the origin, where numbers lie " + metres(apart_m) +
+                   " apart and the proxy must know depths to " +
+                   metres(static_cast<double>(scale.tolerance_m)) +
+                   "; move the scene towards the origin" +
+                   (HAPTIC_REAL_IS_FLOAT ? ", use double" : "") + " or choose another law");
+}
+
 /// The bounds of the search are computed for epsilon, before the blob is checked as a whole.
 void check_epsilon(const SceneParameters& p, const std::string& scene) {
   if (!check::positive(p.epsilon_m) || p.epsilon_m > kMaxSceneLength_m) {
@@ -322,6 +355,7 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   for (const PieceRecord& piece : t.pieces) radius_m = std::max(radius_m, piece.reach_m);
   complete_coupling(t.parameters[0], radius_m);
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
+  check_resolution(t, description.name);
   const bool wide = add_pairs(t, description.graph_bytes);
   const BlobBuilder builder = sections_of(t, wide);
   const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, size32(t.pairs)));
