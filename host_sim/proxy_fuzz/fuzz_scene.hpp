@@ -32,7 +32,7 @@ struct FuzzScene {
 /// All scenes, the same in every run.
 [[nodiscard]] std::vector<FuzzScene> fuzz_scenes();
 
-/// Stiffness of the coupling in every scene: 1000 N/m and L = 0.75 of the part's radius.
+/// Stiffness of the coupling in every scene: 1000 N/m, and the default length.
 inline constexpr double kFuzzStiffness_n_per_m = 1000.0;
 
 /// Compiled for law `proxy`, without damping, so that the wrench is the spring's pull.

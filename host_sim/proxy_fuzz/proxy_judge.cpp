@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/proxy_fuzz/proxy_judge.hpp"
+#include "tools/graph_compiler/graph/coupling_defaults.hpp"
 
 #include <algorithm>
 
@@ -86,7 +87,7 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   tolerance_m_ =
       std::max(kTolerance_m * radius_m_ / kRadius_m, 64.5L * roundoff * (radius_m_ + extent));
   k_t_ = widen(kFuzzStiffness_n_per_m);
-  length_m_ = 0.75L * radius_m_;
+  length_m_ = widen(tools::kDefaultLengthShare) * radius_m_;
   k_r_ = k_t_ * length_m_ * length_m_;
 }
 

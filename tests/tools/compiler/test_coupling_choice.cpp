@@ -62,7 +62,7 @@ TEST_SUITE("tools.coupling_choice") {
   TEST_CASE("without a device the gains follow from k_F and the radius, undamped") {
     const CouplingChoice made = choice("800", "");
     CHECK(made.coupling.k_t_n_per_m == 800.0);
-    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.03 * 0.03));
+    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.06 * 0.06));
     CHECK(made.coupling.damping_ns_per_m == 0.0);
     CHECK(made.coupling.damping_share == 0.5);
     CHECK(made.coupling.max_rotation_error_rad == 1.0);
@@ -177,9 +177,9 @@ TEST_SUITE("tools.coupling_choice") {
     CHECK(has(report_as_text(without), "no [device]: no budget was checked"));
     const auto none = nlohmann::json::parse(report_as_json(without));
     CHECK(none["passivity_budget"]["checked"] == false);
-    // Largest lever of a cube about its centre against L = 0.75 of it.
+    // Largest lever of a cube about its centre against L = 1.5 of it.
     CHECK(none["coupling"]["stiffness_share_at_largest_lever"].get<double>() ==
-          doctest::Approx(1.0 / (1.0 + 16.0 / 9.0)).epsilon(1e-5));
+          doctest::Approx(1.0 / (1.0 + 4.0 / 9.0)).epsilon(1e-5));
     const CompiledScene with = compiled(kDevice);
     const auto json = nlohmann::json::parse(report_as_json(with));
     CHECK(json["passivity_budget"]["checked"] == true);

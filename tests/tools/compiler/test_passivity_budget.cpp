@@ -212,7 +212,7 @@ TEST_SUITE("tools.served_size") {
     const double radius = std::sqrt(0.03 * 0.03 + 0.04 * 0.04 + 0.01 * 0.01);
     CHECK(size.radius_m == doctest::Approx(radius));
     CHECK(size.length_scale == doctest::Approx(radius / 0.05));
-    CHECK(size.stiffness_share == doctest::Approx(1.0 / (1.0 + 1.0 / (0.75 * 0.75))));
+    CHECK(size.stiffness_share == doctest::Approx(1.0 / (1.0 + 1.0 / (1.5 * 1.5))));
     CHECK(tools::size_refusal(size).empty());
     CHECK(size.floored == (sizeof(Real) == sizeof(float)));
     if (!size.floored) CHECK(size.tolerance_m == doctest::Approx(1e-7 * radius / 0.05));

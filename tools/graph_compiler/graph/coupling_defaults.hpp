@@ -8,9 +8,10 @@
 namespace haptic::tools {
 
 /// Length L of the coupling as a share of r_A, the radius of the moving part about its grip point:
-/// a rotation error counts like the displacement that it gives at L. Half of r_A to all of it
-/// behaves alike; far below, no torque is felt, far above, torque steps grow.
-inline constexpr double kDefaultLengthShare = 0.75;
+/// a rotation error counts like the displacement that it gives at L. Far below r_A no torque is felt
+/// and a part tips and hooks on a rim that it should slip off (pegs on recorded insertions: at r_A
+/// and below); far above, torque steps grow.
+inline constexpr double kDefaultLengthShare = 1.5;
 /// Largest coupling damping as a share of the spring wrench: on withdrawal it would pull inwards.
 inline constexpr double kDefaultDampingShare = 0.5;
 /// Largest rotation error [rad]: far below pi, where the logarithm of a rotation flips.
@@ -20,7 +21,7 @@ inline constexpr double kDefaultMinWindow_s = 0.001;
 inline constexpr double kDefaultMaxWindow_s = 0.02;
 
 /// Fills every number of the coupling that is zero but may not be: k_t with k_F, k_r with k_t L^2,
-/// L = 0.75 `radius_m`, the largest rotation error, the passes, both windows of the estimator (only
+/// L = 1.5 `radius_m`, the largest rotation error, the passes, both windows of the estimator (only
 /// together). What is given stays.
 void complete_coupling(SceneParameters& parameters, double radius_m);
 
