@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 /// Filter of the rate of the coupling's error: share of the newest difference.
-constexpr Real kRateShare = 0.5_r;
+constexpr Real kRateShare = 0.75_r;
 /// Largest balance that the passivity observer credits to later intervals: what a press of 1 mm at
 /// 2 N stores.
 constexpr double kEnergyCap_j = 1.0e-3;

@@ -13,7 +13,7 @@
 namespace haptic::sim {
 
 /// Part of a new difference that the coupling damping's filter takes up per tick.
-inline constexpr double kDampingFilter = 0.5;
+inline constexpr double kDampingFilter = 0.75;
 
 struct LinearLoop {
   double mass_kg = 0.1;            ///< or rotor inertia, kg m^2

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host_sim/reproduction/shapes.hpp"
+#include "rt_core/contact/contact_situation.hpp"
 
 namespace haptic::sim {
 
@@ -17,8 +18,6 @@ struct Placement {
 
   [[nodiscard]] Pose pose() const { return pose_at(x, q); }
 };
-
-enum class FeatureKind { kVertex, kEdge, kFace };
 
 /// A point of a body's surface with a direction in its normal cone and an edge direction there.
 struct SurfacePoint {

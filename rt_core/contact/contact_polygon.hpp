@@ -18,8 +18,6 @@ namespace haptic {
 /// "No such feature in the mesh": a cut of the decomposition made it.
 inline constexpr std::int32_t kMadeByCut = -1;
 
-enum class FeatureKind : std::uint8_t { kVertex, kEdge, kFace };
-
 /// A feature of a convex piece by the numbers, from 0, of the mesh file of its body.
 struct MeshFeature {
   FeatureKind kind = FeatureKind::kVertex;

@@ -7,6 +7,8 @@
 
 namespace haptic {
 
+enum class FeatureKind : std::uint8_t { kVertex, kEdge, kFace };
+
 /// Contact situation of one pair (paper Sec. IV): which features of A and B are in contact.
 enum class ContactSituation : std::uint8_t {
   kNone = 0,       ///< separated

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "rt_core/base/plane_point.hpp"
+#include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/pair_pose.hpp"
 
 namespace haptic {
@@ -35,8 +36,6 @@ struct PieceShadow {
     return outward.dot(origin - piece->vertex(v));
   }
 };
-
-enum class FeatureKind : std::uint8_t { kVertex, kEdge, kFace };
 
 /// A feature of a shadow and its height over the plane, linear in the spot.
 struct SupportFeature {

@@ -230,7 +230,7 @@ TEST_SUITE("tools.scene_writer") {
     CHECK(derived.view.bodies()[1].friction == 0.25);
 
     CouplingParameters& given = description.parameters.coupling;
-    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 1e-4, 1, 1};
+    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 1e-4, 2e-7, 5, 0, 1, 1};
     const LoadedScene kept(description);
     CHECK(std::memcmp(&kept.view.parameters().coupling, &given, sizeof given) == 0);
     given.k_r_nm_per_rad = 0.0;
