@@ -10,6 +10,7 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
   const PieceView& a = pair.a;
   const PieceView& b = pair.b;
   PlaneGap plane;
+  plane.id = id;
   plane.support = start;
   switch (id.type) {
     case ContactType::kA:

@@ -22,6 +22,7 @@ struct PlaneId {
 
 /// A C-face plane at one pose and the gap along it.
 struct PlaneGap {
+  PlaneId id;
   Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A
   Vec3 normal_a = Vec3::Zero();  ///< the same in A's axes
   Real gap_m = 0;                ///< n.x - h(n): for every normal a lower bound of the distance

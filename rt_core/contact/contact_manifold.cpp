@@ -333,7 +333,8 @@ void add_corners(Region& region, bool of_a, const SupportPair& support) noexcept
 }  // namespace
 
 ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
-                                const PlaneId& id, const PlaneGap& gap) noexcept {
+                                const PlaneGap& gap) noexcept {
+  const PlaneId& id = gap.id;
   ManifoldPoint point;
   point.gap_m = gap.gap_m;
   const Vec3 on_b = pair.b.vertex(gap.support.b) - y_w;
@@ -347,9 +348,9 @@ ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa, const Ve
 }
 
 std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
-                               const PlaneId& id, const PlaneGap& gap, Real height_m,
-                               ManifoldScratch& scratch,
+                               const PlaneGap& gap, Real height_m, ManifoldScratch& scratch,
                                std::array<ManifoldPoint, kMaxManifoldPoints>& points) noexcept {
+  const PlaneId& id = gap.id;
   Region region;
   look_along(pair, r_wa, y_w, gap, region);
   region.a = id.type == ContactType::kA ? level_face(region.shadow_a, id.i)
@@ -362,7 +363,7 @@ std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec
     add_corners(region, id.type == ContactType::kB, gap.support);
   }
   if (region.count == 0) {
-    points[0] = support_row_point(pair, r_wa, y_w, id, gap);
+    points[0] = support_row_point(pair, r_wa, y_w, gap);
     return 1;
   }
   // App on B, on A or midway: the height of B's point plus none, all or half of the gap.

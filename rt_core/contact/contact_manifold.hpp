@@ -36,8 +36,7 @@ struct ManifoldScratch {
 
 /// The single point at the support vertices of the plane; its gap is the plane's.
 [[nodiscard]] ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa,
-                                              const Vec3& y_w, const PlaneId& id,
-                                              const PlaneGap& gap) noexcept;
+                                              const Vec3& y_w, const PlaneGap& gap) noexcept;
 
 /// Fills `points` with the contact region along the plane and returns their number, at least 1.
 /// Each piece gives its support_feature within `height_m` of its support, the face of a kA or kB
@@ -48,14 +47,13 @@ struct ManifoldScratch {
 /// more than kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the farthest
 /// outside the hull of the kept.
 /// @param y_w  as for plane_gap [m].
-/// @param gap  of plane `id` at this pose, defined.
+/// @param gap  of the plane at this pose, defined.
 /// @param height_m  > 0 [m].
 /// Cost: the corners of the faces at the support vertices, a few times the corners of the two
 /// features, and of a region with more corners than fit, those at most kMaxManifoldPoints times
 /// (three or four times as a rule). Never their product.
 [[nodiscard]] std::uint32_t contact_manifold(
-    const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id, const PlaneGap& gap,
-    Real height_m, ManifoldScratch& scratch,
-    std::array<ManifoldPoint, kMaxManifoldPoints>& points) noexcept;
+    const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneGap& gap, Real height_m,
+    ManifoldScratch& scratch, std::array<ManifoldPoint, kMaxManifoldPoints>& points) noexcept;
 
 }  // namespace haptic

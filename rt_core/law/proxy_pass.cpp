@@ -210,15 +210,14 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& a
   const ProxyPair& pair = pairs_[plane.pair];
   const Vec3 y_w = at.q.x0_w - pair.reference_w;
   std::array<ManifoldPoint, kMaxManifoldPoints> points;
-  const std::uint32_t count =
-      contact_manifold(*pair.view, at.q.r_wa, y_w, plane.id, gap, parameters_.scale.manifold_m,
-                       manifold_scratch_, points);
+  const std::uint32_t count = contact_manifold(
+      *pair.view, at.q.r_wa, y_w, gap, parameters_.scale.manifold_m, manifold_scratch_, points);
   for (std::uint32_t k = 0; k < count; ++k) {
     if (!add_row(imposed, points[k], gap.normal_w, at, error)) return false;
   }
   if (!support_too) return true;
-  return add_row(imposed, support_row_point(*pair.view, at.q.r_wa, y_w, plane.id, gap),
-                 gap.normal_w, at, error);
+  return add_row(imposed, support_row_point(*pair.view, at.q.r_wa, y_w, gap), gap.normal_w, at,
+                 error);
 }
 
 /// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised; with

@@ -86,13 +86,13 @@ TEST_SUITE("host_sim.report") {
     REQUIRE(std::getline(csv, line));
     CHECK(line ==
           "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,"
-          "flags,state_hash");
+          "flags,state_hash,proxy_gap_m,energy_j");
     for (const TickRecord& r : run) {
       REQUIRE(std::getline(csv, line));
       std::vector<std::string> cells;
       std::istringstream row(line);
       for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
-      REQUIRE(cells.size() == 14);
+      REQUIRE(cells.size() == 16);
       CHECK(std::strtoull(cells[0].c_str(), nullptr, 10) == r.tick);
       CHECK(std::strtod(cells[1].c_str(), nullptr) == r.t_s);
       for (std::size_t k = 0; k < 3; ++k)

@@ -52,7 +52,7 @@ struct ManifoldBench {
     const PairPose& pose = bench.pose();
     gap = gap_at(id);
     REQUIRE(gap.defined);
-    count = contact_manifold(*pose.pair, pose.r_wa, pose.y_w, id, gap, static_cast<Real>(kHeight_m),
+    count = contact_manifold(*pose.pair, pose.r_wa, pose.y_w, gap, static_cast<Real>(kHeight_m),
                              scratch, points);
     return count;
   }
@@ -97,7 +97,7 @@ void check_manifold(ManifoldBench& m, const PlaneId& id, Tally& tally) {
   const PairPose& pose = m.bench.pose();
   REQUIRE(m.count >= 1);
   REQUIRE(m.count <= kMaxManifoldPoints);
-  const ManifoldPoint support = support_row_point(*pose.pair, pose.r_wa, pose.y_w, id, m.gap);
+  const ManifoldPoint support = support_row_point(*pose.pair, pose.r_wa, pose.y_w, m.gap);
   const ManifoldOracle oracle(pose, id, m.gap, kHeight_m);
   ExactPolygon spots;
   for (std::uint32_t k = 0; k < m.count; ++k) {

@@ -282,7 +282,7 @@ TEST_SUITE("rt_core.proxy_law") {
       torque = std::max(torque, length_of(result.wrench_w.torque_w));
     }
     CHECK(torque <= k_r * 0.3 * 1.0001);
-    CHECK(torque > k_r * 0.1);
+    CHECK(torque > k_r * 0.08);
   }
 
   TEST_CASE("clutch: the goal is frozen, and goes on from where it was") {

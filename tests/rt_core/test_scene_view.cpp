@@ -141,7 +141,7 @@ TEST_SUITE("rt_core.scene_view") {
       return changed_section<SceneParameters>(blob, SectionId::kParameters, change);
     };
     CHECK(with([](SceneParameters* p) { p->law = LawId::kWeightedRegion; }) == RtStatus::kOk);
-    CHECK(with([](SceneParameters* p) { p->law = LawId::kProxy; }) == RtStatus::kOk);
+    CHECK(with([](SceneParameters* p) { p->law = LawId::kProxy; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneParameters* p) { p->law = static_cast<LawId>(4); }) ==
           RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters* p) { p->epsilon_o_m = 0; }) == RtStatus::kBlobBadNumber);

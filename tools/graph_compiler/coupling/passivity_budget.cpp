@@ -68,7 +68,7 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
   const bool proxy = p.law == LawId::kProxy;
   const SampledAxis axis = translation_axis(p);
   budget.translation = budget.rotation = axis;
-  const double r = kDeviceLeverShare * radius_m;
+  const double r = kDeviceLengthShare * radius_m;
   budget.rotation_radius_m = r;
   budget.rotation.mass_kg *= r * r;
   budget.rotation.damping_ns_per_m *= r * r;

@@ -12,9 +12,6 @@
 
 namespace haptic::tools {
 
-/// A device's mass and damping are taken to act at this share of r_A in rotation.
-inline constexpr double kDeviceLeverShare = 0.75;
-
 /// Boundary of stability over budget.
 inline constexpr double kBudgetMargin = 1.25;
 /// Gains derived from a radius meet the budget of that radius within its rounding to a scalar.
@@ -37,7 +34,7 @@ struct PassivityBudget {
   std::string unchecked;  ///< why there is no budget; empty: there is one
   SampledAxis translation, rotation;
   /// The scene has no data of the device's rotation: mass and damping are taken to act at this
-  /// radius, kDeviceLeverShare r_A.
+  /// radius, kDeviceLengthShare r_A.
   double rotation_radius_m = 0.0;
   double virtual_damping_ns_per_m = 0.0;  ///< B; law proxy only
   double damping_limit_ns_per_m = 0.0;    ///< largest safe B where nothing is touched (K = 0)

@@ -12,6 +12,15 @@ namespace haptic::tools {
 /// and a part tips and hooks on a rim that it should slip off (pegs on recorded insertions: at r_A
 /// and below); far above, torque steps grow.
 inline constexpr double kDefaultLengthShare = 1.5;
+/// The same where a device is given: its mass and damping are taken to act at this share of r_A in
+/// rotation, so that a rotation is as stable as a translation.
+inline constexpr double kDeviceLengthShare = 0.75;
+
+/// The share for a device, or for none.
+[[nodiscard]] constexpr double default_length_share(const DeviceParameters& device) {
+  return device.given != 0 && device.mass_kg > 0 ? kDeviceLengthShare : kDefaultLengthShare;
+}
+
 /// Largest coupling damping as a share of the spring wrench: on withdrawal it would pull inwards.
 inline constexpr double kDefaultDampingShare = 0.5;
 /// Largest rotation error [rad]: far below pi, where the logarithm of a rotation flips.
@@ -21,7 +30,7 @@ inline constexpr double kDefaultMinWindow_s = 0.001;
 inline constexpr double kDefaultMaxWindow_s = 0.02;
 
 /// Fills every number of the coupling that is zero but may not be: k_t with k_F, k_r with k_t L^2,
-/// L = 1.5 `radius_m`, the largest rotation error, the passes, both windows of the estimator (only
+/// L by default_length_share, the largest rotation error, the passes, both windows of the estimator (only
 /// together). What is given stays.
 void complete_coupling(SceneParameters& parameters, double radius_m);
 
