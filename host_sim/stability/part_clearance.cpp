@@ -239,7 +239,8 @@ PartReport clearance_part(bool quick, const ClearanceLimits& limits) {
       "aside:\n\n" +
       wobble_table(cells) +
       "\nTilted by 0.08 rad on two points, 15 mm deep, pushed 8 mm down. Below the force at which "
-      "it slips it is jammed; " gives ": sliding on two points in balance with the spring:\n\n" +
+      "it slips it is jammed. Friction gives: sliding on two points in balance with the "
+      "spring.\n\n" +
       tilted_table(cells) + "\n" +
       picture_line("clearance.svg", "Lag of the tilted peg, offset of the pressed one");
   report.files = {{"clearance.csv", csv_of(cells)},

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "host_sim/reproduction/part_report.hpp"
+#include "rt_core/base/scalar.hpp"
 
 namespace haptic::sim {
 
@@ -21,7 +22,10 @@ struct ClearanceLimits {
   double friction_share = 0.02;  ///< of the force that sliding on two points gives
   double least_ratio = 1.5;      ///< of the largest steps when the step is halved
   double slip_share = 0.25;      ///< largest force step over friction times largest wall force
-  double still_force_n = 1e-3, still_torque_nm = 1e-5;  ///< smaller steps need not halve
+  /// Smaller steps need not halve: k_t, or k_r over 5 mm, times twice the depth that counts as
+  /// free, which in single precision is 0.7 um.
+  double still_force_n = HAPTIC_REAL_IS_FLOAT ? 2e-3 : 1e-3;
+  double still_torque_nm = HAPTIC_REAL_IS_FLOAT ? 3e-4 : 1e-5;
 };
 
 /// Files clearance.{csv,md,svg}. `quick`: widest and narrowest clearance, no and most friction.

@@ -130,6 +130,18 @@ void add_special(std::vector<PressedContact>& list, bool quick) {
   }
 }
 
+/// Whether numbers at B's place lie farther apart than the depth that counts as free.
+bool too_coarse(const ExtremeScene& scene) {
+  const auto reach = [](const Solid& solid) {
+    double reach_m = 0;
+    for (const Vector& v : solid.vertices) reach_m = std::max(reach_m, v.norm());
+    return static_cast<Real>(reach_m);
+  };
+  const double apart_m = static_cast<double>(kRealEpsilon) * scene.place_w.cwiseAbs().maxCoeff();
+  const ProxyScale scale = proxy_scale(reach(scene.a), reach(scene.b), 0);
+  return apart_m > static_cast<double>(scale.tolerance_m);
+}
+
 }  // namespace
 
 const char* to_text(PressKind kind) {
@@ -183,6 +195,7 @@ std::vector<PressedContact> pressed_contacts(bool quick) {
 PressErrors press(const PressedContact& c, LawId law, double fault) {
   PressErrors errors;
   errors.law = law;
+  errors.must_be_refused = law == LawId::kProxy && too_coarse(c.scene);
   std::vector<std::byte> blob;
   try {
     blob = compiled(c.scene, law);

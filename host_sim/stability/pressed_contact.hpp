@@ -52,8 +52,10 @@ struct PressErrors {
   double tolerance_m = 0;       ///< depth that counts as free
   std::uint32_t bad_ticks = 0;  ///< pose refused, or a NaN in the wrench
   std::string refusal;
+  bool must_be_refused = false;  ///< coordinates too coarse for the proxy in this scalar
 
   [[nodiscard]] bool ok() const {
+    if (must_be_refused) return !refusal.empty();
     return refusal.empty() && bad_ticks == 0 && force_error_n <= force_limit_n &&
            torque_error_nm <= torque_limit_nm && gap_m >= -2 * tolerance_m;
   }
