@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The same path felt in two divisions of the same bodies: the difference of the wrench tick by
+/// tick, and how strong the wrench is beside the paper's.
+
+#include "host_sim/stability/hole_divisions.hpp"
+
+namespace haptic::sim {
+
+/// Wrenches that differ by more than this count as different, and a force above it as a contact.
+inline constexpr double kFeltDifference_n = 0.01;
+
+/// Differences |dW| = sqrt(|dF|^2 + |dtau|^2 k_t / k_r): torques at the lever at which both springs
+/// are equally stiff [N].
+struct DivisionDifference {
+  std::string division;           ///< compared with the first one
+  std::vector<double> by_tick_n;  ///< along the path
+  std::vector<double> sorted_n;   ///< the same, ascending
+  double worst_gap_m = 0;         ///< of the proxy in this division
+  [[nodiscard]] double quantile_n(double share) const;
+  /// Share of ticks in which the wrenches differ by more than `limit_n`.
+  [[nodiscard]] double share_over(double limit_n) const;
+};
+
+struct DivisionComparison {
+  std::vector<DivisionDifference> differences;  ///< law proxy
+  std::vector<DivisionDifference> paper;        ///< the paper's law, on the same paths
+  double tolerance_n = 0;  ///< k_t times the depth that counts as free in this scene
+  /// Mean force over the ticks of the path in which both laws push by more than
+  /// kFeltDifference_n, in the first division, and how many these are.
+  double proxy_mean_n = 0, paper_mean_n = 0;
+  std::size_t contact_ticks = 0, ticks = 0;
+
+  /// Whether the proxy's mean force lies within 20 % of the paper's, and both push.
+  [[nodiscard]] bool same_strength() const;
+};
+
+/// Share of ticks that may differ by more than kFeltDifference_n: none of faces.
+[[nodiscard]] double most_felt_share(DivisionContact contact);
+/// Whether a difference keeps what is asked of the contact: faces within `tolerance_n` in every
+/// tick; others within it at the 99th percentile while nothing is released, and by share.
+[[nodiscard]] bool agrees(const DivisionDifference& difference, DivisionContact contact,
+                          double tolerance_n);
+
+/// |dW| between two wrenches under the coupling of `scene` [N].
+[[nodiscard]] double wrench_distance_n(const CoupledScene& scene, const TraceTick& a,
+                                       const TraceTick& b);
+/// Differences between two traces of the same path.
+[[nodiscard]] DivisionDifference difference_between(const CoupledScene& scene, const Trace& a,
+                                                    const Trace& b);
+/// Depth that counts as free, as the core derives it from part and scene [m].
+[[nodiscard]] double free_depth_m(const CoupledScene& scene);
+
+/// Runs every division under law proxy and under the paper's.
+/// Cost: about 10 us per tick and division.
+[[nodiscard]] DivisionComparison compare_divisions(const DivisionCase& contact);
+
+}  // namespace haptic::sim
