@@ -9,12 +9,20 @@
 namespace haptic::sim {
 namespace {
 
-double farthest_m(const tools::Body& body) {
-  double result = 0;
-  for (const tools::ConvexPiece& piece : body.pieces) {
-    for (const auto& v : piece.vertices) result = std::max(result, Vector(v[0], v[1], v[2]).norm());
+void add_strength(const Trace& proxy, const Trace& paper, DivisionComparison& result) {
+  for (std::size_t k = 0; k < result.ticks; ++k) {
+    const Vector &ours = proxy.path()[k].force_n, &theirs = paper.path()[k].force_n;
+    const double ours_n = ours.norm(), theirs_n = theirs.norm();
+    if (std::min(ours_n, theirs_n) <= kFeltDifference_n) continue;
+    ++result.pushed_ticks;
+    if (ours.dot(theirs) < std::sqrt(0.5) * ours_n * theirs_n) continue;
+    ++result.contact_ticks;
+    result.proxy_mean_n += ours_n;
+    result.paper_mean_n += theirs_n;
   }
-  return result;
+  const double count = static_cast<double>(std::max<std::size_t>(result.contact_ticks, 1));
+  result.proxy_mean_n /= count;
+  result.paper_mean_n /= count;
 }
 
 }  // namespace
@@ -61,6 +69,14 @@ DivisionDifference difference_between(const CoupledScene& scene, const Trace& a,
   return result;
 }
 
+double farthest_m(const tools::Body& body) {
+  double result = 0;
+  for (const tools::ConvexPiece& piece : body.pieces) {
+    for (const auto& v : piece.vertices) result = std::max(result, Vector(v[0], v[1], v[2]).norm());
+  }
+  return result;
+}
+
 double free_depth_m(const CoupledScene& scene) {
   double extent_m = 0;
   for (const tools::Body& body : scene.statics) extent_m = std::max(extent_m, farthest_m(body));
@@ -77,17 +93,7 @@ DivisionComparison compare_divisions(const DivisionCase& contact) {
   DivisionComparison result;
   result.tolerance_n = first.k_t_n_per_m * free_depth_m(first);
   result.ticks = reference.path().size();
-  for (std::size_t k = 0; k < result.ticks; ++k) {
-    const double proxy_n = reference.path()[k].force_n.norm();
-    const double paper_n = paper.path()[k].force_n.norm();
-    if (std::min(proxy_n, paper_n) <= kFeltDifference_n) continue;
-    ++result.contact_ticks;
-    result.proxy_mean_n += proxy_n;
-    result.paper_mean_n += paper_n;
-  }
-  const double count = static_cast<double>(std::max<std::size_t>(result.contact_ticks, 1));
-  result.proxy_mean_n /= count;
-  result.paper_mean_n /= count;
+  add_strength(reference, paper, result);
   for (std::size_t k = 1; k < contact.divisions.size(); ++k) {
     const CoupledScene other = contact.divided(contact.divisions[k]);
     for (const LawId law : {LawId::kProxy, LawId::kPaper}) {

@@ -26,10 +26,13 @@ struct DivisionComparison {
   std::vector<DivisionDifference> differences;  ///< law proxy
   std::vector<DivisionDifference> paper;        ///< the paper's law, on the same paths
   double tolerance_n = 0;  ///< k_t times the depth that counts as free in this scene
-  /// Mean force over the ticks of the path in which both laws push by more than
-  /// kFeltDifference_n, in the first division, and how many these are.
+  /// Mean force in the first division over the ticks of the path in which both laws push by more
+  /// than kFeltDifference_n and less than 45 degrees apart: there they render the same contact. The
+  /// paper's law goes through a rim on which the proxy still stands.
   double proxy_mean_n = 0, paper_mean_n = 0;
-  std::size_t contact_ticks = 0, ticks = 0;
+  std::size_t contact_ticks = 0;  ///< those ticks
+  std::size_t pushed_ticks = 0;   ///< in which both push, whichever way
+  std::size_t ticks = 0;          ///< of the path
 
   /// Whether the proxy's mean force lies within 20 % of the paper's, and both push.
   [[nodiscard]] bool same_strength() const;
@@ -48,6 +51,8 @@ struct DivisionComparison {
 /// Differences between two traces of the same path.
 [[nodiscard]] DivisionDifference difference_between(const CoupledScene& scene, const Trace& a,
                                                     const Trace& b);
+/// Distance of the farthest vertex from the body's origin [m].
+[[nodiscard]] double farthest_m(const tools::Body& body);
 /// Depth that counts as free, as the core derives it from part and scene [m].
 [[nodiscard]] double free_depth_m(const CoupledScene& scene);
 

@@ -36,13 +36,14 @@ std::string short_number(double value) {
 std::string csv_of(const std::vector<Row>& rows) {
   std::string text =
       "path,contact,division,ticks,tolerance_n,median_n,p99_n,largest_n,share_over_0.01_n,"
-      "worst_gap_m,contact_ticks,proxy_mean_n,paper_mean_n\n";
+      "worst_gap_m,pushed_ticks,contact_ticks,proxy_mean_n,paper_mean_n\n";
   for (const Row& row : rows) {
     for (const DivisionDifference& d : row.found.differences) {
       text += row.contact.name + "," + kind_name(row.contact.contact) + "," + d.division + "," +
               std::to_string(row.found.ticks);
       for (const double value : {row.found.tolerance_n, d.quantile_n(0.5), d.quantile_n(0.99),
                                  d.quantile_n(1), d.share_over(kFeltDifference_n), d.worst_gap_m,
+                                 static_cast<double>(row.found.pushed_ticks),
                                  static_cast<double>(row.found.contact_ticks),
                                  row.found.proxy_mean_n, row.found.paper_mean_n}) {
         text += ",";
@@ -168,7 +169,8 @@ PartReport divisions_part(const StabilityOptions& options) {
       "|dtau|^2 k_t / k_r). Contacts of faces may differ by k_t times the depth that counts as "
       "free. Where contacts of edges come and go, the way of the iteration decides which of two "
       "free configurations it reaches, and when a hold is lost: these are counted. Beside it the "
-      "mean force of both laws over the ticks in which both push, first division: it must agree "
+      "mean force of both laws in the first division over the ticks in which both push and less "
+      "than 45 degrees apart: it must agree "
       "within 20 %, but for these.\n\n" +
       exceptions(rows) + "\n" + table_of(rows) + "\n" +
       picture_line("divisions.svg", "Difference between divisions, by path");
