@@ -46,6 +46,8 @@ double most_felt_share(DivisionContact contact) {
 }
 
 bool agrees(const DivisionDifference& difference, DivisionContact contact, double tolerance_n) {
+  if (contact == DivisionContact::kJammed)
+    return difference.other_contact_share <= most_felt_share(contact);
   if (difference.share_over(kFeltDifference_n) > most_felt_share(contact)) return false;
   if (contact == DivisionContact::kRelease) return true;
   const double share = contact == DivisionContact::kFace ? 1 : 0.99;
@@ -61,8 +63,14 @@ double wrench_distance_n(const CoupledScene& scene, const TraceTick& a, const Tr
 DivisionDifference difference_between(const CoupledScene& scene, const Trace& a, const Trace& b) {
   DivisionDifference result;
   const auto first = a.path(), second = b.path();
-  for (std::size_t k = 0; k < first.size(); ++k)
+  const double tolerance_n = scene.k_t_n_per_m * free_depth_m(scene);
+  std::size_t beyond = 0;
+  for (std::size_t k = 0; k < first.size(); ++k) {
     result.by_tick_n.push_back(wrench_distance_n(scene, first[k], second[k]));
+    const double force_n = std::max(first[k].force_n.norm(), second[k].force_n.norm());
+    if (result.by_tick_n.back() > tolerance_n + 2 * std::sqrt(2 * tolerance_n * force_n)) ++beyond;
+  }
+  result.other_contact_share = static_cast<double>(beyond) / static_cast<double>(first.size());
   result.sorted_n = result.by_tick_n;
   std::ranges::sort(result.sorted_n);
   result.worst_gap_m = worst_gap_m(second);

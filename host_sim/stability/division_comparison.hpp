@@ -17,6 +17,10 @@ struct DivisionDifference {
   std::vector<double> by_tick_n;  ///< along the path
   std::vector<double> sorted_n;   ///< the same, ascending
   double worst_gap_m = 0;         ///< of the proxy in this division
+  /// Share of ticks that differ by more than two minima of one contact may: depth that counts as
+  /// free, t, lets each lie |F| t above the least energy, and so sqrt(2 k_t |F| t) of wrench away
+  /// where the contact leaves a freedom. What lies beyond rests on another contact.
+  double other_contact_share = 0;
   [[nodiscard]] double quantile_n(double share) const;
   /// Share of ticks in which the wrenches differ by more than `limit_n`.
   [[nodiscard]] double share_over(double limit_n) const;
@@ -38,10 +42,11 @@ struct DivisionComparison {
   [[nodiscard]] bool same_strength() const;
 };
 
-/// Share of ticks that may differ by more than kFeltDifference_n: none of faces.
+/// Share of ticks that may differ by more than kFeltDifference_n, none of faces; when jammed, that
+/// may rest on another contact.
 [[nodiscard]] double most_felt_share(DivisionContact contact);
 /// Whether a difference keeps what is asked of the contact: faces within `tolerance_n` in every
-/// tick; others within it at the 99th percentile while nothing is released, and by share.
+/// tick; others within it at the 99th percentile while nothing is jammed or released, and by share.
 [[nodiscard]] bool agrees(const DivisionDifference& difference, DivisionContact contact,
                           double tolerance_n);
 

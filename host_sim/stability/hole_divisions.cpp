@@ -139,6 +139,17 @@ void add_peg_cases(std::vector<DivisionCase>& cases) {
   cases.push_back(hole_case("rim_wander", "key wandering in and out of the mouth, round its rim",
                             DivisionContact::kRelease, key,
                             way(12, {0, 0, 0.060}, wander(shape, random))));
+  // Tight, tilted and turned far beyond what the clearance leaves: it stands on the rim, pulled
+  // hard.
+  shape.centre = {0, 0, 0.005};
+  shape.reach_m = {0.002, 0.002, 0.015};
+  shape.turn_rad = 0.08;
+  DivisionCase jammed = hole_case("peg_wander", "peg of 0.1 mm clearance wandering at its mouth",
+                                  DivisionContact::kJammed,
+                                  centred_box("peg", kPegHalf_m, kPegHalf_m, kPegHalfLength_m),
+                                  way(24, {0, 0, 0.080}, wander(shape, random)));
+  jammed.other_strength = "it stands on the rim while the device is in the hole";
+  cases.push_back(std::move(jammed));
 }
 
 void add_ell_cases(std::vector<DivisionCase>& cases) {
@@ -173,8 +184,17 @@ void add_ell_cases(std::vector<DivisionCase>& cases) {
                              turn_about(share * 0.04 * std::sin(kPi * t), Vector::UnitY()) *
                              turn_about(share * 0.03 * std::sin(0.7 * kPi * t), Vector::UnitX())};
                }));
-  insertion.other_strength = "two pieces of the L at once, which the paper's law adds";
+  Seeded random(kWanderSeed);
+  Wander shape;
+  shape.centre = {kKnee_m, kKnee_m, -0.009};
+  shape.reach_m = {0.003, 0.003, 0.006};
+  DivisionCase wandering =
+      ell_case("ell_wander", "L wandering in its pocket", DivisionContact::kRelease, kSnug_m,
+               way(24, {0, 0, 0.040}, wander(shape, random)));
+  insertion.other_strength = wandering.other_strength =
+      "two pieces of the L at once, which the paper's law adds";
   cases.push_back(std::move(insertion));
+  cases.push_back(std::move(wandering));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct Division {
 enum class DivisionContact {
   kFace,    ///< pressed flat on one plane or several in every tick of the path
   kMixed,   ///< edges and vertices too, contacts come and go
+  kJammed,  ///< pulled hard against edges that leave a freedom: energies near the least are many
   kRelease  ///< a hold is really lost: when, depends on the way of the iteration
 };
 

@@ -22,9 +22,10 @@ struct Row {
 };
 
 const char* kind_name(DivisionContact contact) {
-  return contact == DivisionContact::kFace    ? "faces"
-         : contact == DivisionContact::kMixed ? "mixed"
-                                              : "release";
+  return contact == DivisionContact::kFace     ? "faces"
+         : contact == DivisionContact::kMixed  ? "mixed"
+         : contact == DivisionContact::kJammed ? "jammed"
+                                               : "release";
 }
 
 std::string short_number(double value) {
@@ -36,16 +37,17 @@ std::string short_number(double value) {
 std::string csv_of(const std::vector<Row>& rows) {
   std::string text =
       "path,contact,division,ticks,tolerance_n,median_n,p99_n,largest_n,share_over_0.01_n,"
-      "worst_gap_m,pushed_ticks,contact_ticks,proxy_mean_n,paper_mean_n\n";
+      "other_contact_share,worst_gap_m,pushed_ticks,contact_ticks,proxy_mean_n,paper_mean_n\n";
   for (const Row& row : rows) {
     for (const DivisionDifference& d : row.found.differences) {
       text += row.contact.name + "," + kind_name(row.contact.contact) + "," + d.division + "," +
               std::to_string(row.found.ticks);
-      for (const double value : {row.found.tolerance_n, d.quantile_n(0.5), d.quantile_n(0.99),
-                                 d.quantile_n(1), d.share_over(kFeltDifference_n), d.worst_gap_m,
-                                 static_cast<double>(row.found.pushed_ticks),
-                                 static_cast<double>(row.found.contact_ticks),
-                                 row.found.proxy_mean_n, row.found.paper_mean_n}) {
+      for (const double value :
+           {row.found.tolerance_n, d.quantile_n(0.5), d.quantile_n(0.99), d.quantile_n(1),
+            d.share_over(kFeltDifference_n), d.other_contact_share, d.worst_gap_m,
+            static_cast<double>(row.found.pushed_ticks),
+            static_cast<double>(row.found.contact_ticks), row.found.proxy_mean_n,
+            row.found.paper_mean_n}) {
         text += ",";
         append_number(text, value);
       }
@@ -56,8 +58,9 @@ std::string csv_of(const std::vector<Row>& rows) {
 }
 
 std::string table_of(const std::vector<Row>& rows) {
-  std::string text = table_head({"path", "contact", "division", "median, N", "p99, N", "largest, N",
-                                 "over 0.01 N", "the same, paper", "mean force, N", "paper"});
+  std::string text =
+      table_head({"path", "contact", "division", "median, N", "p99, N", "largest, N", "over 0.01 N",
+                  "other contact", "over 0.01 N, paper", "mean force, N", "paper"});
   for (const Row& row : rows) {
     for (std::size_t k = 0; k < row.found.differences.size(); ++k) {
       const DivisionDifference& d = row.found.differences[k];
@@ -66,7 +69,8 @@ std::string table_of(const std::vector<Row>& rows) {
       };
       text += table_row({row.contact.title, kind_name(row.contact.contact), d.division,
                          short_number(d.quantile_n(0.5)), short_number(d.quantile_n(0.99)),
-                         short_number(d.quantile_n(1)), felt(d), felt(row.found.paper[k]),
+                         short_number(d.quantile_n(1)), felt(d),
+                         fixed(100 * d.other_contact_share, 2) + " %", felt(row.found.paper[k]),
                          fixed(row.found.proxy_mean_n, 3), fixed(row.found.paper_mean_n, 3)});
     }
   }
@@ -114,9 +118,17 @@ std::string stated(const Row& row) {
   const std::string tolerance = short_number(row.found.tolerance_n) + " N";
   const std::string share =
       fixed(100 * most_felt_share(row.contact.contact), 1) + " % of ticks over 0.01 N";
-  return row.contact.contact == DivisionContact::kFace    ? tolerance + " in every tick"
-         : row.contact.contact == DivisionContact::kMixed ? "p99 " + tolerance + ", " + share
-                                                          : share;
+  switch (row.contact.contact) {
+    case DivisionContact::kFace:
+      return tolerance + " in every tick";
+    case DivisionContact::kMixed:
+      return "p99 " + tolerance + ", " + share;
+    case DivisionContact::kJammed:
+      return "5 % of ticks beyond k_t tol + 2 sqrt(2 k_t tol F)";
+    case DivisionContact::kRelease:
+      break;
+  }
+  return share;
 }
 
 void add_findings(const std::vector<Row>& rows, PartReport& report) {
@@ -128,9 +140,11 @@ void add_findings(const std::vector<Row>& rows, PartReport& report) {
   for (const Row& row : rows) {
     for (const DivisionDifference& d : row.found.differences) {
       const std::string topic = "proxy, " + row.contact.title + ": " + d.division;
-      const std::string found = "largest " + short_number(d.quantile_n(1)) + " N, p99 " +
-                                short_number(d.quantile_n(0.99)) + " N, over 0.01 N: " +
-                                fixed(100 * d.share_over(kFeltDifference_n), 2) + " %";
+      const std::string found =
+          "largest " + short_number(d.quantile_n(1)) + " N, p99 " +
+          short_number(d.quantile_n(0.99)) +
+          " N, over 0.01 N: " + fixed(100 * d.share_over(kFeltDifference_n), 2) +
+          " %, other contact: " + fixed(100 * d.other_contact_share, 2) + " %";
       add(topic, stated(row), found, agrees(d, row.contact.contact, row.found.tolerance_n));
     }
     if (!row.contact.other_strength.empty()) continue;
@@ -168,7 +182,10 @@ PartReport divisions_part(const StabilityOptions& options) {
       "Difference of the wrench from that in the first division, tick by tick: sqrt(|dF|^2 + "
       "|dtau|^2 k_t / k_r). Contacts of faces may differ by k_t times the depth that counts as "
       "free. Where contacts of edges come and go, the way of the iteration decides which of two "
-      "free configurations it reaches, and when a hold is lost: these are counted. Beside it the "
+      "free configurations it reaches, and when a hold is lost: these are counted. A part pulled "
+      "hard against edges that leave it a freedom has many configurations whose energies differ by "
+      "less than the free depth times the force: there the wrench is determined to 2 sqrt(2 k_t "
+      "tol F), and what differs by more rests on another contact. Beside it the "
       "mean force of both laws in the first division over the ticks in which both push and less "
       "than 45 degrees apart: it must agree "
       "within 20 %, but for these.\n\n" +
