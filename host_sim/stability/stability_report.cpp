@@ -20,6 +20,7 @@ constexpr StabilityPart kParts[] = {
     {4, "continuity", continuity_part},
     {5, "energy", energy_part},
     {6, "clearance", [](const StabilityOptions& o) { return clearance_part(o.quick); }},
+    {7, "divisions", divisions_part},
 };
 
 std::string index_page(std::span<const PartReport> reports, bool quick) {
