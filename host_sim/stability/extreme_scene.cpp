@@ -139,6 +139,11 @@ std::vector<std::byte> compiled(const ExtremeScene& scene, LawId law) {
   description.parameters.law = law;
   description.parameters.k_f_n_per_m = kExtremeStiffness_n_per_m;
   description.parameters.epsilon_m = 1e-3 * std::min(scene.size_m, 1e3);
+  double radius_m = 0;
+  for (const Vector& v : scene.a.vertices) radius_m = std::max(radius_m, v.norm());
+  // Soft enough in rotation for a tilted face to come to lie flat.
+  const double length_m = 0.75 * radius_m;
+  description.parameters.coupling.k_r_nm_per_rad = kExtremeStiffness_n_per_m * length_m * length_m;
   description.parameters.exact_band_m = kMaxSceneLength_m;
   return tools::write_scene(description);
 }

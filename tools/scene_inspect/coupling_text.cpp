@@ -83,6 +83,8 @@ Json coupling_as_json(const SceneFacts& facts) {
           {"min_window_s", c.min_window_s},
           {"max_window_s", c.max_window_s},
           {"encoder_step_rad", c.encoder_step_rad},
+          {"passes", c.passes},
+          {"tolerance_m", c.tolerance_m},
           {"passivity", c.passivity != 0},
           {"allow_active", c.allow_active != 0},
           {"largest_lever_m", size.radius_m},
