@@ -184,6 +184,7 @@ class Proxy {
   NearScratch* near_scratch_ = nullptr;
   BoundedList<NearNode>* near_ = nullptr;
   QpResult last_qp_;
+  bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
 };
 
 }  // namespace haptic

@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-/// Size of the trust region when the first rounds have not found a step.
+/// By how much a retry shrinks the trust region.
 constexpr Real kRetryShare = 0.15_r;
 
 /// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
@@ -123,9 +123,14 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   const Real tolerance = qp_tolerance(scale, error, length);
   const Step here = step_by(Vec3::Zero(), Vec3::Zero());
   Real share = 1;
-  for (std::uint32_t round = 0; round < kProxyRounds + kProxyRetryRounds; ++round) {
-    if (round == kProxyRounds) {
-      share = kRetryShare;
+  far_rows_ = false;
+  constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+  std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
+  for (std::uint32_t round = 0; round < kRounds; ++round) {
+    if (round == retry_at) {
+      retry_at += kProxyRetryRounds;
+      share *= kRetryShare;
+      far_rows_ = false;
       rows_.clear();
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
         imposed_[k].times = 0;
@@ -146,7 +151,13 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     if (s * turn > share * scale.turn_rad) s = share * scale.turn_rad / turn;
     step = step_by(s * dx, s * dtheta);
     const Check result = check(step, -scale.tolerance_m / 2, tick);
-    if (result.ok) return true;
+    if (result.ok) {
+      // Rows linearised at a far step can hold the proxy where it is: a nearer one may be free.
+      const bool still = far * s <= scale.still_m && turn * s <= scale.still_rad;
+      if (!still || !far_rows_ || retry_at >= kRounds) return true;
+      round = retry_at - 1;
+      continue;
+    }
     if (!impose_worst(result, step, error, tick)) {
       tick.limited = true;
       return false;
@@ -184,6 +195,7 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
     if (!add_rows(at, step_by(Vec3::Zero(), Vec3::Zero()), error, false, tick)) return false;
     if (rows_.size() > rows) return true;
   }
+  far_rows_ = true;
   return add_rows(at, step, error, plane.times > 1, tick);
 }
 

@@ -73,8 +73,8 @@ inline constexpr std::uint32_t kDefaultPairVisits = 64;
 
 /// Passes of the proxy in one tick: the default, and the most that a scene may ask for.
 inline constexpr std::uint32_t kDefaultProxyPasses = 3, kMaxProxyPasses = 32;
-/// Rounds of one pass: tries to impose what is needed, and again within a smaller step.
-inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6;
+/// Rounds of one pass: tries to impose what is needed, and again within smaller steps.
+inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRetries = 2;
 /// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
 /// ones.
 inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
@@ -90,11 +90,12 @@ struct ProxyBounds {
   std::uint64_t plane_gaps, valid_nodes, full_searches;
 };
 constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) noexcept {
-  constexpr std::uint64_t kRounds = kProxyRounds + kProxyRetryRounds;
+  constexpr std::uint64_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   constexpr std::uint64_t kChecks = kRounds + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
   const std::uint64_t valid = std::min<std::uint64_t>(pairs, kMaxValidSearches) * kMaxValidPlanes;
   const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
-  const std::uint64_t rows = 2 * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
+  const std::uint64_t rows =
+      (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
   return {passes * (pairs + kChecks * check + rows),
           passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
 }
