@@ -106,7 +106,6 @@ void Proxy::reset() noexcept {
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   path_m_ = turn_rad_ = 0;
-  still_ticks_ = 0;
   version_ = 1;
 }
 
@@ -265,14 +264,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     const bool moved = (p_.x0_w - before.x0_w).squaredNorm() > scale.still_m * scale.still_m ||
                        (p_.q_wa.coeffs() - before.q_wa.coeffs()).squaredNorm() * 4 >
                            scale.still_rad * scale.still_rad;
-    if (moved || tick.rejected != rejected) {
-      still_ticks_ = 0;
-      continue;
-    }
-    // At rest, or held by planes of which others would let go: now and then the pass is made again
-    // without those that held it last.
-    if (k > 0 || ++still_ticks_ % kFreshChoiceTicks != 0) break;
-    active_.clear();
+    if (!moved && tick.rejected == rejected) break;
   }
   tick.error = pose_error(goal, p_);
   tick.end_potential_j = potential_j(parameters_.spring, tick.error);

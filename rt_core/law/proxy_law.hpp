@@ -36,9 +36,6 @@ struct ProxyScale {
   Real still_m = 0, still_rad = 0;  ///< a shorter move ends the tick
 };
 
-/// A proxy at rest chooses its planes anew every so many ticks.
-inline constexpr std::uint32_t kFreshChoiceTicks = 4;
-
 /// Radius of the part for which the lengths below were chosen.
 inline constexpr Real kProxyRadius_m = 0.05_r;
 
@@ -166,7 +163,6 @@ class Proxy {
   GripPose p_;
   bool started_ = false;
   double path_m_ = 0, turn_rad_ = 0;  ///< how far p_ has come, rounded up
-  std::uint32_t still_ticks_ = 0;     ///< ticks in a row whose first pass did not move it
   std::uint64_t version_ = 1;         ///< of p_: vertices are turned once for each
 
   std::span<ProxyPair> pairs_;
