@@ -155,7 +155,6 @@ struct HapticCore::State {
   [[nodiscard]] Wrench total_wrench(StepResult& result) noexcept;
   void add_to_group(const ContactPatch& patch, ContactPatch& group) noexcept;
   void chain_hash(const StepResult& result) noexcept;
-  void raise_peaks(const StepCounters& counters) noexcept;
 };
 
 }  // namespace haptic

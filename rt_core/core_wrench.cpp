@@ -124,7 +124,7 @@ void HapticCore::State::chain_hash(const StepResult& result) noexcept {
   hash = chain.value();
 }
 
-void HapticCore::State::raise_peaks(const StepCounters& counters) noexcept {
+void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
   for (const auto field :
        {&StepCounters::pair_visits, &StepCounters::support_pairs,
         &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,

@@ -98,7 +98,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   }
   result.wrench_w = s.finish(wrench, device, input, result);
   s.chain_hash(result);
-  s.raise_peaks(result.counters);
+  raise_peaks(result.counters, s.peaks);
   result.state_hash = s.hash;
   return result;
 }

@@ -127,6 +127,8 @@ struct PairReport {
 
 /// Largest counts seen since the last reset.
 using StepPeaks = StepCounters;
+/// Raises each count of `peaks` to that of `counters`.
+void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept;
 
 class HapticCore {
  public:

@@ -31,15 +31,6 @@ double search_all(const SceneView& view, std::vector<FlatPair>& pairs, const Pos
   return least;
 }
 
-void raise(const StepCounters& counters, StepCounters& peaks) {
-  for (const auto field :
-       {&StepCounters::pair_visits, &StepCounters::support_pairs,
-        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs}) {
-    peaks.*field = std::max(peaks.*field, counters.*field);
-  }
-}
-
 /// Every kStaleStride-th pose as a first tick.
 constexpr std::size_t kStaleStride = 10;
 
@@ -57,7 +48,7 @@ void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeat
     }
     times.push_back(least);
     work.push_back(work_units(step.counters));
-    raise(step.counters, result.peaks);
+    raise_peaks(step.counters, result.peaks);
   }
   // A tick with little work costs its fixed part, which says nothing about a unit.
   const std::uint64_t most = *std::max_element(work.begin(), work.end());
@@ -132,7 +123,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
       result.ticks[i].relocalised = step.counters.stale_pairs > 0;
     }
   }
-  raise(session.core().peaks(), result.peaks);
+  raise_peaks(session.core().peaks(), result.peaks);
   volatile double sink = 0;
   for (std::size_t i = 0; i < motion.size(); ++i) {
     TickTime& tick = result.ticks[i];
