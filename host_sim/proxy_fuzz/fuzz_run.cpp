@@ -19,8 +19,7 @@ constexpr Wide kStill_m = 1e-9L, kRadius_m = 0.05L;
 constexpr Wide kAtGoal_j = 1e-9L;
 
 constexpr std::uint32_t kPassCap = kDefaultProxyPasses;
-constexpr std::uint32_t kRoundCap =
-    kProxyRounds + kProxyRetries * kProxyRetryRounds;
+constexpr std::uint32_t kRoundCap = kProxyRounds + kProxyRetries * kProxyRetryRounds;
 
 /// Overwrites the only place in the core's memory that holds exactly these numbers.
 template <std::size_t count>

@@ -8,9 +8,9 @@
 namespace haptic::tools {
 
 /// Length L of the coupling as a share of r_A, the radius of the moving part about its grip point:
-/// a rotation error counts like the displacement that it gives at L. Far below r_A no torque is felt
-/// and a part tips and hooks on a rim that it should slip off (pegs on recorded insertions: at r_A
-/// and below); far above, torque steps grow.
+/// a rotation error counts like the displacement that it gives at L. Far below r_A no torque is
+/// felt and a part tips and hooks on a rim that it should slip off (pegs on recorded insertions: at
+/// r_A and below); far above, torque steps grow.
 inline constexpr double kDefaultLengthShare = 1.5;
 /// The same where a device is given: its mass and damping are taken to act at this share of r_A in
 /// rotation, so that a rotation is as stable as a translation.
@@ -30,8 +30,8 @@ inline constexpr double kDefaultMinWindow_s = 0.001;
 inline constexpr double kDefaultMaxWindow_s = 0.02;
 
 /// Fills every number of the coupling that is zero but may not be: k_t with k_F, k_r with k_t L^2,
-/// L by default_length_share, the largest rotation error, the passes, both windows of the estimator (only
-/// together). What is given stays.
+/// L by default_length_share, the largest rotation error, the passes, both windows of the estimator
+/// (only together). What is given stays.
 void complete_coupling(SceneParameters& parameters, double radius_m);
 
 }  // namespace haptic::tools

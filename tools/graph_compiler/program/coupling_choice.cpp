@@ -87,7 +87,8 @@ class Choice {
   void choose_stiffness() {
     CouplingParameters& c = parameters_.coupling;
     const CouplingRequest& request = scene_.coupling;
-    const double length_m = request.length_m.value_or(default_length_share(parameters_.device) * radius_m_);
+    const double length_m =
+        request.length_m.value_or(default_length_share(parameters_.device) * radius_m_);
     const auto rotary = [&] {
       return request.k_r_nm_per_rad.value_or(c.k_t_n_per_m * length_m * length_m);
     };
