@@ -149,6 +149,7 @@ class Proxy {
   [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
                              const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
   void remember_active() noexcept;
+  [[nodiscard]] bool crowded() const noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   void certify(ReachedPair& reached, const GripPose& q, Real least_m, ProxyTick& tick) noexcept;

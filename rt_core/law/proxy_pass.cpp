@@ -116,6 +116,16 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
   }
 }
 
+/// Whether two planes of one pair are imposed: one of them may be more than the pair needs.
+bool Proxy::crowded() const noexcept {
+  for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
+    for (std::uint32_t l = 0; l < k; ++l) {
+      if (imposed_[k].pair == imposed_[l].pair) return true;
+    }
+  }
+  return false;
+}
+
 /// Imposes planes until the step that the quadratic program asks for is certified.
 bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
@@ -125,6 +135,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real share = 1;
   far_rows_ = false;
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+  bool anew = false;
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     if (round == retry_at) {
@@ -132,6 +143,8 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       share *= kRetryShare;
       far_rows_ = false;
       rows_.clear();
+      if (anew) imposed_.clear();
+      anew = false;
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
         imposed_[k].times = 0;
         if (!add_rows(k, here, error, false, tick)) break;
@@ -152,10 +165,12 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     step = step_by(s * dx, s * dtheta);
     const Check result = check(step, -scale.tolerance_m / 2, tick);
     if (result.ok) {
-      // Rows linearised at a far step can hold the proxy where it is: a nearer one may be free.
+      // Rows linearised at a far step, and planes that were the best there, can hold the proxy
+      // where it is: a nearer step, its planes chosen anew, may be free.
       const bool still = far * s <= scale.still_m && turn * s <= scale.still_rad;
-      if (!still || !far_rows_ || retry_at >= kRounds) return true;
+      if (!still || !(far_rows_ || crowded()) || retry_at >= kRounds) return true;
       round = retry_at - 1;
+      anew = true;
       continue;
     }
     if (!impose_worst(result, step, error, tick)) {
