@@ -85,15 +85,14 @@ WallCell wall_cell(const TrialSetting& setting, double seconds) {
 }
 
 /// Least that the proxy must reach in the hole at 1 kHz with one sample of delay [N/m]; 0: nothing
-/// is stated. All but one are those of a prototype in a trial that is not known in detail; with a
-/// light hand at B 0.5 it reached 3000, the next of the list, in its own.
+/// is stated.
 double stated_peg(const TrialSetting& s) {
   if (s.law != LawId::kProxy || s.rate_hz != 1000 || s.delay_samples != 1) return 0;
   struct Row {
     double damping, loose, light, firm;
   };
   constexpr Row kRows[] = {{0, 700, 2000, 5000},
-                           {0.5, 1000, 2000, 5000},
+                           {0.5, 1000, 3000, 5000},
                            {1, 1400, 3000, 5000},
                            {2, 2000, 3000, 5000},
                            {4, 3000, 4000, 5000}};
