@@ -169,11 +169,11 @@ std::string rendering_plot(const std::vector<RenderingRow>& rows) {
                          kWidth,
                          kHeight,
                          1e2,
-                         1e6,
+                         1e5,
                          kLeastError_n,
                          1e1};
-    content +=
-        log_panel_frame(panel, contacts[c], "median tick", c == 0 ? "force error, p99 (N)" : "", 3);
+    content += log_panel_frame(panel, contacts[c], "median tick (ns)",
+                               c == 0 ? "force error, p99 (N)" : "", 3);
     std::vector<double> line;
     for (const RenderingRow& row : rows) {
       if (row.contact != contacts[c]) continue;
