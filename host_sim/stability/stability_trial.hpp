@@ -40,15 +40,27 @@ struct TrialSetting {
 [[nodiscard]] const std::vector<double>& peg_stiffnesses();
 
 /// A square peg, 20 mm deep in a hole with 0.1 mm of clearance per side; the hand's target moves
-/// 3 mm and 2 mm sideways and turns by 0.05 rad within a second, then rests for `seconds`.
+/// 3 mm and 2 mm sideways and turns by 0.05 rad within a second, then rests for `seconds`. A loop
+/// that is not at rest then is watched for as long again, up to eight times, while what it does
+/// still falls by a tenth each time: next to the boundary a stable loop settles slowly, and one
+/// beyond it grows or keeps on.
 struct PegRest {
-  double speed_m_per_s = 0, turn_rad_per_s = 0;  ///< largest in the last tenth of the run
-  [[nodiscard]] bool at_rest() const { return speed_m_per_s < 0.5e-3 && turn_rad_per_s < 0.05; }
+  /// Largest in the last part of the run, a tenth of the motion and `seconds`.
+  double speed_m_per_s = 0, turn_rad_per_s = 0;
+  double rest_s = 0;     ///< how long the target had rested
+  bool in_place = true;  ///< not shaken along the hole by 1 mm
+  [[nodiscard]] bool slow() const { return speed_m_per_s < 0.5e-3; }
+  [[nodiscard]] bool turns_slowly() const { return turn_rad_per_s < 0.05; }
+  [[nodiscard]] bool at_rest() const { return in_place && slow() && turns_slowly(); }
 };
 [[nodiscard]] PegRest peg_rest(const TrialSetting& setting, double stiffness_n_per_m,
                                double seconds);
 
-/// Largest of peg_stiffnesses() up to which all come to rest; 0 when the first does not.
-[[nodiscard]] double peg_limit(const TrialSetting& setting, double seconds);
+/// Largest of peg_stiffnesses() up to which all come to rest, 0 when the first does not; and for
+/// how long the target had rested by then.
+struct PegLimit {
+  double stiffness_n_per_m = 0, rest_s = 0;
+};
+[[nodiscard]] PegLimit peg_limit(const TrialSetting& setting, double seconds);
 
 }  // namespace haptic::sim
