@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a haptic device is to the servo loop: capabilities, one time-stamped state, one command.
-/// Fixed size, copied by value between threads. SI units; frame D is the device's base frame.
+/// What a haptic device is to the host: its capabilities, beside the state and the command that it
+/// exchanges with the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by
+/// value. SI units; frame D is the device's base frame, H the handle.
 
 #include <cstdint>
 
 #include "rt_core/base/pose.hpp"
+#include "rt_core/exchange/device_exchange.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
 
@@ -26,8 +29,10 @@ enum DofBit : std::uint32_t {
 struct DeviceCapabilities {
   std::uint32_t sensed_dof = 0;  ///< DofBit
   std::uint32_t driven_dof = 0;  ///< DofBit; the rest of a wrench is dropped by project_wrench
-  Real max_force_n = 0;
+  Real max_force_n = 0;          ///< norm
   Real max_torque_nm = 0;
+  Vec3 max_axis_force_n = Vec3::Zero();  ///< per axis of D
+  Vec3 max_axis_torque_nm = Vec3::Zero();
   Real max_force_rate_n_per_s = 0;
   Real max_torque_rate_nm_per_s = 0;
   Real max_stiffness_n_per_m = 0;
@@ -36,34 +41,33 @@ struct DeviceCapabilities {
   Real damping_ns_per_m = 0;
   Real coulomb_friction_n = 0;
   Real encoder_step_m = 0;
+  Real encoder_step_rad = 0;
+  Real workspace_radius_m = 0;
   std::int64_t watchdog_ns =
       0;  ///< the device drops its drives when no command came for this long; 0: none
   std::int64_t report_period_ns = 0;
-  Vec3 handle_offset_d =
-      Vec3::Zero();  ///< handle point about the sensed point, in the handle's frame [m]
-};
-
-/// One report of the device.
-struct DeviceState {
-  std::uint64_t sequence = 0;
-  std::int64_t stamp_ns = 0;  ///< host monotonic clock at completion of the transfer
-  Pose pose_dh;               ///< handle in D
-  Twist twist_d;
-  bool twist_valid = false;
-  std::uint32_t switches = 0;  ///< bit set = pressed
-  std::uint32_t faults = 0;    ///< bit set = present
-};
-
-/// One command to the device: force and torque at the handle point in D axes.
-struct DeviceCommand {
-  std::uint64_t tick = 0;  ///< servo tick that made it
-  Wrench wrench_d;
+  bool rate_input = false;  ///< a displacement device: its pose is integrated from rates
+  bool twist_sensed = false;
+  Quat q_wd = Quat::Identity();         ///< D axes to x right, y away from the operator, z up
+  Vec3 handle_offset_h = Vec3::Zero();  ///< handle point about the sensed point [m]
 };
 
 enum class HalStatus : std::uint8_t {
   kOk = 0,
   kBadCapabilities,  ///< a number is negative or not finite, or a driven degree of freedom is not
                      ///< sensed
+  kUsbUnavailable,   ///< libusb could not be initialised
+  kDeviceNotFound,   ///< no device of that identity on any bus
+  kDeviceDenied,     ///< found, but this user may not open it
+  kDeviceBusy,       ///< another program or driver holds its interface
+  kDeviceGone,       ///< unplugged
+  kDeviceUnfit,      ///< it lacks the interface or the endpoints of its driver
+  kTransferFailed,   ///< stall, babble or protocol error that did not clear
+  kTimeout,          ///< no answer within the stated time
+  kStartFailed,      ///< firmware, homing or calibration failed
+  kBadFirmwareFile,  ///< the named image cannot be read or is not one
+  kNoMemory,
+  kOsRefused,  ///< a call of the operating system failed
   kCount
 };
 
@@ -76,5 +80,15 @@ enum class HalStatus : std::uint8_t {
 /// The part of `wrench` that the device can exert: components of undriven degrees of freedom become
 /// zero.
 [[nodiscard]] Wrench project_wrench(const Wrench& wrench_d, std::uint32_t driven_dof) noexcept;
+
+/// Largest share of its force that a device without a watchdog of its own is given: if the host
+/// dies, the last force stays on.
+inline constexpr Real kShareWithoutWatchdog = 0.5_r;
+
+/// Safety limits of a device: its own where known, else the defaults of SafetyLimits; slew such
+/// that a ramp from full force ends within half its watchdog; `kShareWithoutWatchdog` of force and
+/// torque where it has none.
+[[nodiscard]] SafetyLimits limits_of(const DeviceCapabilities& capabilities,
+                                     std::int64_t period_ns) noexcept;
 
 }  // namespace haptic::hal

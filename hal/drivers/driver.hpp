@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A driver: a pure codec between the bytes of one kind of device and its state and command, and
+/// the small state machine round it (sequence, homing, calibration). Nothing here knows libusb.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "hal/device.hpp"
+#include "hal/drivers/usb_port.hpp"
+
+namespace haptic::hal {
+
+/// Largest report of any driver [bytes].
+inline constexpr std::size_t kMaxReportBytes = 128;
+
+/// Where the device is found and how its reports travel.
+struct UsbProfile {
+  const char* name = "";
+  std::uint16_t vendor_id = 0, product_id = 0;
+  std::uint8_t interface_number = 0;
+  std::uint8_t in_endpoint = 0x81;
+  std::uint8_t out_endpoint = 0;  ///< 0: reports go in only
+  bool bulk = false;              ///< endpoints are bulk; else interrupt
+  std::uint16_t in_bytes = 0, out_bytes = 0;
+  bool lock_step = false;      ///< it answers each report from the host with one of its own
+  bool kernel_driver = false;  ///< a kernel driver holds the interface and must be detached
+};
+
+/// What a report turned out to be.
+enum class ReportVerdict : std::uint8_t {
+  kState = 0,    ///< `state` is new
+  kNothing,      ///< valid, but no new state in it
+  kBadLength,    ///< `state` is unchanged here and below
+  kBadCheck,     ///< check sum, frame or reserved bytes
+  kBadNumber,    ///< a value outside what the device can say; kinematics that did not converge
+  kNotAdvancing  ///< its sequence is not newer than the last one's
+};
+
+/// Owner: the USB thread. `read` and `write` are wait-free and do not allocate.
+class Driver {
+ public:
+  virtual ~Driver() = default;
+  [[nodiscard]] virtual const UsbProfile& profile() const noexcept = 0;
+  [[nodiscard]] virtual const DeviceCapabilities& capabilities() const noexcept = 0;
+
+  /// From power-up to flowing reports; called once per connection, with all state forgotten. May
+  /// block (firmware takes seconds), always bounded, and gives up when port.cancelled().
+  [[nodiscard]] virtual HalStatus start(UsbPort& port) noexcept = 0;
+
+  /// One report from the device. Fills pose_dh, twist_d, twist_valid, link, switches, faults of
+  /// `state` (DeviceFault's lower half); sequence, stamp and the rest belong to the link. `link`
+  /// becomes kReady only once calibrated and homed.
+  [[nodiscard]] virtual ReportVerdict read(std::span<const std::uint8_t> report,
+                                           std::int64_t stamp_ns, DeviceState& state) noexcept = 0;
+
+  /// The next report to the device, for a wrench within the device's capabilities; returns its
+  /// length, 0 when there is nothing to send. `report` has room for out_bytes. `delivered_d`
+  /// becomes what the device will exert for it: rounded to its units, zero while not homed.
+  [[nodiscard]] virtual std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
+                                          std::span<std::uint8_t> report,
+                                          Wrench& delivered_d) noexcept = 0;
+};
+
+}  // namespace haptic::hal

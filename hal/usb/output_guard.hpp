@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The last stage before the bus, owned by the USB thread: it does not trust the servo thread. It
+/// keeps its own copy of the last wrench sent, answers an old command by a decay and then a ramp to
+/// zero, and stays at zero until the operator arms anew.
+
+#include <cstdint>
+
+#include "hal/device.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
+
+namespace haptic::hal {
+
+struct GuardedOutput {
+  Wrench wrench_d;
+  std::uint64_t tick = 0;    ///< of the command that it rests on
+  std::uint32_t faults = 0;  ///< DeviceFault, upper half: latched here
+  bool held = false;         ///< the last wrench was held and faded
+};
+
+class OutputGuard {
+ public:
+  explicit OutputGuard(const SafetyLimits& limits) noexcept;
+
+  /// What to send now. `command` is the newest there is; its age is now_ns - command.stamp_ns. Not
+  /// finite, beyond the limits or faster than the slew limit: cut to them. Older than the limits'
+  /// held_periods: held and decaying; older than lost_periods: ramp to zero, kLinkStaleCommand
+  /// latched until command.arming grows. Cost: constant.
+  [[nodiscard]] GuardedOutput update(std::int64_t now_ns, const DeviceCommand& command) noexcept;
+
+  /// Latches a fault from outside (link lost, servo process ended): ramps to zero.
+  void latch(std::uint32_t faults) noexcept;
+
+  /// After the device was away: what is sent first is exactly zero, and stays so until
+  /// command.arming grows beyond what it is now.
+  void restart() noexcept;
+
+  [[nodiscard]] std::uint32_t faults() const noexcept { return faults_; }
+
+ private:
+  SafetyLimits limits_;
+  WrenchRamp ramp_;
+  Wrench sent_;
+  std::int64_t stamp_ns_ = 0;
+  bool stamped_ = false;
+  std::uint32_t faults_ = 0;
+  std::uint32_t arming_ = 0;      ///< the newest seen
+  std::uint32_t blocked_at_ = 0;  ///< arming count at which output stays zero, where blocked_
+  bool blocked_ = true;
+};
+
+}  // namespace haptic::hal

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// One device on the bus, through libusb: opening, the transfers in flight, unplug and re-plug. All
+/// libusb is called from one thread, the one that calls `poll`; the servo thread meets it only in
+/// the two triple buffers.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "hal/device.hpp"
+#include "hal/drivers/driver.hpp"
+#include "hal/usb/output_guard.hpp"
+#include "rt_core/exchange/latest_value.hpp"
+
+namespace haptic::hal {
+
+/// What servo and device side share; may lie in memory shared by two processes.
+struct DeviceMailbox {
+  LatestValue<DeviceState> state;      ///< written by the device side, read by the servo thread
+  LatestValue<DeviceCommand> command;  ///< the reverse
+};
+
+/// Which device: by identity (0: the driver's own), serial number if not empty; or a descriptor
+/// that somebody else opened, which is then wrapped and not closed.
+struct UsbAddress {
+  std::uint16_t vendor_id = 0, product_id = 0;
+  std::string serial;
+  int wrapped_fd = -1;
+};
+
+/// Parses "VID:PID" or "VID:PID:SERIAL", hexadecimal. Returns false when it is neither.
+[[nodiscard]] bool parse_usb_address(const std::string& text, UsbAddress& address);
+
+struct LinkSettings {
+  UsbAddress address;
+  SafetyLimits limits;
+  int in_transfers = 3;                  ///< queued at any time, 2 to 4
+  std::int64_t silence_ns = 20'000'000;  ///< no valid report for this long: kLinkSilent
+  std::uint32_t corrupt_in_a_row = 5, frozen_in_a_row = 10;
+  /// Report-clocked: after a report, wait for its command at most this long, then send what there
+  /// is; 0: send the newest at once (timer-clocked).
+  std::int64_t answer_wait_ns = 0;
+  std::int64_t retry_ns = 200'000'000;  ///< between attempts to open a device that is absent
+  /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
+  std::int64_t (*clock)(void* context) = nullptr;
+  void* clock_context = nullptr;
+};
+
+/// Counters since the link was made, for reports; read from any thread through `counters()`.
+struct LinkCounters {
+  std::uint64_t reports = 0, states = 0, bad_length = 0, bad_check = 0, bad_number = 0,
+                not_advancing = 0, sent = 0, send_busy = 0, send_failed = 0, in_failed = 0,
+                answers_late = 0, connects = 0, disconnects = 0, guard_held = 0;
+};
+
+/// Sees every report and every send, for the bus recorder; called on the USB thread.
+class LinkObserver {
+ public:
+  virtual ~LinkObserver() = default;
+  virtual void on_report(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
+                         ReportVerdict verdict, std::uint64_t sequence) noexcept = 0;
+  virtual void on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
+                       const GuardedOutput& output) noexcept = 0;
+  virtual void on_link(std::int64_t stamp_ns, LinkState state, HalStatus why) noexcept = 0;
+};
+
+/// Owner: the USB thread (construction and destruction may be elsewhere, before and after it runs).
+/// Allocates in the constructor and while connecting, not while reports flow (but for what libusb
+/// allocates itself).
+class UsbLink {
+ public:
+  UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings);
+  ~UsbLink();
+  UsbLink(const UsbLink&) = delete;
+  UsbLink& operator=(const UsbLink&) = delete;
+
+  void observe(LinkObserver* observer) noexcept;
+
+  /// One turn: tries to connect where there is no device (at most every retry_ns), else handles
+  /// what the bus has, waiting at most `timeout_ns`, checks silence and stale commands, and sends.
+  /// Never throws; the status is the link's condition, kOk while reports can flow.
+  HalStatus poll(std::int64_t timeout_ns) noexcept;
+
+  /// Orderly end, in this order: zero command and its completion (bounded), no resubmission,
+  /// cancel, handle events until every callback has run, release, close.
+  void close() noexcept;
+
+  /// From any thread: makes a blocking start give up, and poll return soon.
+  void cancel() noexcept;
+  /// The servo process ended: ramp to zero, latch kLinkServoLost.
+  void servo_lost() noexcept;
+
+  [[nodiscard]] LinkState state() const noexcept;
+  [[nodiscard]] LinkCounters counters() const noexcept;
+  /// Text of the last trouble with libusb's code and what to do, for people; not for the loop.
+  [[nodiscard]] std::string trouble() const;
+
+ private:
+  struct Inside;
+  std::unique_ptr<Inside> inside_;
+};
+
+}  // namespace haptic::hal

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A USB device inside this process, under the real libusb: ioctl, read and lseek of the descriptor
+/// that libusb is given are answered here, everything else goes to the kernel. Needs neither
+/// hardware nor rights. The program must export its symbols (CMake ENABLE_EXPORTS), so that the
+/// shared libusb resolves to ours.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace haptic::sim {
+
+/// What stands behind the descriptor. Called from the thread that calls libusb, except where said.
+class UsbFunction {
+ public:
+  virtual ~UsbFunction() = default;
+  /// Device descriptor followed by the configuration descriptors, as usbfs gives them.
+  [[nodiscard]] virtual std::vector<std::uint8_t> descriptors() const = 0;
+  /// 3 = high, 2 = full.
+  [[nodiscard]] virtual int speed() const = 0;
+  /// Control request on endpoint 0; returns bytes moved, or a negative errno.
+  virtual int control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
+                      std::uint16_t index, std::span<std::uint8_t> bytes) = 0;
+  /// OUT transfer; returns bytes taken, or a negative errno.
+  virtual int out(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) = 0;
+};
+
+/// One end of the fake bus. Reports are pushed; an IN transfer that waits is completed by the next.
+/// `push`, `fail_next`, `unplug` may be called from any thread.
+class UsbfsCarrier {
+ public:
+  explicit UsbfsCarrier(UsbFunction& function);
+  ~UsbfsCarrier();
+  UsbfsCarrier(const UsbfsCarrier&) = delete;
+  UsbfsCarrier& operator=(const UsbfsCarrier&) = delete;
+
+  /// To be given to libusb_wrap_sys_device (UsbAddress::wrapped_fd).
+  [[nodiscard]] int descriptor() const;
+
+  /// The device has this to say on an IN endpoint; kept until a transfer waits for it, at most
+  /// `room` reports, the oldest lost. Returns false when one was lost.
+  bool push(std::uint8_t endpoint, std::span<const std::uint8_t> bytes);
+
+  /// The next transfer on the endpoint that would complete fails with this errno (-EPIPE stall,
+  /// -EOVERFLOW babble, -EPROTO bus error), `times` times.
+  void fail_next(std::uint8_t endpoint, int negative_errno, unsigned times = 1);
+  /// The next submits of the endpoint are refused with this errno (-ENOMEM).
+  void refuse_submit(std::uint8_t endpoint, int negative_errno, unsigned times = 1);
+  /// OUT transfers stay in flight until released.
+  void hold_out(bool held);
+
+  void unplug();                   ///< pending transfers end with -ESHUTDOWN
+  void unplug_at_next_resubmit();  ///< between a completion and the resubmit in its callback
+  [[nodiscard]] bool plugged() const;
+
+  [[nodiscard]] unsigned waiting(std::uint8_t endpoint) const;  ///< transfers in flight
+
+ private:
+  struct Inside;
+  std::unique_ptr<Inside> inside_;
+};
+
+}  // namespace haptic::sim

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The last stage of the servo thread before the device: whatever the rendering asks for, what
+/// leaves is finite, within the limits and never a jump.
+
+#include <cstdint>
+
+#include "rt_core/base/pose.hpp"
+#include "rt_core/safety/safety_limits.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
+
+namespace haptic {
+
+/// What was done to the wrench of a tick, as bits.
+enum LimiterFlag : std::uint32_t {
+  kLimiterNotFinite = 1u << 0,  ///< replaced by the last finite one
+  kLimiterClamped = 1u << 1,
+  kLimiterDampingCut = 1u << 2,  ///< the spring part alone was not enough to cut
+  kLimiterSlewed = 1u << 3,
+  kLimiterSpeed = 1u << 4,     ///< scaled down because the handle is fast
+  kLimiterDecaying = 1u << 5,  ///< the last wrench is held and fades
+  kLimiterRamping = 1u << 6    ///< ramp out, out, or ramp in
+};
+
+struct LimiterInput {
+  std::int64_t stamp_ns = 0;   ///< when this output is made
+  Wrench spring_d, damping_d;  ///< at the handle point; what is rendered is their sum
+  Twist twist_d;               ///< of the handle; not finite counts as beyond every speed limit
+  bool wants_force = false;    ///< Arming::wants_force
+  /// Periods by which state or tick are late: 0 on time. Within the held periods the last output is
+  /// held and decays; the caller latches a fault beyond.
+  std::uint32_t late_periods = 0;
+};
+
+struct LimitedOutput {
+  Wrench wrench_d;
+  std::uint32_t flags = 0;  ///< LimiterFlag
+  Real gain = 0;            ///< of the ramp
+};
+
+/// Owner: the servo thread. Starts out, at zero. Order: finite, driven degrees of freedom, speed,
+/// clamp (the spring part is scaled before the damping part), ramp, slew, finite.
+class OutputLimiter {
+ public:
+  OutputLimiter() noexcept = default;
+  explicit OutputLimiter(const SafetyLimits& limits) noexcept;
+
+  /// The output differs from the last one by at most slew times the time since, of which at most
+  /// kLongestRampTick_s counts; its norms and components are within the limits. Cost: constant.
+  [[nodiscard]] LimitedOutput update(const LimiterInput& input) noexcept;
+
+  /// Out, at zero, without history.
+  void reset() noexcept;
+
+  [[nodiscard]] const Wrench& last() const noexcept { return last_; }
+
+ private:
+  SafetyLimits limits_;
+  WrenchRamp ramp_;
+  Wrench last_, last_finite_spring_, last_finite_damping_;
+  bool stamped_ = false;
+  std::int64_t stamp_ns_ = 0;
+};
+
+}  // namespace haptic

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Every number of the safety stages in one table, with where it comes from. A device's defaults
+/// are made of its capabilities (hal/device_limits.hpp); whatever is not usable is replaced by the
+/// safest value here, never by "no limit".
+
+#include <cstdint>
+
+#include "rt_core/base/scalar.hpp"
+
+namespace haptic {
+
+struct SafetyLimits {
+  // Output.
+  Real max_force_n = 3.0_r;  ///< norm
+  Real max_torque_nm = 0.05_r;
+  Vec3 max_axis_force_n = Vec3::Zero();  ///< per axis of D; 0: the norm's limit
+  Vec3 max_axis_torque_nm = Vec3::Zero();
+  Real slew_n_per_s = 600.0_r;      ///< largest change of force, whatever the reason
+  Real slew_nm_per_s = 10.0_r;      ///< largest change of torque
+  Real ramp_in_s = 100.0e-3_r;      ///< after arming; at least 50 ms
+  std::uint32_t driven_dof = 0x3f;  ///< bits x y z rx ry rz; the rest of a wrench becomes zero
+  // Speed of the handle: full wrench below the first, none above the second, linear between.
+  Real full_speed_m_per_s = 1.0_r, zero_speed_m_per_s = 2.0_r;
+  Real full_turn_rad_per_s = 15.0_r, zero_turn_rad_per_s = 30.0_r;
+  // Age of what the output rests on, in periods of the loop. Up to the first: noted; up to the
+  // second: the last wrench is held and decays; beyond: ramp to zero, latched.
+  std::int64_t period_ns = 1'000'000;
+  std::uint32_t held_periods = 1, lost_periods = 5;
+  Real decay_per_period = 0.7_r;  ///< of the held wrench
+  /// Shortest turn of a report's pose that no hand can make within its interval: an encoder jumped.
+  Real jump_speed_m_per_s = 10.0_r, jump_turn_rad_per_s = 200.0_r;
+};
+
+/// `limits` with every number that is not finite or out of its range replaced by the default above.
+[[nodiscard]] SafetyLimits usable(const SafetyLimits& limits) noexcept;
+
+/// Longest time that a ramp from the largest wrench to zero takes by the slew limits [s]: what must
+/// be shorter than the device's own watchdog.
+[[nodiscard]] Real longest_ramp_s(const SafetyLimits& limits) noexcept;
+
+}  // namespace haptic
