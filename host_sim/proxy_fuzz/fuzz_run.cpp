@@ -42,10 +42,16 @@ void damage(CoreSession& session, ProxyFault fault) {
     return;
   }
   if (fault == ProxyFault::kCertificate) {
-    Real radius = 0, extent = 0;
+    // As the core computes them, so that the numbers are the same to the last bit.
+    const auto length = [](const double(&v)[3]) {
+      return Vec3(static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])).norm();
+    };
+    Real radius = 0, extent = length(view.parameters().start_p_wa_m);
     for (const PairRecord& pair : view.pairs()) {
+      const PieceRecord& b = view.pieces()[pair.piece_b];
       radius = std::max(radius, static_cast<Real>(view.pieces()[pair.piece_a].reach_m));
-      extent = std::max(extent, static_cast<Real>(view.pieces()[pair.piece_b].reach_m));
+      extent = std::max(extent,
+                        length(view.bodies()[b.body].reference_m) + static_cast<Real>(b.reach_m));
     }
     const ProxyScale scale = proxy_scale(radius, extent, 0);
     replace<3>(session.state(), {scale.tolerance_m, scale.step_m, scale.turn_rad},

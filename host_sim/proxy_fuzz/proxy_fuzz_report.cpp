@@ -110,8 +110,9 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
     text += std::string("| ") + c.name + " | " + std::to_string(t.*c.field) + " |\n";
   }
   text += "\nWorst gap " + number_text(t.worst_gap_m * 1e6L) +
-          " um (allowed -0.2). Largest rise of the energy " + number_text(t.largest_rise_j) +
-          " J; at most " + number_text(100 * t.largest_rise_share) +
+          " um (allowed: twice the tolerance of \"free\" of its scene" +
+          (sizeof(Real) == sizeof(double) ? ", -0.2" : "") + "). Largest rise of the energy " +
+          number_text(t.largest_rise_j) + " J; at most " + number_text(100 * t.largest_rise_share) +
           " % of its bound. Longest run of ticks without a move that was possible: " +
           std::to_string(t.longest_stall) + " (looked for from the 6th on; allowed 10).\n\n";
   text +=

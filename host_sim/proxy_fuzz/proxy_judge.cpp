@@ -73,7 +73,8 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   }
   const double* grip = view.bodies()[0].reference_m;
   if (grip[0] != 0 || grip[1] != 0 || grip[2] != 0) throw tools::InputError("grip off the origin");
-  Wide extent = 0;
+  const double* start = view.parameters().start_p_wa_m;
+  Wide extent = norm(WideVec{widen(start[0]), widen(start[1]), widen(start[2])});
   for (const PairRecord& pair : view.pairs()) {
     const OraclePiece& a = pieces_[pair.piece_a];
     const OraclePiece& b = pieces_[pair.piece_b];
@@ -81,7 +82,8 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
     const double* reference = view.bodies()[view.pieces()[pair.piece_b].body].reference_m;
     references_.push_back({widen(reference[0]), widen(reference[1]), widen(reference[2])});
     for (const WideVec& v : a.vertices) radius_m_ = std::max(radius_m_, norm(v));
-    for (const WideVec& v : b.vertices) extent = std::max(extent, norm(v));
+    for (const WideVec& v : b.vertices)
+      extent = std::max(extent, norm(references_.back()) + norm(v));
   }
   const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
   tolerance_m_ =

@@ -325,7 +325,9 @@ TEST_CASE("field: its truth is that of the nearest post") {
     Wide least = 1;
     for (const OraclePiece& post : posts)
       least = std::min(least, NearReference(block, post).at(at).truth.reference_m);
-    CHECK(workload.truths[i].truth.reference_m == least);
+    // In single precision the pieces of the workload are rounded.
+    const Wide rounding = sizeof(Real) == sizeof(double) ? 0 : 1e-8L;
+    CHECK(std::abs(workload.truths[i].truth.reference_m - least) <= rounding);
   }
 }
 

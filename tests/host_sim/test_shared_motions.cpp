@@ -97,7 +97,9 @@ double shortfall_m(const char* task, double k_r_nm_per_rad, double& clearance_m)
   const auto laws = nlohmann::json::parse(text_of_file(folder.file("laws/compare_laws.json")));
   const auto& proxy = laws.at(1);
   REQUIRE(proxy.at("law") == "proxy");
-  CHECK(proxy.at("worst_gap_m").get<double>() > -0.2e-6);
+  // Twice the tolerance of "free"; in single precision that is set by rounding.
+  const double allowed_m = HAPTIC_REAL_IS_FLOAT ? 5e-6 : 0.2e-6;
+  CHECK(proxy.at("worst_gap_m").get<double>() > -allowed_m);
   CHECK(proxy.at("end_distance_m").get<double>() < 1e-9);  // the motions end in the open
   for (const auto& law : laws) {
     const auto& force = law.at("force_steps").at(0);

@@ -213,7 +213,7 @@ TEST_SUITE("tools.coupling_choice") {
     far.replace(far.find("material = \"steel\""), 18, "position_m = [50, 0, 0]");
     if (sizeof(Real) == sizeof(float)) {
       CHECK_THROWS_WITH_AS(compile_scene(parsed(far, folder), {}),
-                           doctest::Contains("move the scene to the origin"), InputError);
+                           doctest::Contains("move the scene towards the origin"), InputError);
     } else {
       CHECK_NOTHROW(compile_scene(parsed(far, folder), {}));
     }
