@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/realtime/servo_loop.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace haptic::hal {
+namespace {
+
+std::uint32_t narrowed(std::int64_t periods) noexcept {
+  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(periods, 0, kMost));
+}
+
+}  // namespace
+
+const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept {
+  bool is_new = false;
+  input_.state = mailbox_.state.newest(&is_new);
+  input_.now_ns = now_ns;
+  input_.late_periods = late_periods;
+  input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
+  result_ = tick_.step(input_);
+  mailbox_.command.publish(result_.command);
+  counters_.ticks += 1;
+  counters_.late += late_periods > 0 ? 1u : 0u;
+  counters_.missed_periods += late_periods;
+  counters_.without_state += is_new ? 0u : 1u;
+  if (watch_ != nullptr) watch_(watch_context_, input_, result_);
+  return result_;
+}
+
+int ServoLoop::run(const std::atomic<bool>& stop) noexcept {
+  return settings_.report_clocked ? run_by_reports(stop) : run_by_timer(stop);
+}
+
+int ServoLoop::run_by_timer(const std::atomic<bool>& stop) noexcept {
+  DeadlineSchedule schedule(monotonic_ns(), settings_.period_ns);
+  while (!stop.load(std::memory_order_relaxed)) {
+    const int error = sleep_until(schedule.next_deadline_ns());
+    if (error != 0) return error;
+    const std::int64_t now_ns = monotonic_ns();
+    const std::int64_t missed = schedule.advance(now_ns);
+    counters_.largest_lateness_ns =
+        std::max(counters_.largest_lateness_ns, schedule.last_lateness_ns());
+    tick(now_ns, narrowed(missed));
+    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - now_ns);
+  }
+  return 0;
+}
+
+int ServoLoop::run_by_reports(const std::atomic<bool>& stop) noexcept {
+  std::uint32_t seen = mailbox_.states_published.load(std::memory_order_acquire);
+  std::int64_t last_ns = monotonic_ns();
+  while (!stop.load(std::memory_order_relaxed)) {
+    const std::int64_t deadline_ns = last_ns + settings_.report_wait_ns;
+    std::uint32_t count = seen;
+    while (count == seen && monotonic_ns() < deadline_ns && !stop.load(std::memory_order_relaxed)) {
+      count = wait_for_state(mailbox_, seen, deadline_ns);
+    }
+    seen = count;
+    const std::int64_t now_ns = monotonic_ns();
+    // The reports are the clock: what counts as late is the time since the last tick.
+    const std::int64_t over = now_ns - last_ns - settings_.period_ns;
+    counters_.largest_lateness_ns = std::max(counters_.largest_lateness_ns, over);
+    const std::uint32_t missed = narrowed(over / settings_.period_ns);
+    last_ns = now_ns;
+    tick(now_ns, missed);
+    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - now_ns);
+  }
+  return 0;
+}
+
+}  // namespace haptic::hal

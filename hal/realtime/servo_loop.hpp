@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The servo thread's body: wait, newest state, tick, publish. Clocked by a timer with the phase
+/// kept, or by the reports of the device.
+
+#include <atomic>
+#include <cstdint>
+
+#include "hal/device_mailbox.hpp"
+#include "hal/realtime/servo_clock.hpp"
+#include "rt_core/servo_tick.hpp"
+
+namespace haptic::hal {
+
+struct ServoLoopSettings {
+  std::int64_t period_ns = 1'000'000;
+  /// Tick at each report; a report that does not come within `report_wait_ns` is waited for no
+  /// longer, so that the output decays and ramps on its own.
+  bool report_clocked = false;
+  std::int64_t report_wait_ns = 1'500'000;
+};
+
+/// Ticks by what was found, since the start. Written by the servo thread alone.
+struct ServoLoopCounters {
+  std::uint64_t ticks = 0;
+  std::uint64_t late = 0;            ///< woken at least a period late
+  std::uint64_t missed_periods = 0;  ///< deadlines that passed without a tick
+  std::uint64_t without_state = 0;   ///< no new state since the tick before
+  std::int64_t largest_lateness_ns = 0, largest_tick_ns = 0;
+};
+
+/// Called after each tick on the servo thread, with what went in and what came out: tests, rings.
+/// Must be wait-free.
+using TickWatch = void (*)(void* context, const ServoInput& input, const ServoResult& result);
+
+/// Owner: the servo thread. Tick and mailbox outlive it. No heap, no lock; system calls of `run`:
+/// the clock, and the sleep between ticks.
+class ServoLoop {
+ public:
+  ServoLoop(ServoTick& tick, DeviceMailbox& mailbox, const ServoLoopSettings& settings) noexcept
+      : tick_(tick), mailbox_(mailbox), settings_(settings) {}
+
+  void watch(TickWatch watch, void* context) noexcept {
+    watch_ = watch;
+    watch_context_ = context;
+  }
+
+  /// One tick at `now_ns`: newest state, step, publish. `late_periods`: whole periods missed.
+  const ServoResult& tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept;
+
+  /// Ticks until `stop`. Returns 0, or the errno of a sleep that failed.
+  int run(const std::atomic<bool>& stop) noexcept;
+
+  /// From any thread: the call beside the device's own e-stop input; latches.
+  void emergency_stop() noexcept { emergency_stop_.store(true, std::memory_order_relaxed); }
+
+  [[nodiscard]] const ServoLoopCounters& counters() const noexcept { return counters_; }
+
+ private:
+  int run_by_timer(const std::atomic<bool>& stop) noexcept;
+  int run_by_reports(const std::atomic<bool>& stop) noexcept;
+
+  ServoTick& tick_;
+  DeviceMailbox& mailbox_;
+  ServoLoopSettings settings_;
+  ServoInput input_;
+  ServoResult result_;
+  ServoLoopCounters counters_;
+  TickWatch watch_ = nullptr;
+  void* watch_context_ = nullptr;
+  std::atomic<bool> emergency_stop_{false};
+};
+
+}  // namespace haptic::hal

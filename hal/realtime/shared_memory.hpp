@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Memory that outlives the process which writes it: anonymous, shared with children, faulted in
+/// and, where allowed, locked. The mailbox and the flight recorder lie in it.
+
+#include <cstddef>
+#include <span>
+
+namespace haptic::hal {
+
+class SharedMemory {
+ public:
+  /// Page-aligned, zeroed, faulted in. `bytes()` is empty when the system has none left.
+  explicit SharedMemory(std::size_t byte_count) noexcept;
+  ~SharedMemory();
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+
+  [[nodiscard]] std::span<std::byte> bytes() const noexcept { return bytes_; }
+  /// False where the limit of locked memory does not allow it: then it may be paged out.
+  [[nodiscard]] bool locked() const noexcept { return locked_; }
+
+ private:
+  std::span<std::byte> bytes_;
+  bool locked_ = false;
+};
+
+}  // namespace haptic::hal
