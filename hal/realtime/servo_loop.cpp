@@ -39,34 +39,33 @@ int ServoLoop::run_by_timer(const std::atomic<bool>& stop) noexcept {
   while (!stop.load(std::memory_order_relaxed)) {
     const int error = sleep_until(schedule.next_deadline_ns());
     if (error != 0) return error;
-    const std::int64_t now_ns = monotonic_ns();
-    const std::int64_t missed = schedule.advance(now_ns);
+    const std::int64_t start_ns = monotonic_ns();
+    const std::int64_t missed = schedule.advance(start_ns);
     counters_.largest_lateness_ns =
         std::max(counters_.largest_lateness_ns, schedule.last_lateness_ns());
-    tick(now_ns, narrowed(missed));
-    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - now_ns);
+    tick(now_ns(), narrowed(missed));
+    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - start_ns);
   }
   return 0;
 }
 
 int ServoLoop::run_by_reports(const std::atomic<bool>& stop) noexcept {
   std::uint32_t seen = mailbox_.states_published.load(std::memory_order_acquire);
-  std::int64_t last_ns = monotonic_ns();
+  std::int64_t last_ns = now_ns();
   while (!stop.load(std::memory_order_relaxed)) {
-    const std::int64_t deadline_ns = last_ns + settings_.report_wait_ns;
+    const std::int64_t deadline_ns = monotonic_ns() + settings_.report_wait_ns;
     std::uint32_t count = seen;
     while (count == seen && monotonic_ns() < deadline_ns && !stop.load(std::memory_order_relaxed)) {
       count = wait_for_state(mailbox_, seen, deadline_ns);
     }
     seen = count;
-    const std::int64_t now_ns = monotonic_ns();
+    const std::int64_t start_ns = now_ns();
     // The reports are the clock: what counts as late is the time since the last tick.
-    const std::int64_t over = now_ns - last_ns - settings_.period_ns;
+    const std::int64_t over = start_ns - last_ns - settings_.period_ns;
     counters_.largest_lateness_ns = std::max(counters_.largest_lateness_ns, over);
-    const std::uint32_t missed = narrowed(over / settings_.period_ns);
-    last_ns = now_ns;
-    tick(now_ns, missed);
-    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - now_ns);
+    last_ns = start_ns;
+    tick(start_ns, narrowed(over / settings_.period_ns));
+    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, now_ns() - start_ns);
   }
   return 0;
 }

@@ -18,6 +18,10 @@ struct ServoLoopSettings {
   /// longer, so that the output decays and ramps on its own.
   bool report_clocked = false;
   std::int64_t report_wait_ns = 1'500'000;
+  /// Time that the ticks are told; null: CLOCK_MONOTONIC. A simulated device brings its own. Sleeps
+  /// always go by the monotonic clock.
+  std::int64_t (*clock)(void* context) = nullptr;
+  void* clock_context = nullptr;
 };
 
 /// Ticks by what was found, since the start. Written by the servo thread alone.
@@ -57,6 +61,9 @@ class ServoLoop {
   [[nodiscard]] const ServoLoopCounters& counters() const noexcept { return counters_; }
 
  private:
+  [[nodiscard]] std::int64_t now_ns() const noexcept {
+    return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
+  }
   int run_by_timer(const std::atomic<bool>& stop) noexcept;
   int run_by_reports(const std::atomic<bool>& stop) noexcept;
 
