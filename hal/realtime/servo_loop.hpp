@@ -44,8 +44,8 @@ class ServoLoop {
   ServoLoop(ServoTick& tick, DeviceMailbox& mailbox, const ServoLoopSettings& settings) noexcept
       : tick_(tick), mailbox_(mailbox), settings_(settings) {}
 
-  void watch(TickWatch watch, void* context) noexcept {
-    watch_ = watch;
+  void watch(TickWatch called, void* context) noexcept {
+    watch_ = called;
     watch_context_ = context;
   }
 
