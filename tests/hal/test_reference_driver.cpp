@@ -396,6 +396,26 @@ TEST_SUITE("hal.reference_driver") {
     }
   }
 
+  TEST_CASE("drives: what a report says of an older command confirms nothing") {
+    for (std::size_t latency = 1; latency < 6; ++latency) {
+      CAPTURE(latency);
+      Bench bench;
+      bench.latency = latency;
+      bench.bring_up();
+      // One report without calibration: its answer, drives off, is on the way for some time.
+      bench.unset(kReferenceCalibrated);
+      std::uint32_t seen = 0;
+      for (std::size_t k = 0; k < 20; ++k) {
+        REQUIRE(bench.report() == ReportVerdict::kState);
+        bench.set(kReferenceCalibrated);
+        seen |= bench.state.faults;
+        REQUIRE(bench.command({}) == kReferenceCommandBytes);
+      }
+      CHECK(seen == kDeviceNotHomed);
+      CHECK(bench.state.faults == 0);
+    }
+  }
+
   TEST_CASE("read: fault bits of the device pass, a fault bit alone stops as its status bit does") {
     Bench bench;
     bench.bring_up();
