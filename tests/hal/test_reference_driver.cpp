@@ -177,7 +177,7 @@ TEST_SUITE("hal.reference_driver") {
     CHECK(outcome([](auto& p) { p.status = HalStatus::kDeviceGone; }) == HalStatus::kDeviceGone);
     CHECK(outcome([](auto& p) { p.stop = true; }) == HalStatus::kStartFailed);
     CHECK(outcome([](auto& p) { p.block.max_force = 0; }) == HalStatus::kStartFailed);
-    CHECK(outcome([](auto& p) { p.block.max_force = 100'000'001; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& p) { p.block.max_force = 100'100'000; }) == HalStatus::kStartFailed);
     CHECK(outcome([](auto& p) { p.block.max_torque = 0; }) == HalStatus::kStartFailed);
     CHECK(outcome([](auto& p) { p.block.sensed_dof = kDofTranslation; }) ==
           HalStatus::kStartFailed);
