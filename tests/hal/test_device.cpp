@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <limits>
+#include <string>
 
 #include "hal/device.hpp"
 
@@ -24,6 +25,35 @@ TEST_SUITE("hal.device") {
     CHECK(check_capabilities(c) == HalStatus::kBadCapabilities);
     c.sensed_dof = kDofAll | 1u << 6;
     CHECK(check_capabilities(c) == HalStatus::kBadCapabilities);
+  }
+
+  TEST_CASE("check_capabilities: refuses axis limits, steps and frames that mean nothing") {
+    constexpr Real kNan = std::numeric_limits<Real>::quiet_NaN();
+    const auto refused = [](auto change) {
+      DeviceCapabilities c;
+      change(c);
+      return check_capabilities(c) == HalStatus::kBadCapabilities;
+    };
+    CHECK_FALSE(refused([](auto&) {}));
+    CHECK(refused([](auto& c) { c.max_axis_force_n[1] = -1; }));
+    CHECK(refused([&](auto& c) { c.max_axis_torque_nm[2] = kNan; }));
+    CHECK(refused([&](auto& c) { c.encoder_step_rad = kNan; }));
+    CHECK(refused([](auto& c) { c.workspace_radius_m = -0.1_r; }));
+    CHECK(refused([](auto& c) { c.max_force_n = std::numeric_limits<Real>::infinity(); }));
+    CHECK(refused([](auto& c) { c.q_wd.w() = 1.1_r; }));
+    CHECK(refused([&](auto& c) { c.q_wd.x() = kNan; }));
+    CHECK(refused([&](auto& c) { c.handle_offset_h[0] = kNan; }));
+    CHECK(refused([](auto& c) { c.watchdog_ns = -1; }));
+    CHECK(refused([](auto& c) { c.report_period_ns = -1; }));
+  }
+
+  TEST_CASE("to_text: every status has its own text") {
+    for (int i = 0; i <= static_cast<int>(HalStatus::kCount); ++i) {
+      const std::string text = to_text(static_cast<HalStatus>(i));
+      CHECK_FALSE(text.empty());
+      for (int k = 0; k < i; ++k) CHECK(text != to_text(static_cast<HalStatus>(k)));
+    }
+    CHECK(std::string(to_text(HalStatus::kCount)) == "invalid status");
   }
 
   TEST_CASE("project_wrench: keeps exactly the driven components") {
