@@ -25,7 +25,8 @@ namespace haptic::test {
 namespace {
 
 constexpr std::size_t kThreads = 2, kMain = 2, kOwn = ~std::size_t{0};
-constexpr std::size_t kMaxLocations = 32, kMaxOperations = 1000, kStackBytes = 256 * 1024;
+constexpr std::size_t kMaxLocations = 32, kMaxOperations = 1000;
+constexpr std::size_t kStackBytes = std::size_t{256} * 1024;
 
 bool acquires(std::memory_order order) {
   return order != std::memory_order_relaxed && order != std::memory_order_release;

@@ -80,15 +80,16 @@ struct StatedOrders {
   static std::memory_order of(std::memory_order stated) { return stated; }
 };
 
-/// In place of std::atomic.
-template <class T, class Orders = StatedOrders>
-class ExploredAtomic {
+/// As much of std::atomic as is explored; `Orders` has the last word on the orders.
+template <class T, class Orders>
+class OrderedAtomic {
  public:
+  // NOLINTNEXTLINE(readability-identifier-naming): the standard's name
   static constexpr bool is_always_lock_free = true;
-  ExploredAtomic() : ExploredAtomic(T{}) {}
-  ExploredAtomic(T value) : location_(value) {}  // as std::atomic: not explicit
-  ExploredAtomic(const ExploredAtomic&) = delete;
-  ExploredAtomic& operator=(const ExploredAtomic&) = delete;
+  OrderedAtomic() : OrderedAtomic(T{}) {}
+  OrderedAtomic(T value) : location_(value) {}  // as std::atomic: not explicit
+  OrderedAtomic(const OrderedAtomic&) = delete;
+  OrderedAtomic& operator=(const OrderedAtomic&) = delete;
   [[nodiscard]] T load(std::memory_order order) const {
     return static_cast<T>(location_.load(Orders::of(order)));
   }
@@ -100,6 +101,10 @@ class ExploredAtomic {
  private:
   ExploredLocation location_;
 };
+
+/// In place of std::atomic.
+template <class T>
+using ExploredAtomic = OrderedAtomic<T, StatedOrders>;
 
 enum class Half : std::uint8_t { kRelease, kAcquire };
 
@@ -115,7 +120,7 @@ struct WithoutOrder {
     return stated == kept || stated == std::memory_order_acq_rel ? kept : std::memory_order_relaxed;
   }
   template <class T>
-  using Atomic = ExploredAtomic<T, WithoutOrder>;
+  using Atomic = OrderedAtomic<T, WithoutOrder>;
 };
 
 /// A word of a value that is copied without atomics.
