@@ -13,11 +13,15 @@
 namespace haptic {
 
 /// One writer thread, one reader thread. Index word: bits 0-1 the middle slot, bit 2 "newer than
-/// what the reader has".
-template <class T>
+/// what the reader has". `Atomic` is the type of the index word: another than std::atomic only
+/// where every order of its operations is explored, and there the value may watch its own copies.
+template <class T, template <class> class Atomic = std::atomic>
 class LatestValue {
-  static_assert(std::is_trivially_copyable_v<T>, "copied while nobody else looks at it");
-  static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+  using Index = Atomic<std::uint32_t>;
+  static_assert(std::is_trivially_copyable_v<T> ||
+                    !std::is_same_v<Index, std::atomic<std::uint32_t>>,
+                "copied while nobody else looks at it");
+  static_assert(Index::is_always_lock_free);
 
  public:
   /// Writer. Wait-free: one copy, one exchange.
@@ -31,7 +35,11 @@ class LatestValue {
   /// Reader: the newest value, which stays the reader's own until the next call; `is_new` says
   /// whether it is another than last time. Before the first publish: a value-initialised T.
   const T& newest(bool* is_new = nullptr) noexcept {
+    // Relaxed: only whether to swap is taken from it; what a late answer misses, the next call
+    // sees.
     const bool fresh = (middle_.load(std::memory_order_relaxed) & kNew) != 0;
+    // Acquire: the writer's copy is seen. Release: our reads of the slot let go are over before the
+    // writer gets it back.
     if (fresh) read_ = middle_.exchange(read_, std::memory_order_acq_rel) & kSlotBits;
     if (is_new != nullptr) *is_new = fresh;
     return slots_[read_].value;
@@ -43,7 +51,7 @@ class LatestValue {
     T value{};
   };
   std::array<Slot, 3> slots_{};
-  alignas(64) std::atomic<std::uint32_t> middle_{1};
+  alignas(64) Index middle_{1};
   alignas(64) std::uint32_t write_ = 0;  ///< writer's own
   alignas(64) std::uint32_t read_ = 2;   ///< reader's own
 };

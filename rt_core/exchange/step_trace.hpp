@@ -38,11 +38,15 @@ class FlightRecorder {
   /// Bytes of memory for `records` records (aligned to 64).
   [[nodiscard]] static std::size_t bytes_for(std::size_t records) noexcept;
 
-  /// A recorder over `memory`, emptied; it uses as many records as fit. `memory` aligned to 64.
+  /// A recorder over `memory`, emptied; it uses as many records as fit. `memory` aligned to 64;
+  /// nobody copies from it during this call. Memory that is too small or not aligned records
+  /// nothing.
   explicit FlightRecorder(std::span<std::byte> memory) noexcept;
 
+  /// Overwrites the oldest record. Wait-free; cost: one copy.
   void write(const StepTrace& record) noexcept;
 
+  /// Records that fit; 0: nothing is recorded.
   [[nodiscard]] std::size_t capacity() const noexcept;
 
   /// Copies the newest records of a recorder's memory into `out`, oldest first; returns how many.
