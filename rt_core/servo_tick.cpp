@@ -139,7 +139,7 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
 /// What is wrong with the device's side of this tick; takes a new state over.
 std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexcept {
   const DeviceState& state = input.state;
-  std::uint32_t faults = usable_ ? 0 : kFaultInternal;
+  std::uint32_t faults = usable_ ? 0u : std::uint32_t{kFaultInternal};
   const bool stopped = input.emergency_stop || (state.faults & kDeviceEmergencyStop) != 0 ||
                        (state.switches & parameters_.switches.emergency_stop) != 0;
   if (stopped) faults |= kFaultEmergencyStop;

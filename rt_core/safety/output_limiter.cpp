@@ -28,16 +28,15 @@ bool is_within(const Vec3& v, const VectorLimit& limit) noexcept {
 
 /// Any finite `v` scaled down into the limit.
 Vec3 shortened(const Vec3& v, const VectorLimit& limit) noexcept {
-  const Real length = robust_length(v);
-  Real share = length > limit.norm ? limit.norm / length : 1.0_r;
+  const Real largest = v.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0_r)) return Vec3::Zero();
+  // By its shape: a share of a huge number would have no digits left.
+  const Vec3 shape = v / largest;
+  Real size = std::min(largest, limit.norm / shape.norm());
   for (int k = 0; k < 3; ++k) {
-    const Real largest = limit.axis[k];
-    if (largest > 0.0_r && std::abs(v[k]) > largest) {
-      share = std::min(share, largest / std::abs(v[k]));
-    }
+    if (limit.axis[k] > 0.0_r) size = std::min(size, limit.axis[k] / std::abs(shape[k]));
   }
-  const Vec3 result = (share * kInside) * v;
-  return is_finite(result) ? result : Vec3(Vec3::Zero());
+  return (size * kInside) * shape;
 }
 
 /// Largest s in [0, 1] with s spring + damping within the limit; negative where there is none.

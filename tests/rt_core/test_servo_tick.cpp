@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "rt_core/base/rotation.hpp"
+#include "tests/support/rt_guard.hpp"
+#include "tests/support/servo_bench.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
+
+}  // namespace
+
+TEST_SUITE("rt_core.servo_tick") {
+  TEST_CASE("arming on a pressed wall: from zero, over the ramp, to the spring's pull") {
+    ServoBench b;
+    b.tick();
+    b.descend();
+    ServoResult r = b.tick();
+    CHECK(static_cast<double>(r.rendered.wrench_w.force_w.z()) ==
+          doctest::Approx(1.0).epsilon(0.01));
+    CHECK(force_of(r) == Vec3::Zero());  // rendered, but felt by nobody
+    CHECK(r.command.arming == 0);
+    b.press(true);
+    for (int k = 0; k <= 100; ++k) {
+      r = b.tick();
+      CHECK(r.command.arming == 1);
+      CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(k / 100.0).epsilon(0.01));
+      if (k < 100) CHECK(r.arming == ArmingState::kArming);
+    }
+    r = b.tick();
+    CHECK(r.arming == ArmingState::kArmed);
+    CHECK(r.limiter_flags == 0);
+    CHECK(r.command.tick == 135);
+    CHECK(r.command.stamp_ns == b.input.now_ns);
+    CHECK(r.command.sequence == b.input.state.sequence);
+    b.press(false);
+    r = b.tick();
+    CHECK(r.arming == ArmingState::kDisarming);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(0.4).epsilon(0.01));
+    r = b.ticks(2);
+    CHECK(r.arming == ArmingState::kDisarmed);
+    CHECK(force_of(r) == Vec3::Zero());
+    CHECK(r.faults == 0);
+    CHECK(b.kept);
+  }
+
+  TEST_CASE("a deadman held from the start, or while the link comes back, does not arm") {
+    ServoBench b;
+    b.press(true);
+    b.input.state.link = LinkState::kStarting;
+    b.ticks(20);
+    b.input.state.link = LinkState::kReady;
+    CHECK(b.ticks(20).arming == ArmingState::kDisarmed);
+    CHECK(b.ticks(1).faults == 0);  // starting is no fault
+    CHECK(b.arm().arming == ArmingState::kArmed);
+    b.input.state.link = LinkState::kAbsent;
+    b.input.state.switches = 0;  // says nothing: the device is away
+    b.ticks(20);
+    b.input.state.link = LinkState::kReady;
+    b.press(true);
+    CHECK(b.ticks(20).arming == ArmingState::kFaulted);
+    CHECK(b.arm().arming == ArmingState::kArmed);
+    CHECK(b.kept);
+  }
+
+  TEST_CASE("no deadman named: nothing arms; two switches: both are needed") {
+    ServoParameters parameters;
+    parameters.switches.deadman = 0;
+    ServoBench none(cube_on_floor(), parameters);
+    none.input.state.switches = ~0u;
+    CHECK(none.arm().arming == ArmingState::kDisarmed);
+    parameters.switches.deadman = 0x30;
+    ServoBench two(cube_on_floor(), parameters);
+    two.tick();
+    two.input.state.switches = 0x10;
+    CHECK(two.ticks(20).arming == ArmingState::kDisarmed);
+    two.input.state.switches = 0x30;
+    CHECK(two.ticks(130).arming == ArmingState::kArmed);
+  }
+
+  TEST_CASE("no state: noted, held and fading, taken up again; nothing latched") {
+    PressingBench b;
+    ServoResult r = b.tick(false);  // 1.2 periods old
+    CHECK(!r.rendered_new);
+    CHECK(r.limiter_flags == 0);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.01));
+    r = b.tick(false);
+    CHECK(r.limiter_flags == kLimiterLate);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.01));
+    for (const double expected : {0.7, 0.49, 0.343, 0.2401}) {
+      r = b.tick(false);
+      CHECK((r.limiter_flags & kLimiterDecaying) != 0);
+      CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(expected).epsilon(0.01));
+      CHECK(r.arming == ArmingState::kArmed);
+    }
+    r = b.ticks(3);
+    CHECK(r.faults == 0);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.01));
+    // A stamp from the future does not keep a state fresh.
+    b.input.state.stamp_ns += 1'000'000'000;
+    b.input.state.sequence += 1;
+    b.bare_tick();
+    CHECK(b.ticks(10, false).faults == kFaultStaleState);
+    CHECK(b.kept);
+  }
+
+  TEST_CASE(
+      "the clutch never arms; armed, it ramps the force out and the goal goes on from there") {
+    PressingBench b;
+    b.input.state.switches |= kClutch;
+    ServoResult r = b.ticks(200);
+    CHECK(force_of(r) == Vec3::Zero());
+    CHECK((r.rendered.flags & kFlagClutched) != 0);
+    for (int k = 0; k < 100; ++k) {
+      b.place(0, 0, 0.009 + 0.0001 * k);
+      b.tick();
+    }
+    b.input.state.switches &= ~kClutch;
+    r = b.ticks(200);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.02));
+    CHECK(b.kept);
+    ServoBench other;
+    other.tick();
+    other.input.state.switches = kClutch;
+    CHECK(other.ticks(20).arming == ArmingState::kDisarmed);
+  }
+
+  TEST_CASE("the device away and back inside an obstacle: brought out without force") {
+    PressingBench b;
+    b.input.state.link = LinkState::kAbsent;
+    b.ticks(50);
+    b.input.state.link = LinkState::kReady;
+    b.input.state.sequence = 0;
+    b.place(0, 0, 0.006);
+    ServoResult r = b.tick();
+    CHECK((r.rendered.flags & kFlagRecovery) != 0);
+    CHECK(r.rendered.wrench_w.force_w == Vec3::Zero());
+    CHECK(r.faults == kFaultDeviceLost);
+    b.press(false);
+    b.tick();
+    b.press(true);
+    r = b.tick();  // armed while it is still being brought out
+    CHECK(r.arming == ArmingState::kArming);
+    CHECK((r.rendered.flags & kFlagRecovery) != 0);
+    double last = 0;
+    for (int k = 0; k < 400; ++k) {
+      r = b.tick();
+      if ((r.rendered.flags & kFlagRecovery) != 0) CHECK(force_of(r) == Vec3::Zero());
+      CHECK(norm(force_of(r)) - last <= 0.1);
+      last = norm(force_of(r));
+    }
+    CHECK(last == doctest::Approx(3.0).epsilon(0.01));  // 4 mm at 1 N/mm, at most 3 N
+    CHECK(b.kept);
+  }
+
+  TEST_CASE("armed with the hand far in or beyond a wall: the proxy starts anew, without a kick") {
+    // 8 mm in: brought out, then the spring at most at the limit.
+    PressingBench in;
+    in.press(false);
+    in.ticks(10);
+    for (int k = 0; k < 70; ++k) {
+      in.place(0, 0, 0.009 - 0.0001 * k);
+      in.tick();
+    }
+    ServoResult r = in.tick();
+    CHECK(static_cast<double>(r.rendered.spring_w.force_w.z()) ==
+          doctest::Approx(7.9).epsilon(0.02));
+    in.press(true);
+    in.tick();
+    CHECK((in.tick().rendered.flags & kFlagRecovery) != 0);
+    double last = 0;
+    for (int k = 0; k < 400; ++k) {
+      r = in.tick();
+      CHECK(std::abs(norm(force_of(r)) - last) <= 0.1);
+      last = norm(force_of(r));
+    }
+    CHECK(r.arming == ArmingState::kArmed);
+    CHECK(last == doctest::Approx(3.0).epsilon(0.01));
+    CHECK(in.kept);
+    // Through the floor and out below: free, and no pull back through it.
+    PressingBench below;
+    below.press(false);
+    below.ticks(10);
+    for (int k = 0; k < 800; ++k) {
+      below.place(0, 0, 0.009 - 0.0001 * k);
+      below.tick();
+    }
+    CHECK(norm(below.tick().rendered.spring_w.force_w) > 50.0);
+    below.press(true);
+    below.tick();
+    for (int k = 0; k < 200; ++k) CHECK(norm(force_of(below.tick())) < 1.0e-6);
+    CHECK(below.tick().arming == ArmingState::kArmed);
+  }
+
+  TEST_CASE(
+      "the map: force by the scale, and the accepted wrench does the same work on both sides") {
+    tools::SceneDescription description = cube_on_floor();
+    description.parameters.coupling.passivity = 1;
+    ServoParameters parameters;
+    parameters.map.scale = 2;
+    parameters.map.q_wd = so3_exp(Vec3(0, 0, std::acos(0.0_r)));
+    ServoBench b(description, parameters);
+    b.place(0, 0, 0.02);
+    b.tick();
+    const Wrench accepted = {Vec3(0.5_r, 0, 0), Vec3::Zero()};
+    for (int k = 1; k <= 50; ++k) {
+      b.place(0.0002 * k, 0, 0.02);
+      b.input.state.accepted_d = record_of(accepted);
+      b.input.state.accepted_tick = 1;
+      const ServoResult r = b.tick();
+      CHECK(static_cast<double>(r.rendered.goal_pose_wa.p_wa.y()) == doctest::Approx(0.0004 * k));
+      CHECK(static_cast<double>(r.rendered.energy_j) ==
+            doctest::Approx(-0.5 * 0.0002 * k).epsilon(1e-3));
+    }
+    // A device that does not say: what left here, which is nothing while nobody is armed.
+    ServoBench mute(description, parameters);
+    mute.place(0, 0, 0.0045);  // 1 mm in, once out of it again
+    for (int k = 0; k < 300; ++k) {
+      mute.place(0, 0, 0.005 - 0.0005 * std::sin(k * 0.05));
+      mute.input.state.accepted_tick = 0;
+      CHECK(mute.tick().rendered.energy_j == 0.0_r);
+    }
+  }
+
+  TEST_CASE("no heap call, in any state of arming and with faults") {
+    PressingBench b;
+    std::uint64_t calls = 0;
+    {
+      RtGuard guard;
+      b.ticks(50);
+      b.ticks(12, false);
+      b.press(false);
+      b.ticks(12);
+      b.press(true);
+      b.ticks(50);
+      b.input.state.link = LinkState::kAbsent;
+      b.ticks(5);
+      b.input.state.link = LinkState::kReady;
+      b.ticks(5);
+      calls = guard.heap_calls();
+    }
+    CHECK(calls == 0);
+  }
+}
