@@ -113,8 +113,7 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
   const bool good = is_pose(pose) && (!state.twist_valid || is_finite(given));
   const Pose last = pose_of(last_state_.pose_dh);
   const Real elapsed_s = seconds_between(last_state_.stamp_ns, state.stamp_ns);
-  const bool long_ago =
-      periods_between(last_state_.stamp_ns, state.stamp_ns, kLongAbsence_ns) > 0;
+  const bool long_ago = periods_between(last_state_.stamp_ns, state.stamp_ns, kLongAbsence_ns) > 0;
   const bool compared = has_pose_ && !long_ago;
   broken_ = broken_ || long_ago;
   has_pose_ = good;
@@ -130,8 +129,11 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
                     robust_length(way_m) <= l.jump_speed_m_per_s * elapsed_s + kJumpFloor_m &&
                     robust_length(turn_rad) <= l.jump_turn_rad_per_s * elapsed_s + kJumpFloor_rad;
   if (!near) return kFaultJump;
-  if (!state.twist_valid && elapsed_s > 0.0_r) {
-    twist_d_ = {way_m / elapsed_s, turn_rad / elapsed_s};
+  if (!state.twist_valid) {
+    // Reports that come in a burst do not make an encoder's step a speed.
+    const Real least_s = seconds_between(0, l.period_ns / 2);
+    const Real span_s = std::max(elapsed_s, least_s);
+    twist_d_ = {way_m / span_s, turn_rad / span_s};
   }
   return 0;
 }

@@ -2,7 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "rt_core/base/rotation.hpp"
 #include "tests/support/rt_guard.hpp"
@@ -132,6 +135,25 @@ TEST_SUITE("rt_core.servo_tick") {
     CHECK(other.ticks(20).arming == ArmingState::kDisarmed);
   }
 
+  TEST_CASE("a fast handle feels less, by its own velocity or by its poses") {
+    for (const bool sensed : {false, true}) {
+      PressingBench b;
+      ServoResult r;
+      for (int k = 1; k <= 50; ++k) {  // 1.5 m/s: half-way from full to none
+        if (!sensed) b.place(0.0015 * k, 0, 0.009);
+        b.input.state.twist_valid = sensed;
+        b.input.state.twist_d.linear_m_per_s[0] = 1.5_r;
+        r = b.tick();
+      }
+      CHECK((r.limiter_flags & kLimiterSpeed) != 0);
+      CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(0.5).epsilon(0.02));
+      b.input.state.twist_valid = false;
+      r = b.ticks(5);
+      CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.02));
+      CHECK(b.kept);
+    }
+  }
+
   TEST_CASE("the device away and back inside an obstacle: brought out without force") {
     PressingBench b;
     b.input.state.link = LinkState::kAbsent;
@@ -247,5 +269,62 @@ TEST_SUITE("rt_core.servo_tick") {
       calls = guard.heap_calls();
     }
     CHECK(calls == 0);
+  }
+
+  TEST_CASE("the recorder: one record of every tick, with what a fault is explained from") {
+    struct alignas(64) Line {
+      std::byte bytes[64];
+    };
+    std::vector<Line> memory(FlightRecorder::bytes_for(32) / sizeof(Line) + 1);
+    const std::span<std::byte> bytes = std::as_writable_bytes(std::span<Line>(memory));
+    FlightRecorder recorder(bytes);
+    ServoBench b;
+    ServoTick recorded(*b.scene.core, bench_parameters(), b.scene.view.header().capacity,
+                       &recorder);
+    std::vector<ServoResult> results;
+    std::vector<ServoInput> inputs;
+    for (int k = 0; k < 20; ++k) {
+      b.place(0, 0.001, 0.0105 - 0.0001 * k);
+      b.press(k > 5);
+      b.input.now_ns += kMs;
+      if (k != 10) b.input.state.sequence += 1;
+      if (k != 10) b.input.state.stamp_ns = b.input.now_ns;
+      b.input.state.faults = k == 15 ? std::uint32_t{kDeviceOverheated} : 0u;
+      b.input.late_periods = k == 12 ? 3 : 0;
+      inputs.push_back(b.input);
+      results.push_back(recorded.step(b.input));
+    }
+    std::vector<StepTrace> traces(32);
+    REQUIRE(FlightRecorder::copy_newest(bytes, traces) == 20);
+    for (std::size_t k = 0; k < 20; ++k) {
+      CAPTURE(k);
+      const StepTrace& t = traces[k];
+      const ServoResult& r = results[k];
+      CHECK(t.tick == k + 1);
+      CHECK(t.sequence == inputs[k].state.sequence);
+      CHECK(t.stamp_ns == inputs[k].state.stamp_ns);
+      CHECK(t.now_ns == inputs[k].now_ns);
+      CHECK(t.state_hash == r.rendered.state_hash);
+      for (int i = 0; i < 3; ++i) {
+        CHECK(t.pose_p_m[i] == static_cast<double>(inputs[k].state.pose_dh.p_m[i]));
+        CHECK(t.command_force_n[i] == static_cast<double>(r.command.wrench_d.force_n[i]));
+        CHECK(t.command_torque_nm[i] == static_cast<double>(r.command.wrench_d.torque_nm[i]));
+        CHECK(t.rendered_force_n[i] == static_cast<double>(r.rendered.wrench_w.force_w[i]));
+        CHECK(t.rendered_torque_nm[i] == static_cast<double>(r.rendered.wrench_w.torque_w[i]));
+      }
+      CHECK(t.pose_q_xyzw[3] == 1.0);
+      CHECK(t.d_near_m == static_cast<double>(r.rendered.d_near_m));
+      CHECK(t.step_flags == r.rendered.flags);
+      CHECK(t.limiter_flags == r.limiter_flags);
+      CHECK(t.faults == r.faults);
+      CHECK(t.device_faults == inputs[k].state.faults);
+      CHECK(t.switches == inputs[k].state.switches);
+      CHECK(t.late_periods == inputs[k].late_periods);
+      CHECK(t.link == static_cast<std::uint8_t>(LinkState::kReady));
+      CHECK(t.arming == static_cast<std::uint8_t>(r.arming));
+      CHECK((t.work > 0) == (k != 10));
+    }
+    CHECK(traces[19].faults == kFaultDevice);
+    CHECK(traces[14].command_force_n[2] > 0.0);
   }
 }
