@@ -140,6 +140,10 @@ TEST_SUITE("rt_core.output_limiter") {
     CHECK(r.tick(other, {}, false).wrench_d.force_w == Vec3::Zero());
     CHECK(r.tick(other, {}, false).wrench_d.torque_w == Vec3::Zero());  // less a rounding margin
     CHECK(longest_ramp_s(l) >= 0.005_r);
+    // Taken up again, it ramps in anew.
+    for (int k = 0; k <= 40; ++k) {
+      CHECK(static_cast<double>(r.tick(spring).wrench_d.force_w.z()) == doctest::Approx(k / 80.0));
+    }
   }
 
   TEST_CASE("a limiter of the default is as careful as one of the default limits") {
@@ -170,6 +174,10 @@ TEST_SUITE("rt_core.output_limiter") {
     const LimitedOutput helped = Running(l).settled(push(-5, 0, 0), push(7, 0, 0));
     CHECK(norm(helped.wrench_d.force_w - Vec3(2, 0, 0)) <= 1.0e-5);
     CHECK(helped.flags == 0);
+    // It would, were it stronger: a damping that has to be cut is cut alone.
+    const LimitedOutput weak = Running(l).settled(push(-1, 0, 0), push(7, 1, 0));
+    CHECK(norm(weak.wrench_d.force_w - 3.0_r * Vec3(7, 1, 0).normalized()) <= 1.0e-5);
+    CHECK(weak.flags == (kLimiterClamped | kLimiterDampingCut));
     // Force and torque have limits of their own.
     const LimitedOutput both =
         Running(l).settled({Vec3(1, 0, 0), Vec3(0, 5, 0)}, {Vec3(0, 0.5_r, 0), Vec3::Zero()});

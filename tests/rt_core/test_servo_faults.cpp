@@ -152,7 +152,7 @@ TEST_SUITE("rt_core.servo_faults") {
       ServoResult r = c.happen(b);
       CHECK(r.faults == c.fault);
       double last = norm(force_of(r));
-      CHECK(last < 1.0);
+      CHECK(last < 1.001);
       for (int k = 0; k < 5; ++k) {  // out, and not up again on the way
         r = b.tick(c.fault != kFaultStaleState);
         CHECK(norm(force_of(r)) <= last);
@@ -174,6 +174,22 @@ TEST_SUITE("rt_core.servo_faults") {
       CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.02));
       CHECK(b.kept);
     }
+  }
+
+  TEST_CASE(
+      "not homed: the pose is not used, and nothing arms on it when the fault alone is gone") {
+    PressingBench b;
+    b.input.state.faults = kDeviceNotHomed;
+    b.place(0, 0, 0.0095);
+    CHECK(!b.tick().rendered_new);
+    b.ticks(10);
+    b.press(false);
+    b.tick();
+    b.input.state.faults = 0;  // the report is still the one from before
+    b.press(true);
+    CHECK(b.tick(false).arming == ArmingState::kFaulted);
+    CHECK(b.arm().arming == ArmingState::kArmed);
+    CHECK(b.kept);
   }
 
   TEST_CASE("a cause that stays keeps every press from arming") {
@@ -212,6 +228,12 @@ TEST_SUITE("rt_core.servo_faults") {
     }
     CHECK(r.faults == kFaultWorkspace);
     CHECK(k == 201);  // 0.0200 m is in, but 0.0201 m would not be
+    b.place(0.0201, 5, 0.03);
+    b.press(false);
+    b.ticks(2);
+    b.press(true);
+    CHECK(b.tick(false).arming == ArmingState::kFaulted);  // the state is the same, and so is where
+    CHECK(b.tick(false).command.arming == 1);
     b.place(0, 5, 0.03);
     CHECK(b.arm().faults == 0);
     for (k = 0; k < 300 && r.faults != kFaultEnvelope; ++k) {

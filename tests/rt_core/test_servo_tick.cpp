@@ -37,10 +37,10 @@ TEST_SUITE("rt_core.servo_tick") {
       CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(k / 100.0).epsilon(0.01));
       if (k < 100) CHECK(r.arming == ArmingState::kArming);
     }
-    r = b.tick();
+    r = b.ticks(2);
     CHECK(r.arming == ArmingState::kArmed);
     CHECK(r.limiter_flags == 0);
-    CHECK(r.command.tick == 135);
+    CHECK(r.command.tick == 136);
     CHECK(r.command.stamp_ns == b.input.now_ns);
     CHECK(r.command.sequence == b.input.state.sequence);
     b.press(false);
@@ -154,6 +154,23 @@ TEST_SUITE("rt_core.servo_tick") {
     }
   }
 
+  TEST_CASE("after a long pause of the loop no jump is looked for, and the core starts anew") {
+    ServoParameters parameters = bench_parameters();
+    parameters.limits.jump_speed_m_per_s = 0.3_r;
+    PressingBench b(parameters);
+    b.place(0.04, 0, 0.008);
+    b.input.now_ns += 120 * kMs;
+    ServoResult r = b.tick();
+    CHECK(r.faults == kFaultLateTick);
+    CHECK((r.rendered.flags & kFlagRecovery) != 0);
+    r = b.ticks(200);
+    CHECK(b.arm().arming == ArmingState::kArmed);
+    b.place(0, 0, 0.008);
+    b.input.now_ns += 90 * kMs;
+    CHECK(b.tick().faults == (kFaultLateTick | kFaultJump));
+    CHECK(b.kept);
+  }
+
   TEST_CASE("the device away and back inside an obstacle: brought out without force") {
     PressingBench b;
     b.input.state.link = LinkState::kAbsent;
@@ -196,6 +213,7 @@ TEST_SUITE("rt_core.servo_tick") {
           doctest::Approx(7.9).epsilon(0.02));
     in.press(true);
     in.tick();
+    CHECK(force_of(in.tick(false)) == Vec3::Zero());  // nor does the old pull come in by repetition
     CHECK((in.tick().rendered.flags & kFlagRecovery) != 0);
     double last = 0;
     for (int k = 0; k < 400; ++k) {
@@ -243,9 +261,9 @@ TEST_SUITE("rt_core.servo_tick") {
     }
     // A device that does not say: what left here, which is nothing while nobody is armed.
     ServoBench mute(description, parameters);
-    mute.place(0, 0, 0.0045);  // 1 mm in, once out of it again
     for (int k = 0; k < 300; ++k) {
       mute.place(0, 0, 0.005 - 0.0005 * std::sin(k * 0.05));
+      mute.input.state.accepted_d.force_n[2] = 5;
       mute.input.state.accepted_tick = 0;
       CHECK(mute.tick().rendered.energy_j == 0.0_r);
     }
