@@ -60,6 +60,17 @@ Wrench difference(const Wrench& l, const Wrench& r) noexcept {
   return {l.force_w - r.force_w, l.torque_w - r.torque_w};
 }
 
+/// More than the device may feel, of what it can.
+bool is_beyond(const Wrench& pull_d, const SafetyLimits& l) noexcept {
+  Vec3 force_n = pull_d.force_w, torque_nm = pull_d.torque_w;
+  for (int k = 0; k < 3; ++k) {
+    if ((l.driven_dof >> k & 1u) == 0) force_n[k] = 0.0_r;
+    if ((l.driven_dof >> (k + 3) & 1u) == 0) torque_nm[k] = 0.0_r;
+  }
+  return (l.max_force_n > 0.0_r && robust_length(force_n) > l.max_force_n) ||
+         (l.max_torque_nm > 0.0_r && robust_length(torque_nm) > l.max_torque_nm);
+}
+
 bool is_zero(const Wrench& w) noexcept { return w.force_w.isZero(0) && w.torque_w.isZero(0); }
 
 void copy(const Vec3& from, double (&to)[3]) noexcept {
@@ -256,10 +267,10 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   in.output_is_full = full_;
   static_cast<void>(arming_.update(in));
   if (arming_.count() == count) return;
+  const bool coupled = last_rendered_.potential_j > 0.0_r;  // by a proxy
   const Wrench pull_d = device_wrench(parameters_.map, last_rendered_.spring_w);
-  const SafetyLimits& l = parameters_.limits;
-  if ((last_rendered_.flags & kFlagHooked) != 0 || robust_length(pull_d.force_w) > l.max_force_n ||
-      robust_length(pull_d.torque_w) > l.max_torque_nm) {
+  if ((last_rendered_.flags & kFlagHooked) != 0 ||
+      (coupled && is_beyond(pull_d, parameters_.limits))) {
     broken_ = true;
     last_rendered_.wrench_w = last_rendered_.spring_w = Wrench{};
   }

@@ -72,9 +72,9 @@ inline constexpr std::int64_t kLongAbsence_ns = 100'000'000;
 /// true and the proxy stays outside obstacles while the hand is free. Its history is dropped
 /// (reset, with the offsets of clutch and anchor) where the poses before and after do not belong
 /// together: after the link or the calibration was lost, a long absence, a jump, states out of
-/// order, a pose that was none; and at an arming whose pull would be beyond the output's limits or
-/// whose goal is out of the proxy's reach. A part that is then inside an obstacle is brought out
-/// without force (kFlagRecovery), and the core ramps its wrench in after that.
+/// order, a pose that was none; and at an arming where the proxy's pull would be beyond the
+/// output's limits or the goal is out of its reach. A part that is then inside an obstacle is
+/// brought out without force (kFlagRecovery), and the core ramps its wrench in after that.
 class ServoTick {
  public:
   /// A map or envelope that is not usable is kFaultInternal in every tick: nothing ever arms.

@@ -32,69 +32,79 @@ ServoResult with_new(ServoBench& b, const std::function<void(DeviceState&)>& cha
   return b.tick();
 }
 
-std::vector<FaultCase> fault_cases() {
-  const Real nan = std::numeric_limits<Real>::quiet_NaN();
-  const auto nothing = [](ServoBench&) {};
+void restore(DeviceState& s) { s.pose_dh = record_of(Pose{Vec3(0, 0, 0.009_r), Quat::Identity()}); }
+void no_fault(DeviceState& s) { s.faults = 0; }
+
+/// A fault that a new state brings, and what the state must be for it to be gone.
+FaultCase state_case(const char* name, std::uint32_t fault,
+                     const std::function<void(DeviceState&)>& change,
+                     const std::function<void(DeviceState&)>& mend) {
+  return {name, fault, [change](ServoBench& b) { return with_new(b, change); },
+          [mend](ServoBench& b) { mend(b.input.state); }};
+}
+
+std::vector<FaultCase> pose_faults() {
+  constexpr Real kNan = std::numeric_limits<Real>::quiet_NaN();
+  constexpr Real kInf = std::numeric_limits<Real>::infinity();
   std::vector<FaultCase> cases;
-  const auto state_case = [&](const char* name, std::uint32_t fault,
-                              std::function<void(DeviceState&)> change,
-                              std::function<void(DeviceState&)> mend) {
-    cases.push_back({name, fault, [change](ServoBench& b) { return with_new(b, change); },
-                     [mend](ServoBench& b) { mend(b.input.state); }});
-  };
-  const auto restore = [](DeviceState& s) {
-    s.pose_dh = record_of(Pose{Vec3(0, 0, 0.009_r), Quat::Identity()});
-  };
-  state_case(
-      "pose NaN", kFaultBadPose, [=](DeviceState& s) { s.pose_dh.p_m[1] = nan; }, restore);
-  state_case(
+  cases.push_back(state_case(
+      "pose NaN", kFaultBadPose, [](DeviceState& s) { s.pose_dh.p_m[1] = kNan; }, restore));
+  cases.push_back(state_case(
       "quaternion not unit", kFaultBadPose, [](DeviceState& s) { s.pose_dh.q_xyzw[3] = 1.01_r; },
-      restore);
-  state_case(
-      "quaternion zero", kFaultBadPose, [](DeviceState& s) { s.pose_dh.q_xyzw[3] = 0; }, restore);
-  state_case(
-      "beyond every scene", kFaultBadPose,
-      [=](DeviceState& s) { s.pose_dh.p_m[0] = std::numeric_limits<Real>::infinity(); }, restore);
-  state_case(
+      restore));
+  cases.push_back(state_case(
+      "quaternion zero", kFaultBadPose, [](DeviceState& s) { s.pose_dh.q_xyzw[3] = 0; }, restore));
+  cases.push_back(state_case(
+      "beyond every scene", kFaultBadPose, [](DeviceState& s) { s.pose_dh.p_m[0] = kInf; },
+      restore));
+  cases.push_back(state_case(
       "twist NaN", kFaultBadPose,
-      [=](DeviceState& s) {
+      [](DeviceState& s) {
         s.twist_valid = true;
-        s.twist_d.angular_rad_per_s[2] = nan;
+        s.twist_d.angular_rad_per_s[2] = kNan;
       },
-      [](DeviceState& s) { s.twist_valid = false; });
-  state_case(
-      "jump", kFaultJump, [](DeviceState& s) { s.pose_dh.p_m[0] = 0.02_r; }, restore);
-  state_case(
+      [](DeviceState& s) { s.twist_valid = false; }));
+  cases.push_back(state_case(
+      "jump", kFaultJump, [](DeviceState& s) { s.pose_dh.p_m[0] = 0.02_r; }, restore));
+  cases.push_back(state_case(
       "turn", kFaultJump,
       [](DeviceState& s) {
         s.pose_dh = record_of(Pose{Vec3(0, 0, 0.009_r), so3_exp(Vec3(0, 0, 0.5_r))});
       },
-      restore);
-  state_case(
+      restore));
+  return cases;
+}
+
+std::vector<FaultCase> device_faults() {
+  std::vector<FaultCase> cases;
+  cases.push_back(state_case(
       "device fault", kFaultDevice, [](DeviceState& s) { s.faults = kDeviceOverheated; },
-      [](DeviceState& s) { s.faults = 0; });
-  state_case(
-      "not homed", kFaultDevice, [](DeviceState& s) { s.faults = kDeviceNotHomed; },
-      [](DeviceState& s) { s.faults = 0; });
-  state_case(
-      "link fault", kFaultDevice, [](DeviceState& s) { s.faults = kLinkSilent; },
-      [](DeviceState& s) { s.faults = 0; });
-  state_case(
+      no_fault));
+  cases.push_back(state_case(
+      "not homed", kFaultDevice, [](DeviceState& s) { s.faults = kDeviceNotHomed; }, no_fault));
+  cases.push_back(state_case(
+      "link fault", kFaultDevice, [](DeviceState& s) { s.faults = kLinkSilent; }, no_fault));
+  cases.push_back(state_case(
       "stop of the device", kFaultEmergencyStop,
-      [](DeviceState& s) { s.faults = kDeviceEmergencyStop; },
-      [](DeviceState& s) { s.faults = 0; });
-  state_case(
+      [](DeviceState& s) { s.faults = kDeviceEmergencyStop; }, no_fault));
+  cases.push_back(state_case(
       "stop by a switch", kFaultEmergencyStop, [](DeviceState& s) { s.switches |= kStop; },
-      [](DeviceState& s) { s.switches &= ~kStop; });
-  state_case(
+      [](DeviceState& s) { s.switches &= ~kStop; }));
+  cases.push_back(state_case(
       "link lost", kFaultDeviceLost, [](DeviceState& s) { s.link = LinkState::kAbsent; },
-      [](DeviceState& s) { s.link = LinkState::kReady; });
-  state_case(
+      [](DeviceState& s) { s.link = LinkState::kReady; }));
+  cases.push_back(state_case(
       "link starts again", kFaultDeviceLost, [](DeviceState& s) { s.link = LinkState::kStarting; },
       [](DeviceState& s) {
         s.link = LinkState::kReady;
         s.sequence = 0;
-      });
+      }));
+  return cases;
+}
+
+std::vector<FaultCase> loop_faults() {
+  const auto nothing = [](ServoBench&) {};
+  std::vector<FaultCase> cases;
   cases.push_back({"stop by a call", kFaultEmergencyStop,
                    [](ServoBench& b) {
                      b.input.emergency_stop = true;
@@ -140,6 +150,73 @@ std::vector<FaultCase> fault_cases() {
                    },
                    nothing});
   return cases;
+}
+
+std::vector<FaultCase> fault_cases() {
+  std::vector<FaultCase> all;
+  for (const auto& cases : {pose_faults(), device_faults(), loop_faults()}) {
+    all.insert(all.end(), cases.begin(), cases.end());
+  }
+  return all;
+}
+
+/// Breaks one thing of a tick's input; span and age are the times from the last tick and state.
+void storm(Random& random, ServoInput& input, std::int64_t& span_ns, std::int64_t& age_ns) {
+  constexpr Real kBad[] = {std::numeric_limits<Real>::quiet_NaN(),
+                           std::numeric_limits<Real>::infinity(), std::numeric_limits<Real>::max(),
+                           0.0_r};
+  DeviceState& s = input.state;
+  const Real value = kBad[random.next() % 4];
+  const auto any = [&] { return static_cast<std::uint32_t>(random.next()); };
+  const auto any_span = [&] { return static_cast<std::int64_t>(random.uniform(-1e9, 1e9)); };
+  switch (random.next() % 16) {
+    case 0:
+      s.pose_dh.p_m[any() % 3] = value;
+      break;
+    case 1:
+      s.pose_dh.q_xyzw[any() % 4] = value;
+      break;
+    case 2:
+      s.accepted_d.force_n[any() % 3] = value;
+      break;
+    case 3:
+      s.sequence -= any() % 9;
+      break;
+    case 4:
+      s.sequence = random.next();
+      break;
+    case 5:
+      s.link = static_cast<LinkState>(any() % 5);
+      break;
+    case 6:
+      s.faults = any();
+      break;
+    case 7:
+      span_ns = any_span();
+      break;
+    case 8:
+      age_ns = any_span();
+      break;
+    case 9:
+      s.pose_dh.p_m[2] = static_cast<Real>(random.uniform(-1, 1));
+      break;
+    case 10:
+      s.switches = any();
+      break;
+    case 11:
+      input.late_periods = 1u << (any() % 32);
+      break;
+    case 12:
+      input.emergency_stop = true;
+      break;
+    case 13:
+      s.twist_valid = true;
+      s.twist_d.linear_m_per_s[0] = value;
+      break;
+    default:
+      s.sequence -= 1;
+      break;  // the state before
+  }
 }
 
 }  // namespace
@@ -289,14 +366,10 @@ TEST_SUITE("rt_core.servo_faults") {
     CAPTURE(kSeed);
     ServoBench b, twin;
     Random random(kSeed);
-    const Real bad[] = {std::numeric_limits<Real>::quiet_NaN(),
-                        std::numeric_limits<Real>::infinity(), std::numeric_limits<Real>::max(),
-                        0.0_r};
     int armed = 0, forced = 0;
     std::uint32_t faults = 0;
-    for (int k = 0; k < 60'000; ++k) {
+    for (int k = 0; k < 200'000; ++k) {
       // Between short storms a hand that presses on the floor and tries to arm.
-      const bool storm = k % 1500 < 60;
       DeviceState& s = b.input.state;
       s.link = LinkState::kReady;
       s.faults = 0;
@@ -310,28 +383,8 @@ TEST_SUITE("rt_core.servo_faults") {
       std::int64_t span = kMs + static_cast<std::int64_t>(random.uniform(-2e5, 2e5));
       std::int64_t age = kMs / 5;
       s.sequence += 1;
-      if (storm) {
-        const double kind = random.uniform(0, 1);
-        const Real value = bad[random.next() % 4];
-        if (kind < 0.1) s.pose_dh.p_m[random.next() % 3] = value;
-        if (kind > 0.1 && kind < 0.2) s.pose_dh.q_xyzw[random.next() % 4] = value;
-        if (kind > 0.2 && kind < 0.3) s.accepted_d.force_n[random.next() % 3] = value;
-        if (kind > 0.3 && kind < 0.35) s.sequence -= random.next() % 9;
-        if (kind > 0.35 && kind < 0.4) s.sequence = random.next();
-        if (kind > 0.4 && kind < 0.45) s.link = static_cast<LinkState>(random.next() % 5);
-        if (kind > 0.45 && kind < 0.5) s.faults = static_cast<std::uint32_t>(random.next());
-        if (kind > 0.5 && kind < 0.55) span = static_cast<std::int64_t>(random.uniform(-1e9, 1e9));
-        if (kind > 0.55 && kind < 0.6) age = static_cast<std::int64_t>(random.uniform(-1e9, 1e9));
-        if (kind > 0.6 && kind < 0.65) s.pose_dh.p_m[2] = static_cast<Real>(random.uniform(-1, 1));
-        if (kind > 0.65 && kind < 0.7) s.switches = static_cast<std::uint32_t>(random.next());
-        if (kind > 0.7 && kind < 0.75) b.input.late_periods = 1u << (random.next() % 32);
-        if (kind > 0.75 && kind < 0.8) b.input.emergency_stop = true;
-        if (kind > 0.8 && kind < 0.9) {
-          s.twist_valid = true;
-          s.twist_d.linear_m_per_s[0] = value;
-        }
-        if (kind > 0.9) s.sequence -= 1;
-      }
+      const std::uint64_t broken = k % 1500 < 60 ? 1 + random.next() % 3 : 0;
+      for (std::uint64_t n = 0; n < broken; ++n) storm(random, b.input, span, age);
       b.input.now_ns += span;
       s.stamp_ns = b.input.now_ns - age;
       twin.input = b.input;
@@ -349,8 +402,8 @@ TEST_SUITE("rt_core.servo_faults") {
       armed += l.arming == ArmingState::kArmed;
       forced += norm(force_of(l)) > 0.2;
     }
-    CHECK(armed > 20'000);
-    CHECK(forced > 10'000);
+    CHECK(armed > 60'000);
+    CHECK(forced > 30'000);
     for (const std::uint32_t fault :
          {kFaultBadPose, kFaultStaleState, kFaultLateTick, kFaultDeviceLost, kFaultDevice,
           kFaultEmergencyStop, kFaultInternal, kFaultJump, kFaultSequence}) {

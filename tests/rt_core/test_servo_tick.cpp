@@ -154,6 +154,24 @@ TEST_SUITE("rt_core.servo_tick") {
     }
   }
 
+  TEST_CASE("armed far in a wall that the device cannot feel: nothing to start anew for") {
+    ServoParameters parameters = bench_parameters();
+    for (const bool driven : {true, false}) {
+      parameters.limits.driven_dof = driven ? 0x3fu : 0x38u;
+      ServoBench b(cube_on_floor(), parameters);
+      b.tick();
+      b.descend();
+      for (int k = 0; k < 60; ++k) {
+        b.place(0, 0, 0.009 - 0.0001 * k);
+        b.tick();
+      }
+      b.press(true);
+      b.tick();
+      CHECK(((b.tick().rendered.flags & kFlagRecovery) != 0) == driven);
+      CHECK(b.kept);
+    }
+  }
+
   TEST_CASE("after a long pause of the loop no jump is looked for, and the core starts anew") {
     ServoParameters parameters = bench_parameters();
     parameters.limits.jump_speed_m_per_s = 0.3_r;
