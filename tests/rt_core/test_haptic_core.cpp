@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
 
+#include "tests/support/proxy_bench.hpp"
 #include "tests/support/rt_guard.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -256,5 +258,44 @@ TEST_SUITE("rt_core.haptic_core") {
     const StepResult r = scene.step({0, 0, 0.049});  // pi(x0) = (0.04, 0) lies in H
     CHECK(r.wrench_w.torque_w.norm() < 1e-6_r);
     CHECK(std::abs(static_cast<double>(r.wrench_w.force_w[2]) - 1.0) < 1e-3);
+  }
+
+  TEST_CASE("spring_w: the proxy's pull without its damping, and the whole wrench of other laws") {
+    tools::SceneDescription d = proxy_scene_of(box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}),
+                                               {box({-0.1, -0.1, -0.05}, {0.1, 0.1, 0})});
+    d.parameters.coupling.damping_ns_per_m = 2;
+    LoadedScene proxy(d);
+    const auto norm = [](const Vec3& v) { return static_cast<double>(v.norm()); };
+    StepInput input;
+    double damped_n = 0;
+    for (int t = 0; t < 400; ++t) {  // presses, holds with the clutch, lets go
+      input.stamp_ns = 1'000'000 * (t + 1);
+      input.clutched = t > 200 && t < 300;
+      input.pose_wa.p_wa.z() = static_cast<Real>(0.0095 + 0.001 * std::cos(0.05 * t));
+      const StepResult r = proxy.core->step(input);
+      CAPTURE(t);
+      if ((r.flags & kFlagRamping) == 0) {
+        const Vec3 pull = -1000.0_r * (r.goal_pose_wa.p_wa - r.proxy_pose_wa.p_wa);
+        CHECK(norm(r.spring_w.force_w - pull) <= (HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-9));
+        damped_n = std::max(damped_n, norm(r.wrench_w.force_w - r.spring_w.force_w));
+      } else if (input.clutched) {  // held: nothing in it answers to a velocity
+        CHECK(r.spring_w.force_w == r.wrench_w.force_w);
+        CHECK(r.spring_w.torque_w == r.wrench_w.torque_w);
+      } else {
+        CHECK(norm(r.spring_w.force_w) <= norm(r.wrench_w.force_w) * 2.001 + 1.0e-6);
+      }
+    }
+    CHECK(damped_n > 0.02);  // 2 N s/m at up to 0.05 m/s
+    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
+      d.parameters.law = law;
+      d.parameters.coupling.damping_ns_per_m = 0;
+      LoadedScene other(d);
+      for (int t = 0; t < 20; ++t) {
+        const StepResult r = other.step({0, 0, 0.0105 - 0.0001 * t});
+        CHECK(r.spring_w.force_w == r.wrench_w.force_w);
+        CHECK(r.spring_w.torque_w == r.wrench_w.torque_w);
+        if (t > 8) CHECK(norm(r.spring_w.force_w) > 0.01);
+      }
+    }
   }
 }
