@@ -118,11 +118,11 @@ long UsbfsBus::on_ioctl(unsigned long request, void* argument) {
 
 long UsbfsBus::on_rare_ioctl(unsigned long request, void* argument) {
   switch (request) {
-    case USBDEVFS_SETCONFIGURATION: {
-      const auto value = as<unsigned>(argument);
-      if (value != configuration_) return -EINVAL;
+    case USBDEVFS_SETCONFIGURATION:
+      if (as<unsigned>(argument) != configuration_) return -EINVAL;
+      [[fallthrough]];
+    case USBDEVFS_RESET:  // after which the kernel configures the device anew
       return std::min(function_.control(0x00, kSetConfiguration, configuration_, 0, {}), 0);
-    }
     case USBDEVFS_SETINTERFACE: {
       const auto& s = as<usbdevfs_setinterface>(argument);
       if (settings_.count({s.interface, s.altsetting}) == 0) return -EINVAL;
@@ -133,8 +133,6 @@ long UsbfsBus::on_rare_ioctl(unsigned long request, void* argument) {
     }
     case USBDEVFS_CLEAR_HALT:
       return clear_halt(as<unsigned>(argument));
-    case USBDEVFS_RESET:
-      return 0;
     case USBDEVFS_GETDRIVER:  // no kernel driver is bound
       return -ENODATA;
     case USBDEVFS_IOCTL:  // nor can one be unbound, and none wants to be bound again

@@ -171,7 +171,7 @@ TEST_SUITE("host_sim.usbfs_carrier") {
     CHECK(libusb_claim_interface(host.handle, 5) == LIBUSB_ERROR_NOT_FOUND);
     Bytes bytes(8);
     int moved = 0;
-    CHECK(host.transfer(0x82, bytes, moved) == LIBUSB_ERROR_NOT_FOUND);
+    CHECK(host.transfer(0x82, bytes, moved) == LIBUSB_ERROR_IO);  // ENOENT, which it does not name
   }
 
   TEST_CASE("control: both directions, standard requests, refusal as a stall") {
@@ -191,7 +191,9 @@ TEST_SUITE("host_sim.usbfs_carrier") {
           LIBUSB_ERROR_PIPE);
     Bytes device(18);
     REQUIRE(libusb_get_descriptor(host.handle, LIBUSB_DT_DEVICE, 0, device.data(), 18) == 18);
-    CHECK(device == Bytes(gadget.descriptors().begin(), gadget.descriptors().begin() + 18));
+    Bytes expected = gadget.descriptors();
+    expected.resize(18);
+    CHECK(device == expected);
     gadget.requests.clear();
     CHECK(libusb_clear_halt(host.handle, kIn) == 0);
     CHECK(libusb_set_interface_alt_setting(host.handle, 0, 0) == 0);
@@ -199,10 +201,11 @@ TEST_SUITE("host_sim.usbfs_carrier") {
     CHECK(libusb_set_configuration(host.handle, 1) == 0);
     CHECK(libusb_clear_halt(host.handle, 0x85) == LIBUSB_ERROR_NOT_FOUND);
     CHECK(libusb_reset_device(host.handle) == 0);
-    REQUIRE(gadget.requests.size() == 3);
+    REQUIRE(gadget.requests.size() == 4);
     CHECK(gadget.requests[0] == std::array<std::uint8_t, 4>{0x02, 1, 0, kIn});
     CHECK(gadget.requests[1] == std::array<std::uint8_t, 4>{0x01, 11, 0, 0});
     CHECK(gadget.requests[2] == std::array<std::uint8_t, 4>{0x00, 9, 1, 0});
+    CHECK(gadget.requests[3] == gadget.requests[2]);  // a reset configures anew
   }
 
   TEST_CASE("sync: reports and commands pass; a report ends the transfer that waits for it") {
@@ -524,8 +527,12 @@ TEST_SUITE("host_sim.usbfs_carrier") {
       CHECK(carrier.waiting(kIn) + carrier.waiting(kOut) == 2);
       REQUIRE(libusb_release_interface(host->handle, 0) == 0);
       while (ended < 2) std::this_thread::yield();
-      CHECK(in.transfer->status == LIBUSB_TRANSFER_CANCELLED);
-      CHECK(out.transfer->status == LIBUSB_TRANSFER_CANCELLED);
+      // libusb did not ask for it, and takes what the kernel cancelled for an empty transfer.
+      for (const Async* t : {&in, &out}) {
+        CHECK(t->transfer->status == LIBUSB_TRANSFER_COMPLETED);
+        CHECK(t->transfer->actual_length == 0);
+      }
+      CHECK(gadget.taken.empty());
     }
     CHECK(carrier.waiting(kIn) + carrier.waiting(kOut) == 0);
     stop = true;
