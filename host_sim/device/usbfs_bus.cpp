@@ -146,7 +146,7 @@ void UsbfsBus::serve_in(std::uint8_t address) {
     const std::size_t room = bytes_of(urb).size(), moved = std::min(room, report.size());
     int status = take(endpoint.failures);
     if (status == 0) {
-      std::memcpy(urb.buffer, report.data(), moved);
+      if (moved > 0) std::memcpy(urb.buffer, report.data(), moved);
       if (report.size() > room) status = -EOVERFLOW;
       if (report.size() < room && (urb.flags & USBDEVFS_URB_SHORT_NOT_OK) != 0) status = -EREMOTEIO;
       finish(static_cast<std::size_t>(flight - flights_.begin()), status, moved);

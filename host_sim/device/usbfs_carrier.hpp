@@ -37,8 +37,8 @@ class UsbFunction {
 /// called from any thread. Both `function` and the carrier must outlive the libusb handle.
 class UsbfsCarrier {
  public:
-  /// Reports kept on each IN endpoint while no transfer waits.
-  static constexpr unsigned kRoom = 2;
+  /// Reports kept on each IN endpoint while no transfer waits: the newest.
+  static constexpr unsigned kRoom = 1;
 
   /// @throws std::system_error  the kernel refuses a pipe; tools::InputError  descriptors that are
   ///         none; std::logic_error  the program lacks haptic_usbfs or ENABLE_EXPORTS.
