@@ -77,6 +77,7 @@ void ReferenceUsb::plug_locked() {
   if (!carriers_.empty()) carriers_.back()->unplug();
   model_.drives_off();
   failing_ = 0;
+  if (carriers_.size() > kKeptCarriers) carriers_.erase(carriers_.begin());
   carriers_.push_back(std::make_unique<UsbfsCarrier>(
       *this, pace_ == DevicePace::kLockStep ? kLockStepRoom : UsbfsCarrier::kRoom));
 }

@@ -31,6 +31,8 @@ enum class DevicePace : std::uint8_t { kLockStep = 0, kRealTime };
 class ReferenceUsb final : public UsbFunction {
  public:
   static constexpr std::uint8_t kInEndpoint = 0x81, kOutEndpoint = 0x01;
+  /// Unplugged buses that are kept, since libusb may still have them open.
+  static constexpr std::size_t kKeptCarriers = 8;
 
   /// `model` is this object's from now on; see `with_model`.
   ReferenceUsb(ReferenceModel& model, DevicePace pace);
@@ -38,8 +40,9 @@ class ReferenceUsb final : public UsbFunction {
   ReferenceUsb(const ReferenceUsb&) = delete;
   ReferenceUsb& operator=(const ReferenceUsb&) = delete;
 
-  /// Onto the bus, unplugged before where it was on it; returns the descriptor for libusb. In
-  /// lock-step the first report is offered at once. @throws as UsbfsCarrier.
+  /// Onto the bus, with a new descriptor, unplugged before where it was on it; returns the
+  /// descriptor for libusb. In lock-step the first report is offered at once. @throws as
+  /// UsbfsCarrier.
   int plug();
   void unplug();
   /// Descriptor of the newest plug; -1 before the first.
@@ -47,7 +50,7 @@ class ReferenceUsb final : public UsbFunction {
   /// Called with the descriptor after a replug by an event; on the thread whose call let the period
   /// pass, without a lock. Set before the first period.
   void on_replug(std::function<void(int descriptor)> told);
-  /// The bus of the newest plug. Valid as long as this object.
+  /// The bus of the newest plug. Lives until kKeptCarriers plugs later.
   [[nodiscard]] UsbfsCarrier& carrier();
 
   /// Real time: periods pass from `start` on until `stop`, which waits for the thread.

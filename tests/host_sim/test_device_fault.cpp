@@ -408,6 +408,16 @@ TEST_SUITE("host_sim.reference_usb") {
     CHECK(bench.usb.periods() == 10);
   }
 
+  TEST_CASE("replug: as often as one likes") {
+    Bench bench;
+    for (int k = 0; k < 100; ++k) {
+      bench.host.emplace(bench.usb.plug());
+      bench.turns(2);
+    }
+    CHECK(bench.usb.periods() ==
+          301);  // one more when it is plugged than is fetched before the next
+  }
+
   TEST_CASE("device: deaf until its watchdog cuts, emergency stop, encoder jump") {
     Bench bench;
     bench.usb.add({Kind::kDeaf, 11, 30});

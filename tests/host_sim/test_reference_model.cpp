@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "hal/drivers/reference_driver.hpp"
 #include "host_sim/device/reference_model.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
 #include "tools/common/error.hpp"
@@ -47,6 +48,57 @@ HandAction wandering(double t_s) {
   action.switches = t_s > 0.1 ? 5 : 0;
   return action;
 }
+
+/// Control pipe of the model, for the driver's start.
+class ModelPort final : public hal::UsbPort {
+ public:
+  explicit ModelPort(const ReferenceModel& model) : model_(model) {}
+  hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
+                         std::size_t& moved, unsigned) noexcept override {
+    CHECK(request.request_type == hal::kReferenceBlockRequestType);
+    REQUIRE(bytes.size() == hal::kReferenceBlockBytes);
+    hal::encode(model_.block(), bytes.first<hal::kReferenceBlockBytes>());
+    moved = bytes.size();
+    return hal::HalStatus::kOk;
+  }
+  hal::HalStatus write(std::span<const std::uint8_t>, unsigned) noexcept override {
+    return hal::HalStatus::kTransferFailed;
+  }
+  hal::HalStatus read(std::span<std::uint8_t>, std::size_t&, unsigned) noexcept override {
+    return hal::HalStatus::kTransferFailed;
+  }
+  [[nodiscard]] bool cancelled() const noexcept override { return false; }
+
+ private:
+  const ReferenceModel& model_;
+};
+
+/// The driver of hal over the model: one period, in which the renderer asks for `force_n` along x.
+struct DrivenModel {
+  DrivenModel() : model({}, still), port(model) {
+    REQUIRE(driver.start(port) == hal::HalStatus::kOk);
+  }
+  void turn(double force_n) {
+    model.advance();
+    REQUIRE(driver.read(model.report(), 0, state) == hal::ReportVerdict::kState);
+    Bytes bytes(hal::kReferenceCommandBytes);
+    Wrench wrench;
+    wrench.force_w.x() = static_cast<Real>(force_n);
+    Wrench handed;
+    const std::size_t length = driver.write(wrench, ++tick, bytes, handed);
+    REQUIRE(length == bytes.size());
+    delivered_n = static_cast<double>(handed.force_w.x());
+    if (reached) REQUIRE(model.command(bytes));
+  }
+
+  ReferenceModel model;
+  ModelPort port;
+  hal::ReferenceDriver driver;
+  haptic::DeviceState state;
+  std::uint64_t tick = 0;
+  double delivered_n = 0;
+  bool reached = true;
+};
 
 ReferenceModelSettings held_lightly() {
   ReferenceModelSettings settings;
@@ -167,6 +219,7 @@ TEST_SUITE("host_sim.reference_model") {
     CHECK(model.acting().force_w.x() == doctest::Approx(1e-3));
     // Wraps.
     CHECK(model.command(push(0x7ffffff0u, {0, 0, 0})));
+    CHECK(model.command(push(0xd0000000u, {0, 0, 0})));
     CHECK(model.command(push(0xffffffffu, {0, 0, 0})));
     CHECK(model.command(push(0, {0, 0, 0})));
     CHECK_FALSE(model.command(push(0xffffffffu, {0, 0, 0})));
@@ -293,6 +346,36 @@ TEST_SUITE("host_sim.reference_model") {
       CHECK(model.rejected() > 50);
     }
     CHECK(runs[0] == runs[1]);
+  }
+
+  TEST_CASE("driver: its wrench acts as it says, and comes back only through zero after a cut") {
+    DrivenModel d;
+    CHECK(static_cast<double>(d.driver.capabilities().max_force_n) == doctest::Approx(12));
+    for (int k = 0; k < 10; ++k) {
+      d.turn(0);
+      CHECK(d.state.link == LinkState::kReady);
+    }
+    CHECK(d.model.drives_on());
+    for (int k = 1; k <= 20; ++k) {
+      d.turn(0.01 * k);
+      CHECK(d.delivered_n == doctest::Approx(0.01 * k));
+      d.model.advance();
+      CHECK(d.model.acting().force_w.x() == doctest::Approx(d.delivered_n));
+    }
+    d.reached = false;
+    for (int k = 0; k < 25; ++k) d.turn(0.2);
+    CHECK((d.state.faults & kDeviceWatchdogCut) != 0);
+    CHECK(d.model.cuts() == 1);
+    d.reached = true;
+    for (int k = 0; k < 10; ++k) {
+      d.turn(0.2);  // still pushing: nothing
+      CHECK(d.delivered_n == 0);
+      CHECK(d.model.acting().force_w.norm() == 0);
+    }
+    for (int k = 0; k < 5; ++k) d.turn(0);
+    d.turn(0.2);
+    CHECK(d.delivered_n == doctest::Approx(0.2));
+    CHECK(d.model.rejected() == 0);
   }
 
   TEST_CASE("block: says what the device does; settings out of range are refused") {
