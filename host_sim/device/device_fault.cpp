@@ -129,7 +129,7 @@ class ScriptReader {
 
 const std::vector<DeviceFaultRule>& device_fault_kinds() {
   using Kind = DeviceFaultKind;
-  static const std::vector<DeviceFaultRule> rules = {
+  static const std::vector<DeviceFaultRule> kRules = {
       {"unplug", Kind::kUnplug, false, false, 0, 0, 0},
       {"unplug_at_resubmit", Kind::kUnplugAtResubmit, false, false, 0, 0, 0},
       {"replug", Kind::kReplug, false, false, 0, 1, 0},
@@ -148,7 +148,7 @@ const std::vector<DeviceFaultRule>& device_fault_kinds() {
       {"encoder_jump", Kind::kEncoderJump, false, false, -1, 1, 0.001},
       {"emergency_stop", Kind::kEmergencyStop, true, false, 0, 0, 0},
       {"deaf", Kind::kDeaf, true, false, 0, 0, 0}};
-  return rules;
+  return kRules;
 }
 
 const char* to_text(DeviceFaultKind kind) {
