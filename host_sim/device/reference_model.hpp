@@ -21,50 +21,80 @@ struct HandAction {
   std::uint32_t switches = 0;  ///< bits pressed
 };
 
+/// Encoder steps: the coarser of these and those of `device` (0: exact, but for the protocol's own
+/// units); limits: the smaller. The device's W is D here.
 struct ReferenceModelSettings {
   DeviceModel device;
   HandModel hand;
   double report_rate_hz = 1000;
-  std::int64_t watchdog_ns =
-      20'000'000;  ///< drives are cut when no valid command came for this long
-  double encoder_step_m = 1.0e-6, encoder_step_rad = 1.0e-5;  ///< finer: the protocol's units
+  std::int64_t watchdog_ns = 20'000'000;  ///< without an accepted command, then drives off
+  double encoder_step_m = 1.0e-6, encoder_step_rad = 1.0e-5;
   double max_force_n = 12, max_torque_nm = 0.3;
+  bool twist_sensed = true;  ///< else velocities are sent as zero and not valid
 };
 
+/// Owner: one thread. Equal calls give equal bytes.
 class ReferenceModel {
  public:
+  /// Powered up, at the hand's first target. @throws tools::InputError  a setting out of range.
   ReferenceModel(const ReferenceModelSettings& settings,
                  std::function<HandAction(double t_s)> hand);
 
   /// Puts the device there, at rest; time goes on.
   void place(const DeviceState& state);
-  /// Power on: sequence from 0, drives off, calibrated.
+  /// Power on: counters 0, drives off, calibrated.
   void power_up();
+  /// Bus reset, or the cable pulled out: as a command with the drives' bit clear, that acknowledges
+  /// nothing.
+  void drives_off();
 
   /// One report period passes: the wrench accepted so far acts, the hand moves. Then the report of
-  /// the new sample.
+  /// the new sample is made, the watchdog first.
   void advance();
+  /// Of the last sample; before the first `advance` of sequence 0.
   [[nodiscard]] std::vector<std::uint8_t> report() const;
 
-  /// Bytes from the host. Wrong length, check sum, version or a sequence that is not newer:
-  /// counted, reported in the next reports, otherwise without effect.
-  void command(std::span<const std::uint8_t> bytes);
+  /// Bytes from the host. Not a command of PROTOCOL.md, or a sequence that is not newer: counted in
+  /// the reports, otherwise without effect. Returns whether it was accepted.
+  bool command(std::span<const std::uint8_t> bytes);
+
+  /// What the device says of itself on request.
+  [[nodiscard]] hal::ReferenceBlock block() const;
 
   // What really happens, for tests and reports.
-  [[nodiscard]] const DeviceState& state() const;
-  [[nodiscard]] const Load& acting() const;  ///< wrench on the handle in the last period
+  [[nodiscard]] const DeviceState& state() const { return device_.state(); }
+  /// Wrench on the handle in the last period.
+  [[nodiscard]] const Load& acting() const { return acting_; }
   [[nodiscard]] double time_s() const;
-  [[nodiscard]] bool drives_on() const;
-  [[nodiscard]] std::uint32_t rejected() const;
-  [[nodiscard]] std::uint32_t cuts() const;  ///< how often the watchdog cut the drives
+  [[nodiscard]] double period_s() const { return 1.0 / settings_.report_rate_hz; }
+  [[nodiscard]] bool drives_on() const { return on_; }
+  [[nodiscard]] std::uint32_t rejected() const { return rejected_; }
+  /// How often the watchdog cut the drives.
+  [[nodiscard]] std::uint32_t cuts() const { return cuts_; }
+
   // Faults of the device itself.
+  /// Bits of DeviceFault's lower half, until set otherwise. kDeviceDriveFault and kDeviceNotHomed
+  /// switch the drives off; the latter clears "calibrated".
   void set_faults(std::uint32_t device_faults);
+  /// The input: pressed, the drives are off; released, until the host acknowledges.
+  void press_emergency_stop(bool pressed);
+  /// The encoders count from elsewhere from now on, until power-up.
   void jump_encoders(const Vector& by_m);
 
  private:
+  [[nodiscard]] bool may_drive() const;
+  [[nodiscard]] std::int64_t time_ns() const;
+
   ReferenceModelSettings settings_;
   std::function<HandAction(double)> hand_;
   SimulatedDevice device_;
+  HandAction action_;
+  std::uint64_t periods_ = 0;
+  Vector jump_m_ = Vector::Zero();
+  Load wrench_, acting_;  ///< accepted; on the handle in the last period
+  bool on_ = false, cut_ = false, stop_pressed_ = false, stopped_ = false;
+  std::int64_t fed_ns_ = 0;
+  std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0, rejected_ = 0, cuts_ = 0, faults_ = 0;
 };
 
 }  // namespace haptic::sim

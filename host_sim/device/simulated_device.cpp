@@ -103,6 +103,8 @@ void SimulatedDevice::place(const DeviceState& state) {
   delivered_j_ = 0;
 }
 
+void SimulatedDevice::drop_wrenches() { under_way_.assign(model_.delay_samples, Load{}); }
+
 HandTarget SimulatedDevice::sensed() const {
   HandTarget seen{state_.x0_w, state_.q_wa};
   if (model_.encoder_step_m > 0) {

@@ -60,6 +60,9 @@ class SimulatedDevice {
   /// ago acts, cut to the amplifier's limits with its direction kept, which is returned.
   Load advance(const Load& command, const HandStroke& stroke);
 
+  /// Drives off: wrenches under way never act.
+  void drop_wrenches();
+
   /// Work that the acting wrench has done on the device since `place` [J]: what the rendering has
   /// given out, exactly, as the force is held over each period.
   [[nodiscard]] double delivered_j() const { return delivered_j_; }

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/device/device_fault.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string_view>
+
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/toml_text.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr std::size_t kLargestScriptBytes = std::size_t{1} << 20;
+constexpr double kLargestPeriod = 1.0e9;
+constexpr double kLargestCount = 1.0e6;
+
+std::string plain(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+// The script being read; every refusal names its file and line.
+class ScriptReader {
+ public:
+  ScriptReader(const std::string& path, double rate_hz) : path_(path), rate_hz_(rate_hz) {}
+
+  [[noreturn]] void refuse(const toml::source_region& place, const std::string& defect) const {
+    throw tools::InputError(path_ + ":" + std::to_string(place.begin.line) + ": " + defect);
+  }
+
+  [[nodiscard]] std::vector<DeviceFaultEvent> events(const toml::table& root) const {
+    for (const auto& [key, value] : root) {
+      if (key.str() != "format" && key.str() != "fault")
+        refuse(key.source(),
+               "unknown key '" + std::string(key.str()) + "'; known here: format, [[fault]]");
+    }
+    const toml::node* format = root.get("format");
+    if (format == nullptr || format->value<std::int64_t>() != 1) {
+      refuse(format == nullptr ? root.source() : format->source(),
+             "not a fault script of this format; begin with format = 1");
+    }
+    const toml::node* faults = root.get("fault");
+    std::vector<DeviceFaultEvent> list;
+    if (faults == nullptr) return list;
+    if (!faults->is_array_of_tables())
+      refuse(faults->source(), "fault must be a list of tables; write [[fault]] above each");
+    for (const toml::node& entry : *faults->as_array()) list.push_back(event(*entry.as_table()));
+    std::stable_sort(list.begin(), list.end(),
+                     [](const auto& a, const auto& b) { return a.report < b.report; });
+    return list;
+  }
+
+ private:
+  [[nodiscard]] const DeviceFaultRule& rule(const toml::table& table) const {
+    const toml::node* kind = table.get("kind");
+    if (kind == nullptr) refuse(table.source(), "the key 'kind' is missing; add it");
+    const auto name = kind->value<std::string>();
+    std::string names;
+    for (const DeviceFaultRule& known : device_fault_kinds()) {
+      if (name && *name == known.name) return known;
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    }
+    refuse(kind->source(), "no such kind of fault; use one of: " + names);
+  }
+
+  [[nodiscard]] double number(const toml::node& node, const char* key, double low, double high,
+                              bool whole) const {
+    const auto value = node.value<double>();
+    if (!node.is_number() || !value || !(*value >= low && *value <= high) ||
+        (whole && !node.is_integer())) {
+      refuse(node.source(), std::string(key) + " must be a " + (whole ? "whole " : "") +
+                                "number from " + plain(low) + " to " + plain(high));
+    }
+    return *value;
+  }
+
+  [[nodiscard]] std::uint64_t period(const toml::table& table) const {
+    const toml::node* report = table.get("report");
+    const toml::node* time = table.get("t_s");
+    if ((report == nullptr) == (time == nullptr))
+      refuse(table.source(), "give either report or t_s, for when it begins");
+    if (report != nullptr)
+      return static_cast<std::uint64_t>(number(*report, "report", 1, kLargestPeriod, true));
+    const double t_s = number(*time, "t_s", 0, kLargestPeriod / rate_hz_, false);
+    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(t_s * rate_hz_)));
+  }
+
+  [[nodiscard]] DeviceFaultEvent event(const toml::table& table) const {
+    const DeviceFaultRule& allowed = rule(table);
+    DeviceFaultEvent out;
+    out.kind = allowed.kind;
+    out.amount = allowed.usual;
+    out.report = period(table);
+    for (const auto& [key, node] : table) {
+      const std::string_view name = key.str();
+      if (name == "kind" || name == "report" || name == "t_s") continue;
+      if (name == "count" && allowed.counted) {
+        out.count = static_cast<unsigned>(number(node, "count", 1, kLargestCount, true));
+      } else if (name == "amount" && allowed.low < allowed.high) {
+        // Metres may be any number; bytes, bits and periods are whole.
+        const bool whole = allowed.kind != DeviceFaultKind::kEncoderJump;
+        out.amount = number(node, "amount", allowed.low, allowed.high, whole);
+      } else if (name == "endpoint" && allowed.has_endpoint) {
+        const auto which = node.value<std::string>();
+        if (!which || (*which != "in" && *which != "out"))
+          refuse(node.source(), "endpoint must be \"in\" or \"out\"");
+        out.out_endpoint = *which == "out";
+      } else {
+        refuse(key.source(), "the key '" + std::string(name) + "' means nothing for a " +
+                                 allowed.name + "; remove it");
+      }
+    }
+    return out;
+  }
+
+  const std::string& path_;
+  double rate_hz_;
+};
+
+}  // namespace
+
+const std::vector<DeviceFaultRule>& device_fault_kinds() {
+  using Kind = DeviceFaultKind;
+  static const std::vector<DeviceFaultRule> kRules = {
+      {"unplug", Kind::kUnplug, false, false, 0, 0, 0},
+      {"unplug_at_resubmit", Kind::kUnplugAtResubmit, false, false, 0, 0, 0},
+      {"replug", Kind::kReplug, false, false, 0, 1, 0},
+      {"stall", Kind::kStall, true, true, 0, 0, 0},
+      {"babble", Kind::kBabble, true, false, 0, 0, 0},
+      {"bus_error", Kind::kBusError, true, true, 0, 0, 0},
+      {"submit_refused", Kind::kSubmitRefused, true, true, 0, 0, 0},
+      {"short", Kind::kShort, true, false, 1, 96, 1},
+      {"long", Kind::kLong, true, false, 1, 1024, 1},
+      {"corrupt", Kind::kCorrupt, true, false, 1, 768, 1},
+      {"lost", Kind::kLost, true, false, 0, 0, 0},
+      {"doubled", Kind::kDoubled, true, false, 0, 0, 0},
+      {"reordered", Kind::kReordered, true, false, 0, 0, 0},
+      {"late", Kind::kLate, true, false, 1, 1000, 1},
+      {"frozen", Kind::kFrozen, true, false, 0, 0, 0},
+      {"encoder_jump", Kind::kEncoderJump, false, false, -1, 1, 0.001},
+      {"emergency_stop", Kind::kEmergencyStop, true, false, 0, 0, 0},
+      {"deaf", Kind::kDeaf, true, false, 0, 0, 0}};
+  return kRules;
+}
+
+const char* to_text(DeviceFaultKind kind) {
+  for (const DeviceFaultRule& rule : device_fault_kinds()) {
+    if (rule.kind == kind) return rule.name;
+  }
+  return "unknown";
+}
+
+std::vector<DeviceFaultEvent> read_fault_script(const std::string& path, double rate_hz) {
+  const ScriptReader reader(path, rate_hz);
+  const std::string text = tools::read_text_file(path, kLargestScriptBytes);
+  tools::check_toml_text(text, path);
+  toml::table root;
+  try {
+    root = toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    reader.refuse(error.source(), "not valid TOML: " + std::string(error.description()));
+  }
+  return reader.events(root);
+}
+
+}  // namespace haptic::sim

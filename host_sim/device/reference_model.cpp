@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/device/reference_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "rt_core/exchange/device_exchange.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr std::uint32_t kNoDrives = kDeviceDriveFault | kDeviceNotHomed;
+
+/// The smaller of two limits, where 0 is none.
+double tighter(double a, double b) { return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b); }
+
+DeviceModel device_with(const ReferenceModelSettings& settings) {
+  DeviceModel model = settings.device;
+  model.encoder_step_m = std::max(model.encoder_step_m, settings.encoder_step_m);
+  model.encoder_step_rad = std::max(model.encoder_step_rad, settings.encoder_step_rad);
+  model.max_force_n = tighter(model.max_force_n, settings.max_force_n);
+  model.max_torque_nm = tighter(model.max_torque_nm, settings.max_torque_nm);
+  return model;
+}
+
+ReferenceModelSettings checked(const ReferenceModelSettings& settings) {
+  if (!(settings.report_rate_hz >= 50 && settings.report_rate_hz <= 10000))
+    throw tools::InputError("reference device: the report rate must be from 50 to 10000 Hz");
+  if (settings.watchdog_ns < 1 || settings.watchdog_ns > 1'000'000'000)
+    throw tools::InputError("reference device: the watchdog must be from 1 ns to 1 s");
+  if (!(settings.max_force_n > 0 && settings.max_torque_nm > 0))
+    throw tools::InputError("reference device: its largest force and torque must be above 0");
+  return settings;
+}
+
+/// In whole units, at the ends of the range where it goes beyond.
+template <typename Integer>
+Integer units(double value, double unit) {
+  constexpr double kLow = std::numeric_limits<Integer>::min();
+  constexpr double kHigh = std::numeric_limits<Integer>::max();
+  return static_cast<Integer>(std::clamp(std::nearbyint(value / unit), kLow, kHigh));
+}
+
+std::array<std::int32_t, 3> units(const Vector& v, double unit) {
+  return {units<std::int32_t>(v.x(), unit), units<std::int32_t>(v.y(), unit),
+          units<std::int32_t>(v.z(), unit)};
+}
+
+Vector vector_of(const std::array<std::int32_t, 3>& v, double unit) {
+  return unit * Vector(v[0], v[1], v[2]);
+}
+
+// Of the two quaternions of an orientation the one with w >= 0: equal orientations, equal bytes.
+std::array<std::int32_t, 4> quaternion_units(const Rotation& q) {
+  const double sign = std::signbit(q.w()) ? -1 : 1;
+  std::array<std::int32_t, 4> out{};
+  const std::array<double, 4> xyzw = {q.x(), q.y(), q.z(), q.w()};
+  for (std::size_t k = 0; k < 4; ++k)
+    out[k] = units<std::int32_t>(sign * xyzw[k], hal::kReferenceOrientationUnit);
+  return out;
+}
+
+}  // namespace
+
+ReferenceModel::ReferenceModel(const ReferenceModelSettings& settings,
+                               std::function<HandAction(double t_s)> hand)
+    : settings_(checked(settings)),
+      hand_(std::move(hand)),
+      device_(device_with(settings), settings.hand, 1.0 / settings.report_rate_hz),
+      action_(hand_(0)) {
+  place({action_.target.x0_w, action_.target.q_wa, Vector::Zero(), Vector::Zero()});
+  power_up();
+}
+
+void ReferenceModel::place(const DeviceState& state) {
+  device_.place({state.x0_w, state.q_wa, Vector::Zero(), Vector::Zero()});
+  acting_ = {};
+}
+
+void ReferenceModel::power_up() {
+  drives_off();
+  jump_m_.setZero();
+  cut_ = false;
+  stopped_ = stop_pressed_;
+  sequence_ = accepted_ = tick_ = rejected_ = faults_ = 0;
+}
+
+void ReferenceModel::drives_off() {
+  on_ = false;
+  wrench_ = {};
+  device_.drop_wrenches();
+}
+
+std::int64_t ReferenceModel::time_ns() const {
+  return std::llround(static_cast<double>(periods_) * 1e9 / settings_.report_rate_hz);
+}
+
+double ReferenceModel::time_s() const {
+  return static_cast<double>(periods_) / settings_.report_rate_hz;
+}
+
+bool ReferenceModel::may_drive() const { return !cut_ && !stopped_ && (faults_ & kNoDrives) == 0; }
+
+void ReferenceModel::advance() {
+  ++periods_;
+  const HandAction next = hand_(time_s());
+  acting_ = device_.advance(on_ ? wrench_ : Load{}, {action_.target, next.target});
+  action_ = next;
+  ++sequence_;
+  if (!on_ || time_ns() - fed_ns_ < settings_.watchdog_ns) return;
+  cut_ = true;
+  ++cuts_;
+  drives_off();
+}
+
+std::vector<std::uint8_t> ReferenceModel::report() const {
+  const DeviceState& state = device_.state();
+  const HandTarget sensed = device_.sensed();
+  hal::ReferenceReport r;
+  const auto set = [&r](bool holds, unsigned bit) {
+    if (holds) r.status = static_cast<std::uint8_t>(r.status | bit);
+  };
+  set((faults_ & kDeviceNotHomed) == 0, hal::kReferenceCalibrated);
+  set(on_, hal::kReferenceDrivesOn);
+  set(settings_.twist_sensed, hal::kReferenceTwistValid);
+  set(cut_, hal::kReferenceWatchdogCut);
+  set(stopped_, hal::kReferenceEmergencyStop);
+  r.sequence = sequence_;
+  r.time_us = static_cast<std::uint64_t>((time_ns() + 500) / 1000);
+  r.position = units(sensed.x0_w + jump_m_, hal::kReferencePositionUnit_m);
+  r.orientation = quaternion_units(sensed.q_wa);
+  if (settings_.twist_sensed) {
+    r.velocity = units(state.velocity_w, hal::kReferenceVelocityUnit_m_per_s);
+    r.angular_velocity = units(state.angular_velocity_w, hal::kReferenceTurnUnit_rad_per_s);
+  }
+  r.switches = action_.switches;
+  r.faults = (faults_ | (cut_ ? kDeviceWatchdogCut : 0u) | (stopped_ ? kDeviceEmergencyStop : 0u)) &
+             hal::kReferenceFaultBits;
+  r.accepted_tick = tick_;
+  r.rejected = rejected_;
+  r.accepted_sequence = accepted_;
+  std::vector<std::uint8_t> bytes(hal::kReferenceReportBytes);
+  hal::encode(r, std::span<std::uint8_t, hal::kReferenceReportBytes>(bytes));
+  return bytes;
+}
+
+bool ReferenceModel::command(std::span<const std::uint8_t> bytes) {
+  hal::ReferenceCommand c;
+  if (hal::decode(bytes, c) != hal::CodecVerdict::kOk || !hal::is_newer(c.sequence, accepted_)) {
+    ++rejected_;
+    return false;
+  }
+  accepted_ = c.sequence;
+  tick_ = c.tick;
+  fed_ns_ = time_ns();
+  if (!c.drives_on) {
+    drives_off();
+    cut_ = false;
+    stopped_ = stop_pressed_;
+  } else if (may_drive()) {
+    wrench_ = {vector_of(c.force, hal::kReferenceForceUnit_n),
+               vector_of(c.torque, hal::kReferenceTorqueUnit_nm)};
+    on_ = true;
+  }
+  return true;
+}
+
+hal::ReferenceBlock ReferenceModel::block() const {
+  const DeviceModel model = device_with(settings_);
+  hal::ReferenceBlock b;
+  b.twist_sensed = settings_.twist_sensed;
+  b.report_period_us = units<std::uint16_t>(1e6 / settings_.report_rate_hz, 1);
+  b.watchdog_ms = units<std::uint16_t>(static_cast<double>(settings_.watchdog_ns), 1e6);
+  b.max_force = units<std::uint32_t>(model.max_force_n, hal::kReferenceForceUnit_n);
+  b.max_torque = units<std::uint32_t>(model.max_torque_nm, hal::kReferenceTorqueUnit_nm);
+  b.mass_mg = units<std::uint32_t>(model.mass_kg, 1e-6);
+  b.damping_uns_per_m = units<std::uint32_t>(model.damping_ns_per_m, 1e-6);
+  b.friction = units<std::uint32_t>(model.coulomb_force_n, hal::kReferenceForceUnit_n);
+  b.encoder_step_nm =
+      units<std::uint32_t>(std::max(model.encoder_step_m, hal::kReferencePositionUnit_m), 1e-9);
+  b.encoder_step_nrad = units<std::uint32_t>(std::max(model.encoder_step_rad, 1e-9), 1e-9);
+  return b;
+}
+
+void ReferenceModel::set_faults(std::uint32_t device_faults) {
+  faults_ = device_faults & hal::kReferenceFaultBits;
+  if ((faults_ & kNoDrives) != 0) drives_off();
+}
+
+void ReferenceModel::press_emergency_stop(bool pressed) {
+  stop_pressed_ = pressed;
+  if (!pressed) return;
+  stopped_ = true;
+  drives_off();
+}
+
+void ReferenceModel::jump_encoders(const Vector& by_m) { jump_m_ += by_m; }
+
+}  // namespace haptic::sim
