@@ -141,7 +141,7 @@ std::size_t FalconDriver::write(const Wrench& wrench_d, std::uint64_t /*tick*/,
   command.homing = !homed_;
   command.lights = homed_ ? kFalconGreen : kFalconRed;
   Square3 jacobian;
-  Column3 torques;
+  Column3 torques = Column3::Zero();
   const Column3 force = wrench_d.force_w.cast<double>();
   if (placed_ && is_finite(force) && arm_.jacobian_at(position_f_, jacobian) &&
       FalconKinematics::torques_for(jacobian, force, torques)) {

@@ -123,7 +123,7 @@ bool FalconKinematics::position_at(const FalconAngles& angles, Column3& position
       return true;
     }
     Square3 jacobian;
-    Column3 move;
+    Column3 move = Column3::Zero();
     if (!jacobian_at(p, jacobian) || !solve3(jacobian, error, kLeastShare, move)) return false;
     const double length_m = move.norm();
     if (length_m > kLongestStep_m) move *= kLongestStep_m / length_m;

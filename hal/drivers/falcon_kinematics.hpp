@@ -34,7 +34,9 @@ struct FalconGeometry {
   double zero_angle_deg = 35.0;                      ///< t1 at count 0
 };
 
-/// Middle of the workspace in F, where the frame D of the driver has its origin.
+/// Middle of the workspace in F, where the frame D of the driver has its origin. With the lengths
+/// above the legs are stretched 35 mm in front of it: of the ball of 40 mm round it they reach all
+/// but a twentieth, and the whole of a ball of 30 mm.
 inline constexpr double kFalconCentre_m = 0.150;
 /// No point farther from the middle than this is one of the arm's [m].
 inline constexpr double kFalconReach_m = 0.100;
