@@ -34,7 +34,7 @@ inline constexpr std::uint16_t kFtdiBaud9600 = 0x4138, kFtdiBaudLoad = 0x0015,
 /// The image goes out in blocks of this size, and each comes back as it was sent.
 inline constexpr std::size_t kFalconBlockBytes = 62;
 /// Sizes of a file that can be an image: the known ones have some 30 kB.
-inline constexpr std::size_t kFalconLeastImageBytes = 1024, kFalconMostImageBytes = 256 * 1024;
+inline constexpr std::size_t kFalconLeastImageBytes = 1024, kFalconMostImageBytes = 262144;
 
 /// The line as the running firmware wants it: latency 1 ms, 1.5 Mbaud, both buffers purged.
 [[nodiscard]] HalStatus set_falcon_run_mode(UsbPort& port) noexcept;
