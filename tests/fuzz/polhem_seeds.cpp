@@ -19,6 +19,9 @@ std::string force() {
   return std::string("\x01\0\0\x80\x3f\0\0\0\xc0\0\0\x40\x40", 13) + std::string(12, '\0');
 }
 
+/// 10, 0, 0 N: some 3 A without a limit.
+std::string strong_force() { return std::string("\x01\0\0\x20\x41", 5) + std::string(20, '\0'); }
+
 std::string huge_force() {
   return std::string("\x01\xff\xff\x7f\x7f\0\0\x80\x7f\0\0\xc0\x7f", 13) + std::string(12, '\x7f');
 }
@@ -42,6 +45,7 @@ std::vector<Seed> seeds() {
                            report(anywhere, false) + force()},
       {"huge",
        calibrated + huge_force() + report({32767, -32768, 32767, 1, 2, 3}, false) + huge_force()},
+      {"strong", calibrated + strong_force()},
       {"none", bad_info + std::string("\0\x0d", 2) + std::string(13, 'x') + force()}};
 }
 

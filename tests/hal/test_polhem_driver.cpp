@@ -280,6 +280,14 @@ TEST_SUITE("hal.polhem_driver") {
     CHECK(calibrate(driver, lossy, state) < 20);
     CHECK(lossy.set_commands() == 3);
 
+    // Pressed where the counts are right already: still the command must arrive.
+    PolhemCounterpart again;
+    again.turn({0, 0, -5000, 0, 0, 0});
+    again.lost_set_commands = 1;
+    REQUIRE(driver.start(again) == HalStatus::kOk);
+    CHECK(calibrate(driver, again, state) < 20);
+    CHECK(again.set_commands() == 2);
+
     PolhemCounterpart wrong;
     wrong.sets_wrong_counts = true;
     REQUIRE(driver.start(wrong) == HalStatus::kOk);
@@ -300,7 +308,7 @@ TEST_SUITE("hal.polhem_driver") {
     Wrench delivered;
     int cut = 0;
     for (int i = 0; i < 2000; ++i) {
-      const double size = i % 2 == 0 ? 4.0 : 400.0;
+      const double size = i % 3 == 0 ? 4.0 : i % 3 == 1 ? 12.0 : 400.0;
       const Vec3 force(static_cast<Real>(uniform(-size, size)),
                        static_cast<Real>(uniform(-size, size)),
                        static_cast<Real>(uniform(-size, size)));
