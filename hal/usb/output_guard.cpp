@@ -61,6 +61,11 @@ void OutputGuard::latch(std::uint32_t faults) noexcept {
   blocked_at_ = arming_;
 }
 
+void OutputGuard::hold_back(const DeviceCommand& newest) noexcept {
+  follow_arming(newest);
+  latch(0);
+}
+
 void OutputGuard::restart() noexcept {
   output_.ramp.reset(false);
   output_.sent_d = Wrench{};

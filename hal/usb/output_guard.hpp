@@ -39,6 +39,10 @@ class OutputGuard {
   /// ramps to zero alone.
   void latch(std::uint32_t faults) noexcept;
 
+  /// Ramps to zero until the arming count grows beyond that of `newest`: the device can not be
+  /// driven now, whatever the servo thread thinks.
+  void hold_back(const DeviceCommand& newest) noexcept;
+
   /// After the device was away: what is sent first is exactly zero, and stays so until
   /// command.arming grows beyond what it is now.
   void restart() noexcept;
