@@ -6,12 +6,7 @@
 namespace haptic::hal {
 
 const char* to_text(HalStatus status) noexcept {
-  static constexpr const char* kTexts[] = {
-      "ok", "device capabilities are not usable", "libusb could not be initialised",
-      "no such device", "access denied", "device is busy", "device is gone",
-      "device lacks the interface of its driver", "transfer failed", "no answer in time",
-      "device could not be started", "firmware file is not usable", "no memory",
-      "refused by the operating system"};
+  static constexpr const char* kTexts[] = {"ok", "device capabilities are not usable"};
   static_assert(sizeof(kTexts) / sizeof(kTexts[0]) == static_cast<std::size_t>(HalStatus::kCount));
   return status < HalStatus::kCount ? kTexts[static_cast<std::size_t>(status)] : "invalid status";
 }
@@ -23,7 +18,7 @@ HalStatus check_capabilities(const DeviceCapabilities& c) noexcept {
     if (!(x >= 0) || x - x != 0) return HalStatus::kBadCapabilities;
   }
   for (int k = 0; k < 3; ++k) {
-    if (c.handle_offset_h[k] - c.handle_offset_h[k] != 0) return HalStatus::kBadCapabilities;
+    if (c.handle_offset_d[k] - c.handle_offset_d[k] != 0) return HalStatus::kBadCapabilities;
   }
   if (c.watchdog_ns < 0 || c.report_period_ns < 0) return HalStatus::kBadCapabilities;
   const bool known = ((c.sensed_dof | c.driven_dof) & ~std::uint32_t{kDofAll}) == 0;
