@@ -8,7 +8,6 @@
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
-#include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
 
@@ -73,22 +72,12 @@ enum class HalStatus : std::uint8_t {
 
 [[nodiscard]] const char* to_text(HalStatus status) noexcept;
 
-/// Capabilities that a renderer can rely on: finite, non-negative, and no degree of freedom driven
-/// blindly.
+/// Capabilities that a renderer can rely on: finite, non-negative, a unit q_wd, and no degree of
+/// freedom driven blindly.
 [[nodiscard]] HalStatus check_capabilities(const DeviceCapabilities& capabilities) noexcept;
 
 /// The part of `wrench` that the device can exert: components of undriven degrees of freedom become
 /// zero.
 [[nodiscard]] Wrench project_wrench(const Wrench& wrench_d, std::uint32_t driven_dof) noexcept;
-
-/// Largest share of its force that a device without a watchdog of its own is given: if the host
-/// dies, the last force stays on.
-inline constexpr Real kShareWithoutWatchdog = 0.5_r;
-
-/// Safety limits of a device: its own where known, else the defaults of SafetyLimits; slew such
-/// that a ramp from full force ends within half its watchdog; `kShareWithoutWatchdog` of force and
-/// torque where it has none.
-[[nodiscard]] SafetyLimits limits_of(const DeviceCapabilities& capabilities,
-                                     std::int64_t period_ns) noexcept;
 
 }  // namespace haptic::hal

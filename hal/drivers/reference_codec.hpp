@@ -2,18 +2,7 @@
 #pragma once
 /// Bytes of the reference 6-DOF device (PROTOCOL.md), both ways: the driver reads reports and
 /// writes commands, the device model does the reverse. Little-endian, packed, each ends with a
-/// CRC-32.
-///
-/// Report, device to host, 96 bytes:
-///   0 u16 magic 0x4852 | 2 u8 version 1 | 3 u8 status bits | 4 u32 sequence | 8 u64 device time,
-///   us 16 i32[3] position of the handle point, nm | 28 i32[4] orientation x y z w, 2^-30 44 i32[3]
-///   velocity, um/s | 56 i32[3] angular velocity, urad/s | 68 u32 switches 72 u32 faults | 76 u32
-///   tick stamp of the last command accepted | 80 u32 commands rejected 84 u32 its sequence | 88
-///   u32 reserved 0 | 92 u32 CRC-32 of bytes 0-91
-/// Command, host to device, 56 bytes:
-///   0 u16 magic 0x4843 | 2 u8 version 1 | 3 u8 bits (0: drives enabled) | 4 u32 sequence
-///   8 u32 tick stamp | 12 i32[3] force, 10 uN | 24 i32[3] torque, 0.1 uN m
-///   36 u8[16] reserved 0 | 52 u32 CRC-32 of bytes 0-51
+/// CRC-32 of all bytes before it. Numbers stay integers here: equal values have equal bytes.
 
 #include <array>
 #include <cstddef>
@@ -23,33 +12,86 @@
 namespace haptic::hal {
 
 inline constexpr std::size_t kReferenceReportBytes = 96, kReferenceCommandBytes = 56;
+inline constexpr std::size_t kReferenceBlockBytes = 64;
+inline constexpr std::uint16_t kReferenceReportMagic = 0x4852, kReferenceCommandMagic = 0x4843;
+inline constexpr std::uint16_t kReferenceBlockMagic = 0x4842;
+inline constexpr std::uint8_t kReferenceVersion = 1;
+
 inline constexpr double kReferencePositionUnit_m = 1.0e-9;
+inline constexpr double kReferenceOrientationUnit = 1.0 / (1 << 30);
+inline constexpr double kReferenceVelocityUnit_m_per_s = 1.0e-6;
+inline constexpr double kReferenceTurnUnit_rad_per_s = 1.0e-6;
 inline constexpr double kReferenceForceUnit_n = 1.0e-5, kReferenceTorqueUnit_nm = 1.0e-7;
+
+/// The request for the capability block, on the control pipe: device to host, vendor, interface.
+inline constexpr std::uint8_t kReferenceBlockRequestType = 0xc1, kReferenceBlockRequest = 0x01;
 
 enum ReferenceStatusBit : std::uint8_t {
   kReferenceCalibrated = 1u << 0,
   kReferenceDrivesOn = 1u << 1,
   kReferenceTwistValid = 1u << 2,
   kReferenceWatchdogCut = 1u << 3,
-  kReferenceEmergencyStop = 1u << 4
+  kReferenceEmergencyStop = 1u << 4,
+  kReferenceStatusBits = 0x1f
 };
 
-/// A report in its own units, as integers: equal reports have equal bytes.
+/// Fault bits that a report may carry; they have the numbers and meanings of DeviceFault.
+inline constexpr std::uint32_t kReferenceFaultBits = 0x3f;
+
+/// Report, device to host, 96 bytes. Byte by byte: 0 u16 magic, 2 u8 version, 3 u8 status, then the
+/// members below in their order from byte 4 on, 88 u32 reserved 0, 92 u32 CRC-32.
 struct ReferenceReport {
-  std::uint8_t status = 0;
-  std::uint32_t sequence = 0;
-  std::uint64_t time_us = 0;
-  std::array<std::int32_t, 3> position{};
-  std::array<std::int32_t, 4> orientation{0, 0, 0, 1 << 30};
-  std::array<std::int32_t, 3> velocity{}, angular_velocity{};
-  std::uint32_t switches = 0, faults = 0;
-  std::uint32_t accepted_tick = 0, rejected = 0, accepted_sequence = 0;
+  std::uint8_t status = 0;                                    ///< ReferenceStatusBit
+  std::uint32_t sequence = 0;                                 ///< byte 4
+  std::uint64_t time_us = 0;                                  ///< 8: the device's own clock
+  std::array<std::int32_t, 3> position{};                     ///< 16: handle point in D [nm]
+  std::array<std::int32_t, 4> orientation{0, 0, 0, 1 << 30};  ///< 28: x y z w, unit 2^-30
+  std::array<std::int32_t, 3> velocity{};                     ///< 44: of the handle point [um/s]
+  std::array<std::int32_t, 3> angular_velocity{};             ///< 56: in D axes [urad/s]
+  std::uint32_t switches = 0;                                 ///< 68: bit set = pressed
+  std::uint32_t faults = 0;                                   ///< 72: kReferenceFaultBits
+  std::uint32_t accepted_tick = 0;                            ///< 76: of the last command accepted
+  std::uint32_t rejected = 0;                                 ///< 80: commands, since power-up
+  std::uint32_t accepted_sequence = 0;                        ///< 84: of the last command accepted
+
+  friend bool operator==(const ReferenceReport&, const ReferenceReport&) = default;
 };
 
+/// Command, host to device, 56 bytes: 0 u16 magic, 2 u8 version, 3 u8 bits (0: drives enabled),
+/// 4 u32 sequence, 8 u32 tick, 12 i32[3] force, 24 i32[3] torque, 36 u8[16] reserved 0, 52 u32
+/// CRC-32.
 struct ReferenceCommand {
   bool drives_on = false;
-  std::uint32_t sequence = 0, tick = 0;
-  std::array<std::int32_t, 3> force{}, torque{};
+  std::uint32_t sequence = 0;
+  std::uint32_t tick = 0;                ///< lower 32 bits of the servo tick
+  std::array<std::int32_t, 3> force{};   ///< at the handle point, D axes [10 uN]
+  std::array<std::int32_t, 3> torque{};  ///< about the handle point [0.1 uN m]
+
+  friend bool operator==(const ReferenceCommand&, const ReferenceCommand&) = default;
+};
+
+/// Capability block, device to host on request, 64 bytes: 0 u16 magic, 2 u8 version, 3 u8 bits (0:
+/// twist sensed), then the members below in their order from byte 4 on, with u16 reserved 0 at byte
+/// 10 and u32 CRC-32 at byte 60. From byte 20 on, 0 means "not known".
+struct ReferenceBlock {
+  bool twist_sensed = true;
+  std::uint8_t sensed_dof = 0x3f, driven_dof = 0x3f;  ///< 4, 5: DofBit
+  std::uint16_t report_period_us = 1000;              ///< 6
+  std::uint16_t watchdog_ms = 20;                     ///< 8
+  std::uint32_t max_force = 1'200'000;                ///< 12: norm [10 uN]
+  std::uint32_t max_torque = 3'000'000;               ///< 16: norm [0.1 uN m]
+  std::uint32_t max_force_rate_mn_per_s = 2'000'000;  ///< 20
+  std::uint32_t max_torque_rate_mnm_per_s = 40'000;   ///< 24
+  std::uint32_t max_stiffness_mn_per_m = 0;           ///< 28
+  std::uint32_t max_damping_mns_per_m = 0;            ///< 32
+  std::uint32_t mass_mg = 100'000;                    ///< 36: felt at the handle
+  std::uint32_t damping_uns_per_m = 1'000'000;        ///< 40
+  std::uint32_t friction = 0;                         ///< 44: Coulomb [10 uN]
+  std::uint32_t encoder_step_nm = 1000;               ///< 48
+  std::uint32_t encoder_step_nrad = 10'000;           ///< 52
+  std::uint32_t workspace_radius_um = 0;              ///< 56
+
+  friend bool operator==(const ReferenceBlock&, const ReferenceBlock&) = default;
 };
 
 enum class CodecVerdict : std::uint8_t {
@@ -58,20 +100,34 @@ enum class CodecVerdict : std::uint8_t {
   kBadMagic,
   kBadVersion,
   kBadCheck,
-  kBadReserved,
-  kBadNumber
+  kBadReserved,  ///< reserved bytes that are not zero, bits that mean nothing
+  kBadNumber     ///< orientation that is none
 };
 
+/// Any member value is written, also those that `decode` refuses.
 void encode(const ReferenceReport& report,
             std::span<std::uint8_t, kReferenceReportBytes> bytes) noexcept;
 void encode(const ReferenceCommand& command,
             std::span<std::uint8_t, kReferenceCommandBytes> bytes) noexcept;
+void encode(const ReferenceBlock& block,
+            std::span<std::uint8_t, kReferenceBlockBytes> bytes) noexcept;
+
 /// Refuses wrong length, magic, version, check sum, reserved bytes that are not zero, unknown bits,
-/// and an orientation whose length is off by more than 1e-3; `report` is unchanged then.
+/// and an orientation whose length is off by more than 1e-3; the second argument is unchanged then.
+/// What is accepted encodes to the same bytes. Cost: one pass over the bytes.
 [[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
                                   ReferenceReport& report) noexcept;
 [[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
                                   ReferenceCommand& command) noexcept;
+[[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
+                                  ReferenceBlock& block) noexcept;
+
+/// True where `sequence` comes after `last`, counters of 32 bits that wrap: less than half the
+/// range ahead.
+[[nodiscard]] constexpr bool is_newer(std::uint32_t sequence, std::uint32_t last) noexcept {
+  const std::uint32_t ahead = sequence - last;
+  return ahead != 0 && ahead < 0x8000'0000u;
+}
 
 /// CRC-32 (IEEE 802.3, reflected, 0xedb88320), as in zip and Ethernet.
 [[nodiscard]] std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept;
