@@ -87,7 +87,8 @@ void HapticCore::State::damp(const PoseError& error, std::int64_t stamp_ns,
       limited_damping(-b_r * output.rate.rotation_rad, wrench.torque_w, output.damping_share);
 }
 
-/// Last stages before the device: ramps where the wrench must not act, and energy.
+/// Last stages before the device: ramps where the wrench must not act, and energy. Takes the law's
+/// spring part in `result` along.
 Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& device,
                                  const StepInput& input, StepResult& result) noexcept {
   const std::int64_t stamp_ns = stamp_of(input);
@@ -101,6 +102,11 @@ Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& devic
   const RampedWrench ramped = output.ramp.update(stamp_ns, law_wrench);
   Wrench wrench = ramped.wrench_w;
   if (ramped.state != RampState::kIn) result.flags |= kFlagRamping;
+  // Ramping out, and for a wrench that is not finite, the ramp's is an earlier one.
+  const bool follows = ramped.state != RampState::kRampingOut && is_finite(law_wrench);
+  const Wrench& pull = result.spring_w;
+  result.spring_w =
+      follows ? Wrench{ramped.gain * pull.force_w, ramped.gain * pull.torque_w} : ramped.wrench_w;
   if (output.observes) {
     PassivityInput in;
     in.stamp_ns = stamp_ns;

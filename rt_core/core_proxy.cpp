@@ -117,6 +117,7 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   const Real hooked = kHookedShare * proxy_radius_m;
   if (done.error.translation_m.squaredNorm() > hooked * hooked) result.flags |= kFlagHooked;
   Wrench wrench = spring_wrench(spring, done.error);
+  result.spring_w = wrench;
   if (output.damping_ns_per_m > 0) damp(done.error, stamp_ns, wrench);
   return wrench;
 }

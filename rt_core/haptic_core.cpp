@@ -94,6 +94,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
   } else {
     wrench = s.total_wrench(result);
+    result.spring_w = wrench;
     result.proxy_pose_wa = result.goal_pose_wa;
   }
   result.wrench_w = s.finish(wrench, device, input, result);

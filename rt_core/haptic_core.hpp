@@ -83,7 +83,11 @@ struct StepCounters {
 
 /// What one tick returns.
 struct StepResult {
-  Wrench wrench_w;    ///< reaction on the hand; torque about the grip point, W axes
+  Wrench wrench_w;  ///< reaction on the hand; torque about the grip point, W axes
+  /// The part of wrench_w that is the spring's pull, ramps included; the rest is damping: the
+  /// coupling's, and what the passivity controller added. Laws without a coupling are spring as a
+  /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
+  Wrench spring_w;
   Real d_near_m = 0;  ///< smallest D_near over all pairs at the device pose, <= 0: collision
   std::uint32_t nearest_pair = 0;  ///< the pair it belongs to (lowest index at ties)
   ContactSituation situation = ContactSituation::kNone;  ///< of that pair

@@ -18,14 +18,16 @@
 namespace haptic {
 
 /// Which switches of the device mean what, as masks; 0: none does. Deadman held = armed; the clutch
-/// only indexes and never arms.
+/// only indexes and never arms. The deadman is held when all of its switches are, the others when
+/// any is.
 struct SwitchMap {
   std::uint32_t deadman = 1u << 0;
   std::uint32_t clutch = 1u << 1;
   std::uint32_t emergency_stop = 0;
 };
 
-/// Where the part may go; outside the wrench is ramped out and a fault latched. A limit of 0: none.
+/// Where the part may go, after clutch and anchor; outside, or about to be there by the next tick
+/// if it goes on as in the last, the wrench is ramped out and a fault latched. A limit of 0: none.
 struct MotionEnvelope {
   Vec3 centre_w = Vec3::Zero();
   Vec3 half_extent_m = Vec3::Zero();  ///< of the box that the grip point stays in, W axes
@@ -57,10 +59,26 @@ struct ServoResult {
   bool rendered_new = false;        ///< a new state was rendered; else the last wrench was kept
 };
 
+/// A pose may differ from the last by this much whatever the time between: stamps jitter, encoders
+/// have steps.
+inline constexpr Real kJumpFloor_m = 2.0e-3_r, kJumpFloor_rad = 0.05_r;
+/// After this long without a state the hand can be anywhere: no jump is looked for.
+inline constexpr std::int64_t kLongAbsence_ns = 100'000'000;
+
 /// Owner: the servo thread; the core and the recorder outlive it. No heap, lock or system call;
 /// cost: the core's tick and a constant. Same inputs, same bits.
+///
+/// The core follows the device whenever its pose can be used, armed or not, so that the picture is
+/// true and the proxy stays outside obstacles while the hand is free. Its history is dropped
+/// (reset, with the offsets of clutch and anchor) where the poses before and after do not belong
+/// together: after the link or the calibration was lost, a long absence, a jump, states out of
+/// order, a pose that was none; and at an arming whose pull would be beyond the output's limits or
+/// whose goal is out of the proxy's reach. A part that is then inside an obstacle is brought out
+/// without force (kFlagRecovery), and the core ramps its wrench in after that.
 class ServoTick {
  public:
+  /// A map or envelope that is not usable is kFaultInternal in every tick: nothing ever arms.
+  /// `recorder` may be nullptr.
   ServoTick(HapticCore& core, const ServoParameters& parameters, const SceneCapacity& bounds,
             FlightRecorder* recorder) noexcept;
 
@@ -68,7 +86,13 @@ class ServoTick {
 
  private:
   [[nodiscard]] std::uint32_t check_state(const ServoInput& input, bool is_new) noexcept;
+  [[nodiscard]] std::uint32_t check_pose(const DeviceState& state) noexcept;
+  [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t render(const ServoInput& input, ServoResult& result) noexcept;
+  [[nodiscard]] std::uint32_t check_rendered() noexcept;
+  [[nodiscard]] std::uint32_t check_envelope() noexcept;
+  void arm(const ServoInput& input, std::uint32_t present) noexcept;
+  void record(const ServoInput& input, const ServoResult& result) noexcept;
 
   HapticCore& core_;
   ServoParameters parameters_;
@@ -79,6 +103,22 @@ class ServoTick {
   StepResult last_rendered_;
   DeviceState last_state_;
   std::uint64_t tick_ = 0;
+  bool usable_ = false;             ///< the parameters
+  std::int64_t now_ns_ = 0;         ///< of the last tick
+  std::int64_t seen_ns_ = 0;        ///< when last_state_ was first seen
+  bool full_ = false;               ///< the ramp in is over
+  std::uint32_t late_ = 0;          ///< periods by which state or tick are late now
+  std::uint32_t state_faults_ = 0;  ///< causes that lie in the newest state: present until the next
+  bool was_ready_ = false;          ///< the link, ever
+  bool has_state_ = false;          ///< last_state_ is of this opening of the link
+  bool has_pose_ = false;           ///< its pose is one that the next can be compared with
+  bool broken_ = true;              ///< the next pose does not go on from the core's last
+  bool has_rendered_ = false;       ///< ever
+  bool started_inside_ = false;     ///< and has not come out since
+  bool has_goal_ = false;
+  Twist twist_d_;                  ///< of the handle: reported, or by the last two poses
+  Vec3 goal_x0_w_ = Vec3::Zero();  ///< grip point of the last goal
+  Real goal_angle_rad_ = 0;        ///< of the last goal from the envelope's middle
 };
 
 }  // namespace haptic

@@ -44,6 +44,11 @@ struct Wrench {
 [[nodiscard]] inline bool is_finite(const Wrench& w) noexcept {
   return is_finite(w.force_w) && is_finite(w.torque_w);
 }
+/// |v| of any finite vector: its squares may overflow or vanish.
+[[nodiscard]] inline Real robust_length(const Vec3& v) noexcept {
+  const Real largest = v.cwiseAbs().maxCoeff();
+  return largest > 0.0_r ? largest * (v / largest).norm() : 0.0_r;
+}
 /// True where `q`, of whatever length, stands for a rotation: finite and not zero.
 [[nodiscard]] inline bool is_orientation(const Quat& q) noexcept {
   const Real square = q.squaredNorm();

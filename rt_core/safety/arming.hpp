@@ -31,13 +31,14 @@ enum class ArmingState : std::uint8_t {
   kDisarmed = 0,  ///< no force; deadman not held, or not held anew
   kArming,        ///< deadman held, force ramps in
   kArmed,         ///< deadman held, full force
-  kDisarming,     ///< ramping out, because the deadman was let go or a fault came
+  kDisarming,     ///< ramping out, because the deadman was let go or a fault came: a press now
+                  ///< does not count
   kFaulted        ///< no force; a fault is latched
 };
 
 struct ArmingInput {
-  bool deadman = false;        ///< held now
-  bool ready = false;          ///< device calibrated, state finite and fresh
+  bool deadman = false;        ///< held now; where that cannot be known: true, which is no release
+  bool ready = false;          ///< device calibrated, state finite and fresh; asked at a press
   std::uint32_t present = 0;   ///< SafetyFault: causes present now
   bool output_is_zero = true;  ///< of the ramp, as of the last tick
   bool output_is_full = false;
@@ -68,7 +69,7 @@ class Arming {
  private:
   ArmingState state_ = ArmingState::kDisarmed;
   std::uint32_t latched_ = 0, first_ = 0, count_ = 0;
-  bool was_released_ = false;
+  bool was_released_ = false;  ///< the deadman, at the last update
 };
 
 }  // namespace haptic

@@ -19,7 +19,8 @@ enum LimiterFlag : std::uint32_t {
   kLimiterSlewed = 1u << 3,
   kLimiterSpeed = 1u << 4,     ///< scaled down because the handle is fast
   kLimiterDecaying = 1u << 5,  ///< the last wrench is held and fades
-  kLimiterRamping = 1u << 6    ///< ramp out, out, or ramp in
+  kLimiterRamping = 1u << 6,   ///< ramp out, out, or ramp in
+  kLimiterLate = 1u << 7       ///< late, but within the held periods: noted only
 };
 
 struct LimiterInput {
@@ -27,34 +28,43 @@ struct LimiterInput {
   Wrench spring_d, damping_d;  ///< at the handle point; what is rendered is their sum
   Twist twist_d;               ///< of the handle; not finite counts as beyond every speed limit
   bool wants_force = false;    ///< Arming::wants_force
-  /// Periods by which state or tick are late: 0 on time. Within the held periods the last output is
-  /// held and decays; the caller latches a fault beyond.
+  /// Periods by which state or tick are late: 0 on time. Up to SafetyLimits::held_periods it is
+  /// noted only; beyond, the last output is held and decays; beyond lost_periods the caller latches
+  /// a fault.
   std::uint32_t late_periods = 0;
 };
 
 struct LimitedOutput {
   Wrench wrench_d;
   std::uint32_t flags = 0;  ///< LimiterFlag
-  Real gain = 0;            ///< of the ramp
+  Real gain = 0;            ///< of the ramp in; 0 from the tick on that lets go
 };
 
 /// Owner: the servo thread. Starts out, at zero. Order: finite, driven degrees of freedom, speed,
-/// clamp (the spring part is scaled before the damping part), ramp, slew, finite.
+/// clamp (the spring part is scaled before the damping part), ramp in, hold while late, slew.
+///
+/// Letting go is the slew alone, from wherever the output is: there is no second memory of it that
+/// could bring a faded wrench back.
 class OutputLimiter {
  public:
-  OutputLimiter() noexcept = default;
+  OutputLimiter() noexcept : OutputLimiter(SafetyLimits{}) {}
   explicit OutputLimiter(const SafetyLimits& limits) noexcept;
 
   /// The output differs from the last one by at most slew times the time since, of which at most
-  /// kLongestRampTick_s counts; its norms and components are within the limits. Cost: constant.
+  /// kLongestRampTick_s counts; its norms and components are within the limits. So it is for every
+  /// input whatever, numbers that are not finite and stamps that do not advance included (then the
+  /// output stays). Cost: constant.
   [[nodiscard]] LimitedOutput update(const LimiterInput& input) noexcept;
 
   /// Out, at zero, without history.
   void reset() noexcept;
 
+  /// What left last; exactly zero once it has been let go of.
   [[nodiscard]] const Wrench& last() const noexcept { return last_; }
 
  private:
+  [[nodiscard]] Wrench clamped(const LimiterInput& input, std::uint32_t& flags) noexcept;
+
   SafetyLimits limits_;
   WrenchRamp ramp_;
   Wrench last_, last_finite_spring_, last_finite_damping_;

@@ -32,7 +32,10 @@ struct SafetyLimits {
   Real jump_speed_m_per_s = 10.0_r, jump_turn_rad_per_s = 200.0_r;
 };
 
-/// `limits` with every number that is not finite or out of its range replaced by the default above.
+/// `limits` with every number that is not finite or out of its range replaced by the default above;
+/// speeds of a fade, and numbers of periods, by pairs. Ranges: forces 0 to 1000 N, torques 0 to 100
+/// N m, slews above 0 to 1e6 N/s and 1e5 N m/s, ramp in 0.05 to 10 s, fades in order and up to 1000
+/// m/s and 1e5 rad/s, period 10 us to 1 s, held <= lost <= 1000 periods, decay 0 to below 1.
 [[nodiscard]] SafetyLimits usable(const SafetyLimits& limits) noexcept;
 
 /// Longest time that a ramp from the largest wrench to zero takes by the slew limits [s]: what must

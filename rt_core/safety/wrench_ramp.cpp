@@ -12,12 +12,6 @@ Real non_negative(Real value) noexcept {
   return std::isfinite(value) && value > 0.0_r ? value : 0.0_r;
 }
 
-// Of any finite vector: its squares may overflow.
-Real length(const Vec3& v) noexcept {
-  const Real largest = v.cwiseAbs().maxCoeff();
-  return largest > 0.0_r ? largest * (v / largest).norm() : 0.0_r;
-}
-
 constexpr Real kAtOnce_per_s = std::numeric_limits<Real>::max();
 
 }  // namespace
@@ -48,8 +42,8 @@ Real WrenchRamp::elapsed_s(std::int64_t stamp_ns) noexcept {
 // Change of the gain per second that keeps force and torque of `wrench_w_` within the slew limits.
 Real WrenchRamp::slew_rate_per_s(Real fastest_per_s) const noexcept {
   Real rate = fastest_per_s;
-  const Real force_n = length(wrench_w_.force_w);
-  const Real torque_nm = length(wrench_w_.torque_w);
+  const Real force_n = robust_length(wrench_w_.force_w);
+  const Real torque_nm = robust_length(wrench_w_.torque_w);
   if (limits_.slew_n_per_s > 0.0_r && force_n * rate > limits_.slew_n_per_s) {
     rate = limits_.slew_n_per_s / force_n;
   }

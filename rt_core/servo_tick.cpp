@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/servo_tick.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/base/rotation.hpp"
+#include "rt_core/base/stamp.hpp"
+
+namespace haptic {
+namespace {
+
+/// Causes after which the newest pose says nothing about where the part is.
+constexpr std::uint32_t kNoPose = kFaultBadPose | kFaultJump | kFaultSequence;
+constexpr Real kUnitTolerance = 1.0e-3_r;
+
+/// Whole periods from one stamp to a later one; 0 for an earlier one.
+std::uint32_t periods_between(std::int64_t from_ns, std::int64_t to_ns,
+                              std::int64_t period_ns) noexcept {
+  if (to_ns <= from_ns) return 0;
+  const std::uint64_t span =
+      static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(from_ns);
+  const std::uint64_t periods = span / static_cast<std::uint64_t>(period_ns);
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  return static_cast<std::uint32_t>(std::min(periods, kMost));
+}
+
+/// Periods beyond the one that always passes.
+std::uint32_t beyond_one(std::uint32_t periods) noexcept { return periods > 0 ? periods - 1 : 0; }
+
+bool is_pose(const Pose& pose) noexcept {
+  // Comparisons with NaN are false.
+  const Real n = std::sqrt(pose.q_wa.squaredNorm());
+  return is_finite(pose.p_wa) && n >= 1.0_r - kUnitTolerance && n <= 1.0_r + kUnitTolerance;
+}
+
+bool is_usable(const MotionEnvelope& e) noexcept {
+  bool usable = is_finite(e.centre_w) && is_finite(e.half_extent_m) &&
+                (e.half_extent_m.array() >= 0.0_r).all() && std::isfinite(e.max_angle_rad) &&
+                e.max_angle_rad >= 0.0_r;
+  if (e.max_angle_rad > 0.0_r) usable = usable && is_pose({Vec3::Zero(), e.q_wa});
+  return usable;
+}
+
+Vec3 turn_between(const Quat& from, const Quat& to) noexcept {
+  return so3_log((to * from.conjugate()).normalized());
+}
+
+/// The counters of a tick within the bounds that the scene's header states.
+bool is_within(const StepCounters& n, const SceneCapacity& c) noexcept {
+  return n.pair_visits <= c.max_pair_visits && n.support_pairs <= c.max_support_pairs &&
+         n.feature_evaluations <= c.max_feature_evaluations && n.edge_pairs <= c.max_edge_pairs &&
+         n.near_nodes <= c.max_near_nodes && n.hull_points <= c.max_hull_points &&
+         n.plane_gaps <= c.max_plane_gaps && n.valid_nodes <= c.max_valid_nodes &&
+         n.full_searches <= c.max_full_searches;
+}
+
+Wrench difference(const Wrench& l, const Wrench& r) noexcept {
+  return {l.force_w - r.force_w, l.torque_w - r.torque_w};
+}
+
+bool is_zero(const Wrench& w) noexcept { return w.force_w.isZero(0) && w.torque_w.isZero(0); }
+
+void copy(const Vec3& from, double (&to)[3]) noexcept {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
+}
+
+}  // namespace
+
+ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
+                     const SceneCapacity& bounds, FlightRecorder* recorder) noexcept
+    : core_(core),
+      parameters_(parameters),
+      bounds_(bounds),
+      recorder_(recorder),
+      limiter_(parameters.limits),
+      usable_(is_usable(parameters.map) && is_usable(parameters.envelope)) {
+  parameters_.limits = usable(parameters.limits);
+}
+
+/// How late the tick is, and the state that it rests on.
+std::uint32_t ServoTick::check_time(const ServoInput& input) noexcept {
+  const SafetyLimits& l = parameters_.limits;
+  std::uint32_t faults = 0;
+  std::uint32_t tick_late = input.late_periods;
+  if (tick_ > 1) {
+    if (input.now_ns < now_ns_) faults |= kFaultInternal;  // the clock is monotonic
+    const std::uint32_t passed = periods_between(now_ns_, input.now_ns, l.period_ns);
+    tick_late = std::max(tick_late, beyond_one(passed));
+  }
+  now_ns_ = input.now_ns;
+  std::uint32_t state_late = 0;
+  if (has_state_) {
+    // Not by its stamp alone: one from the future must not keep it fresh for ever.
+    const std::int64_t since_ns = std::min(last_state_.stamp_ns, seen_ns_);
+    state_late = beyond_one(periods_between(since_ns, input.now_ns, l.period_ns));
+    if (periods_between(since_ns, input.now_ns, kLongAbsence_ns) > 0) {
+      has_pose_ = false;
+      broken_ = true;
+    }
+  }
+  if (tick_late > l.lost_periods) faults |= kFaultLateTick;
+  if (state_late > l.lost_periods) faults |= kFaultStaleState;
+  late_ = std::max(tick_late, state_late);
+  return faults;
+}
+
+/// Pose and twist of a new state against the one before, which it replaces.
+std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
+  const Pose pose = pose_of(state.pose_dh);
+  const Twist given = twist_of(state.twist_d);
+  const bool good = is_pose(pose) && (!state.twist_valid || is_finite(given));
+  const Pose last = pose_of(last_state_.pose_dh);
+  const Real elapsed_s = seconds_between(last_state_.stamp_ns, state.stamp_ns);
+  const bool long_ago =
+      periods_between(last_state_.stamp_ns, state.stamp_ns, kLongAbsence_ns) > 0;
+  const bool compared = has_pose_ && !long_ago;
+  broken_ = broken_ || long_ago;
+  has_pose_ = good;
+  twist_d_ = Twist{};
+  if (!good) return kFaultBadPose;
+  if (state.twist_valid) twist_d_ = given;
+  if (!compared) return 0;
+
+  const SafetyLimits& l = parameters_.limits;
+  const Vec3 way_m = pose.p_wa - last.p_wa;
+  const Vec3 turn_rad = turn_between(last.q_wa, pose.q_wa);
+  const bool near = is_finite(way_m) &&
+                    robust_length(way_m) <= l.jump_speed_m_per_s * elapsed_s + kJumpFloor_m &&
+                    robust_length(turn_rad) <= l.jump_turn_rad_per_s * elapsed_s + kJumpFloor_rad;
+  if (!near) return kFaultJump;
+  if (!state.twist_valid && elapsed_s > 0.0_r) {
+    twist_d_ = {way_m / elapsed_s, turn_rad / elapsed_s};
+  }
+  return 0;
+}
+
+/// What is wrong with the device's side of this tick; takes a new state over.
+std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexcept {
+  const DeviceState& state = input.state;
+  std::uint32_t faults = usable_ ? 0 : kFaultInternal;
+  const bool stopped = input.emergency_stop || (state.faults & kDeviceEmergencyStop) != 0 ||
+                       (state.switches & parameters_.switches.emergency_stop) != 0;
+  if (stopped) faults |= kFaultEmergencyStop;
+  if ((state.faults & ~kDeviceEmergencyStop) != 0) faults |= kFaultDevice;
+  if (state.link != LinkState::kReady) {
+    if (was_ready_) faults |= kFaultDeviceLost;
+    has_state_ = has_pose_ = false;  // the next opening counts its own reports
+    state_faults_ = 0;
+    broken_ = true;
+  } else {
+    was_ready_ = true;
+    if (is_new) {
+      const bool in_order = !has_state_ || (state.sequence > last_state_.sequence &&
+                                            state.stamp_ns >= last_state_.stamp_ns);
+      state_faults_ = check_pose(state) | (in_order ? 0u : std::uint32_t{kFaultSequence});
+      last_state_ = state;
+      seen_ns_ = input.now_ns;
+      has_state_ = true;
+    }
+    if ((state.faults & kDeviceNotHomed) != 0) has_pose_ = false;
+  }
+  if ((state_faults_ & kNoPose) != 0 || !usable_ || (state.faults & kDeviceNotHomed) != 0) {
+    broken_ = true;
+  }
+  return faults | check_time(input);
+}
+
+/// Bounds of work, numbers, scene and envelope, of what has just been rendered.
+std::uint32_t ServoTick::check_rendered() noexcept {
+  const StepResult& r = last_rendered_;
+  if (r.status != RtStatus::kOk) return kFaultBadPose;
+  std::uint32_t faults = check_envelope();
+  const WorkspaceMap& map = parameters_.map;
+  if (!is_finite(device_wrench(map, r.spring_w)) ||
+      !is_finite(device_wrench(map, difference(r.wrench_w, r.spring_w)))) {
+    faults |= kFaultNotFinite;
+  }
+  if (!is_within(r.counters, bounds_)) faults |= kFaultInternal;
+  // The scene's own start: a part that is inside after a reset is brought out without a fault.
+  const bool inside = (r.flags & kFlagRecovery) != 0;
+  started_inside_ = inside && (started_inside_ || !has_rendered_);
+  has_rendered_ = true;
+  if (started_inside_) faults |= kFaultScene;
+  return faults;
+}
+
+/// Grip point and orientation of the goal, now and by the next tick.
+std::uint32_t ServoTick::check_envelope() noexcept {
+  const MotionEnvelope& e = parameters_.envelope;
+  const Pose& goal = last_rendered_.goal_pose_wa;
+  const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * parameters_.map.grip_a;
+  const Vec3 next_w = has_goal_ ? Vec3(x0_w + (x0_w - goal_x0_w_)) : x0_w;
+  std::uint32_t faults = 0;
+  for (int k = 0; k < 3; ++k) {
+    if (e.half_extent_m[k] == 0.0_r) continue;
+    const Real farthest =
+        std::max(std::abs(x0_w[k] - e.centre_w[k]), std::abs(next_w[k] - e.centre_w[k]));
+    if (!(farthest <= e.half_extent_m[k])) faults |= kFaultWorkspace;
+  }
+  Real angle_rad = 0;
+  if (e.max_angle_rad > 0.0_r) {
+    angle_rad = robust_length(turn_between(e.q_wa, goal.q_wa));
+    const Real rise_rad = has_goal_ ? std::max(angle_rad - goal_angle_rad_, 0.0_r) : 0.0_r;
+    if (!(angle_rad + rise_rad <= e.max_angle_rad)) faults |= kFaultEnvelope;
+  }
+  goal_x0_w_ = x0_w;
+  goal_angle_rad_ = angle_rad;
+  has_goal_ = true;
+  return faults;
+}
+
+/// One tick of the core at a new, usable state.
+std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) noexcept {
+  const DeviceState& state = input.state;
+  if (broken_) {
+    core_.reset();
+    broken_ = has_goal_ = false;
+  }
+  const WorkspaceMap& map = parameters_.map;
+  StepInput in;
+  in.sequence = state.sequence;
+  in.stamp_ns = state.stamp_ns;
+  in.pose_wa = mesh_pose(map, pose_of(state.pose_dh));
+  in.twist_valid = state.twist_valid;
+  if (state.twist_valid) in.twist_w = scene_twist(map, twist_of(state.twist_d));
+  in.clutched = (state.switches & parameters_.switches.clutch) != 0;
+  // A device that does not say what it was handed: what left here, which may be held back.
+  const bool told = state.accepted_tick != 0;
+  in.accepted_wrench_w = scene_wrench(map, told ? wrench_of(state.accepted_d) : limiter_.last());
+  in.accepted_valid = true;
+  in.switches = state.switches;
+  in.device_faults = state.faults;
+  last_rendered_ = core_.step(in);
+  result.rendered_new = true;
+  const std::uint32_t faults = check_rendered();
+  if ((faults & kFaultBadPose) != 0) broken_ = true;
+  return faults;
+}
+
+/// Who may feel the wrench; a pull that nobody should meet at once is dropped with its history.
+void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
+  const DeviceState& state = input.state;
+  const bool linked = state.link == LinkState::kReady;
+  const std::uint32_t mask = parameters_.switches.deadman;
+  const std::uint32_t count = arming_.count();
+  ArmingInput in;
+  in.deadman = !linked || (mask != 0 && (state.switches & mask) == mask);
+  in.ready =
+      linked && has_state_ && has_rendered_ && !broken_ && late_ <= parameters_.limits.held_periods;
+  in.present = present;
+  in.output_is_zero = is_zero(limiter_.last());
+  in.output_is_full = full_;
+  static_cast<void>(arming_.update(in));
+  if (arming_.count() == count) return;
+  const Wrench pull_d = device_wrench(parameters_.map, last_rendered_.spring_w);
+  const SafetyLimits& l = parameters_.limits;
+  if ((last_rendered_.flags & kFlagHooked) != 0 || robust_length(pull_d.force_w) > l.max_force_n ||
+      robust_length(pull_d.torque_w) > l.max_torque_nm) {
+    broken_ = true;
+    last_rendered_.wrench_w = last_rendered_.spring_w = Wrench{};
+  }
+}
+
+void ServoTick::record(const ServoInput& input, const ServoResult& result) noexcept {
+  if (recorder_ == nullptr) return;
+  const DeviceState& state = input.state;
+  StepTrace trace;
+  trace.tick = tick_;
+  trace.sequence = state.sequence;
+  trace.stamp_ns = state.stamp_ns;
+  trace.now_ns = input.now_ns;
+  trace.state_hash = result.rendered.state_hash;
+  copy(vec3_of(state.pose_dh.p_m), trace.pose_p_m);
+  for (int k = 0; k < 4; ++k) trace.pose_q_xyzw[k] = static_cast<double>(state.pose_dh.q_xyzw[k]);
+  const Wrench command = wrench_of(result.command.wrench_d);
+  copy(command.force_w, trace.command_force_n);
+  copy(command.torque_w, trace.command_torque_nm);
+  copy(result.rendered.wrench_w.force_w, trace.rendered_force_n);
+  copy(result.rendered.wrench_w.torque_w, trace.rendered_torque_nm);
+  trace.d_near_m = static_cast<double>(result.rendered.d_near_m);
+  trace.step_flags = result.rendered.flags;
+  trace.limiter_flags = result.limiter_flags;
+  trace.faults = result.faults;
+  trace.device_faults = state.faults;
+  trace.switches = state.switches;
+  trace.late_periods = late_;
+  trace.link = static_cast<std::uint8_t>(state.link);
+  trace.arming = static_cast<std::uint8_t>(result.arming);
+  trace.situation = static_cast<std::uint8_t>(result.rendered.situation);
+  if (result.rendered_new) {
+    const StepCounters& n = result.rendered.counters;
+    trace.work = n.plane_gaps + n.feature_evaluations;
+  }
+  recorder_->write(trace);
+}
+
+ServoResult ServoTick::step(const ServoInput& input) noexcept {
+  ServoResult result;
+  tick_ += 1;
+  const DeviceState& state = input.state;
+  const bool linked = state.link == LinkState::kReady;
+  const bool is_new =
+      linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
+  std::uint32_t present = check_state(input, is_new);
+  const bool has_pose =
+      usable_ && (state_faults_ & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
+  if (is_new && has_pose) state_faults_ |= render(input, result);
+  present |= state_faults_;
+
+  arm(input, present);
+  LimiterInput in;
+  in.stamp_ns = input.now_ns;
+  in.spring_d = device_wrench(parameters_.map, last_rendered_.spring_w);
+  in.damping_d =
+      device_wrench(parameters_.map, difference(last_rendered_.wrench_w, last_rendered_.spring_w));
+  in.twist_d = twist_d_;
+  in.wants_force = arming_.wants_force();
+  in.late_periods = late_;
+  const LimitedOutput limited = limiter_.update(in);
+  full_ = limited.gain == 1.0_r;
+
+  result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
+                    arming_.count()};
+  result.rendered = last_rendered_;
+  result.arming = arming_.state();
+  result.faults = arming_.latched();
+  result.limiter_flags = limited.flags;
+  record(input, result);
+  return result;
+}
+
+}  // namespace haptic
