@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "hal/device.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic::hal {

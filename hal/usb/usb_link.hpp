@@ -14,6 +14,7 @@
 #include "hal/usb/link_counters.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "rt_core/exchange/latest_value.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
 
