@@ -64,6 +64,14 @@ struct Bench {
     link->observe(&log);
   }
 
+  // Time passes while the device is closed.
+  ~Bench() {
+    clock.on_look = [this] { clock.now_ns += 50'000; };
+    link->close();
+  }
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+
   void plug() { carrier = std::make_unique<sim::UsbfsCarrier>(device); }
   HalStatus connect() {
     const HalStatus status = link->poll(0);
