@@ -7,15 +7,17 @@
 #include <cstdint>
 
 #include "hal/device.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic::hal {
 
 struct GuardedOutput {
   Wrench wrench_d;
-  std::uint64_t tick = 0;    ///< of the command that it rests on
-  std::uint32_t faults = 0;  ///< DeviceFault, upper half: latched here
-  bool held = false;         ///< the last wrench was held and faded
+  std::uint64_t tick = 0;     ///< of the command that it rests on
+  std::uint32_t faults = 0;   ///< DeviceFault, upper half: latched here
+  std::uint32_t present = 0;  ///< those of them whose cause is there now
+  bool held = false;          ///< the last wrench was held and faded
 };
 
 class OutputGuard {
@@ -23,27 +25,51 @@ class OutputGuard {
   explicit OutputGuard(const SafetyLimits& limits) noexcept;
 
   /// What to send now. `command` is the newest there is; its age is now_ns - command.stamp_ns. Not
-  /// finite, beyond the limits or faster than the slew limit: cut to them. Older than the limits'
-  /// held_periods: held and decaying; older than lost_periods: ramp to zero, kLinkStaleCommand
-  /// latched until command.arming grows. Cost: constant.
+  /// finite: it did not come, the age is that of the last one that was. Beyond the limits or faster
+  /// than the slew limit: cut to them. Older than the limits' held_periods, or stamped farther in
+  /// the future than that: held and decaying; older than lost_periods: ramp to zero,
+  /// kLinkStaleCommand latched until command.arming grows. A tick number that goes back is another
+  /// servo process: kLinkServoLost. The result differs from the last one by at most slew times
+  /// min(time since, kLongestRampTick_s). Cost: constant.
   [[nodiscard]] GuardedOutput update(std::int64_t now_ns, const DeviceCommand& command) noexcept;
 
-  /// Latches a fault from outside (link lost, servo process ended): ramps to zero.
+  /// The last output did not reach the device: the next one starts from what was sent before it.
+  void not_delivered() noexcept { output_ = before_; }
+
+  /// Latches a fault from outside (link lost, servo process ended): ramps to zero. Without a fault:
+  /// ramps to zero alone.
   void latch(std::uint32_t faults) noexcept;
+
+  /// Ramps to zero until the arming count grows beyond that of `newest`: the device can not be
+  /// driven now, whatever the servo thread thinks.
+  void hold_back(const DeviceCommand& newest) noexcept;
 
   /// After the device was away: what is sent first is exactly zero, and stays so until
   /// command.arming grows beyond what it is now.
   void restart() noexcept;
 
   [[nodiscard]] std::uint32_t faults() const noexcept { return faults_; }
+  [[nodiscard]] const Wrench& last() const noexcept { return output_.sent_d; }
 
  private:
+  /// What an output changes, and not_delivered() takes back.
+  struct Output {
+    WrenchRamp ramp;
+    Wrench sent_d;
+    std::int64_t stamp_ns = 0;
+    bool stamped = false;
+  };
+
+  void follow_arming(const DeviceCommand& command) noexcept;
+  [[nodiscard]] std::uint64_t command_age_ns(std::int64_t now_ns,
+                                             const DeviceCommand& command) noexcept;
+
   SafetyLimits limits_;
-  WrenchRamp ramp_;
-  Wrench sent_;
-  std::int64_t stamp_ns_ = 0;
-  bool stamped_ = false;
+  Output output_, before_;
   std::uint32_t faults_ = 0;
+  std::uint64_t tick_ = 0;            ///< the newest seen
+  std::int64_t finite_stamp_ns_ = 0;  ///< of the newest command that was finite
+  bool finite_seen_ = false;
   std::uint32_t arming_ = 0;      ///< the newest seen
   std::uint32_t blocked_at_ = 0;  ///< arming count at which output stays zero, where blocked_
   bool blocked_ = true;

@@ -6,12 +6,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "hal/device.hpp"
 #include "hal/drivers/driver.hpp"
+#include "hal/usb/link_counters.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "rt_core/exchange/latest_value.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
 
@@ -47,13 +50,6 @@ struct LinkSettings {
   void* clock_context = nullptr;
 };
 
-/// Counters since the link was made, for reports; read from any thread through `counters()`.
-struct LinkCounters {
-  std::uint64_t reports = 0, states = 0, bad_length = 0, bad_check = 0, bad_number = 0,
-                not_advancing = 0, sent = 0, send_busy = 0, send_failed = 0, in_failed = 0,
-                answers_late = 0, connects = 0, disconnects = 0, guard_held = 0;
-};
-
 /// Sees every report and every send, for the bus recorder; called on the USB thread.
 class LinkObserver {
  public:
@@ -75,18 +71,27 @@ class UsbLink {
   UsbLink(const UsbLink&) = delete;
   UsbLink& operator=(const UsbLink&) = delete;
 
+  /// Before the first poll; null: none.
   void observe(LinkObserver* observer) noexcept;
 
-  /// One turn: tries to connect where there is no device (at most every retry_ns), else handles
-  /// what the bus has, waiting at most `timeout_ns`, checks silence and stale commands, and sends.
-  /// Never throws; the status is the link's condition, kOk while reports can flow.
+  /// From any thread: the descriptor to be wrapped from now on, also where it has the number of the
+  /// last one, whose device is gone. Negative: none yet.
+  void set_wrapped_fd(int fd) noexcept;
+
+  /// One turn: tries to connect where there is no device (at most every retry_ns, or when one is
+  /// plugged in), else handles what the bus has, waiting at most `timeout_ns`, checks silence and
+  /// stale commands, and sends: at each report, and at least once a period (a quarter more after a
+  /// report, so as not to come just before the next one). Call it again at once, with at most half
+  /// a period. Never throws; the status is the link's condition, kOk while reports can flow.
   HalStatus poll(std::int64_t timeout_ns) noexcept;
 
-  /// Orderly end, in this order: zero command and its completion (bounded), no resubmission,
-  /// cancel, handle events until every callback has run, release, close.
+  /// Orderly end, in this order: ramp to zero, zero command and its completion (bounded: 0.3 s), no
+  /// resubmission, cancel, handle events until every callback has run, release, close. A poll after
+  /// it opens anew.
   void close() noexcept;
 
-  /// From any thread: makes a blocking start give up, and poll return soon.
+  /// From any thread: makes a blocking start give up and poll return soon; until `close` nothing is
+  /// opened any more.
   void cancel() noexcept;
   /// The servo process ended: ramp to zero, latch kLinkServoLost.
   void servo_lost() noexcept;

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/usb/report_flow.hpp"
+
+#include <sched.h>
+
+#include "hal/realtime/servo_clock.hpp"
+
+namespace haptic::hal {
+namespace {
+
+constexpr std::uint32_t kDeviceBits = 0xffff;  // of DeviceFault: what the device says of itself
+
+// A clock that stands still must not hold the thread while it waits for an answer.
+constexpr int kMostAnswerLooks = 100'000;
+
+// Sends in a row that may fail before the servo thread is told: a single one is made good by the
+// next.
+constexpr unsigned kMostLostSends = 3;
+
+bool is_zero(const Wrench& w) noexcept {
+  return w.force_w == Vec3::Zero() && w.torque_w == Vec3::Zero();
+}
+
+void count_verdict(LinkCounters& counters, ReportVerdict verdict) noexcept {
+  count_one(counters.reports);
+  switch (verdict) {
+    case ReportVerdict::kState:
+      return count_one(counters.states);
+    case ReportVerdict::kNothing:
+      return;
+    case ReportVerdict::kBadLength:
+      return count_one(counters.bad_length);
+    case ReportVerdict::kBadCheck:
+      return count_one(counters.bad_check);
+    case ReportVerdict::kBadNumber:
+      return count_one(counters.bad_number);
+    case ReportVerdict::kNotAdvancing:
+      return count_one(counters.not_advancing);
+  }
+}
+
+}  // namespace
+
+ReportFlow::ReportFlow(Driver& driver, DeviceMailbox& mailbox,
+                       const LinkSettings& settings) noexcept
+    : driver_(driver),
+      mailbox_(mailbox),
+      settings_(settings),
+      guard_(settings.limits),
+      faults_({settings.silence_ns, settings.corrupt_in_a_row, settings.frozen_in_a_row}),
+      period_ns_(usable(settings.limits).period_ns) {}
+
+std::int64_t ReportFlow::now_ns() const noexcept {
+  return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
+}
+
+void ReportFlow::take_command() noexcept {
+  command_ = mailbox_.command.newest();
+  faults_.answered(command_);
+}
+
+void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
+  DeviceState published = state_;
+  published.faults = (state_.faults & kDeviceBits) | faults_.shown();
+  published_ = published.faults;
+  if (with_report) faults_.carried(published.sequence);
+  mailbox_.state.publish(published);
+  if (link_.exchange(published.link, std::memory_order_acq_rel) != published.link &&
+      observer_ != nullptr)
+    observer_->on_link(now_ns(), published.link, why);
+}
+
+// A fault goes out at once; the pose with it is the last one, with its own number and stamp.
+void ReportFlow::publish_changes() noexcept {
+  if (((state_.faults & kDeviceBits) | faults_.shown()) != published_) publish(false);
+}
+
+void ReportFlow::begin_start() noexcept {
+  state_.link = LinkState::kStarting;
+  state_.faults = 0;
+  publish(false);
+}
+
+void ReportFlow::begin_reports() noexcept {
+  count_one(counters_.connects);
+  const std::int64_t now = now_ns();
+  take_command();
+  guard_.hold_back(command_);
+  guard_.restart();
+  faults_.begin(now);
+  driven_ns_ = now - period_ns_;  // a device in lock-step says nothing before it is spoken to
+  timed_ = true;
+  owed_ = resting_ = at_rest_ = false;
+  lost_sends_ = 0;
+  state_.accepted_d = WrenchRecord{};
+  state_.accepted_tick = 0;
+  publish(false);
+}
+
+void ReportFlow::end(bool lost, HalStatus why) noexcept {
+  if (lost) {
+    count_one(counters_.disconnects);
+    faults_.set_present(kLinkLost, true);
+    guard_.latch(kLinkLost);
+    guard_faults_ |= kLinkLost;
+  }
+  state_.link = LinkState::kAbsent;
+  state_.twist_valid = false;
+  state_.faults = 0;
+  state_.accepted_d = WrenchRecord{};
+  publish(false, why);
+}
+
+void ReportFlow::on_report(std::span<const std::uint8_t> bytes) noexcept {
+  const std::int64_t now = now_ns();
+  verdict_ = driver_.read(bytes, now, state_);
+  count_verdict(counters_, verdict_);
+  faults_.note(verdict_, now);
+  if (verdict_ == ReportVerdict::kState) {
+    state_.sequence = ++sequence_;
+    state_.stamp_ns = now;
+    publish(true);
+  } else {
+    publish_changes();
+  }
+  if (observer_ != nullptr) observer_->on_report(now, bytes, verdict_, sequence_);
+}
+
+void ReportFlow::on_report_done() noexcept {
+  if (settings_.answer_wait_ns > 0 && verdict_ == ReportVerdict::kState) wait_for_answer();
+  timed_ = false;
+  drive();
+}
+
+// Report-clocked: until the command that answers this report is there, but not for ever.
+void ReportFlow::wait_for_answer() noexcept {
+  const std::int64_t begin = now_ns();
+  for (int look = 0; look < kMostAnswerLooks; ++look) {
+    take_command();
+    if (command_.tick != 0 && command_.sequence >= sequence_) return;
+    if (now_ns() - begin >= settings_.answer_wait_ns) break;
+    if (settings_.clock == nullptr) sched_yield();
+  }
+  count_one(counters_.answers_late);
+}
+
+void ReportFlow::on_out_end(bool delivered) noexcept {
+  if (delivered) {
+    lost_sends_ = 0;
+    faults_.set_present(kLinkSendFailed, false);
+    at_rest_ = resting_ && out_zero_;
+  } else {
+    guard_.not_delivered();
+    lose_send();
+  }
+  if (owed_ && !transfers_->lost()) drive();
+}
+
+void ReportFlow::lose_send() noexcept {
+  if (++lost_sends_ >= kMostLostSends) faults_.set_present(kLinkSendFailed, true);
+}
+
+// One output: newest command, guard, driver, bus. The guard runs only when what it makes can be
+// handed over, so that its last output is the device's last one.
+void ReportFlow::drive() noexcept {
+  const std::int64_t now = now_ns();
+  driven_ns_ = now;
+  take_command();
+  follow_servo(now);
+  owed_ = transfers_->busy();
+  if (owed_) {
+    count_one(counters_.send_busy);
+    return;
+  }
+  if (state_.link != LinkState::kReady || resting_) guard_.hold_back(command_);
+  const GuardedOutput output = guard_.update(now, command_);
+  faults_.raise(output.faults & ~guard_faults_);
+  guard_faults_ = output.faults;
+  faults_.set_present(kLinkStaleCommand, (output.present & kLinkStaleCommand) != 0);
+  if (output.held) count_one(counters_.guard_held);
+  if (!send(now, output)) guard_.not_delivered();
+  publish_changes();
+}
+
+bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept {
+  const std::span<std::uint8_t> room = transfers_->out_bytes();
+  if (room.empty()) return true;  // reports go in only
+  Wrench delivered_d;
+  const std::size_t size = driver_.write(output.wrench_d, output.tick, room, delivered_d);
+  if (size == 0) {
+    at_rest_ = resting_ && is_zero(output.wrench_d);
+    return false;
+  }
+  if (transfers_->send(size) != SendOutcome::kSent) {
+    lose_send();
+    return false;
+  }
+  count_one(counters_.sent);
+  out_since_ns_ = now_ns;
+  out_zero_ = is_zero(output.wrench_d);
+  state_.accepted_d = record_of(delivered_d);
+  state_.accepted_tick = output.tick;
+  if (observer_ != nullptr) observer_->on_send(now_ns, room.first(size), output);
+  return true;
+}
+
+void ReportFlow::follow_servo(std::int64_t now_ns) noexcept {
+  if (servo_lost_.exchange(false, std::memory_order_acq_rel)) {
+    servo_lost_ns_ = now_ns;
+    guard_.latch(kLinkServoLost);
+    faults_.set_present(kLinkServoLost, true);
+  }
+  // Another servo process has come.
+  if (command_.tick != 0 && command_.stamp_ns > servo_lost_ns_)
+    faults_.set_present(kLinkServoLost, false);
+}
+
+void ReportFlow::turn() noexcept {
+  const std::int64_t now = now_ns();
+  faults_.check_silence(now);
+  if (transfers_->busy() && now - out_since_ns_ > settings_.silence_ns) {
+    faults_.set_present(kLinkSendFailed, true);
+    out_since_ns_ = now;
+    transfers_->cancel_out();
+  }
+  // What the link finds wrong does not wait for the servo thread to see it.
+  const std::uint32_t wrong = faults_.present() & ~guard_.faults();
+  if (wrong != 0) {
+    guard_.latch(wrong);
+    guard_faults_ |= wrong;
+  }
+  if (until_turn_ns() == 0) {
+    timed_ = true;
+    drive();
+  }
+  publish_changes();
+}
+
+// A report may be late by a quarter of a period before time takes over: sending just before it
+// comes would find the transfer busy when it does.
+std::int64_t ReportFlow::until_turn_ns() const noexcept {
+  const std::int64_t due_ns = driven_ns_ + (timed_ ? period_ns_ : period_ns_ + period_ns_ / 4);
+  const std::int64_t now = now_ns();
+  return due_ns > now ? due_ns - now : 0;
+}
+
+void ReportFlow::begin_rest() noexcept {
+  resting_ = true;
+  at_rest_ = transfers_->out_bytes().empty();
+}
+
+bool ReportFlow::is_at_rest() const noexcept { return at_rest_; }
+
+}  // namespace haptic::hal

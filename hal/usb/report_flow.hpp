@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What happens to a report and to a command between driver and mailbox, whatever the bus: checks,
+/// stamps, faults, the output guard, and when to send.
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+#include "hal/drivers/driver.hpp"
+#include "hal/usb/link_faults.hpp"
+#include "hal/usb/output_guard.hpp"
+#include "hal/usb/usb_link.hpp"
+#include "hal/usb/usb_transfers.hpp"
+
+namespace haptic::hal {
+
+/// Owner: the USB thread; `state`, `counters` and `servo_lost` from any.
+class ReportFlow final : public TransferSink {
+ public:
+  ReportFlow(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings) noexcept;
+
+  /// Through which it sends; outlives the flow.
+  void attach(UsbTransfers& transfers) noexcept { transfers_ = &transfers; }
+  void observe(LinkObserver* observer) noexcept { observer_ = observer; }
+
+  [[nodiscard]] std::int64_t now_ns() const noexcept;
+
+  /// The device is there, its driver starts it: publishes kStarting.
+  void begin_start() noexcept;
+  /// Reports flow from now on; the output is zero until armed anew.
+  void begin_reports() noexcept;
+  /// The device is away: publishes kAbsent, and kLinkLost where `lost`.
+  void end(bool lost, HalStatus why) noexcept;
+  /// After the bus was served: silence, a stuck OUT transfer, and the output when no report has
+  /// clocked it for a period.
+  void turn() noexcept;
+  /// Time until `turn` has to send [ns]; 0: now.
+  [[nodiscard]] std::int64_t until_turn_ns() const noexcept;
+
+  /// From now on the output ramps to zero; `is_at_rest` once a zero was delivered.
+  void begin_rest() noexcept;
+  [[nodiscard]] bool is_at_rest() const noexcept;
+
+  void servo_lost() noexcept { servo_lost_.store(true, std::memory_order_release); }
+  [[nodiscard]] LinkState state() const noexcept { return link_.load(std::memory_order_acquire); }
+  [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }
+
+  void on_report(std::span<const std::uint8_t> bytes) noexcept override;
+  void on_report_done() noexcept override;
+  void on_out_end(bool delivered) noexcept override;
+
+ private:
+  void take_command() noexcept;
+  void wait_for_answer() noexcept;
+  void drive() noexcept;
+  void lose_send() noexcept;
+  [[nodiscard]] bool send(std::int64_t now_ns, const GuardedOutput& output) noexcept;
+  void follow_servo(std::int64_t now_ns) noexcept;
+  void publish(bool with_report, HalStatus why = HalStatus::kOk) noexcept;
+  void publish_changes() noexcept;
+
+  Driver& driver_;
+  DeviceMailbox& mailbox_;
+  const LinkSettings& settings_;
+  UsbTransfers* transfers_ = nullptr;
+  LinkObserver* observer_ = nullptr;
+  LinkCounters counters_;
+  OutputGuard guard_;
+  LinkFaults faults_;
+  std::int64_t period_ns_;
+
+  DeviceCommand command_;        ///< the newest
+  DeviceState state_;            ///< the newest, as the driver reads it
+  std::uint32_t published_ = 0;  ///< faults of the last state published
+  std::uint32_t guard_faults_ = 0;
+  std::uint64_t sequence_ = 0;
+  ReportVerdict verdict_ = ReportVerdict::kNothing;
+  std::int64_t driven_ns_ = 0, out_since_ns_ = 0, servo_lost_ns_ = 0;
+  unsigned lost_sends_ = 0;  ///< in a row
+  bool timed_ = false;       ///< the last output was clocked by time, not by a report
+  bool owed_ = false;        ///< an output was due while OUT was in flight
+  bool out_zero_ = false;    ///< the one in flight is zero
+  bool resting_ = false, at_rest_ = false;
+  std::atomic<bool> servo_lost_{false};
+  std::atomic<LinkState> link_{LinkState::kAbsent};
+};
+
+}  // namespace haptic::hal

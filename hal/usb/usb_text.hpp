@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What libusb's codes mean for us, and what a person can do about them.
+
+#include <cstdint>
+#include <string>
+
+#include "hal/device.hpp"
+
+namespace haptic::hal {
+
+/// What was tried when libusb refused.
+enum class UsbAction : std::uint8_t {
+  kInitialise = 0,
+  kFind,
+  kOpen,
+  kWrap,
+  kConfigure,
+  kClaim,
+  kStart,
+  kTransfer,
+  kCount
+};
+
+/// A device as people name it.
+struct UsbName {
+  const char* name = "";  ///< of its driver
+  std::uint16_t vendor_id = 0, product_id = 0;
+};
+
+/// Status of a libusb code met while doing `action`.
+[[nodiscard]] HalStatus status_of_libusb(int code, UsbAction action) noexcept;
+
+/// One or more lines: which device, what was tried, libusb's name of the code, and the mend (udev
+/// rule, module to load, program to close).
+[[nodiscard]] std::string usb_trouble(const UsbName& device, UsbAction action, int code,
+                                      HalStatus status);
+
+/// The udev rule that lets the user who is logged in open the device, as a file's content.
+[[nodiscard]] std::string udev_rule(const UsbName& device);
+
+}  // namespace haptic::hal

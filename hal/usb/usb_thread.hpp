@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The thread that owns a link: it polls until it is stopped, and closes the device itself.
+
+#include <pthread.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "hal/usb/usb_link.hpp"
+
+namespace haptic::hal {
+
+struct UsbThreadSettings {
+  std::int64_t period_ns = 1'000'000;  ///< of the loop; the thread polls with half of it
+  int priority = 0;                    ///< SCHED_FIFO, just below the servo thread's; 0: ordinary
+  int cpu = -1;                        ///< core that it is tied to; negative: any
+  std::size_t prefault_bytes = 128 * 1024;  ///< of its stack, touched before the loop
+  const char* name = "haptic-usb";          ///< at most 15 characters
+};
+
+/// What the operating system granted; errno of what it did not.
+struct UsbThreadGrant {
+  int create_error = 0;    ///< no thread at all
+  int priority_error = 0;  ///< EPERM: no right to SCHED_FIFO; it runs as an ordinary thread then
+  int affinity_error = 0;
+  int priority = 0;  ///< SCHED_FIFO priority that it has; 0: ordinary
+  int cpu = -1;      ///< core that it is tied to; negative: any
+};
+
+/// Owner: whoever starts it. The link outlives the thread.
+class UsbThread {
+ public:
+  UsbThread(UsbLink& link, const UsbThreadSettings& settings) noexcept;
+  ~UsbThread() { stop(); }
+  UsbThread(const UsbThread&) = delete;
+  UsbThread& operator=(const UsbThread&) = delete;
+
+  /// Returns once the thread is set up and about to poll, with what was granted. A refused priority
+  /// or core is no failure; `create_error` is. Started already: the grant of then.
+  UsbThreadGrant start() noexcept;
+
+  /// Cancels what the link waits for, lets the thread close the device in order, joins it. Bounded
+  /// by the link's own bounds. Does nothing when it does not run.
+  void stop() noexcept;
+
+  [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
+  /// Of the last poll; from any thread.
+  [[nodiscard]] HalStatus status() const noexcept {
+    return status_.load(std::memory_order_acquire);
+  }
+
+ private:
+  static void* entry(void* self);
+  void run() noexcept;
+
+  UsbLink& link_;
+  UsbThreadSettings settings_;
+  UsbThreadGrant grant_;
+  pthread_t thread_{};
+  bool started_ = false;
+  std::atomic<bool> ready_{false}, stopping_{false}, running_{false};
+  std::atomic<HalStatus> status_{HalStatus::kDeviceNotFound};
+};
+
+}  // namespace haptic::hal

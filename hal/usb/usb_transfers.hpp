@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The transfers of one connection: some IN ones always queued, one OUT. Made once, submitted again
+/// and again; what fails is tried again a bounded number of times, then the connection counts as
+/// lost.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "hal/usb/usb_connection.hpp"
+
+struct libusb_transfer;
+
+namespace haptic::hal {
+
+struct LinkCounters;
+
+/// Errors in a row, of one direction, after which the connection is given up.
+inline constexpr unsigned kMostUsbErrorsInRow = 10;
+
+/// What ends on the bus. Called inside UsbContext::handle_events.
+class TransferSink {
+ public:
+  virtual ~TransferSink() = default;
+  /// A report came; `bytes` are valid during the call.
+  virtual void on_report(std::span<const std::uint8_t> bytes) noexcept = 0;
+  /// Its transfer is queued again: time to answer it.
+  virtual void on_report_done() noexcept = 0;
+  /// The OUT transfer ended; `delivered`: whole and without error.
+  virtual void on_out_end(bool delivered) noexcept = 0;
+};
+
+enum class SendOutcome : std::uint8_t { kSent = 0, kBusy, kFailed };
+
+/// Owner: the USB thread. Nothing is allocated between `open` and `close` but what libusb allocates
+/// itself on a submit.
+class UsbTransfers {
+ public:
+  UsbTransfers(TransferSink& sink, LinkCounters& counters) noexcept;
+  ~UsbTransfers();
+  UsbTransfers(const UsbTransfers&) = delete;
+  UsbTransfers& operator=(const UsbTransfers&) = delete;
+
+  /// Makes the transfers and queues the IN ones. @return a libusb code. Allocates.
+  int open(const UsbConnection& connection, const UsbProfile& profile, int in_count);
+
+  /// Where the next report to the device is written; not while `busy`.
+  [[nodiscard]] std::span<std::uint8_t> out_bytes() noexcept;
+  [[nodiscard]] bool busy() const noexcept;
+  SendOutcome send(std::size_t bytes) noexcept;
+  /// Takes the OUT transfer back, which the device does not accept.
+  void cancel_out() noexcept;
+
+  /// After handle_events: clears stalled endpoints and queues what could not be queued.
+  void mend() noexcept;
+
+  /// Nothing is queued any more, and all that is in flight is cancelled.
+  void stop() noexcept;
+  [[nodiscard]] unsigned in_flight() const noexcept;
+  /// Frees the transfers. Those still in flight, which the kernel may yet write to, are left alone
+  /// for ever.
+  void close() noexcept;
+
+  /// The bus itself failed with this libusb code: counts as lost.
+  void give_up(int code) noexcept { lost_code_ = code; }
+  [[nodiscard]] bool lost() const noexcept { return lost_code_ < 0; }
+  [[nodiscard]] int lost_code() const noexcept { return lost_code_; }  ///< of libusb; 0: not lost
+
+ private:
+  struct Slot;
+  struct Pool;
+  static void on_end(libusb_transfer* transfer);
+  void on_in_end(Slot& slot) noexcept;
+  void on_out_end(Slot& slot) noexcept;
+  int submit(Slot& slot) noexcept;
+  void queue(Slot& slot) noexcept;
+  void failed(unsigned& in_row, std::uint64_t& counter, int code) noexcept;
+  void clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_row,
+                  std::uint64_t& counter) noexcept;
+
+  TransferSink& sink_;
+  LinkCounters& counters_;
+  std::unique_ptr<Pool> pool_;
+  int lost_code_ = 0;
+  unsigned in_errors_ = 0, out_errors_ = 0;  ///< in a row
+  bool in_halted_ = false, out_halted_ = false;
+  bool stopping_ = false;
+};
+
+}  // namespace haptic::hal
