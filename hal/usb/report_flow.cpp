@@ -64,7 +64,7 @@ void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
   published.faults = (state_.faults & kDeviceBits) | faults_.shown();
   published_ = published.faults;
   if (with_report) faults_.carried(published.sequence);
-  mailbox_.state.publish(published);
+  publish_state(mailbox_, published, settings_.wake_servo);
   if (link_.exchange(published.link, std::memory_order_acq_rel) != published.link &&
       observer_ != nullptr)
     observer_->on_link(now_ns(), published.link, why);

@@ -10,19 +10,13 @@
 #include <string>
 
 #include "hal/device.hpp"
+#include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_counters.hpp"
 #include "hal/usb/output_guard.hpp"
-#include "rt_core/exchange/latest_value.hpp"
 #include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
-
-/// What servo and device side share; may lie in memory shared by two processes.
-struct DeviceMailbox {
-  LatestValue<DeviceState> state;      ///< written by the device side, read by the servo thread
-  LatestValue<DeviceCommand> command;  ///< the reverse
-};
 
 /// Which device: by identity (0: the driver's own), serial number if not empty; or a descriptor
 /// that somebody else opened, which is then wrapped and not closed.
@@ -44,6 +38,7 @@ struct LinkSettings {
   /// Report-clocked: after a report, wait for its command at most this long, then send what there
   /// is; 0: send the newest at once (timer-clocked).
   std::int64_t answer_wait_ns = 0;
+  bool wake_servo = false;  ///< the servo loop sleeps on states_published: wake it at each state
   std::int64_t retry_ns = 200'000'000;  ///< between attempts to open a device that is absent
   /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
   std::int64_t (*clock)(void* context) = nullptr;
