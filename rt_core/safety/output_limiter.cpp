@@ -76,7 +76,7 @@ Real largest_share(const Vec3& spring, const Vec3& damping, const VectorLimit& l
 /// spring + damping within the limit: first the spring is taken back, then the damping.
 Vec3 clamped_sum(const Vec3& spring, const Vec3& damping, const VectorLimit& limit,
                  std::uint32_t& flags) noexcept {
-  const Vec3 sum = spring + damping;
+  Vec3 sum = spring + damping;
   if (is_within(sum, limit)) return sum;
   flags |= kLimiterClamped;
   const Real share = largest_share(spring, damping, limit);
