@@ -195,6 +195,8 @@ TEST_SUITE("host_sim.usb_link") {
     b.carrier->hold_out(true);
     b.run(25);
     CHECK((b.state().faults & kLinkSendFailed) != 0u);
+    CHECK(b.link->counters().send_failed == 1u);  // taken back; the next one is held by now
+    CHECK(b.carrier->waiting(kOutEndpoint) == 1u);
     b.carrier->hold_out(false);
     b.run(30);
     CHECK(b.force() == 0.0);
@@ -259,6 +261,26 @@ TEST_SUITE("host_sim.usb_link") {
     }
   }
 
+  TEST_CASE("OUT errors for long: what the device gets next is one bounded step from what it has") {
+    LinkSettings settings;
+    settings.limits.slew_n_per_s = 100.0_r;
+    Bench b(settings);
+    b.work();
+    b.carrier->fail_next(kOutEndpoint, -EPROTO, 9);
+    b.force_n = 0.0_r;
+    const std::size_t before = b.device.forces_n.size();
+    b.run(9);
+    CHECK((b.state().faults & kLinkSendFailed) != 0u);
+    REQUIRE(b.device.forces_n.size() == before);
+    b.run(1);
+    REQUIRE(b.device.forces_n.size() > before);
+    // Ten periods have passed; no more than kLongestRampTick_s of them counts.
+    CHECK(b.device.forces_n[before - 1] - b.device.forces_n[before] <= 0.5 + kUnit_n);
+    b.run(30);
+    CHECK(b.force() == 0.0);
+    CHECK(b.state().faults == 0u);
+  }
+
   TEST_CASE("submit refused for want of memory: counted, tried again, one send more or less") {
     Bench b;
     b.work();
@@ -279,7 +301,9 @@ TEST_SUITE("host_sim.usb_link") {
   }
 
   TEST_CASE("unplug in flight, and re-plug: zero until armed anew") {
-    Bench b;
+    LinkSettings settings;
+    settings.limits.slew_n_per_s = 100.0_r;  // a ramp from where it was would show
+    Bench b(settings);
     b.work();
     b.carrier->unplug();
     CHECK(b.link->poll(0) == HalStatus::kDeviceGone);
@@ -297,7 +321,7 @@ TEST_SUITE("host_sim.usb_link") {
     b.plug();
     b.reported = 0;
     b.link->set_wrapped_fd(b.carrier->descriptor());
-    b.clock.now_ns += 1'000'000'000;
+    b.clock.now_ns += kPeriod_ns;  // a new descriptor is not kept waiting
     CHECK(b.connect() == HalStatus::kOk);
     b.run(50);
     CHECK(b.state().link == LinkState::kReady);
@@ -315,10 +339,14 @@ TEST_SUITE("host_sim.usb_link") {
   }
 
   TEST_CASE("unplug between a completion and its resubmit: only the submit's code says so") {
-    Bench b;
+    LinkSettings settings;
+    settings.in_transfers = 2;
+    Bench b(settings);
     b.work();
+    b.report();  // with the one of the step: both transfers have ended, none is left to fail
     b.carrier->unplug_at_next_resubmit();
     CHECK(b.step() == HalStatus::kDeviceGone);
+    CHECK(b.link->counters().in_failed == 1u);
     CHECK(b.state().link == LinkState::kAbsent);
     CHECK(b.state().faults == kLinkLost);
   }
