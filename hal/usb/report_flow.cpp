@@ -108,6 +108,7 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
   state_.twist_valid = false;
   state_.faults = 0;
   state_.accepted_d = WrenchRecord{};
+  state_.accepted_tick = 0;
   publish(false, why);
 }
 

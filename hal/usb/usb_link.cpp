@@ -52,6 +52,7 @@ struct UsbLink::Inside {
   std::atomic<bool> wraps{false};  ///< a descriptor is given, or will be: nothing is searched
   std::atomic<int> wrapped_fd{-1};
   std::atomic<std::uint32_t> wrapped_count{0};  ///< descriptors given so far
+  std::uint32_t wrapped_tried = 0;              ///< the count at the last attempt
   std::uint32_t wrapped_used = ~0u;             ///< the count of the one whose device is gone
   UsbContext context;
   UsbConnection connection;
@@ -119,8 +120,9 @@ HalStatus UsbLink::Inside::poll(std::int64_t timeout_ns) {
 HalStatus UsbLink::Inside::look_for_device(std::int64_t timeout_ns) {
   if (cancelled.load()) return status;
   const std::int64_t now = flow.now_ns();
-  const bool used = wraps.load() && wrapped_count.load(std::memory_order_acquire) == wrapped_used;
-  const bool arrived = context.arrived();
+  const std::uint32_t count = wrapped_count.load(std::memory_order_acquire);
+  const bool used = wraps.load() && count == wrapped_used;
+  const bool arrived = context.arrived() || count != wrapped_tried;
   if (used || (tried && now < next_try_ns && !arrived)) {
     const std::int64_t left_ns = used ? timeout_ns : next_try_ns - now;
     (void)context.handle_events(std::min(timeout_ns, left_ns));
@@ -128,7 +130,7 @@ HalStatus UsbLink::Inside::look_for_device(std::int64_t timeout_ns) {
   }
   tried = true;
   next_try_ns = now + settings.retry_ns;
-  const std::uint32_t count = wrapped_count.load(std::memory_order_acquire);
+  wrapped_tried = count;
   const HalStatus result = connect();
   if (result == HalStatus::kOk) {
     connected = true;
@@ -201,8 +203,7 @@ void UsbLink::Inside::lose() {
   connected = false;
   flow.end(true, why);  // first of all: the servo thread waits for it
   put_away();
-  if (wraps.load() && why == HalStatus::kDeviceGone)
-    wrapped_used = wrapped_count.load(std::memory_order_acquire);
+  if (wraps.load() && why == HalStatus::kDeviceGone) wrapped_used = wrapped_tried;
   next_try_ns = flow.now_ns() + settings.retry_ns;
   tell(why, usb_trouble(connection.name(), UsbAction::kTransfer, code, why));
 }

@@ -10,7 +10,9 @@
 namespace haptic::hal {
 namespace {
 
-constexpr std::size_t kStackReserve = 256 * 1024;  // beyond what is touched: libusb and libc
+// Beyond what is touched: libusb, libc, and the thread-local state of a sanitizer, which lies
+// there.
+constexpr std::size_t kStackReserve = 1024 * 1024;
 constexpr std::size_t kPageBytes = 4096;
 
 // Touches `bytes` of the stack below, page by page, in frames of a bounded size.
