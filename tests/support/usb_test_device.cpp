@@ -34,26 +34,25 @@ bool checks(const Words& words) { return words[3] == check_of(words); }
 std::vector<std::uint8_t> UsbTestDevice::descriptors() const {
   const std::uint8_t ends = interrupt_out ? 2 : 1;
   const auto total = static_cast<std::uint8_t>(9 + 9 + 7 * ends);
-  std::vector<std::uint8_t> bytes = {18,   1,    0x00,
-                                     2,    0xff, 0,
-                                     0,    64,   0x09,
-                                     0x12, 0x0f, 0,
-                                     0,    1,    0,
-                                     0,    0,    1,  // device
-                                     9,    2,    total,
-                                     0,    1,    1,
-                                     0,    0x80, 50,  // configuration
-                                     9,    4,    0,
-                                     0,    ends, 0xff,
-                                     0,    0,    0,  // interface
-                                     7,    5,    kInEndpoint,
-                                     3,    16,   0,
-                                     1,  //
-                                     7,    5,    kOutEndpoint,
-                                     3,    16,   0,
-                                     1};
-  bytes.resize(18u + total);
-  return bytes;
+  const std::uint8_t all[] = {18,   1,    0x00,
+                              2,    0xff, 0,
+                              0,    64,   0x09,
+                              0x12, 0x0f, 0,
+                              0,    1,    0,
+                              0,    0,    1,  // device
+                              9,    2,    total,
+                              0,    1,    1,
+                              0,    0x80, 50,  // configuration
+                              9,    4,    0,
+                              0,    ends, 0xff,
+                              0,    0,    0,  // interface
+                              7,    5,    kInEndpoint,
+                              3,    16,   0,
+                              1,  //
+                              7,    5,    kOutEndpoint,
+                              3,    16,   0,
+                              1};
+  return {all, all + 18 + total};
 }
 
 // Vendor request 7 answers with its value; CLEAR_FEATURE to an endpoint clears a halt.
