@@ -135,6 +135,7 @@ void DeviceStack::restart_servo() {
   hal::ServoLoopSettings loop;
   loop.period_ns = period_ns_;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
+  loop_->watch(&DeviceStack::saw, this);
   stalled_periods_ = 0;
 }
 
@@ -156,6 +157,10 @@ std::int64_t DeviceStack::clock(void* self) {
   auto& stack = *static_cast<DeviceStack*>(self);
   if (stack.in_poll_ && stack.link_->state() == LinkState::kReady) stack.serve_servo(true);
   return stack.now_ns_;
+}
+
+void DeviceStack::saw(void* self, const ServoInput& input, const ServoResult& /*result*/) {
+  static_cast<DeviceStack*>(self)->out_.state = input.state;
 }
 
 void DeviceStack::serve_servo(bool by_report) {

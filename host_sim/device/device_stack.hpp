@@ -90,6 +90,7 @@ class DeviceStack final : private hal::LinkObserver {
  private:
   class DirectLink;
   static std::int64_t clock(void* self);
+  static void saw(void* self, const ServoInput& input, const ServoResult& result);
   void serve_servo(bool by_report);
   void on_report(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
                  hal::ReportVerdict verdict, std::uint64_t sequence) noexcept override;
