@@ -18,6 +18,7 @@
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/replay_plot.hpp"
+#include "host_sim/report/stack_plot.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -52,14 +53,18 @@ std::vector<MotionSample> hand_motion(const Options& o, CoreSession& session, do
   return motion;
 }
 
-/// Writes the files and prints the account; `csv` and `ticks` are of the same run.
-void keep(const Options& o, const CoreSession& session, const std::string& csv,
-          std::span<const TickRecord> ticks, const nlohmann::ordered_json& json) {
+std::string title_of(const Options& o, const CoreSession& session) {
+  const SceneParameters& p = session.view().parameters();
+  const std::string name(session.view().text(p.name_offset, p.name_bytes));
+  return name + ", " + o.hand + " hand";
+}
+
+/// Writes the files, and the account to stdout where that is asked for.
+void keep(const Options& o, const std::string& csv, const std::string& svg,
+          const nlohmann::ordered_json& json) {
   if (!o.out.empty()) {
-    const SceneParameters& p = session.view().parameters();
-    const std::string name(session.view().text(p.name_offset, p.name_bytes));
     write_whole_file(o.out + "/run.csv", csv);
-    write_whole_file(o.out + "/run.svg", replay_plot(ticks, name + ", " + o.hand + " hand"));
+    write_whole_file(o.out + "/run.svg", svg);
     write_whole_file(o.out + "/run.json", json.dump(2) + "\n");
   }
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
@@ -74,7 +79,8 @@ bool run_alone(const Options& o, CoreSession& session, const RunSubject& subject
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   std::vector<TickRecord> ticks;
   for (const LoopRecord& record : records) ticks.push_back(record.tick);
-  keep(o, session, loop_csv(records), ticks, loop_account(subject, totals, passed));
+  keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
+       loop_account(subject, totals, passed));
   if (!o.json) print_loop(subject, totals, passed);
   return passed;
 }
@@ -102,9 +108,9 @@ bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
                       totals.ended_at_zero &&
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
-  std::vector<TickRecord> ticks;
-  for (const StackRecord& record : records) ticks.push_back(record.loop.tick);
-  keep(o, session, stack_csv(records), ticks, stack_account(subject, totals, link, passed));
+  const std::string title = title_of(o, session) + ", carrier " + o.carrier;
+  keep(o, stack_csv(records), stack_plot(records, title),
+       stack_account(subject, totals, link, passed));
   if (!o.json) print_stack(subject, totals, link, passed);
   return passed;
 }
