@@ -118,7 +118,7 @@ template <typename Each, typename Tick>
 void tick_fields(Each& each, Tick& t) {
   each(t.tick), each(t.now_ns), each(t.late_periods), each(t.emergency_stop);
   each(t.sequence), each(t.stamp_ns), each(t.link), each(t.twist_valid), each(t.device_faults);
-  each(t.accepted_tick);
+  each(t.state_content), each(t.accepted_tick);
   for (auto& component : t.accepted_d) each(component);
   each(t.state_hash);
   for (auto& component : t.command_d) each(component);
@@ -167,6 +167,21 @@ std::array<double, 6> six_of(const WrenchRecord& w) noexcept {
   return {w.force_n[0], w.force_n[1], w.force_n[2], w.torque_nm[0], w.torque_nm[1], w.torque_nm[2]};
 }
 
+/// By words of 64 bits: cheap enough for the servo thread.
+std::uint64_t content_of(const DeviceState& state) noexcept {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto add = [&hash](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
+  const auto add_all = [&add](const auto& values) {
+    for (const Real value : values) add(std::bit_cast<std::uint64_t>(static_cast<double>(value)));
+  };
+  add_all(state.pose_dh.p_m);
+  add_all(state.pose_dh.q_xyzw);
+  add_all(state.twist_d.linear_m_per_s);
+  add_all(state.twist_d.angular_rad_per_s);
+  add(state.switches);
+  return hash;
+}
+
 /// Whether a payload has the size that its kind has.
 bool fits(const BusRecord& record) noexcept {
   const std::size_t size = record.payload.size();
@@ -195,6 +210,7 @@ RecordedTick recorded(const ServoInput& input, const ServoResult& result) noexce
   t.link = static_cast<std::uint8_t>(input.state.link);
   t.twist_valid = input.state.twist_valid;
   t.device_faults = input.state.faults;
+  t.state_content = content_of(input.state);
   t.accepted_tick = input.state.accepted_tick;
   t.accepted_d = six_of(input.state.accepted_d);
   t.state_hash = result.rendered.state_hash;

@@ -30,7 +30,7 @@ struct BusSession {
 inline constexpr std::size_t kMostDriverName = 128;
 
 /// One servo tick: what it was given and what it made. Of the state, what tells it from the others
-/// that the link published; pose, twist and switches follow from the report.
+/// that the link published; pose, twist and switches follow from the report and are only hashed.
 struct RecordedTick {
   std::uint64_t tick = 0;
   std::int64_t now_ns = 0;
@@ -41,6 +41,7 @@ struct RecordedTick {
   std::uint8_t link = 0;
   bool twist_valid = false;
   std::uint32_t device_faults = 0;
+  std::uint64_t state_content = 0;  ///< FNV-1a of pose, twist, switches
   std::uint64_t accepted_tick = 0;
   std::array<double, 6> accepted_d{};  ///< force [N], torque [N m]
   std::uint64_t state_hash = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
-// [--device FILE] [--script FILE] [--json]
+// [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
+// [--json]
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -10,12 +11,14 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/commands/run_account.hpp"
 #include "host_sim/commands/wcet.hpp"
+#include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/device_file.hpp"
-#include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/replay_plot.hpp"
+#include "host_sim/report/stack_plot.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -24,17 +27,11 @@ namespace {
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 
 struct Options {
-  std::string scene, out, hand = "light", device, script;
+  std::string scene, out, hand = "light", device, script, carrier = "none", faults;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
-  bool json = false;
+  bool report_clocked = false, json = false;
 };
-
-const char* law_text(LawId law) {
-  return law == LawId::kPaper            ? "paper"
-         : law == LawId::kWeightedRegion ? "weighted_region"
-                                         : "proxy";
-}
 
 /// The hand's motion at the loop's rate, `seconds` long when that is given: cut, or held at its
 /// end.
@@ -56,63 +53,66 @@ std::vector<MotionSample> hand_motion(const Options& o, CoreSession& session, do
   return motion;
 }
 
-nlohmann::ordered_json account(const Options& o, const CoreSession& session,
-                               const DeviceModel& device, double rate_hz, const LoopTotals& t,
-                               bool passed) {
-  nlohmann::ordered_json json;
-  json["scene"] = o.scene;
-  json["law"] = law_text(session.view().parameters().law);
-  json["hand"] = o.hand;
-  json["rate_hz"] = rate_hz;
-  json["device"] = {{"mass_kg", device.mass_kg},
-                    {"damping_ns_per_m", device.damping_ns_per_m},
-                    {"rotor_kg_m2", device.rotor_kg_m2},
-                    {"rotor_damping_nms_per_rad", device.rotor_damping_nms_per_rad},
-                    {"coulomb_friction_n", device.coulomb_force_n},
-                    {"coulomb_torque_nm", device.coulomb_torque_nm},
-                    {"encoder_step_m", device.encoder_step_m},
-                    {"encoder_step_rad", device.encoder_step_rad},
-                    {"max_force_n", device.max_force_n},
-                    {"max_torque_nm", device.max_torque_nm},
-                    {"delay_samples", device.delay_samples}};
-  json["ticks"] = t.ticks;
-  json["duration_s"] = t.duration_s;
-  json["contact_ticks"] = t.contact_ticks;
-  json["refused_poses"] = t.refused_poses;
-  json["largest_force_n"] = t.largest_force_n;
-  json["largest_torque_nm"] = t.largest_torque_nm;
-  json["largest_force_step_n"] = t.largest_force_step_n;
-  json["largest_force_step_at_s"] = t.force_step_at_s;
-  json["largest_torque_step_nm"] = t.largest_torque_step_nm;
-  json["largest_torque_step_at_s"] = t.torque_step_at_s;
-  json["largest_delivered_j"] = t.largest_delivered_j;
-  json["delivered_j"] = t.delivered_j;
-  json["least_observed_energy_j"] = t.least_energy_j;
-  json["rest_speed_m_per_s"] = t.rest_speed_m_per_s;
-  json["rest_turn_rad_per_s"] = t.rest_turn_rad_per_s;
-  json["smallest_proxy_gap_m"] = t.smallest_gap_m;
-  json["passed"] = passed;
-  return json;
+std::string title_of(const Options& o, const CoreSession& session) {
+  const SceneParameters& p = session.view().parameters();
+  const std::string name(session.view().text(p.name_offset, p.name_bytes));
+  return name + ", " + o.hand + " hand";
 }
 
-void print_summary(const Options& o, const CoreSession& session, const DeviceModel& device,
-                   double rate_hz, const LoopTotals& t, bool passed) {
-  std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", o.scene.c_str(),
-              law_text(session.view().parameters().law), o.hand.c_str(), rate_hz,
-              device.delay_samples);
-  std::printf("  ticks            %llu (%.3f s), in contact %llu\n",
-              static_cast<unsigned long long>(t.ticks), t.duration_s,
-              static_cast<unsigned long long>(t.contact_ticks));
-  std::printf("  largest wrench   %.4g N, %.4g N m\n", t.largest_force_n, t.largest_torque_nm);
-  std::printf("  largest step     %.4g N at %.4f s, %.4g N m at %.4f s\n", t.largest_force_step_n,
-              t.force_step_at_s, t.largest_torque_step_nm, t.torque_step_at_s);
-  std::printf(
-      "  energy           given out %.4g J at most, %.4g J at the end; observer's least "
-      "%.4g J\n",
-      t.largest_delivered_j, t.delivered_j, t.least_energy_j);
-  std::printf("  in the last tenth %.4g m/s, %.4g rad/s at most\n", t.rest_speed_m_per_s,
-              t.rest_turn_rad_per_s);
-  std::printf("  result           %s\n", passed ? "passed" : "FAILED");
+/// Writes the files, and the account to stdout where that is asked for.
+void keep(const Options& o, const std::string& csv, const std::string& svg,
+          const nlohmann::ordered_json& json) {
+  if (!o.out.empty()) {
+    write_whole_file(o.out + "/run.csv", csv);
+    write_whole_file(o.out + "/run.svg", svg);
+    write_whole_file(o.out + "/run.json", json.dump(2) + "\n");
+  }
+  if (o.json) std::printf("%s\n", json.dump(2).c_str());
+}
+
+bool run_alone(const Options& o, CoreSession& session, const RunSubject& subject,
+               const HandModel& hand) {
+  ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
+  const std::vector<LoopRecord> records = run_loop(loop, hand_motion(o, session, subject.rate_hz));
+  const LoopTotals totals = total(records);
+  const bool passed = totals.finite && totals.refused_poses == 0 &&
+                      within_bounds(session.core().peaks(), session.view().header().capacity);
+  std::vector<TickRecord> ticks;
+  for (const LoopRecord& record : records) ticks.push_back(record.tick);
+  keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
+       loop_account(subject, totals, passed));
+  if (!o.json) print_loop(subject, totals, passed);
+  return passed;
+}
+
+/// Without a fault script nothing may go wrong; with one, the hand must be let go in the end.
+bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
+                const HandModel& hand) {
+  const bool usb = o.carrier == "usb";
+  const SceneParameters& parameters = session.view().parameters();
+  StackSettings settings =
+      stack_over(usb ? StackCarrier::kUsb : StackCarrier::kDirect, run.device,
+                 o.device.empty() ? parameters.device : DeviceParameters{}, hand, run.rate_hz);
+  settings.report_clocked = o.report_clocked;
+  std::vector<DeviceFaultEvent> events;
+  if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
+  const std::vector<MotionSample> motion = hand_motion(o, session, run.rate_hz);
+  DeviceStack stack(session, settings, scripted_hand(session, motion, run.rate_hz));
+  for (const DeviceFaultEvent& event : events) stack.bus().add(event);
+  const std::vector<StackRecord> records = run_stack(stack, motion);
+
+  const StackTotals totals = total(records);
+  const hal::LinkCounters link = stack.link_counters();
+  const bool as_scripted = !events.empty() || (totals.faults == 0 && totals.ended_ready);
+  const bool passed = totals.loop.finite && totals.loop.refused_poses == 0 && as_scripted &&
+                      totals.ended_at_zero &&
+                      within_bounds(session.core().peaks(), session.view().header().capacity);
+  const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
+  const std::string title = title_of(o, session) + ", carrier " + o.carrier;
+  keep(o, stack_csv(records), stack_plot(records, title),
+       stack_account(subject, totals, link, passed));
+  if (!o.json) print_stack(subject, totals, link, passed);
+  return passed;
 }
 
 int run(const Options& o) {
@@ -125,32 +125,25 @@ int run(const Options& o) {
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
   const SceneParameters& parameters = session.view().parameters();
-  const double rate_hz = o.rate_hz.value_or(parameters.rate_hz);
-  DeviceModel device =
-      o.device.empty() ? device_of(parameters, rate_hz) : read_device_file(o.device, rate_hz);
-  if (o.delay) device.delay_samples = *o.delay;
-
-  ClosedLoop loop(session, device, *hand, rate_hz);
-  const std::vector<MotionSample> motion = hand_motion(o, session, rate_hz);
-  const std::vector<LoopRecord> records = run_loop(loop, motion);
-  const LoopTotals totals = total(records);
-  const bool passed = totals.finite && totals.refused_poses == 0 &&
-                      within_bounds(session.core().peaks(), session.view().header().capacity);
-  const nlohmann::ordered_json json = account(o, session, device, rate_hz, totals, passed);
-  if (!o.out.empty()) {
-    std::vector<TickRecord> ticks;
-    for (const LoopRecord& record : records) ticks.push_back(record.tick);
-    const std::string name(session.view().text(parameters.name_offset, parameters.name_bytes));
-    write_whole_file(o.out + "/run.csv", loop_csv(records));
-    write_whole_file(o.out + "/run.svg", replay_plot(ticks, name + ", " + o.hand + " hand"));
-    write_whole_file(o.out + "/run.json", json.dump(2) + "\n");
-  }
-  if (o.json) {
-    std::printf("%s\n", json.dump(2).c_str());
-  } else {
-    print_summary(o, session, device, rate_hz, totals, passed);
-  }
+  RunSubject subject{o.scene, o.hand, parameters.law, o.rate_hz.value_or(parameters.rate_hz), {}};
+  subject.device = o.device.empty() ? device_of(parameters, subject.rate_hz)
+                                    : read_device_file(o.device, subject.rate_hz);
+  if (o.delay) subject.device.delay_samples = *o.delay;
+  const bool passed = o.carrier == "none" ? run_alone(o, session, subject, *hand)
+                                          : run_device(o, session, subject, *hand);
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
+/// What CLI11 cannot say by itself. @throws CLI::ValidationError.
+void check_carrier(const Options& o) {
+  if (o.carrier == "none" && o.report_clocked)
+    throw CLI::ValidationError("--report-clocked", "needs --carrier direct or usb");
+  if (o.carrier != "usb" && !o.faults.empty())
+    throw CLI::ValidationError("--faults", "needs --carrier usb: they are of the bus");
+  if (o.carrier != "none" && o.rate_hz &&
+      (*o.rate_hz < kLeastReportRate_hz || *o.rate_hz > kMostReportRate_hz)) {
+    throw CLI::ValidationError("--rate", "the device of a carrier reports at 50 to 10000 Hz");
+  }
 }
 
 }  // namespace
@@ -172,7 +165,15 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--device", o->device, "device model (TOML); default: the scene's [device]");
   app->add_option("--script", o->script,
                   "motion script of the hand's target (TOML); default: press on the nearest part");
+  app->add_option("--carrier", o->carrier,
+                  "none (default): the core alone closes the loop; direct: through the protocol, "
+                  "guard and servo tick of a device; usb: through libusb as well")
+      ->check(CLI::IsMember({"none", "direct", "usb"}));
+  app->add_flag("--report-clocked", o->report_clocked,
+                "a command answers the report that it was computed from; with a carrier");
+  app->add_option("--faults", o->faults, "fault script of device and bus (TOML); carrier usb");
   app->add_flag("--json", o->json, "account as JSON on stdout");
+  app->final_callback([o] { check_carrier(*o); });
   return {app, [o] { return run(*o); }};
 }
 

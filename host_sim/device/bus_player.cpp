@@ -43,7 +43,8 @@ bool is_seen(const RecordedTick& tick, const haptic::DeviceState& state) {
 }
 
 bool is_made(const RecordedTick& expected, const RecordedTick& found) {
-  return expected.tick == found.tick && expected.state_hash == found.state_hash &&
+  return expected.tick == found.tick && expected.state_content == found.state_content &&
+         expected.state_hash == found.state_hash &&
          same_bits(expected.command_d, found.command_d) &&
          expected.command_sequence == found.command_sequence && expected.arming == found.arming &&
          expected.faults == found.faults && expected.limiter_flags == found.limiter_flags &&

@@ -154,7 +154,6 @@ void DeviceStack::record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_
   if (link_) link_->tape(tape);
   watch_ = watch;
   watch_context_ = watch_context;
-  loop_->watch(watch, watch_context);
 }
 
 void DeviceStack::restart_servo() {
@@ -164,7 +163,7 @@ void DeviceStack::restart_servo() {
   hal::ServoLoopSettings loop;
   loop.period_ns = period_ns_;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
-  loop_->watch(watch_, watch_context_);
+  loop_->watch(&DeviceStack::saw, this);
   stalled_periods_ = 0;
 }
 
@@ -186,6 +185,12 @@ std::int64_t DeviceStack::clock(void* self) {
   auto& stack = *static_cast<DeviceStack*>(self);
   if (stack.in_poll_ && stack.link_->state() == LinkState::kReady) stack.serve_servo(true);
   return stack.now_ns_;
+}
+
+void DeviceStack::saw(void* self, const ServoInput& input, const ServoResult& result) {
+  auto& stack = *static_cast<DeviceStack*>(self);
+  stack.out_.state = input.state;
+  if (stack.watch_ != nullptr) stack.watch_(stack.watch_context_, input, result);
 }
 
 void DeviceStack::serve_servo(bool by_report) {

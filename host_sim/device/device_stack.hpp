@@ -96,6 +96,7 @@ class DeviceStack final : private hal::LinkObserver {
  private:
   class DirectLink;
   static std::int64_t clock(void* self);
+  static void saw(void* self, const ServoInput& input, const ServoResult& result);
   [[nodiscard]] ServoParameters servo_parameters() const;
   [[nodiscard]] hal::LinkSettings link_settings() const;
   void serve_servo(bool by_report);

@@ -43,21 +43,28 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
   return records;
 }
 
+std::string loop_csv_header() {
+  return std::string(kTickCsvHeader) +
+         ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
+         "device_z_m,device_qw,device_qx,device_qy,device_qz,hand_x_m,hand_y_m,hand_z_m,"
+         "speed_m_per_s,turn_rad_per_s,delivered_j";
+}
+
+void append_loop_row(std::string& csv, const LoopRecord& record) {
+  append_tick_row(csv, record.tick);
+  append_pose(csv, record.proxy_wa);
+  append_pose(csv, record.device_wa);
+  for (const double value : record.target_m) append_number(csv += ',', value);
+  for (const double value : {record.speed_m_per_s, record.turn_rad_per_s, record.delivered_j}) {
+    append_number(csv += ',', value);
+  }
+}
+
 std::string loop_csv(std::span<const LoopRecord> records) {
-  std::string csv = kTickCsvHeader;
-  csv +=
-      ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
-      "device_z_m,device_qw,device_qx,device_qy,device_qz,hand_x_m,hand_y_m,hand_z_m,"
-      "speed_m_per_s,turn_rad_per_s,delivered_j\n";
+  std::string csv = loop_csv_header() + '\n';
   csv.reserve(600 * (records.size() + 1));
-  for (const LoopRecord& r : records) {
-    append_tick_row(csv, r.tick);
-    append_pose(csv, r.proxy_wa);
-    append_pose(csv, r.device_wa);
-    for (const double value : r.target_m) append_number(csv += ',', value);
-    for (const double value : {r.speed_m_per_s, r.turn_rad_per_s, r.delivered_j}) {
-      append_number(csv += ',', value);
-    }
+  for (const LoopRecord& record : records) {
+    append_loop_row(csv, record);
     csv += '\n';
   }
   return csv;

@@ -26,7 +26,12 @@ struct LoopRecord {
 [[nodiscard]] std::vector<LoopRecord> run_loop(ClosedLoop& loop,
                                                std::span<const MotionSample> motion);
 
-/// The replay's columns, then proxy, device, hand and energy; LF.
+/// Header of the run's CSV, without the end of line: the replay's columns, then proxy, device, hand
+/// and energy.
+[[nodiscard]] std::string loop_csv_header();
+/// Appends one line of the CSV, without its end.
+void append_loop_row(std::string& csv, const LoopRecord& record);
+/// CSV of a run; LF.
 [[nodiscard]] std::string loop_csv(std::span<const LoopRecord> records);
 
 struct LoopTotals {

@@ -108,6 +108,9 @@ std::string difference(const hal::RecordedTick& expected, const hal::RecordedTic
             std::to_string(b);
   };
   compare("tick", expected.tick, found.tick);
+  if (expected.state_content != found.state_content)
+    text += "\n  pose, twist or switches of its state: expected hash " +
+            hash_text(expected.state_content) + ", found " + hash_text(found.state_content);
   if (expected.state_hash != found.state_hash)
     text += "\n  hash of the core's state: expected " + hash_text(expected.state_hash) +
             ", found " + hash_text(found.state_hash);

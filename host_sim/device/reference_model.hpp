@@ -65,6 +65,8 @@ class ReferenceModel {
   [[nodiscard]] const DeviceState& state() const { return device_.state(); }
   /// Wrench on the handle in the last period.
   [[nodiscard]] const Load& acting() const { return acting_; }
+  /// Work of the wrenches on the device so far [J].
+  [[nodiscard]] double delivered_j() const { return device_.delivered_j(); }
   [[nodiscard]] double time_s() const;
   [[nodiscard]] double period_s() const { return 1.0 / settings_.report_rate_hz; }
   [[nodiscard]] bool drives_on() const { return on_; }
