@@ -2,9 +2,7 @@
 #include "host_sim/device/bus_player.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
-#include <deque>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -12,6 +10,7 @@
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/usb/usb_link.hpp"
+#include "host_sim/device/played_servo.hpp"
 #include "host_sim/device/recorded_tracks.hpp"
 #include "host_sim/device/reference_usb.hpp"
 #include "tools/common/error.hpp"
@@ -23,124 +22,12 @@ using hal::LinkEvent;
 using hal::LinkEventKind;
 using hal::RecordedTick;
 
-/// Commands computed ahead of the link that takes them; more wait for it.
-constexpr std::size_t kMostCommandsAhead = 4096;
-
-bool same_bits(const std::array<double, 6>& a, const std::array<double, 6>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
-    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
-  });
-}
-
-/// Of a state that a tick saw: what tells it from the others that the link published.
-bool is_seen(const RecordedTick& tick, const haptic::DeviceState& state) {
-  ServoInput input;
-  input.state = state;
-  const RecordedTick of = hal::recorded(input, ServoResult{});
-  return of.sequence == tick.sequence && of.stamp_ns == tick.stamp_ns && of.link == tick.link &&
-         of.twist_valid == tick.twist_valid && of.device_faults == tick.device_faults &&
-         of.accepted_tick == tick.accepted_tick && same_bits(of.accepted_d, tick.accepted_d);
-}
-
-bool is_made(const RecordedTick& expected, const RecordedTick& found) {
-  return expected.tick == found.tick && expected.state_content == found.state_content &&
-         expected.state_hash == found.state_hash &&
-         same_bits(expected.command_d, found.command_d) &&
-         expected.command_sequence == found.command_sequence && expected.arming == found.arming &&
-         expected.faults == found.faults && expected.limiter_flags == found.limiter_flags &&
-         expected.arming_state == found.arming_state;
-}
-
 bool is_same(const LinkEvent& a, const LinkEvent& b) {
   // Why a device was lost is the bus's affair; here it is always unplugged.
   const bool same_why = a.kind == LinkEventKind::kLink || a.why == b.why;
   return a.kind == b.kind && a.code == b.code && same_why && a.stamp_ns == b.stamp_ns &&
          a.number == b.number && std::ranges::equal(a.bytes, b.bytes);
 }
-
-/// The servo thread of the recording: ticks in their order, each once the state that it saw has
-/// been published.
-class ServoTrack {
- public:
-  ServoTrack(CoreSession& session, const hal::BusSession& header,
-             std::span<const std::uint8_t> file, std::size_t first)
-      : session_(session), parameters_(header.servo), track_(file, first) {
-    states_.emplace_back();  // what a mailbox holds before the first
-    restart();
-  }
-
-  void publish(const haptic::DeviceState& state) { states_.push_back(state); }
-
-  /// Runs ticks until one lacks its state, differs, or is far ahead of the link.
-  void run() {
-    while (commands_.size() < kMostCommandsAhead && step()) {
-    }
-  }
-
-  /// Runs ticks until the command of this tick and stamp is there; null: it cannot be had.
-  const DeviceCommand* command(std::uint64_t tick, std::int64_t stamp_ns) {
-    for (;;) {
-      while (!commands_.empty()) {
-        const DeviceCommand& oldest = commands_.front();
-        if (oldest.tick == tick && oldest.stamp_ns == stamp_ns) return &oldest;
-        commands_.pop_front();
-      }
-      if (!step()) return nullptr;
-    }
-  }
-
-  /// Runs what is left, as far as it goes.
-  void run_to_end() {
-    while (step()) commands_.clear();
-  }
-
-  [[nodiscard]] const TickTrack& track() const { return track_; }
-  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
-  /// How the tick at track() differed from what was recorded; empty: it did not.
-  [[nodiscard]] const std::string& difference_found() const { return difference_; }
-  [[nodiscard]] const haptic::DeviceState& newest_state() const { return states_.back(); }
-
- private:
-  void restart() {
-    session_.core().reset();
-    tick_ = std::make_unique<ServoTick>(session_.core(), parameters_,
-                                        session_.view().header().capacity, nullptr);
-  }
-
-  bool step() {
-    if (!track_.has_next() || !difference_.empty()) return false;
-    const RecordedTick& expected = track_.next();
-    const auto state = std::ranges::find_if(
-        states_, [&](const haptic::DeviceState& s) { return is_seen(expected, s); });
-    if (state == states_.end()) return false;
-    states_.erase(states_.begin(), state);
-    if (expected.tick == 1 && ticks_ > 0) restart();
-    ServoInput input;
-    input.state = states_.front();
-    input.now_ns = expected.now_ns;
-    input.late_periods = expected.late_periods;
-    input.emergency_stop = expected.emergency_stop;
-    const ServoResult result = tick_->step(input);
-    const RecordedTick found = hal::recorded(input, result);
-    if (!is_made(expected, found)) {
-      difference_ = difference(expected, found);
-      return false;
-    }
-    commands_.push_back(result.command);
-    ++ticks_;
-    track_.advance();
-    return true;
-  }
-
-  CoreSession& session_;
-  ServoParameters parameters_;
-  TickTrack track_;
-  std::unique_ptr<ServoTick> tick_;
-  std::deque<haptic::DeviceState> states_;  ///< published, from the one last seen on
-  std::deque<DeviceCommand> commands_;      ///< made, from the one last taken on
-  std::string difference_;
-  std::uint64_t ticks_ = 0;
-};
 
 /// The link over a bus that does what the tape says.
 class BusPlayer final : private hal::LinkTape, private UsbFunction {
@@ -193,7 +80,7 @@ class BusPlayer final : private hal::LinkTape, private UsbFunction {
 
   std::span<const std::uint8_t> file_;
   std::size_t first_;
-  ServoTrack servo_;
+  PlayedServo servo_;
   EventTrack track_;
   hal::ReferenceDriver driver_;
   hal::DeviceMailbox mailbox_;
