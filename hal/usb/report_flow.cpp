@@ -51,11 +51,21 @@ ReportFlow::ReportFlow(Driver& driver, DeviceMailbox& mailbox,
       period_ns_(usable(settings.limits).period_ns) {}
 
 std::int64_t ReportFlow::now_ns() const noexcept {
+  const std::int64_t now = clock_ns();
+  note({.kind = LinkEventKind::kClock, .stamp_ns = now});
+  return now;
+}
+
+std::int64_t ReportFlow::clock_ns() const noexcept {
   return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
 }
 
 void ReportFlow::take_command() noexcept {
+  const std::uint64_t tick = command_.tick;
+  const std::int64_t stamp_ns = command_.stamp_ns;
   command_ = mailbox_.command.newest();
+  if (command_.tick != tick || command_.stamp_ns != stamp_ns)
+    note({.kind = LinkEventKind::kCommand, .stamp_ns = command_.stamp_ns, .number = command_.tick});
   faults_.answered(command_);
 }
 
@@ -65,9 +75,14 @@ void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
   published_ = published.faults;
   if (with_report) faults_.carried(published.sequence);
   publish_state(mailbox_, published, settings_.wake_servo);
-  if (link_.exchange(published.link, std::memory_order_acq_rel) != published.link &&
-      observer_ != nullptr)
-    observer_->on_link(now_ns(), published.link, why);
+  if (tape_ != nullptr) tape_->on_state(published);
+  if (link_.exchange(published.link, std::memory_order_acq_rel) == published.link) return;
+  const std::int64_t now = now_ns();
+  note({.kind = LinkEventKind::kLink,
+        .code = static_cast<std::uint8_t>(published.link),
+        .why = static_cast<std::uint8_t>(why),
+        .stamp_ns = now});
+  if (observer_ != nullptr) observer_->on_link(now, published.link, why);
 }
 
 // A fault goes out at once; the pose with it is the last one, with its own number and stamp.
@@ -124,6 +139,11 @@ void ReportFlow::on_report(std::span<const std::uint8_t> bytes) noexcept {
   } else {
     publish_changes();
   }
+  note({.kind = LinkEventKind::kReport,
+        .code = static_cast<std::uint8_t>(verdict_),
+        .stamp_ns = now,
+        .number = sequence_,
+        .bytes = bytes});
   if (observer_ != nullptr) observer_->on_report(now, bytes, verdict_, sequence_);
 }
 
@@ -139,7 +159,8 @@ void ReportFlow::wait_for_answer() noexcept {
   for (int look = 0; look < kMostAnswerLooks; ++look) {
     take_command();
     if (command_.tick != 0 && command_.sequence >= sequence_) return;
-    if (now_ns() - begin >= settings_.answer_wait_ns) break;
+    // Not on the tape, which would be full of it: what was waited for is.
+    if (clock_ns() - begin >= settings_.answer_wait_ns) break;
     if (settings_.clock == nullptr) sched_yield();
   }
   count_one(counters_.answers_late);
@@ -201,12 +222,17 @@ bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept
   out_zero_ = is_zero(output.wrench_d);
   state_.accepted_d = record_of(delivered_d);
   state_.accepted_tick = output.tick;
+  note({.kind = LinkEventKind::kSend,
+        .stamp_ns = now_ns,
+        .number = output.tick,
+        .bytes = room.first(size)});
   if (observer_ != nullptr) observer_->on_send(now_ns, room.first(size), output);
   return true;
 }
 
 void ReportFlow::follow_servo(std::int64_t now_ns) noexcept {
   if (servo_lost_.exchange(false, std::memory_order_acq_rel)) {
+    note({.kind = LinkEventKind::kServoLost});
     servo_lost_ns_ = now_ns;
     guard_.latch(kLinkServoLost);
     faults_.set_present(kLinkServoLost, true);

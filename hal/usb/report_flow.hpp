@@ -23,6 +23,7 @@ class ReportFlow final : public TransferSink {
   /// Through which it sends; outlives the flow.
   void attach(UsbTransfers& transfers) noexcept { transfers_ = &transfers; }
   void observe(LinkObserver* observer) noexcept { observer_ = observer; }
+  void tape(LinkTape* tape) noexcept { tape_ = tape; }
 
   [[nodiscard]] std::int64_t now_ns() const noexcept;
 
@@ -51,6 +52,10 @@ class ReportFlow final : public TransferSink {
   void on_out_end(bool delivered) noexcept override;
 
  private:
+  [[nodiscard]] std::int64_t clock_ns() const noexcept;
+  void note(const LinkEvent& event) const noexcept {
+    if (tape_ != nullptr) tape_->on_event(event);
+  }
   void take_command() noexcept;
   void wait_for_answer() noexcept;
   void drive() noexcept;
@@ -65,6 +70,7 @@ class ReportFlow final : public TransferSink {
   const LinkSettings& settings_;
   UsbTransfers* transfers_ = nullptr;
   LinkObserver* observer_ = nullptr;
+  LinkTape* tape_ = nullptr;
   LinkCounters counters_;
   OutputGuard guard_;
   LinkFaults faults_;

@@ -21,6 +21,38 @@ namespace {
 constexpr std::int64_t kLongestRest_ns = 300'000'000, kLongestDrain_ns = 500'000'000;
 constexpr std::int64_t kDrainWait_ns = 10'000'000;
 
+/// The connection's port, with every answer on the tape.
+class TapedPort final : public UsbPort {
+ public:
+  TapedPort(UsbPort& port, LinkTape* tape) noexcept : port_(port), tape_(tape) {}
+
+  HalStatus control(const ControlRequest& request, std::span<std::uint8_t> bytes,
+                    std::size_t& moved, unsigned timeout_ms) noexcept override {
+    const HalStatus status = port_.control(request, bytes, moved, timeout_ms);
+    if (tape_ == nullptr) return status;
+    LinkEvent event;
+    event.kind = LinkEventKind::kControl;
+    event.code = static_cast<std::uint8_t>(status);
+    event.number = request.request_type | std::uint64_t{request.request} << 8U |
+                   std::uint64_t{request.value} << 16U | std::uint64_t{request.index} << 32U;
+    if (status == HalStatus::kOk) event.bytes = bytes.first(std::min(moved, bytes.size()));
+    tape_->on_event(event);
+    return status;
+  }
+  HalStatus write(std::span<const std::uint8_t> bytes, unsigned timeout_ms) noexcept override {
+    return port_.write(bytes, timeout_ms);
+  }
+  HalStatus read(std::span<std::uint8_t> bytes, std::size_t& moved,
+                 unsigned timeout_ms) noexcept override {
+    return port_.read(bytes, moved, timeout_ms);
+  }
+  [[nodiscard]] bool cancelled() const noexcept override { return port_.cancelled(); }
+
+ private:
+  UsbPort& port_;
+  LinkTape* tape_;
+};
+
 }  // namespace
 
 struct UsbLink::Inside {
@@ -45,9 +77,11 @@ struct UsbLink::Inside {
   void put_away();
   void close();
   void tell(HalStatus why, std::string text);
+  void note(LinkEventKind kind) const noexcept;
 
   Driver& driver;
   const LinkSettings settings;
+  LinkTape* tape = nullptr;
   std::atomic<bool> cancelled{false};
   std::atomic<bool> wraps{false};  ///< a descriptor is given, or will be: nothing is searched
   std::atomic<int> wrapped_fd{-1};
@@ -72,6 +106,12 @@ UsbLink::UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& set
 UsbLink::~UsbLink() { close(); }
 
 void UsbLink::observe(LinkObserver* observer) noexcept { inside_->flow.observe(observer); }
+
+void UsbLink::tape(LinkTape* tape) noexcept {
+  inside_->tape = tape;
+  inside_->flow.tape(tape);
+  inside_->transfers.tape(tape);
+}
 
 void UsbLink::set_wrapped_fd(int fd) noexcept {
   inside_->wrapped_fd.store(fd);
@@ -111,7 +151,14 @@ void UsbLink::Inside::tell(HalStatus why, std::string text) {
   trouble = std::move(text);
 }
 
+void UsbLink::Inside::note(LinkEventKind kind) const noexcept {
+  LinkEvent event;
+  event.kind = kind;
+  if (tape != nullptr) tape->on_event(event);
+}
+
 HalStatus UsbLink::Inside::poll(std::int64_t timeout_ns) {
+  note(cancelled.load() ? LinkEventKind::kClose : LinkEventKind::kTurn);
   if (!connected) return look_for_device(timeout_ns);
   serve(cancelled.load() ? 0 : timeout_ns);
   return status;
@@ -171,7 +218,8 @@ HalStatus UsbLink::Inside::connect() {
 
 HalStatus UsbLink::Inside::start_reports() {
   flow.begin_start();
-  const HalStatus started = driver.start(connection);
+  TapedPort port(connection, tape);
+  const HalStatus started = driver.start(port);
   if (started != HalStatus::kOk) {
     tell(started, usb_trouble(connection.name(), UsbAction::kStart, 0, started));
     return started;
@@ -219,6 +267,7 @@ void UsbLink::Inside::put_away() {
 }
 
 void UsbLink::Inside::close() {
+  note(LinkEventKind::kClose);
   if (connected) {
     flow.begin_rest();
     const std::int64_t end_ns = monotonic_ns() + kLongestRest_ns;

@@ -13,6 +13,7 @@
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_counters.hpp"
+#include "hal/usb/link_tape.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "rt_core/safety/safety_limits.hpp"
 
@@ -45,7 +46,7 @@ struct LinkSettings {
   void* clock_context = nullptr;
 };
 
-/// Sees every report and every send, for the bus recorder; called on the USB thread.
+/// Sees every report and every send; called on the USB thread.
 class LinkObserver {
  public:
   virtual ~LinkObserver() = default;
@@ -68,6 +69,8 @@ class UsbLink {
 
   /// Before the first poll; null: none.
   void observe(LinkObserver* observer) noexcept;
+  /// As `observe`; outlives the link.
+  void tape(LinkTape* tape) noexcept;
 
   /// From any thread: the descriptor to be wrapped from now on, also where it has the number of the
   /// last one, whose device is gone. Negative: none yet.

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "hal/usb/link_counters.hpp"
+#include "hal/usb/link_tape.hpp"
 
 namespace haptic::hal {
 namespace {
@@ -109,7 +110,20 @@ unsigned UsbTransfers::in_flight() const noexcept {
 
 void UsbTransfers::failed(unsigned& in_row, std::uint64_t& counter, int code) noexcept {
   count_one(counter);
-  if (code == LIBUSB_ERROR_NO_DEVICE || ++in_row > kMostUsbErrorsInRow) lost_code_ = code;
+  if (code == LIBUSB_ERROR_NO_DEVICE || ++in_row > kMostUsbErrorsInRow) give_up(code);
+}
+
+void UsbTransfers::give_up(int code) noexcept {
+  if (!lost() && !stopping_) note(LinkEventKind::kLost, 0);
+  lost_code_ = code;
+}
+
+void UsbTransfers::note(LinkEventKind kind, std::uint8_t code) noexcept {
+  if (tape_ == nullptr) return;
+  LinkEvent event;
+  event.kind = kind;
+  event.code = code;
+  tape_->on_event(event);
 }
 
 int UsbTransfers::submit(Slot& slot) noexcept {
@@ -134,6 +148,7 @@ SendOutcome UsbTransfers::send(std::size_t bytes) noexcept {
   const int code = submit(slot);
   if (code == 0) return SendOutcome::kSent;
   failed(out_errors_, counters_.send_failed, code);
+  note(LinkEventKind::kSendRefused, 0);
   return SendOutcome::kFailed;
 }
 
@@ -174,6 +189,8 @@ void UsbTransfers::on_out_end(Slot& slot) noexcept {
     failed(out_errors_, counters_.send_failed, code < 0 ? code : LIBUSB_ERROR_IO);
     if (code == LIBUSB_ERROR_PIPE) out_halted_ = true;
   }
+  const OutEnd end = whole ? OutEnd::kDelivered : out_halted_ ? OutEnd::kStalled : OutEnd::kFailed;
+  if (!lost()) note(LinkEventKind::kOutEnd, static_cast<std::uint8_t>(end));
   sink_.on_out_end(whole);
 }
 

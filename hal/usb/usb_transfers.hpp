@@ -16,6 +16,8 @@ struct libusb_transfer;
 namespace haptic::hal {
 
 struct LinkCounters;
+class LinkTape;
+enum class LinkEventKind : std::uint8_t;
 
 /// Errors in a row, of one direction, after which the connection is given up.
 inline constexpr unsigned kMostUsbErrorsInRow = 10;
@@ -43,6 +45,8 @@ class UsbTransfers {
   UsbTransfers(const UsbTransfers&) = delete;
   UsbTransfers& operator=(const UsbTransfers&) = delete;
 
+  void tape(LinkTape* tape) noexcept { tape_ = tape; }
+
   /// Makes the transfers and queues the IN ones. @return a libusb code. Allocates.
   int open(const UsbConnection& connection, const UsbProfile& profile, int in_count);
 
@@ -64,7 +68,7 @@ class UsbTransfers {
   void close() noexcept;
 
   /// The bus itself failed with this libusb code: counts as lost.
-  void give_up(int code) noexcept { lost_code_ = code; }
+  void give_up(int code) noexcept;
   [[nodiscard]] bool lost() const noexcept { return lost_code_ < 0; }
   [[nodiscard]] int lost_code() const noexcept { return lost_code_; }  ///< of libusb; 0: not lost
 
@@ -76,12 +80,14 @@ class UsbTransfers {
   void on_out_end(Slot& slot) noexcept;
   int submit(Slot& slot) noexcept;
   void queue(Slot& slot) noexcept;
+  void note(LinkEventKind kind, std::uint8_t code) noexcept;
   void failed(unsigned& in_row, std::uint64_t& counter, int code) noexcept;
   void clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_row,
                   std::uint64_t& counter) noexcept;
 
   TransferSink& sink_;
   LinkCounters& counters_;
+  LinkTape* tape_ = nullptr;
   std::unique_ptr<Pool> pool_;
   int lost_code_ = 0;
   unsigned in_errors_ = 0, out_errors_ = 0;  ///< in a row

@@ -19,6 +19,7 @@ struct Command {
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
 [[nodiscard]] Command add_motion_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
+[[nodiscard]] Command add_play_command(CLI::App& program);
 [[nodiscard]] Command add_proxy_fuzz_command(CLI::App& program);
 [[nodiscard]] Command add_replay_command(CLI::App& program);
 [[nodiscard]] Command add_reproduce_paper_command(CLI::App& program);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
 // [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
-// [--json]
+// [--record FILE] [--json]
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 
+#include "hal/usb/bus_recorder.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/run_account.hpp"
 #include "host_sim/commands/wcet.hpp"
@@ -27,7 +29,7 @@ namespace {
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 
 struct Options {
-  std::string scene, out, hand = "light", device, script, carrier = "none", faults;
+  std::string scene, out, hand = "light", device, script, carrier = "none", faults, record;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
   bool report_clocked = false, json = false;
@@ -85,6 +87,26 @@ bool run_alone(const Options& o, CoreSession& session, const RunSubject& subject
   return passed;
 }
 
+/// The run, and its session in a file where that is asked for.
+std::vector<StackRecord> run_recorded(const Options& o, DeviceStack& stack,
+                                      std::span<const MotionSample> motion) {
+  if (o.record.empty()) return run_stack(stack, motion);
+  hal::BusRecorder recorder(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
+  stack.record(&recorder, &hal::BusRecorder::watch, &recorder);
+  std::vector<StackRecord> records =
+      run_stack(stack, motion, [&recorder] { static_cast<void>(recorder.drain()); });
+  stack.record(nullptr, nullptr, nullptr);
+  const hal::RecorderEnd end = recorder.finish();
+  if (end.status != hal::HalStatus::kOk)
+    throw std::system_error(end.os_error, std::generic_category(), o.record);
+  if (!end.playable())
+    std::fprintf(stderr,
+                 "host_sim: %s: %llu events and %llu ticks were dropped; it cannot be played\n",
+                 o.record.c_str(), static_cast<unsigned long long>(end.counts.dropped_events),
+                 static_cast<unsigned long long>(end.counts.dropped_ticks));
+  return records;
+}
+
 /// Without a fault script nothing may go wrong; with one, the hand must be let go in the end.
 bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
                 const HandModel& hand) {
@@ -99,7 +121,7 @@ bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
   const std::vector<MotionSample> motion = hand_motion(o, session, run.rate_hz);
   DeviceStack stack(session, settings, scripted_hand(session, motion, run.rate_hz));
   for (const DeviceFaultEvent& event : events) stack.bus().add(event);
-  const std::vector<StackRecord> records = run_stack(stack, motion);
+  const std::vector<StackRecord> records = run_recorded(o, stack, motion);
 
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
@@ -121,6 +143,7 @@ int run(const Options& o) {
     std::filesystem::create_directories(o.out, error);
     require_writable_folder(o.out + "/run.csv");
   }
+  if (!o.record.empty()) require_writable_folder(o.record);
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
@@ -140,6 +163,8 @@ void check_carrier(const Options& o) {
     throw CLI::ValidationError("--report-clocked", "needs --carrier direct or usb");
   if (o.carrier != "usb" && !o.faults.empty())
     throw CLI::ValidationError("--faults", "needs --carrier usb: they are of the bus");
+  if (o.carrier != "usb" && !o.record.empty())
+    throw CLI::ValidationError("--record", "needs --carrier usb: it records the bus");
   if (o.carrier != "none" && o.rate_hz &&
       (*o.rate_hz < kLeastReportRate_hz || *o.rate_hz > kMostReportRate_hz)) {
     throw CLI::ValidationError("--rate", "the device of a carrier reports at 50 to 10000 Hz");
@@ -172,6 +197,8 @@ Command add_run_command(CLI::App& program) {
   app->add_flag("--report-clocked", o->report_clocked,
                 "a command answers the report that it was computed from; with a carrier");
   app->add_option("--faults", o->faults, "fault script of device and bus (TOML); carrier usb");
+  app->add_option("--record", o->record,
+                  "file for the session: every report, send and tick, for `play`; carrier usb");
   app->add_flag("--json", o->json, "account as JSON on stdout");
   app->final_callback([o] { check_carrier(*o); });
   return {app, [o] { return run(*o); }};

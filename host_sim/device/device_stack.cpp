@@ -110,11 +110,8 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
     direct_ = std::make_unique<DirectLink>(*this, model_);
     return;
   }
-  hal::LinkSettings link;
-  link.limits = settings_.limits;
+  hal::LinkSettings link = link_settings();
   link.address.wrapped_fd = bus_->plug();
-  link.answer_wait_ns = settings.report_clocked ? period_ns_ : 0;
-  link.retry_ns = 20 * period_ns_;
   link.clock = &DeviceStack::clock;
   link.clock_context = this;
   link_ = std::make_unique<hal::UsbLink>(driver_, mailbox_, link);
@@ -124,13 +121,44 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
 
 DeviceStack::~DeviceStack() = default;
 
-void DeviceStack::restart_servo() {
-  session_.core().reset();
+hal::LinkSettings DeviceStack::link_settings() const {
+  hal::LinkSettings link;
+  link.limits = settings_.limits;
+  link.answer_wait_ns = settings_.report_clocked ? period_ns_ : 0;
+  link.retry_ns = 20 * period_ns_;
+  return link;
+}
+
+ServoParameters DeviceStack::servo_parameters() const {
   ServoParameters parameters;
   parameters.map = settings_.map;
   parameters.limits = settings_.limits;
   parameters.envelope = settings_.envelope;
-  tick_ = std::make_unique<ServoTick>(session_.core(), parameters,
+  return parameters;
+}
+
+hal::BusSession DeviceStack::bus_session() const {
+  hal::BusSession session;
+  session.scene_hash = session_.view().header().content_hash;
+  session.driver = driver_.profile().name;
+  session.vendor_id = driver_.profile().vendor_id;
+  session.product_id = driver_.profile().product_id;
+  session.period_ns = period_ns_;
+  session.report_clocked = settings_.report_clocked;
+  session.servo = servo_parameters();
+  session.link = link_settings();
+  return session;
+}
+
+void DeviceStack::record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_context) {
+  if (link_) link_->tape(tape);
+  watch_ = watch;
+  watch_context_ = watch_context;
+}
+
+void DeviceStack::restart_servo() {
+  session_.core().reset();
+  tick_ = std::make_unique<ServoTick>(session_.core(), servo_parameters(),
                                       session_.view().header().capacity, recorder_.get());
   hal::ServoLoopSettings loop;
   loop.period_ns = period_ns_;
@@ -159,8 +187,10 @@ std::int64_t DeviceStack::clock(void* self) {
   return stack.now_ns_;
 }
 
-void DeviceStack::saw(void* self, const ServoInput& input, const ServoResult& /*result*/) {
-  static_cast<DeviceStack*>(self)->out_.state = input.state;
+void DeviceStack::saw(void* self, const ServoInput& input, const ServoResult& result) {
+  auto& stack = *static_cast<DeviceStack*>(self);
+  stack.out_.state = input.state;
+  if (stack.watch_ != nullptr) stack.watch_(stack.watch_context_, input, result);
 }
 
 void DeviceStack::serve_servo(bool by_report) {

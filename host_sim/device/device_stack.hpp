@@ -12,6 +12,7 @@
 #include "hal/device_limits.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/servo_loop.hpp"
+#include "hal/usb/bus_record.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "host_sim/commands/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
@@ -67,6 +68,11 @@ class DeviceStack final : private hal::LinkObserver {
   /// One period of the device, the link and the servo loop.
   StackTick step();
 
+  /// For a recorder: what the session depends on, its tape (StackCarrier::kUsb) and its ticks, also
+  /// after restart_servo. Before the first step; null: no longer.
+  [[nodiscard]] hal::BusSession bus_session() const;
+  void record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_context);
+
   // What a test may do to it between two periods.
   [[nodiscard]] ReferenceUsb& bus() { return *bus_; }
   void stall_servo(bool stalled) { servo_stalled_ = stalled; }
@@ -91,6 +97,8 @@ class DeviceStack final : private hal::LinkObserver {
   class DirectLink;
   static std::int64_t clock(void* self);
   static void saw(void* self, const ServoInput& input, const ServoResult& result);
+  [[nodiscard]] ServoParameters servo_parameters() const;
+  [[nodiscard]] hal::LinkSettings link_settings() const;
   void serve_servo(bool by_report);
   void on_report(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
                  hal::ReportVerdict verdict, std::uint64_t sequence) noexcept override;
@@ -111,6 +119,9 @@ class DeviceStack final : private hal::LinkObserver {
   std::unique_ptr<ServoTick> tick_;
   std::unique_ptr<hal::ServoLoop> loop_;
   std::function<haptic::DeviceCommand(const haptic::DeviceCommand&)> instead_;
+
+  hal::TickWatch watch_ = nullptr;
+  void* watch_context_ = nullptr;
 
   StackTick out_;
   std::int64_t now_ns_ = 0, period_ns_ = 0;

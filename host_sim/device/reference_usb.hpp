@@ -27,6 +27,9 @@ namespace haptic::sim {
 
 enum class DevicePace : std::uint8_t { kLockStep = 0, kRealTime };
 
+/// PROTOCOL.md, section 1: device, configuration, interface, the two endpoints.
+[[nodiscard]] std::vector<std::uint8_t> reference_descriptors();
+
 /// All members may be called from any thread. Must outlive the libusb handles on it.
 class ReferenceUsb final : public UsbFunction {
  public:

@@ -45,9 +45,11 @@ struct StackRecord {
   std::uint32_t armings = 0, cuts = 0;  ///< so far; by the operator, and by the device's watchdog
 };
 
-/// One record per sample of `motion` after the first, which the device starts at. Cost: the ticks.
+/// One record per sample of `motion` after the first, which the device starts at. `after_step` is
+/// called after each. Cost: the ticks.
 [[nodiscard]] std::vector<StackRecord> run_stack(DeviceStack& stack,
-                                                 std::span<const MotionSample> motion);
+                                                 std::span<const MotionSample> motion,
+                                                 const std::function<void()>& after_step = {});
 
 /// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering; LF.
 [[nodiscard]] std::string stack_csv(std::span<const StackRecord> records);

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim play FILE --scene S.rtscene [--json]
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/device/bus_player.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+struct Options {
+  std::string file, scene;
+  bool json = false;
+};
+
+nlohmann::ordered_json account(const Options& o, const PlayResult& played) {
+  nlohmann::ordered_json json;
+  json["recording"] = o.file;
+  json["scene"] = o.scene;
+  json["duration_s"] = played.duration_s;
+  json["ticks"] = played.ticks;
+  json["reports"] = played.reports;
+  json["sends"] = played.sends;
+  json["connects"] = played.connects;
+  json["ticks_beyond"] = played.ticks_beyond;
+  json["complete"] = played.complete;
+  json["equal"] = !played.diverged;
+  if (played.diverged)
+    json["divergence"] = {{"tick", played.tick},
+                          {"record", played.record},
+                          {"offset", played.offset},
+                          {"text", played.text}};
+  return json;
+}
+
+void print(const Options& o, const PlayResult& played) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf("%s: %.3f s, %llu ticks, %llu reports, %llu sends, %llu connections\n",
+              o.file.c_str(), played.duration_s, number(played.ticks), number(played.reports),
+              number(played.sends), number(played.connects));
+  if (played.ticks_beyond > 0)
+    std::printf("  not compared: %llu ticks after the end of the link\n",
+                number(played.ticks_beyond));
+  if (!played.diverged) {
+    std::printf("  every tick and every send equal\n");
+    return;
+  }
+  std::printf("  DIVERGED at tick %llu, record %llu at byte %llu%s\n", number(played.tick),
+              number(played.record), number(played.offset), played.text.c_str());
+}
+
+int run(const Options& o) {
+  CoreSession session(o.scene);
+  const PlayResult played = play_session(session, read_recording(o.file), o.file);
+  if (o.json) {
+    std::printf("%s\n", account(o, played).dump(2).c_str());
+  } else {
+    print(o, played);
+  }
+  if (played.diverged) return tools::kExitCheckFailed;
+  if (played.complete) return tools::kExitDone;
+  std::fprintf(stderr, "host_sim: %s; equal as far as it goes\n", played.cut.c_str());
+  return tools::kExitBadInput;
+}
+
+}  // namespace
+
+Command add_play_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "play", "Plays a recorded session through link, guard, servo tick and core: same bits?");
+  app->add_option("file", o->file, "recording (.hrec) of run --record or a device program")
+      ->required();
+  app->add_option("--scene", o->scene, "compiled scene (.rtscene) that it was recorded with")
+      ->required();
+  app->add_flag("--json", o->json, "account as JSON on stdout");
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim
