@@ -44,7 +44,7 @@ void count_verdict(LinkCounters& counters, ReportVerdict verdict) noexcept {
 ReportFlow::ReportFlow(Driver& driver, DeviceMailbox& mailbox,
                        const LinkSettings& settings) noexcept
     : driver_(driver),
-      mailbox_(mailbox),
+      mailbox_(&mailbox),
       settings_(settings),
       guard_(settings.limits),
       faults_({settings.silence_ns, settings.corrupt_in_a_row, settings.frozen_in_a_row}),
@@ -55,7 +55,7 @@ std::int64_t ReportFlow::now_ns() const noexcept {
 }
 
 void ReportFlow::take_command() noexcept {
-  command_ = mailbox_.command.newest();
+  command_ = mailbox().command.newest();
   faults_.answered(command_);
 }
 
@@ -64,7 +64,7 @@ void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
   published.faults = (state_.faults & kDeviceBits) | faults_.shown();
   published_ = published.faults;
   if (with_report) faults_.carried(published.sequence);
-  publish_state(mailbox_, published, settings_.wake_servo);
+  publish_state(mailbox(), published, settings_.wake_servo);
   if (link_.exchange(published.link, std::memory_order_acq_rel) != published.link &&
       observer_ != nullptr)
     observer_->on_link(now_ns(), published.link, why);
