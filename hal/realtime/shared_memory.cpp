@@ -4,6 +4,11 @@
 #include <sys/mman.h>
 
 namespace haptic::hal {
+namespace {
+
+constexpr std::size_t kPageBytes = 4096;  // the smallest there is
+
+}  // namespace
 
 SharedMemory::SharedMemory(std::size_t byte_count) noexcept {
   if (byte_count == 0) return;
@@ -12,6 +17,16 @@ SharedMemory::SharedMemory(std::size_t byte_count) noexcept {
   if (memory == MAP_FAILED) return;
   bytes_ = {static_cast<std::byte*>(memory), byte_count};
   locked_ = mlock(memory, byte_count) == 0;
+}
+
+bool SharedMemory::enter() noexcept {
+  locked_ = !bytes_.empty() && mlock(bytes_.data(), bytes_.size()) == 0;
+  // A refused lock maps nothing.
+  const volatile std::byte* const bytes = bytes_.data();
+  for (std::size_t at = 0; at < bytes_.size(); at += kPageBytes) {
+    [[maybe_unused]] const std::byte touched = bytes[at];
+  }
+  return locked_;
 }
 
 SharedMemory::~SharedMemory() {

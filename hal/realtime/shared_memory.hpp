@@ -17,6 +17,9 @@ class SharedMemory {
   SharedMemory& operator=(const SharedMemory&) = delete;
 
   [[nodiscard]] std::span<std::byte> bytes() const noexcept { return bytes_; }
+  /// In a process forked since: maps every page, which fork leaves to the first touch, and locks
+  /// them, which fork does not hand on. False where the limit does not allow the lock.
+  bool enter() noexcept;
   /// False where the limit of locked memory does not allow it: then it may be paged out.
   [[nodiscard]] bool locked() const noexcept { return locked_; }
 

@@ -44,7 +44,7 @@ void count_verdict(LinkCounters& counters, ReportVerdict verdict) noexcept {
 ReportFlow::ReportFlow(Driver& driver, DeviceMailbox& mailbox,
                        const LinkSettings& settings) noexcept
     : driver_(driver),
-      mailbox_(mailbox),
+      mailbox_(&mailbox),
       settings_(settings),
       guard_(settings.limits),
       faults_({settings.silence_ns, settings.corrupt_in_a_row, settings.frozen_in_a_row}),
@@ -63,7 +63,7 @@ std::int64_t ReportFlow::clock_ns() const noexcept {
 void ReportFlow::take_command() noexcept {
   const std::uint64_t tick = command_.tick;
   const std::int64_t stamp_ns = command_.stamp_ns;
-  command_ = mailbox_.command.newest();
+  command_ = mailbox().command.newest();
   if (command_.tick != tick || command_.stamp_ns != stamp_ns)
     note({.kind = LinkEventKind::kCommand, .stamp_ns = command_.stamp_ns, .number = command_.tick});
   faults_.answered(command_);
@@ -74,7 +74,7 @@ void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
   published.faults = (state_.faults & kDeviceBits) | faults_.shown();
   published_ = published.faults;
   if (with_report) faults_.carried(published.sequence);
-  publish_state(mailbox_, published, settings_.wake_servo);
+  publish_state(mailbox(), published, settings_.wake_servo);
   if (tape_ != nullptr) tape_->on_state(published);
   if (link_.exchange(published.link, std::memory_order_acq_rel) == published.link) return;
   const std::int64_t now = now_ns();

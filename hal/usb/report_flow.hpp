@@ -15,7 +15,7 @@
 
 namespace haptic::hal {
 
-/// Owner: the USB thread; `state`, `counters` and `servo_lost` from any.
+/// Owner: the USB thread; `state`, `counters`, `servo_lost` and `use_mailbox` from any.
 class ReportFlow final : public TransferSink {
  public:
   ReportFlow(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings) noexcept;
@@ -44,6 +44,10 @@ class ReportFlow final : public TransferSink {
   [[nodiscard]] bool is_at_rest() const noexcept;
 
   void servo_lost() noexcept { servo_lost_.store(true, std::memory_order_release); }
+  /// Release and acquire: who meets the mailbox sees it as it was made.
+  void use_mailbox(DeviceMailbox& mailbox) noexcept {
+    mailbox_.store(&mailbox, std::memory_order_release);
+  }
   [[nodiscard]] LinkState state() const noexcept { return link_.load(std::memory_order_acquire); }
   [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }
 
@@ -56,6 +60,9 @@ class ReportFlow final : public TransferSink {
   void note(const LinkEvent& event) const noexcept {
     if (tape_ != nullptr) tape_->on_event(event);
   }
+  [[nodiscard]] DeviceMailbox& mailbox() const noexcept {
+    return *mailbox_.load(std::memory_order_acquire);
+  }
   void take_command() noexcept;
   void wait_for_answer() noexcept;
   void drive() noexcept;
@@ -66,7 +73,7 @@ class ReportFlow final : public TransferSink {
   void publish_changes() noexcept;
 
   Driver& driver_;
-  DeviceMailbox& mailbox_;
+  std::atomic<DeviceMailbox*> mailbox_;
   const LinkSettings& settings_;
   UsbTransfers* transfers_ = nullptr;
   LinkObserver* observer_ = nullptr;

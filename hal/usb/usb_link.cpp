@@ -137,6 +137,7 @@ void UsbLink::cancel() noexcept {
 }
 
 void UsbLink::servo_lost() noexcept { inside_->flow.servo_lost(); }
+void UsbLink::use_mailbox(DeviceMailbox& mailbox) noexcept { inside_->flow.use_mailbox(mailbox); }
 LinkState UsbLink::state() const noexcept { return inside_->flow.state(); }
 LinkCounters UsbLink::counters() const noexcept { return snapshot(inside_->flow.counters()); }
 

@@ -93,6 +93,10 @@ class UsbLink {
   void cancel() noexcept;
   /// The servo process ended: ramp to zero, latch kLinkServoLost.
   void servo_lost() noexcept;
+  /// Another servo process has taken over: its own mailbox from now on, since what a killed one
+  /// left half done in its own can not be told. From any thread; `mailbox` outlives the link, and
+  /// so does the one before.
+  void use_mailbox(DeviceMailbox& mailbox) noexcept;
 
   [[nodiscard]] LinkState state() const noexcept;
   [[nodiscard]] LinkCounters counters() const noexcept;
