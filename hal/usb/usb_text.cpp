@@ -40,7 +40,7 @@ std::string mend_of(const UsbName& device, HalStatus status) {
                    "bus "
                    "on.";
     case HalStatus::kDeviceDenied:
-      return "Mend: put this line into /etc/udev/rules.d/70-haptic.rules\n    " +
+      return "Mend: put this line into /etc/udev/rules.d/60-haptic.rules\n    " +
              udev_rule(device) +
              "\n  then: sudo udevadm control --reload; sudo udevadm trigger; and plug the device "
              "in "

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/usb/usb_thread.hpp"
 
-#include <sched.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
+
+#include "hal/realtime/linux_process.hpp"
 
 namespace haptic::hal {
 namespace {
@@ -13,21 +12,6 @@ namespace {
 // Beyond what is touched: libusb, libc, and the thread-local state of a sanitizer, which lies
 // there.
 constexpr std::size_t kStackReserve = 1024 * 1024;
-constexpr std::size_t kPageBytes = 4096;
-
-// Touches `bytes` of the stack below, page by page, in frames of a bounded size.
-[[gnu::noinline]] void prefault_stack(std::size_t bytes) noexcept {
-  volatile unsigned char page[kPageBytes];
-  page[0] = 1;
-  if (bytes > kPageBytes) prefault_stack(bytes - kPageBytes);
-  page[kPageBytes - 1] = page[0];  // after the call: the frame stays
-}
-
-// The first allocation of a thread sets up and faults in its own arena; not while reports flow.
-void touch_heap() noexcept {
-  void* volatile block = std::malloc(kPageBytes);
-  std::free(block);
-}
 
 }  // namespace
 
@@ -68,16 +52,11 @@ void UsbThread::run() noexcept {
   std::strncpy(name, settings_.name, sizeof name - 1);
   (void)pthread_setname_np(pthread_self(), name);
   if (settings_.cpu >= 0) {
-    cpu_set_t cpus;
-    CPU_ZERO(&cpus);
-    if (settings_.cpu < CPU_SETSIZE) CPU_SET(static_cast<unsigned>(settings_.cpu), &cpus);
-    grant_.affinity_error = pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus);
+    grant_.affinity_error = tie_to_cpu(settings_.cpu);
     if (grant_.affinity_error == 0) grant_.cpu = settings_.cpu;
   }
   if (settings_.priority > 0) {
-    sched_param parameters{};
-    parameters.sched_priority = settings_.priority;
-    grant_.priority_error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+    grant_.priority_error = set_fifo_priority(settings_.priority);
     if (grant_.priority_error == 0) grant_.priority = settings_.priority;
   }
   prefault_stack(settings_.prefault_bytes);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/realtime/doctor.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "hal/realtime/doctor_checks.hpp"
+
+namespace haptic::hal {
+namespace {
+
+DoctorLine line(std::string name, DoctorLevel level, bool refuses, std::string found,
+                std::string mend) {
+  return {std::move(name), level, refuses, std::move(found), std::move(mend)};
+}
+
+void append(std::vector<DoctorLine>& lines, std::vector<DoctorLine> more) {
+  lines.insert(lines.end(), std::make_move_iterator(more.begin()),
+               std::make_move_iterator(more.end()));
+}
+
+}  // namespace
+
+const char* to_text(DoctorLevel level) noexcept {
+  static constexpr const char* kTexts[] = {"pass", "warning", "failure", "skipped"};
+  static_assert(sizeof(kTexts) / sizeof(kTexts[0]) ==
+                static_cast<std::size_t>(DoctorLevel::kCount));
+  return level < DoctorLevel::kCount ? kTexts[static_cast<std::size_t>(level)] : "?";
+}
+
+DoctorLine passed(std::string name, std::string found) {
+  return line(std::move(name), DoctorLevel::kPass, false, std::move(found), "none needed");
+}
+
+DoctorLine warned(std::string name, std::string found, std::string mend) {
+  return line(std::move(name), DoctorLevel::kWarning, false, std::move(found), std::move(mend));
+}
+
+DoctorLine refused(std::string name, std::string found, std::string mend) {
+  return line(std::move(name), DoctorLevel::kWarning, true, std::move(found), std::move(mend));
+}
+
+DoctorLine failed(std::string name, std::string found, std::string mend) {
+  return line(std::move(name), DoctorLevel::kFailure, true, std::move(found), std::move(mend));
+}
+
+DoctorLine skipped(std::string name, std::string found, std::string mend) {
+  return line(std::move(name), DoctorLevel::kSkipped, false, std::move(found), std::move(mend));
+}
+
+std::string errno_text(int error) {
+  const char* name = strerrorname_np(error);
+  return std::string(name != nullptr ? name : "unknown error") + " (" + std::strerror(error) + ")";
+}
+
+std::vector<int> online_cpus(const SystemTree& tree) {
+  std::vector<int> cpus = parse_cpu_list(tree.text("/sys/devices/system/cpu/online").value_or("0"));
+  if (cpus.empty()) cpus.push_back(0);
+  return cpus;
+}
+
+std::vector<int> proposed_cpus(const Examination& e) {
+  if (!e.questions.cpus.empty()) return e.questions.cpus;
+  std::vector<int> cpus = online_cpus(e.tree);
+  const auto kept = static_cast<std::ptrdiff_t>(cpus.size() >= 4 ? 2 : 1);
+  cpus.erase(cpus.begin(), cpus.end() - kept);
+  return cpus;
+}
+
+std::vector<DoctorLine> examine(const SystemTree& tree, SystemProbes& probes,
+                                const DoctorQuestions& questions, WakeupMeasurement* measurement) {
+  const Examination e{tree, probes, questions};
+  using Check = DoctorLine (*)(const Examination&);
+  static constexpr Check kChecks[] = {check_preempt_rt,      check_fifo,
+                                      check_memory_lock,     check_swap,
+                                      check_throttling,      check_virtual_machine,
+                                      check_kernel_watchdog, check_clock,
+                                      check_cores,           check_smt,
+                                      check_isolation,       check_affinity,
+                                      check_governor,        check_idle_states,
+                                      check_usb_controller,  check_usb_library,
+                                      check_usb_interrupts,  check_usb_interrupt_threads};
+  std::vector<DoctorLine> lines;
+  for (const Check check : kChecks) lines.push_back(check(e));
+  append(lines, check_device(e));
+  const auto own = std::make_unique<WakeupMeasurement>();
+  append(lines, check_wakeups(e, measurement != nullptr ? *measurement : *own));
+  return lines;
+}
+
+bool is_fit(const std::vector<DoctorLine>& lines, bool strict) noexcept {
+  return std::none_of(lines.begin(), lines.end(), [&](const DoctorLine& each) {
+    return each.level == DoctorLevel::kFailure ||
+           (strict && each.level == DoctorLevel::kWarning && each.refuses_in_strict);
+  });
+}
+
+}  // namespace haptic::hal

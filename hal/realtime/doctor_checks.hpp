@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The single questions of the doctor, by what they look at. Only doctor.cpp calls them.
+
+#include <string>
+#include <vector>
+
+#include "hal/realtime/doctor.hpp"
+
+namespace haptic::hal {
+
+/// What a check may look at.
+struct Examination {
+  const SystemTree& tree;
+  SystemProbes& probes;
+  const DoctorQuestions& questions;
+};
+
+[[nodiscard]] DoctorLine passed(std::string name, std::string found);
+[[nodiscard]] DoctorLine warned(std::string name, std::string found, std::string mend);
+/// A warning that refuses in strict.
+[[nodiscard]] DoctorLine refused(std::string name, std::string found, std::string mend);
+[[nodiscard]] DoctorLine failed(std::string name, std::string found, std::string mend);
+[[nodiscard]] DoctorLine skipped(std::string name, std::string found, std::string mend);
+
+/// "EPERM (Operation not permitted)".
+[[nodiscard]] std::string errno_text(int error);
+
+/// Processors in use; {0} where the tree does not say.
+[[nodiscard]] std::vector<int> online_cpus(const SystemTree& tree);
+/// Where the loop's threads go: those asked for, else the last two of four or more, the last one of
+/// fewer: what a mend proposes.
+[[nodiscard]] std::vector<int> proposed_cpus(const Examination& e);
+
+// doctor_checks_kernel.cpp: what the kernel is and what it grants.
+[[nodiscard]] DoctorLine check_preempt_rt(const Examination& e);
+[[nodiscard]] DoctorLine check_fifo(const Examination& e);
+[[nodiscard]] DoctorLine check_memory_lock(const Examination& e);
+[[nodiscard]] DoctorLine check_swap(const Examination& e);
+[[nodiscard]] DoctorLine check_throttling(const Examination& e);
+[[nodiscard]] DoctorLine check_kernel_watchdog(const Examination& e);
+[[nodiscard]] DoctorLine check_virtual_machine(const Examination& e);
+
+// doctor_checks_cores.cpp: the processors, their clock and their sleep.
+[[nodiscard]] DoctorLine check_clock(const Examination& e);
+[[nodiscard]] DoctorLine check_cores(const Examination& e);
+[[nodiscard]] DoctorLine check_smt(const Examination& e);
+[[nodiscard]] DoctorLine check_isolation(const Examination& e);
+[[nodiscard]] DoctorLine check_affinity(const Examination& e);
+[[nodiscard]] DoctorLine check_governor(const Examination& e);
+[[nodiscard]] DoctorLine check_idle_states(const Examination& e);
+
+// doctor_checks_usb.cpp: the bus, its interrupts, and libusb.
+[[nodiscard]] DoctorLine check_usb_controller(const Examination& e);
+[[nodiscard]] DoctorLine check_usb_library(const Examination& e);
+[[nodiscard]] DoctorLine check_usb_interrupts(const Examination& e);
+[[nodiscard]] DoctorLine check_usb_interrupt_threads(const Examination& e);
+
+// doctor_checks_device.cpp: the named device, five lines.
+[[nodiscard]] std::vector<DoctorLine> check_device(const Examination& e);
+
+// doctor_checks_wakeup.cpp: measured.
+[[nodiscard]] std::vector<DoctorLine> check_wakeups(const Examination& e,
+                                                    WakeupMeasurement& measurement);
+
+}  // namespace haptic::hal

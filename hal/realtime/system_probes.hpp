@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What can only be found out by trying it: each probe does the thing, puts it back, and tells the
+/// errno. Tests answer in the system's place.
+
+#include <string>
+
+#include "hal/realtime/wakeup_measurement.hpp"
+
+namespace haptic::hal {
+
+/// libusb as it starts on this machine.
+struct UsbLibrary {
+  int code = 0;           ///< of libusb_init
+  std::string code_name;  ///< "LIBUSB_ERROR_OTHER"
+  std::string version;    ///< "1.0.26"
+};
+
+/// Not for a loop: probes start threads, allocate and block. Each int is 0 or an errno.
+class SystemProbes {
+ public:
+  virtual ~SystemProbes() = default;
+  [[nodiscard]] virtual int try_fifo(int priority) = 0;
+  [[nodiscard]] virtual int try_cpu(int cpu) = 0;
+  [[nodiscard]] virtual int try_memory_lock() = 0;
+  [[nodiscard]] virtual int try_idle_hold() = 0;
+  /// Whether this user may read and write a device node.
+  [[nodiscard]] virtual int try_node(const std::string& path) = 0;
+  [[nodiscard]] virtual UsbLibrary try_usb_library() = 0;
+  virtual void measure(const WakeupQuestion& question, WakeupMeasurement& measurement) = 0;
+};
+
+/// The machine that this runs on.
+class LinuxProbes final : public SystemProbes {
+ public:
+  [[nodiscard]] int try_fifo(int priority) override;
+  [[nodiscard]] int try_cpu(int cpu) override;
+  [[nodiscard]] int try_memory_lock() override;
+  [[nodiscard]] int try_idle_hold() override;
+  [[nodiscard]] int try_node(const std::string& path) override;
+  [[nodiscard]] UsbLibrary try_usb_library() override;
+  void measure(const WakeupQuestion& question, WakeupMeasurement& measurement) override {
+    measure_wakeups(question, measurement);
+  }
+};
+
+}  // namespace haptic::hal

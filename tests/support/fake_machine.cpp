@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/fake_machine.hpp"
+
+#include <fstream>
+
+namespace haptic::test {
+namespace {
+
+const char kInterrupts[] =
+    "           CPU0       CPU1       CPU2       CPU3\n"
+    "  8:          0          1          0          0   IO-APIC   8-edge      rtc0\n"
+    "126:      91021          0          0          0   PCI-MSI 327680-edge      xhci_hcd\n"
+    "127:          3          0          0          0   PCI-MSI 376832-edge      nvme0q0\n"
+    "NMI:          0          0          0          0   Non-maskable interrupts\n";
+
+// Word 40 is rt_priority (50), word 41 the policy (1: FIFO).
+const char kInterruptThread[] =
+    "77 (irq/126-xhci_hc) S 2 0 0 0 -1 2129984 0 0 0 0 0 12 0 0 -51 0 1 0 31 0 0 "
+    "18446744073709551615 0 0 0 0 0 0 0 2147483647 0 0 0 0 17 0 50 1 0 0 0";
+
+const char kLimits[] =
+    "Limit                     Soft Limit           Hard Limit           Units\n"
+    "Max locked memory         unlimited            unlimited            bytes\n"
+    "Max realtime priority     95                   95\n";
+
+}  // namespace
+
+FakeProbes::FakeProbes() {
+  answer.priority = 80;
+  answer.cpu = 3;
+  answer.memory_locked = answer.idle_states_held = true;
+  for (int i = 0; i < 2000; ++i) answer.lateness.add(3'000 + 10 * (i % 500));
+}
+
+FakeMachine::FakeMachine() : folder_("fake_machine") {
+  questions.vendor_id = 0x1209;
+  questions.product_id = 0x0001;
+  questions.cpus = {3, 2};
+  write("/sys/kernel/realtime", "1\n");
+  write("/proc/sys/kernel/osrelease", "6.1.0-rt\n");
+  write("/proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian\n");
+  write("/proc/self/limits", kLimits);
+  write("/proc/self/status",
+        "Name:\trun_device\nCapEff:\t0000000000000000\nCpus_allowed_list:\t0-1\n");
+  write("/proc/swaps", "Filename\t\tType\t\tSize\t\tUsed\t\tPriority\n");
+  write("/proc/sys/kernel/sched_rt_runtime_us", "-1\n");
+  write("/proc/sys/kernel/sched_rt_period_us", "1000000\n");
+  write("/proc/sys/kernel/nmi_watchdog", "0\n");
+  write("/proc/sys/kernel/watchdog_cpumask", "0-3\n");
+  write("/proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu tsc constant_tsc nonstop_tsc\n");
+  write("/sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n");
+  const std::string cpus = "/sys/devices/system/cpu/";
+  write(cpus + "online", "0-3\n");
+  write(cpus + "isolated", "2-3\n");
+  write(cpus + "nohz_full", "2-3\n");
+  write(cpus + "smt/active", "0\n");
+  for (const char* cpu : {"0", "1", "2", "3"}) {
+    write(cpus + "cpu" + cpu + "/topology/thread_siblings_list", std::string(cpu) + "\n");
+    write(cpus + "cpufreq/policy" + cpu + "/scaling_governor", "performance\n");
+  }
+  write("/proc/interrupts", kInterrupts);
+  write("/proc/irq/126/smp_affinity_list", "0-1\n");
+  write("/proc/77/comm", "irq/126-xhci_hc\n");
+  write("/proc/77/stat", kInterruptThread);
+  const std::string usb = "/sys/bus/usb/devices/";
+  write(usb + "usb1/speed", "480\n");
+  write(usb + "1-2/idVendor", "1209\n");
+  write(usb + "1-2/idProduct", "0001\n");
+  write(usb + "1-2/serial", "A1\n");
+  write(usb + "1-2/product", "Reference 6-DOF\n");
+  write(usb + "1-2/speed", "480\n");
+  write(usb + "1-2/busnum", "1\n");
+  write(usb + "1-2/devnum", "4\n");
+  write(usb + "1-2/power/control", "on\n");
+  write(usb + "1-2/power/autosuspend_delay_ms", "2000\n");
+  write(usb + "1-2/1-2:1.0/ep_81/type", "Interrupt\n");
+  write(usb + "1-2/1-2:1.0/ep_81/direction", "in\n");
+  write(usb + "1-2/1-2:1.0/ep_81/bInterval", "01\n");
+  write(usb + "1-2/1-2:1.0/ep_81/interval", "125us\n");
+}
+
+void FakeMachine::write(const std::string& path, const std::string& text) const {
+  const std::filesystem::path file = folder_.file(path.substr(1));
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+void FakeMachine::remove(const std::string& path) const {
+  std::filesystem::remove_all(folder_.file(path.substr(1)));
+}
+
+std::vector<hal::DoctorLine> FakeMachine::examine() {
+  return hal::examine(hal::SystemTree(folder_.file("")), probes, questions);
+}
+
+hal::DoctorLine FakeMachine::line(const std::string& name) {
+  for (hal::DoctorLine& each : examine()) {
+    if (each.name == name) return each;
+  }
+  return {};
+}
+
+}  // namespace haptic::test
