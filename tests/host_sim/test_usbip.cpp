@@ -42,6 +42,50 @@ struct Bench {
   UsbipClient client;
 };
 
+HandAction circling(double t_s) {
+  HandAction action;
+  action.target.x0_w = Vector(0.02 * std::sin(4 * t_s), 0.02 * std::cos(4 * t_s) - 0.02, 0);
+  return action;
+}
+
+std::unique_ptr<BusCarrier> make_usbip(UsbFunction& function, unsigned room) {
+  return std::make_unique<UsbipCarrier>(function, room);
+}
+
+/// Answers a report with a spring to the origin; false where it is none.
+bool answer_with_spring(const Bytes& bytes, hal::ReferenceCommand& command) {
+  hal::ReferenceReport report;
+  if (hal::decode(bytes, report) != hal::CodecVerdict::kOk) return false;
+  command = {};
+  command.drives_on = true;
+  command.sequence = report.accepted_sequence + 1;
+  command.tick = report.sequence;
+  for (std::size_t k = 0; k < 3; ++k) command.force[k] = -report.position[k] / 50;
+  return true;
+}
+
+Bytes bytes_of(const hal::ReferenceCommand& command) {
+  Bytes bytes(hal::kReferenceCommandBytes);
+  hal::encode(command, std::span<std::uint8_t, hal::kReferenceCommandBytes>(bytes));
+  return bytes;
+}
+
+constexpr const char* kStatus =
+    "hub port sta spd dev      sockfd local_busid\n"
+    "hs  0000 006 003 00010002 000004 1-1\n"
+    "hs  0001 006 003 00010003 000005 1-2\n"
+    "hs  0002 004 000 00000000 000000 0-0\n"
+    "ss  0015 004 000 00000000 000000 0-0\n";
+
+std::string what_of(const std::string& folder) {
+  try {
+    attach_to_vhci(17, 3, folder);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.usbip_codec") {
@@ -312,15 +356,16 @@ TEST_SUITE("host_sim.usbip_carrier") {
         Bench bench;
         for (int k = 0; k < 40; ++k) {
           UsbipSubmit submit;
-          submit.sequence = random() % 64;
+          submit.sequence = static_cast<std::uint32_t>(random() % 64);
           submit.to_host = random() % 2 == 0;
           submit.endpoint = static_cast<std::uint8_t>(random() % 3);
-          submit.byte_count = random() % 200;
+          submit.byte_count = static_cast<std::uint32_t>(random() % 200);
           for (std::uint8_t& byte : submit.setup) byte = static_cast<std::uint8_t>(random() % 12);
-          const std::uint32_t target = random() % 64;
+          const auto target = static_cast<std::uint32_t>(random() % 64);
           Header header = random() % 4 == 0 ? header_of(UsbipUnlink{submit.sequence, 0, target})
                                             : header_of(submit);
-          if (random() % 16 == 0) header[random() % header.size()] ^= 1u << random() % 8;
+          if (random() % 16 == 0)
+            header[random() % header.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
           bench.client.send_raw(header);
           if (!submit.to_host) bench.client.send_raw(report(1, submit.byte_count));
           if (random() % 4 == 0) bench.carrier.push(kIn, report(2));
@@ -333,34 +378,6 @@ TEST_SUITE("host_sim.usbip_carrier") {
 }
 
 TEST_SUITE("host_sim.usbip_device") {
-  HandAction circling(double t_s) {
-    HandAction action;
-    action.target.x0_w = Vector(0.02 * std::sin(4 * t_s), 0.02 * std::cos(4 * t_s) - 0.02, 0);
-    return action;
-  }
-
-  std::unique_ptr<BusCarrier> make_usbip(UsbFunction & function, unsigned room) {
-    return std::make_unique<UsbipCarrier>(function, room);
-  }
-
-  /// Answers a report with a spring to the origin; false where it is none.
-  bool answer_with_spring(const Bytes& bytes, hal::ReferenceCommand& command) {
-    hal::ReferenceReport report;
-    if (hal::decode(bytes, report) != hal::CodecVerdict::kOk) return false;
-    command = {};
-    command.drives_on = true;
-    command.sequence = report.accepted_sequence + 1;
-    command.tick = report.sequence;
-    for (std::size_t k = 0; k < 3; ++k) command.force[k] = -report.position[k] / 50;
-    return true;
-  }
-
-  Bytes bytes_of(const hal::ReferenceCommand& command) {
-    Bytes bytes(hal::kReferenceCommandBytes);
-    hal::encode(command, std::span<std::uint8_t, hal::kReferenceCommandBytes>(bytes));
-    return bytes;
-  }
-
   TEST_CASE("lock-step: the bytes are those of the model alone") {
     ReferenceModelSettings settings;
     settings.hand = *hand_named("firm");
@@ -433,22 +450,6 @@ TEST_SUITE("host_sim.usbip_device") {
 }
 
 TEST_SUITE("host_sim.vhci_port") {
-  constexpr const char* kStatus =
-      "hub port sta spd dev      sockfd local_busid\n"
-      "hs  0000 006 003 00010002 000004 1-1\n"
-      "hs  0001 006 003 00010003 000005 1-2\n"
-      "hs  0002 004 000 00000000 000000 0-0\n"
-      "ss  0015 004 000 00000000 000000 0-0\n";
-
-  std::string what_of(const std::string& folder) {
-    try {
-      attach_to_vhci(17, 3, folder);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
-  }
-
   TEST_CASE("status: the first free high-speed port") {
     CHECK(free_vhci_port(kStatus) == 2u);
     CHECK_FALSE(free_vhci_port(""));
