@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
       sim::add_play_command(program),         sim::add_proxy_fuzz_command(program),
       sim::add_replay_command(program),       sim::add_reproduce_paper_command(program),
       sim::add_run_command(program),          sim::add_stability_command(program),
+      sim::add_usb_device_command(program),   sim::add_usb_loop_command(program),
       sim::add_vectors_command(program),      sim::add_verify_command(program),
       sim::add_wcet_command(program)};
   try {

@@ -30,6 +30,16 @@ const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_perio
   return result_;
 }
 
+void ServoLoop::note_wake(std::int64_t lateness_ns) noexcept {
+  counters_.last_lateness_ns = lateness_ns;
+  counters_.largest_lateness_ns = std::max(counters_.largest_lateness_ns, lateness_ns);
+}
+
+void ServoLoop::note_end(std::int64_t tick_ns) noexcept {
+  counters_.last_tick_ns = tick_ns;
+  counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, tick_ns);
+}
+
 int ServoLoop::run(const std::atomic<bool>& stop) noexcept {
   return settings_.report_clocked ? run_by_reports(stop) : run_by_timer(stop);
 }
@@ -41,10 +51,9 @@ int ServoLoop::run_by_timer(const std::atomic<bool>& stop) noexcept {
     if (error != 0) return error;
     const std::int64_t start_ns = monotonic_ns();
     const std::int64_t missed = schedule.advance(start_ns);
-    counters_.largest_lateness_ns =
-        std::max(counters_.largest_lateness_ns, schedule.last_lateness_ns());
+    note_wake(schedule.last_lateness_ns());
     tick(now_ns(), narrowed(missed));
-    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, monotonic_ns() - start_ns);
+    note_end(monotonic_ns() - start_ns);
   }
   return 0;
 }
@@ -62,10 +71,10 @@ int ServoLoop::run_by_reports(const std::atomic<bool>& stop) noexcept {
     const std::int64_t start_ns = now_ns();
     // The reports are the clock: what counts as late is the time since the last tick.
     const std::int64_t over = start_ns - last_ns - settings_.period_ns;
-    counters_.largest_lateness_ns = std::max(counters_.largest_lateness_ns, over);
+    note_wake(over);
     last_ns = start_ns;
     tick(start_ns, narrowed(over / settings_.period_ns));
-    counters_.largest_tick_ns = std::max(counters_.largest_tick_ns, now_ns() - start_ns);
+    note_end(now_ns() - start_ns);
   }
   return 0;
 }

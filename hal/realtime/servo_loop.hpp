@@ -31,6 +31,7 @@ struct ServoLoopCounters {
   std::uint64_t missed_periods = 0;  ///< deadlines that passed without a tick
   std::uint64_t without_state = 0;   ///< no new state since the tick before
   std::int64_t largest_lateness_ns = 0, largest_tick_ns = 0;
+  std::int64_t last_lateness_ns = 0, last_tick_ns = 0;  ///< a watch sees its tick, and that before
 };
 
 /// Called after each tick on the servo thread, with what went in and what came out: tests, rings.
@@ -64,6 +65,8 @@ class ServoLoop {
   [[nodiscard]] std::int64_t now_ns() const noexcept {
     return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
   }
+  void note_wake(std::int64_t lateness_ns) noexcept;
+  void note_end(std::int64_t tick_ns) noexcept;
   int run_by_timer(const std::atomic<bool>& stop) noexcept;
   int run_by_reports(const std::atomic<bool>& stop) noexcept;
 

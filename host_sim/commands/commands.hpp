@@ -25,6 +25,8 @@ struct Command {
 [[nodiscard]] Command add_reproduce_paper_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);
 [[nodiscard]] Command add_stability_command(CLI::App& program);
+[[nodiscard]] Command add_usb_device_command(CLI::App& program);
+[[nodiscard]] Command add_usb_loop_command(CLI::App& program);
 [[nodiscard]] Command add_vectors_command(CLI::App& program);
 [[nodiscard]] Command add_verify_command(CLI::App& program);
 [[nodiscard]] Command add_wcet_command(CLI::App& program);

@@ -21,9 +21,23 @@ constexpr std::chrono::milliseconds kLongestSleep{100};
 
 }  // namespace
 
-ReferenceUsb::ReferenceUsb(ReferenceModel& model, DevicePace pace) : model_(model), pace_(pace) {}
+std::unique_ptr<BusCarrier> make_usbfs_carrier(UsbFunction& function, unsigned room) {
+  return std::make_unique<UsbfsCarrier>(function, room);
+}
 
-ReferenceUsb::~ReferenceUsb() { stop(); }
+ReferenceUsb::ReferenceUsb(ReferenceModel& model, DevicePace pace, CarrierMaker maker)
+    : model_(model), pace_(pace), maker_(std::move(maker)) {}
+
+// A carrier's thread may be in a call of ours: no replug may come from it now, and it must have
+// left before anything is destroyed.
+ReferenceUsb::~ReferenceUsb() {
+  stop();
+  {
+    const std::lock_guard lock(mutex_);
+    events_.clear();
+  }
+  for (const auto& each : carriers_) each->close();
+}
 
 std::vector<std::uint8_t> ReferenceUsb::descriptors() const { return reference_descriptors(); }
 
@@ -67,6 +81,7 @@ int ReferenceUsb::out(std::uint8_t, std::span<const std::uint8_t> bytes) {
 }
 
 int ReferenceUsb::plug() {
+  drop_retired();
   const std::lock_guard lock(mutex_);
   plug_locked();
   if (pace_ == DevicePace::kLockStep) step_to_next_report();
@@ -78,9 +93,12 @@ void ReferenceUsb::plug_locked() {
   if (!carriers_.empty()) carriers_.back()->unplug();
   model_.drives_off();
   failing_ = 0;
-  if (carriers_.size() > kKeptCarriers) carriers_.erase(carriers_.begin());
-  carriers_.push_back(std::make_unique<UsbfsCarrier>(
-      *this, pace_ == DevicePace::kLockStep ? kLockStepRoom : UsbfsCarrier::kRoom));
+  if (carriers_.size() > kKeptCarriers) {
+    retired_.push_back(std::move(carriers_.front()));
+    carriers_.erase(carriers_.begin());
+  }
+  carriers_.push_back(
+      maker_(*this, pace_ == DevicePace::kLockStep ? kLockStepRoom : BusCarrier::kRoom));
 }
 
 void ReferenceUsb::unplug() { carrier().unplug(); }
@@ -92,13 +110,21 @@ int ReferenceUsb::descriptor() const {
 
 void ReferenceUsb::on_replug(std::function<void(int)> told) { told_ = std::move(told); }
 
-UsbfsCarrier& ReferenceUsb::carrier() {
+BusCarrier& ReferenceUsb::carrier() {
   const std::lock_guard lock(mutex_);
   return *carriers_.back();
 }
 
+// Without the lock, for which the thread of an old bus may be waiting.
+void ReferenceUsb::drop_retired() {
+  std::vector<std::unique_ptr<BusCarrier>> retired;
+  const std::lock_guard lock(mutex_);
+  retired.swap(retired_);
+}
+
 // Tells of a replug that happened meanwhile.
 void ReferenceUsb::settle(int descriptor_before) {
+  drop_retired();
   const int now = descriptor();
   if (now != descriptor_before && told_) told_(now);
 }
@@ -152,7 +178,7 @@ bool ReferenceUsb::step_locked() {
   model_.advance();
   bool under_way = false;
   for (const std::vector<std::uint8_t>& bytes : filter_.pass(period_, model_.report())) {
-    UsbfsCarrier& bus = *carriers_.back();
+    BusCarrier& bus = *carriers_.back();
     if (!bus.plugged()) continue;
     bus.push(kInEndpoint, bytes);
     under_way = under_way || failing_ == 0;
@@ -162,7 +188,7 @@ bool ReferenceUsb::step_locked() {
 }
 
 void ReferenceUsb::begin(const DeviceFaultEvent& event) {
-  UsbfsCarrier& bus = *carriers_.back();
+  BusCarrier& bus = *carriers_.back();
   const std::uint8_t endpoint = event.out_endpoint ? kOutEndpoint : kInEndpoint;
   const auto fail = [&](int negative_errno) {
     bus.fail_next(endpoint, negative_errno, event.count);
@@ -199,7 +225,7 @@ void ReferenceUsb::begin(const DeviceFaultEvent& event) {
 
 void ReferenceUsb::start() {
   if (pace_ != DevicePace::kRealTime || run_.exchange(true)) return;
-  thread_ = std::thread([this] { run_paced(); });
+  thread_ = std::thread([this] { run_paced(run_); });
 }
 
 void ReferenceUsb::stop() {
@@ -207,12 +233,12 @@ void ReferenceUsb::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void ReferenceUsb::run_paced() {
+void ReferenceUsb::run_paced(const std::atomic<bool>& run) {
   using Clock = std::chrono::steady_clock;
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(with_model([](const auto& m) { return m.period_s(); })));
   Clock::time_point next = Clock::now() + period;
-  while (run_) {
+  while (run) {
     std::this_thread::sleep_until(next);
     step();
     next += period;

@@ -18,7 +18,6 @@ namespace haptic::sim {
 namespace {
 
 constexpr std::size_t kNoFlight = ~std::size_t{0};
-constexpr std::size_t kSetupBytes = 8;
 
 bool is_control(const usbdevfs_urb& urb) { return urb.type == USBDEVFS_URB_TYPE_CONTROL; }
 bool is_in(const usbdevfs_urb& urb) { return !is_control(urb) && (urb.endpoint & 0x80u) != 0; }
@@ -61,7 +60,7 @@ long UsbfsBus::submit(usbdevfs_urb* urb) {
   if (!plugged_) return -ENODEV;
   const auto endpoint = endpoints_.find(address_of(*urb));
   if (endpoint == endpoints_.end()) return -ENOENT;
-  if (!fits(*urb, endpoint->second.type) || urb->buffer_length < 0) return -EINVAL;
+  if (!fits(*urb, endpoint->second.described.type) || urb->buffer_length < 0) return -EINVAL;
   if (is_control(*urb)) {
     if (urb->buffer_length < static_cast<int>(kSetupBytes)) return -EINVAL;
     const std::uint8_t* setup = bytes_of(*urb).data();

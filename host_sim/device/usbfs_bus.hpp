@@ -15,20 +15,12 @@
 
 #include "host_sim/device/descriptor_answer.hpp"
 #include "host_sim/device/readiness_pipe.hpp"
+#include "host_sim/device/usb_descriptors.hpp"
 #include "host_sim/device/usbfs_carrier.hpp"
 
 struct usbdevfs_urb;
 
 namespace haptic::sim {
-
-/// Standard request codes of USB 2.0 chapter 9 that both sides of the carrier name.
-enum StandardRequest : std::uint8_t {
-  kClearFeature = 1,
-  kGetDescriptor = 6,
-  kGetConfiguration = 8,
-  kSetConfiguration = 9,
-  kSetInterface = 11
-};
 
 class UsbfsBus final : public DescriptorAnswer {
  public:
@@ -57,8 +49,7 @@ class UsbfsBus final : public DescriptorAnswer {
   /// Faults to come: errno and how often.
   using Faults = std::deque<std::pair<int, unsigned>>;
   struct Endpoint {
-    unsigned type = 0;  ///< bmAttributes: 0 control, 2 bulk, 3 interrupt
-    unsigned interface = 0;
+    UsbDescriptors::Endpoint described;
     std::deque<std::vector<std::uint8_t>> reports;  ///< pushed, no transfer yet
     Faults failures, refusals;
   };
@@ -66,8 +57,6 @@ class UsbfsBus final : public DescriptorAnswer {
     usbdevfs_urb* urb = nullptr;
     bool at_device = false;  ///< the function works on it, without the lock
   };
-
-  void parse_descriptors();
 
   // Transfers (usbfs_bus.cpp).
   long submit(usbdevfs_urb* urb);
@@ -88,14 +77,11 @@ class UsbfsBus final : public DescriptorAnswer {
   long release(unsigned interface);
   long control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
                std::uint16_t index, std::span<std::uint8_t> bytes);
-  long standard(std::uint8_t request, std::uint16_t value, std::span<std::uint8_t> bytes) const;
   long clear_halt(unsigned endpoint);
 
   UsbFunction& function_;
   const unsigned room_;
-  std::vector<std::uint8_t> descriptors_;
-  std::uint8_t configuration_ = 0;
-  std::set<std::pair<unsigned, unsigned>> settings_;  ///< interface, alternate setting
+  const UsbDescriptors descriptors_;
 
   mutable std::mutex mutex_;  ///< of all below; never held while the function is called
   ReadinessPipe pipe_;

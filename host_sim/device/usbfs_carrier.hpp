@@ -8,66 +8,38 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
+
+#include "host_sim/device/bus_carrier.hpp"
 
 namespace haptic::sim {
 
 class UsbfsBus;
 
-/// What stands behind the descriptor. Called from the thread that calls libusb, except where said;
-/// no lock of the carrier is held, so it may push, fail and unplug from within.
-class UsbFunction {
+/// One end of the fake bus. The function is called from the thread that calls libusb. Both
+/// `function` and the carrier must outlive the libusb handle.
+class UsbfsCarrier final : public BusCarrier {
  public:
-  virtual ~UsbFunction() = default;
-  /// Device descriptor followed by the configuration descriptors, as usbfs gives them.
-  [[nodiscard]] virtual std::vector<std::uint8_t> descriptors() const = 0;
-  /// 3 = high, 2 = full.
-  [[nodiscard]] virtual int speed() const = 0;
-  /// Control request on endpoint 0; returns bytes moved, or a negative errno. GET_CONFIGURATION and
-  /// GET_DESCRIPTOR of what `descriptors` holds are answered by the carrier; CLEAR_FEATURE (halt),
-  /// SET_CONFIGURATION and SET_INTERFACE come here, and their refusal is the host's.
-  virtual int control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
-                      std::uint16_t index, std::span<std::uint8_t> bytes) = 0;
-  /// OUT transfer; returns bytes taken, or a negative errno.
-  virtual int out(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) = 0;
-};
-
-/// One end of the fake bus. Reports are pushed; an IN transfer that waits is completed by the next;
-/// a report is a whole transfer, whatever the packet size. All members but the destructor may be
-/// called from any thread. Both `function` and the carrier must outlive the libusb handle.
-class UsbfsCarrier {
- public:
-  /// Reports kept on each IN endpoint while no transfer waits: the newest.
-  static constexpr unsigned kRoom = 1;
-
   /// @throws std::system_error  the kernel refuses a pipe; tools::InputError  descriptors that are
   ///         none; std::logic_error  the program lacks haptic_usbfs or ENABLE_EXPORTS.
   explicit UsbfsCarrier(UsbFunction& function, unsigned room = kRoom);
-  ~UsbfsCarrier();
+  ~UsbfsCarrier() override;
   UsbfsCarrier(const UsbfsCarrier&) = delete;
   UsbfsCarrier& operator=(const UsbfsCarrier&) = delete;
 
   /// To be given to libusb_wrap_sys_device (UsbAddress::wrapped_fd).
-  [[nodiscard]] int descriptor() const;
+  [[nodiscard]] int descriptor() const override;
 
-  /// The device has this to say on an IN endpoint; kept until a transfer waits for it, at most
-  /// `room` reports, the oldest lost. Longer than the transfer: -EOVERFLOW. Returns false when one
-  /// was lost, or there is no such endpoint, or the device is unplugged. During UsbFunction::out it
-  /// is kept back until that transfer has ended, as the bus would.
-  bool push(std::uint8_t endpoint, std::span<const std::uint8_t> bytes);
-
-  /// The next transfer on the endpoint that would complete fails with this errno (-EPIPE stall,
-  /// -EOVERFLOW babble, -EPROTO bus error), `times` times; its bytes are lost. Endpoint 0: control.
-  void fail_next(std::uint8_t endpoint, int negative_errno, unsigned times = 1);
-  /// The next submits of the endpoint are refused with this errno (-ENOMEM).
-  void refuse_submit(std::uint8_t endpoint, int negative_errno, unsigned times = 1);
+  bool push(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) override;
+  void fail_next(std::uint8_t endpoint, int negative_errno, unsigned times = 1) override;
+  void refuse_submit(std::uint8_t endpoint, int negative_errno, unsigned times = 1) override;
   /// OUT transfers stay in flight until released; those that waited go to the device in order, on
   /// the thread that releases.
   void hold_out(bool held);
 
-  void unplug();                   ///< pending transfers end with -ESHUTDOWN
-  void unplug_at_next_resubmit();  ///< between a completion and the resubmit in its callback
-  [[nodiscard]] bool plugged() const;
+  void unplug() override;  ///< pending transfers end with -ESHUTDOWN
+  void unplug_at_next_resubmit() override;
+  [[nodiscard]] bool plugged() const override;
+  void close() override { unplug(); }  ///< it has no threads
 
   [[nodiscard]] unsigned waiting(std::uint8_t endpoint) const;  ///< transfers in flight
 

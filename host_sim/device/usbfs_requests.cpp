@@ -13,17 +13,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <string>
-
-#include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr std::uint8_t kDescriptorDevice = 1, kDescriptorConfiguration = 2,
-                       kDescriptorInterface = 4, kDescriptorEndpoint = 5;
-constexpr std::size_t kDeviceBytes = 18, kConfigurationBytes = 9, kInterfaceBytes = 9,
-                      kEndpointBytes = 7;
 constexpr unsigned kDeviceNumber = 1;
 constexpr std::uint8_t kFull = 2;  // speed
 
@@ -31,10 +24,6 @@ constexpr std::uint8_t kFull = 2;  // speed
 constexpr std::uint32_t kCapabilities = USBDEVFS_CAP_ZERO_PACKET | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
                                         USBDEVFS_CAP_BULK_SCATTER_GATHER |
                                         USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
-
-[[noreturn]] void refuse(std::size_t offset, const std::string& defect) {
-  throw tools::InputError("USB descriptors: byte " + std::to_string(offset) + ": " + defect);
-}
 
 template <typename T>
 T& as(void* argument) {
@@ -45,38 +34,10 @@ T& as(void* argument) {
 
 UsbfsBus::UsbfsBus(UsbFunction& function, unsigned room)
     : function_(function), room_(room), descriptors_(function.descriptors()) {
-  endpoints_[0];
-  parse_descriptors();
+  for (const auto& [address, described] : descriptors_.endpoints())
+    endpoints_[address].described = described;
   flights_.reserve(16);
   ended_.reserve(16);
-}
-
-// Interfaces and endpoints of the first configuration, which is the active one.
-void UsbfsBus::parse_descriptors() {
-  const std::vector<std::uint8_t>& d = descriptors_;
-  if (d.size() < kDeviceBytes + kConfigurationBytes || d[0] != kDeviceBytes ||
-      d[1] != kDescriptorDevice) {
-    refuse(0, "a device descriptor of 18 bytes and a configuration must stand here");
-  }
-  const std::size_t begin = kDeviceBytes;
-  if (d[begin] != kConfigurationBytes || d[begin + 1] != kDescriptorConfiguration)
-    refuse(begin, "a configuration descriptor of 9 bytes must stand here");
-  const std::size_t end = begin + (d[begin + 2] | static_cast<std::size_t>(d[begin + 3]) << 8);
-  if (end > d.size()) refuse(begin + 2, "wTotalLength goes beyond the bytes given");
-  configuration_ = d[begin + 5];
-  unsigned interface = 0;
-  for (std::size_t at = begin; at < end; at += d[at]) {
-    if (d[at] < 2 || at + d[at] > end) refuse(at, "the length of this descriptor is wrong");
-    if (d[at + 1] == kDescriptorInterface && d[at] >= kInterfaceBytes) {
-      interface = d[at + 2];
-      settings_.emplace(interface, d[at + 3]);
-    }
-    if (d[at + 1] == kDescriptorEndpoint && d[at] >= kEndpointBytes) {
-      Endpoint& endpoint = endpoints_[d[at + 2]];
-      endpoint.type = d[at + 3] & 3u;
-      endpoint.interface = interface;
-    }
-  }
 }
 
 long UsbfsBus::on_ioctl(unsigned long request, void* argument) {
@@ -119,13 +80,14 @@ long UsbfsBus::on_ioctl(unsigned long request, void* argument) {
 long UsbfsBus::on_rare_ioctl(unsigned long request, void* argument) {
   switch (request) {
     case USBDEVFS_SETCONFIGURATION:
-      if (as<unsigned>(argument) != configuration_) return -EINVAL;
+      if (as<unsigned>(argument) != descriptors_.configuration()) return -EINVAL;
       [[fallthrough]];
     case USBDEVFS_RESET:  // after which the kernel configures the device anew
-      return std::min(function_.control(0x00, kSetConfiguration, configuration_, 0, {}), 0);
+      return std::min(
+          function_.control(0x00, kSetConfiguration, descriptors_.configuration(), 0, {}), 0);
     case USBDEVFS_SETINTERFACE: {
       const auto& s = as<usbdevfs_setinterface>(argument);
-      if (settings_.count({s.interface, s.altsetting}) == 0) return -EINVAL;
+      if (!descriptors_.has_setting(s.interface, s.altsetting)) return -EINVAL;
       return std::min(
           function_.control(0x01, kSetInterface, static_cast<std::uint16_t>(s.altsetting),
                             static_cast<std::uint16_t>(s.interface), {}),
@@ -145,7 +107,7 @@ long UsbfsBus::on_rare_ioctl(unsigned long request, void* argument) {
 }
 
 long UsbfsBus::claim(unsigned interface) {
-  if (settings_.count({interface, 0}) == 0) return -ENOENT;
+  if (!descriptors_.has_setting(interface, 0)) return -ENOENT;
   const Lock lock(mutex_);
   claimed_.insert(interface);
   return 0;
@@ -157,8 +119,8 @@ long UsbfsBus::release(unsigned interface) {
   if (claimed_.erase(interface) == 0) return -EINVAL;
   for (std::size_t i = flights_.size(); i-- > 0;) {
     const usbdevfs_urb& urb = *flights_[i].urb;
-    const bool ours =
-        urb.type != USBDEVFS_URB_TYPE_CONTROL && endpoints_[urb.endpoint].interface == interface;
+    const bool ours = urb.type != USBDEVFS_URB_TYPE_CONTROL &&
+                      endpoints_[urb.endpoint].described.interface == interface;
     if (ours && !flights_[i].at_device) finish(i, -ENOENT, 0);
   }
   return 0;
@@ -172,38 +134,19 @@ long UsbfsBus::clear_halt(unsigned endpoint) {
 
 long UsbfsBus::control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
                        std::uint16_t index, std::span<std::uint8_t> bytes) {
-  if (request_type == 0x80) {
-    const long moved = standard(request, value, bytes);
-    if (moved >= 0) return moved;
-  }
+  const long said = descriptors_.answer(request_type, request, value, index, bytes);
+  if (said >= 0) return said;
   const int moved = function_.control(request_type, request, value, index, bytes);
   return std::min<long>(moved, static_cast<long>(bytes.size()));
-}
-
-// What the descriptors say; negative: a matter for the function.
-long UsbfsBus::standard(std::uint8_t request, std::uint16_t value,
-                        std::span<std::uint8_t> bytes) const {
-  std::span<const std::uint8_t> answer;
-  if (request == kGetConfiguration) answer = {&configuration_, 1};
-  const unsigned kind = value >> 8u, which = value & 0xffu;
-  const std::span<const std::uint8_t> all(descriptors_);
-  if (request == kGetDescriptor && kind == kDescriptorDevice) answer = all.first(kDeviceBytes);
-  if (request == kGetDescriptor && kind == kDescriptorConfiguration && which == 0) {
-    answer = all.subspan(
-        kDeviceBytes, all[kDeviceBytes + 2] | static_cast<std::size_t>(all[kDeviceBytes + 3]) << 8);
-  }
-  if (answer.empty()) return -1;
-  const std::size_t moved = std::min(answer.size(), bytes.size());
-  std::copy_n(answer.begin(), moved, bytes.begin());
-  return static_cast<long>(moved);
 }
 
 long UsbfsBus::on_read(std::span<std::byte> bytes) {
   const Lock lock(mutex_);
   if (!plugged_) return -ENODEV;
-  const std::size_t begin = std::min(position_, descriptors_.size());
-  const std::size_t moved = std::min(bytes.size(), descriptors_.size() - begin);
-  std::memcpy(bytes.data(), descriptors_.data() + begin, moved);
+  const std::span<const std::uint8_t> all = descriptors_.bytes();
+  const std::size_t begin = std::min(position_, all.size());
+  const std::size_t moved = std::min(bytes.size(), all.size() - begin);
+  if (moved > 0) std::memcpy(bytes.data(), all.data() + begin, moved);
   position_ = begin + moved;
   return static_cast<long>(moved);
 }

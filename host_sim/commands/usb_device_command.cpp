@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim usb-device [--seconds N] [--rate HZ] [--faults SCRIPT] [--hand H] [--scene S]
+// [--script MOTION] [--regrip S]
+#include <sys/prctl.h>
+#include <sys/time.h>
+
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/device/hand_routine.hpp"
+#include "host_sim/device/pressing_script.hpp"
+#include "host_sim/device/reference_usb.hpp"
+#include "host_sim/device/usbip_carrier.hpp"
+#include "host_sim/device/vhci_port.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr double kPressing_s = 6.0;  // one round of the motion without a script
+
+struct Options {
+  std::string faults, hand = "light", scene, script;
+  std::optional<double> seconds;
+  double rate_hz = 1000, regrip_s = 2;
+};
+
+constinit std::atomic<bool> running = true;
+static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+
+void stop_at_signals(const std::optional<double>& seconds) {
+  struct sigaction action {};
+  action.sa_handler = [](int) { running = false; };
+  for (const int each : {SIGINT, SIGTERM, SIGALRM}) sigaction(each, &action, nullptr);
+  if (!seconds) return;
+  itimerval end{};
+  end.it_value.tv_sec = static_cast<time_t>(*seconds);
+  end.it_value.tv_usec = static_cast<suseconds_t>(std::fmod(*seconds, 1.0) * 1.0e6);
+  setitimer(ITIMER_REAL, &end, nullptr);
+}
+
+/// Without a scene the handle itself follows the script, or rests at the origin; with one, the
+/// scene's part does, or it presses on what is nearest.
+std::function<HandAction(double)> hand_of(const Options& o) {
+  WorkspaceMap map;
+  MotionScript script;
+  if (!o.script.empty()) script = read_motion_script(o.script);
+  std::vector<MotionSample> motion;
+  if (!o.scene.empty()) {
+    CoreSession session(o.scene);
+    const double* grip = session.view().bodies()[0].reference_m;
+    for (int k = 0; k < 3; ++k) map.grip_a[k] = static_cast<Real>(grip[k]);
+    if (o.script.empty()) script = pressing_script(session, o.rate_hz, kPressing_s);
+  }
+  script.rate_hz = o.rate_hz;
+  if (script.waypoints.empty()) {
+    motion.emplace_back();
+  } else {
+    motion = make_motion(script);
+  }
+  return hand_routine(std::move(motion), o.rate_hz, map, o.regrip_s);
+}
+
+int run(const Options& o) {
+  const std::optional<HandModel> hand = hand_named(o.hand);
+  if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
+  ReferenceModelSettings settings;
+  settings.hand = *hand;
+  settings.report_rate_hz = o.rate_hz;
+  ReferenceModel model(settings, hand_of(o));
+  const auto plug_in = [&model](UsbFunction& function, unsigned room) {
+    auto carrier = std::make_unique<UsbipCarrier>(function, room);
+    const unsigned port = attach_to_vhci(carrier->descriptor(), function.speed());
+    std::printf("at %.3f s: 1209:0001 plugged into port %u of the virtual controller\n",
+                model.time_s(), port);
+    std::fflush(stdout);
+    return carrier;
+  };
+  ReferenceUsb device(model, DevicePace::kRealTime, plug_in);
+  if (!o.faults.empty())
+    for (const DeviceFaultEvent& event : read_fault_script(o.faults, o.rate_hz)) device.add(event);
+  stop_at_signals(o.seconds);
+  prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // reports on time, also without a priority
+  device.plug();
+  device.run_paced(running);
+  device.unplug();
+  device.with_model([&](const ReferenceModel& m) {
+    std::printf(
+        "unplugged after %.3f s: %llu reports made, %u commands rejected, %u watchdog cuts\n",
+        m.time_s(), static_cast<unsigned long long>(std::llround(m.time_s() * o.rate_hz)),
+        m.rejected(), m.cuts());
+  });
+  return tools::kExitDone;
+}
+
+}  // namespace
+
+Command add_usb_device_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "usb-device",
+      "Plugs the reference device, with a hand on it, into this machine's virtual USB controller.");
+  app->add_option("--seconds", o->seconds, "then unplug it; default: when this is stopped (^C)")
+      ->check(CLI::Range(0.01, 1.0e6));
+  app->add_option("--rate", o->rate_hz, "reports per second; default 1000")
+      ->check(CLI::Range(10.0, 8000.0));
+  app->add_option("--faults", o->faults, "script of faults (TOML)");
+  app->add_option("--hand", o->hand, "none, loose, light (default) or firm")
+      ->check(CLI::IsMember(hand_names()));
+  app->add_option("--scene", o->scene,
+                  "compiled scene; the motion is that of its part, by default a press on the "
+                  "nearest fixed one");
+  app->add_option("--script", o->script,
+                  "motion script (TOML), of the handle, or of the part where a scene is given");
+  app->add_option("--regrip", o->regrip_s,
+                  "the deadman is let go for 0.1 s each so many seconds; default 2")
+      ->check(CLI::Range(0.2, 1.0e6));
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim
