@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "hal/drivers/reference_codec.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -135,6 +136,7 @@ void DeviceStack::restart_servo() {
   hal::ServoLoopSettings loop;
   loop.period_ns = period_ns_;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
+  loop_->watch(&DeviceStack::on_tick, this);
   stalled_periods_ = 0;
 }
 
@@ -158,6 +160,10 @@ std::int64_t DeviceStack::clock(void* self) {
   return stack.now_ns_;
 }
 
+void DeviceStack::on_tick(void* self, const ServoInput& input, const ServoResult& /*result*/) {
+  static_cast<DeviceStack*>(self)->out_.state = input.state;
+}
+
 void DeviceStack::serve_servo(bool by_report) {
   const bool is_new = mailbox_.states_published.load(std::memory_order_acquire) != seen_;
   if (out_.servo_ran || (by_report && !is_new)) return;
@@ -174,6 +180,7 @@ void DeviceStack::serve_servo(bool by_report) {
 /// A period of the device; a report-clocked servo loop answers within the poll.
 StackTick DeviceStack::step() {
   out_.servo_ran = false;
+  out_.sent.clear();
   seen_ = mailbox_.states_published.load(std::memory_order_acquire);
   now_ns_ += period_ns_;
   if (link_) {
@@ -217,10 +224,21 @@ void DeviceStack::plug(bool power) {
 void DeviceStack::on_report(std::int64_t /*stamp_ns*/, std::span<const std::uint8_t> /*report*/,
                             hal::ReportVerdict /*verdict*/, std::uint64_t /*sequence*/) noexcept {}
 
-void DeviceStack::on_send(std::int64_t /*stamp_ns*/, std::span<const std::uint8_t> /*report*/,
+void DeviceStack::on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
                           const hal::GuardedOutput& output) noexcept {
   out_.sends += 1;
   out_.handed_d = output.wrench_d;
+  hal::ReferenceCommand command;
+  if (hal::decode(report, command) != hal::CodecVerdict::kOk) return;
+  StackSend& send = out_.sent.emplace_back();
+  send.stamp_ns = stamp_ns;
+  send.sequence = command.sequence;
+  send.drives_on = command.drives_on;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    send.wrench.force_w[axis] = command.force[k] * hal::kReferenceForceUnit_n;
+    send.wrench.torque_w[axis] = command.torque[k] * hal::kReferenceTorqueUnit_nm;
+  }
 }
 
 void DeviceStack::on_link(std::int64_t /*stamp_ns*/, LinkState /*state*/,
