@@ -35,8 +35,9 @@ ForceCurve curve_of(const FaultTrace& trace, bool handed) {
   double last_n = 0;
   for (std::size_t k = 0; k < trace.samples.size(); ++k) {
     const FaultSample& sample = trace.samples[k];
+    // The last sample without the fault is at 0.
     const double t_s =
-        (static_cast<double>(k) - static_cast<double>(trace.injected)) * trace.period_s;
+        (static_cast<double>(k + 1) - static_cast<double>(trace.injected)) * trace.period_s;
     // A command stays until the next one, but not on a bus without a device.
     if (sample.link == LinkState::kAbsent) last_n = 0;
     if (!sample.sent.empty()) last_n = sample.sent.back().wrench.force_w.norm();
