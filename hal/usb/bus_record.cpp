@@ -109,7 +109,7 @@ void session_fields(Each& each, Session& s) {
   each(s.period_ns), each(s.report_clocked);
   servo_fields(each, s.servo);
   limits_fields(each, s.link.limits);
-  each(s.link.in_transfers), each(s.link.silence_ns);
+  each(s.link.deadman), each(s.link.in_transfers), each(s.link.silence_ns);
   each(s.link.corrupt_in_a_row), each(s.link.frozen_in_a_row);
   each(s.link.answer_wait_ns), each(s.link.retry_ns);
 }

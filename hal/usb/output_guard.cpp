@@ -100,7 +100,7 @@ std::uint64_t OutputGuard::command_age_ns(std::int64_t now_ns,
   }
   if (!finite_seen_) return kEndless_ns;
   if (now_ns >= finite_stamp_ns_) return span_ns(finite_stamp_ns_, now_ns);
-  const auto slack = static_cast<std::uint64_t>(limits_.period_ns) * limits_.held_periods;
+  const auto slack = static_cast<std::uint64_t>(limits_.period_ns) * (1 + limits_.held_periods);
   return span_ns(now_ns, finite_stamp_ns_) <= slack ? 0 : kEndless_ns;
 }
 
@@ -108,10 +108,11 @@ GuardedOutput OutputGuard::update(std::int64_t now_ns, const DeviceCommand& comm
   follow_arming(command);
   const std::uint64_t age_ns = command_age_ns(now_ns, command);
   const auto period_ns = static_cast<std::uint64_t>(limits_.period_ns);
-  const bool late = age_ns > period_ns * limits_.held_periods;
+  // A command is up to a period old in normal running: as in the servo tick, that one passes.
+  const bool late = age_ns > period_ns * (1 + limits_.held_periods);
   GuardedOutput result;
   result.tick = tick_;
-  if (command.tick != 0 && age_ns > period_ns * limits_.lost_periods) {
+  if (command.tick != 0 && age_ns > period_ns * (1 + limits_.lost_periods)) {
     latch(kLinkStaleCommand);
     result.present = kLinkStaleCommand;
   }

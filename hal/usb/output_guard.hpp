@@ -26,11 +26,11 @@ class OutputGuard {
 
   /// What to send now. `command` is the newest there is; its age is now_ns - command.stamp_ns. Not
   /// finite: it did not come, the age is that of the last one that was. Beyond the limits or faster
-  /// than the slew limit: cut to them. Older than the limits' held_periods, or stamped farther in
-  /// the future than that: held and decaying; older than lost_periods: ramp to zero,
-  /// kLinkStaleCommand latched until command.arming grows. A tick number that goes back is another
-  /// servo process: kLinkServoLost. The result differs from the last one by at most slew times
-  /// min(time since, kLongestRampTick_s). Cost: constant.
+  /// than the slew limit: cut to them. One period of age passes; older than the limits'
+  /// held_periods beyond it, or stamped farther in the future than that: held and decaying; older
+  /// than lost_periods: ramp to zero, kLinkStaleCommand latched until command.arming grows. A tick
+  /// number that goes back is another servo process: kLinkServoLost. The result differs from the
+  /// last one by at most slew times min(time since, kLongestRampTick_s). Cost: constant.
   [[nodiscard]] GuardedOutput update(std::int64_t now_ns, const DeviceCommand& command) noexcept;
 
   /// The last output did not reach the device: the next one starts from what was sent before it.

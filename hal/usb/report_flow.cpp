@@ -194,7 +194,8 @@ void ReportFlow::drive() noexcept {
     count_one(counters_.send_busy);
     return;
   }
-  if (state_.link != LinkState::kReady || resting_) guard_.hold_back(command_);
+  const bool held = (state_.switches & settings_.deadman) == settings_.deadman;
+  if (state_.link != LinkState::kReady || resting_ || !held) guard_.hold_back(command_);
   const GuardedOutput output = guard_.update(now, command_);
   faults_.raise(output.faults & ~guard_faults_);
   guard_faults_ = output.faults;

@@ -33,6 +33,9 @@ struct UsbAddress {
 struct LinkSettings {
   UsbAddress address;
   SafetyLimits limits;
+  /// Switches that must all be pressed by the device's own report, or the output ramps to zero
+  /// until the servo thread arms anew, whatever it says; 0: none is looked at.
+  std::uint32_t deadman = 0;
   int in_transfers = 3;                  ///< queued at any time, 2 to 4
   std::int64_t silence_ns = 20'000'000;  ///< no valid report for this long: kLinkSilent
   std::uint32_t corrupt_in_a_row = 5, frozen_in_a_row = 10;

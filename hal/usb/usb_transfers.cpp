@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "hal/usb/link_counters.hpp"
 #include "hal/usb/link_tape.hpp"
@@ -13,6 +14,9 @@ namespace haptic::hal {
 namespace {
 
 constexpr std::size_t kMostIn = 4;
+// After a refused submit. Errors in a row are counted: tried at every turn, they would be used up
+// before the output, whose transfers may well work, has come down for want of reports.
+constexpr std::int64_t kRefusedWait_ns = 2'000'000;
 constexpr std::size_t kMostInBytes = 2048;  // a report, rounded up to whole packets
 
 int code_of(libusb_transfer_status status) noexcept {
@@ -62,6 +66,7 @@ int UsbTransfers::open(const UsbConnection& connection, const UsbProfile& profil
   pool_->handle = connection.handle();
   lost_code_ = 0;
   in_errors_ = out_errors_ = 0;
+  next_queue_ns_ = std::numeric_limits<std::int64_t>::min();
   in_halted_ = out_halted_ = stopping_ = false;
 
   // Whole packets: a device that says too much is then a long report, and not a broken bus.
@@ -204,7 +209,7 @@ void UsbTransfers::clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_
   }
 }
 
-void UsbTransfers::mend() noexcept {
+void UsbTransfers::mend(std::int64_t now_ns) noexcept {
   if (pool_ == nullptr || stopping_ || lost()) return;
   if (out_halted_)
     clear_halt(pool_->out.transfer->endpoint, out_halted_, out_errors_, counters_.send_failed);
@@ -218,8 +223,14 @@ void UsbTransfers::mend() noexcept {
   }
   if (in_halted_)
     clear_halt(pool_->in[0].transfer->endpoint, in_halted_, in_errors_, counters_.in_failed);
+  if (now_ns < next_queue_ns_) return;
   for (Slot& slot : pool_->in) {
-    if (slot.transfer != nullptr && !slot.in_flight && !in_halted_ && !lost()) queue(slot);
+    if (slot.transfer == nullptr || slot.in_flight || in_halted_ || lost()) continue;
+    queue(slot);
+    if (!slot.in_flight) {
+      next_queue_ns_ = now_ns + kRefusedWait_ns;
+      return;
+    }
   }
 }
 

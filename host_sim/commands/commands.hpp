@@ -17,6 +17,7 @@ struct Command {
 
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
+[[nodiscard]] Command add_faults_command(CLI::App& program);
 [[nodiscard]] Command add_motion_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
 [[nodiscard]] Command add_play_command(CLI::App& program);

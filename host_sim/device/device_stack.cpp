@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "hal/drivers/reference_codec.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -44,8 +45,10 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
 
  private:
   void send() {
-    const hal::GuardedOutput output =
-        guard_.update(stack_.now_ns_, stack_.mailbox_.command.newest());
+    const haptic::DeviceCommand command = stack_.mailbox_.command.newest();
+    const std::uint32_t deadman = SwitchMap{}.deadman;
+    if ((state_.switches & deadman) != deadman) guard_.hold_back(command);
+    const hal::GuardedOutput output = guard_.update(stack_.now_ns_, command);
     std::array<std::uint8_t, hal::kMaxReportBytes> bytes{};
     Wrench delivered_d;
     const std::size_t count =
@@ -124,6 +127,7 @@ DeviceStack::~DeviceStack() = default;
 hal::LinkSettings DeviceStack::link_settings() const {
   hal::LinkSettings link;
   link.limits = settings_.limits;
+  link.deadman = SwitchMap{}.deadman;
   link.answer_wait_ns = settings_.report_clocked ? period_ns_ : 0;
   link.retry_ns = 20 * period_ns_;
   return link;
@@ -209,6 +213,7 @@ void DeviceStack::serve_servo(bool by_report) {
 /// A period of the device; a report-clocked servo loop answers within the poll.
 StackTick DeviceStack::step() {
   out_.servo_ran = false;
+  out_.sent.clear();
   seen_ = mailbox_.states_published.load(std::memory_order_acquire);
   now_ns_ += period_ns_;
   if (link_) {
@@ -252,10 +257,21 @@ void DeviceStack::plug(bool power) {
 void DeviceStack::on_report(std::int64_t /*stamp_ns*/, std::span<const std::uint8_t> /*report*/,
                             hal::ReportVerdict /*verdict*/, std::uint64_t /*sequence*/) noexcept {}
 
-void DeviceStack::on_send(std::int64_t /*stamp_ns*/, std::span<const std::uint8_t> /*report*/,
+void DeviceStack::on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> report,
                           const hal::GuardedOutput& output) noexcept {
   out_.sends += 1;
   out_.handed_d = output.wrench_d;
+  hal::ReferenceCommand command;
+  if (hal::decode(report, command) != hal::CodecVerdict::kOk) return;
+  StackSend& send = out_.sent.emplace_back();
+  send.stamp_ns = stamp_ns;
+  send.sequence = command.sequence;
+  send.drives_on = command.drives_on;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    send.wrench.force_w[axis] = command.force[k] * hal::kReferenceForceUnit_n;
+    send.wrench.torque_w[axis] = command.torque[k] * hal::kReferenceTorqueUnit_nm;
+  }
 }
 
 void DeviceStack::on_link(std::int64_t /*stamp_ns*/, LinkState /*state*/,

@@ -38,6 +38,14 @@ struct StackSettings {
 /// Settings with the limits of the reference device.
 [[nodiscard]] StackSettings reference_stack(StackCarrier carrier);
 
+/// A command as it was handed to the bus.
+struct StackSend {
+  std::int64_t stamp_ns = 0;
+  std::uint32_t sequence = 0;
+  bool drives_on = false;
+  Load wrench;  ///< in its bytes
+};
+
 /// What happened in one period.
 struct StackTick {
   std::uint64_t period = 0;  ///< of the device, from 1 on
@@ -49,8 +57,9 @@ struct StackTick {
   haptic::DeviceState state;  ///< what the servo tick saw
   ServoResult servo;
   bool servo_ran = false;
-  std::uint64_t sends = 0;  ///< commands handed to the bus, so far
-  Wrench handed_d;          ///< in the newest of them
+  std::uint64_t sends = 0;      ///< commands handed to the bus, so far
+  Wrench handed_d;              ///< in the newest of them, before the driver has had its say
+  std::vector<StackSend> sent;  ///< in this period
   LinkState link = LinkState::kAbsent;
 };
 

@@ -70,6 +70,8 @@ class ReferenceModel {
   [[nodiscard]] double time_s() const;
   [[nodiscard]] double period_s() const { return 1.0 / settings_.report_rate_hz; }
   [[nodiscard]] bool drives_on() const { return on_; }
+  /// Sequence of the last command accepted.
+  [[nodiscard]] std::uint32_t accepted() const { return accepted_; }
   [[nodiscard]] std::uint32_t rejected() const { return rejected_; }
   /// How often the watchdog cut the drives.
   [[nodiscard]] std::uint32_t cuts() const { return cuts_; }

@@ -217,6 +217,7 @@ UsbLoopAccount run_usb_loop(CoreSession& session, const UsbLoopSettings& setting
   hal::LinkSettings link_settings;
   link_settings.address = settings.address;
   link_settings.limits = hal::limits_of(capabilities, period_ns);
+  link_settings.deadman = SwitchMap{}.deadman;
   hal::UsbLink link(driver, mailbox, link_settings);
   ServoTick tick(session.core(), servo_parameters(session, link_settings.limits),
                  session.view().header().capacity, nullptr);

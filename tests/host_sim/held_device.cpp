@@ -81,6 +81,7 @@ HeldDevice::HeldDevice(unsigned spares)
   usb_ = std::make_unique<sim::ReferenceUsb>(*model_, sim::DevicePace::kRealTime);
   hal::LinkSettings link;
   link.limits = limits_;
+  link.deadman = SwitchMap{}.deadman;
   link.address.wrapped_fd = usb_->plug();
   link_ = std::make_unique<hal::UsbLink>(driver_, guardian_.mailbox(), link);
   link_->observe(this);

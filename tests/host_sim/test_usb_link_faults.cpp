@@ -110,6 +110,18 @@ TEST_SUITE("host_sim.usb_link_faults") {
     CHECK(b.largest_step() <= 5 * kStep_n);
   }
 
+  TEST_CASE("submit refused for long: the link stays for as long as a ramp to zero takes") {
+    Bench b;
+    b.work();
+    const unsigned sent = b.log.sends;
+    b.carrier->refuse_submit(kInEndpoint, -ENOMEM, 1000);
+    b.run(14);
+    CHECK(b.state().link == LinkState::kReady);
+    CHECK(b.log.sends - sent >= 10u);  // no report clocks them any more: by time
+    b.run(16);
+    CHECK(b.state().link == LinkState::kAbsent);
+  }
+
   TEST_CASE("unplug in flight, and re-plug: zero until armed anew") {
     LinkSettings settings;
     settings.limits.slew_n_per_s = 100.0_r;  // a ramp from where it was would show

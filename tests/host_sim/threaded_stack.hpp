@@ -93,6 +93,7 @@ class ThreadedStack {
     hal::LinkSettings s;
     s.address.wrapped_fd = bus_.plug();
     s.limits = settings.limits;
+    s.deadman = SwitchMap{}.deadman;
     s.answer_wait_ns = period_ns_;
     s.wake_servo = true;
     s.clock = &ThreadedStack::usb_clock;
