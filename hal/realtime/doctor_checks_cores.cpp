@@ -84,10 +84,10 @@ DoctorLine check_cores(const Examination& e) {
                   "use a machine with two cores or more");
   }
   if (!e.questions.cpus.empty() && asked.size() < 2) {
-    return warned(name,
-                  found + ", but processors " + comma_list(e.questions.cpus) + " are one core",
-                  "give servo and USB thread, each of which watches the other, a core each "
-                  "(--cpu N,M)");
+    return warned(
+        name, found + ", but both threads would share the core of " + comma_list(e.questions.cpus),
+        "give servo and USB thread, each of which watches the other, a core each "
+        "(--cpu N,M)");
   }
   return passed(name, found + ": servo and USB thread can have one each");
 }

@@ -56,14 +56,17 @@ std::int64_t report_interval_ns(const SystemTree& tree, const std::string& devic
   const std::string folder = "/sys/bus/usb/devices/" + device;
   for (const std::string& interface : tree.names(folder)) {
     if (!interface.starts_with(device + ":")) continue;
-    for (const std::string& endpoint : tree.names(folder + "/" + interface)) {
-      const std::string path = folder + "/" + interface + "/" + endpoint;
-      if (!endpoint.starts_with("ep_") || tree.text(path + "/type") != "Interrupt") continue;
-      const std::string interval = tree.text(path + "/interval").value_or("?");
-      longest_ns = std::max(longest_ns, interval_ns(interval));
-      described += (described.empty() ? "" : ", ") + endpoint + " " +
-                   tree.text(path + "/direction").value_or("?") + " bInterval " +
-                   tree.text(path + "/bInterval").value_or("?") + " = " + interval;
+    const std::string endpoints = folder + "/" + interface;
+    for (const std::string& endpoint : tree.names(endpoints)) {
+      const auto file = [&](const char* name) {
+        return tree.text(endpoints + "/" + endpoint + "/" + name).value_or("?");
+      };
+      if (!endpoint.starts_with("ep_") || file("type") != "Interrupt") continue;
+      longest_ns = std::max(longest_ns, interval_ns(file("interval")));
+      if (!described.empty()) described += ", ";
+      described += endpoint;
+      described += " " + file("direction") + " bInterval " + file("bInterval");
+      described += " = " + file("interval");
     }
   }
   return longest_ns;

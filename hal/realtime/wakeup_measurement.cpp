@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kTicksBefore = 10;
 
 // Small: under a limit of locked memory the usual 8 MB of a thread would not be granted.
-constexpr std::size_t kStackBytes = 1024 * 1024;
+constexpr std::size_t kStackBytes = std::size_t{1024} * 1024;
 
 struct Run {
   const WakeupQuestion& question;

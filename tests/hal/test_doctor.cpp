@@ -220,7 +220,7 @@ const Case kCoreCases[] = {
        m.write(kCpus + "cpu2/topology/thread_siblings_list", "2-3\n");
        m.write(kCpus + "cpu3/topology/thread_siblings_list", "2-3\n");
      },
-     {"3,2 are one core"},
+     {"share the core of 3,2"},
      {"--cpu N,M"}},
     {"SMT on",
      "SMT",

@@ -83,7 +83,8 @@ std::string doctor_text(const std::vector<DoctorLine>& lines, bool strict) {
       head = std::string(indent, ' ');
     }
     // Lines that were skipped for one reason have their mend once, below the last.
-    const bool repeated = i + 1 < lines.size() && lines[i + 1].mend == line.mend;
+    const bool repeated = line.level == DoctorLevel::kSkipped && i + 1 < lines.size() &&
+                          lines[i + 1].mend == line.mend;
     if (line.level != DoctorLevel::kPass && !repeated) append_mend(text, line.mend, indent);
   }
   return text + "\n" + verdict_text(lines, strict);
