@@ -27,7 +27,7 @@ constexpr double kStep_m = 1.0e-4;  // of the hand's target in a period: 0.1 m/s
 constexpr double kTouch_m = 0.06;   // height of the cube's centre at which it lies on the wall
 // Of the device: longest wait for something that comes at all, and for a press to become force.
 constexpr std::size_t kPatience = 20'000, kPressPeriods = 1500, kRestPeriods = 150;
-constexpr unsigned kMostPresses = 10;
+constexpr unsigned kMostPresses = 25;
 
 std::vector<std::byte> wall_scene() {
   const sim::Solid wall = sim::centred_box("wall", 0.1, 0.1, 0.05);
