@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/reproduction/shape_scene.hpp"
+#include "rt_core/safety/arming.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic;
@@ -32,6 +35,48 @@ std::string scene_file(const test::ScratchFolder& folder) {
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
   return path;
+}
+
+/// Rows of a CSV by the names of its head.
+std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) {
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::stringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> head = cells_of(line);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> cells = cells_of(line);
+    REQUIRE(cells.size() == head.size());
+    rows.emplace_back();
+    for (std::size_t k = 0; k < cells.size(); ++k) rows.back()[head[k]] = cells[k];
+  }
+  return rows;
+}
+
+struct CarrierRun {
+  nlohmann::json account;
+  std::string csv, svg;
+};
+
+CarrierRun run_carrier(const std::string& options, const std::string& out, int exit_code = 0) {
+  const test::ProgramResult result = test::run_program(
+      HAPTIC_HOST_SIM, "run --json --hand firm --seconds 2 " + options + " --out '" + out + "'");
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == exit_code);
+  CarrierRun run{nlohmann::json::parse(result.out), test::text_of_file(out + "/run.csv"),
+                 test::text_of_file(out + "/run.svg")};
+  CHECK(nlohmann::json::parse(test::text_of_file(out + "/run.json")) == run.account);
+  return run;
+}
+
+double number_of(const std::map<std::string, std::string>& row, const char* name) {
+  return std::stod(row.at(name));
 }
 
 std::size_t count_of(const std::string& text, char c) {
@@ -95,6 +140,99 @@ TEST_SUITE("host_sim.run") {
     CHECK(json["device"]["max_force_n"] == 0.5);
   }
 
+  TEST_CASE("carriers: the same bytes directly and through libusb, and the columns of none") {
+    const test::ScratchFolder folder("run_carriers");
+    const std::string scene = "--scene '" + scene_file(folder) + "' ";
+    const CarrierRun none = run_carrier(scene, folder.file("none"));
+    CHECK(!none.account.contains("carrier"));
+    const std::string head = none.csv.substr(0, none.csv.find('\n'));
+    for (const std::string clock : {"", " --report-clocked"}) {
+      CAPTURE(clock);
+      const CarrierRun direct =
+          run_carrier(scene + "--carrier direct" + clock, folder.file("direct" + clock));
+      const CarrierRun usb =
+          run_carrier(scene + "--carrier usb" + clock, folder.file("usb" + clock));
+      CHECK(direct.csv == usb.csv);
+      CHECK(usb.csv.rfind(head + ",arming,faults,device_faults,link,drives_on,handed_fx_n", 0) ==
+            0);
+      CHECK(usb.svg.find("handed over") != std::string::npos);
+      CHECK(usb.svg.find("</svg>") != std::string::npos);
+      const nlohmann::json& json = usb.account;
+      CHECK(json["carrier"] == "usb");
+      CHECK(json["report_clocked"] == !clock.empty());
+      CHECK(json["ticks"] == 2000);
+      CHECK(json["armings"] == 1);
+      CHECK(json["faults"].empty());
+      CHECK(json["link"]["reports"] == 2000);
+      CHECK(json["link"]["sent"] == json["sends"]);
+      CHECK(json["limits"]["max_force_n"] == 12);
+      CHECK(json["largest_handed_force_n"].get<double>() == doctest::Approx(1.2).epsilon(0.15));
+      CHECK(json["largest_handed_force_step_n"].get<double>() > 0);
+      CHECK(json["ended_at_zero"] == true);
+      CHECK(direct.account["link"]["reports"] == 0);
+      CHECK(direct.account["sends"] == json["sends"]);
+    }
+  }
+
+  TEST_CASE("carriers: force only while armed, and only what was handed over acts") {
+    const test::ScratchFolder folder("run_arming");
+    const std::string scene = "--scene '" + scene_file(folder) + "' ";
+    const CarrierRun run = run_carrier(scene + "--carrier usb --report-clocked", folder.file("o"));
+    const auto rows = rows_of(run.csv);
+    REQUIRE(rows.size() == 2000);
+    double last_n = 0;
+    std::size_t armed = 0;
+    for (const auto& row : rows) {
+      const double t_s = number_of(row, "t_s"), handed_n = number_of(row, "handed_fz_n");
+      if (t_s < 0.0995) CHECK(row.at("arming") == "disarmed");
+      if (row.at("arming") == "disarmed") CHECK(handed_n == 0);
+      // The units of the protocol, and a period of the device.
+      CHECK(number_of(row, "acting_fz_n") == doctest::Approx(last_n).epsilon(1e-4));
+      armed += row.at("arming") == "armed" ? 1u : 0u;
+      last_n = handed_n;
+    }
+    CHECK(armed > 1500);
+    CHECK(rows.back().at("arming") == "disarmed");
+    CHECK(rows.back().at("link") == "ready");
+  }
+
+  TEST_CASE("carriers: a device file sets model and limits") {
+    const test::ScratchFolder folder("run_limits");
+    const std::string scene = "--scene '" + scene_file(folder) + "' ", file = folder.file("d.toml");
+    std::ofstream(file) << "[device]\nmass_kg = 0.3\nmax_force_n = 0.5\nmax_torque_nm = 0.1\n";
+    const CarrierRun run =
+        run_carrier(scene + "--carrier usb --device '" + file + "'", folder.file("o"));
+    CHECK(run.account["device"]["mass_kg"] == 0.3);
+    CHECK(run.account["limits"]["max_force_n"] == 0.5);
+    CHECK(run.account["limits"]["max_torque_nm"].get<double>() == doctest::Approx(0.1));
+    CHECK(run.account["largest_force_n"].get<double>() > 0.6);  // rendered
+    CHECK(run.account["largest_handed_force_n"].get<double>() <= 0.5 * (1 + 1e-6));
+  }
+
+  TEST_CASE("carriers: a fault script is played, shown and survived") {
+    const test::ScratchFolder folder("run_faults");
+    const std::string scene = "--scene '" + scene_file(folder) + "' ", file = folder.file("f.toml");
+    std::ofstream(file) << "format = 1\n[[fault]]\nkind = \"corrupt\"\nreport = 500\n"
+                           "[[fault]]\nkind = \"unplug\"\nt_s = 1.0\n"
+                           "[[fault]]\nkind = \"replug\"\nt_s = 1.2\namount = 1\n";
+    const std::string options = scene + "--carrier usb --faults '" + file + "'";
+    const CarrierRun run = run_carrier(options, folder.file("o"));
+    const nlohmann::json& json = run.account;
+    CHECK(json["fault_script"] == file);
+    CHECK(json["link"]["bad_check"] == 1);
+    CHECK(json["link"]["connects"] == 2);
+    CHECK(json["link"]["disconnects"] == 1);
+    CHECK((json["fault_bits"].get<std::uint32_t>() & kFaultDeviceLost) != 0u);
+    CHECK(json["first_fault_at_s"].get<double>() == doctest::Approx(1.0).epsilon(0.01));
+    CHECK(json["armings"] == 1);  // the deadman stays held: nothing comes back
+    for (const auto& row : rows_of(run.csv)) {
+      if (number_of(row, "t_s") > 1.25) CHECK(number_of(row, "handed_fz_n") == 0);
+    }
+    CHECK(run_carrier(options, folder.file("again")).csv == run.csv);
+    std::ofstream(file) << "format = 1\n[[fault]]\nkind = \"gremlin\"\nreport = 5\n";
+    CHECK(test::run_program(HAPTIC_HOST_SIM, "run " + options).exit_code == 3);
+  }
+
   TEST_CASE("run: exit codes") {
     const test::ScratchFolder folder("run_codes");
     const std::string scene = scene_file(folder);
@@ -104,6 +242,13 @@ TEST_SUITE("host_sim.run") {
     CHECK(code("") == 2);
     CHECK(code("--scene '" + scene + "' --hand strong") == 2);
     CHECK(code("--scene '" + scene + "' --delay 17") == 2);
+    CHECK(code("--scene '" + scene + "' --carrier serial") == 2);
+    CHECK(code("--scene '" + scene + "' --report-clocked") == 2);
+    CHECK(code("--scene '" + scene + "' --faults '" + scene + "'") == 2);
+    CHECK(code("--scene '" + scene + "' --carrier direct --faults '" + scene + "'") == 2);
+    CHECK(code("--scene '" + scene + "' --carrier usb --rate 20") == 2);
+    CHECK(code("--scene '" + scene + "' --carrier usb --faults '" + folder.file("none") + "'") ==
+          3);
     CHECK(code("--scene '" + folder.file("none") + "'") == 3);
     CHECK(code("--scene '" + scene + "' --script '" + folder.file("none") + "'") == 3);
     CHECK(code("--scene '" + scene + "' --device '" + scene + "'") == 3);

@@ -48,6 +48,7 @@ class ThreadedStack {
     const auto nap = std::chrono::milliseconds(1);
     while (answered_.load(std::memory_order_acquire) < bits_.size() && !stuck_.load())
       std::this_thread::sleep_for(nap);
+    counters_ = link_.counters();
   }
 
   /// Ends both threads, the USB thread first: it needs the other's answers for an orderly end.
@@ -64,8 +65,8 @@ class ThreadedStack {
   [[nodiscard]] const std::vector<TickBits>& bits() const { return bits_; }
   [[nodiscard]] bool stuck() const { return stuck_.load(); }
   [[nodiscard]] int error() const { return error_; }
-  [[nodiscard]] hal::LinkCounters link() const { return link_.counters(); }
-  [[nodiscard]] const hal::ServoLoopCounters& loop() const { return loop_.counters(); }
+  /// When all were answered: on its way down the link waits for no answers.
+  [[nodiscard]] const hal::LinkCounters& link() const { return counters_; }
 
  private:
   static constexpr std::int64_t kFirst_ns = 1'000'000'000, kNever_ns = 60'000'000'000;
@@ -150,6 +151,7 @@ class ThreadedStack {
   hal::ServoLoop loop_;
   hal::UsbLink link_;
   hal::UsbThread usb_;
+  hal::LinkCounters counters_;
   std::thread servo_;
   std::vector<TickBits> bits_;
   OnReport on_report_;

@@ -18,13 +18,15 @@
 namespace {
 thread_local bool guarded = false;
 thread_local std::uint64_t calls = 0;
+}  // namespace
 
+#if HAPTIC_TEST_INTERPOSE
+namespace {
 void count() {
   if (guarded) ++calls;
 }
 }  // namespace
 
-#if HAPTIC_TEST_INTERPOSE
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
