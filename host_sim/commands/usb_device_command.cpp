@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim usb-device [--seconds N] [--rate HZ] [--faults SCRIPT] [--hand H] [--scene S]
-// [--script MOTION] [--regrip S]
+// [--script MOTION] [--regrip S] [--priority P]
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/time.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/hand_routine.hpp"
@@ -29,6 +32,7 @@ struct Options {
   std::string faults, hand = "light", scene, script;
   std::optional<double> seconds;
   double rate_hz = 1000, regrip_s = 2;
+  int priority = 0;
 };
 
 constinit std::atomic<bool> running = true;
@@ -43,6 +47,16 @@ void stop_at_signals(const std::optional<double>& seconds) {
   end.it_value.tv_sec = static_cast<time_t>(*seconds);
   end.it_value.tv_usec = static_cast<suseconds_t>(std::fmod(*seconds, 1.0) * 1.0e6);
   setitimer(ITIMER_REAL, &end, nullptr);
+}
+
+/// Of this thread, and of those that it makes.
+void take_priority(int priority) {
+  prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // reports on time, also without a priority
+  if (priority == 0) return;
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  if (sched_setscheduler(0, SCHED_FIFO, &parameters) != 0)
+    throw std::system_error(errno, std::generic_category(), "--priority; run this with sudo");
 }
 
 /// Without a scene the handle itself follows the script, or rests at the origin; with one, the
@@ -74,9 +88,10 @@ int run(const Options& o) {
   settings.hand = *hand;
   settings.report_rate_hz = o.rate_hz;
   ReferenceModel model(settings, hand_of(o));
-  const auto plug_in = [&model](UsbFunction& function, unsigned room) {
+  const auto plug_in = [&model, &o](UsbFunction& function, unsigned room) {
     auto carrier = std::make_unique<UsbipCarrier>(function, room);
     const unsigned port = attach_to_vhci(carrier->descriptor(), function.speed());
+    if (o.priority > 0) raise_vhci_threads(o.priority);
     std::printf("at %.3f s: 1209:0001 plugged into port %u of the virtual controller\n",
                 model.time_s(), port);
     std::fflush(stdout);
@@ -86,7 +101,7 @@ int run(const Options& o) {
   if (!o.faults.empty())
     for (const DeviceFaultEvent& event : read_fault_script(o.faults, o.rate_hz)) device.add(event);
   stop_at_signals(o.seconds);
-  prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // reports on time, also without a priority
+  take_priority(o.priority);
   device.plug();
   device.run_paced(running);
   device.unplug();
@@ -121,6 +136,11 @@ Command add_usb_device_command(CLI::App& program) {
   app->add_option("--regrip", o->regrip_s,
                   "the deadman is let go for 0.1 s each so many seconds; default 2")
       ->check(CLI::Range(0.2, 1.0e6));
+  app->add_option(
+         "--priority", o->priority,
+         "SCHED_FIFO priority of the device and of the kernel's threads for it, below those "
+         "of the loop; default 0: ordinary")
+      ->check(CLI::Range(0, 98));
   return {app, [o] { return run(*o); }};
 }
 

@@ -2,10 +2,13 @@
 #include "host_sim/device/vhci_port.hpp"
 
 #include <fcntl.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -76,6 +79,25 @@ unsigned attach_to_vhci(int descriptor, int speed, const std::string& folder) {
     if (error == 0) return *port;
   }
   refuse(name, error);
+}
+
+unsigned raise_vhci_threads(int priority, const std::string& processes) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  unsigned raised = 0;
+  std::error_code gone;  // processes end while they are looked at
+  for (std::filesystem::directory_iterator each(processes, gone), end; each != end;
+       each.increment(gone)) {
+    const std::string number = each->path().filename().string();
+    pid_t process = 0;
+    const char* const last = number.data() + number.size();
+    if (std::from_chars(number.data(), last, process).ptr != last) continue;
+    std::string name;
+    std::getline(std::ifstream(each->path() / "comm"), name);
+    if (name != "vhci_rx" && name != "vhci_tx") continue;
+    if (sched_setscheduler(process, SCHED_FIFO, &parameters) == 0) ++raised;
+  }
+  return raised;
 }
 
 }  // namespace haptic::sim

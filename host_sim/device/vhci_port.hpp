@@ -22,4 +22,8 @@ inline constexpr const char* kVhciFolder = "/sys/devices/platform/vhci_hcd.0";
 /// @throws std::runtime_error with what to do: no such module, no right to attach, no free port.
 unsigned attach_to_vhci(int descriptor, int speed, const std::string& folder = kVhciFolder);
 
+/// Gives the kernel's threads that carry attached devices (vhci_rx, vhci_tx) this SCHED_FIFO
+/// priority, so that nothing ordinary delays a report; returns how many took it. Needs root.
+unsigned raise_vhci_threads(int priority, const std::string& processes = "/proc");
+
 }  // namespace haptic::sim

@@ -3,7 +3,7 @@
 # guest's virtual controller, and the loop on it through the guest's whole USB stack.
 scene=$1 ticks=${2:-3000} faults=$3 connects=${4:-1}
 echo "kernel $(uname -r), PREEMPT_RT $(cat /sys/kernel/realtime), clock $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource)"
-host_sim usb-device --scene "$scene" --hand light ${faults:+--faults "$faults"} >/tmp/device.log 2>&1 &
+host_sim usb-device --scene "$scene" --hand light --priority 70 ${faults:+--faults "$faults"} >/tmp/device.log 2>&1 &
 device=$!
 host_sim usb-loop --scene "$scene" --ticks "$ticks" --connects "$connects"
 code=$?

@@ -469,6 +469,17 @@ TEST_SUITE("host_sim.vhci_port") {
     std::ofstream(place + "status") << "hub\n";
     CHECK(what_of(place).find("no free high-speed port") != std::string::npos);
   }
+
+  TEST_CASE("threads: only those of the controller are touched") {
+    // No such processes: none takes a priority, and nothing else is asked for one.
+    const test::ScratchFolder folder("proc");
+    for (const char* name : {"999999999", "999999998", "self"}) {
+      std::filesystem::create_directories(folder.file(name));
+      std::ofstream(folder.file(name) + "/comm") << "vhci_rx\n";
+    }
+    CHECK(raise_vhci_threads(50, folder.file("")) == 0);
+    CHECK(raise_vhci_threads(50, folder.file("none")) == 0);
+  }
 }
 
 }  // namespace haptic::sim
