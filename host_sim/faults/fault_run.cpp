@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/faults/fault_run.hpp"
+#include "host_sim/device/usbfs_carrier.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -10,6 +11,11 @@
 
 namespace haptic::sim {
 namespace {
+
+/// The stack's bus is the one inside this process.
+UsbfsCarrier& in_process_bus(DeviceStack& stack) {
+  return dynamic_cast<UsbfsCarrier&>(stack.bus().carrier());
+}
 
 constexpr double kCubeHalf_m = 0.010, kWallHalf_m = 0.050;
 constexpr double kSurface_m = kCubeHalf_m + kWallHalf_m;  ///< height of the grip point at touch
@@ -217,7 +223,7 @@ void FaultRun::inject() {
       stack_.bus().add(fault.event);
       break;
     case FaultCause::kHoldOut:
-      stack_.bus().carrier().hold_out(true);
+      in_process_bus(stack_).hold_out(true);
       break;
     case FaultCause::kPowerLost:
       stack_.bus().with_model([](auto& model) { model.drives_off(); });
@@ -270,7 +276,7 @@ void FaultRun::mend() {
   const Fault& fault = *cell_.fault;
   // The clutch is held on the way: the goal stays where it was pressed in.
   press(cell_.state == FaultState::kClutched ? kClutchSwitch : 0);
-  if (fault.cause == FaultCause::kHoldOut) stack_.bus().carrier().hold_out(false);
+  if (fault.cause == FaultCause::kHoldOut) in_process_bus(stack_).hold_out(false);
   if (fault.cause == FaultCause::kDeviceBits || cell_.state == FaultState::kStarting)
     stack_.bus().with_model([](auto& model) { model.set_faults(0); });
   const bool away =
