@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "host_sim/device/usbfs_carrier.hpp"
 #include "host_sim/reproduction/shape_scene.hpp"
 #include "tools/common/error.hpp"
 
