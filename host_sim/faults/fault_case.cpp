@@ -91,7 +91,7 @@ const char* to_text(FaultState state) {
 
 std::span<const Fault> faults() { return kFaults; }
 
-const Fault& fault_named(const std::string& name) {
+const Fault& stack_fault_named(const std::string& name) {
   for (const Fault& fault : kFaults) {
     if (name == fault.name) return fault;
   }

@@ -61,7 +61,7 @@ struct Fault {
 /// All faults; the first is none.
 [[nodiscard]] std::span<const Fault> faults();
 /// By name. @throws tools::InputError  there is none.
-[[nodiscard]] const Fault& fault_named(const std::string& name);
+[[nodiscard]] const Fault& stack_fault_named(const std::string& name);
 
 struct FaultCase {
   FaultState state = FaultState::kDisarmed;

@@ -155,11 +155,11 @@ TEST_SUITE("host_sim.fault_matrix") {
     const std::vector<std::byte> scene = fault_scene();
     const FaultSettings settings;
     const auto run = [&](const char* name) {
-      return run_fault(scene, {FaultState::kArmedContact, &fault_named(name)}, settings);
+      return run_fault(scene, {FaultState::kArmedContact, &stack_fault_named(name)}, settings);
     };
     const FaultTrace unharmed = run("none");
     const auto judged = [&](const char* said, const char* done) {
-      return judge_fault({FaultState::kArmedContact, &fault_named(said)}, run(done), unharmed,
+      return judge_fault({FaultState::kArmedContact, &stack_fault_named(said)}, run(done), unharmed,
                          settings);
     };
     CHECK(judged("lost 1", "lost 1").failures.empty());
@@ -180,10 +180,10 @@ TEST_SUITE("host_sim.fault_matrix") {
       names.insert(faults()[k].name);
     }
     CHECK(names.size() == faults().size());
-    CHECK_THROWS_AS(static_cast<void>(fault_named("flood")), tools::InputError);
+    CHECK_THROWS_AS(static_cast<void>(stack_fault_named("flood")), tools::InputError);
     FaultSettings direct;
     direct.carrier = StackCarrier::kDirect;
-    const FaultCase unplugged{FaultState::kDisarmed, &fault_named("unplug in flight")};
+    const FaultCase unplugged{FaultState::kDisarmed, &stack_fault_named("unplug in flight")};
     CHECK_THROWS_AS(static_cast<void>(run_fault(fault_scene(), unplugged, direct)),
                     tools::InputError);
   }
