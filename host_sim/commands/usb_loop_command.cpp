@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim usb-loop --scene S.rtscene [--ticks N] [--device VID:PID[:SERIAL]] [--connects N]
-// [--json]
+// host_sim usb-loop --scene S.rtscene [--ticks N] [--rate HZ] [--device VID:PID[:SERIAL]]
+// [--connects N] [--patience S] [--json]
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -19,6 +20,7 @@ struct Options {
   std::string scene, device;
   UsbLoopSettings loop;
   std::uint64_t connects = 1;
+  double rate_hz = 1000;
   bool json = false;
 };
 
@@ -46,6 +48,7 @@ bool passed(const Options& o, const UsbLoopAccount& a) {
 nlohmann::ordered_json account(const Options& o, const UsbLoopAccount& a) {
   nlohmann::ordered_json json;
   json["scene"] = o.scene;
+  json["rate_hz"] = o.rate_hz;
   json["preempt_rt"] = a.realtime_kernel;
   json["ticks"] = a.ticks;
   for (std::size_t k = 0; k < a.late.size(); ++k) json[kLateNames[k]] = a.late[k];
@@ -79,7 +82,7 @@ void print_refusal(const char* what, int code) {
 }
 
 void print_summary(const Options& o, const UsbLoopAccount& a) {
-  std::printf("loop over USB on %s, kernel %s PREEMPT_RT\n", o.scene.c_str(),
+  std::printf("loop over USB on %s at %g Hz, kernel %s PREEMPT_RT\n", o.scene.c_str(), o.rate_hz,
               a.realtime_kernel ? "with" : "without");
   std::printf("  ticks            %llu, late %llu (1 period %llu, 2 to 5 %llu, more %llu)\n",
               static_cast<unsigned long long>(a.ticks),
@@ -114,6 +117,7 @@ void print_summary(const Options& o, const UsbLoopAccount& a) {
 int run(Options o) {
   if (!o.device.empty() && !hal::parse_usb_address(o.device, o.loop.address))
     throw tools::InputError("--device: '" + o.device + "' is not VID:PID[:SERIAL] in hexadecimal");
+  o.loop.period_ns = std::llround(1.0e9 / o.rate_hz);
   CoreSession session(o.scene);
   const UsbLoopAccount result = run_usb_loop(session, o.loop);
   if (o.json) {
@@ -139,6 +143,8 @@ Command add_usb_loop_command(CLI::App& program) {
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--ticks", o->loop.ticks, "measured, from the first armed one on; default 3000")
       ->check(CLI::Range(1u, 10'000'000u));
+  app->add_option("--rate", o->rate_hz, "of the loop, and of the device's reports; default 1000")
+      ->check(CLI::Range(100.0, 8000.0));
   app->add_option("--device", o->device, "VID:PID[:SERIAL]; default 1209:0001");
   app->add_option("--connects", o->connects,
                   "connections that the run must see, each of them armed; default 1");
