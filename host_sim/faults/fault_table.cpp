@@ -101,7 +101,7 @@ constexpr FaultRule kRules[] = {
      "the device"},
     {"calibration lost", "the device; its report", Out::kCut, kGone, kDeviceNotHomed, 0,
      "calibrated anew"},
-    {"servo stalled 1", kShortGap, Out::kDips, 0, 0, 0, kNothing},
+    {"servo stalled 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"servo stalled 3", kShortGap, Out::kDips, 0, 0, 0, kNothing},
     {"servo stalled 10", "output guard: age of the command; the late tick itself",
      Out::kRampsToZero, kFaultLateTick | kFaultDevice, kLinkStaleCommand, kStale_ms, kGoodCommand},
