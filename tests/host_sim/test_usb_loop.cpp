@@ -45,11 +45,12 @@ TEST_SUITE("host_sim.usb_loop") {
     const std::vector<MotionSample> closed = {sample(0, 0), sample(0.01, 1), sample(0.02, 2),
                                               sample(0.03, 0)};
     const auto round = hand_routine(closed, 100, map, 1);
-    for (const auto& [t_s, x_m] :
-         {std::pair(0.0, 0.0), {0.02, 2.0}, {0.03, 0.0}, {0.04, 1.0}, {0.05, 2.0}, {0.06, 0.0}}) {
-      CAPTURE(t_s);
-      CHECK(round(t_s).target.x0_w.x() == doctest::Approx(x_m));
-      CHECK(round(t_s).target.x0_w.z() == doctest::Approx(0.25));
+    const std::pair<double, double> ways[] = {{0.0, 0.0},  {0.02, 2.0}, {0.03, 0.0},
+                                              {0.04, 1.0}, {0.05, 2.0}, {0.06, 0.0}};
+    for (const auto& way : ways) {
+      CAPTURE(way.first);
+      CHECK(round(way.first).target.x0_w.x() == doctest::Approx(way.second));
+      CHECK(round(way.first).target.x0_w.z() == doctest::Approx(0.25));
     }
     const auto stays = hand_routine({sample(0, 0), sample(0.01, 1)}, 100, map, 1);
     CHECK(stays(0.5).target.x0_w.x() == doctest::Approx(1));
