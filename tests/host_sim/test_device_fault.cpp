@@ -9,6 +9,7 @@
 #include "hal/drivers/reference_codec.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/report_fault_filter.hpp"
+#include "tests/host_sim/program_run.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -18,7 +19,8 @@ using Bytes = std::vector<std::uint8_t>;
 using Kind = DeviceFaultKind;
 
 std::vector<DeviceFaultEvent> script(const std::string& text, double rate_hz = 1000) {
-  const std::string path = "test_device_fault.toml";
+  const test::ScratchFolder folder("device_fault");
+  const std::string path = folder.file("test_device_fault.toml");
   std::ofstream(path) << text;
   return read_fault_script(path, rate_hz);
 }
@@ -115,7 +117,7 @@ TEST_SUITE("host_sim.device_fault") {
       const std::string said = refusal(text);
       CAPTURE(said);
       CHECK(said.find(expected) != std::string::npos);
-      CHECK(said.find("test_device_fault.toml") == 0);
+      CHECK(said.find("/test_device_fault.toml") != std::string::npos);
     }
   }
 
