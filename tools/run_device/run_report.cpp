@@ -121,8 +121,7 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
 std::string summary_text(const RunAccount& a) {
   const TickCounts& c = a.counts;
   const hal::WakeupHistogram& w = a.wakeups;
-  std::string text =
-      format("%s on %s, %.1f s: %s\n", a.driver.c_str(), a.scene.c_str(), a.seconds, a.why.c_str());
+  std::string text = a.driver + " on " + a.scene + format(", %.1f s: ", a.seconds) + a.why + "\n";
   text += format("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
                  wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
   text +=

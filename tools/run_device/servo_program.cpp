@@ -67,8 +67,9 @@ class TickWatcher {
     board_.wakeups.add(loop.last_lateness_ns);
     TickCounts& c = status_.counts;
     c.ticks += 1;
-    c.armed_ticks += result.arming == ArmingState::kArmed ? 1u : 0u;
-    c.contact_ticks += result.rendered.d_near_m <= 0 ? 1u : 0u;
+    const bool armed = result.arming == ArmingState::kArmed;
+    c.armed_ticks += armed ? 1u : 0u;
+    c.contact_ticks += armed && result.rendered.d_near_m <= 0 ? 1u : 0u;
     c.late[static_cast<std::size_t>(degree_of(input.late_periods, loop.last_lateness_ns))] += 1;
     c.armings = result.command.arming;
     c.safety_faults |= result.faults;

@@ -24,7 +24,8 @@ inline constexpr std::size_t kLateDegrees = static_cast<std::size_t>(LateDegree:
 
 /// Ticks of one servo process, or of several one after the other.
 struct TickCounts {
-  std::uint64_t ticks = 0, armed_ticks = 0, contact_ticks = 0;
+  std::uint64_t ticks = 0, armed_ticks = 0;
+  std::uint64_t contact_ticks = 0;  ///< of those armed
   std::array<std::uint64_t, kLateDegrees> late{};
   std::uint32_t armings = 0, safety_faults = 0, device_faults = 0;  ///< faults: ever seen
   double largest_force_n = 0, largest_torque_nm = 0;                ///< commanded
