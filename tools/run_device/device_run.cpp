@@ -10,6 +10,7 @@
 
 #include "hal/local/local_link.hpp"
 #include "hal/realtime/servo_clock.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 
@@ -20,30 +21,44 @@ constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
 constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
 
+// Of rounding, against steps of newtons.
+constexpr double kSlack_n = 1e-6;
+
 /// Sees every output on the link's thread; read once that has ended.
 class OutputWatch final : public hal::LinkObserver {
  public:
+  explicit OutputWatch(const SafetyLimits& limits) noexcept
+      : slew_n_per_s_(static_cast<double>(limits.slew_n_per_s)) {}
+
   void on_report(std::int64_t, std::span<const std::uint8_t>, hal::ReportVerdict,
                  std::uint64_t) noexcept override {}
   void on_link(std::int64_t, LinkState, hal::HalStatus) noexcept override {}
-  void on_send(std::int64_t, std::span<const std::uint8_t>,
+  void on_send(std::int64_t stamp_ns, std::span<const std::uint8_t>,
                const hal::GuardedOutput& output) noexcept override {
-    const auto force_n = static_cast<double>(output.wrench_d.force_w.norm());
-    if (ending_.load(std::memory_order_relaxed)) {
-      result_.outputs += 1;
-      result_.rises += force_n > result_.last_force_n ? 1u : 0u;
-    } else {
-      result_.force_n = force_n;
-    }
-    result_.last_force_n = force_n;
+    const Vec3 force_d = output.wrench_d.force_w;
+    result_.last_force_n = static_cast<double>(force_d.norm());
     result_.last_torque_nm = static_cast<double>(output.wrench_d.torque_w.norm());
+    if (ending_.load(std::memory_order_relaxed)) {
+      const double elapsed_s = std::min(1e-9 * static_cast<double>(stamp_ns - stamp_ns_),
+                                        static_cast<double>(kLongestRampTick_s));
+      const auto step_n = static_cast<double>((force_d - force_d_).norm());
+      result_.outputs += 1;
+      result_.jumps += step_n > slew_n_per_s_ * elapsed_s + kSlack_n ? 1u : 0u;
+    } else {
+      result_.force_n = result_.last_force_n;
+    }
+    force_d_ = force_d;
+    stamp_ns_ = stamp_ns;
   }
   /// From any thread.
   void begin_ending() noexcept { ending_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] const RunEnding& result() const noexcept { return result_; }
 
  private:
+  double slew_n_per_s_;
   std::atomic<bool> ending_{false};
+  Vec3 force_d_ = Vec3::Zero();
+  std::int64_t stamp_ns_ = 0;
   RunEnding result_;
 };
 
@@ -96,6 +111,7 @@ class Run {
         scene_(scene),
         watch_(watch),
         memory_((kSpares + 1) * sizeof(ServoBoard)),
+        outputs_(config.servo.limits),
         guardian_(guardian_settings(config)) {}
 
   RunAccount go(double seconds);

@@ -183,7 +183,7 @@ ordered_json summary_json(const RunAccount& a) {
   json["trouble"] = a.trouble;
   json["ending"] = {{"force_n", a.ending.force_n},
                     {"outputs", a.ending.outputs},
-                    {"rises", a.ending.rises},
+                    {"jumps", a.ending.jumps},
                     {"last_force_n", a.ending.last_force_n},
                     {"last_torque_nm", a.ending.last_torque_nm}};
   if (a.peer) {

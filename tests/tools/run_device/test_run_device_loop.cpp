@@ -172,6 +172,7 @@ TEST_SUITE("tools.run_device.loop") {
       const json& ending = summary["ending"];
       CAPTURE(ending.dump());
       CHECK(ending["outputs"] >= 1);
+      CHECK(ending["jumps"] == 0);
       CHECK(ending["last_force_n"] == 0.0);
       CHECK(ending["last_torque_nm"] == 0.0);
       CHECK(summary["peer"]["watchdog_cuts"].is_number());
