@@ -59,16 +59,22 @@ class StillPeer final : public LocalPeer {
   std::int64_t due_ns_ = 0;
 };
 
+LinkSettings link_settings() {
+  LinkSettings settings;
+  settings.limits = limits_of(reference_capabilities(), kPeriod_ns);
+  return settings;
+}
+
 struct Bench {
   StillPeer peer;
   ReferenceDriver driver;
   DeviceMailbox mailbox;
-  LinkSettings settings{.limits = limits_of(reference_capabilities(), kPeriod_ns)};
+  LinkSettings settings = link_settings();
   LocalLink link{driver, mailbox, peer, settings};
   DeviceCommand command;
 
   /// A turn, with a fresh command of `force_n` along z before it.
-  HalStatus turn(double force_n, std::uint32_t arming) {
+  HalStatus turn(double force_n, unsigned arming) {
     command.tick += 1;
     command.stamp_ns = monotonic_ns();
     command.sequence = mailbox.state.newest().sequence;
@@ -93,7 +99,7 @@ TEST_SUITE("hal.local_link") {
     CHECK(b.link.trouble().empty());
     for (int k = 0; k < 20; ++k) b.turn(2.0, 0);  // not armed: nothing
     CHECK(b.peer.most_z == 0);
-    for (int k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.999; ++k) b.turn(2.0, 1 + k / 500);
     CHECK(b.force_n() == doctest::Approx(2.0).epsilon(1e-3));
     CHECK(b.mailbox.state.newest().link == LinkState::kReady);
 
@@ -131,7 +137,7 @@ TEST_SUITE("hal.local_link") {
 
   TEST_CASE("a servo process that is lost: to zero, until another has armed anew") {
     Bench b;
-    for (int k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
     REQUIRE(b.force_n() >= 1.9);
     b.link.servo_lost();
     DeviceMailbox other;

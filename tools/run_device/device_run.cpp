@@ -237,6 +237,10 @@ void Run::watch_until_end(double seconds) {
     }
     if (seconds > 0 && seconds_held() >= seconds) {
       account_.why = "the time asked for is over";
+      if (link_->counters().connects == 0) {
+        account_.why += "; the device was never there";
+        account_.exit_code = kExitDeviceOrOs;
+      }
       break;
     }
     tell_status();

@@ -88,7 +88,8 @@ Command add_run_command(CLI::App& program) {
       "Runs the servo loop on a device until SIGINT or SIGTERM, which ramp the force down and "
       "close it.\n"
       "Exit codes: 0 ended in order, 1 the servo process crashed, 2 usage, 3 bad configuration or "
-      "scene, 4 the machine refused (with strict: anything asked for).");
+      "scene, 4 the machine refused (with strict: anything asked for), or the device was not there "
+      "within --seconds.");
   app->add_option("config", o->config, "TOML: scene, device, loop, workspace, limits")->required();
   app->add_option("--seconds", o->seconds, "end after this long; default: never")
       ->check(CLI::Range(0.01, 1.0e9));

@@ -80,7 +80,7 @@ std::string ending_text(const RunEnding& e) {
 std::string status_text(const RunStatus& s) {
   const TickCounts& c = s.servo.counts;
   std::string line =
-      format("%6.0f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
+      format("%7.1f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
              wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]), to_text(s.link),
              to_text(s.servo.arming), s.servo.force_n, s.servo.torque_nm);
   const std::string faults = faults_text(s.servo.safety_faults, s.servo.device_faults);

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 
+#include "hal/realtime/servo_clock.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -156,6 +157,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board
   thread.prefault_bytes = kServoStackBytes;
   const std::size_t heap_before = mallinfo2().uordblks;
   board.grants.thread = hal::start_realtime_thread(thread);
+  (void)hal::monotonic_ns();  // the first look at the clock maps its page
   const hal::PageFaults before = hal::page_faults_of_thread();
   board.ready.store(true, std::memory_order_release);
 

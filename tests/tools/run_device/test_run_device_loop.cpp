@@ -254,6 +254,21 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(run_program(HAPTIC_RUN_DEVICE, "run --help").exit_code == 0);
   }
 
+  TEST_CASE("a device that is not there is waited for, told of, and exit 4 when time is over") {
+    const Bench bench;
+    // The upper end of the test range; no device may use it.
+    write(bench.config,
+          "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\n"
+          "address = \"1209:0010:NOSUCHSERIAL\"\n");
+    const ProgramResult r = bench.run("--seconds 0.3 --json");
+    CHECK(r.exit_code == 4);
+    const json summary = lines_of(r.out).back();
+    CHECK(summary["link"]["connects"] == 0);
+    CHECK(summary["trouble"].get<std::string>().find("1209:0010") != std::string::npos);
+    CHECK(summary["ticks"] > 0);
+    CHECK(summary["largest_force_n"] == 0.0);
+  }
+
   TEST_CASE("a core that is not there: told and gone on without, or with strict exit 4") {
     const Bench bench;
     for (const bool strict : {false, true}) {
