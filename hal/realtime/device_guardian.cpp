@@ -147,7 +147,7 @@ std::vector<StepTrace> DeviceGuardian::flight() const {
   return seats_.empty() ? std::vector<StepTrace>{} : flight_of(*seats_[at_work_]);
 }
 
-UsbThreadGrant DeviceGuardian::hold(UsbLink& link) {
+UsbThreadGrant DeviceGuardian::hold(DeviceLink& link) {
   link_ = &link;
   thread_ = std::make_unique<UsbThread>(link, settings_.thread);
   return thread_->start();

@@ -20,10 +20,10 @@
 #include <span>
 #include <vector>
 
+#include "hal/device_link.hpp"
 #include "hal/device_mailbox.hpp"
 #include "hal/realtime/servo_process.hpp"
 #include "hal/realtime/shared_memory.hpp"
-#include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 
@@ -90,7 +90,7 @@ class DeviceGuardian {
   [[nodiscard]] std::vector<StepTrace> flight() const;
 
   /// Starts the USB thread over `link`, which was made over mailbox() and outlives this object.
-  UsbThreadGrant hold(UsbLink& link);
+  UsbThreadGrant hold(DeviceLink& link);
 
   /// Waits at most `timeout_ms` (negative: without end) for news; may return without any before.
   /// At the end of the process at work, which is told once, the ramp is begun first of all.
@@ -133,7 +133,7 @@ class DeviceGuardian {
   bool told_ = false;  ///< of the end of the process at work
   bool orderly_ = true, stopped_ = false;
   ServoEnd end_;
-  UsbLink* link_ = nullptr;
+  DeviceLink* link_ = nullptr;
   std::unique_ptr<UsbThread> thread_;
   int signals_ = -1;  ///< signalfd
   sigset_t mask_before_{};

@@ -10,8 +10,8 @@
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_faults.hpp"
 #include "hal/usb/output_guard.hpp"
+#include "hal/usb/report_transfers.hpp"
 #include "hal/usb/usb_link.hpp"
-#include "hal/usb/usb_transfers.hpp"
 
 namespace haptic::hal {
 
@@ -21,7 +21,7 @@ class ReportFlow final : public TransferSink {
   ReportFlow(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings) noexcept;
 
   /// Through which it sends; outlives the flow.
-  void attach(UsbTransfers& transfers) noexcept { transfers_ = &transfers; }
+  void attach(ReportTransfers& transfers) noexcept { transfers_ = &transfers; }
   void observe(LinkObserver* observer) noexcept { observer_ = observer; }
   void tape(LinkTape* tape) noexcept { tape_ = tape; }
 
@@ -75,7 +75,7 @@ class ReportFlow final : public TransferSink {
   Driver& driver_;
   std::atomic<DeviceMailbox*> mailbox_;
   const LinkSettings& settings_;
-  UsbTransfers* transfers_ = nullptr;
+  ReportTransfers* transfers_ = nullptr;
   LinkObserver* observer_ = nullptr;
   LinkTape* tape_ = nullptr;
   LinkCounters counters_;

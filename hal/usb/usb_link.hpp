@@ -10,6 +10,7 @@
 #include <string>
 
 #include "hal/device.hpp"
+#include "hal/device_link.hpp"
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_counters.hpp"
@@ -63,15 +64,15 @@ class LinkObserver {
 /// Owner: the USB thread (construction and destruction may be elsewhere, before and after it runs).
 /// Allocates in the constructor and while connecting, not while reports flow (but for what libusb
 /// allocates itself).
-class UsbLink {
+class UsbLink final : public DeviceLink {
  public:
   UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings);
-  ~UsbLink();
+  ~UsbLink() override;
   UsbLink(const UsbLink&) = delete;
   UsbLink& operator=(const UsbLink&) = delete;
 
   /// Before the first poll; null: none.
-  void observe(LinkObserver* observer) noexcept;
+  void observe(LinkObserver* observer) noexcept override;
   /// As `observe`; outlives the link.
   void tape(LinkTape* tape) noexcept;
 
@@ -84,27 +85,27 @@ class UsbLink {
   /// stale commands, and sends: at each report, and at least once a period (a quarter more after a
   /// report, so as not to come just before the next one). Call it again at once, with at most half
   /// a period. Never throws; the status is the link's condition, kOk while reports can flow.
-  HalStatus poll(std::int64_t timeout_ns) noexcept;
+  HalStatus poll(std::int64_t timeout_ns) noexcept override;
 
   /// Orderly end, in this order: ramp to zero, zero command and its completion (bounded: 0.3 s), no
   /// resubmission, cancel, handle events until every callback has run, release, close. A poll after
   /// it opens anew.
-  void close() noexcept;
+  void close() noexcept override;
 
   /// From any thread: makes a blocking start give up and poll return soon; until `close` nothing is
   /// opened any more.
-  void cancel() noexcept;
+  void cancel() noexcept override;
   /// The servo process ended: ramp to zero, latch kLinkServoLost.
-  void servo_lost() noexcept;
+  void servo_lost() noexcept override;
   /// Another servo process has taken over: its own mailbox from now on, since what a killed one
   /// left half done in its own can not be told. From any thread; `mailbox` outlives the link, and
   /// so does the one before.
-  void use_mailbox(DeviceMailbox& mailbox) noexcept;
+  void use_mailbox(DeviceMailbox& mailbox) noexcept override;
 
-  [[nodiscard]] LinkState state() const noexcept;
-  [[nodiscard]] LinkCounters counters() const noexcept;
+  [[nodiscard]] LinkState state() const noexcept override;
+  [[nodiscard]] LinkCounters counters() const noexcept override;
   /// Text of the last trouble with libusb's code and what to do, for people; not for the loop.
-  [[nodiscard]] std::string trouble() const;
+  [[nodiscard]] std::string trouble() const override;
 
  private:
   struct Inside;

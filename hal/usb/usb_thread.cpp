@@ -15,7 +15,7 @@ constexpr std::size_t kStackReserve = 1024 * 1024;
 
 }  // namespace
 
-UsbThread::UsbThread(UsbLink& link, const UsbThreadSettings& settings) noexcept
+UsbThread::UsbThread(DeviceLink& link, const UsbThreadSettings& settings) noexcept
     : link_(link), settings_(settings) {}
 
 UsbThreadGrant UsbThread::start() noexcept {

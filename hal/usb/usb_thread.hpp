@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "hal/usb/usb_link.hpp"
+#include "hal/device_link.hpp"
 
 namespace haptic::hal {
 
@@ -32,7 +32,7 @@ struct UsbThreadGrant {
 /// Owner: whoever starts it. The link outlives the thread.
 class UsbThread {
  public:
-  UsbThread(UsbLink& link, const UsbThreadSettings& settings) noexcept;
+  UsbThread(DeviceLink& link, const UsbThreadSettings& settings) noexcept;
   ~UsbThread() { stop(); }
   UsbThread(const UsbThread&) = delete;
   UsbThread& operator=(const UsbThread&) = delete;
@@ -55,7 +55,7 @@ class UsbThread {
   static void* entry(void* self);
   void run() noexcept;
 
-  UsbLink& link_;
+  DeviceLink& link_;
   UsbThreadSettings settings_;
   UsbThreadGrant grant_;
   pthread_t thread_{};

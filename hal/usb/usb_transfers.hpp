@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 
+#include "hal/usb/report_transfers.hpp"
 #include "hal/usb/usb_connection.hpp"
 
 struct libusb_transfer;
@@ -22,26 +23,12 @@ enum class LinkEventKind : std::uint8_t;
 /// Errors in a row, of one direction, after which the connection is given up.
 inline constexpr unsigned kMostUsbErrorsInRow = 10;
 
-/// What ends on the bus. Called inside UsbContext::handle_events.
-class TransferSink {
- public:
-  virtual ~TransferSink() = default;
-  /// A report came; `bytes` are valid during the call.
-  virtual void on_report(std::span<const std::uint8_t> bytes) noexcept = 0;
-  /// Its transfer is queued again: time to answer it.
-  virtual void on_report_done() noexcept = 0;
-  /// The OUT transfer ended; `delivered`: whole and without error.
-  virtual void on_out_end(bool delivered) noexcept = 0;
-};
-
-enum class SendOutcome : std::uint8_t { kSent = 0, kBusy, kFailed };
-
 /// Owner: the USB thread. Nothing is allocated between `open` and `close` but what libusb allocates
 /// itself on a submit.
-class UsbTransfers {
+class UsbTransfers final : public ReportTransfers {
  public:
   UsbTransfers(TransferSink& sink, LinkCounters& counters) noexcept;
-  ~UsbTransfers();
+  ~UsbTransfers() override;
   UsbTransfers(const UsbTransfers&) = delete;
   UsbTransfers& operator=(const UsbTransfers&) = delete;
 
@@ -50,12 +37,10 @@ class UsbTransfers {
   /// Makes the transfers and queues the IN ones. @return a libusb code. Allocates.
   int open(const UsbConnection& connection, const UsbProfile& profile, int in_count);
 
-  /// Where the next report to the device is written; not while `busy`.
-  [[nodiscard]] std::span<std::uint8_t> out_bytes() noexcept;
-  [[nodiscard]] bool busy() const noexcept;
-  SendOutcome send(std::size_t bytes) noexcept;
-  /// Takes the OUT transfer back, which the device does not accept.
-  void cancel_out() noexcept;
+  [[nodiscard]] std::span<std::uint8_t> out_bytes() noexcept override;
+  [[nodiscard]] bool busy() const noexcept override;
+  SendOutcome send(std::size_t bytes) noexcept override;
+  void cancel_out() noexcept override;
 
   /// After handle_events: clears stalled endpoints and queues what could not be queued; what is
   /// refused again is left alone for two milliseconds.
@@ -70,7 +55,7 @@ class UsbTransfers {
 
   /// The bus itself failed with this libusb code: counts as lost.
   void give_up(int code) noexcept;
-  [[nodiscard]] bool lost() const noexcept { return lost_code_ < 0; }
+  [[nodiscard]] bool lost() const noexcept override { return lost_code_ < 0; }
   [[nodiscard]] int lost_code() const noexcept { return lost_code_; }  ///< of libusb; 0: not lost
 
  private:

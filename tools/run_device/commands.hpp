@@ -15,5 +15,6 @@ struct Command {
 };
 
 [[nodiscard]] Command add_doctor_command(CLI::App& program);
+[[nodiscard]] Command add_run_command(CLI::App& program);
 
 }  // namespace haptic::tools

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
       "run_device");
   program.set_version_flag("--version", "run_device " HAPTIC_VERSION);
   program.require_subcommand(1);
-  const Command commands[] = {add_doctor_command(program)};
+  const Command commands[] = {add_doctor_command(program), add_run_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,8 +7,8 @@
 
 #include "tests/host_sim/program_run.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
-#include "tools/graph_compiler/program/scene_table.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "rt_core/scene/capacity.hpp"
+#include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
-#include "tools/graph_compiler/program/scene_table.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -21,7 +21,7 @@ constexpr Range kWindow{0.0, kMaxWindow_s};
 
 }  // namespace
 
-CouplingRequest read_coupling(const SceneTable& top, const DeviceParameters& device) {
+CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& device) {
   CouplingRequest request;
   const auto t = top.table(
       "coupling", {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m", "damping_share",

@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "rt_core/scene/scene_format.hpp"
-#include "tools/graph_compiler/program/file_place.hpp"
+#include "tools/common/file_place.hpp"
 
 namespace haptic::tools {
 
-class SceneTable;
+class TomlTable;
 
 /// Values as in the file; absent ones are derived.
 struct CouplingRequest {
@@ -28,6 +28,6 @@ struct CouplingRequest {
 
 /// Reads `[coupling]`, which may be absent; `device` is that of the scene.
 /// @throws InputError with the place.
-CouplingRequest read_coupling(const SceneTable& top, const DeviceParameters& device);
+CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& device);
 
 }  // namespace haptic::tools

@@ -2,13 +2,13 @@
 #include "tools/graph_compiler/program/friction_table.hpp"
 
 #include "rt_core/scene/scene_format.hpp"
-#include "tools/graph_compiler/program/scene_table.hpp"
+#include "tools/common/toml_table.hpp"
 
 namespace haptic::tools {
 
-std::vector<FrictionPair> read_friction(const SceneTable& top) {
+std::vector<FrictionPair> read_friction(const TomlTable& top) {
   std::vector<FrictionPair> pairs;
-  for (const SceneTable& t : top.tables("friction", {"materials", "mu"})) {
+  for (const TomlTable& t : top.tables("friction", {"materials", "mu"})) {
     FrictionPair pair;
     const auto materials = t.word_pair("materials");
     if (!materials) t.fail_missing("materials", "name two, as in [\"steel\", \"pom\"]");

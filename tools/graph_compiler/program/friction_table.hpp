@@ -9,7 +9,7 @@
 
 namespace haptic::tools {
 
-class SceneTable;
+class TomlTable;
 
 /// One `[[friction]]` table: Coulomb coefficient between two materials, in either order.
 struct FrictionPair {
@@ -22,7 +22,7 @@ struct FrictionPair {
 };
 
 /// @throws InputError with the place: two names and mu, no pair twice.
-std::vector<FrictionPair> read_friction(const SceneTable& top);
+std::vector<FrictionPair> read_friction(const TomlTable& top);
 
 /// Coefficient of two materials; absent when the table does not know the pair or a name is empty.
 std::optional<double> friction_of(const std::vector<FrictionPair>& pairs, const std::string& a,

@@ -5,8 +5,8 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/toml_table.hpp"
 #include "tools/common/toml_text.hpp"
-#include "tools/graph_compiler/program/scene_table.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -24,7 +24,7 @@ constexpr Range kRate{1.0, 1e5};
 constexpr std::int64_t kMaxPairVisits = 1 << 20;
 
 /// Reads a pose; true when one of its keys is there.
-bool read_pose(const SceneTable& t, ScenePart& part) {
+bool read_pose(const TomlTable& t, ScenePart& part) {
   const auto position = t.vector3("position_m", kPosition);
   const auto quaternion = t.quaternion_wxyz("quaternion");
   if (position) part.position_m = *position;
@@ -32,7 +32,7 @@ bool read_pose(const SceneTable& t, ScenePart& part) {
   return position || quaternion;
 }
 
-ScenePart read_part(const SceneTable& t, const std::filesystem::path& folder, bool& posed) {
+ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
   ScenePart part;
   const auto mesh = t.text("mesh");
   if (!mesh) t.fail_missing("mesh", "give the path of an OBJ, STL or OFF file");
@@ -56,7 +56,7 @@ ScenePart read_part(const SceneTable& t, const std::filesystem::path& folder, bo
   return part;
 }
 
-void read_moving(const SceneTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
   const auto moving =
       top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m"});
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
@@ -72,7 +72,7 @@ void read_moving(const SceneTable& top, const std::filesystem::path& folder, Sce
 }
 
 /// Returns the place of the stiffness.
-FilePlace read_rendering(const SceneTable& top, SceneParameters& p) {
+FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
   const auto rendering =
       top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m", "exact_band_m"});
   if (!rendering) {
@@ -96,7 +96,7 @@ FilePlace read_rendering(const SceneTable& top, SceneParameters& p) {
   return rendering->place("k_f_n_per_m");
 }
 
-void read_motion_limits(const SceneTable& top, SceneParameters& p) {
+void read_motion_limits(const TomlTable& top, SceneParameters& p) {
   const auto limits = top.table("motion_limits", {"linear_m_per_s", "angular_rad_per_s"});
   if (!limits) return;
   const auto linear = limits->number("linear_m_per_s", kPositive);
@@ -108,7 +108,7 @@ void read_motion_limits(const SceneTable& top, SceneParameters& p) {
   p.max_angular_speed_rad_per_s = *angular;
 }
 
-void read_device(const SceneTable& top, SceneParameters& p) {
+void read_device(const TomlTable& top, SceneParameters& p) {
   DeviceParameters& d = p.device;
   const std::pair<std::string_view, double DeviceParameters::*> fields[] = {
       {"mass_kg", &DeviceParameters::mass_kg},
@@ -133,7 +133,7 @@ void read_device(const SceneTable& top, SceneParameters& p) {
   p.coupling.encoder_step_rad = device->number("encoder_step_rad", kNotNegative).value_or(0);
 }
 
-std::optional<BudgetLimit> read_limit(const SceneTable& t, std::string_view key) {
+std::optional<BudgetLimit> read_limit(const TomlTable& t, std::string_view key) {
   const auto bytes = t.integer(key);
   if (!bytes) return std::nullopt;
   if (*bytes <= 0) t.fail(key, "is " + std::to_string(*bytes) + "; give a number of bytes above 0");
@@ -142,7 +142,7 @@ std::optional<BudgetLimit> read_limit(const SceneTable& t, std::string_view key)
 }
 
 /// Reads `key` as a whole number from `low` to `high`.
-std::optional<std::int64_t> read_count(const SceneTable& t, std::string_view key, std::int64_t low,
+std::optional<std::int64_t> read_count(const TomlTable& t, std::string_view key, std::int64_t low,
                                        std::int64_t high) {
   const auto count = t.integer(key);
   if (count && (*count < low || *count > high)) {
@@ -152,7 +152,7 @@ std::optional<std::int64_t> read_count(const SceneTable& t, std::string_view key
   return count;
 }
 
-void check_format(const SceneTable& top) {
+void check_format(const TomlTable& top) {
   const auto format = top.integer("format");
   if (!format) top.fail_missing("format", "write format = 1 at the top");
   if (*format != 1) {
@@ -160,7 +160,7 @@ void check_format(const SceneTable& top) {
   }
 }
 
-std::string read_name(const SceneTable& top) {
+std::string read_name(const TomlTable& top) {
   const auto name = top.text("name");
   if (!name) top.fail_missing("name", "give the scene a name");
   if (name->empty() || name->size() > 200) {
@@ -172,14 +172,14 @@ std::string read_name(const SceneTable& top) {
   return *name;
 }
 
-SceneFile read_tables(const SceneTable& top, const std::string& file,
+SceneFile read_tables(const TomlTable& top, const std::string& file,
                       const std::filesystem::path& folder) {
   SceneFile scene;
   scene.file = file;
   check_format(top);
   scene.name = read_name(top);
   read_moving(top, folder, scene);
-  for (const SceneTable& t :
+  for (const TomlTable& t :
        top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion", "material"})) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
@@ -227,9 +227,9 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
     throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
                      ": not valid TOML: " + std::string(error.description()));
   }
-  const SceneTable top(root, file, "",
-                       {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
-                        "loop", "device", "coupling", "friction", "budget", "memory", "cleaning"});
+  const TomlTable top(root, file, "",
+                      {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
+                       "loop", "device", "coupling", "friction", "budget", "memory", "cleaning"});
   return read_tables(top, file, folder);
 }
 

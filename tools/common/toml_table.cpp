@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/graph_compiler/program/scene_table.hpp"
+#include "tools/common/toml_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -88,8 +88,8 @@ std::string nearest_word(std::string_view word, const std::vector<std::string_vi
   return best;
 }
 
-SceneTable::SceneTable(const toml::table& table, std::string file, std::string name,
-                       std::vector<std::string_view> known)
+TomlTable::TomlTable(const toml::table& table, std::string file, std::string name,
+                     std::vector<std::string_view> known)
     : table_(&table), file_(std::move(file)), name_(std::move(name)) {
   for (const auto& [key, value] : table) {
     if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
@@ -101,33 +101,33 @@ SceneTable::SceneTable(const toml::table& table, std::string file, std::string n
   }
 }
 
-void SceneTable::fail_at(const toml::source_region& region, const std::string& text) const {
+void TomlTable::fail_at(const toml::source_region& region, const std::string& text) const {
   throw InputError(file_ + ":" + std::to_string(region.begin.line) + ":" +
                    std::to_string(region.begin.column) + ": " + text);
 }
 
-std::string SceneTable::full_name(std::string_view key) const {
+std::string TomlTable::full_name(std::string_view key) const {
   return (name_.empty() ? "" : name_ + " ") + std::string(key);
 }
 
-void SceneTable::fail(std::string_view key, const std::string& defect_and_mend) const {
+void TomlTable::fail(std::string_view key, const std::string& defect_and_mend) const {
   const toml::node* node = table_->get(key);
   fail_at(node != nullptr ? node->source() : table_->source(),
           full_name(key) + ": " + defect_and_mend);
 }
 
-void SceneTable::fail_missing(std::string_view key, const std::string& mend) const {
+void TomlTable::fail_missing(std::string_view key, const std::string& mend) const {
   fail_at(table_->source(), full_name(key) + " is missing; " + mend);
 }
 
-FilePlace SceneTable::place(std::string_view key) const {
+FilePlace TomlTable::place(std::string_view key) const {
   const toml::node* node = table_->get(key);
   const toml::source_position at = (node != nullptr ? node->source() : table_->source()).begin;
   return {at.line, at.column};
 }
 
-double SceneTable::number_of(const toml::node& node, const std::string& what,
-                             const Range& range) const {
+double TomlTable::number_of(const toml::node& node, const std::string& what,
+                            const Range& range) const {
   if (!node.is_number()) {
     fail_at(node.source(), what + " is " + type_name(node) + "; give a number");
   }
@@ -141,34 +141,34 @@ double SceneTable::number_of(const toml::node& node, const std::string& what,
   return x;
 }
 
-std::optional<double> SceneTable::number(std::string_view key, const Range& range) const {
+std::optional<double> TomlTable::number(std::string_view key, const Range& range) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   return number_of(*node, full_name(key), range);
 }
 
-std::optional<std::int64_t> SceneTable::integer(std::string_view key) const {
+std::optional<std::int64_t> TomlTable::integer(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_integer()) fail(key, "is " + type_name(*node) + "; give an integer");
   return node->as_integer()->get();
 }
 
-std::optional<std::string> SceneTable::text(std::string_view key) const {
+std::optional<std::string> TomlTable::text(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_string()) fail(key, "is " + type_name(*node) + "; give a string in quotes");
   return node->as_string()->get();
 }
 
-std::optional<bool> SceneTable::flag(std::string_view key) const {
+std::optional<bool> TomlTable::flag(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_boolean()) fail(key, "is " + type_name(*node) + "; give true or false");
   return node->as_boolean()->get();
 }
 
-std::optional<std::array<std::string, 2>> SceneTable::word_pair(std::string_view key) const {
+std::optional<std::array<std::string, 2>> TomlTable::word_pair(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   const toml::array* array = node->as_array();
@@ -189,8 +189,8 @@ std::optional<std::array<std::string, 2>> SceneTable::word_pair(std::string_view
   return result;
 }
 
-std::optional<std::array<double, 3>> SceneTable::vector3(std::string_view key,
-                                                         const Range& range) const {
+std::optional<std::array<double, 3>> TomlTable::vector3(std::string_view key,
+                                                        const Range& range) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   const toml::array* array = node->as_array();
@@ -205,16 +205,16 @@ std::optional<std::array<double, 3>> SceneTable::vector3(std::string_view key,
   return result;
 }
 
-std::optional<std::array<double, 3>> SceneTable::scale3(std::string_view key,
-                                                        const Range& range) const {
+std::optional<std::array<double, 3>> TomlTable::scale3(std::string_view key,
+                                                       const Range& range) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr || node->is_array()) return vector3(key, range);
   const double x = number_of(*node, full_name(key), range);
   return std::array<double, 3>{x, x, x};
 }
 
-std::optional<std::array<double, 4>> SceneTable::quaternion_wxyz(std::string_view key) const {
-  const std::optional<SceneTable> q = table(key, {"w", "x", "y", "z"});
+std::optional<std::array<double, 4>> TomlTable::quaternion_wxyz(std::string_view key) const {
+  const std::optional<TomlTable> q = table(key, {"w", "x", "y", "z"});
   if (!q) return std::nullopt;
   std::array<double, 4> result{};
   double square = 0.0;
@@ -233,8 +233,8 @@ std::optional<std::array<double, 4>> SceneTable::quaternion_wxyz(std::string_vie
   return result;
 }
 
-std::optional<SceneTable> SceneTable::table(std::string_view key,
-                                            std::vector<std::string_view> known) const {
+std::optional<TomlTable> TomlTable::table(std::string_view key,
+                                          std::vector<std::string_view> known) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   const std::string name = name_.empty() ? bracketed("[", key, "]") : full_name(key);
@@ -244,13 +244,13 @@ std::optional<SceneTable> SceneTable::table(std::string_view key,
              (node->is_array_of_tables() ? " of tables; give it once, as " : "; give a table, ") +
              name);
   }
-  return SceneTable(*node->as_table(), file_, name, std::move(known));
+  return TomlTable(*node->as_table(), file_, name, std::move(known));
 }
 
-std::vector<SceneTable> SceneTable::tables(std::string_view key,
-                                           std::vector<std::string_view> known) const {
+std::vector<TomlTable> TomlTable::tables(std::string_view key,
+                                         std::vector<std::string_view> known) const {
   const toml::node* node = table_->get(key);
-  std::vector<SceneTable> result;
+  std::vector<TomlTable> result;
   if (node == nullptr) return result;
   const std::string name = bracketed("[[", key, "]]");
   if (!node->is_array_of_tables()) {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/graph_compiler/program/file_place.hpp"
+#include "tools/common/file_place.hpp"
 
 namespace haptic::tools {
 
@@ -21,13 +21,13 @@ struct Range {
   bool open_low = false;
 };
 
-class SceneTable {
+class TomlTable {
  public:
   /// @param name  for messages: "[moving]"; empty for the top level.
   /// @throws InputError "file:line:column: ..." for a key that is not in `known`, with the nearest
   /// known one.
-  SceneTable(const toml::table& table, std::string file, std::string name,
-             std::vector<std::string_view> known);
+  TomlTable(const toml::table& table, std::string file, std::string name,
+            std::vector<std::string_view> known);
 
   [[nodiscard]] bool has(std::string_view key) const { return table_->contains(key); }
   /// Place of the value, or of the table where the key is absent.
@@ -48,11 +48,11 @@ class SceneTable {
                                                             const Range& range) const;
   /// { w, x, y, z } within 1e-6 of unit length; normalised.
   [[nodiscard]] std::optional<std::array<double, 4>> quaternion_wxyz(std::string_view key) const;
-  [[nodiscard]] std::optional<SceneTable> table(std::string_view key,
-                                                std::vector<std::string_view> known) const;
-  /// The tables of `[[key]]`; empty when absent.
-  [[nodiscard]] std::vector<SceneTable> tables(std::string_view key,
+  [[nodiscard]] std::optional<TomlTable> table(std::string_view key,
                                                std::vector<std::string_view> known) const;
+  /// The tables of `[[key]]`; empty when absent.
+  [[nodiscard]] std::vector<TomlTable> tables(std::string_view key,
+                                              std::vector<std::string_view> known) const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& defect_and_mend) const;
   [[noreturn]] void fail_missing(std::string_view key, const std::string& mend) const;

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// A link without a bus: the peer is the test itself, in real time. Nothing is asked of how long
+// anything takes.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "hal/device_limits.hpp"
+#include "hal/drivers/reference_driver.hpp"
+#include "hal/local/local_link.hpp"
+#include "hal/realtime/servo_clock.hpp"
+
+using namespace haptic;
+using namespace haptic::hal;
+
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 1'000'000;
+constexpr int kMostTurns = 5000;
+
+/// At rest at the origin; drives follow what is asked at once.
+class StillPeer final : public LocalPeer {
+ public:
+  void plug(std::int64_t now_ns) noexcept override {
+    plugs += 1;
+    due_ns_ = now_ns;
+  }
+  HalStatus control(const ControlRequest& /*request*/, std::span<std::uint8_t> bytes,
+                    std::size_t& moved) noexcept override {
+    if (!answers) return HalStatus::kTimeout;
+    encode(ReferenceBlock{}, bytes.first<kReferenceBlockBytes>());
+    moved = kReferenceBlockBytes;
+    return HalStatus::kOk;
+  }
+  [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }
+  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept override {
+    if (now_ns < due_ns_) return 0;
+    due_ns_ = now_ns + kPeriod_ns;
+    ReferenceReport r;
+    r.sequence = ++reports;
+    r.status = kReferenceCalibrated;
+    if (last.drives_on) r.status |= kReferenceDrivesOn;
+    r.accepted_sequence = last.sequence;
+    r.accepted_tick = last.tick;
+    encode(r, bytes.first<kReferenceReportBytes>());
+    return kReferenceReportBytes;
+  }
+  void command(std::int64_t /*now_ns*/, std::span<const std::uint8_t> bytes) noexcept override {
+    if (decode(bytes, last) == CodecVerdict::kOk) commands += 1;
+    most_z = std::max(most_z, last.force[2]);
+  }
+
+  bool answers = true;
+  std::uint32_t plugs = 0, reports = 0, commands = 0;
+  std::int32_t most_z = 0;
+  ReferenceCommand last;
+
+ private:
+  std::int64_t due_ns_ = 0;
+};
+
+LinkSettings link_settings() {
+  LinkSettings settings;
+  settings.limits = limits_of(reference_capabilities(), kPeriod_ns);
+  return settings;
+}
+
+struct Bench {
+  StillPeer peer;
+  ReferenceDriver driver;
+  DeviceMailbox mailbox;
+  LinkSettings settings = link_settings();
+  LocalLink link{driver, mailbox, peer, settings};
+  DeviceCommand command;
+
+  /// A turn, with a fresh command of `force_n` along z before it.
+  HalStatus turn(double force_n, unsigned arming) {
+    command.tick += 1;
+    command.stamp_ns = monotonic_ns();
+    command.sequence = mailbox.state.newest().sequence;
+    command.wrench_d.force_n[2] = static_cast<Real>(force_n);
+    command.arming = arming;
+    mailbox.command.publish(command);
+    return link.poll(kPeriod_ns / 2);
+  }
+  /// The force of the last command that the peer has [N].
+  [[nodiscard]] double force_n() const { return peer.last.force[2] * kReferenceForceUnit_n; }
+};
+
+}  // namespace
+
+TEST_SUITE("hal.local_link") {
+  TEST_CASE("reports come in, a force goes out once armed, and the end is at zero") {
+    Bench b;
+    CHECK(b.link.state() == LinkState::kAbsent);
+    for (int k = 0; k < kMostTurns && b.link.state() != LinkState::kReady; ++k)
+      CHECK(b.turn(0, 0) == HalStatus::kOk);
+    REQUIRE(b.link.state() == LinkState::kReady);
+    CHECK(b.link.trouble().empty());
+    for (int k = 0; k < 20; ++k) b.turn(2.0, 0);  // not armed: nothing
+    CHECK(b.peer.most_z == 0);
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.999; ++k) b.turn(2.0, 1 + k / 500);
+    CHECK(b.force_n() == doctest::Approx(2.0).epsilon(1e-3));
+    CHECK(b.mailbox.state.newest().link == LinkState::kReady);
+
+    b.link.close();
+    CHECK(b.force_n() == 0);
+    CHECK(b.link.state() == LinkState::kAbsent);
+    const LinkCounters counters = b.link.counters();
+    CHECK(counters.connects == 1);
+    CHECK(counters.disconnects == 0);
+    CHECK(counters.states == b.peer.reports);
+    CHECK(counters.sent == b.peer.commands);
+  }
+
+  TEST_CASE("a peer that does not start is told of and tried again") {
+    Bench b;
+    b.peer.answers = false;
+    CHECK(b.link.poll(kPeriod_ns) == HalStatus::kTimeout);
+    CHECK(b.link.state() == LinkState::kAbsent);
+    CHECK_FALSE(b.link.trouble().empty());
+    b.peer.answers = true;
+    CHECK(b.link.poll(kPeriod_ns) == HalStatus::kOk);
+    CHECK(b.peer.plugs == 2);
+    CHECK(b.link.trouble().empty());
+  }
+
+  TEST_CASE("cancelled, nothing is opened until the link was closed; then anew") {
+    Bench b;
+    b.link.cancel();
+    (void)b.link.poll(kPeriod_ns);
+    CHECK(b.peer.plugs == 0);
+    b.link.close();
+    CHECK(b.link.poll(kPeriod_ns) == HalStatus::kOk);
+    CHECK(b.peer.plugs == 1);
+  }
+
+  TEST_CASE("a servo process that is lost: to zero, until another has armed anew") {
+    Bench b;
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
+    REQUIRE(b.force_n() >= 1.9);
+    b.link.servo_lost();
+    DeviceMailbox other;
+    b.link.use_mailbox(other);
+    for (int k = 0; k < kMostTurns && b.force_n() > 0; ++k) (void)b.link.poll(kPeriod_ns / 2);
+    CHECK(b.force_n() == 0);
+    CHECK((other.state.newest().faults & kLinkServoLost) != 0);
+  }
+}

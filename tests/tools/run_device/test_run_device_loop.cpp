@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+// `run_device run` as a user runs it, with the handle in its own process: exit codes, account,
+// messages, the end by a signal, and the end of a servo process that is killed. The machine may be
+// busy with other things: how many ticks come is only bounded from below, generously.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+#include <vector>
+
+#include "tests/host_sim/program_run.hpp"
+
+using haptic::sim::test::ProgramResult;
+using haptic::sim::test::run_program;
+using haptic::sim::test::ScratchFolder;
+using haptic::sim::test::text_of_file;
+using nlohmann::json;
+
+namespace {
+
+// The tetrahedron's grip point 40 mm above the box: the hand presses it some 5 mm in.
+constexpr const char* kWorkspace = "[workspace]\noffset_m = [0.0, 0.0, 0.04]\n";
+constexpr const char* kHead = "scene = \"t.rtscene\"\n[device]\ndriver = \"sim\"\n";
+
+void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+/// A folder with a compiled scene and a configuration that works.
+struct Bench {
+  ScratchFolder folder{"run_device_loop"};
+  std::string config = folder.file("run.toml");
+
+  Bench() {
+    const std::string scene = std::string(HAPTIC_SCENES) + "/tetrahedron_on_box/scene.toml";
+    const ProgramResult r =
+        run_program(HAPTIC_GRAPH_COMPILER, "'" + scene + "' -o '" + folder.file("t.rtscene") + "'");
+    REQUIRE(r.exit_code == 0);
+    write(config, std::string(kHead) + kWorkspace);
+  }
+  [[nodiscard]] ProgramResult run(const std::string& arguments) const {
+    return run_program(HAPTIC_RUN_DEVICE, "run '" + config + "' " + arguments);
+  }
+};
+
+std::vector<json> lines_of(const std::string& text) {
+  std::vector<json> lines;
+  std::istringstream stream(text);
+  std::string line;
+  while (std::getline(stream, line)) {
+    // The last one may still be in the making.
+    if (!stream.eof()) lines.push_back(json::parse(line));
+  }
+  return lines;
+}
+
+struct Ended {
+  int exit_code = -1;
+  std::vector<json> lines;
+  std::string err;
+};
+
+/// Runs without an end, until `enough` says so of a status; then does `harm` to the process.
+Ended run_until(const Bench& bench, const std::function<bool(const json&)>& enough,
+                const std::function<void(pid_t)>& harm) {
+  const std::string out = bench.folder.file("out"), err = bench.folder.file("err");
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDOUT_FILENO);
+    dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDERR_FILENO);
+    execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
+          "0.05", "--seconds", "60", nullptr);
+    _exit(127);
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(55);
+  bool met = false;
+  while (!met && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const std::vector<json> lines = lines_of(text_of_file(out));
+    met = !lines.empty() && enough(lines.back());
+  }
+  CHECK(met);
+  harm(pid);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, lines_of(text_of_file(out)),
+          text_of_file(err)};
+}
+
+bool presses(const json& status) {
+  return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
+}
+
+/// The first child, which renders; the other is the spare.
+pid_t servo_of(pid_t pid) {
+  const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
+  pid_t child = -1;
+  std::istringstream(text_of_file(task + "/children")) >> child;
+  return child;
+}
+
+void check_message(const ProgramResult& r, int line, const std::string& part) {
+  CHECK(r.exit_code == 3);
+  CAPTURE(r.err);
+  CHECK(r.out.empty());
+  CHECK(r.err.find("run.toml:" + std::to_string(line) + ":") != std::string::npos);
+  CHECK(r.err.find(part) != std::string::npos);
+  CHECK(r.err.find("; ") != std::string::npos);  // a mend
+}
+
+}  // namespace
+
+TEST_SUITE("tools.run_device.loop") {
+  TEST_CASE("two seconds: ticks, reports and outputs of both clockings, one account") {
+    const Bench bench;
+    for (const char* clocking : {"timer", "report"}) {
+      CAPTURE(clocking);
+      write(bench.config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
+                              clocking + "\"\n");
+      const ProgramResult r = bench.run("--seconds 2 --json --status-every 0.5");
+      CAPTURE(r.err);
+      CHECK(r.exit_code == 0);
+      const std::vector<json> lines = lines_of(r.out);
+      REQUIRE(lines.size() >= 2);
+      for (std::size_t k = 0; k + 1 < lines.size(); ++k) CHECK(lines[k]["kind"] == "status");
+      const json& summary = lines.back();
+      CHECK(summary["kind"] == "summary");
+      CHECK(summary["seconds"] >= 2.0);
+      const std::uint64_t ticks = summary["ticks"];
+      CHECK(ticks >= 500);  // half of those that are due
+      std::uint64_t by_degree = 0;
+      for (const auto& [name, count] : summary["late"].items())
+        by_degree += count.get<std::uint64_t>();
+      CHECK(by_degree == ticks);
+      CHECK(summary["wakeups"]["count"] == ticks);
+      CHECK(summary["link"]["connects"] == 1);
+      CHECK(summary["link"]["states"] == summary["link"]["reports"]);
+      CHECK(summary["link"]["sent"] == summary["peer"]["commands"]);
+      CHECK(summary["peer"]["refused"] == 0);
+      CHECK(summary["armings"] >= 1);
+      CHECK(summary["heap_grown_bytes"] == 0);
+      CHECK(summary["ending"]["last_force_n"] == 0.0);
+    }
+  }
+
+  TEST_CASE("without --json: a summary for people") {
+    const Bench bench;
+    const ProgramResult r = bench.run("--seconds 0.2");
+    CHECK(r.exit_code == 0);
+    for (const char* part : {"ticks", "wake-ups", "link", "faults", "the time asked for is over"})
+      CHECK(r.out.find(part) != std::string::npos);
+  }
+
+  TEST_CASE("SIGINT and SIGTERM while the hand presses: ramp to zero, exit 0") {
+    const Bench bench;
+    for (const int signal : {SIGINT, SIGTERM}) {
+      CAPTURE(signal);
+      const Ended ended = run_until(bench, presses, [signal](pid_t pid) { kill(pid, signal); });
+      CHECK(ended.exit_code == 0);
+      REQUIRE_FALSE(ended.lines.empty());
+      const json& summary = ended.lines.back();
+      REQUIRE(summary["kind"] == "summary");
+      CHECK(summary["largest_force_n"] > 1.5);
+      const json& ending = summary["ending"];
+      CAPTURE(ending.dump());
+      CHECK(ending["outputs"] >= 1);
+      CHECK(ending["jumps"] == 0);
+      CHECK(ending["last_force_n"] == 0.0);
+      CHECK(ending["last_torque_nm"] == 0.0);
+      CHECK(summary["peer"]["watchdog_cuts"].is_number());
+    }
+  }
+
+  TEST_CASE("a killed servo process: told, written down, and a spare goes on until the end") {
+    const Bench bench;
+    write(bench.config,
+          std::string(kHead) + kWorkspace + "[recorder]\ncrash_file = \"crash.csv\"\n");
+    const Ended ended = run_until(bench, presses, [](pid_t pid) {
+      const pid_t servo = servo_of(pid);
+      REQUIRE(servo > 0);
+      CHECK(kill(servo, SIGKILL) == 0);
+      std::this_thread::sleep_for(std::chrono::seconds(2));  // of the spare at work
+      kill(pid, SIGINT);
+    });
+    CHECK(ended.exit_code == 1);
+    CHECK(ended.err.find("killed by signal 9") != std::string::npos);
+    const json& summary = ended.lines.back();
+    REQUIRE(summary["kind"] == "summary");
+    CHECK(summary["servo_processes"] == 2);
+    CHECK(summary["ending"]["last_force_n"] == 0.0);
+    const std::string crash = text_of_file(bench.folder.file("crash.csv"));
+    CHECK(crash.find("killed by signal 9") != std::string::npos);
+    CHECK(std::count(crash.begin(), crash.end(), '\n') > 100);
+  }
+
+  TEST_CASE("configuration errors exit 3, with line, defect and mend") {
+    const Bench bench;
+    struct Row {
+      int line;
+      const char* text;
+      const char* part;
+    };
+    const Row rows[] = {
+        {4, "[lop]\n", "did you mean 'loop'?"},
+        {5, "[loop]\nrate_hz = 5\n", "from 50 to 10000"},
+        {5, "[loop]\nclocking = \"bus\"\n", "\"timer\" or \"report\""},
+        {6, "[loop]\nservo_priority = 70\nusb_priority = 71\n", "above servo_priority"},
+        {5, "[loop]\nlock_memory = 1\n", "give true or false"},
+        {5, "[workspace]\nscale = 0\n", "scale"},
+        {5, "[workspace]\noffset_m = [1, 2]\n", "give three numbers"},
+        {5, "[workspace]\nrotation = { w = 2, x = 0, y = 0, z = 0 }\n", "has length 2"},
+        {5, "[limits]\nmax_force_n = 13\n", "beyond the 12 of the device"},
+        {5, "[limits]\nzero_speed_m_per_s = 0.5\n", "not above full_speed_m_per_s"},
+        {5, "[switches]\ndeadman = 0\n", "nothing would ever arm"},
+        {6, "[switches]\ndeadman = 2\nclutch = 2\n", "shares a switch"},
+        {5, "[recorder]\nflight_seconds = 0\n", "flight_seconds"},
+        {5, "[loop]\nrate_hz = \n", "TOML"}};
+    for (const Row& row : rows) {
+      CAPTURE(row.text);
+      write(bench.config, std::string(kHead) + row.text);
+      check_message(bench.run("--seconds 1"), row.line, row.part);
+    }
+    write(bench.config, "scene = \"t.rtscene\"\n[device]\ndriver = \"joystick\"\n");
+    check_message(bench.run("--seconds 1"), 3, "the drivers are");
+    write(bench.config,
+          "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\naddress = \"x\"\n");
+    check_message(bench.run("--seconds 1"), 4, "VID:PID");
+    write(bench.config, "scene = \"other.rtscene\"\n[device]\ndriver = \"sim\"\n");
+    check_message(bench.run("--seconds 1"), 1, "no file 'other.rtscene'");
+    write(bench.config, "scene = \"run.toml\"\n[device]\ndriver = \"sim\"\n");
+    const ProgramResult r = bench.run("--seconds 1");
+    CHECK(r.exit_code == 3);
+    CHECK(r.err.find("not a usable scene") != std::string::npos);
+    CHECK(run_program(HAPTIC_RUN_DEVICE, "run /nowhere/run.toml").exit_code == 3);
+  }
+
+  TEST_CASE("--device takes the place of the file's driver; usage errors exit 2") {
+    const Bench bench;
+    write(bench.config, "scene = \"t.rtscene\"\n[device]\ndriver = \"falcon\"\n");
+    const ProgramResult r = bench.run("--device sim --seconds 0.2 --json");
+    CHECK(r.exit_code == 0);
+    CHECK(lines_of(r.out).back()["driver"] == "sim");
+    CHECK(bench.run("--device joystick").exit_code == 2);
+    CHECK(bench.run("--seconds 0").exit_code == 2);
+    CHECK(run_program(HAPTIC_RUN_DEVICE, "run").exit_code == 2);
+    CHECK(run_program(HAPTIC_RUN_DEVICE, "run --help").exit_code == 0);
+  }
+
+  TEST_CASE("a device that is not there is waited for, told of, and exit 4 when time is over") {
+    const Bench bench;
+    // The upper end of the test range; no device may use it.
+    write(bench.config,
+          "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\n"
+          "address = \"1209:0010:NOSUCHSERIAL\"\n");
+    const ProgramResult r = bench.run("--seconds 0.3 --json");
+    CHECK(r.exit_code == 4);
+    const json summary = lines_of(r.out).back();
+    CHECK(summary["link"]["connects"] == 0);
+    CHECK(summary["trouble"].get<std::string>().find("1209:0010") != std::string::npos);
+    CHECK(summary["ticks"] > 0);
+    CHECK(summary["largest_force_n"] == 0.0);
+  }
+
+  TEST_CASE("a core that is not there: told and gone on without, or with strict exit 4") {
+    const Bench bench;
+    for (const bool strict : {false, true}) {
+      CAPTURE(strict);
+      write(bench.config, std::string(kHead) + kWorkspace + "[loop]\nservo_cpu = 1023\nstrict = " +
+                              (strict ? "true" : "false") + "\n");
+      const ProgramResult r = bench.run("--seconds 0.2 --json");
+      CHECK(r.exit_code == (strict ? 4 : 0));
+      CHECK(r.err.find("servo thread: core affinity: EINVAL") != std::string::npos);
+      CHECK(r.err.find("Mend: ") != std::string::npos);
+      const json summary = lines_of(r.out).back();
+      CHECK(summary["refused"] == strict);
+      CHECK_FALSE(summary["refusals"].empty());
+      CHECK((summary["link"]["connects"] == 0) == strict);
+    }
+  }
+
+  TEST_CASE("an ordinary user: degraded, or with strict exit 4") {
+    const bool root = geteuid() == 0;
+    const bool can_drop = root && run_program("setpriv", "--version").exit_code == 0;
+    if (root && !can_drop) {
+      MESSAGE("skipped: root, and there is no setpriv to become an ordinary user with");
+      return;
+    }
+    const Bench bench;
+    std::filesystem::permissions(std::filesystem::path(bench.config).parent_path(),
+                                 std::filesystem::perms::all);
+    for (const bool strict : {false, true}) {
+      write(bench.config, std::string(kHead) + kWorkspace +
+                              "[loop]\nstrict = " + (strict ? "true" : "false") + "\n");
+      const std::string program = std::string("'") + HAPTIC_RUN_DEVICE + "' run '" + bench.config +
+                                  "' --seconds 0.2 --json";
+      // No right to any real-time priority, whatever the limits of this session are.
+      const std::string command = "--reuid=65534 --regid=65534 --clear-groups --inh-caps=-all " +
+                                  std::string("prlimit --rtprio=0:0 ") + program;
+      const ProgramResult r = root ? run_program("setpriv", command)
+                                   : run_program("prlimit", "--rtprio=0:0 " + program);
+      if (r.exit_code == 126 || r.exit_code == 127) {
+        MESSAGE("skipped: another user cannot run the program: " << r.err);
+        return;
+      }
+      CHECK(r.exit_code == (strict ? 4 : 0));
+      CHECK(r.err.find("servo thread: SCHED_FIFO priority: EPERM") != std::string::npos);
+      CHECK(r.err.find(strict ? "refused" : "degraded") != std::string::npos);
+    }
+  }
+}

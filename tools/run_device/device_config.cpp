@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/device_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "hal/device_limits.hpp"
+#include "hal/drivers/falcon_driver.hpp"
+#include "hal/drivers/polhem_driver.hpp"
+#include "hal/drivers/reference_driver.hpp"
+#include "hal/drivers/spacemouse_driver.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/toml_table.hpp"
+#include "tools/common/toml_text.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr std::size_t kLargestFileBytes = std::size_t{1} << 20;
+constexpr std::array<const char*, 5> kDriverNames = {"reference", "falcon", "spacemouse", "polhem",
+                                                     "sim"};
+constexpr const char* kDriverMend = "the drivers are: reference, falcon, spacemouse, polhem, sim";
+constexpr Range kRate_hz{50.0, 10'000.0};
+constexpr Range kScale{1e-3, 1e3};
+constexpr Range kOffset_m{-1e3, 1e3};
+constexpr Range kFlight_s{0.1, 60.0};
+
+std::string short_number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+
+std::int64_t integer_in(const TomlTable& t, std::string_view key, std::int64_t low,
+                        std::int64_t high, std::int64_t otherwise) {
+  const std::int64_t value = t.integer(key).value_or(otherwise);
+  if (value != otherwise && (value < low || value > high))
+    t.fail(key, "is " + std::to_string(value) + "; give an integer from " + std::to_string(low) +
+                    " to " + std::to_string(high));
+  return value;
+}
+
+std::unique_ptr<hal::Driver> driver_of(const std::string& name, const hal::UsbAddress& address,
+                                       const std::string& firmware) {
+  if (name == "falcon") {
+    hal::FalconSettings settings;
+    settings.firmware_path = firmware;
+    return std::make_unique<hal::FalconDriver>(settings);
+  }
+  if (name == "polhem") return std::make_unique<hal::PolhemDriver>();
+  if (name == "spacemouse") {
+    hal::SpaceMouseSettings settings;
+    if (address.vendor_id != 0) settings.vendor_id = address.vendor_id;
+    if (address.vendor_id != 0) settings.product_id = address.product_id;
+    return std::make_unique<hal::SpaceMouseDriver>(settings);
+  }
+  return std::make_unique<hal::ReferenceDriver>();
+}
+
+void read_device(const TomlTable& top, const std::filesystem::path& folder,
+                 const std::string& chosen, DeviceConfig& config) {
+  const auto device = top.table("device", {"driver", "address", "firmware"});
+  if (!device && chosen.empty()) top.fail_missing("device", "add the table [device] with driver");
+  std::string firmware, driver = chosen;
+  if (device) {
+    const auto named = device->text("driver");
+    if (!named && chosen.empty()) device->fail_missing("driver", kDriverMend);
+    if (named && !is_driver_name(*named))
+      device->fail("driver", "no driver '" + *named + "'; " + kDriverMend);
+    // Address and firmware are those of the device in the file.
+    const bool own = chosen.empty() || (named && *named == chosen);
+    if (chosen.empty()) driver = *named;
+    if (const auto address = device->text("address")) {
+      hal::UsbAddress read;
+      if (!hal::parse_usb_address(*address, read))
+        device->fail("address", "'" + *address +
+                                    "' is no address; give VID:PID or VID:PID:SERIAL in "
+                                    "hexadecimal, as lsusb shows it");
+      if (own) config.address = read;
+    }
+    if (const auto file = device->text("firmware")) {
+      if (named && *named != "falcon")
+        device->fail("firmware", "only the falcon loads firmware; remove the key");
+      if (own) firmware = (folder / *file).string();
+    }
+  }
+  config.driver_name = driver;
+  config.simulated = driver == "sim";
+  config.driver = driver_of(driver, config.address, firmware);
+}
+
+void read_loop(const TomlTable& top, LoopConfig& loop) {
+  const auto t = top.table("loop", {"rate_hz", "clocking", "servo_priority", "usb_priority",
+                                    "servo_cpu", "usb_cpu", "lock_memory", "strict"});
+  if (!t) return;
+  loop.period_ns = std::llround(1e9 / t->number("rate_hz", kRate_hz).value_or(1000.0));
+  const std::string clocking = t->text("clocking").value_or("timer");
+  if (clocking != "timer" && clocking != "report")
+    t->fail("clocking", "no clocking '" + clocking + "'; give \"timer\" or \"report\"");
+  loop.report_clocked = clocking == "report";
+  loop.servo_priority = static_cast<int>(integer_in(*t, "servo_priority", 0, 99, 80));
+  loop.usb_priority = static_cast<int>(integer_in(*t, "usb_priority", 0, 99, 79));
+  if (loop.usb_priority > loop.servo_priority)
+    t->fail("usb_priority", "is above servo_priority, " + std::to_string(loop.servo_priority) +
+                                ", and would interrupt the tick; give one below it");
+  loop.servo_cpu = static_cast<int>(integer_in(*t, "servo_cpu", 0, 1023, -1));
+  loop.usb_cpu = static_cast<int>(integer_in(*t, "usb_cpu", 0, 1023, -1));
+  loop.lock_memory = t->flag("lock_memory").value_or(true);
+  loop.strict = t->flag("strict").value_or(false);
+}
+
+void read_workspace(const TomlTable& top, DeviceConfig& config) {
+  WorkspaceMap& map = config.servo.map;
+  // D as the device has it, to x right, y away, z up; the user turns from there.
+  const Quat upright = config.driver->capabilities().q_wd;
+  map.q_wd = upright;
+  const auto t = top.table("workspace", {"scale", "offset_m", "rotation"});
+  if (!t) return;
+  map.scale = static_cast<Real>(t->number("scale", kScale).value_or(1.0));
+  if (const auto offset = t->vector3("offset_m", kOffset_m)) {
+    for (int k = 0; k < 3; ++k)
+      map.offset_w[k] = static_cast<Real>((*offset)[static_cast<std::size_t>(k)]);
+  }
+  if (const auto q = t->quaternion_wxyz("rotation")) {
+    const Quat turn(static_cast<Real>((*q)[0]), static_cast<Real>((*q)[1]),
+                    static_cast<Real>((*q)[2]), static_cast<Real>((*q)[3]));
+    map.q_wd = (turn * upright).normalized();
+  }
+}
+
+void read_limits(const TomlTable& top, DeviceConfig& config) {
+  SafetyLimits& limits = config.servo.limits;
+  limits = hal::limits_of(config.driver->capabilities(), config.loop.period_ns);
+  const std::pair<std::string_view, Real SafetyLimits::*> fields[] = {
+      {"max_force_n", &SafetyLimits::max_force_n},
+      {"max_torque_nm", &SafetyLimits::max_torque_nm},
+      {"full_speed_m_per_s", &SafetyLimits::full_speed_m_per_s},
+      {"zero_speed_m_per_s", &SafetyLimits::zero_speed_m_per_s},
+      {"full_turn_rad_per_s", &SafetyLimits::full_turn_rad_per_s},
+      {"zero_turn_rad_per_s", &SafetyLimits::zero_turn_rad_per_s}};
+  std::vector<std::string_view> known;
+  for (const auto& field : fields) known.push_back(field.first);
+  const auto t = top.table("limits", known);
+  if (!t) return;
+  for (const auto& [key, member] : fields) {
+    const auto value = t->number(key, {0.0, std::numeric_limits<double>::infinity()});
+    if (!value) continue;
+    const auto device = static_cast<double>(limits.*member);
+    if (*value > device)
+      t->fail(key, "is " + short_number(*value) + ", beyond the " + short_number(device) +
+                       " of the device; give at most that, or leave it out");
+    limits.*member = static_cast<Real>(*value);
+  }
+  if (limits.full_speed_m_per_s >= limits.zero_speed_m_per_s)
+    t->fail("zero_speed_m_per_s", "is not above full_speed_m_per_s, " +
+                                      short_number(limits.full_speed_m_per_s) +
+                                      "; lower that one too");
+  if (limits.full_turn_rad_per_s >= limits.zero_turn_rad_per_s)
+    t->fail("zero_turn_rad_per_s", "is not above full_turn_rad_per_s, " +
+                                       short_number(limits.full_turn_rad_per_s) +
+                                       "; lower that one too");
+}
+
+void read_switches(const TomlTable& top, SwitchMap& switches) {
+  const auto t = top.table("switches", {"deadman", "clutch", "emergency_stop"});
+  if (!t) return;
+  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  const auto mask = [&t](std::string_view key, std::uint32_t& value) {
+    value = static_cast<std::uint32_t>(integer_in(*t, key, 0, kMost, value));
+  };
+  mask("deadman", switches.deadman);
+  mask("clutch", switches.clutch);
+  mask("emergency_stop", switches.emergency_stop);
+  if (switches.deadman == 0)
+    t->fail("deadman", "is 0, so that nothing would ever arm; give the mask of a switch");
+  if ((switches.deadman & switches.clutch) != 0)
+    t->fail("clutch", "shares a switch with deadman; give each its own");
+}
+
+toml::table parsed(const std::filesystem::path& path) {
+  const std::string text = read_text_file(path, kLargestFileBytes);
+  check_toml_text(text, path.string());
+  try {
+    return toml::parse(text, path.string());
+  } catch (const toml::parse_error& error) {
+    throw InputError(path.string() + ":" + std::to_string(error.source().begin.line) + ":" +
+                     std::to_string(error.source().begin.column) +
+                     ": not valid TOML: " + std::string(error.description()) + "; mend the line");
+  }
+}
+
+}  // namespace
+
+bool is_driver_name(const std::string& name) {
+  return std::find(kDriverNames.begin(), kDriverNames.end(), name) != kDriverNames.end();
+}
+
+DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device) {
+  const toml::table root = parsed(path);
+  const std::filesystem::path folder = path.parent_path();
+  const TomlTable top(root, path.string(), "",
+                      {"scene", "device", "loop", "workspace", "limits", "switches", "recorder"});
+  DeviceConfig config;
+  const auto scene = top.text("scene");
+  if (!scene) top.fail_missing("scene", "give the path of a compiled scene (.rtscene)");
+  config.scene = folder / *scene;
+  std::error_code error;
+  if (scene->empty() || !std::filesystem::is_regular_file(config.scene, error))
+    top.fail("scene", "no file '" + *scene +
+                          "'; compile it with graph_compiler; the path counts from this file's "
+                          "folder");
+  read_device(top, folder, device, config);
+  read_loop(top, config.loop);
+  read_workspace(top, config);
+  read_limits(top, config);
+  read_switches(top, config.servo.switches);
+  if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
+    config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
+    if (const auto file = recorder->text("crash_file")) config.crash_file = folder / *file;
+  }
+  return config;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What `run_device run` is told in its file: scene, device, loop, workspace, limits, switches,
+/// recorder. The table of keys is in README.md.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "hal/drivers/driver.hpp"
+#include "hal/usb/usb_link.hpp"
+#include "rt_core/servo_tick.hpp"
+
+namespace haptic::tools {
+
+struct LoopConfig {
+  std::int64_t period_ns = 1'000'000;
+  bool report_clocked = false;
+  int servo_priority = 80, usb_priority = 79;  ///< SCHED_FIFO; 0: ordinary
+  int servo_cpu = -1, usb_cpu = -1;            ///< negative: any
+  bool lock_memory = true, strict = false;
+};
+
+struct DeviceConfig {
+  std::filesystem::path scene;  ///< of the compiled scene, from the working folder
+  std::string driver_name;      ///< as in the file, or as --device has it
+  bool simulated = false;       ///< the peer in this process, no bus
+  hal::UsbAddress address;
+  std::unique_ptr<hal::Driver> driver;
+  LoopConfig loop;
+  ServoParameters servo;  ///< but for the grip point, which the scene has
+  double flight_seconds = 4.0;
+  std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
+};
+
+/// Names that [device] driver may have: "reference", "falcon", "spacemouse", "polhem", "sim".
+[[nodiscard]] bool is_driver_name(const std::string& name);
+
+/// Paths in the file count from its folder.
+/// @param device  instead of the file's [device] driver; empty: as the file says.
+/// @throws InputError "file:line:column: defect; mend" for what is missing, unknown, of the wrong
+///   type, out of its range, or beyond the limits of the device.
+[[nodiscard]] DeviceConfig read_device_config(const std::filesystem::path& path,
+                                              const std::string& device);
+
+}  // namespace haptic::tools

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/device_run.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <memory>
+#include <new>
+#include <system_error>
+
+#include "hal/local/local_link.hpp"
+#include "hal/realtime/servo_clock.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr unsigned kSpares = 1;
+constexpr int kLook_ms = 20;
+constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
+
+// Of rounding, against steps of newtons.
+constexpr double kSlack_n = 1e-6;
+
+/// Sees every output on the link's thread; read once that has ended.
+class OutputWatch final : public hal::LinkObserver {
+ public:
+  explicit OutputWatch(const SafetyLimits& limits) noexcept
+      : slew_n_per_s_(static_cast<double>(limits.slew_n_per_s)) {}
+
+  void on_report(std::int64_t, std::span<const std::uint8_t>, hal::ReportVerdict,
+                 std::uint64_t) noexcept override {}
+  void on_link(std::int64_t, LinkState, hal::HalStatus) noexcept override {}
+  void on_send(std::int64_t stamp_ns, std::span<const std::uint8_t>,
+               const hal::GuardedOutput& output) noexcept override {
+    const Vec3 force_d = output.wrench_d.force_w;
+    result_.last_force_n = static_cast<double>(force_d.norm());
+    result_.last_torque_nm = static_cast<double>(output.wrench_d.torque_w.norm());
+    if (ending_.load(std::memory_order_relaxed)) {
+      const double elapsed_s = std::min(1e-9 * static_cast<double>(stamp_ns - stamp_ns_),
+                                        static_cast<double>(kLongestRampTick_s));
+      const auto step_n = static_cast<double>((force_d - force_d_).norm());
+      result_.outputs += 1;
+      result_.jumps += step_n > slew_n_per_s_ * elapsed_s + kSlack_n ? 1u : 0u;
+    } else {
+      result_.force_n = result_.last_force_n;
+    }
+    force_d_ = force_d;
+    stamp_ns_ = stamp_ns;
+  }
+  /// From any thread.
+  void begin_ending() noexcept { ending_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] const RunEnding& result() const noexcept { return result_; }
+
+ private:
+  double slew_n_per_s_;
+  std::atomic<bool> ending_{false};
+  Vec3 force_d_ = Vec3::Zero();
+  std::int64_t stamp_ns_ = 0;
+  RunEnding result_;
+};
+
+hal::GuardianSettings guardian_settings(const DeviceConfig& config) {
+  hal::GuardianSettings settings;
+  settings.spares = kSpares;
+  settings.recorded_ticks = flight_records(config);
+  settings.thread.period_ns = config.loop.period_ns;
+  settings.thread.priority = config.loop.usb_priority;
+  settings.thread.cpu = config.loop.usb_cpu;
+  return settings;
+}
+
+hal::LinkSettings link_settings(const DeviceConfig& config) {
+  hal::LinkSettings settings;
+  settings.address = config.address;
+  settings.limits = config.servo.limits;
+  settings.wake_servo = config.loop.report_clocked;
+  settings.answer_wait_ns = config.loop.report_clocked ? config.loop.period_ns / 2 : 0;
+  return settings;
+}
+
+template <std::size_t N>
+void note_refusals(const char* who, const std::array<hal::StepGrant, N>& grants,
+                   std::vector<Refusal>& refusals) {
+  for (const hal::StepGrant& grant : grants) {
+    if (grant.asked && grant.error != 0)
+      refusals.push_back({std::string(who) + ": " + to_text(grant.step), grant.error});
+  }
+}
+
+void add(const TickCounts& from, TickCounts& to) {
+  to.ticks += from.ticks;
+  to.armed_ticks += from.armed_ticks;
+  to.contact_ticks += from.contact_ticks;
+  for (std::size_t k = 0; k < kLateDegrees; ++k) to.late[k] += from.late[k];
+  to.armings += from.armings;
+  to.safety_faults |= from.safety_faults;
+  to.device_faults |= from.device_faults;
+  to.largest_force_n = std::max(to.largest_force_n, from.largest_force_n);
+  to.largest_torque_nm = std::max(to.largest_torque_nm, from.largest_torque_nm);
+  to.largest_tick_ns = std::max(to.largest_tick_ns, from.largest_tick_ns);
+}
+
+/// All that a run consists of, made in the order in which it must be.
+class Run {
+ public:
+  Run(const DeviceConfig& config, const SceneBytes& scene, const RunWatch& watch)
+      : config_(config),
+        scene_(scene),
+        watch_(watch),
+        memory_((kSpares + 1) * sizeof(ServoBoard)),
+        outputs_(config.servo.limits),
+        guardian_(guardian_settings(config)) {}
+
+  RunAccount go(double seconds);
+
+ private:
+  void fork_servo();
+  [[nodiscard]] bool wait_for_servo();
+  void hold();
+  void watch_until_end(double seconds);
+  void tell_status();
+  [[nodiscard]] bool take_end();
+  void finish();
+  [[nodiscard]] ServoBoard& board() { return *boards_[guardian_.number()]; }
+  [[nodiscard]] double seconds_held() const {
+    return 1e-9 * static_cast<double>(hal::monotonic_ns() - held_ns_);
+  }
+
+  const DeviceConfig& config_;
+  const SceneBytes& scene_;
+  const RunWatch& watch_;
+  hal::SharedMemory memory_;
+  std::array<ServoBoard*, kSpares + 1> boards_{};
+  hal::RealtimeProcess process_;
+  OutputWatch outputs_;
+  std::unique_ptr<SimulatedPeer> peer_;
+  std::unique_ptr<hal::DeviceLink> link_;
+  hal::DeviceGuardian guardian_;  ///< goes first: its thread works with all above
+  std::int64_t held_ns_ = 0, next_status_ns_ = 0;
+  bool at_work_ = true;  ///< the servo process that was begun last has not ended by itself
+  RunAccount account_;
+};
+
+void Run::fork_servo() {
+  if (memory_.bytes().empty()) throw OsError("no shared memory for the servo process");
+  for (std::size_t k = 0; k < boards_.size(); ++k)
+    boards_[k] = new (memory_.bytes().data() + k * sizeof(ServoBoard)) ServoBoard;
+  const int error = guardian_.start([this](const hal::ServoSeat& seat) {
+    memory_.enter();
+    return serve(config_, scene_, *boards_[seat.number], seat);
+  });
+  if (error != 0)
+    throw OsError("the servo process cannot be started: " + std::generic_category().message(error));
+}
+
+// False: it ended, or was not ready in time.
+bool Run::wait_for_servo() {
+  const std::int64_t end_ns = hal::monotonic_ns() + kLongestSetUp_ns;
+  while (!board().ready.load(std::memory_order_acquire)) {
+    const hal::GuardianNews news = guardian_.wait(1);
+    if (news == hal::GuardianNews::kStopAsked) {
+      account_.why = "stopped before the loop began";
+      return false;
+    }
+    at_work_ = news != hal::GuardianNews::kServoEnded;
+    if (!at_work_ || hal::monotonic_ns() > end_ns) {
+      account_.exit_code = kExitDeviceOrOs;
+      account_.why = "the servo process did not come up";
+      return false;
+    }
+  }
+  note_refusals("servo process", board().grants.process, account_.refusals);
+  note_refusals("servo thread", board().grants.thread, account_.refusals);
+  return true;
+}
+
+void Run::hold() {
+  const hal::LinkSettings settings = link_settings(config_);
+  hal::Driver& driver = *config_.driver;
+  if (config_.simulated) {
+    peer_ = std::make_unique<SimulatedPeer>(
+        SimulatedPeerSettings{config_.loop.period_ns, config_.servo.switches.deadman});
+    link_ = std::make_unique<hal::LocalLink>(driver, guardian_.mailbox(), *peer_, settings);
+  } else {
+    link_ = std::make_unique<hal::UsbLink>(driver, guardian_.mailbox(), settings);
+  }
+  link_->observe(&outputs_);
+  const hal::UsbThreadGrant grant = guardian_.hold(*link_);
+  if (grant.create_error != 0)
+    throw OsError("no thread for the link: " + std::generic_category().message(grant.create_error));
+  if (grant.affinity_error != 0)
+    account_.refusals.push_back({"USB thread: core affinity", grant.affinity_error});
+  if (grant.priority_error != 0)
+    account_.refusals.push_back({"USB thread: SCHED_FIFO priority", grant.priority_error});
+  held_ns_ = hal::monotonic_ns();
+}
+
+void Run::tell_status() {
+  const auto every_ns = static_cast<std::int64_t>(1e9 * watch_.status_every_s);
+  if (watch_.status_every_s <= 0 || hal::monotonic_ns() < next_status_ns_) return;
+  next_status_ns_ = std::max(next_status_ns_ + every_ns, hal::monotonic_ns());
+  watch_.status({seconds_held(), board().status.newest(), link_->state(), link_->counters(),
+                 link_->trouble()});
+}
+
+// Of a servo process that nobody told to end. @return whether a spare goes on.
+bool Run::take_end() {
+  const hal::ServoEnd& end = guardian_.servo_end();
+  watch_.crash({end.number, end.pid, hal::to_text(end.end), end.records});
+  add(boards_[end.number]->status.newest().counts, account_.counts);
+  account_.processes += 1;
+  if (end.end.signal != 0) {
+    account_.exit_code = kExitCheckFailed;
+    if (guardian_.take_over()) return true;
+    at_work_ = false;
+    account_.why = "the last servo process was " + hal::to_text(end.end);
+    return false;
+  }
+  at_work_ = false;
+  const bool known = end.end.exit_code >= kExitDone && end.end.exit_code <= kExitDeviceOrOs;
+  account_.exit_code = known ? end.end.exit_code : kExitCheckFailed;
+  account_.why = "the servo process returned by itself: " + hal::to_text(end.end);
+  return false;
+}
+
+void Run::watch_until_end(double seconds) {
+  next_status_ns_ = held_ns_ + static_cast<std::int64_t>(1e9 * watch_.status_every_s);
+  for (;;) {
+    const hal::GuardianNews news = guardian_.wait(kLook_ms);
+    if (news == hal::GuardianNews::kServoEnded && !take_end()) return;
+    if (news == hal::GuardianNews::kStopAsked) {
+      account_.why = "stopped by a signal";
+      break;
+    }
+    if (seconds > 0 && seconds_held() >= seconds) {
+      account_.why = "the time asked for is over";
+      if (link_->counters().connects == 0) {
+        account_.why += "; the device was never there";
+        account_.exit_code = kExitDeviceOrOs;
+      }
+      break;
+    }
+    tell_status();
+  }
+}
+
+void Run::finish() {
+  outputs_.begin_ending();
+  account_.seconds = held_ns_ == 0 ? 0 : seconds_held();
+  account_.trouble = link_ == nullptr ? "" : link_->trouble();
+  if (!guardian_.stop() && account_.exit_code == kExitDone) {
+    account_.exit_code = kExitCheckFailed;
+    account_.why += "; a servo process had to be killed";
+  }
+  ServoBoard& last = board();
+  if (at_work_) {
+    add(last.status.newest().counts, account_.counts);
+    account_.processes += 1;
+  }
+  account_.wakeups = last.wakeups;
+  if (last.close.told.load(std::memory_order_acquire)) {
+    account_.page_faults = last.close.faults;
+    account_.heap_grown_bytes = last.close.heap_grown_bytes;
+  }
+  if (link_ != nullptr) account_.link = link_->counters();
+  if (peer_ != nullptr) account_.peer = peer_->counters();
+  account_.ending = outputs_.result();
+}
+
+RunAccount Run::go(double seconds) {
+  account_.driver = config_.driver_name;
+  account_.scene = config_.scene.string();
+  fork_servo();
+  note_refusals("device process",
+                start_process(process_, {.lock_memory = config_.loop.lock_memory}),
+                account_.refusals);
+  if (wait_for_servo()) {
+    account_.refused = config_.loop.strict && !account_.refusals.empty();
+    if (!account_.refused) hold();
+    account_.refused = config_.loop.strict && !account_.refusals.empty();
+    if (!account_.refusals.empty()) watch_.refusals(account_.refusals);
+    if (account_.refused) {
+      account_.exit_code = kExitDeviceOrOs;
+      account_.why = "strict, and the machine does not grant what the loop asks for";
+    } else {
+      watch_until_end(seconds);
+    }
+  }
+  finish();
+  return account_;
+}
+
+}  // namespace
+
+RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene, double seconds,
+                         const RunWatch& watch) {
+  return std::make_unique<Run>(config, scene, watch)->go(seconds);
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// One run of a device: guardian, servo process and its spare, link and its thread; the state of
+/// all of it while it runs, and the account at its end.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/usb/link_counters.hpp"
+#include "tools/run_device/device_config.hpp"
+#include "tools/run_device/servo_program.hpp"
+#include "tools/run_device/simulated_peer.hpp"
+
+namespace haptic::tools {
+
+/// Something that Linux did not grant.
+struct Refusal {
+  std::string what;  ///< "servo process: memory lock"
+  int error = 0;     ///< errno
+};
+
+/// For people who watch.
+struct RunStatus {
+  double t_s = 0;  ///< since the device is held
+  ServoStatus servo;
+  LinkState link = LinkState::kAbsent;
+  hal::LinkCounters counters;
+  std::string trouble;  ///< of the link; empty: none
+};
+
+/// The last outputs, from when the end was asked for: force as handed to the device.
+struct RunEnding {
+  double force_n = 0;         ///< of the last output before
+  std::uint64_t outputs = 0;  ///< since then
+  /// Of them, those that differ from the one before by more than the slew limit allows in the time
+  /// between; within a ramp there is none.
+  std::uint64_t jumps = 0;
+  double last_force_n = 0, last_torque_nm = 0;
+};
+
+/// Of a servo process that ended without being told to.
+struct RunCrash {
+  unsigned number = 0;
+  int pid = -1;
+  std::string end;  ///< "killed by signal 11 (Segmentation fault)"
+  std::vector<StepTrace> records;
+};
+
+struct RunAccount {
+  int exit_code = 0;
+  std::string driver, scene, why;  ///< why it ended, for people
+  double seconds = 0;
+  TickCounts counts;  ///< over all servo processes
+  unsigned processes = 0;
+  hal::WakeupHistogram wakeups;                ///< of the last servo process
+  std::optional<hal::PageFaults> page_faults;  ///< of its loop; none where it was killed
+  std::int64_t heap_grown_bytes = 0;
+  hal::LinkCounters link;
+  std::string trouble;
+  RunEnding ending;
+  std::optional<SimulatedPeerCounters> peer;
+  std::vector<Refusal> refusals;
+  bool refused = false;  ///< in strict: nothing was armed for the refusals
+};
+
+/// What a run tells while it goes on; called on the thread that runs it.
+struct RunWatch {
+  double status_every_s = 1.0;
+  std::function<void(const RunStatus&)> status;
+  std::function<void(const std::vector<Refusal>&)> refusals;
+  std::function<void(const RunCrash&)> crash;
+};
+
+/// Runs until SIGINT, SIGTERM, `seconds` (0: without end) or the end of the servo; then ramps down
+/// and closes, in order. Single-threaded until the servo processes are forked. The config's driver
+/// is used.
+[[nodiscard]] RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene,
+                                       double seconds, const RunWatch& watch);
+
+}  // namespace haptic::tools

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/servo_program.hpp"
+
+#include <malloc.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+
+#include "hal/realtime/servo_clock.hpp"
+#include "rt_core/haptic_core.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+
+namespace haptic::tools {
+namespace {
+
+// More than thread stacks and libusb ask for later.
+constexpr std::size_t kRoomToAllocate = std::size_t{16} << 20;
+constexpr std::size_t kServoStackBytes = 256 * 1024;
+
+bool may_allocate_locked() noexcept {
+  void* const room =
+      mmap(nullptr, kRoomToAllocate, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room == MAP_FAILED) return false;
+  munmap(room, kRoomToAllocate);
+  return true;
+}
+
+/// A scene, the memory of a core, and the core over both.
+struct CoreInMemory {
+  SceneBytes scene, state;
+  SceneView view;
+  HapticCore* core = nullptr;
+
+  [[nodiscard]] RtStatus open(std::span<const std::byte> bytes) {
+    scene = SceneBytes(bytes);
+    const RtStatus opened = SceneView::open(scene.span(), view);
+    if (opened != RtStatus::kOk) return opened;
+    state = SceneBytes(static_cast<std::size_t>(view.header().capacity.state_bytes));
+    return HapticCore::create(state.span(), view, core);
+  }
+};
+
+/// On the servo thread, after each tick.
+class TickWatcher {
+ public:
+  TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, const DeviceConfig& config)
+      : loop_(loop),
+        board_(board),
+        quarter_ns_(config.loop.period_ns / 4),
+        lost_periods_(config.servo.limits.lost_periods) {}
+
+  static void watch(void* self, const ServoInput& input, const ServoResult& result) {
+    static_cast<TickWatcher*>(self)->take(input, result);
+  }
+
+ private:
+  [[nodiscard]] LateDegree degree_of(std::uint32_t missed, std::int64_t late_ns) const noexcept {
+    if (missed > lost_periods_) return LateDegree::kBeyond;
+    if (missed > 0) return LateDegree::kHeld;
+    return late_ns < quarter_ns_ ? LateDegree::kInTime : LateDegree::kWithinPeriod;
+  }
+
+  void take(const ServoInput& input, const ServoResult& result) noexcept {
+    const hal::ServoLoopCounters& loop = loop_.counters();
+    board_.wakeups.add(loop.last_lateness_ns);
+    TickCounts& c = status_.counts;
+    c.ticks += 1;
+    const bool armed = result.arming == ArmingState::kArmed;
+    c.armed_ticks += armed ? 1u : 0u;
+    c.contact_ticks += armed && result.rendered.d_near_m <= 0 ? 1u : 0u;
+    c.late[static_cast<std::size_t>(degree_of(input.late_periods, loop.last_lateness_ns))] += 1;
+    c.armings = result.command.arming;
+    c.safety_faults |= result.faults;
+    c.device_faults |= input.state.faults;
+    c.largest_tick_ns = loop.largest_tick_ns;
+    status_.force_n = static_cast<double>(vec3_of(result.command.wrench_d.force_n).norm());
+    status_.torque_nm = static_cast<double>(vec3_of(result.command.wrench_d.torque_nm).norm());
+    c.largest_force_n = std::max(c.largest_force_n, status_.force_n);
+    c.largest_torque_nm = std::max(c.largest_torque_nm, status_.torque_nm);
+    status_.arming = result.arming;
+    status_.safety_faults = result.faults;
+    status_.device_faults = input.state.faults;
+    status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
+    board_.status.publish(status_);
+  }
+
+  const hal::ServoLoop& loop_;
+  ServoBoard& board_;
+  std::int64_t quarter_ns_;
+  std::uint32_t lost_periods_;
+  ServoStatus status_;
+};
+
+ServoParameters parameters_of(const DeviceConfig& config, const SceneView& view) {
+  ServoParameters parameters = config.servo;
+  const double* grip = view.bodies()[0].reference_m;
+  for (int k = 0; k < 3; ++k) parameters.map.grip_a[k] = static_cast<Real>(grip[k]);
+  return parameters;
+}
+
+hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
+  hal::ServoLoopSettings settings;
+  settings.period_ns = loop.period_ns;
+  settings.report_clocked = loop.report_clocked;
+  settings.report_wait_ns = loop.period_ns + loop.period_ns / 2;
+  return settings;
+}
+
+}  // namespace
+
+std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
+                                            const hal::ProcessSettings& settings) {
+  std::array<hal::StepGrant, 3> grants = process.start(settings);
+  for (hal::StepGrant& grant : grants) {
+    if (grant.step != hal::StartStep::kMemoryLock || !grant.granted()) continue;
+    if (may_allocate_locked()) continue;
+    hal::unlock_all_memory();
+    grant.error = ENOMEM;
+  }
+  return grants;
+}
+
+std::size_t flight_records(const DeviceConfig& config) {
+  const double rate_hz = 1e9 / static_cast<double>(config.loop.period_ns);
+  return static_cast<std::size_t>(std::ceil(config.flight_seconds * rate_hz));
+}
+
+SceneBytes read_usable_scene(const DeviceConfig& config) {
+  SceneBytes bytes = read_scene_bytes(config.scene);
+  CoreInMemory tried;
+  const RtStatus status = tried.open(bytes.span());
+  if (status != RtStatus::kOk)
+    throw InputError(config.scene.string() + ": not a usable scene: " + to_text(status) +
+                     "; compile it again");
+  return bytes;
+}
+
+int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board,
+          const hal::ServoSeat& seat) {
+  CoreInMemory own;
+  if (own.open(scene.span()) != RtStatus::kOk) return kExitBadInput;
+  FlightRecorder recorder(seat.flight);
+  ServoTick tick(*own.core, parameters_of(config, own.view), own.view.header().capacity, &recorder);
+  hal::ServoLoop loop(tick, seat.mailbox, loop_settings(config.loop));
+  TickWatcher watcher(loop, board, config);
+  loop.watch(&TickWatcher::watch, &watcher);
+
+  hal::RealtimeProcess process;
+  board.grants.process =
+      start_process(process, {.lock_memory = config.loop.lock_memory, .hold_idle_states = false});
+  hal::ThreadSettings thread;
+  thread.priority = config.loop.servo_priority;
+  thread.cpu = config.loop.servo_cpu;
+  thread.prefault_bytes = kServoStackBytes;
+  const std::size_t heap_before = mallinfo2().uordblks;
+  board.grants.thread = hal::start_realtime_thread(thread);
+  (void)hal::monotonic_ns();  // the first look at the clock maps its page
+  const hal::PageFaults before = hal::page_faults_of_thread();
+  board.ready.store(true, std::memory_order_release);
+
+  const int error = loop.run(seat.stop);
+
+  const hal::PageFaults after = hal::page_faults_of_thread();
+  ServoClose& close = board.close;
+  close.faults = {after.minor - before.minor, after.major - before.major};
+  close.heap_grown_bytes =
+      static_cast<std::int64_t>(mallinfo2().uordblks) - static_cast<std::int64_t>(heap_before);
+  close.loop_error = error;
+  close.told.store(true, std::memory_order_release);
+  return error == 0 ? kExitDone : kExitDeviceOrOs;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What the servo process of `run_device run` does, and what it tells the process that holds the
+/// device: a status after each tick, and an account that is read once it has ended.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "hal/realtime/device_guardian.hpp"
+#include "hal/realtime/linux_process.hpp"
+#include "hal/realtime/servo_loop.hpp"
+#include "hal/realtime/wakeup_histogram.hpp"
+#include "rt_core/exchange/latest_value.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/run_device/device_config.hpp"
+
+namespace haptic::tools {
+
+/// How late a tick was: woken within a quarter of the period, within the period, up to
+/// SafetyLimits::lost_periods late (the last wrench is held and decays), or beyond (ramp to zero).
+enum class LateDegree : std::uint8_t { kInTime = 0, kWithinPeriod, kHeld, kBeyond, kCount };
+inline constexpr std::size_t kLateDegrees = static_cast<std::size_t>(LateDegree::kCount);
+
+/// Ticks of one servo process, or of several one after the other.
+struct TickCounts {
+  std::uint64_t ticks = 0, armed_ticks = 0;
+  std::uint64_t contact_ticks = 0;  ///< of those armed
+  std::array<std::uint64_t, kLateDegrees> late{};
+  std::uint32_t armings = 0, safety_faults = 0, device_faults = 0;  ///< faults: ever seen
+  double largest_force_n = 0, largest_torque_nm = 0;                ///< commanded
+  std::int64_t largest_tick_ns = 0;
+};
+
+/// After a tick, for people who watch.
+struct ServoStatus {
+  TickCounts counts;
+  ArmingState arming = ArmingState::kDisarmed;
+  std::uint32_t safety_faults = 0, device_faults = 0;  ///< now
+  double force_n = 0, torque_nm = 0;                   ///< commanded
+  double d_near_m = 0;
+};
+
+/// What a servo process asked Linux for, and what came of it.
+struct ServoGrants {
+  std::array<hal::StepGrant, 3> process;
+  std::array<hal::StepGrant, 4> thread;
+};
+
+/// At its end; a process that was killed leaves none.
+struct ServoClose {
+  std::atomic<bool> told{false};
+  hal::PageFaults faults;             ///< of the servo thread within the loop
+  std::int64_t heap_grown_bytes = 0;  ///< bytes of the heap in use, against before the loop
+  int loop_error = 0;                 ///< errno of a sleep that failed
+};
+
+/// In shared memory, one for each servo process: what a killed one has left half done is not used.
+struct ServoBoard {
+  LatestValue<ServoStatus> status;
+  std::atomic<bool> ready{false};  ///< grants are told, the loop begins
+  ServoGrants grants;
+  ServoClose close;
+  hal::WakeupHistogram wakeups;  ///< read once the process has ended
+};
+
+/// Body of a servo process; @return its exit code. Everything that it works with is its own: the
+/// scene is copied, so that no page of it is shared with the parent.
+[[nodiscard]] int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board,
+                        const hal::ServoSeat& seat);
+
+/// Asks for the process-wide grants; a lock of memory that would refuse what is allocated later is
+/// taken back and counts as refused (ENOMEM).
+[[nodiscard]] std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
+                                                          const hal::ProcessSettings& settings);
+
+/// Records of the flight recorder for the configured time.
+[[nodiscard]] std::size_t flight_records(const DeviceConfig& config);
+
+/// The scene read and tried: a core can be built over it. @throws InputError
+[[nodiscard]] SceneBytes read_usable_scene(const DeviceConfig& config);
+
+}  // namespace haptic::tools

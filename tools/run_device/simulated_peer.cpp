@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/simulated_peer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace haptic::tools {
+namespace {
+
+constexpr double kMass_kg = 0.2, kDamping_ns_per_m = 2.0;
+// The hand: a spring and a damper to where it wants to be.
+constexpr double kHandSpring_n_per_m = 300.0, kHandDamping_ns_per_m = 10.0;
+
+// The hand's cycle [s]: it rests with the deadman let go, goes down with it held, presses, comes
+// up, lets go.
+constexpr double kRest_s = 0.5, kDown_s = 1.0, kPress_s = 2.0, kUp_s = 1.0;
+constexpr double kCycle_s = kRest_s + kDown_s + kPress_s + kUp_s;
+constexpr double kStroke_m = 0.03;
+
+std::int32_t units(double value, double unit) noexcept {
+  constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+  return static_cast<std::int32_t>(std::clamp(std::nearbyint(value / unit), -kMost, kMost));
+}
+
+/// The protocol's 20 ms, or the two periods that it asks for at the least.
+std::uint16_t watchdog_ms(std::int64_t period_ns) noexcept {
+  const std::int64_t two_periods_ms = (2 * period_ns + 999'999) / 1'000'000;
+  return static_cast<std::uint16_t>(std::max<std::int64_t>(20, two_periods_ms));
+}
+
+/// Where the hand wants the handle to be, below the origin of D [m].
+double depth_of_hand_m(double t_s) noexcept {
+  const double phase_s = std::fmod(t_s, kCycle_s);
+  const double down = (phase_s - kRest_s) / kDown_s;
+  const double up = (kCycle_s - phase_s) / kUp_s;
+  const double share = std::clamp(std::min(down, up), 0.0, 1.0);
+  return kStroke_m * share * share * (3.0 - 2.0 * share);  // comes and goes without a jerk
+}
+
+}  // namespace
+
+void SimulatedPeer::plug(std::int64_t now_ns) noexcept {
+  *this = SimulatedPeer(settings_);
+  due_ns_ = now_ns + settings_.period_ns;
+}
+
+hal::HalStatus SimulatedPeer::control(const hal::ControlRequest& request,
+                                      std::span<std::uint8_t> bytes, std::size_t& moved) noexcept {
+  moved = 0;
+  if (request.request_type != hal::kReferenceBlockRequestType ||
+      request.request != hal::kReferenceBlockRequest || bytes.size() < hal::kReferenceBlockBytes)
+    return hal::HalStatus::kTransferFailed;  // as a stall
+  hal::ReferenceBlock block;
+  block.report_period_us = static_cast<std::uint16_t>(settings_.period_ns / 1000);
+  block.watchdog_ms = watchdog_ms(settings_.period_ns);
+  block.mass_mg = static_cast<std::uint32_t>(kMass_kg * 1e6);
+  block.damping_uns_per_m = static_cast<std::uint32_t>(kDamping_ns_per_m * 1e6);
+  hal::encode(block, bytes.first<hal::kReferenceBlockBytes>());
+  moved = hal::kReferenceBlockBytes;
+  return hal::HalStatus::kOk;
+}
+
+void SimulatedPeer::pass_period() noexcept {
+  const double step_s = 1e-9 * static_cast<double>(settings_.period_ns);
+  periods_ += 1;
+  sequence_ += 1;
+  const double depth_m = depth_of_hand_m(static_cast<double>(periods_) * step_s);
+  const std::array<double, 3> target_m = {0.0, 0.0, -depth_m};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double hand_n = kHandSpring_n_per_m * (target_m[k] - position_m_[k]) -
+                          (kHandDamping_ns_per_m + kDamping_ns_per_m) * velocity_m_per_s_[k];
+    const double drive_n = drives_on_ ? force_n_[k] : 0.0;
+    velocity_m_per_s_[k] += step_s * (hand_n + drive_n) / kMass_kg;
+    position_m_[k] += step_s * velocity_m_per_s_[k];
+  }
+  const double silence_s = static_cast<double>(periods_ - fed_) * step_s;
+  if (!drives_on_ || silence_s < 1e-3 * watchdog_ms(settings_.period_ns)) return;
+  drives_on_ = false;
+  cut_ = true;
+  counters_.watchdog_cuts += 1;
+}
+
+std::size_t SimulatedPeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept {
+  if (now_ns < due_ns_ || bytes.size() < hal::kReferenceReportBytes) return 0;
+  for (int k = 0; k < kMostPeriods && due_ns_ <= now_ns; ++k) {
+    pass_period();
+    due_ns_ += settings_.period_ns;
+  }
+  // Where its host was away for longer, its time stood still.
+  if (due_ns_ <= now_ns) due_ns_ = now_ns + settings_.period_ns;
+
+  hal::ReferenceReport r;
+  r.status = hal::kReferenceCalibrated | hal::kReferenceTwistValid;
+  if (drives_on_) r.status |= hal::kReferenceDrivesOn;
+  if (cut_) r.status |= hal::kReferenceWatchdogCut;
+  r.sequence = sequence_;
+  r.time_us = periods_ * static_cast<std::uint64_t>(settings_.period_ns) / 1000;
+  for (std::size_t k = 0; k < 3; ++k) {
+    r.position[k] = units(position_m_[k], hal::kReferencePositionUnit_m);
+    r.velocity[k] = units(velocity_m_per_s_[k], hal::kReferenceVelocityUnit_m_per_s);
+  }
+  const double t_s =
+      1e-9 * static_cast<double>(settings_.period_ns) * static_cast<double>(periods_);
+  r.switches = std::fmod(t_s, kCycle_s) >= 0.5 * kRest_s ? settings_.deadman : 0;
+  r.faults = cut_ ? std::uint32_t{kDeviceWatchdogCut} : 0u;
+  r.accepted_tick = tick_;
+  r.rejected = static_cast<std::uint32_t>(counters_.refused);
+  r.accepted_sequence = accepted_;
+  hal::encode(r, bytes.first<hal::kReferenceReportBytes>());
+  return hal::kReferenceReportBytes;
+}
+
+void SimulatedPeer::command(std::int64_t /*now_ns*/, std::span<const std::uint8_t> bytes) noexcept {
+  hal::ReferenceCommand c;
+  counters_.commands += 1;
+  if (hal::decode(bytes, c) != hal::CodecVerdict::kOk || !hal::is_newer(c.sequence, accepted_)) {
+    counters_.refused += 1;
+    return;
+  }
+  accepted_ = c.sequence;
+  tick_ = c.tick;
+  fed_ = periods_;
+  if (!c.drives_on) {
+    drives_on_ = cut_ = false;
+  } else if (!cut_) {
+    drives_on_ = true;
+    for (std::size_t k = 0; k < 3; ++k) force_n_[k] = c.force[k] * hal::kReferenceForceUnit_n;
+  }
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A handle in this process that speaks the reference protocol, with a scripted hand that presses
+/// it down and lets it up again: for trying out the loop without hardware. It is not a model of a
+/// device: a mass and a damper in three directions, no friction, encoder steps or drives, and a
+/// grip that does not turn and holds every torque.
+
+#include <array>
+#include <cstdint>
+
+#include "hal/drivers/reference_codec.hpp"
+#include "hal/local/local_peer.hpp"
+
+namespace haptic::tools {
+
+struct SimulatedPeerSettings {
+  std::int64_t period_ns = 1'000'000;  ///< of its reports; 0.1 to 20 ms
+  std::uint32_t deadman = 1;           ///< switches that the hand holds while it presses
+};
+
+/// Counts since it was plugged in.
+struct SimulatedPeerCounters {
+  std::uint64_t commands = 0, refused = 0, watchdog_cuts = 0;
+};
+
+/// Owner: the link's thread; `counters` once that has ended. Periods that nobody asked for pass all
+/// the same, at most kMostPeriods of them at once.
+class SimulatedPeer final : public hal::LocalPeer {
+ public:
+  static constexpr int kMostPeriods = 100;
+
+  explicit SimulatedPeer(const SimulatedPeerSettings& settings) noexcept : settings_(settings) {}
+
+  void plug(std::int64_t now_ns) noexcept override;
+  hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
+                         std::size_t& moved) noexcept override;
+  [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }
+  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept override;
+  void command(std::int64_t now_ns, std::span<const std::uint8_t> bytes) noexcept override;
+
+  [[nodiscard]] const SimulatedPeerCounters& counters() const noexcept { return counters_; }
+
+ private:
+  void pass_period() noexcept;
+
+  SimulatedPeerSettings settings_;
+  SimulatedPeerCounters counters_;
+  std::int64_t due_ns_ = 0;
+  std::uint64_t periods_ = 0, fed_ = 0;  ///< fed_: period of the last command accepted
+  std::array<double, 3> position_m_{}, velocity_m_per_s_{}, force_n_{};  ///< D axes
+  std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0;
+  bool drives_on_ = false, cut_ = false;
+};
+
+}  // namespace haptic::tools
