@@ -76,6 +76,7 @@ hal::LinkSettings link_settings(const DeviceConfig& config) {
   hal::LinkSettings settings;
   settings.address = config.address;
   settings.limits = config.servo.limits;
+  settings.deadman = config.servo.switches.deadman;
   settings.wake_servo = config.loop.report_clocked;
   settings.answer_wait_ns = config.loop.report_clocked ? config.loop.period_ns / 2 : 0;
   return settings;
