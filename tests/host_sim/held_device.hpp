@@ -12,6 +12,7 @@
 
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/device_guardian.hpp"
+#include "hal/usb/usb_link.hpp"
 #include "host_sim/commands/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
 

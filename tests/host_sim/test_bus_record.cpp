@@ -12,6 +12,7 @@
 
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/bus_recorder.hpp"
+#include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "host_sim/device/bus_player.hpp"
 #include "host_sim/device/device_stack.hpp"

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <thread>
 
+#include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "tests/host_sim/usb_link_bench.hpp"
 #include "tests/support/rt_guard.hpp"

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "tests/host_sim/peg_minute.hpp"
 
