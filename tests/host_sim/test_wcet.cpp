@@ -199,7 +199,7 @@ TEST_SUITE("host_sim.wcet") {
       CHECK(e.at("args").at("feature_evaluations") == r.ticks[i].counters.feature_evaluations);
       CHECK(e.at("args").at("work_units") == work_units(r.ticks[i].counters));
     }
-    CHECK(events[2].at("args").at("flags").get<std::string>().find("first tick") !=
+    CHECK(events[2].at("args").at("flags").get<std::string>().find("first_tick") !=
           std::string::npos);
   }
 
