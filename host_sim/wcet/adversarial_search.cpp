@@ -73,6 +73,19 @@ double value_of_tick(AdversarialGoal goal, const StepResult& now, const StepResu
   }
 }
 
+/// Whether a time beats `than` a second time: of many times, each the least of a few repeats, the
+/// largest would be the one that met most noise. Keeps the lesser.
+bool confirmed(CoreSession& session, AdversarialFinding& trial, double than) {
+  if (trial.goal != AdversarialGoal::kTime) return true;
+  AdversarialFinding again = trial;
+  evaluate(session, trial.motion, again);
+  if (again.value < trial.value) {
+    trial.value = again.value;
+    trial.tick = again.tick;
+  }
+  return trial.value > than;
+}
+
 AdversarialFinding climb(CoreSession& session, const AdversarialSpace& space, AdversarialGoal goal,
                          const AdversarialLimits& limits) {
   using Clock = std::chrono::steady_clock;
@@ -105,7 +118,7 @@ AdversarialFinding climb(CoreSession& session, const AdversarialSpace& space, Ad
       here = next;
       here_value = trial.value;
     }
-    if (trial.value > best.value) best = trial;
+    if (trial.value > best.value && confirmed(session, trial, best.value)) best = trial;
   }
   best.evaluations = evaluations;
   best.restarts = restarts;
