@@ -33,6 +33,7 @@ struct CounterBound {
 [[nodiscard]] SceneCapacity damaged_bounds(const SceneCapacity& capacity, std::string_view name);
 
 /// Counted work of a tick: pair visits, faces and edges, pairs of edges, support pairs, near nodes.
+/// The contact search's alone: the proxy's gaps, valid sets and quadratic programs are not in it.
 [[nodiscard]] std::uint64_t work_units(const StepCounters& counters);
 /// The most work that a tick of this scene can do, by the bounds in its header.
 [[nodiscard]] std::uint64_t work_bound(const SceneCapacity& capacity);

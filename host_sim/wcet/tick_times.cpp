@@ -105,7 +105,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
       result.ticks[i].contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
       result.ticks[i].relocalised = step.counters.stale_pairs > 0;
       result.ticks[i].situation = step.situation;
-      result.ticks[i].d_near_m = step.d_near_m;
+      result.ticks[i].d_near_m = static_cast<double>(step.d_near_m);
       result.ticks[i].flags = step.flags;
       result.ticks[i].counters = step.counters;
     }

@@ -43,8 +43,13 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
        c.unproven == 0 ? "exact at every pose" : "a tick may have to give up exactness, flagged");
   line(text,
        "  bound %llu units of work, dearest unit %.1f ns: at most %.0f ns, %.1f %% of the period "
-       "of %.0f ns",
-       ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns);
+       "of %.0f ns%s",
+       ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns,
+       view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
+  if (view.parameters().law == LawId::kProxy) {
+    line(text,
+         "  (the proxy's work is no part of these units: see the times that the search found)");
+  }
 }
 
 void add_times(std::string& text, const WcetReport& r, std::span<const MotionSample> motion) {
