@@ -11,11 +11,11 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/replay.hpp"
-#include "host_sim/commands/wcet.hpp"
 #include "host_sim/report/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/replay_plot.hpp"
 #include "host_sim/report/replay_summary.hpp"
+#include "host_sim/wcet/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

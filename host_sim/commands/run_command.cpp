@@ -14,7 +14,7 @@
 #include "hal/usb/bus_recorder.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/run_account.hpp"
-#include "host_sim/commands/wcet.hpp"
+#include "host_sim/wcet/counters_check.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/pressing_script.hpp"

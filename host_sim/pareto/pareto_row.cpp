@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "host_sim/commands/wcet.hpp"
+#include "host_sim/wcet/tick_times.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "host_sim/commands/wcet.hpp"
+#include "host_sim/wcet/tick_times.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/report/tick_clock.hpp"
 #include "host_sim/reproduction/coherent_path.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "host_sim/commands/wcet.hpp"
+#include "host_sim/wcet/tick_times.hpp"
 #include "host_sim/pareto/log_panel.hpp"
 #include "host_sim/pareto/pareto_plot.hpp"
 #include "host_sim/pareto/pareto_table.hpp"

@@ -139,8 +139,9 @@ TEST_SUITE("host_sim.program") {
         host_sim("wcet --once --scene '" + f.scene + "' --motion '" + out + "'");
     CHECK(once.exit_code == 0);
     CHECK(once.out.find("101 ticks") != std::string::npos);
-    const ProgramResult timed = host_sim("wcet --repeats 2 --scene '" + f.scene + "' --motion '" +
-                                         out + "' --out '" + f.folder.file("t") + "'");
+    const ProgramResult timed =
+        host_sim("wcet --quick --evaluations 3 --repeats 2 --scene '" + f.scene + "' --motion '" +
+                 out + "' --out '" + f.folder.file("t") + "'");
     CHECK(timed.exit_code == 0);
     CHECK(timed.out.find("exhaustive search, double") != std::string::npos);
     const std::string csv = text_of_file(f.folder.file("t") + "/wcet.csv");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/commands/wcet.hpp"
+#include "host_sim/wcet/tick_times.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 
 #include "host_sim/oracle/flat_pair.hpp"
 #include "host_sim/report/tick_clock.hpp"
+#include "host_sim/wcet/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -62,24 +63,6 @@ void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeat
 
 }  // namespace
 
-std::uint64_t work_units(const StepCounters& c) {
-  return std::uint64_t{c.pair_visits} + c.feature_evaluations + c.edge_pairs + c.support_pairs +
-         c.near_nodes;
-}
-
-std::uint64_t work_bound(const SceneCapacity& c) {
-  return std::uint64_t{c.max_pair_visits} + c.max_feature_evaluations + c.max_edge_pairs +
-         c.max_support_pairs + c.max_near_nodes;
-}
-
-bool within_bounds(const StepCounters& p, const SceneCapacity& c) {
-  return p.pair_visits <= c.max_pair_visits && p.support_pairs <= c.max_support_pairs &&
-         p.feature_evaluations <= c.max_feature_evaluations && p.edge_pairs <= c.max_edge_pairs &&
-         p.near_nodes <= c.max_near_nodes && p.hull_points <= c.max_hull_points &&
-         p.plane_gaps <= c.max_plane_gaps && p.valid_nodes <= c.max_valid_nodes &&
-         p.full_searches <= c.max_full_searches;
-}
-
 TimeFigures figures(std::vector<double> values) {
   TimeFigures f;
   f.count = values.size();
@@ -93,7 +76,7 @@ TimeFigures figures(std::vector<double> values) {
 }
 
 WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
-                   std::uint32_t repeats) {
+                   std::uint32_t repeats, bool exhaustive_too) {
   if (motion.empty() || repeats == 0)
     throw tools::InputError("nothing to time: no ticks or no repeats");
   WcetResult result;
@@ -101,7 +84,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   const TickClock clock;
   result.clock_empty_ns = clock.empty_ns();
   std::vector<FlatPair> pairs;
-  for (std::uint32_t k = 0; k < session.view().pairs().size(); ++k)
+  for (std::uint32_t k = 0; exhaustive_too && k < session.view().pairs().size(); ++k)
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
     const StepInput input = input_of(motion[i], i);
@@ -121,6 +104,10 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
       repeated[r][i] = time_core(i, step);
       result.ticks[i].contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
       result.ticks[i].relocalised = step.counters.stale_pairs > 0;
+      result.ticks[i].situation = step.situation;
+      result.ticks[i].d_near_m = static_cast<double>(step.d_near_m);
+      result.ticks[i].flags = step.flags;
+      result.ticks[i].counters = step.counters;
     }
   }
   raise_peaks(session.core().peaks(), result.peaks);
@@ -129,7 +116,13 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     TickTime& tick = result.ticks[i];
     tick.core_ns = std::numeric_limits<double>::infinity();
     for (const auto& run : repeated) tick.core_ns = std::min(tick.core_ns, run[i]);
-    for (const auto& run : repeated) noise.push_back(run[i] - tick.core_ns);
+    for (const auto& run : repeated) {
+      result.raw_ns.push_back(run[i]);
+      noise.push_back(run[i] - tick.core_ns);
+    }
+    core.push_back(tick.core_ns);
+    (tick.contact ? contact : free).push_back(tick.core_ns);
+    if (!exhaustive_too) continue;
     const Pose pose = pose_of(motion[i]);
     tick.exhaustive_ns = std::numeric_limits<double>::infinity();
     for (std::uint32_t r = 0; r < repeats; ++r) {
@@ -138,8 +131,6 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
       const std::uint64_t end = TickClock::now();
       tick.exhaustive_ns = std::min(tick.exhaustive_ns, clock.ns_between(begin, end));
     }
-    core.push_back(tick.core_ns);
-    (tick.contact ? contact : free).push_back(tick.core_ns);
     exhaustive.push_back(tick.exhaustive_ns);
   }
   static_cast<void>(sink);
@@ -154,6 +145,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   result.core_free = figures(std::move(free));
   result.exhaustive = figures(std::move(exhaustive));
   result.noise = figures(std::move(noise));
+  result.raw = figures(result.raw_ns);
   return result;
 }
 

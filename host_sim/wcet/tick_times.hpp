@@ -17,6 +17,10 @@ struct TickTime {
   double exhaustive_ns = 0;  ///< of the plain search of all pairs, least of the repeats
   bool contact = false;
   bool relocalised = false;
+  ContactSituation situation = ContactSituation::kNone;
+  double d_near_m = 0;
+  std::uint32_t flags = 0;  ///< StepFlag
+  StepCounters counters;    ///< its work
 };
 
 /// Figures over a set of inputs [ns].
@@ -31,7 +35,9 @@ struct WcetResult {
   std::size_t worst_tick = 0;  ///< of the core, after the first tick
   double first_tick_ns = 0;
   TimeFigures
-      noise;  ///< a repeat's time less the least one of its input: the machine, not the code
+      noise;        ///< a repeat's time less the least one of its input: the machine, not the code
+  TimeFigures raw;  ///< every repeat of every tick as it was
+  std::vector<double> raw_ns;  ///< those, tick by tick
   double clock_empty_ns = 0;
   std::uint32_t repeats = 0;
   /// The same poses met with every bound stale, as after a jump there: the worst miss.
@@ -40,19 +46,13 @@ struct WcetResult {
   double dearest_unit_ns = 0;  ///< of the stale ticks with much work: time over work
 };
 
-/// Counted work of a tick: pair visits, faces and edges, pairs of edges, support pairs, near nodes.
-[[nodiscard]] std::uint64_t work_units(const StepCounters& counters);
-/// The most work that a tick of this scene can do, by the bounds in its header.
-[[nodiscard]] std::uint64_t work_bound(const SceneCapacity& capacity);
-/// Whether every peak is within its bound.
-[[nodiscard]] bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity);
-
 [[nodiscard]] TimeFigures figures(std::vector<double> values);
 
 /// Every repeat is a whole run from the reset core; the same input gives the same state, so the
 /// repeats of a tick do the same work. The exhaustive search evaluates every node of every pair in
-/// plain double and returns D_near alone.
+/// plain double and returns D_near alone; without `exhaustive_too` it is left out and its figures
+/// stay empty. @throws tools::InputError: no ticks or no repeats.
 [[nodiscard]] WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
-                                 std::uint32_t repeats);
+                                 std::uint32_t repeats, bool exhaustive_too = true);
 
 }  // namespace haptic::sim

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worst-case tests of a scene: what they count, find and write. No time is asserted.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "host_sim/wcet/chrome_trace.hpp"
+#include "host_sim/wcet/flow_facts.hpp"
+#include "host_sim/wcet/scene_motion.hpp"
+#include "host_sim/wcet/wcet_table.hpp"
+#include "tests/host_sim/program_run.hpp"
+#include "tests/host_sim/sample_scenes.hpp"
+#include "tools/common/error.hpp"
+
+using namespace haptic;
+using namespace haptic::sim;
+using namespace haptic::sim::test;
+
+namespace {
+
+struct Scene {
+  std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
+  CoreSession session{bytes, "test"};
+};
+
+std::vector<MotionSample> short_motion() {
+  PathShape shape;
+  shape.centre_m[2] = 0.08;
+  return smooth_path(3, 60, shape);
+}
+
+/// Counts only: no wake-ups, a search of few motions.
+WcetPlan small_plan() {
+  WcetPlan plan;
+  plan.scene = "test";
+  plan.motion = "smooth path";
+  plan.most_same_state = 20;
+  plan.exhaustive = false;
+  plan.wakeup_seconds = 0;
+  plan.adversarial.evaluations = 70;  // more than the patience of a climb
+  return plan;
+}
+
+bool same_motion(const std::vector<MotionSample>& a, const std::vector<MotionSample>& b) {
+  return std::ranges::equal(a, b, [](const MotionSample& x, const MotionSample& y) {
+    return x.t_s == y.t_s && std::ranges::equal(x.p, y.p) && std::ranges::equal(x.q_wxyz, y.q_wxyz);
+  });
+}
+
+const AdversarialFinding& found(const std::vector<AdversarialFinding>& list, AdversarialGoal goal) {
+  return *std::ranges::find(list, goal, &AdversarialFinding::goal);
+}
+
+}  // namespace
+
+TEST_SUITE("host_sim.wcet") {
+  TEST_CASE("a report has warm and flushed times of the same ticks, apart from noise and work") {
+    Scene s;
+    const std::vector<MotionSample> motion = short_motion();
+    const WcetReport report = measure_wcet(s.session, motion, small_plan());
+    CHECK(report.passed());
+    CHECK(report.same_state.ticks.size() >= 10);
+    CHECK(report.same_state.warm.count == report.same_state.ticks.size());
+    CHECK(report.same_state.flushed.count == report.same_state.ticks.size());
+    CHECK(report.same_state.flushed_raw.count == 7 * report.same_state.ticks.size());
+    CHECK(report.same_state.same_result);
+    CHECK(report.same_state.ticks.front().tick == 0);
+    CHECK(report.loop.raw.count == 7 * motion.size());
+    CHECK(report.loop.exhaustive.count == 0);
+    const auto json = nlohmann::json::parse(wcet_json(report));
+    CHECK(json.at("wall_time_ns").contains("warm"));
+    CHECK(json.at("wall_time_ns").contains("flushed"));
+    CHECK(json.at("machine_noise_ns").contains("flushed_raw"));
+    CHECK(json.at("adversarial").size() == std::size(kAdversarialGoals));
+    const std::string table = wcet_table(report, s.session.view(), motion);
+    CHECK(table.find("same state, warm") < table.find("same state, caches flushed"));
+    CHECK(table.find("noise of this machine") != std::string::npos);
+    CHECK(table.find("force_step") != std::string::npos);
+  }
+
+  TEST_CASE(
+      "counters: the report's peaks are those of a run and of the search, bounds the header's") {
+    Scene s;
+    const std::vector<MotionSample> motion = short_motion();
+    const WcetReport report = measure_wcet(s.session, motion, small_plan());
+    s.session.core().reset();
+    for (std::size_t i = 0; i < motion.size(); ++i)
+      static_cast<void>(s.session.core().step(input_of(motion[i], i)));
+    const StepCounters run = s.session.core().peaks();
+    const SceneCapacity& capacity = s.session.view().header().capacity;
+    const auto bound = [&](const char* name) {
+      return *std::ranges::find_if(
+          report.bounds, [&](const CounterBound& b) { return std::string(b.name) == name; });
+    };
+    CHECK(bound("edge_pairs").peak >= run.edge_pairs);
+    CHECK(bound("feature_evaluations").peak >= run.feature_evaluations);
+    CHECK(run.feature_evaluations > 0);
+    CHECK(bound("feature_evaluations").bound == capacity.max_feature_evaluations);
+    CHECK(bound("near_nodes").bound == capacity.max_near_nodes);
+    StepCounters over = run;
+    over.near_nodes = capacity.max_near_nodes;
+    CHECK(all_held(counter_bounds(over, capacity, s.session.view().parameters())));
+    over.near_nodes += 1;
+    CHECK_FALSE(all_held(counter_bounds(over, capacity, s.session.view().parameters())));
+    CHECK_FALSE(within_bounds(over, capacity));
+  }
+
+  TEST_CASE("adversarial search: same seed and evaluations, same findings; another seed, others") {
+    Scene s;
+    const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
+    const AdversarialLimits limits{10, 100, 7};
+    const auto first = adversarial_search(s.session, known, limits);
+    const auto second = adversarial_search(s.session, known, limits);
+    const auto other = adversarial_search(s.session, known, {10, 100, 8});
+    bool differs = false;
+    for (std::size_t k = 0; k < first.size(); ++k) {
+      CHECK(first[k].evaluations == 100);
+      CHECK(first[k].not_finite == 0);
+      if (first[k].goal == AdversarialGoal::kTime) continue;  // the machine's clock has a say
+      CAPTURE(to_text(first[k].goal));
+      CHECK(first[k].value > 0);
+      CHECK(first[k].value == second[k].value);
+      CHECK(first[k].state_hash == second[k].state_hash);
+      CHECK(same_motion(first[k].motion, second[k].motion));
+      differs = differs || !same_motion(first[k].motion, other[k].motion);
+    }
+    CHECK(differs);
+  }
+
+  TEST_CASE("adversarial search: more motions never find less") {
+    Scene s;
+    const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
+    const auto few = adversarial_search(s.session, known, {10, 5, 7});
+    const auto many = adversarial_search(s.session, known, {10, 150, 7});
+    for (std::size_t k = 0; k < few.size(); ++k) {
+      if (few[k].goal != AdversarialGoal::kTime) CHECK(many[k].value >= few[k].value);
+    }
+    const auto step = AdversarialGoal::kForceStep;
+    CHECK(found(many, step).value > found(few, step).value);
+  }
+
+  TEST_CASE("adversarial motions: the file gives the same states, and no hand is that fast") {
+    Scene s;
+    const ScratchFolder folder("wcet_motion");
+    const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
+    for (const AdversarialFinding& f : adversarial_search(s.session, known, {10, 70, 2})) {
+      const std::string path = folder.file(motion_file_name(f, 2));
+      write_motion_csv(path, f.motion);
+      const std::vector<MotionSample> read = read_motion_csv(path);
+      REQUIRE(read.size() == kMotionSegments * kSegmentTicks);
+      s.session.core().reset();
+      std::uint64_t hash = 0;
+      for (std::size_t i = 0; i < read.size(); ++i)
+        hash = s.session.core().step(input_of(read[i], i)).state_hash;
+      CHECK(hash == f.state_hash);
+      // The grip point of this scene is A's origin.
+      const double period_s = 1 / s.session.view().parameters().rate_hz;
+      for (std::size_t i = 1; i < read.size(); ++i) {
+        const Vector step(read[i].p[0] - read[i - 1].p[0], read[i].p[1] - read[i - 1].p[1],
+                          read[i].p[2] - read[i - 1].p[2]);
+        CHECK(step.norm() <= kAdversarialSpeed_m_per_s * period_s + 1e-8);
+      }
+    }
+  }
+
+  TEST_CASE("a motion made from the scene touches it, and is the same for the same seed") {
+    Scene s;
+    const std::vector<MotionSample> motion = scene_motion(s.session, 1, 5);
+    CHECK(motion.size() == 1001);
+    CHECK(same_motion(motion, scene_motion(s.session, 1, 5)));
+    CHECK_FALSE(same_motion(motion, scene_motion(s.session, 1, 6)));
+    s.session.core().reset();
+    std::size_t contact = 0;
+    for (std::size_t i = 0; i < motion.size(); ++i)
+      contact += s.session.core().step(input_of(motion[i], i)).d_near_m <= 0 ? 1u : 0u;
+    CHECK(contact > 10);
+    // The scene starts in contact; the wander leaves the start pose all the same.
+    const Vector gone(motion.back().p[0] - motion[0].p[0], motion.back().p[1] - motion[0].p[1],
+                      motion.back().p[2] - motion[0].p[2]);
+    CHECK(gone.norm() > 1e-4);
+  }
+
+  TEST_CASE("trace: parses, one bar per tick with its counts, in order") {
+    Scene s;
+    const std::vector<MotionSample> motion = short_motion();
+    const WcetResult r = measure(s.session, motion, 2, false);
+    const auto json = nlohmann::json::parse(chrome_trace(r.ticks, motion, "s\xff"));
+    const auto& events = json.at("traceEvents");
+    REQUIRE(events.size() == motion.size() + 2);
+    CHECK(events[0].at("ph") == "M");
+    for (std::size_t i = 0; i < motion.size(); ++i) {
+      const auto& e = events[i + 2];
+      CHECK(e.at("ph") == "X");
+      CHECK(e.at("ts").get<double>() == 1e6 * motion[i].t_s);
+      CHECK(e.at("dur").get<double>() == 1e-3 * r.ticks[i].core_ns);
+      CHECK(e.at("args").at("tick") == i);
+      CHECK(e.at("args").at("feature_evaluations") == r.ticks[i].counters.feature_evaluations);
+      CHECK(e.at("args").at("work_units") == work_units(r.ticks[i].counters));
+    }
+    CHECK(events[2].at("args").at("flags").get<std::string>().find("first_tick") !=
+          std::string::npos);
+  }
+
+  TEST_CASE("flow facts name every capacity with the header's number") {
+    Scene s;
+    const SceneCapacity& c = s.session.view().header().capacity;
+    const std::string text = flow_facts(s.session.view(), "a\nname");
+    const auto has = [&](const char* name, std::uint64_t bound) {
+      CAPTURE(name);
+      CHECK(text.find("\n" + std::string(name) + "\t" + std::to_string(bound) + "\t") !=
+            std::string::npos);
+    };
+    has("state_bytes", c.state_bytes);
+    has("moving_lanes", c.moving_lanes);
+    has("pair_count", c.pair_count);
+    has("total_features", c.total_features);
+    has("largest_pair_features", c.largest_pair_features);
+    has("largest_near", c.largest_near);
+    has("max_pair_visits", c.max_pair_visits);
+    has("max_support_pairs", c.max_support_pairs);
+    has("max_feature_evaluations", c.max_feature_evaluations);
+    has("max_edge_pairs", c.max_edge_pairs);
+    has("max_near_nodes", c.max_near_nodes);
+    has("max_hull_points", c.max_hull_points);
+    has("max_plane_gaps", c.max_plane_gaps);
+    has("max_valid_nodes", c.max_valid_nodes);
+    has("max_full_searches", c.max_full_searches);
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      CHECK((line.starts_with("#") || std::ranges::count(line, '\t') == 2));
+  }
+
+  TEST_CASE("program: a whole quick run writes its files; a damaged bound is exit 1") {
+    const Scene s;
+    const ScratchFolder folder("wcet");
+    const std::string scene = folder.file("s.rtscene"), out = folder.file("out");
+    std::ofstream(scene, std::ios::binary)
+        .write(reinterpret_cast<const char*>(s.bytes.data()),
+               static_cast<std::streamsize>(s.bytes.size()));
+    const std::string common = "wcet --scene '" + scene + "' --quick --evaluations 5";
+    const ProgramResult good =
+        run_program(HAPTIC_HOST_SIM, common + " --seed 4 --out '" + out + "' --flow-facts '" +
+                                         folder.file("facts.tsv") + "'");
+    CHECK(good.exit_code == 0);
+    CHECK(good.out.find("every bound holds") != std::string::npos);
+    for (const char* name :
+         {"wcet.csv", "wcet.json", "wcet.svg", "trace.json", "wakeups.txt",
+          "adversarial_work_seed4.csv", "adversarial_time_seed4.csv",
+          "adversarial_force_step_seed4.csv", "adversarial_torque_step_seed4.csv",
+          "adversarial_situation_changes_seed4.csv"}) {
+      CAPTURE(name);
+      CHECK(std::filesystem::file_size(out + "/" + name) > 100);
+    }
+    CHECK(nlohmann::json::parse(text_of_file(out + "/trace.json")).contains("traceEvents"));
+    CHECK(text_of_file(out + "/wcet.svg").ends_with("</svg>\n"));
+    CHECK(text_of_file(folder.file("facts.tsv")).find("\nmax_near_nodes\t") != std::string::npos);
+    const ProgramResult replayed =
+        run_program(HAPTIC_HOST_SIM, "replay --check --scene '" + scene + "' --motion '" + out +
+                                         "/adversarial_force_step_seed4.csv'");
+    CHECK(replayed.exit_code == 0);
+
+    const ProgramResult damaged =
+        run_program(HAPTIC_HOST_SIM, common + " --fault feature_evaluations");
+    CHECK(damaged.exit_code == 1);
+    CHECK(damaged.out.find("OVER ITS BOUND") != std::string::npos);
+    CHECK(run_program(HAPTIC_HOST_SIM, common + " --fault luck").exit_code == 3);
+    CHECK(run_program(HAPTIC_HOST_SIM, common + " --seconds 1").exit_code == 2);
+  }
+}
