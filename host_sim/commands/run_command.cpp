@@ -14,13 +14,13 @@
 #include "hal/usb/bus_recorder.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/run_account.hpp"
-#include "host_sim/wcet/counters_check.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/replay_plot.hpp"
 #include "host_sim/report/stack_plot.hpp"
+#include "host_sim/wcet/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

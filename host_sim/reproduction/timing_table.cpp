@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <fstream>
 
-#include "host_sim/wcet/tick_times.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/report/tick_clock.hpp"
 #include "host_sim/reproduction/coherent_path.hpp"
 #include "host_sim/reproduction/figure_insertion.hpp"
+#include "host_sim/wcet/tick_times.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -82,8 +82,9 @@ FlightRecorder::FlightRecorder(std::span<std::byte> memory) noexcept {
   if (memory.size() < sizeof(Header) || !is_aligned(memory.data())) return;
   memory_ = memory.data();
   capacity_ = records_in(memory.size());
-  Header* header = new (memory_) Header{};
-  for (std::size_t i = 0; i < capacity_; ++i) new (memory_ + bytes_for(i)) Slot{};
+  Header* header = ::new (static_cast<void*>(memory_)) Header{};  // placement, no heap
+  for (std::size_t i = 0; i < capacity_; ++i)
+    ::new (static_cast<void*>(memory_ + bytes_for(i))) Slot{};
   header->slot_bytes.store(sizeof(Slot), std::memory_order_relaxed);
   header->trace_bytes.store(sizeof(StepTrace), std::memory_order_relaxed);
   header->capacity.store(capacity_, std::memory_order_relaxed);
