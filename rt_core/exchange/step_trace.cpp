@@ -83,8 +83,9 @@ FlightRecorder::FlightRecorder(std::span<std::byte> memory) noexcept {
   memory_ = memory.data();
   capacity_ = records_in(memory.size());
   Header* header = ::new (static_cast<void*>(memory_)) Header{};  // placement, no heap
-  for (std::size_t i = 0; i < capacity_; ++i)
-    ::new (static_cast<void*>(memory_ + bytes_for(i))) Slot{};
+  for (std::size_t i = 0; i < capacity_; ++i) {
+    ::new (static_cast<void*>(memory_ + bytes_for(i))) Slot{};  // placement, no heap
+  }
   header->slot_bytes.store(sizeof(Slot), std::memory_order_relaxed);
   header->trace_bytes.store(sizeof(StepTrace), std::memory_order_relaxed);
   header->capacity.store(capacity_, std::memory_order_relaxed);

@@ -9,7 +9,7 @@ const char* fault_text(std::uint32_t fault) noexcept {
   static constexpr const char* kTexts[] = {
       "a wrench was not finite",
       "the device's pose or twist is not usable",
-      "no new state from the device",
+      "the state of the device was not renewed",
       "the servo tick came too late",
       "the device is lost",
       "the device or its link reports a fault",
