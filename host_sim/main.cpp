@@ -14,15 +14,24 @@ int main(int argc, char** argv) {
       "host_sim");
   program.set_version_flag("--version", std::string("host_sim ") + HAPTIC_VERSION);
   program.require_subcommand(1);
-  const sim::Command commands[] = {
-      sim::add_compare_laws_command(program),    sim::add_continuity_command(program),
-      sim::add_faults_command(program),          sim::add_motion_command(program),
-      sim::add_pareto_command(program),          sim::add_play_command(program),
-      sim::add_proxy_fuzz_command(program),      sim::add_replay_command(program),
-      sim::add_reproduce_paper_command(program), sim::add_run_command(program),
-      sim::add_stability_command(program),       sim::add_usb_device_command(program),
-      sim::add_usb_loop_command(program),        sim::add_vectors_command(program),
-      sim::add_verify_command(program),          sim::add_wcet_command(program)};
+  const sim::Command commands[] = {sim::add_compare_laws_command(program),
+                                   sim::add_continuity_command(program),
+                                   sim::add_delay_command(program),
+                                   sim::add_faults_command(program),
+                                   sim::add_motion_command(program),
+                                   sim::add_pareto_command(program),
+                                   sim::add_play_command(program),
+                                   sim::add_proxy_fuzz_command(program),
+                                   sim::add_rates_command(program),
+                                   sim::add_replay_command(program),
+                                   sim::add_reproduce_paper_command(program),
+                                   sim::add_run_command(program),
+                                   sim::add_soak_command(program),
+                                   sim::add_stability_command(program),
+                                   sim::add_usb_device_command(program),
+                                   sim::add_vectors_command(program),
+                                   sim::add_verify_command(program),
+                                   sim::add_wcet_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -17,6 +17,10 @@
 extern "C" {
 extern const std::byte rt_scene_blob[];  // scene_blob.S.in
 extern const std::byte rt_scene_blob_end[];
+extern std::byte rt_state[];  // image_state.S.in
+extern std::byte rt_state_end[];
+[[gnu::weak]] extern const haptic::Real rt_motion[];  // image_motion.S.in, where there is one
+[[gnu::weak]] extern const haptic::Real rt_motion_end[];
 extern std::byte haptic_stack_begin[];  // bare_metal_example.ld
 extern std::byte haptic_stack_end[];
 
@@ -57,8 +61,6 @@ int memcmp(const void* left, const void* right, std::size_t bytes) {
 namespace {
 
 constexpr std::byte kPaint{0xA5};
-
-[[gnu::section(".bss.rt_state"), gnu::aligned(64)]] std::byte state[HAPTIC_IMAGE_STATE_BYTES];
 
 long system_call(long number, long a, long b, long c) noexcept {
   long result = 0;
@@ -110,7 +112,10 @@ extern "C" [[noreturn, gnu::used]] void freestanding_main(std::byte* stack_point
 
   const std::span<const std::byte> blob(
       rt_scene_blob, static_cast<std::size_t>(rt_scene_blob_end - rt_scene_blob));
-  const haptic::ImageReport report = haptic::run_image(blob, state);
+  const std::span<std::byte> state(rt_state, static_cast<std::size_t>(rt_state_end - rt_state));
+  const std::span<const haptic::Real> motion(rt_motion,
+                                             static_cast<std::size_t>(rt_motion_end - rt_motion));
+  const haptic::ImageReport report = haptic::run_image(blob, state, motion);
 
   const std::byte* deepest = haptic_stack_begin;
   while (deepest < haptic_stack_end && *deepest == kPaint) ++deepest;

@@ -3,6 +3,7 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 namespace {
@@ -36,14 +37,39 @@ Pose drive_pose(const SceneParameters& scene, std::uint32_t tick) noexcept {
   return pose;
 }
 
-ImageReport drive(HapticCore& core, const SceneParameters& scene) noexcept {
+/// An image without clutch says so, and the tick leaves no trace; the drive would show one.
+bool clutch_is_refused(HapticCore& core, const SceneParameters& scene) noexcept {
+  if (kSceneTraits.clutch) return true;
+  StepInput input;
+  input.pose_wa = drive_pose(scene, 0);
+  input.clutched = true;
+  const StepResult result = core.step(input);
+  return result.status == RtStatus::kInputNotOfImage && result.wrench_w.force_w.squaredNorm() == 0;
+}
+
+constexpr std::size_t kPoseReals = 7;
+
+Pose motion_pose(std::span<const Real> motion, std::uint32_t tick) noexcept {
+  const Real* const r = motion.data() + kPoseReals * tick;
+  Pose pose;
+  pose.p_wa = Vec3(r[0], r[1], r[2]);
+  pose.q_wa = Quat(r[6], r[3], r[4], r[5]);
+  return pose;
+}
+
+/// Law proxy pulls at a part that was left behind a wall although the device is free, so that
+/// along a motion force is not judged by the device's pose.
+ImageReport drive(HapticCore& core, const SceneParameters& scene,
+                  std::span<const Real> motion) noexcept {
+  const auto ticks =
+      motion.empty() ? kTicks : static_cast<std::uint32_t>(motion.size() / kPoseReals);
   ImageReport report;
   std::uint32_t pushed_ticks = 0;
   StepInput input;
-  for (std::uint32_t tick = 0; tick < kTicks; ++tick) {
+  for (std::uint32_t tick = 0; tick < ticks; ++tick) {
     input.sequence = tick;
     input.stamp_ns = std::int64_t{tick} * 1'000'000;
-    input.pose_wa = drive_pose(scene, tick);
+    input.pose_wa = motion.empty() ? drive_pose(scene, tick) : motion_pose(motion, tick);
     const StepResult result = core.step(input);
     if (result.status != RtStatus::kOk) {
       report.verdict = ImageVerdict::kTickFailed;
@@ -51,7 +77,7 @@ ImageReport drive(HapticCore& core, const SceneParameters& scene) noexcept {
     }
     const bool in_contact = result.d_near_m <= 0;
     const bool pushed = result.wrench_w.force_w.squaredNorm() > 0;
-    if (pushed && !in_contact) report.verdict = ImageVerdict::kForceWhenFree;
+    if (motion.empty() && pushed && !in_contact) report.verdict = ImageVerdict::kForceWhenFree;
     pushed_ticks += pushed ? 1u : 0u;
     report.contact_ticks += in_contact ? 1u : 0u;
     report.hash = (report.hash ^ result.state_hash) * 0x100000001b3u;  // FNV-1a's prime
@@ -65,7 +91,8 @@ ImageReport drive(HapticCore& core, const SceneParameters& scene) noexcept {
 
 }  // namespace
 
-ImageReport run_image(std::span<const std::byte> blob, std::span<std::byte> state) noexcept {
+ImageReport run_image(std::span<const std::byte> blob, std::span<std::byte> state,
+                      std::span<const Real> motion) noexcept {
   const auto refused = [](ImageVerdict verdict) noexcept {
     ImageReport report;
     report.verdict = verdict;
@@ -81,10 +108,11 @@ ImageReport run_image(std::span<const std::byte> blob, std::span<std::byte> stat
   if (HapticCore::create(state, view, core) != RtStatus::kOk)
     return refused(ImageVerdict::kMemoryRefused);
 
-  ImageReport first = drive(*core, view.parameters());
+  if (!clutch_is_refused(*core, view.parameters())) return refused(ImageVerdict::kClutchTaken);
+  ImageReport first = drive(*core, view.parameters(), motion);
   if (first.verdict != ImageVerdict::kDone) return first;
   core->reset();
-  const ImageReport second = drive(*core, view.parameters());
+  const ImageReport second = drive(*core, view.parameters(), motion);
   if (second.hash != first.hash) first.verdict = ImageVerdict::kNotRepeatable;
   return first;
 }

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <span>
 
+#include "rt_core/base/scalar.hpp"
+
 namespace haptic {
 
 enum class ImageVerdict : std::uint8_t {
@@ -17,9 +19,10 @@ enum class ImageVerdict : std::uint8_t {
   kSceneRefused,
   kMemoryRefused,  ///< fewer bytes of state than the scene needs, or misaligned
   kTickFailed,     ///< a tick did not return kOk
-  kForceWhenFree,  ///< force although the device pose was separated
+  kForceWhenFree,  ///< force although the device pose was separated; not judged along a motion
   kNoContact,      ///< the drive felt nothing
-  kNotRepeatable   ///< the second drive after reset() gave other bits
+  kNotRepeatable,  ///< the second drive after reset() gave other bits
+  kClutchTaken     ///< an image without clutch did not refuse a clutched tick
 };
 
 struct ImageReport {
@@ -29,9 +32,10 @@ struct ImageReport {
   std::uint64_t hash = 0;           ///< of all ticks' state hashes, in order
 };
 
-/// Opens `blob`, builds a core in `state` and drives it twice from the scene's start pose 20 mm
-/// down along W's z axis and back, turning slowly. Cost: 2 x 1000 ticks.
-[[nodiscard]] ImageReport run_image(std::span<const std::byte> blob,
-                                    std::span<std::byte> state) noexcept;
+/// Opens `blob`, builds a core in `state` and drives it twice: along `motion`, of whose Reals each
+/// seven are one tick's pose (coordinates [m], quaternion x y z w); where that is empty, from the
+/// scene's start pose 20 mm down along W's z axis and back in 1000 ticks, turning slowly.
+[[nodiscard]] ImageReport run_image(std::span<const std::byte> blob, std::span<std::byte> state,
+                                    std::span<const Real> motion) noexcept;
 
 }  // namespace haptic

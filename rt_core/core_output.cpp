@@ -30,7 +30,7 @@ void HapticCore::State::configure_output() noexcept {
   const CouplingParameters& c = p.coupling;
   const DeviceParameters& d = p.device;
   output.period_ns = static_cast<std::int64_t>(1.0e9 / p.rate_hz);
-  output.damping_ns_per_m = law == LawId::kProxy ? static_cast<Real>(c.damping_ns_per_m) : 0;
+  output.damping_ns_per_m = has_law(LawId::kProxy) ? static_cast<Real>(c.damping_ns_per_m) : 0;
   output.damping_share = static_cast<Real>(c.damping_share);
   output.observes = c.passivity != 0;
   PassivityLimits passivity;
@@ -51,9 +51,11 @@ void HapticCore::State::configure_output() noexcept {
 }
 
 void HapticCore::State::forget_output() noexcept {
-  output.passivity.reset();
+  if (kSceneTraits.passivity) output.passivity.reset();
   output.ramp.reset();
-  for (TwistEstimator& estimator : output.twist) estimator.reset();
+  if (kSceneTraits.device_twist) {
+    for (TwistEstimator& estimator : output.twist) estimator.reset();
+  }
   output.has_error = output.has_stamp = false;
   output.rate = PoseError{};
 }
@@ -92,7 +94,7 @@ void HapticCore::State::damp(const PoseError& error, std::int64_t stamp_ns,
 Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& device,
                                  const StepInput& input, StepResult& result) noexcept {
   const std::int64_t stamp_ns = stamp_of(input);
-  constexpr std::uint32_t kOut = kFlagClutched | kFlagRecovery;
+  constexpr std::uint32_t kOut = kFlagClutched | kFlagRecovery | kFlagOutsideEnvelope;
   if ((result.flags & kOut) != 0) {
     if (tick == 1) output.ramp.reset(false);  // there is no wrench yet that could be ramped out
     output.ramp.ramp_out();
@@ -107,7 +109,7 @@ Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& devic
   const Wrench& pull = result.spring_w;
   result.spring_w =
       follows ? Wrench{ramped.gain * pull.force_w, ramped.gain * pull.torque_w} : ramped.wrench_w;
-  if (output.observes) {
+  if (kSceneTraits.passivity && output.observes) {
     PassivityInput in;
     in.stamp_ns = stamp_ns;
     in.grip_w = device.x0_w;
@@ -122,7 +124,8 @@ Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& devic
     result.energy_j = static_cast<Real>(passive.energy_j);
     if (passive.acted) result.flags |= kFlagPassivity;
   }
-  for (TwistEstimator& estimator : output.twist) {
+  if (kSceneTraits.device_twist && !output.twist.empty()) {
+    TwistEstimator& estimator = output.twist.front();
     const TwistEstimate twist =
         estimator.update({stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid});
     result.device_twist_w = twist.twist_w;

@@ -50,7 +50,23 @@ void HapticCore::State::configure_proxy() noexcept {
   parameters.radius_m = radius;
   proxy_radius_m = radius;
   parameters.epsilon_m = epsilon_m;
+  parameters.envelope = envelope;
+  parameters.never_turns = is_fixed();
+  anchor.never_turns = is_fixed();
   proxy.configure(parameters);
+}
+
+GripPose HapticCore::State::device_grip(const Pose& pose_wa) const noexcept {
+  GripPose device;
+  if (is_fixed()) {
+    device.q_wa = envelope.q_wa;
+    device.r_wa = fixed_r_wa;
+  } else {
+    device.q_wa = pose_wa.q_wa.normalized();
+    device.r_wa = device.q_wa.toRotationMatrix();
+  }
+  device.x0_w = pose_wa.p_wa + device.r_wa * grip_a;
+  return device;
 }
 
 Pose HapticCore::State::mesh_pose(const GripPose& grip) const noexcept {
@@ -60,7 +76,7 @@ Pose HapticCore::State::mesh_pose(const GripPose& grip) const noexcept {
 /// From now on the goal stands to the device as these two do.
 void HapticCore::State::set_offset(const GripPose& device, const GripPose& goal) noexcept {
   offset.translation_m = goal.x0_w - device.x0_w;
-  offset.rotation = (goal.q_wa * device.q_wa.conjugate()).normalized();
+  if (!is_fixed()) offset.rotation = (goal.q_wa * device.q_wa.conjugate()).normalized();
   offset.is_zero = false;
 }
 
@@ -79,11 +95,13 @@ GripPose HapticCore::State::goal_of(const GripPose& device, bool clutched,
   }
   if (!offset.is_zero) {
     goal.x0_w += offset.translation_m;
-    goal.q_wa = (offset.rotation * device.q_wa).normalized();
-    goal.r_wa = goal.q_wa.toRotationMatrix();
+    if (!is_fixed()) {
+      goal.q_wa = (offset.rotation * device.q_wa).normalized();
+      goal.r_wa = goal.q_wa.toRotationMatrix();
+    }
   }
   PoseError error;
-  if (law == LawId::kProxy && proxy.started() && limit_goal(anchor, proxy.pose(), goal, error)) {
+  if (has_law(LawId::kProxy) && proxy.started() && limit_goal(anchor, proxy.pose(), goal, error)) {
     set_offset(device, goal);
     result.flags |= kFlagAnchorMoved;
   }
@@ -93,6 +111,18 @@ GripPose HapticCore::State::goal_of(const GripPose& device, bool clutched,
     result.flags |= kFlagClutched;
   }
   return goal;
+}
+
+/// Watches the goal against the scene's envelope. Of law kProxy the goal is then held inside; the
+/// others measure at the pose itself, whatever the marks leave of it. True: the goal was changed.
+bool HapticCore::State::keep_inside(GripPose& goal, StepResult& result) noexcept {
+  if (!envelope.limits_place() && !envelope.limits_turn()) return false;
+  result.outside = is_fixed() ? watch.update_place(envelope, goal.x0_w)
+                              : watch.update(envelope, goal.x0_w, goal.q_wa);
+  left = left || result.outside != 0;
+  if (left) result.flags |= kFlagOutsideEnvelope;
+  if (law != LawId::kProxy) return false;
+  return is_fixed() ? hold_place(envelope, goal) : hold_inside(envelope, goal);
 }
 
 Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_ns,
@@ -107,6 +137,9 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   counters.plane_gaps = done.plane_gaps;
   counters.valid_nodes = done.valid_nodes;
   counters.full_searches = done.full_searches;
+  counters.search_work = done.search_work;
+  counters.qp_programs = done.qp_programs;
+  counters.qp_steps = done.qp_steps;
   if (done.limited) result.flags |= kFlagProxyLimited;
   if (done.recovering) result.flags |= kFlagRecovery;
   result.proxy_pose_wa = mesh_pose(proxy.pose());
@@ -118,7 +151,8 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   if (done.error.translation_m.squaredNorm() > hooked * hooked) result.flags |= kFlagHooked;
   Wrench wrench = spring_wrench(spring, done.error);
   result.spring_w = wrench;
-  if (output.damping_ns_per_m > 0) damp(done.error, stamp_ns, wrench);
+  if (kSceneTraits.coupling_damping && output.damping_ns_per_m > 0)
+    damp(done.error, stamp_ns, wrench);
   return wrench;
 }
 

@@ -9,7 +9,8 @@ namespace haptic {
 /// Sorts the pairs into those that a plane proves to be far and the candidates for a visit.
 void HapticCore::State::pass_gate(const GripPose& grip, StepResult& result) noexcept {
   candidates.clear();
-  for (std::uint32_t i = 0; i < gates.size(); ++i) {
+  const auto count = kSceneTraits.several_pairs ? static_cast<std::uint32_t>(gates.size()) : 1u;
+  for (std::uint32_t i = 0; i < count; ++i) {
     PairGateState& gate = gates[i];
     const Odometer now = odometer(gate);
     double gap = gate.plane.gap_m(now);
@@ -35,7 +36,7 @@ void HapticCore::State::pass_gate(const GripPose& grip, StepResult& result) noex
 /// Visits the candidates, nearest first while the budget lasts; the others keep their last plane.
 void HapticCore::State::spend_budget(const GripPose& grip, StepResult& result) noexcept {
   std::uint32_t visits = candidates.size();
-  if (visits > max_visits) {
+  if (kSceneTraits.visit_budget && visits > max_visits) {
     const auto nearer = [](const Candidate& l, const Candidate& r) {
       return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair < r.pair);
     };
@@ -46,7 +47,7 @@ void HapticCore::State::spend_budget(const GripPose& grip, StepResult& result) n
     result.flags |= kFlagBudgetUsedUp;
   }
   for (std::uint32_t k = 0; k < candidates.size(); ++k) {
-    if (k < visits) {
+    if (!kSceneTraits.visit_budget || k < visits) {
       visit(candidates[k].pair, grip, result);
     } else {
       hold(candidates[k], grip, result);
@@ -57,13 +58,15 @@ void HapticCore::State::spend_budget(const GripPose& grip, StepResult& result) n
 /// The pair's pose; turns the vertices of its piece of A if no pair before it has.
 PairPose HapticCore::State::pose_of(std::uint32_t pair, const GripPose& grip) noexcept {
   const PairView& view = pairs[pair].view;
+  const Vec3 y_w = grip.x0_w - bodies[gates[pair].body_b].reference_w;
+  if (is_fixed()) return make_pair_pose(view, view.a.lanes, grip.r_wa, y_w);
   const std::uint32_t piece = view.record->piece_a;
   Real* const lanes = moving_lanes.data() + lanes_begin[piece];
   if (lanes_turned_at[piece] != tick) {
     turn_vertices(view.a, grip.r_wa, lanes);
     lanes_turned_at[piece] = tick;
   }
-  return make_pair_pose(view, lanes, grip.r_wa, grip.x0_w - bodies[gates[pair].body_b].reference_w);
+  return make_pair_pose(view, lanes, grip.r_wa, y_w);
 }
 
 void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
@@ -71,20 +74,28 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   PairState& pair = pairs[index];
   const PairPose pose = pose_of(index, grip);
   const Odometer now = odometer(gates[index]);
-  pair.bounds.advance(now, pose.size_m);
+  if (!is_fixed()) pair.bounds.advance(now, pose.size_m);
   const bool first = pair.visited_at == 0;
   pair.near_begin = near.size();
   const NearResult found = find_near_set(pose, epsilon_m, pair.bounds, scratch, near);
-  pair.near_count = near.size() - pair.near_begin;
   pair.verdict = pair_verdict(pose, found, pair.verdict_memory);
   pair.exact = (found.flags & kNearEdgePairsCut) == 0;
   pair.d_near_m = found.d_near_m;
   if (pair.verdict.verdict == Verdict::kSeparated) {
     pair.d_near_m = std::max(pair.d_near_m, pair.verdict.separation_bound_m);
   }
+  pair.full_m = pair.d_near_m;
   pair.best = found.best;
+  pair.bears = found.d_near_m != kNoDepth;  // marks that fit the envelope leave some node
+  pair.of_neighbour = {};
   pair.visited_at = tick;
   gates[index].plane = gate_plane(pose, found, now);
+  pair.lent_m = 0;
+  if (pair.has_hidden && pair.d_near_m <= lending_m) measure_live(pair, pose, found, result);
+  pair.near_count = near.size() - pair.near_begin;
+  if (pair.of_neighbour[0].sign != 0 || pair.of_neighbour[1].sign != 0) {
+    pair.near_count -= 1;  // the passed node stands behind the near set
+  }
 
   StepCounters& counters = result.counters;
   counters.pair_visits += 1;
@@ -92,6 +103,7 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   counters.edge_pairs += found.edge_pairs;
   counters.support_pairs += found.support_pairs + pair.verdict.support_pairs;
   counters.near_nodes += pair.near_count;
+  if (is_fixed() && first) result.flags |= kFlagFirstTick;
   if ((found.flags & kNearAllStale) != 0) {
     counters.stale_pairs += first ? 0 : 1;
     result.flags |= first ? kFlagFirstTick : kFlagRelocalised;
@@ -104,12 +116,59 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   touch(pair, pose, result);
 }
 
+/// Of a colliding pair: the depth, nearest C-face and near set that carry its force. They are those
+/// of the search before where its nearest C-face carries force itself. A pair that a hidden face
+/// alone keeps apart, by less than the width of a contact, has them too: some of its nodes may be
+/// near the depth at which the part meets the piece beside.
+void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
+                                     StepResult& result) noexcept {
+  const bool bears = is_fixed() ? pair.view.planes[found.support.a].bears != 0
+                                : pair.view.marks.node(NodeScope::kLive, found.best.node);
+  if (bears) return;
+  near.truncate(pair.near_begin);
+  const NearResult live =
+      find_near_set(pose, epsilon_m, pair.bounds, scratch, near, NodeScope::kLive);
+  StepCounters& counters = result.counters;
+  counters.feature_evaluations += live.feature_evaluations;
+  counters.edge_pairs += live.edge_pairs;
+  counters.support_pairs += live.support_pairs;
+  if ((live.flags & kNearSetCut) != 0) result.flags |= kFlagNearSetCut;
+  pair.exact = pair.exact && (live.flags & kNearEdgePairsCut) == 0;
+  pair.bears = live.d_near_m != kNoDepth;
+  if (!pair.bears) return;
+  const bool of_a = live.passed_a.plane.sign != 0 &&
+                    (live.passed_b.plane.sign == 0 || live.passed_a.gap_m >= live.passed_b.gap_m);
+  const PassedFace& passed = of_a ? live.passed_a : live.passed_b;
+  if (passed.plane.sign != 0) {
+    NearNode node;
+    node.type = of_a ? ContactType::kA : ContactType::kB;
+    node.i = of_a ? passed.face : passed.support;
+    node.j = of_a ? passed.support : passed.face;
+    node.normal_w = passed.normal_w;
+    node.f_m = passed.gap_m;
+    NodePlane plane;
+    plane.normal_w = passed.normal_w;
+    plane.f_m = passed.gap_m;
+    node.app_w = application_point(pose, node.type, node.i, node.j, plane);
+    pair.passed_node = near.size();
+    if (near.push(node)) pair.of_neighbour = {live.passed_a.plane, live.passed_b.plane};
+  }
+  if (pair.d_near_m > 0) {
+    pair.lent_m = std::min(live.d_near_m, Real{0});
+    return;
+  }
+  pair.d_near_m = live.d_near_m;
+  pair.best = live.best;
+}
+
 /// No budget is left for this pair: its last nearest C-face is taken to be the nearest still.
 void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
                              StepResult& result) noexcept {
   const std::uint32_t index = candidate.pair;
   PairState& pair = pairs[index];
   pair.exact = false;
+  pair.lent_m = 0;
+  pair.of_neighbour = {};
   if (pair.visited_at == 0) {
     report_nearest(index, static_cast<Real>(candidate.gap_m), result);
     return;
@@ -120,9 +179,10 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
     pair.best.normal_w = plane.normal_w;
     pair.best.f_m = plane.f_m;
     pair.d_near_m = plane.f_m;
+    pair.full_m = plane.f_m;
   }
   pair.near_begin = near.size();
-  pair.near_count = near.push(pair.best) ? 1 : 0;
+  pair.near_count = pair.bears && near.push(pair.best) ? 1 : 0;
   report_nearest(index, pair.d_near_m, result);
   touch(pair, pose, result);
 }
@@ -131,26 +191,43 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
 void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept {
   pair.contact_begin = contact_nodes.size();
   pair.contact_count = 0;
-  if (pair.d_near_m > 0) {
+  const bool lends = pair.lent_m < 0;
+  if ((pair.d_near_m > 0 && !lends) || !pair.bears) {
     pair.situation = ContactSituation::kNone;
     return;
   }
+  const Real depth_m = lends ? pair.lent_m : pair.d_near_m;
   const std::span<NearNode> nodes(near.begin() + pair.near_begin, pair.near_count);
-  locate_contacts(pose, nodes);
+  locate_contacts(pose, nodes, !pair.has_hidden);
   bool several_planes = false;
   ContactPatch patch =
-      make_contact_patch(pose, nodes, pair.d_near_m, epsilon_m, contact_nodes, several_planes);
+      make_contact_patch(pose, nodes, depth_m, epsilon_m, contact_nodes, several_planes);
+  patch.lends = lends;
+  patch.full_m = std::min(pair.full_m, Real{0});
+  patch.pair = static_cast<std::uint32_t>(&pair - pairs.data());
+  patch.of_neighbour = pair.of_neighbour;
+  patch.passed_node = pair.passed_node;
   patch.near_begin = pair.near_begin;
   patch.near_count = pair.near_count;
-  pair.contact_count = contact_nodes.size() - pair.contact_begin;
-  pair.situation = settled_situation(nodes, pair.d_near_m, epsilon_m, pair.situation);
-  if (law == LawId::kPaper) {
-    if (several_planes) result.flags |= kFlagSeveralPlanes;
+  // Where pieces meet, all nodes may lie past the ends of their features: another piece touches.
+  const bool elsewhere =
+      pair.has_hidden && std::none_of(nodes.begin(), nodes.end(), [&](const NearNode& n) {
+        return n.outside_m <= patch.merge_distance_m;
+      });
+  if (lends || elsewhere) {
+    contact_nodes.truncate(pair.contact_begin);
+    pair.situation = ContactSituation::kNone;
+  } else {
+    pair.contact_count = contact_nodes.size() - pair.contact_begin;
+    pair.situation = settled_situation(nodes, depth_m, epsilon_m, pair.situation);
+  }
+  if (has_law(LawId::kPaper)) {
+    if (several_planes && !lends) result.flags |= kFlagSeveralPlanes;
     collect_points(nodes, epsilon_m, points, patch);
     patch.situation = several_planes ? ContactSituation::kSeveralPlanes
-                                     : situation_of(nodes, pair.d_near_m, epsilon_m, 1);
+                                     : situation_of(nodes, depth_m, epsilon_m, 1);
   }
-  static_cast<void>(patches.push(patch));
+  if (kMergesPatches) static_cast<void>(patches.push(patch));
 }
 
 }  // namespace haptic

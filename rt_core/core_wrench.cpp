@@ -12,6 +12,10 @@ namespace {
 /// Two patches of one static body are one contact when their planes agree this closely.
 constexpr Real kSamePlaneChord = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
 
+/// Contacts with normals this close are of one plane where two pairs share a contact; beyond, less
+/// and less, and none at twice the angle.
+constexpr Real kOnePlaneChord = kCoplanarAngle_rad;
+
 /// Mixes words into a chain: every result depends on all words before it. Words go in turn to lanes
 /// that do not wait for each other.
 class StateHash {
@@ -49,68 +53,289 @@ class StateHash {
 
 }  // namespace
 
-/// Takes a patch's contacts into the lists of its group: the near nodes with their weights, or the
-/// paper's distinct points.
-void HapticCore::State::add_to_group(const ContactPatch& patch, ContactPatch& group) noexcept {
-  group.d_near_m = std::min(group.d_near_m, patch.d_near_m);
-  if (law == LawId::kPaper) {
-    const Real distance = patch.merge_distance_m;
-    for (std::uint32_t k = 0; k < patch.point_count; ++k) {
-      const Vec3& p = points[patch.point_begin + k];
-      bool known = false;
-      for (const Vec3& q : merged_points) {
-        known = known || (q - p).squaredNorm() <= distance * distance;
-      }
-      if (!known) static_cast<void>(merged_points.push(p));
-    }
-    return;
+/// Whether a patch is part of the contact that `group` leads: one plane at one depth, or where the
+/// part goes on in the piece whose plane the group has.
+bool HapticCore::State::joins(const ContactPatch& patch, const ContactPatch& group) const noexcept {
+  if (patch.body_b != group.body_b) return false;
+  if (patch.is_of(group.plane)) return true;
+  // One rigid body meets one plane of another at its deepest point, whatever its pieces reach.
+  if (has_seams && !patch.plane.of_a && patch.plane.sign != 0 && patch.plane == group.plane) {
+    return true;
   }
+  return (patch.normal_w - group.normal_w).squaredNorm() <= kSamePlaneChord * kSamePlaneChord &&
+         std::abs(patch.d_near_m - group.d_near_m) <= patch.merge_distance_m;
+}
+
+/// Share 0 to 1 of the nearest contacts of `patch` that `holder` has: they lie in its features.
+Real HapticCore::State::held_by(const ContactPatch& holder,
+                                const ContactPatch& patch) const noexcept {
+  Real held = 0;
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& n = near[patch.near_begin + k];
-    Real weight =
-        contact_weight(n.f_m, patch.d_near_m, n.violation_m, n.outside_m, epsilon_m, epsilon_o_m);
-    if (n.rise_m > (kMaxRise - 1) * epsilon_m) weight *= kMaxRise - n.rise_m / epsilon_m;
-    if (weight > 0) static_cast<void>(contacts.push({n.normal_w, n.app_w, weight}));
+    const Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
+    if (weight <= held) continue;
+    const ContactIdentity identity = contact_identity(pairs[patch.pair].view, n);
+    for (std::uint32_t l = 0; l < holder.near_count; ++l) {
+      const NearNode& m = near[holder.near_begin + l];
+      if (m.type != n.type || m.outside_m >= epsilon_o_m) continue;
+      if (!(contact_identity(pairs[holder.pair].view, m) == identity)) continue;
+      const Real other = weight_of(m, holder.d_near_m, m.outside_m);
+      held = std::max(held, weight * other * node_shares[holder.near_begin + l].left);
+    }
   }
+  return held;
+}
+
+/// How much of the contact of `patch` is the one of `leader`. Where bodies have seams, which face
+/// names the plane of a patch changes from tick to tick; what two pairs find of one contact does
+/// not.
+Real HapticCore::State::share_in(const ContactPatch& patch,
+                                 const ContactPatch& leader) const noexcept {
+  if (!shares_nodes()) return joins(patch, leader) ? Real{1} : Real{0};
+  if (patch.body_b != leader.body_b) return 0;
+  const Real held = std::max(held_by(leader, patch), held_by(patch, leader));
+  return joins(patch, leader) ? std::max(held, coplanar_in(leader, leader.normal_w)) : held;
+}
+
+/// How far a contact with the normal `n` is of a plane that `patch` is near, 0 to 1.
+Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept {
+  Real most = 0;
+  for (std::uint32_t k = 0; k < patch.near_count; ++k) {
+    const NearNode& m = near[patch.near_begin + k];
+    const Real chord = (m.normal_w - n).norm();
+    if (chord >= 2 * kOnePlaneChord) continue;
+    const Real alike = std::min(Real{1}, 2 - chord / kOnePlaneChord);
+    const Real weight = weight_of(m, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
+    most = std::max(most, alike * weight);
+  }
+  return most;
+}
+
+/// Gives the group of `leader` the nodes of a patch that lie in its planes.
+void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
+                                    Real share) noexcept {
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const Real taken = share * coplanar_in(leader, near[k].normal_w);
+    node_shares[k].joining = node_shares[k].left * taken;
+    node_shares[k].left *= 1 - taken;
+  }
+}
+
+/// Adds a contact; where bodies have seams, one that several pairs have found counts once, with the
+/// largest weight: it lies in or nearest to the features of that pair.
+void HapticCore::State::add_contact(const NearNode& node, const PairView& pair,
+                                    Real weight) noexcept {
+  const WeightedContact contact{node.normal_w, node.app_w, weight};
+  if (has_seams) {
+    const ContactIdentity identity = contact_identity(pair, node);
+    for (std::uint32_t k = 0; k < identities.size(); ++k) {
+      if (!(identities[k] == identity)) continue;
+      if (weight > contacts[k].weight) contacts[k] = contact;
+      return;
+    }
+    static_cast<void>(identities.push(identity));
+  }
+  static_cast<void>(contacts.push(contact));
+}
+
+Real HapticCore::State::weight_of(const NearNode& node, Real d_near_m,
+                                  Real outside_m) const noexcept {
+  const Real weight =
+      contact_weight(node.f_m, d_near_m, node.violation_m, outside_m, epsilon_m, epsilon_o_m);
+  if (node.rise_m <= (kMaxRise - 1) * epsilon_m) return weight;
+  return weight * (kMaxRise - node.rise_m / epsilon_m);
+}
+
+/// Takes a patch's contacts into the lists of its group: the near nodes with their weights, or the
+/// paper's distinct points.
+void HapticCore::State::add_to_group(const ContactPatch& patch,
+                                     const ContactPatch& group) noexcept {
+  if (has_law(LawId::kPaper)) return add_points(patch);
+  const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
+    if (has_seams) weight *= node_shares[k].joining;
+    if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
+  }
+}
+
+void HapticCore::State::add_points(const ContactPatch& patch) noexcept {
+  const Real distance = patch.merge_distance_m;
+  for (std::uint32_t k = 0; k < patch.point_count; ++k) {
+    const Vec3& p = points[patch.point_begin + k];
+    bool known = false;
+    for (const Vec3& q : merged_points) {
+      known = known || (q - p).squaredNorm() <= distance * distance;
+    }
+    if (!known) static_cast<void>(merged_points.push(p));
+  }
+}
+
+/// How much of what a patch is nearest to lies past the ends of its features, where others may have
+/// it.
+Real HapticCore::State::past_ends(const ContactPatch& patch) const noexcept {
+  Real most = 0;
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const Real inside = contact_weight(0, 0, 0, near[k].outside_m, epsilon_m, epsilon_o_m);
+    most = std::max(most, weight_of(near[k], patch.d_near_m, 0) * (1 - inside));
+  }
+  return most;
+}
+
+/// The patch that leads the next group, or their number. Where bodies have seams those go first
+/// that hold what they are nearest to; what may be the contact of another piece comes last: only
+/// where no group has taken it is it one of its own.
+std::uint32_t HapticCore::State::next_leader() const noexcept {
+  std::uint32_t next = patches.size();
+  for (std::uint32_t i = 0; i < patches.size(); ++i) {
+    if (shares[i].led || patches[i].lends) continue;
+    if (shares[i].left == 0 && (!shares_nodes() || patches[i].is_of_neighbour())) continue;
+    if (next == patches.size()) {
+      next = i;
+      if (!has_seams) break;
+      continue;
+    }
+    const bool late = patches[i].is_of_neighbour(), next_late = patches[next].is_of_neighbour();
+    if (late != next_late ? next_late : shares[i].past_ends < shares[next].past_ends) next = i;
+  }
+  return next;
 }
 
 /// Contacts of one body in one plane are one contact: deepest D_near once, points united (method
 /// section 10).
 Wrench HapticCore::State::total_wrench(StepResult& result) noexcept {
   Wrench total;
-  std::fill_n(merged.begin(), patches.size(), std::uint8_t{0});
-  for (std::uint32_t i = 0; i < patches.size(); ++i) {
-    if (merged[i] != 0) continue;
-    ContactPatch group = patches[i];
-    merged_points.clear();
-    contacts.clear();
-    add_to_group(patches[i], group);
-    for (std::uint32_t j = i + 1; j < patches.size(); ++j) {
-      const ContactPatch& other = patches[j];
-      const bool same_plane =
-          other.body_b == group.body_b &&
-          (other.normal_w - patches[i].normal_w).squaredNorm() <=
-              kSamePlaneChord * kSamePlaneChord &&
-          std::abs(other.d_near_m - patches[i].d_near_m) <= other.merge_distance_m;
-      if (!same_plane || merged[j] != 0) continue;
-      merged[j] = 1;
-      add_to_group(other, group);
-    }
-    Wrench wrench;
-    std::uint32_t hull_points = 0;
-    if (law == LawId::kPaper) {
-      hull_points = merged_points.size();
-      wrench = paper_wrench(group, merged_points.view(), k_f_n_per_m, group.size_m, hull);
-    } else {
-      hull_points = contacts.size();
-      wrench =
-          weighted_region_wrench(contacts.view(), group.d_near_m, k_f_n_per_m, group.size_m, hull);
-    }
-    result.counters.hull_points = std::max(result.counters.hull_points, hull_points);
+  std::fill_n(shares.begin(), patches.size(), PatchShare{});
+  if (shares_nodes()) {
+    std::fill_n(node_shares.begin(), near.size(), NodeShare{});
+    for (std::uint32_t i = 0; i < patches.size(); ++i) shares[i].past_ends = past_ends(patches[i]);
+  }
+  for (std::uint32_t count = 0; count < patches.size(); ++count) {
+    const std::uint32_t first = next_leader();
+    if (first == patches.size()) break;
+    const Wrench wrench = group_wrench(first, result);
     total.force_w += wrench.force_w;
     total.torque_w += wrench.torque_w;
   }
   return total;
+}
+
+/// Takes a patch's near nodes, however far past the end of a feature their points lie.
+void HapticCore::State::add_past_ends(const ContactPatch& patch,
+                                      const ContactPatch& group) noexcept {
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const NearNode& n = near[k];
+    const Real weight = weight_of(n, group.d_near_m, 0) * node_shares[k].joining;
+    const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
+    if (weight > 0) add_contact(n, pairs[patch.pair].view, weight * past * past);
+  }
+}
+
+/// Of a whole pair the nearest C-face holds its application point, which gives it full weight. One
+/// whose nearest nodes only separate may have none: the part goes on past the end of a feature into
+/// the piece beside. As the largest weight falls, the contact becomes that of the nearest nodes
+/// past their ends, as deep as the pair is by all its nodes: it leaves when the pair comes apart.
+/// `share`: of the leader that no other group has.
+void HapticCore::State::hold_on(const ContactPatch& leader, const ContactPatch& group, Real share,
+                                Wrench& wrench) noexcept {
+  Real largest = 0;
+  for (const WeightedContact& contact : contacts) largest = std::max(largest, contact.weight);
+  if (largest == 1) return;
+  wrench.force_w *= largest;
+  wrench.torque_w *= largest;
+  if (share <= largest) return;
+  contacts.clear();
+  identities.clear();
+  add_past_ends(leader, group);
+  for (std::uint32_t j = 0; j < patches.size(); ++j) {
+    if (shares[j].joining > 0) add_past_ends(patches[j], group);
+  }
+  Real nearest = 0;
+  for (const WeightedContact& contact : contacts) nearest = std::max(nearest, contact.weight);
+  if (!(nearest > 0)) return;
+  for (WeightedContact& contact : contacts) contact.weight /= nearest;
+  const Wrench past =
+      weighted_region_wrench(contacts.view(), group.full_m, k_f_n_per_m, group.size_m, hull);
+  wrench.force_w += (share - largest) * past.force_w;
+  wrench.torque_w += (share - largest) * past.torque_w;
+}
+
+/// No neighbour has the contact of this patch: it is one of its own, at the node that was passed
+/// over for it. A depth beyond it would be one to the far side of the piece.
+void HapticCore::State::lead_with_passed(ContactPatch& group) noexcept {
+  const NearNode& node = near[group.passed_node];
+  const bool of_a = node.type == ContactType::kA;
+  group.plane = group.of_neighbour[0].sign != 0 && group.of_neighbour[0].of_a == of_a
+                    ? group.of_neighbour[0]
+                    : group.of_neighbour[1];
+  group.of_neighbour = {};
+  group.normal_w = node.normal_w;
+  group.d_near_m = std::min(node.f_m, Real{0});
+  group.near_begin = group.passed_node;
+  group.near_count = 1;
+  group.point_count = 0;
+  if (has_law(LawId::kPaper)) static_cast<void>(merged_points.push(node.app_w));
+}
+
+/// Gives the patches their shares in the group that `first` leads; its depths are the deepest of
+/// both, in the measure of the shares.
+ContactPatch HapticCore::State::form_group(std::uint32_t first,
+                                           const ContactPatch& leader) noexcept {
+  ContactPatch group = leader;
+  for (std::uint32_t j = 0; j < patches.size(); ++j) shares[j].joining = 0;
+  shares[first].left = 0;
+  shares[first].led = true;
+  for (std::uint32_t j = 0; kSceneTraits.several_pairs && j < patches.size(); ++j) {
+    const ContactPatch& patch = patches[j];
+    PatchShare& share = shares[j];
+    if (share.left == 0) continue;
+    const Real in_group = share_in(patch, leader);
+    share.joining = share.left * in_group;
+    share.left *= 1 - in_group;
+    if (share.joining > 0 && shares_nodes()) share_nodes(patch, leader, in_group);
+    if (share.joining == 0 || patch.lends || patch.is_of(leader.plane)) continue;  // no own depth
+    const Real d = leader.d_near_m + share.joining * (patch.d_near_m - leader.d_near_m);
+    const Real full = leader.full_m + share.joining * (patch.full_m - leader.full_m);
+    group.d_near_m = std::min(group.d_near_m, share.joining == 1 ? patch.d_near_m : d);
+    group.full_m = std::min(group.full_m, full);
+  }
+  return group;
+}
+
+/// Wrench of the contact that patch `first` leads, with the patches of which others have not all.
+Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) noexcept {
+  ContactPatch leader = patches[first];
+  merged_points.clear();
+  contacts.clear();
+  identities.clear();
+  const Real share = shares[first].left;
+  if (leader.is_of_neighbour()) {
+    if (shares_nodes()) node_shares[leader.passed_node].left = share;
+    lead_with_passed(leader);
+  }
+  const ContactPatch group = form_group(first, leader);
+  if (shares_nodes()) {
+    for (std::uint32_t k = leader.near_begin; k < leader.near_begin + leader.near_count; ++k) {
+      node_shares[k] = {0, node_shares[k].left};
+    }
+  }
+  add_to_group(leader, group);
+  for (std::uint32_t j = 0; kSceneTraits.several_pairs && j < patches.size(); ++j) {
+    if (shares[j].joining > 0) add_to_group(patches[j], group);
+  }
+  if (has_law(LawId::kPaper)) {
+    result.counters.hull_points = std::max(result.counters.hull_points, merged_points.size());
+    return paper_wrench(group, merged_points.view(), k_f_n_per_m, group.size_m, hull);
+  }
+  Wrench wrench =
+      weighted_region_wrench(contacts.view(), group.d_near_m, k_f_n_per_m, group.size_m, hull);
+  std::uint32_t hull_points = contacts.size();
+  if (has_seams) {
+    hold_on(leader, group, share, wrench);
+    hull_points = std::max(hull_points, contacts.size());
+  }
+  result.counters.hull_points = std::max(result.counters.hull_points, hull_points);
+  return wrench;
 }
 
 void HapticCore::State::chain_hash(const StepResult& result) noexcept {
@@ -131,7 +356,8 @@ void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
         &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
         &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
         &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
-        &StepCounters::full_searches}) {
+        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
+        &StepCounters::qp_steps}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

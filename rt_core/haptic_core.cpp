@@ -26,31 +26,49 @@ RtStatus check_pose(const Pose& pose) noexcept {
   return n > 0.999_r && n < 1.001_r ? RtStatus::kOk : RtStatus::kPoseNotUnit;
 }
 
+/// Whether the header's state bytes are those of this machine. The graph compiler states what
+/// 64-bit addresses need; narrower ones need less, so there the stated bytes have to suffice.
+bool states_enough(std::uint64_t stated, std::size_t needed) noexcept {
+  return sizeof(void*) == sizeof(std::uint64_t) ? stated == needed : stated >= needed;
+}
+
 }  // namespace
 
 std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
-  Arena counting;
+  return state_account(scene).total();
+}
+
+StateAccount HapticCore::state_account(const SceneView& scene) noexcept {
+  StateAccount account;
+  Arena counting(account);
   State state;
-  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) /
-                            kStateAlignment * kStateAlignment;
   state.place(counting, scene);
-  return (fixed + counting.used() + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+  const auto rounded = [](std::size_t bytes) {
+    return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+  };
+  const std::size_t fixed = rounded(State::kOffset + sizeof(State));
+  account.bytes[static_cast<std::size_t>(StatePart::kCore)] +=
+      rounded(fixed + counting.used()) - counting.used();
+  return account;
 }
 
 RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
                             HapticCore*& core) noexcept {
   core = nullptr;
   const std::size_t needed = state_bytes(scene);
-  if (scene.header().capacity.state_bytes != needed) return RtStatus::kBlobBadCapacity;
+  // The header states what the general program needs; an image needs no more.
+  if (!kSceneTraits.image && !states_enough(scene.header().capacity.state_bytes, needed)) {
+    return RtStatus::kBlobBadCapacity;
+  }
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kStateAlignment != 0)
     return RtStatus::kMemoryMisaligned;
   if (memory.size() < needed) return RtStatus::kMemoryTooSmall;
   static_assert(alignof(State) <= alignof(std::max_align_t) &&
-                sizeof(HapticCore) % alignof(State) == 0);
+                State::kOffset % alignof(State) == 0);
   State* const state =
-      ::new (static_cast<void*>(memory.data() + sizeof(HapticCore))) State();  // placement, no heap
-  const std::size_t fixed = (sizeof(HapticCore) + sizeof(State) + kStateAlignment - 1) /
-                            kStateAlignment * kStateAlignment;
+      ::new (static_cast<void*>(memory.data() + State::kOffset)) State();  // placement, no heap
+  const std::size_t fixed =
+      (State::kOffset + sizeof(State) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
   Arena arena(memory.data() + fixed);
   state->place(arena, scene);
   state->read_scene(scene);
@@ -64,17 +82,20 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   State& s = *state_;
   StepResult result;
   result.status = check_pose(input.pose_wa);
+  if (!kSceneTraits.clutch && input.clutched && result.status == RtStatus::kOk) {
+    result.status = RtStatus::kInputNotOfImage;
+  }
   if (result.status != RtStatus::kOk) {
-    result.flags = kFlagBadPose;
+    if (result.status != RtStatus::kInputNotOfImage) result.flags = kFlagBadPose;
     result.state_hash = s.hash;
     return result;
   }
-  GripPose device;
-  device.q_wa = input.pose_wa.q_wa.normalized();
-  device.r_wa = device.q_wa.toRotationMatrix();
-  device.x0_w = input.pose_wa.p_wa + device.r_wa * s.grip_a;
-  const GripPose grip = s.goal_of(device, input.clutched, result);
-  result.goal_pose_wa = s.offset.is_zero && !s.offset.clutched ? input.pose_wa : s.mesh_pose(grip);
+  const GripPose device = s.device_grip(input.pose_wa);
+  GripPose grip = s.goal_of(device, kSceneTraits.clutch && input.clutched, result);
+  const bool held = s.keep_inside(grip, result);
+  const bool as_given = s.offset.is_zero && !s.offset.clutched && !held;
+  result.goal_pose_wa = as_given ? input.pose_wa : s.mesh_pose(grip);
+  if (as_given && s.is_fixed()) result.goal_pose_wa.q_wa = grip.q_wa;
 
   s.near.clear();
   s.contact_nodes.clear();
@@ -90,7 +111,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     result.near_count = nearest.near_count;
   }
   Wrench wrench;
-  if (s.law == LawId::kProxy) {
+  if (s.has_law(LawId::kProxy)) {
     wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
   } else {
     wrench = s.total_wrench(result);
@@ -109,6 +130,8 @@ std::uint32_t HapticCore::pair_count() const noexcept {
 }
 
 const StepPeaks& HapticCore::peaks() const noexcept { return state_->peaks; }
+
+const MotionEnvelope& HapticCore::envelope() const noexcept { return state_->envelope; }
 
 PairReport HapticCore::pair_report(std::uint32_t index) const noexcept {
   const State& s = *state_;
@@ -149,7 +172,7 @@ void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noe
   State& s = *state_;
   const PairState& pair = s.pairs[index];
   forget_contact(out);
-  if (s.tick == 0 || pair.visited_at == 0) return;
+  if (!kSceneTraits.contact_geometry || s.tick == 0 || pair.visited_at == 0) return;
   const PairGateState& gate = s.gates[index];
   const bool looked_at = pair.visited_at == s.tick || !is_far(gate.plane.gap_m(s.odometer(gate)),
                                                               gate.plane.face, s.exact_band_m);

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <span>
 
+#include "rt_core/base/motion_envelope.hpp"
 #include "rt_core/base/pose.hpp"
+#include "rt_core/base/state_account.hpp"
 #include "rt_core/base/status.hpp"
 #include "rt_core/contact/contact_polygon.hpp"
 #include "rt_core/contact/contact_situation.hpp"
@@ -27,8 +29,8 @@ inline constexpr std::size_t kStateAlignment = 64;
 struct StepInput {
   std::uint64_t sequence = 0;  ///< of the device report
   std::int64_t stamp_ns = 0;   ///< host time of the report, monotonic clock; 0: not stamped
-  Pose pose_wa;                ///< A's mesh frame in W
-  Twist twist_w;               ///< meaningful only when twist_valid
+  Pose pose_wa;   ///< A's mesh frame in W; of a part that never turns the orientation is not used
+  Twist twist_w;  ///< meaningful only when twist_valid
   bool twist_valid = false;
   bool clutched = false;  ///< the goal stays where it is, the wrench ramps out
   /// The wrench that acted on the device since the last report, after every limit behind the core;
@@ -59,7 +61,9 @@ enum StepFlag : std::uint32_t {
   kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to
   kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
   kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
-  kFlagRamping = 1u << 18           ///< the wrench is ramped out, is out, or is ramped in
+  kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
+  kFlagOutsideEnvelope = 1u << 19   ///< the scene's envelope was left, or was about to be: the
+                                    ///< wrench is ramped out; latched until reset()
 };
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
@@ -79,6 +83,9 @@ struct StepCounters {
   std::uint32_t plane_gaps = 0;      ///< gaps along C-face planes computed for the proxy
   std::uint32_t valid_nodes = 0;     ///< nodes looked at in searches for valid planes
   std::uint32_t full_searches = 0;   ///< searches of a pair without history
+  std::uint32_t search_work = 0;  ///< of these: faces and edges, edge pairs, support pairs, nodes
+  std::uint32_t qp_programs = 0;  ///< quadratic programs solved
+  std::uint32_t qp_steps = 0;     ///< iterations of all of them
 };
 
 /// What one tick returns.
@@ -88,15 +95,18 @@ struct StepResult {
   /// coupling's, and what the passivity controller added. Laws without a coupling are spring as a
   /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
   Wrench spring_w;
-  Real d_near_m = 0;  ///< smallest D_near over all pairs at the device pose, <= 0: collision
+  /// Smallest D_near over all pairs at the device pose, <= 0: collision. A pair that is apart has
+  /// it over all of its nodes, one that collides over those that carry force.
+  Real d_near_m = 0;
   std::uint32_t nearest_pair = 0;  ///< the pair it belongs to (lowest index at ties)
   ContactSituation situation = ContactSituation::kNone;  ///< of that pair
   std::uint32_t near_count = 0;                          ///< nodes of that pair's near set
   RtStatus status = RtStatus::kOk;
-  std::uint32_t flags = 0;  ///< StepFlag
+  std::uint32_t flags = 0;    ///< StepFlag
+  std::uint32_t outside = 0;  ///< EnvelopeSide of the scene's envelope, in this tick
   StepCounters counters;
-  /// The device's pose with the offsets that clutch and anchor have added: D_near, situation and
-  /// wrench are those of this pose.
+  /// The device's pose with the offsets that clutch and anchor have added, and of law kProxy held
+  /// inside the scene's envelope: D_near, situation and wrench are those of this pose.
   Pose goal_pose_wa;
   /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
   /// the goal, which is the device's pose after clutch and anchor.
@@ -118,13 +128,18 @@ struct PairReport {
   Vec3 normal_w = Vec3::Zero();
   Real separation_bound_m = 0;  ///< separated: gap along normal_w, lower bound of the distance
   Real thickness_m = 0;         ///< touching, undecided: x is that close to the boundary
-  /// Colliding: x lies in the tetrahedron of c = mean(B) - R mean(A) and the points b_k - R a_k.
+  /// Colliding: x lies in the tetrahedron of c = mean(B) - R mean(A) and the points b_k - R a_k. Of
+  /// a part that never turns it is not formed: that no plane of the list has a gap certifies
+  /// itself.
   std::array<SupportPair, 3> portal;
-  Real d_near_m = 0;   ///< exact where `exact`; else a lower bound of the distance
+  /// As in StepResult; exact where `exact`; else a lower bound of the distance.
+  Real d_near_m = 0;
   bool exact = false;  ///< D_near and near set are those of this pose
   bool visited = false;
-  std::uint32_t best_node = 0;     ///< node of D_near, when exact
-  std::span<const NearNode> near;  ///< near set, in no particular order; empty unless exact
+  std::uint32_t best_node = 0;  ///< node of D_near, when exact
+  /// Near set, in no particular order; empty unless exact. Of a pair that a hidden face alone keeps
+  /// apart, by less than the width of a contact: near the depth of its other nodes.
+  std::span<const NearNode> near;
   std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
   ContactSituation situation = ContactSituation::kNone;
 };
@@ -139,14 +154,17 @@ class HapticCore {
   /// Bytes of caller memory that a core for `scene` needs (kStateAlignment-aligned).
   [[nodiscard]] static std::size_t state_bytes(const SceneView& scene) noexcept;
 
+  /// The same by what it is for; the sum is state_bytes.
+  [[nodiscard]] static StateAccount state_account(const SceneView& scene) noexcept;
+
   /// Builds a core in `memory`; `scene` and its blob must outlive it. No destructor needs to run.
   /// @return kOk and `core`; kMemoryTooSmall, kMemoryMisaligned or kBlobBadCapacity and core =
   /// nullptr.
   [[nodiscard]] static RtStatus create(std::span<std::byte> memory, const SceneView& scene,
                                        HapticCore*& core) noexcept;
 
-  /// One servo tick. @retval status kPoseNotFinite (or beyond 1e9 m), kPoseNotUnit: wrench zero,
-  /// state unchanged.
+  /// One servo tick. @retval status kPoseNotFinite (or beyond 1e9 m), kPoseNotUnit, in an image
+  /// without clutch kInputNotOfImage: wrench zero, state unchanged.
   /// Cost: within the bounds of header().capacity, whatever the motion since the last tick.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
 
@@ -157,6 +175,8 @@ class HapticCore {
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
   [[nodiscard]] const StepPeaks& peaks() const noexcept;
+  /// What the scene says about where the part goes.
+  [[nodiscard]] const MotionEnvelope& envelope() const noexcept;
   /// Contact plane, frame, polygon and ids of one pair in the last tick, formed when asked for:
   /// `step` does nothing for it. `pair` < pair_count(). The lists of `out` bring their room, as
   /// many as the pair's near_capacity always suffice; where the pair does not touch they end empty.

@@ -35,14 +35,6 @@ bool is_pose(const Pose& pose) noexcept {
   return is_finite(pose.p_wa) && n >= 1.0_r - kUnitTolerance && n <= 1.0_r + kUnitTolerance;
 }
 
-bool is_usable(const MotionEnvelope& e) noexcept {
-  bool usable = is_finite(e.centre_w) && is_finite(e.half_extent_m) &&
-                (e.half_extent_m.array() >= 0.0_r).all() && std::isfinite(e.max_angle_rad) &&
-                e.max_angle_rad >= 0.0_r;
-  if (e.max_angle_rad > 0.0_r) usable = usable && is_pose({Vec3::Zero(), e.q_wa});
-  return usable;
-}
-
 Vec3 turn_between(const Quat& from, const Quat& to) noexcept {
   return so3_log((to * from.conjugate()).normalized());
 }
@@ -53,7 +45,11 @@ bool is_within(const StepCounters& n, const SceneCapacity& c) noexcept {
          n.feature_evaluations <= c.max_feature_evaluations && n.edge_pairs <= c.max_edge_pairs &&
          n.near_nodes <= c.max_near_nodes && n.hull_points <= c.max_hull_points &&
          n.plane_gaps <= c.max_plane_gaps && n.valid_nodes <= c.max_valid_nodes &&
-         n.full_searches <= c.max_full_searches;
+         n.full_searches <= c.max_full_searches && n.search_work <= c.max_search_work &&
+         n.proxy_passes <= c.max_proxy_passes && n.proxy_rejected <= c.max_proxy_rejected &&
+         n.proxy_rounds <= c.max_proxy_rounds && n.proxy_rows <= c.max_qp_rows &&
+         n.qp_iterations <= c.max_qp_iterations && n.qp_programs <= c.max_qp_programs &&
+         n.qp_steps <= c.max_qp_steps;
 }
 
 Wrench difference(const Wrench& l, const Wrench& r) noexcept {
@@ -88,6 +84,9 @@ ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
       limiter_(parameters.limits),
       usable_(is_usable(parameters.map) && is_usable(parameters.envelope)) {
   parameters_.limits = usable(parameters.limits);
+  const MotionEnvelope& of_scene = core.envelope();
+  if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
+  if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
 }
 
 /// How late the tick is, and the state that it rests on.
@@ -199,28 +198,16 @@ std::uint32_t ServoTick::check_rendered() noexcept {
   return faults;
 }
 
-/// Grip point and orientation of the goal, now and by the next tick.
+/// Grip point and orientation of the goal, now and by the next tick: against the scene's limits by
+/// the core, against the others here.
 std::uint32_t ServoTick::check_envelope() noexcept {
-  const MotionEnvelope& e = parameters_.envelope;
   const Pose& goal = last_rendered_.goal_pose_wa;
   const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * parameters_.map.grip_a;
-  const Vec3 next_w = has_goal_ ? Vec3(x0_w + (x0_w - goal_x0_w_)) : x0_w;
+  const std::uint32_t outside =
+      last_rendered_.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
   std::uint32_t faults = 0;
-  for (int k = 0; k < 3; ++k) {
-    if (e.half_extent_m[k] == 0.0_r) continue;
-    const Real farthest =
-        std::max(std::abs(x0_w[k] - e.centre_w[k]), std::abs(next_w[k] - e.centre_w[k]));
-    if (!(farthest <= e.half_extent_m[k])) faults |= kFaultWorkspace;
-  }
-  Real angle_rad = 0;
-  if (e.max_angle_rad > 0.0_r) {
-    angle_rad = robust_length(turn_between(e.q_wa, goal.q_wa));
-    const Real rise_rad = has_goal_ ? std::max(angle_rad - goal_angle_rad_, 0.0_r) : 0.0_r;
-    if (!(angle_rad + rise_rad <= e.max_angle_rad)) faults |= kFaultEnvelope;
-  }
-  goal_x0_w_ = x0_w;
-  goal_angle_rad_ = angle_rad;
-  has_goal_ = true;
+  if ((outside & kOutsideWorkspace) != 0) faults |= kFaultWorkspace;
+  if ((outside & kOutsideOrientation) != 0) faults |= kFaultEnvelope;
   return faults;
 }
 
@@ -229,7 +216,8 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
   const DeviceState& state = input.state;
   if (broken_) {
     core_.reset();
-    broken_ = has_goal_ = false;
+    watch_.reset();
+    broken_ = false;
   }
   const WorkspaceMap& map = parameters_.map;
   StepInput in;
@@ -266,6 +254,11 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   in.output_is_zero = is_zero(limiter_.last());
   in.output_is_full = full_;
   static_cast<void>(arming_.update(in));
+  // Back inside and felt by nobody: what the core has latched may go.
+  const bool felt =
+      arming_.state() != ArmingState::kDisarmed && arming_.state() != ArmingState::kFaulted;
+  const bool left = (last_rendered_.flags & kFlagOutsideEnvelope) != 0;
+  if (left && last_rendered_.outside == 0 && !felt) broken_ = true;
   if (arming_.count() == count) return;
   const bool coupled = last_rendered_.potential_j > 0.0_r;  // by a proxy
   const Wrench pull_d = device_wrench(parameters_.map, last_rendered_.spring_w);

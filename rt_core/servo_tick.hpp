@@ -8,6 +8,7 @@
 
 #include <cstdint>
 
+#include "rt_core/base/motion_envelope.hpp"
 #include "rt_core/base/workspace_map.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
 #include "rt_core/exchange/step_trace.hpp"
@@ -26,19 +27,13 @@ struct SwitchMap {
   std::uint32_t emergency_stop = 0;
 };
 
-/// Where the part may go, after clutch and anchor; outside, or about to be there by the next tick
-/// if it goes on as in the last, the wrench is ramped out and a fault latched. A limit of 0: none.
-struct MotionEnvelope {
-  Vec3 centre_w = Vec3::Zero();
-  Vec3 half_extent_m = Vec3::Zero();  ///< of the box that the grip point stays in, W axes
-  Quat q_wa = Quat::Identity();       ///< middle of the orientations
-  Real max_angle_rad = 0;             ///< largest turn from it
-};
-
 struct ServoParameters {
   WorkspaceMap map;
   SafetyLimits limits;
   SwitchMap switches;
+  /// Outside, or about to be there by the next tick if the part goes on as in the last, the wrench
+  /// is ramped out and a fault latched. What the scene limits, place or turn, is the scene's: the
+  /// core watches it, and this is not looked at.
   MotionEnvelope envelope;
 };
 
@@ -115,10 +110,8 @@ class ServoTick {
   bool broken_ = true;              ///< the next pose does not go on from the core's last
   bool has_rendered_ = false;       ///< ever
   bool started_inside_ = false;     ///< and has not come out since
-  bool has_goal_ = false;
-  Twist twist_d_;                  ///< of the handle: reported, or by the last two poses
-  Vec3 goal_x0_w_ = Vec3::Zero();  ///< grip point of the last goal
-  Real goal_angle_rad_ = 0;        ///< of the last goal from the envelope's middle
+  EnvelopeWatch watch_;             ///< over the goal
+  Twist twist_d_;                   ///< of the handle: reported, or by the last two poses
 };
 
 }  // namespace haptic

@@ -17,17 +17,19 @@ struct Command {
 
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
+[[nodiscard]] Command add_delay_command(CLI::App& program);
 [[nodiscard]] Command add_faults_command(CLI::App& program);
 [[nodiscard]] Command add_motion_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
 [[nodiscard]] Command add_play_command(CLI::App& program);
 [[nodiscard]] Command add_proxy_fuzz_command(CLI::App& program);
+[[nodiscard]] Command add_rates_command(CLI::App& program);
 [[nodiscard]] Command add_replay_command(CLI::App& program);
 [[nodiscard]] Command add_reproduce_paper_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);
+[[nodiscard]] Command add_soak_command(CLI::App& program);
 [[nodiscard]] Command add_stability_command(CLI::App& program);
 [[nodiscard]] Command add_usb_device_command(CLI::App& program);
-[[nodiscard]] Command add_usb_loop_command(CLI::App& program);
 [[nodiscard]] Command add_vectors_command(CLI::App& program);
 [[nodiscard]] Command add_verify_command(CLI::App& program);
 [[nodiscard]] Command add_wcet_command(CLI::App& program);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim wcet --scene S [--motion M] [--out DIR] [--quick] [--seconds N | --evaluations N]
-//               [--seed N] [--repeats 7] [--flow-facts FILE] [--fault BOUND] [--once]
+//               [--seed N] [--repeats 7] [--flow-facts FILE] [--fault BOUND] [--no-instructions]
+//               [--once]
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -24,25 +27,47 @@ struct Options {
   std::string scene, motion, out, flow_facts, fault;
   std::uint32_t repeats = 7;
   AdversarialLimits search;
-  bool once = false, quick = false;
+  bool once = false, quick = false, no_instructions = false;
 };
 
-int run_once(CoreSession& session, const std::vector<MotionSample>& motion) {
-  session.core().reset();
-  std::uint64_t hash = 0;
-  for (std::size_t i = 0; i < motion.size(); ++i)
-    hash = session.core().step(input_of(motion[i], i)).state_hash;
-  std::printf("%zu ticks, final state hash %016llx\n", motion.size(),
-              static_cast<unsigned long long>(hash));
-  return tools::kExitDone;
+/// This program on the same motion, for counting its instructions.
+InstructionQuestion instruction_question(const Options& o) {
+  InstructionQuestion question;
+  std::error_code error;
+  question.program = std::filesystem::read_symlink("/proc/self/exe", error).string();
+  if (error) throw tools::InputError("/proc/self/exe: " + error.message());
+  question.arguments = {"wcet", "--once", "--scene", o.scene};
+  const auto add = [&](const std::string& word) { question.arguments.push_back(word); };
+  if (!o.motion.empty()) {
+    add("--motion");
+    add(o.motion);
+  } else {
+    add("--seed");
+    add(std::to_string(o.search.seed));
+    if (o.quick) add("--quick");
+  }
+  return question;
+}
+
+/// On a terminal one line that is written over; else a line every half minute.
+void show(const AdversarialProgress& p) {
+  static double shown_s = 0;
+  const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  if (!terminal && p.elapsed_s - shown_s < 30) return;
+  shown_s = p.elapsed_s;
+  std::fprintf(stderr, "%ssearch %5.0f s  %-18s best %.6g %s of %llu motions%s",
+               terminal ? "\r\x1b[K" : "", p.elapsed_s, to_text(p.goal), p.best, unit_of(p.goal),
+               static_cast<unsigned long long>(p.evaluations), terminal ? "\r" : "\n");
 }
 
 WcetPlan plan_of(const Options& o) {
   WcetPlan plan;
+  if (!o.no_instructions) plan.instructions = instruction_question(o);
   plan.scene = o.scene;
   plan.motion = o.motion.empty() ? "made from the scene" : o.motion;
   plan.repeats = o.repeats;
   plan.adversarial = o.search;
+  plan.adversarial.progress = show;
   plan.fault = o.fault;
   if (o.quick) {
     plan.most_same_state = kQuickSameState;
@@ -61,7 +86,11 @@ int run(const Options& o) {
       o.motion.empty()
           ? scene_motion(session, o.quick ? kQuickMotionSeconds : kMotionSeconds, o.search.seed)
           : read_motion_csv(o.motion);
-  if (o.once) return run_once(session, motion);
+  if (o.once) {
+    std::printf("%zu ticks, final state hash %016llx\n", motion.size(),
+                static_cast<unsigned long long>(run_once(session, motion)));
+    return tools::kExitDone;
+  }
   if (!o.out.empty()) {
     std::error_code error;
     std::filesystem::create_directories(o.out, error);
@@ -85,8 +114,7 @@ Command add_wcet_command(CLI::App& program) {
                   "motion: t,x,y,z,qw,qx,qy,qz; default: one made from the scene");
   app->add_option("--repeats", o->repeats, "runs per tick (default 7)")
       ->check(CLI::Range(1, 10000));
-  app->add_option("--out", o->out,
-                  "folder for wcet.csv, wcet.json, wcet.svg, trace.json, wakeups.txt, motions");
+  app->add_option("--out", o->out, "folder for the files below");
   CLI::Option* quick = app->add_flag("--quick", o->quick, "short motion and search, fewer ticks");
   CLI::Option* seconds = app->add_option("--seconds", o->search.seconds,
                                          "length of the adversarial search (default 10)")
@@ -101,7 +129,24 @@ Command add_wcet_command(CLI::App& program) {
                   "file for the loop bounds of the scene, for static analysis");
   app->add_option("--fault", o->fault,
                   "takes this bound of the header for 0, so that the check must fail");
-  app->add_flag("--once", o->once, "run the motion once without timing, for instruction counts");
+  app->add_flag("--no-instructions", o->no_instructions,
+                "leave out the count of instructions under valgrind");
+  app->add_flag("--once", o->once,
+                "run the motion once without timing: ticks and final state hash alone");
+  app->footer(
+      "Printed: work per tick beside its bounds; stack of a tick; instructions per tick and by\n"
+      "function; time per tick beside the exhaustive search, the worst tick with its input; noise\n"
+      "of the machine; its wake-ups; what the adversarial search found. On stderr: how far the\n"
+      "search is.\n"
+      "Files in --out:\n"
+      "  wcet.csv      a line per tick: times, work, instructions\n"
+      "  wcet.json     the same as one object, with every function\n"
+      "  wcet.svg      histograms of the times\n"
+      "  trace.json    a bar per tick with its counts, for Perfetto or chrome://tracing\n"
+      "  wakeups.txt   as cyclictest writes it\n"
+      "  adversarial_GOAL_seedN.csv  the motions found, for replay\n"
+      "Exit codes: 0 every bound holds, 1 one is passed, a wrench is not finite or a repeat\n"
+      "differs, 2 usage, 3 bad input.");
   return {app, [o] { return run(*o); }};
 }
 

@@ -226,8 +226,10 @@ StackTick DeviceStack::step() {
     direct_->poll();
   }
   const std::int64_t begin_ns = now_ns_;
-  // Timer-clocked half a period later; report-clocked where no report came.
-  if (!settings_.report_clocked) now_ns_ += period_ns_ / 2;
+  // Timer-clocked, later in the period; report-clocked where no report came.
+  if (!settings_.report_clocked) {
+    now_ns_ += static_cast<std::int64_t>(settings_.servo_phase * static_cast<double>(period_ns_));
+  }
   serve_servo(false);
   if (link_) static_cast<void>(link_->poll(0));
   now_ns_ = begin_ns;

@@ -28,6 +28,7 @@ struct StackSettings {
   StackCarrier carrier = StackCarrier::kDirect;
   /// The command answers the report that it was computed from; else it goes out with the next one.
   bool report_clocked = false;
+  double servo_phase = 0.5;  ///< timer-clocked: ticks come this share of a period after a report
   ReferenceModelSettings model;
   SafetyLimits limits;  ///< of servo tick and output guard; limits_of(reference_capabilities())
   WorkspaceMap map;     ///< its grip point is set from the scene

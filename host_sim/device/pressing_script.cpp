@@ -44,26 +44,33 @@ WayPoint way_point(const std::string& phase, double t_s, const Vector& p, const 
 
 }  // namespace
 
-MotionScript pressing_script(CoreSession& session, double rate_hz, double seconds) {
+PressedPoint touched_point(CoreSession& session) {
   const SceneParameters& parameters = session.view().parameters();
   const double* q = parameters.start_q_wa_xyzw;
-  const Rotation turn = Rotation(q[3], q[0], q[1], q[2]).normalized();
-  const Vector start = vector_of(parameters.start_p_wa_m);
-  const Vector grip = turn * vector_of(session.view().bodies()[0].reference_m);
-  const Vector way = nearest_piece(session.view(), start + grip) - (start + grip);
-  const Vector along = way.norm() > 0 ? Vector(way.normalized()) : Vector(-Vector::UnitZ());
-  double touch_m = -1;
+  PressedPoint point;
+  point.q_wa = Rotation(q[3], q[0], q[1], q[2]).normalized();
+  point.start_w = vector_of(parameters.start_p_wa_m);
+  const Vector grip = point.q_wa * vector_of(session.view().bodies()[0].reference_m);
+  const Vector way = nearest_piece(session.view(), point.start_w + grip) - (point.start_w + grip);
+  point.along_w = way.norm() > 0 ? Vector(way.normalized()) : Vector(-Vector::UnitZ());
   session.core().reset();
-  for (int k = 0; k <= kMarchSteps && touch_m < 0; ++k) {
+  for (int k = 0; k <= kMarchSteps && point.way_m < 0; ++k) {
     StepInput input;
-    input.pose_wa = pose_at(start + k * kMarch_m * along, turn);
-    if (session.core().step(input).d_near_m <= 0) touch_m = k * kMarch_m;
+    input.pose_wa = pose_at(point.start_w + k * kMarch_m * point.along_w, point.q_wa);
+    if (session.core().step(input).d_near_m <= 0) point.way_m = k * kMarch_m;
   }
   session.core().reset();
+  point.grip_w = point.start_w + grip + std::max(point.way_m, 0.0) * point.along_w;
+  return point;
+}
 
-  const Vector side = kSlide_m * along.unitOrthogonal();
-  const Vector pressed = touch_m > 0 ? Vector(start + (touch_m + kPress_m) * along) : start;
-  const Vector slid = touch_m > 0 ? Vector(pressed + side) : start;
+MotionScript pressing_script(CoreSession& session, double rate_hz, double seconds) {
+  const PressedPoint touch = touched_point(session);
+  const Vector side = kSlide_m * touch.along_w.unitOrthogonal();
+  const Vector start = touch.start_w;
+  const bool touches = touch.way_m > 0;
+  const Vector pressed = touches ? Vector(start + (touch.way_m + kPress_m) * touch.along_w) : start;
+  const Vector slid = touches ? Vector(pressed + side) : start;
   MotionScript script;
   script.rate_hz = rate_hz;
   const std::pair<const char*, Vector> stations[] = {
@@ -71,7 +78,7 @@ MotionScript pressing_script(CoreSession& session, double rate_hz, double second
   const double shares[] = {0, 0.4, 0.55, 0.75, 1};
   for (std::size_t k = 0; k < std::size(stations); ++k) {
     script.waypoints.push_back(
-        way_point(stations[k].first, shares[k] * seconds, stations[k].second, turn));
+        way_point(stations[k].first, shares[k] * seconds, stations[k].second, touch.q_wa));
   }
   return script;
 }

@@ -4,8 +4,19 @@
 
 #include "host_sim/commands/core_session.hpp"
 #include "host_sim/motion/motion_script.hpp"
+#include "host_sim/reproduction/shapes.hpp"
 
 namespace haptic::sim {
+
+/// Where A, moved straight from the start pose towards the nearest fixed piece, touches first.
+struct PressedPoint {
+  Vector start_w = Vector::Zero();                           ///< A's origin at the start
+  Vector grip_w = Vector::Zero(), along_w = Vector::Zero();  ///< grip point at touch; unit, the way
+  Rotation q_wa = Rotation::Identity();
+  double way_m = -1;  ///< from the start; 0: it touches there; negative: the way is free
+};
+/// To half a millimetre. Leaves the core reset. Cost: up to 4001 ticks.
+[[nodiscard]] PressedPoint touched_point(CoreSession& session);
 
 /// A hand motion for a scene without a script: from the start pose of A straight towards the
 /// nearest fixed piece until A touches it, 3 mm on, 5 mm sideways, and back. Rests at the start

@@ -130,8 +130,11 @@ void FaultJudge::measure_acting() {
   std::int64_t acts_since_ns = 0;  ///< when what acts in a period was sent
   for (std::size_t k = 1; k < t_.samples.size(); ++k) {
     const FaultSample &before = t_.samples[k - 1], &now = t_.samples[k];
-    for (const StackSend& send : before.sent) sent_ns[send.sequence] = send.stamp_ns;
-    const auto sent = sent_ns.find(before.accepted);
+    // In real time it may have come after the period before was looked at.
+    for (const FaultSample* sample : {&before, &now}) {
+      for (const StackSend& send : sample->sent) sent_ns[send.sequence] = send.stamp_ns;
+    }
+    const auto sent = sent_ns.find(now.acts);
     const std::int64_t acts_ns = sent == sent_ns.end() ? acts_since_ns : sent->second;
     note_size(now.acting);
     const bool cut =

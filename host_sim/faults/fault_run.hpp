@@ -10,11 +10,9 @@
 
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/faults/fault_case.hpp"
+#include "host_sim/faults/fault_script.hpp"
 
 namespace haptic::sim {
-
-/// Watched from the fault on, before anything is mended [periods].
-inline constexpr std::size_t kFaultWatch = 300;
 
 struct FaultSettings {
   StackCarrier carrier = StackCarrier::kUsb;
@@ -24,28 +22,21 @@ struct FaultSettings {
   double ramp_in_factor = 1;
 };
 
-/// One period.
-struct FaultSample {
-  std::vector<StackSend> sent;
-  Load acting;
-  std::uint32_t accepted = 0;  ///< sequence of the command that the device has accepted last
-  bool drives_on = false;
-  std::uint32_t watchdog_cuts = 0;
-  ArmingState arming = ArmingState::kDisarmed;
-  std::uint32_t safety = 0;  ///< SafetyFault, latched
-  std::uint32_t device = 0;  ///< DeviceFault, as the servo tick was told
-  LinkState link = LinkState::kAbsent;
+/// What part of a scene a script plays on: D's z axis points off the wall that the part is pressed
+/// on, and the part touches at kTouchHeight_m.
+struct FaultPlace {
+  WorkspaceMap map;
+  MotionEnvelope envelope;  ///< what "workspace left" and "envelope left" leave
 };
+/// Of fault_scene().
+[[nodiscard]] FaultPlace fault_place();
+/// Of another scene: from its start pose straight to the nearest fixed part. The part must not
+/// touch at the start, and have room to slide sideways. @throws tools::InputError  nothing is
+/// touched that way.
+[[nodiscard]] FaultPlace fault_place(CoreSession& session);
 
-/// A run; sample k is the k-th period of the device. Indices are of the first sample after the
-/// action that they name.
-struct FaultTrace {
-  double period_s = 0;
-  std::vector<FaultSample> samples;
-  std::size_t injected = 0;  ///< the fault
-  std::size_t mended = 0;    ///< its cause gone, plugged in again, the deadman let go
-  std::size_t pressed = 0;   ///< the deadman, on the wall
-};
+/// The reference device in a firm hand, for a script at that place.
+[[nodiscard]] StackSettings fault_stack(const FaultSettings& settings, const FaultPlace& place);
 
 /// Compiled scene of all cells: the cube and the wall.
 [[nodiscard]] std::vector<std::byte> fault_scene();

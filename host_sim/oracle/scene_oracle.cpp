@@ -3,8 +3,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptic::sim {
+
+namespace {
+
+/// By node, whether it can carry force; empty where every reachable one can.
+std::vector<bool> live_nodes(const PairView& pair) {
+  std::vector<bool> live(pair.record->node_count);
+  bool hides = false;
+  for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+    live[node] = pair.marks.node(NodeScope::kLive, node);
+    hides = hides || live[node] != pair.marks.node(NodeScope::kReachable, node);
+  }
+  if (!hides) live.clear();
+  return live;
+}
+
+/// What the depth of a colliding pair may be: over its live nodes those that must count, and those
+/// that may, as applicability goes within `slack_m`. Where none may, it is that of all nodes.
+void measure_live(const std::vector<NodeValue>& nodes, const std::vector<bool>& live, Wide slack_m,
+                  PairTruth& truth) {
+  constexpr Wide kNone = -std::numeric_limits<Wide>::infinity();
+  Wide lower = kNone, upper = kNone;
+  for (const NodeValue& node : nodes) {
+    if (!live[node.node] || node.violation_m > slack_m) continue;
+    upper = std::max(upper, node.depth_m);
+    if (node.violation_m < -slack_m) lower = std::max(lower, node.depth_m);
+  }
+  if (upper == kNone) return;
+  truth.lower_m = lower;
+  truth.upper_m = lower == kNone ? truth.reference_m : upper;
+}
+
+}  // namespace
 
 SceneOracle::SceneOracle(const SceneView& view) {
   const auto count = static_cast<std::uint32_t>(view.pieces().size());
@@ -20,8 +53,10 @@ SceneOracle::SceneOracle(const SceneView& view) {
     sizes_.push_back(diameter(points));
     size_m_ = std::max(size_m_, sizes_.back());
   }
-  for (const PairRecord& pair : view.pairs()) {
-    pairs_.push_back({pair.piece_a, pair.piece_b, view.pieces()[pair.piece_b].body});
+  for (std::uint32_t k = 0; k < view.pairs().size(); ++k) {
+    const PairRecord& pair = view.pairs()[k];
+    pairs_.push_back(
+        {pair.piece_a, pair.piece_b, view.pieces()[pair.piece_b].body, live_nodes(view.pair(k))});
   }
 }
 
@@ -41,6 +76,10 @@ void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdic
     const Wide size = std::max(sizes_[0], sizes_[pair.body_b]);
     verdicts[k].truth =
         search_pair(pieces_[pair.piece_a], pieces_[pair.piece_b], pose, size, precision);
+    if (!pair.live.empty() && verdicts[k].truth.reference_m <= 0) {
+      measure_live(all_nodes(pieces_[pair.piece_a], pieces_[pair.piece_b], pose), pair.live,
+                   precision.relative_depth * size, verdicts[k].truth);
+    }
     verdicts[k].tolerance_m =
         precision.relative_depth * size +
         8 * precision.unit_roundoff * (coordinates + norm(references_[pair.body_b]));

@@ -41,6 +41,9 @@ class SceneOracle {
 
   /// Truth of every pair with A's mesh frame at `pose_wa` (the numbers that the core is given; the
   /// quaternion is brought to unit length here in long double). `verdicts` gets one entry per pair.
+  /// Verdict and depth of a pair that is apart are those of all of its nodes, so that they judge
+  /// the scene's marks as well; a pair that collides has the depth of its live nodes where some are
+  /// not.
   void evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdicts) const;
 
   [[nodiscard]] Wide size_m() const { return size_m_; }  ///< largest diameter of the scene's bodies
@@ -48,6 +51,7 @@ class SceneOracle {
  private:
   struct Pair {
     std::size_t piece_a, piece_b, body_b;
+    std::vector<bool> live;  ///< by node; empty where all that is needed carries force
   };
   std::vector<OraclePiece> pieces_;
   std::vector<Pair> pairs_;

@@ -37,7 +37,7 @@ GeometricQuery::GeometricQuery(const SceneView& scene)
 }
 
 void GeometricQuery::reset() {
-  bounds_.reset();
+  bounds_.reset(pair_.marks);
   verdict_ = VerdictMemory{};
   gate_ = GatePlane{};
   odometer_ = Odometer{};

@@ -11,7 +11,7 @@
 namespace haptic::sim {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagRamping << 1;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagOutsideEnvelope << 1;
 inline constexpr std::size_t kFlagCount = 20;
 
 struct TickRecord {

@@ -29,7 +29,7 @@ DirectSearch::DirectSearch(const SceneView& view, const Quat& q_wa)
   memory_ = AlignedBytes(counting.used());
   Arena arena(memory_.bytes().data());
   place(arena);
-  bounds.reset();
+  bounds.reset(pair_.marks);
   turn_vertices(pair_.a, r_wa_, lanes_.data());
 }
 

@@ -43,7 +43,9 @@ Json arguments(const TickTime& t, std::size_t tick) {
           {"proxy_passes", c.proxy_passes},
           {"plane_gaps", c.plane_gaps},
           {"valid_nodes", c.valid_nodes},
-          {"full_searches", c.full_searches}};
+          {"full_searches", c.full_searches},
+          {"proxy_units", proxy_units(c)},
+          {"qp_steps", c.qp_steps}};
 }
 
 }  // namespace

@@ -34,17 +34,30 @@ constexpr Counter kCounters[] = {
     {"valid_nodes", "nodes of valid sets", &StepCounters::valid_nodes,
      &SceneCapacity::max_valid_nodes, true},
     {"full_searches", "searches without history", &StepCounters::full_searches,
-     &SceneCapacity::max_full_searches, true}};
+     &SceneCapacity::max_full_searches, true},
+    {"search_work", "work of these searches", &StepCounters::search_work,
+     &SceneCapacity::max_search_work, true},
+    {"proxy_passes", "passes of the proxy", &StepCounters::proxy_passes,
+     &SceneCapacity::max_proxy_passes, true},
+    {"proxy_rejected", "rejected passes", &StepCounters::proxy_rejected,
+     &SceneCapacity::max_proxy_rejected, true},
+    {"proxy_rounds", "rounds of one pass", &StepCounters::proxy_rounds,
+     &SceneCapacity::max_proxy_rounds, true},
+    {"qp_rows", "rows of one program", &StepCounters::proxy_rows, &SceneCapacity::max_qp_rows,
+     true},
+    {"qp_iterations", "iterations of one program", &StepCounters::qp_iterations,
+     &SceneCapacity::max_qp_iterations, true},
+    {"qp_programs", "quadratic programs", &StepCounters::qp_programs,
+     &SceneCapacity::max_qp_programs, true},
+    {"qp_steps", "iterations of all programs", &StepCounters::qp_steps,
+     &SceneCapacity::max_qp_steps, true}};
 
 }  // namespace
 
-std::vector<CounterBound> counter_bounds(const StepCounters& peaks, const SceneCapacity& capacity,
-                                         const SceneParameters& parameters) {
+std::vector<CounterBound> counter_bounds(const StepCounters& peaks, const SceneCapacity& capacity) {
   std::vector<CounterBound> bounds;
   for (const Counter& c : kCounters)
     bounds.push_back({c.name, c.words, peaks.*c.peak, capacity.*c.bound, c.proxy_only});
-  bounds.push_back(
-      {"proxy_passes", "passes of the proxy", peaks.proxy_passes, proxy_passes(parameters), true});
   return bounds;
 }
 
@@ -70,6 +83,15 @@ std::uint64_t work_units(const StepCounters& c) {
 std::uint64_t work_bound(const SceneCapacity& c) {
   return std::uint64_t{c.max_pair_visits} + c.max_feature_evaluations + c.max_edge_pairs +
          c.max_support_pairs + c.max_near_nodes;
+}
+
+std::uint64_t proxy_units(const StepCounters& c) {
+  return std::uint64_t{c.plane_gaps} + c.valid_nodes + c.search_work + c.qp_programs + c.qp_steps;
+}
+
+std::uint64_t proxy_bound(const SceneCapacity& c) {
+  return std::uint64_t{c.max_plane_gaps} + c.max_valid_nodes + c.max_search_work +
+         c.max_qp_programs + c.max_qp_steps;
 }
 
 bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity) {

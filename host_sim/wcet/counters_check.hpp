@@ -22,21 +22,26 @@ struct CounterBound {
   [[nodiscard]] bool held() const { return peak <= bound; }
 };
 
-/// Every counter that has a bound: the header's, and the passes that the scene asks for.
+/// Every counter that has a bound in the header.
 [[nodiscard]] std::vector<CounterBound> counter_bounds(const StepCounters& peaks,
-                                                       const SceneCapacity& capacity,
-                                                       const SceneParameters& parameters);
+                                                       const SceneCapacity& capacity);
 [[nodiscard]] bool all_held(const std::vector<CounterBound>& bounds);
 
 /// A copy of the header's bounds with one of them 0, for a check that must fail. `name` as in
-/// CounterBound; "proxy_passes" is not of the header. @throws tools::InputError: no such bound.
+/// CounterBound. @throws tools::InputError: no such bound.
 [[nodiscard]] SceneCapacity damaged_bounds(const SceneCapacity& capacity, std::string_view name);
 
-/// Counted work of a tick: pair visits, faces and edges, pairs of edges, support pairs, near nodes.
-/// The contact search's alone: the proxy's gaps, valid sets and quadratic programs are not in it.
+/// Counted work of the contact search in a tick: pair visits, faces and edges, pairs of edges,
+/// support pairs, near nodes. The proxy's is counted in units of its own, proxy_units.
 [[nodiscard]] std::uint64_t work_units(const StepCounters& counters);
 /// The most work that a tick of this scene can do, by the bounds in its header.
 [[nodiscard]] std::uint64_t work_bound(const SceneCapacity& capacity);
+/// Counted work of the proxy in a tick: gaps along planes, nodes of valid sets, what its searches
+/// without history evaluate, quadratic programs and all their iterations. 0 under other laws. Such
+/// a unit and one of the contact search do not cost the same; their sums are never added.
+[[nodiscard]] std::uint64_t proxy_units(const StepCounters& counters);
+/// The most of it that a tick of this scene can do, by the bounds in its header.
+[[nodiscard]] std::uint64_t proxy_bound(const SceneCapacity& capacity);
 /// Whether every peak is within its bound in the header.
 [[nodiscard]] bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity);
 

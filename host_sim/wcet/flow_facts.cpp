@@ -3,13 +3,14 @@
 
 #include <cstdio>
 
+#include "host_sim/wcet/core_stack.hpp"
 #include "rt_core/scene/capacity.hpp"
 
 namespace haptic::sim {
 namespace {
 
 // A new field of the header wants a line here.
-static_assert(sizeof(SceneCapacity) == 72);
+static_assert(sizeof(SceneCapacity) == 104);
 
 std::string comment_safe(const std::string& text) {
   std::string safe = text;
@@ -51,26 +52,50 @@ void add_capacity(Facts& facts, const SceneCapacity& c) {
   facts.add("max_plane_gaps", c.max_plane_gaps, "law proxy: gaps along C-face planes");
   facts.add("max_valid_nodes", c.max_valid_nodes, "law proxy: nodes looked at for valid planes");
   facts.add("max_full_searches", c.max_full_searches, "law proxy: searches without history");
+  facts.add("max_search_work", c.max_search_work,
+            "law proxy: faces, edges, edge pairs, support pairs and nodes of those searches");
+  facts.add("max_proxy_passes", c.max_proxy_passes, "law proxy: loop over the passes");
+  facts.add("max_proxy_rejected", c.max_proxy_rejected, "law proxy: passes that find no step");
+  facts.add("max_proxy_rounds", c.max_proxy_rounds, "law proxy: rounds of one pass: one run");
+  facts.add("max_qp_rows", c.max_qp_rows, "law proxy: rows of one quadratic program: one run");
+  facts.add("max_qp_iterations", c.max_qp_iterations,
+            "law proxy: iterations of one quadratic program: one run");
+  facts.add("max_qp_programs", c.max_qp_programs, "law proxy: quadratic programs solved");
+  facts.add("max_qp_steps", c.max_qp_steps, "law proxy: iterations of all programs together");
 }
 
-void add_compiled(Facts& facts, const SceneView& view) {
+void add_compiled(Facts& facts) {
   facts.comment("compiled into the core");
   facts.add("kMaxSupportPairsPerAttempt", kMaxSupportPairsPerAttempt,
             "support pairs of one attempt of a verdict");
   facts.add("kMaxSupportPairsPerVerdict", kMaxSupportPairsPerVerdict,
             "support pairs of a verdict: warm attempt, cold attempt");
   facts.add("kGateSupportPairs", kGateSupportPairs, "support pairs of the gate, per pair");
-  facts.add("proxy_passes", proxy_passes(view.parameters()),
-            "passes of the proxy that this scene asks for");
   facts.add("kProxyRounds", kProxyRounds, "rounds of a pass before it tries smaller steps");
   facts.add("kProxyRetries", kProxyRetries, "times that a pass tries within a smaller step");
   facts.add("kProxyRetryRounds", kProxyRetryRounds, "rounds of one such try");
   facts.add("kMaxCorrections", kMaxCorrections, "displaced steps that a pass tries, twice");
   facts.add("kMaxBackOffs", kMaxBackOffs, "shortened steps that a pass tries");
-  facts.add("kMaxImposedPlanes", kMaxImposedPlanes, "rows of one quadratic program");
+  facts.add("kMaxImposedPlanes", kMaxImposedPlanes, "planes of one quadratic program");
   facts.add("kMaxValidPlanes", kMaxValidPlanes, "planes kept of a pair's valid set");
   facts.add("kMaxValidVisits", kMaxValidVisits, "nodes of one search for valid planes");
   facts.add("kMaxValidSearches", kMaxValidSearches, "pairs whose valid sets a pass has room for");
+}
+
+void add_stack(Facts& facts) {
+  const CoreStack& stack = core_stack();
+  if (!stack.measured) {
+    facts.comment("stack: not measured: " + std::string(stack.why_not));
+    return;
+  }
+  facts.comment("of this program's core, added up from the compiler's frames");
+  facts.add("stack_bytes_tick", stack.tick.bytes, "stack of HapticCore::step and all it calls");
+  facts.add("stack_bytes_servo_tick", stack.core.bytes,
+            "stack of the servo tick with its safety stages");
+  std::string chain;
+  for (const StackFrame& frame : stack.core.chain)
+    chain += (chain.empty() ? "" : " > ") + std::string(frame.function);
+  facts.comment("deepest chain: " + chain);
 }
 
 }  // namespace
@@ -89,7 +114,8 @@ std::string flow_facts(const SceneView& view, const std::string& name) {
     facts.comment("unproven " + std::to_string(header.capacity.unproven) +
                   ": to keep these bounds a tick may have to give up exactness, flagged");
   }
-  add_compiled(facts, view);
+  add_compiled(facts);
+  add_stack(facts);
   return facts.text();
 }
 

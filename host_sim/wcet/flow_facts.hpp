@@ -11,7 +11,8 @@ namespace haptic::sim {
 
 /// One line per bound, columns separated by tabs: name, bound, what it bounds. Lines that begin
 /// with '#' are comments. Every field of SceneCapacity that is a number is named as in the header,
-/// then the bounds that are compiled into the core. `name`: of the scene, for the first line.
+/// then the bounds that are compiled into the core, and the stack of a tick where the build has
+/// measured it. `name`: of the scene, for the first line.
 [[nodiscard]] std::string flow_facts(const SceneView& view, const std::string& name);
 
 }  // namespace haptic::sim

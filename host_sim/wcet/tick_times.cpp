@@ -32,6 +32,18 @@ double search_all(const SceneView& view, std::vector<FlatPair>& pairs, const Pos
   return least;
 }
 
+/// The largest time over work. A tick with little work costs its fixed part, which says nothing
+/// about a unit.
+double dearest_unit(const std::vector<double>& times, const std::vector<std::uint64_t>& work) {
+  const std::uint64_t most = *std::max_element(work.begin(), work.end());
+  double dearest = 0;
+  for (std::size_t k = 0; k < work.size(); ++k) {
+    if (work[k] > 0 && 2 * work[k] >= most)
+      dearest = std::max(dearest, times[k] / static_cast<double>(work[k]));
+  }
+  return dearest;
+}
+
 /// Every kStaleStride-th pose as a first tick.
 constexpr std::size_t kStaleStride = 10;
 
@@ -51,13 +63,7 @@ void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeat
     work.push_back(work_units(step.counters));
     raise_peaks(step.counters, result.peaks);
   }
-  // A tick with little work costs its fixed part, which says nothing about a unit.
-  const std::uint64_t most = *std::max_element(work.begin(), work.end());
-  for (std::size_t k = 0; k < work.size(); ++k) {
-    if (work[k] == 0 || 2 * work[k] < most) continue;
-    const double unit_ns = times[k] / static_cast<double>(work[k]);
-    result.dearest_unit_ns = std::max(result.dearest_unit_ns, unit_ns);
-  }
+  result.dearest_unit_ns = dearest_unit(times, work);
   result.stale = figures(std::move(times));
 }
 
@@ -134,6 +140,9 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     exhaustive.push_back(tick.exhaustive_ns);
   }
   static_cast<void>(sink);
+  std::vector<std::uint64_t> proxy_work;
+  for (const TickTime& tick : result.ticks) proxy_work.push_back(proxy_units(tick.counters));
+  result.dearest_proxy_unit_ns = dearest_unit(core, proxy_work);
   result.first_tick_ns = core.front();
   if (core.size() > 1) {
     result.worst_tick =

@@ -9,6 +9,7 @@
 
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/wcet/chrome_trace.hpp"
+#include "host_sim/wcet/core_stack.hpp"
 #include "host_sim/wcet/wcet_plot.hpp"
 #include "tools/common/error.hpp"
 
@@ -48,9 +49,58 @@ Json json_of(const AdversarialFinding& f, std::uint64_t seed) {
           {"tick", f.tick},
           {"evaluations", f.evaluations},
           {"restarts", f.restarts},
+          {"spring_part", f.cause.spring},
+          {"damping_part", f.cause.damping},
+          {"goal_moved_m", f.cause.goal_m},
+          {"proxy_moved_m", f.cause.proxy_m},
           {"wrenches_not_finite", f.not_finite},
           {"final_state_hash", hash},
           {"motion", motion_file_name(f, seed)}};
+}
+
+Json json_of(const std::vector<FunctionCost>& functions) {
+  Json list = Json::array();
+  for (const FunctionCost& f : functions)
+    list.push_back({{"function", f.name}, {"self", f.self}, {"inclusive", f.inclusive}});
+  return list;
+}
+
+Json json_of(const InstructionCounts& counts) {
+  if (!counts.measured) return {{"measured", false}, {"why_not", counts.why_not}};
+  const CallgrindProfile& p = counts.profile;
+  return {{"measured", true},
+          {"method", "callgrind"},
+          {"ticks", p.per_tick.size()},
+          {"median", counts.median},
+          {"largest", counts.largest},
+          {"dearest_tick", p.dearest_tick},
+          {"total", p.total},
+          {"by_function", json_of(p.whole)},
+          {"by_function_of_dearest_tick", json_of(p.dearest)}};
+}
+
+Json json_of(const StackDepth& depth) {
+  Json chain = Json::array();
+  for (const StackFrame& frame : depth.chain)
+    chain.push_back({{"function", frame.function}, {"bytes", frame.bytes}});
+  return {{"bytes", depth.bytes}, {"chain", std::move(chain)}};
+}
+
+Json json_of(const CoreStack& stack) {
+  if (!stack.measured) return {{"measured", false}, {"why_not", stack.why_not}};
+  return {{"measured", true},
+          {"limit_bytes", stack.limit_bytes},
+          {"tick", json_of(stack.tick)},
+          {"servo_tick", json_of(stack.core)}};
+}
+
+InstructionCounts counted(CoreSession& session, std::span<const MotionSample> motion,
+                          InstructionQuestion question) {
+  if (!question.program.empty()) {
+    question.state_hash = run_once(session, motion);
+    question.ticks = motion.size();
+  }
+  return count_instructions(question);
 }
 
 hal::WakeupQuestion question_of(const SceneView& view, double seconds) {
@@ -84,11 +134,13 @@ WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> moti
   report.same_state =
       same_state_times(session, motion, telling_ticks(report.loop, plan.most_same_state),
                        std::max(plan.repeats, kLeastRepeats));
+  report.instructions = counted(session, motion, plan.instructions);
   report.findings = adversarial_search(session, motion, plan.adversarial);
   StepCounters peaks = report.loop.peaks;
   for (const AdversarialFinding& f : report.findings) raise_peaks(f.peaks, peaks);
-  report.bounds = counter_bounds(peaks, capacity, view.parameters());
+  report.bounds = counter_bounds(peaks, capacity);
   report.work_bound = work_bound(capacity);
+  report.proxy_bound = proxy_bound(capacity);
   report.wakeups = std::make_unique<hal::WakeupMeasurement>();
   if (plan.wakeup_seconds > 0)
     hal::measure_wakeups(question_of(view, plan.wakeup_seconds), *report.wakeups);
@@ -98,19 +150,26 @@ WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> moti
 std::string wcet_csv(const WcetReport& report, std::span<const MotionSample> motion) {
   std::map<std::size_t, SameStateTick> same;
   for (const SameStateTick& t : report.same_state.ticks) same[t.tick] = t;
-  std::string text = "tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns\n";
+  std::string text =
+      "tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns,"
+      "proxy_work,instructions\n";
   for (std::size_t i = 0; i < report.loop.ticks.size(); ++i) {
     const TickTime& t = report.loop.ticks[i];
-    char line[200], exhaustive[40] = "", same_state[80] = ",";
+    char line[240], exhaustive[40] = "", same_state[80] = ",", instructions[24] = "";
     if (report.plan.exhaustive)
       std::snprintf(exhaustive, sizeof exhaustive, "%.1f", t.exhaustive_ns);
     if (const auto at = same.find(i); at != same.end()) {
       std::snprintf(same_state, sizeof same_state, "%.1f,%.1f", at->second.warm_ns,
                     at->second.flushed_ns);
     }
-    std::snprintf(line, sizeof line, "%zu,%.6f,%.1f,%s,%d,%d,%llu,%s\n", i, motion[i].t_s,
+    if (report.instructions.measured) {
+      std::snprintf(instructions, sizeof instructions, "%llu",
+                    static_cast<unsigned long long>(report.instructions.profile.per_tick[i]));
+    }
+    std::snprintf(line, sizeof line, "%zu,%.6f,%.1f,%s,%d,%d,%llu,%s,%llu,%s\n", i, motion[i].t_s,
                   t.core_ns, exhaustive, t.contact ? 1 : 0, t.relocalised ? 1 : 0,
-                  static_cast<unsigned long long>(work_units(t.counters)), same_state);
+                  static_cast<unsigned long long>(work_units(t.counters)), same_state,
+                  static_cast<unsigned long long>(proxy_units(t.counters)), instructions);
     text += line;
   }
   return text;
@@ -127,6 +186,10 @@ std::string wcet_json(const WcetReport& r) {
   }
   json["work_bound"] = r.work_bound;
   json["dearest_unit_ns"] = r.loop.dearest_unit_ns;
+  json["proxy_work_bound"] = r.proxy_bound;
+  json["dearest_proxy_unit_ns"] = r.loop.dearest_proxy_unit_ns;
+  json["instructions"] = json_of(r.instructions);
+  json["stack"] = json_of(core_stack());
   Json& time = json["wall_time_ns"];
   time["repeats"] = r.loop.repeats;
   time["in_loop"] = json_of(r.loop.core);

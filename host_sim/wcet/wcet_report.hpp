@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The worst-case tests of a scene as a whole. Kept apart: counted work (exact, may fail), wall
-/// time of the code (least of repeats), noise of the repeats, and wake-ups, which are the
-/// machine's.
+/// The worst-case tests of a scene as a whole. Kept apart: counted work (exact, may fail),
+/// instructions (exact), wall time of the code (least of repeats), noise of the repeats, and
+/// wake-ups, which are the machine's.
 
 #include <memory>
 #include <span>
@@ -12,6 +12,7 @@
 #include "hal/realtime/wakeup_measurement.hpp"
 #include "host_sim/wcet/adversarial_search.hpp"
 #include "host_sim/wcet/counters_check.hpp"
+#include "host_sim/wcet/instruction_counts.hpp"
 #include "host_sim/wcet/same_state_times.hpp"
 
 namespace haptic::sim {
@@ -24,6 +25,8 @@ struct WcetPlan {
   double wakeup_seconds = 2;           ///< 0: not measured
   AdversarialLimits adversarial;
   std::string fault;  ///< name of the bound that the check takes for 0; empty: none
+  /// Program that runs the same motion once; state hash and ticks are filled in here.
+  InstructionQuestion instructions;
 };
 
 struct WcetReport {
@@ -32,7 +35,8 @@ struct WcetReport {
   SameStateTimes same_state;
   std::vector<AdversarialFinding> findings;
   std::vector<CounterBound> bounds;  ///< peaks of all ticks of all of these
-  std::uint64_t work_bound = 0;
+  std::uint64_t work_bound = 0, proxy_bound = 0;
+  InstructionCounts instructions;
   std::unique_ptr<hal::WakeupMeasurement> wakeups;  ///< never null
 
   /// No counter over its bound, every wrench of the search finite, repeats equal.
@@ -43,8 +47,8 @@ struct WcetReport {
 [[nodiscard]] WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> motion,
                                       const WcetPlan& plan);
 
-/// One line per tick: tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns;
-/// empty where not measured.
+/// One line per tick: tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns,
+/// proxy_work,instructions; empty where not measured.
 [[nodiscard]] std::string wcet_csv(const WcetReport& report, std::span<const MotionSample> motion);
 /// One object, two spaces of indent, keys in a fixed order.
 [[nodiscard]] std::string wcet_json(const WcetReport& report);

@@ -5,8 +5,11 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 
+#include "host_sim/report/replay_summary.hpp"
 #include "host_sim/wcet/cache_flush.hpp"
+#include "host_sim/wcet/core_stack.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -46,10 +49,39 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
        "of %.0f ns%s",
        ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns,
        view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
-  if (view.parameters().law == LawId::kProxy) {
-    line(text,
-         "  (the proxy's work is no part of these units: see the times that the search found)");
+  if (view.parameters().law != LawId::kProxy) return;
+  const double proxy_ns = r.loop.dearest_proxy_unit_ns * static_cast<double>(r.proxy_bound);
+  line(text,
+       "  bound %llu units of the proxy's work, dearest %.1f ns: at most %.0f ns, %.1f %% of the "
+       "period;",
+       ull{r.proxy_bound}, r.loop.dearest_proxy_unit_ns, proxy_ns, 100 * proxy_ns / period_ns);
+  line(text,
+       "  a unit of the proxy is no unit of the search: the two bounds are of different things, "
+       "each dearest unit pays its whole tick");
+}
+
+/// A row of the motion as its file has it; the header is line 1.
+void input_row(std::string& text, const MotionSample& s, std::size_t tick) {
+  line(text, "    its input, line %zu: %.6f,%.9f,%.9f,%.9f,%.12f,%.12f,%.12f,%.12f", tick + 2,
+       s.t_s, s.p[0], s.p[1], s.p[2], s.q_wxyz[0], s.q_wxyz[1], s.q_wxyz[2], s.q_wxyz[3]);
+}
+
+/// The plain search of all nodes in the same run, beside the core.
+void add_ratio(std::string& text, const WcetReport& r) {
+  const WcetResult& loop = r.loop;
+  if (loop.exhaustive.count == 0 || !(loop.core.median > 0)) {
+    line(text, "  exhaustive / core: not measured in a quick run without --motion");
+    return;
   }
+  double least = std::numeric_limits<double>::infinity();
+  for (const TickTime& t : loop.ticks) least = std::min(least, t.exhaustive_ns / t.core_ns);
+  const TickTime& worst = loop.ticks[loop.worst_tick];
+  line(text,
+       "  exhaustive / core: of the medians %.2f, of the largest %.2f, in the worst tick %.2f, "
+       "least of any tick %.2f",
+       loop.exhaustive.median / loop.core.median, loop.exhaustive.largest / loop.core.largest,
+       worst.exhaustive_ns / worst.core_ns, least);
+  line(text, "    (the search gives D_near alone; the core's time has its law, proxy included)");
 }
 
 void add_times(std::string& text, const WcetReport& r, std::span<const MotionSample> motion) {
@@ -70,13 +102,12 @@ void add_times(std::string& text, const WcetReport& r, std::span<const MotionSam
        loop.first_tick_ns, loop.worst_tick, motion[loop.worst_tick].t_s,
        loop.ticks[loop.worst_tick].core_ns,
        loop.ticks[loop.worst_tick].relocalised ? ", re-localised" : "");
+  input_row(text, motion[loop.worst_tick], loop.worst_tick);
   line(text, "  worst flushed tick %zu; %u repeats; flushed by %s, %zu bytes",
        r.same_state.worst_flushed, r.same_state.repeats, CacheFlush::method(),
        r.same_state.flushed_bytes);
-  if (loop.core.median > 0 && loop.exhaustive.count > 0) {
-    line(text, "  exhaustive / core: median %.2f, largest %.2f",
-         loop.exhaustive.median / loop.core.median, loop.exhaustive.largest / loop.core.largest);
-  }
+  input_row(text, motion[r.same_state.worst_flushed], r.same_state.worst_flushed);
+  add_ratio(text, r);
   line(text, "  empty measurement %.1f ns, subtracted", loop.clock_empty_ns);
   if (!r.same_state.same_result) line(text, "  REPEATS OF A TICK ENDED IN DIFFERENT STATES");
   line(text, "noise of this machine in ns: every repeat as it was, nothing about the code");
@@ -108,6 +139,20 @@ std::uint64_t most_work(const WcetResult& loop) {
   return most;
 }
 
+/// Whose doing a step of the wrench was.
+void add_cause(std::string& text, const AdversarialFinding& f) {
+  const StepCause& c = f.cause;
+  std::string flags;
+  for (std::size_t bit = 0; bit < kFlagCount; ++bit) {
+    if ((c.flags >> bit & 1u) != 0) flags += " " + std::string(flag_name(bit));
+  }
+  line(text,
+       "    of it the spring %.4g, damping %.4g %s; goal moved %.3g mm, %.3g rad, proxy %.3g mm, "
+       "%.3g rad;%s",
+       c.spring, c.damping, unit_of(f.goal), 1e3 * c.goal_m, c.goal_rad, 1e3 * c.proxy_m,
+       c.proxy_rad, flags.empty() ? " no flags" : flags.c_str());
+}
+
 void add_findings(std::string& text, const WcetReport& r, const SceneView& view) {
   const AdversarialLimits& limits = r.plan.adversarial;
   line(text,
@@ -122,12 +167,21 @@ void add_findings(std::string& text, const WcetReport& r, const SceneView& view)
       line(text, "  %-20s %12llu units; of the given motion %llu", "  bound of work",
            ull{r.work_bound}, ull{most_work(r.loop)});
     }
+    if (f.goal == AdversarialGoal::kForceStep || f.goal == AdversarialGoal::kTorqueStep)
+      add_cause(text, f);
+    if (f.goal != AdversarialGoal::kSituationChanges && !f.motion.empty())
+      input_row(text, f.motion[f.tick], f.tick);
   }
   // What a spring alone would do at that speed; more is a change of contact within the tick.
   const SceneParameters& p = view.parameters();
   const double k_n_per_m = p.law == LawId::kProxy ? p.coupling.k_t_n_per_m : p.k_f_n_per_m;
+  const double goal_m = kAdversarialSpeed_m_per_s / p.rate_hz;
   line(text, "  %-20s %12.6g N        (%g N/m at that speed)", "  spring's own step",
-       k_n_per_m * kAdversarialSpeed_m_per_s / p.rate_hz, k_n_per_m);
+       k_n_per_m * goal_m, k_n_per_m);
+  if (p.law != LawId::kProxy) return;
+  line(text,
+       "  %-20s %12.6g N        (and the proxy moves %.3g mm: a contact ends and it catches up)",
+       "  the law's most", k_n_per_m * (goal_m + proxy_reach_m(view)), 1e3 * proxy_reach_m(view));
 }
 
 }  // namespace
@@ -136,6 +190,8 @@ std::string wcet_table(const WcetReport& report, const SceneView& view,
                        std::span<const MotionSample> motion) {
   std::string text;
   add_work(text, report, view);
+  text += stack_text(core_stack());
+  text += instruction_table(report.instructions);
   add_times(text, report, motion);
   add_wakeups(text, report);
   add_findings(text, report, view);

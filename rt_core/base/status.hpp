@@ -26,10 +26,13 @@ enum class RtStatus : std::uint8_t {
   kBlobBadNumber,        ///< a number is not finite, not unit or out of its range
   kBlobBadTopology,      ///< vertices, edges and faces of a piece do not fit together
   kBlobBadGraph,         ///< nodes or arcs of a pair are not those of its two pieces
-  kBlobBadCapacity,      ///< capacities or state bytes differ from those the tables need
+  kBlobBadCapacity,      ///< capacities or state bytes are not those that the tables need
   // HapticCore::create
   kMemoryTooSmall,    ///< the caller's memory holds fewer bytes than the header states
   kMemoryMisaligned,  ///< the caller's memory is not aligned to kStateAlignment
+  // Images of one scene (scene/scene_traits.hpp)
+  kBlobNotOfImage,   ///< the image was compiled for another scene, or without what this one needs
+  kInputNotOfImage,  ///< the input asks for what the image was built without: as kPoseNotFinite
   kCount
 };
 

@@ -166,7 +166,7 @@ ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t
     case ContactType::kA: {
       point.app_w = pose.vertex_b(j) - pose.y_w;
       const auto loop = a.face_vertices(i);
-      const Vec3 normal = pose.normal_a(i);
+      const Vec3 normal = -n;
       point.outside_m =
           outside_polygon([&](std::size_t k) -> Vec3 { return pose.vertex_a(loop[k]) + lift; },
                           loop.size(), normal, point.app_w);

@@ -3,10 +3,13 @@
 
 #include <cmath>
 
+#include "rt_core/contact/fixed_obstacle.hpp"
+
 namespace haptic {
 
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
                    SupportPair start) noexcept {
+  if (pair.is_fixed()) return fixed_plane_gap(pair, y_w, id);
   const PieceView& a = pair.a;
   const PieceView& b = pair.b;
   PlaneGap plane;

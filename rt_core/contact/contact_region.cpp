@@ -50,12 +50,13 @@ Real rounding_of(Real epsilon_m) noexcept { return 1.0e-6_r * epsilon_m; }
 
 }  // namespace
 
-void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept {
+void locate_contacts(const PairPose& pose, std::span<NearNode> near, bool complete) noexcept {
   for (NearNode& n : near) {
     NodePlane plane;
     plane.normal_w = n.normal_w;
     plane.f_m = n.f_m;
-    if (near.size() == 1) {  // the nearest C-face holds its SCP: App lies in both features
+    if (complete &&
+        near.size() == 1) {  // the nearest C-face holds its SCP: App lies in both features
       n.app_w = application_point(pose, n.type, n.i, n.j, plane);
       n.outside_m = 0;
       return;
@@ -84,6 +85,11 @@ ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> 
   const NearNode* const leader = plane_node(near, d_near_m, pose.size_m);
   if (leader == nullptr) return patch;
   patch.normal_w = leader->normal_w;
+  if (leader->type != ContactType::kC) {
+    const bool of_a = leader->type == ContactType::kA;
+    const FaceRecord& face = of_a ? pose.pair->a.faces[leader->i] : pose.pair->b.faces[leader->j];
+    patch.plane = {face.plane, face.sign, of_a};
+  }
   if (near.size() == 1) {
     static_cast<void>(nodes.push(leader->node));
     return patch;

@@ -4,6 +4,7 @@
 /// features, their common plane and the contact situation (paper Sec. IV; method section 6, rows
 /// 7-9 and 15).
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -22,19 +23,37 @@ inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 struct ContactPatch {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the contact plane
   Real d_near_m = 0;             ///< <= 0
-  std::uint32_t body_b = 0;      ///< static body
-  std::uint32_t near_begin = 0;  ///< near set, in the list of all near nodes
+  /// Depth by all nodes, 0 of a pair that is apart; never deeper than d_near_m.
+  Real full_m = 0;
+  std::uint32_t body_b = 0;  ///< static body
+  std::uint32_t pair = 0;
+  FacePlane plane;  ///< of the leader's face; none of an edge pair
+  /// The contact is one of another piece along one of these planes, where a patch there has it:
+  /// this patch then adds its points and no depth of its own. Else the contact is `passed_node`.
+  std::array<FacePlane, 2> of_neighbour{};
+  std::uint32_t passed_node = 0;  ///< in the list of all near nodes, where of_neighbour has any
+  bool lends = false;             ///< the pair is apart: it has no force of its own, only nodes
+  std::uint32_t near_begin = 0;   ///< near set, in the list of all near nodes
   std::uint32_t near_count = 0;
   std::uint32_t point_begin = 0;                         ///< in the list of points (paper's law)
   std::uint32_t point_count = 0;                         ///< K distinct application points
   ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
   Real size_m = 0;            ///< scale of rounding: sum of the pieces' radii
   Real merge_distance_m = 0;  ///< points closer than this are one
+
+  [[nodiscard]] bool is_of_neighbour() const noexcept {
+    return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+  }
+  /// A neighbour has the contact along `other`.
+  [[nodiscard]] bool is_of(const FacePlane& other) const noexcept {
+    return other.sign != 0 && (of_neighbour[0] == other || of_neighbour[1] == other);
+  }
 };
 
-/// Fills App and its distance from its features in every node of a near set. Cost: nodes x sides of
-/// a face.
-void locate_contacts(const PairPose& pose, std::span<NearNode> near) noexcept;
+/// Fills App and its distance from its features in every node of a near set. `complete`: the set is
+/// that of all nodes of the pair, so that a single one holds its point. Cost: nodes x sides of a
+/// face.
+void locate_contacts(const PairPose& pose, std::span<NearNode> near, bool complete = true) noexcept;
 
 /// The node of a located near set whose C-face is the contact plane: its point lies in both
 /// features where any does (method section 6, row 15). `size_m`: sum of the pieces' radii. Null

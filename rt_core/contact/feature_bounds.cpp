@@ -25,17 +25,22 @@ void place_piece(PieceKeys& keys, Arena& arena, const PieceRecord& piece) noexce
   keys.face_support = arena.take<std::uint16_t>(piece.face_count);
 }
 
-void reset_keys(FeatureKeys& keys) noexcept {
+/// `first`: number of the features' first in the marks.
+void reset_keys(FeatureKeys& keys, const NodeMarks& marks, std::uint32_t first) noexcept {
   const std::size_t count = keys.shortlist.size();
-  for (std::size_t k = 0; k < keys.key.size(); ++k)
-    keys.key[k] = k < count ? kStaleKey : -kStaleKey;
+  for (std::size_t k = 0; k < keys.key.size(); ++k) {
+    const bool needed =
+        k < count && marks.feature(NodeScope::kReachable, first + static_cast<std::uint32_t>(k));
+    keys.key[k] = needed ? kStaleKey : kDeadKey;
+  }
   keys.listed = 0;
   keys.listed_above = kStaleKey;
 }
 
-void reset_piece(PieceKeys& keys) noexcept {
-  reset_keys(keys.faces);
-  reset_keys(keys.edges);
+void reset_piece(PieceKeys& keys, const NodeMarks& marks, std::uint32_t first_face,
+                 std::uint32_t first_edge) noexcept {
+  reset_keys(keys.faces, marks, first_face);
+  reset_keys(keys.edges, marks, first_edge);
   std::fill(keys.edge_stamp.begin(), keys.edge_stamp.end(), Real{0});
   std::fill(keys.face_support.begin(), keys.face_support.end(), std::uint16_t{0});
   keys.odometer = 0;
@@ -57,7 +62,8 @@ Real sum_up(Real l, Real r) noexcept {
 void rebase_keys(FeatureKeys& keys, Real odometer) noexcept {
   const std::size_t count = keys.shortlist.size();
   for (std::size_t k = 0; k < count; ++k) {
-    if (keys.key[k] < kStaleKey) keys.key[k] = sum_up(keys.key[k], odometer);
+    if (keys.key[k] < kStaleKey && keys.key[k] > kDeadKey)
+      keys.key[k] = sum_up(keys.key[k], odometer);
   }
   keys.listed_above = kStaleKey;  // listed anew at the next search
 }
@@ -77,11 +83,14 @@ void FeatureBounds::place(Arena& arena, const PieceRecord& piece_a,
   place_piece(b, arena, piece_b);
 }
 
-void FeatureBounds::reset() noexcept {
-  reset_piece(a);
-  reset_piece(b);
-  best_face_a = best_face_b = best_edge_a = best_edge_b = 0;
-  best_is_edges = best_is_of_a = false;
+void FeatureBounds::reset(const NodeMarks& marks) noexcept {
+  reset_piece(a, marks, marks.features.face_a(0), marks.features.edge_a(0));
+  reset_piece(b, marks, marks.features.face_b(0), marks.features.edge_b(0));
+  start = live = SearchStart{};
+  needed = 0;
+  for (const FeatureKeys* keys : {&a.faces, &a.edges, &b.faces, &b.edges}) {
+    for (const Real key : keys->key) needed += key == kStaleKey ? 1u : 0u;
+  }
   stale = true;
 }
 

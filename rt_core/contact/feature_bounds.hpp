@@ -22,6 +22,9 @@ namespace haptic {
 /// Key of a feature that has never been evaluated: stale, may carry anything.
 inline constexpr Real kStaleKey = std::numeric_limits<Real>::max();
 
+/// Key of a feature that no pose needs: it never matters.
+inline constexpr Real kDeadKey = -std::numeric_limits<Real>::infinity();
+
 /// Rounding of an odometer's reading, as a share of it: a few units in the last place.
 inline constexpr double kOdometerRounding = 0x1p-50;
 
@@ -53,22 +56,29 @@ struct PieceKeys {
 /// Features a shortlist keeps beyond those that matter now, in metres of odometer.
 inline constexpr Real kShortlistSlack_m = 2.0e-3_r;
 
+/// Faces and edge pair of the last D_near of a scope: where the next search of it starts.
+struct SearchStart {
+  std::uint32_t face_a = 0, face_b = 0;
+  std::uint32_t edge_a = 0, edge_b = 0;
+  bool is_edges = false;
+  bool is_of_a = false;  ///< the best face is one of A
+  bool known = false;
+};
+
 struct FeatureBounds {
   PieceKeys a, b;
-  Odometer reference;  ///< at which both odometers read zero
-  /// Faces and edge pair of the last D_near: where the next search starts.
-  std::uint32_t best_face_a = 0, best_face_b = 0;
-  std::uint32_t best_edge_a = 0, best_edge_b = 0;
-  bool best_is_edges = false;
-  bool best_is_of_a = false;  ///< the best face is one of A
-  bool stale = true;          ///< every key is stale
+  Odometer reference;        ///< at which both odometers read zero
+  SearchStart start;         ///< of reachable nodes
+  SearchStart live;          ///< of live nodes
+  bool stale = true;         ///< every key is stale
+  std::uint32_t needed = 0;  ///< features that a search without history evaluates
 
   /// Lays the tables out for a pair of these pieces; with a counting arena only the size is
   /// computed.
   void place(Arena& arena, const PieceRecord& piece_a, const PieceRecord& piece_b) noexcept;
 
-  /// Forgets everything: all keys stale.
-  void reset() noexcept;
+  /// Forgets everything: all keys stale but those of features that `marks` say no pose needs.
+  void reset(const NodeMarks& marks) noexcept;
 
   /// Brings the odometers to the present reading. Cost: a few operations; every feature once when
   /// the reading has grown so far beyond `size_m` that keys would lose digits.

@@ -42,7 +42,7 @@ Real arc_peak_of_both(const EdgeArc& arc, const Vec3& v, const Vec3& w) noexcept
 }  // namespace
 
 void NearSearch::seed_edge_pair() noexcept {
-  test_pair(active_edge_a(bounds_.best_edge_a), active_edge_b(bounds_.best_edge_b), false);
+  test_pair(active_edge_a(start_.edge_a), active_edge_b(start_.edge_b), false);
 }
 
 void NearSearch::search_edges() noexcept {
@@ -50,7 +50,7 @@ void NearSearch::search_edges() noexcept {
   list(b.edges, best_ - relax_edges_ - b.odometer);
   for (std::uint32_t k = 0; k < b.edges.listed; ++k) {
     const std::uint32_t e = b.edges.shortlist[k];
-    if (!matters(b, e)) continue;
+    if (!matters(b, e) || !in_scope(marks_.features.edge_b(e))) continue;
     if (old(b, e)) store_edge(b, e, bound_edge_b(e));
     if (matters(b, e)) static_cast<void>(scratch_.active_b.push(active_edge_b(e)));
   }
@@ -59,7 +59,7 @@ void NearSearch::search_edges() noexcept {
   list(a.edges, best_ - relax_edges_ - a.odometer);
   for (std::uint32_t k = 0; k < a.edges.listed; ++k) {
     const std::uint32_t e = a.edges.shortlist[k];
-    if (!matters(a, e)) continue;
+    if (!matters(a, e) || !in_scope(marks_.features.edge_a(e))) continue;
     if (old(a, e)) store_edge(a, e, bound_edge_a(e));
     if (matters(a, e)) static_cast<void>(scratch_.active_a.push(active_edge_a(e)));
   }
@@ -117,6 +117,10 @@ ActiveEdge NearSearch::active_edge_b(std::uint32_t e) const noexcept {
 void NearSearch::test_edge_pairs() noexcept {
   const std::uint32_t capacity = pose_.pair->record->edge_pair_capacity;
   for (const ActiveEdge& b : scratch_.active_b) {
+    if (marks_.given()) {
+      if (!test_marked(b, capacity)) return;
+      continue;
+    }
     if (result_.edge_pairs + scratch_.active_a.size() > capacity) {
       result_.flags |= kNearEdgePairsCut;
       return;
@@ -124,6 +128,20 @@ void NearSearch::test_edge_pairs() noexcept {
     result_.edge_pairs += scratch_.active_a.size();
     for (const ActiveEdge& a : scratch_.active_a) test_pair(a, b, true);
   }
+}
+
+bool NearSearch::test_marked(const ActiveEdge& b, std::uint32_t capacity) noexcept {
+  for (const ActiveEdge& a : scratch_.active_a) {
+    const std::uint32_t node = numbers_.type_c(a.edge, b.edge);
+    if (!marks_.node(scope_, node)) continue;
+    if (result_.edge_pairs == capacity) {
+      result_.flags |= kNearEdgePairsCut;
+      return false;
+    }
+    result_.edge_pairs += 1;
+    test_pair(a, b, marks_.node(NodeScope::kLive, node));
+  }
+  return true;
 }
 
 void NearSearch::test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collect) noexcept {

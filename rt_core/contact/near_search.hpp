@@ -16,12 +16,12 @@ namespace haptic {
 class NearSearch {
  public:
   NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds, NearScratch& scratch,
-             BoundedList<NearNode>& near) noexcept;
+             BoundedList<NearNode>& near, NodeScope scope) noexcept;
 
   [[nodiscard]] NearResult run() noexcept;
 
  private:
-  static constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  static constexpr Real kLowest = kNoDepth;
 
   // --- Faces (near_faces.cpp) ------------------------------------------------------------------
 
@@ -33,10 +33,18 @@ class NearSearch {
   [[nodiscard]] static inline std::uint32_t support_start(const PieceView& piece,
                                                           const PieceKeys& keys,
                                                           std::uint32_t f) noexcept;
+  /// A face or edge, by its number in the marks, has a node in the scope.
+  [[nodiscard]] bool in_scope(std::uint32_t feature) const noexcept {
+    return scope_ == NodeScope::kReachable || marks_.feature(scope_, feature);
+  }
+  /// The gap of a face is the value of a node in the scope: of its support vertex, or of one that
+  /// ties with it. Cost: one bit, or the vertices that tie.
+  [[nodiscard]] inline bool counts(bool of_a, std::uint32_t f, std::uint32_t support,
+                                   const Vec3& n) noexcept;
   inline void evaluate_face_a(std::uint32_t f) noexcept;
   inline void evaluate_face_b(std::uint32_t f) noexcept;
   inline void take_face(PieceKeys& keys, std::uint32_t f, std::uint32_t support, Real gap,
-                        bool of_a) noexcept;
+                        bool of_a, const Vec3& n) noexcept;
   void collect_near_faces() noexcept;
   /// Near nodes (F_A, v): walks the graph over the neighbors that keep the face.
   inline void walk_face_a(const TouchedFace& touched) noexcept;
@@ -78,6 +86,9 @@ class NearSearch {
   [[nodiscard]] inline ActiveEdge active_edge_a(std::uint32_t e) const noexcept;
   [[nodiscard]] inline ActiveEdge active_edge_b(std::uint32_t e) const noexcept;
   void test_edge_pairs() noexcept;
+  /// Tests an edge of B against the active edges of A whose node is in the scope; false: no more
+  /// may be tested.
+  [[nodiscard]] inline bool test_marked(const ActiveEdge& b, std::uint32_t capacity) noexcept;
   /// Sorts out what cannot be near, without a division or a root: c and d are the heights of the
   /// apexes over the plane spanned by the two edges, times the sine of their angle. With
   /// v0 -> v1 counter-clockwise round face[0], the violation of n = +-(u x v) / |u x v| is the
@@ -119,25 +130,26 @@ class NearSearch {
   [[nodiscard]] bool is_near(Real f, Real violation) const noexcept {
     return std::abs(f - best_) + std::max(violation, Real{0}) < epsilon_;
   }
-  [[nodiscard]] std::uint32_t feature_count() const noexcept {
-    return numbers_.nfa + numbers_.nea + numbers_.nfb + numbers_.neb;
-  }
 
   const PairPose& pose_;
   const PieceView& a_;
   const PieceView& b_;
   NodeNumbering numbers_;
+  NodeMarks marks_;
+  NodeScope scope_;
   Real epsilon_;
   Real tolerance_;          ///< of heights: below it a sign may be rounding [m]
   Real relax_edges_;        ///< how far below D_near the bound of an edge of a near node can be [m]
   Real relax_a_, relax_b_;  ///< the same of the faces of A and B [m]
   FeatureBounds& bounds_;
+  SearchStart& start_;
   NearScratch& scratch_;
   BoundedList<NearNode>& near_;
   std::uint32_t near_begin_, near_end_;
   std::uint32_t seed_a_ = UINT32_MAX, seed_b_ = UINT32_MAX;  ///< faces evaluated as seeds
   Real best_ = kLowest;                                      ///< L
   Real best_gap_a_ = kLowest, best_gap_b_ = kLowest;
+  std::uint32_t best_face_a_ = 0, best_face_b_ = 0;
   Real best_pair_value_ = kLowest;
   NearNode best_pair_;
   SupportPair best_pair_support_;

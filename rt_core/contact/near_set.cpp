@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/near_search.hpp"
 
 // Why nothing is missed. Write s(n) for the gap along n, D for D_near, L <= D for the largest value
@@ -30,17 +31,20 @@
 namespace haptic {
 
 NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
-                       NearScratch& scratch, BoundedList<NearNode>& near) noexcept
+                       NearScratch& scratch, BoundedList<NearNode>& near, NodeScope scope) noexcept
     : pose_(pose),
       a_(pose.pair->a),
       b_(pose.pair->b),
       numbers_(numbering(a_, b_)),
+      marks_(pose.pair->marks),
+      scope_(scope),
       epsilon_(epsilon_m),
       tolerance_(64 * kRealEpsilon * pose.size_m),
       relax_edges_(2 * epsilon_m),
       relax_a_(std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
       relax_b_(std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
       bounds_(bounds),
+      start_(scope == NodeScope::kLive ? bounds.live : bounds.start),
       scratch_(scratch),
       near_(near),
       near_begin_(near.size()),
@@ -52,8 +56,10 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
 
 NearResult NearSearch::run() noexcept {
   const bool all_stale = bounds_.stale;
-  if (!bounds_.stale) {
-    if (bounds_.best_is_edges) seed_edge_pair();
+  best_face_a_ = start_.face_a;
+  best_face_b_ = start_.face_b;
+  if (!bounds_.stale && start_.known) {
+    if (start_.is_edges) seed_edge_pair();
     seed_face();
   }
   search_faces();
@@ -62,8 +68,9 @@ NearResult NearSearch::run() noexcept {
   choose_best();
   keep_near_edge_pairs();
   collect_near_faces();
+  if (scope_ == NodeScope::kLive) return result_;  // the pair's search before has the rest
   bounds_.stale = false;
-  if (all_stale || result_.feature_evaluations >= feature_count()) {
+  if (all_stale || result_.feature_evaluations >= bounds_.needed) {
     result_.flags |= kNearAllStale;
     forget_shortlists();
   }
@@ -96,19 +103,28 @@ void NearSearch::forget_shortlists() noexcept {
 
 void NearSearch::choose_best() noexcept {
   result_.d_near_m = best_;
+  for (PassedFace* passed : {&result_.passed_a, &result_.passed_b}) {
+    if (passed->gap_m <= best_) *passed = PassedFace{};
+  }
+  if (best_ == kNoDepth) return;
   const Real best_face = std::max(best_gap_a_, best_gap_b_);
-  bounds_.best_is_edges = best_pair_value_ > best_face + tolerance_;
-  if (bounds_.best_is_edges) {
-    bounds_.best_edge_a = best_pair_.i;
-    bounds_.best_edge_b = best_pair_.j;
+  const bool is_edges = best_pair_value_ > best_face + tolerance_;
+  const bool is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
+  start_.is_edges = is_edges;
+  start_.face_a = best_face_a_;
+  start_.face_b = best_face_b_;
+  start_.known = true;
+  if (is_edges) {
+    start_.edge_a = best_pair_.i;
+    start_.edge_b = best_pair_.j;
     result_.best = best_pair_;
     result_.support = best_pair_support_;
     return;
   }
+  start_.is_of_a = is_of_a;
   NearNode& best = result_.best;
-  bounds_.best_is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
-  if (!bounds_.best_is_of_a) {
-    const std::uint32_t f = bounds_.best_face_b;
+  if (!is_of_a) {
+    const std::uint32_t f = best_face_b_;
     const std::uint32_t v = bounds_.b.face_support[f];
     best.type = ContactType::kB;
     best.i = static_cast<std::uint16_t>(v);
@@ -118,7 +134,7 @@ void NearSearch::choose_best() noexcept {
     best.f_m = best_gap_b_;
     result_.support = {v, b_.face_vertices(f)[0]};
   } else {
-    const std::uint32_t f = bounds_.best_face_a;
+    const std::uint32_t f = best_face_a_;
     const std::uint32_t v = bounds_.a.face_support[f];
     best.type = ContactType::kA;
     best.i = static_cast<std::uint16_t>(f);
@@ -146,8 +162,11 @@ void NearScratch::place(Arena& arena, const Size& size) noexcept {
 }
 
 NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
-                         NearScratch& scratch, BoundedList<NearNode>& near) noexcept {
-  return NearSearch(pose, epsilon_m, bounds, scratch, near).run();
+                         NearScratch& scratch, BoundedList<NearNode>& near,
+                         NodeScope scope) noexcept {
+  if (pose.pair->is_fixed())
+    return find_fixed_near_set(*pose.pair, pose.y_w, pose.size_m, epsilon_m, near, scope);
+  return NearSearch(pose, epsilon_m, bounds, scratch, near, scope).run();
 }
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 /// (contact/feature_bounds.hpp): what is not looked at provably cannot matter.
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "rt_core/base/bounded_list.hpp"
@@ -35,10 +36,29 @@ struct NearNode {
   Real outside_m = 0;
 };
 
+/// D_near of a search that met no node that counts.
+inline constexpr Real kNoDepth = -std::numeric_limits<Real>::max();
+
 enum NearFlag : std::uint32_t {
   kNearAllStale = 1u << 0,     ///< every face and edge was evaluated: first tick, or a jump
   kNearSetCut = 1u << 1,       ///< more near nodes than room
   kNearEdgePairsCut = 1u << 2  ///< more pairs of edges than may be tested: D_near is a lower bound
+};
+
+/// A face's plane within the planes of its body.
+struct FacePlane {
+  std::uint32_t plane = 0;
+  std::int32_t sign = 0;  ///< 0: none
+  bool of_a = false;
+  bool operator==(const FacePlane&) const = default;
+};
+
+/// A face whose gap did not count.
+struct PassedFace {
+  FacePlane plane;  ///< none: there is no such face
+  Real gap_m = 0;
+  Vec3 normal_w = Vec3::Zero();  ///< of its C-face
+  std::uint16_t face = 0, support = 0;
 };
 
 /// What one search returns.
@@ -46,6 +66,9 @@ struct NearResult {
   Real d_near_m = 0;    ///< largest value: D_near, or a lower bound of it when edge pairs were cut
   NearNode best;        ///< node of D_near; among ties a face, then the lowest number
   SupportPair support;  ///< support vertices along its normal: with them d_near_m certifies itself
+  /// Scope kLive: of the faces of A and of those of B the one with the largest gap, above d_near_m,
+  /// that no live node attains; there the part goes on in another piece, which reaches farther.
+  PassedFace passed_a, passed_b;
   std::uint32_t flags = 0;  ///< NearFlag
   std::uint32_t feature_evaluations = 0;
   std::uint32_t edge_pairs = 0;
@@ -83,12 +106,17 @@ struct NearScratch {
   void place(Arena& arena, const Size& size) noexcept;
 };
 
-/// Finds D_near at `pose` and appends the near set to `near`, in the order in which the search met
-/// it. `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
-/// every pose, whatever the motion since the last call. Cost: at most every face and edge of both
-/// pieces once, the pair's edge_pair_capacity edge pairs and near_capacity near nodes; typically a
-/// handful of each.
+/// Finds D_near at `pose` over the nodes of the scope and appends the live nodes near it to `near`,
+/// in the order in which the search met them. Scope kLive measures what carries force: of a face
+/// only where its support is a live node, or a live one ties with it; where no live node applies,
+/// d_near_m is kNoDepth. Both scopes keep the same bounds.
+///
+/// `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
+/// every pose of the envelope that the marks were made for, whatever the motion since the last
+/// call. Cost: at most every face and edge of the scope once, the pair's edge_pair_capacity edge
+/// pairs and near_capacity near nodes; typically a handful of each.
 [[nodiscard]] NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
-                                       NearScratch& scratch, BoundedList<NearNode>& near) noexcept;
+                                       NearScratch& scratch, BoundedList<NearNode>& near,
+                                       NodeScope scope = NodeScope::kReachable) noexcept;
 
 }  // namespace haptic

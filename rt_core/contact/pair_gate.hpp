@@ -23,7 +23,7 @@ struct GatePlane {
   double clear_until = 0;
   double made_at = 0;          ///< odometer when its gap was computed
   Vec3 normal = Vec3::Zero();  ///< in A's axes when `of_a`, else in W axes; unit
-  SupportPair support;
+  SupportPair support;         ///< where the part never turns `a` is the number of the plane
   bool of_a = false;
   bool face = false;   ///< a face of a piece: then the gap is a lower bound of D_near too
   bool known = false;  ///< false: `clear_until` is a bound without a plane

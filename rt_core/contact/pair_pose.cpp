@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/contact/pair_pose.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace haptic {
 
 void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept {
+  if (kSceneTraits.is_fixed(piece.lanes_turned)) {
+    std::copy_n(piece.lanes, 3 * std::size_t{piece.lane_count}, lanes_w);
+    return;
+  }
   const LanePoints local = lane_points(piece);
   for (std::uint32_t k = 0; k < local.count; k += kLanes) {
     RealLanes x, y, z;
     load_lanes(local.x + k, x);
     load_lanes(local.y + k, y);
     load_lanes(local.z + k, z);
-    for (std::uint32_t row = 0; row < 3; ++row) {
+    for (int row = 0; row < 3; ++row) {
       const RealLanes turned = (x * r_wa(row, 0) + y * r_wa(row, 1)) + z * r_wa(row, 2);
-      store_lanes(turned, lanes_w + row * piece.lane_count + k);
+      store_lanes(turned, lanes_w + static_cast<std::uint32_t>(row) * piece.lane_count + k);
     }
   }
 }
@@ -33,7 +38,7 @@ PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r
                     static_cast<Real>(a.centre_m[2]));
   const Vec3 mean_b(static_cast<Real>(b.centre_m[0]), static_cast<Real>(b.centre_m[1]),
                     static_cast<Real>(b.centre_m[2]));
-  pose.interior_w = mean_b - r_wa * mean_a;
+  if (!pair.is_fixed()) pose.interior_w = mean_b - r_wa * mean_a;
   pose.size_m = static_cast<Real>(a.radius_m + b.radius_m);
   const Real scale = static_cast<Real>(a.reach_m + b.reach_m) + std::sqrt(y_w.squaredNorm());
   pose.rounding_m = 16 * kRealEpsilon * scale;

@@ -13,7 +13,8 @@
 namespace haptic {
 
 /// Turns the vertices of one piece of A: writes R a into `lanes_w`, three arrays of
-/// piece.lane_count Reals. Cost: a matrix product per vertex.
+/// piece.lane_count Reals. Lanes that are turned already are copied. Cost: a matrix product per
+/// vertex.
 void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept;
 
 /// One pair at one configuration. `y_w` = x_0^A minus the reference of B's body: the C-space point
@@ -23,9 +24,10 @@ struct PairPose {
   LanePoints points_a_w;  ///< R a, of this piece of A [m]
   LanePoints points_b_w;  ///< of this piece of B, about its reference [m]
   Mat3 r_wa = Mat3::Identity();
-  Vec3 y_w = Vec3::Zero();         ///< [m]
-  Vec3 interior_w = Vec3::Zero();  ///< c = mean(B) - R mean(A): inside the C-obstacle [m]
-  Real size_m = 0;                 ///< sum of the two pieces' radii: the scale of tolerances
+  Vec3 y_w = Vec3::Zero();  ///< [m]
+  /// c = mean(B) - R mean(A): inside the C-obstacle; zero of a part that never turns [m].
+  Vec3 interior_w = Vec3::Zero();
+  Real size_m = 0;  ///< sum of the two pieces' radii: the scale of tolerances
   /// Bound on the rounding error of a gap computed at this pose [m].
   Real rounding_m = 0;
 

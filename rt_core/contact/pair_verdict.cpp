@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rt_core/base/exact_sum.hpp"
+#include "rt_core/contact/fixed_obstacle.hpp"
 
 namespace haptic {
 namespace {
@@ -244,6 +245,7 @@ VerdictResult portal_verdict(const PairPose& pose, VerdictMemory& memory) noexce
 
 VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
                            VerdictMemory& memory) noexcept {
+  if (pose.pair->is_fixed()) return fixed_verdict(near, pose.rounding_m);
   VerdictResult result;
   if (near.d_near_m > pose.rounding_m && separates(pose, near, result)) return result;
   if (near.d_near_m < -pose.rounding_m) {

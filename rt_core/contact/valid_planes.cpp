@@ -2,15 +2,17 @@
 #include "rt_core/contact/valid_planes.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "rt_core/contact/basic_contact.hpp"
+#include "rt_core/contact/fixed_obstacle.hpp"
 
 namespace haptic {
 namespace {
 
 /// Slots of the open table: twice the nodes, so that a search for a free one is short.
-constexpr std::uint32_t kSlots = 1024;
-static_assert((kSlots & (kSlots - 1)) == 0 && kSlots >= 2 * kMaxValidVisits);
+constexpr std::uint32_t kSlots = std::bit_ceil(2 * kValidVisits);
+constexpr int kSlotBits = std::bit_width(kSlots - 1);
 
 /// A walk over the valid nodes of one pair.
 class ValidWalk {
@@ -62,12 +64,13 @@ class ValidWalk {
   }
 
   void enter(std::uint32_t node) noexcept {
-    std::uint32_t slot = (node * 0x9e3779b9u) >> 22;
+    if (!pair_.marks.node(NodeScope::kReachable, node)) return;  // applies in no pose
+    std::uint32_t slot = (node * 0x9e3779b9u) >> (32 - kSlotBits);
     while (scratch_.slots[slot] != 0) {  // at most half of the slots are taken
       if (scratch_.slots[slot] == node + 1) return;
       slot = (slot + 1) % kSlots;
     }
-    if (entered_ == kMaxValidVisits) {
+    if (entered_ == kValidVisits) {
       result_.cut = true;
       return;
     }
@@ -150,18 +153,20 @@ class ValidWalk {
 
 void ValidScratch::place(Arena& arena) noexcept {
   slots = arena.take<std::uint32_t>(kSlots);
-  queue = arena.take<std::uint32_t>(kMaxValidVisits);
-  used = arena.take<std::uint16_t>(kMaxValidVisits);
+  queue = arena.take<std::uint32_t>(kValidVisits);
+  used = arena.take<std::uint16_t>(kValidVisits);
 }
 
 ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, SupportPair support,
                               Real least_gap_m, const ValidScratch& scratch,
                               std::span<ValidPlane> planes) noexcept {
+  if (pose.pair->is_fixed())
+    return find_valid_fixed_planes(*pose.pair, pose.y_w, least_gap_m, planes);
   return ValidWalk(pose, least_gap_m, scratch, planes).run(seed, support);
 }
 
 bool plane_applies(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
-  if (id.type != ContactType::kC) return true;
+  if (pair.is_fixed() || id.type != ContactType::kC) return true;
   const Vec3 v = ConstVec3Map(pair.b.edge_directions[id.j].unit);
   const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
   const Vec3 v_a = r_wa.transpose() * v;

@@ -19,6 +19,7 @@
 #include "rt_core/contact/c_face_plane.hpp"
 #include "rt_core/contact/pair_pose.hpp"
 #include "rt_core/scene/capacity.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 
@@ -29,9 +30,14 @@ struct ValidPlane {
   Real gap_m = 0;
 };
 
+/// Nodes that a search looks at: all of the largest pair, where an image's scene has no more than
+/// kMaxValidVisits.
+inline constexpr std::uint32_t kValidVisits = kSceneTraits.valid_visits;
+static_assert(kValidVisits > 0 && kValidVisits <= kMaxValidVisits);
+
 struct ValidScratch {
   std::span<std::uint32_t> slots;  ///< open table of nodes seen, plus one; zero between uses
-  std::span<std::uint32_t> queue;  ///< kMaxValidVisits nodes
+  std::span<std::uint32_t> queue;  ///< kValidVisits nodes
   std::span<std::uint16_t> used;   ///< slots taken
   void place(Arena& arena) noexcept;
 };
@@ -46,7 +52,7 @@ struct ValidResult {
 /// leave first (a subset is only stricter): applicable nodes with a gap of at least `least_gap_m`,
 /// one entry per plane, those of faces first. `seed` is a plane with a gap of at least that at
 /// `pose`, `support` its support vertices there. No plane found: the seed was none. Cost: at most
-/// kMaxValidVisits nodes, each a plane, its neighbors and at most one support pair.
+/// kValidVisits nodes, each a plane, its neighbors and at most one support pair.
 [[nodiscard]] ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed,
                                             SupportPair support, Real least_gap_m,
                                             const ValidScratch& scratch,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rt_core/base/rotation.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 
@@ -14,7 +15,7 @@ PoseError pose_error(const GripPose& goal, const GripPose& proxy) noexcept {
 GripPose moved(const GripPose& pose, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
   GripPose result;
   result.x0_w = pose.x0_w + dx_m;
-  if (dtheta_rad.isZero(0)) {
+  if (!kSceneTraits.free_orientation || dtheta_rad.isZero(0)) {
     result.q_wa = pose.q_wa;
     result.r_wa = pose.r_wa;
     return result;
@@ -36,9 +37,10 @@ Wrench spring_wrench(const Spring& spring, const PoseError& error) noexcept {
 
 bool limit_goal(const AnchorLimits& limits, const GripPose& proxy, GripPose& goal,
                 PoseError& error) noexcept {
-  error = pose_error(goal, proxy);
+  const bool fixed = kSceneTraits.is_fixed(limits.never_turns);
+  error = fixed ? place_error(goal, proxy) : pose_error(goal, proxy);
   bool changed = false;
-  const Real turn = std::sqrt(error.rotation_rad.squaredNorm());
+  const Real turn = fixed ? 0 : std::sqrt(error.rotation_rad.squaredNorm());
   if (turn > limits.max_rotation_rad) {
     error.rotation_rad *= limits.max_rotation_rad / turn;
     const GripPose turned = moved(proxy, Vec3::Zero(), error.rotation_rad);

@@ -23,6 +23,11 @@ struct Spring {
 
 [[nodiscard]] PoseError pose_error(const GripPose& goal, const GripPose& proxy) noexcept;
 
+/// The same of two poses with one orientation: the rotation is exactly zero.
+[[nodiscard]] inline PoseError place_error(const GripPose& goal, const GripPose& proxy) noexcept {
+  return {goal.x0_w - proxy.x0_w, Vec3::Zero()};
+}
+
 /// p (+) delta = (x + dx, exp(dtheta) R); the quaternion is normalised. |dtheta| <= 1e4.
 [[nodiscard]] GripPose moved(const GripPose& pose, const Vec3& dx_m,
                              const Vec3& dtheta_rad) noexcept;
@@ -37,6 +42,7 @@ struct Spring {
 struct AnchorLimits {
   Real max_rotation_rad = 1;   ///< theta_sat
   Real max_translation_m = 0;  ///< 0: none
+  bool never_turns = false;    ///< goal and proxy have one orientation
 };
 
 /// The goal nearest to `goal` whose error against `proxy` is within the limits; `error` is that of

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -64,7 +65,9 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;
   std::uint32_t loop_a = 0, loop_b = 0;
   std::size_t search_bytes = 0;
+  const bool fixed = scene.is_fixed();
   for (const PairRecord& record : scene.pairs()) {
+    if (fixed) break;
     const PieceRecord& a = scene.pieces()[record.piece_a];
     const PieceRecord& b = scene.pieces()[record.piece_b];
     Arena counting;
@@ -82,6 +85,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(6));
   rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
   row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
+  if (fixed) return;  // planes need neither turned vertices nor searches
   lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
   lanes_begin_ = arena.take<std::size_t>(moving_pieces);
   lanes_version_ = arena.take<std::uint64_t>(moving_pieces);
@@ -122,16 +126,19 @@ PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
 
 /// Nearest C-face of a pair at p_, by an exact search without history.
 void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
+  if (is_fixed()) return search_fixed(pair, tick);
   const PairPose pose = pose_of(pair);
   Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
   FeatureBounds bounds;
   bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
-  bounds.reset();
+  bounds.reset(pair.view->marks);
   const std::uint32_t kept = near_->size();
   const NearResult found =
       find_near_set(pose, parameters_.epsilon_m, bounds, *near_scratch_, *near_);
-  near_->truncate(kept);
   tick.full_searches += 1;
+  tick.search_work +=
+      found.feature_evaluations + found.edge_pairs + found.support_pairs + (near_->size() - kept);
+  near_->truncate(kept);
   const NearNode& best = found.best;
   pair.plane = PlaneId{};
   pair.plane.type = best.type;
@@ -212,9 +219,11 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   };
   if (pair.inside) return only();
   std::array<ValidPlane, kMaxValidPlanes> planes;
+  const Real least = -valid_depth(parameters_.scale);
   const ValidResult found =
-      find_valid_planes(pose_of(pair), pair.plane, pair.support, -valid_depth(parameters_.scale),
-                        valid_scratch_, planes);
+      is_fixed() ? find_valid_fixed_planes(*pair.view, p_.x0_w - pair.reference_w, least, planes)
+                 : find_valid_planes(pose_of(pair), pair.plane, pair.support, least, valid_scratch_,
+                                     planes);
   tick.valid_nodes += found.visited;
   for (std::uint32_t k = 0; k < found.count; ++k) {
     if (!valid_.push(planes[k])) break;
@@ -231,8 +240,9 @@ void Proxy::accept(const Step& step) noexcept {
   version_ += 1;
   path_m_ =
       (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kUp) * (1 + 0x1p-52);
-  turn_rad_ = (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kUp) *
-              (1 + 0x1p-52);
+  if (!is_fixed())
+    turn_rad_ = (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kUp) *
+                (1 + 0x1p-52);
   for (const ReachedPair& reached : reached_) {
     ProxyPair& pair = pairs_[reached.pair];
     pair.plane = reached.plane;
@@ -254,7 +264,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     started_ = true;
     version_ += 1;
   }
-  tick.start_potential_j = potential_j(parameters_.spring, pose_error(goal, p_));
+  tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
   const ProxyScale& scale = parameters_.scale;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
     const GripPose before = p_;
@@ -266,7 +276,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
                            scale.still_rad * scale.still_rad;
     if (!moved && tick.rejected == rejected) break;
   }
-  tick.error = pose_error(goal, p_);
+  tick.error = error_of(goal, p_);
   tick.end_potential_j = potential_j(parameters_.spring, tick.error);
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];

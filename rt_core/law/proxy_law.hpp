@@ -16,6 +16,7 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/motion_envelope.hpp"
 #include "rt_core/contact/contact_manifold.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/valid_planes.hpp"
@@ -43,8 +44,7 @@ inline constexpr Real kProxyRadius_m = 0.05_r;
 /// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
 [[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
 
-/// Rows of one program without friction; kMaxQpRows with it.
-inline constexpr std::uint32_t kMaxProxyRows = 96;
+static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 
 /// What the proxy keeps of one pair.
 struct ProxyPair {
@@ -92,7 +92,8 @@ struct ProxyTick {
   Real start_potential_j = 0, end_potential_j = 0;
   Real allowed_rise_j = 0;  ///< sum over the passes of what the energy may rise by rounding
   std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
-  std::uint32_t valid_nodes = 0, full_searches = 0, rejected = 0;
+  std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
+  std::uint32_t qp_programs = 0, qp_steps = 0;
   bool limited = false;     ///< a cap was met
   bool recovering = false;  ///< inside an obstacle
 };
@@ -106,6 +107,9 @@ class Proxy {
     Real radius_m = 0;  ///< of A about the grip point
     std::uint32_t passes = kDefaultProxyPasses;
     Real epsilon_m = 0;  ///< of the scene: for full searches
+    /// The proxy never leaves it: no step that a pass considers does. Goals must lie inside.
+    MotionEnvelope envelope;
+    bool never_turns = false;  ///< pairs have stored planes, all poses one orientation
   };
 
   /// Places everything; with a counting arena only the size is computed.
@@ -148,6 +152,7 @@ class Proxy {
                                 SupportPair support, ProxyTick& tick) const noexcept;
   [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
                              const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
+  [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick) const noexcept;
   void remember_active() noexcept;
   [[nodiscard]] bool crowded() const noexcept;
 
@@ -156,6 +161,15 @@ class Proxy {
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
   void accept(const Step& step) noexcept;
   [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;
+  [[nodiscard]] bool is_fixed() const noexcept {
+    return kSceneTraits.is_fixed(parameters_.never_turns);
+  }
+  [[nodiscard]] PoseError error_of(const GripPose& goal, const GripPose& pose) const noexcept {
+    return is_fixed() ? place_error(goal, pose) : pose_error(goal, pose);
+  }
+  [[nodiscard]] bool add_fixed_row(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
+                                   const PoseError& error) noexcept;
+  void search_fixed(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] double odometer_m(const ProxyPair& pair) const noexcept {
     return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt_core/base/rotation.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -22,13 +23,23 @@ Real qp_tolerance(const ProxyScale& scale, const PoseError& error, Real length_m
 }  // namespace
 
 Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
-  return {moved(p_, dx_m, dtheta_rad), dx_m, dtheta_rad};
+  Step step{moved(p_, dx_m, dtheta_rad), dx_m, dtheta_rad};
+  // What lies beyond the envelope is not considered at all: whatever certifies a step, and whatever
+  // it costs, is asked of a configuration inside. p_ itself is inside, from the first goal on.
+  const MotionEnvelope& envelope = parameters_.envelope;
+  if (is_fixed()) {
+    if (envelope.limits_place() && hold_place(envelope, step.q)) step.dx_m = step.q.x0_w - p_.x0_w;
+  } else if ((envelope.limits_turn() || envelope.limits_place()) && hold_inside(envelope, step.q)) {
+    step.dx_m = step.q.x0_w - p_.x0_w;
+    step.dtheta_rad = so3_log((step.q.q_wa * p_.q_wa.conjugate()).normalized());
+  }
+  return step;
 }
 
 void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Spring& spring = parameters_.spring;
-  const PoseError error = pose_error(goal, p_);
+  const PoseError error = error_of(goal, p_);
   gather(tick);
   rows_.clear();
   imposed_.clear();
@@ -43,7 +54,7 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real limit_j =
       tick.recovering ? std::numeric_limits<Real>::max() : potential_j(spring, error) + rise_j;
   const auto affordable = [&](const Step& step) {
-    return potential_j(spring, pose_error(goal, step.q)) <= limit_j;
+    return potential_j(spring, error_of(goal, step.q)) <= limit_j;
   };
 
   Step step;
@@ -108,12 +119,24 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       take(pair.plane, pair.support);
       continue;
     }
+    // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
+    if (is_fixed()) continue;
     for (const ImposedPlane& last : active_) {
       if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
         take(last.id, last.support);
       }
     }
   }
+}
+
+/// The point of the rows that is closest to the origin, and its work counted.
+QpResult Proxy::solve_rows(Real tolerance_m, ProxyTick& tick) const noexcept {
+  const QpResult found = closest_point(rows_.view(), tolerance_m);
+  tick.rows = std::max(tick.rows, rows_.size());
+  tick.qp_iterations = std::max(tick.qp_iterations, found.iterations);
+  tick.qp_programs += 1;
+  tick.qp_steps += found.iterations;
+  return found;
 }
 
 /// Whether two planes of one pair are imposed: one of them may be more than the pair needs.
@@ -151,12 +174,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       }
     }
     tick.rounds = std::max(tick.rounds, round + 1);
-    last_qp_ = closest_point(rows_.view(), tolerance);
-    tick.rows = std::max(tick.rows, rows_.size());
-    tick.qp_iterations = std::max(tick.qp_iterations, last_qp_.iterations);
+    last_qp_ = solve_rows(tolerance, tick);
     if (last_qp_.capped) tick.limited = true;
     const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
-    const Vec3 dtheta = last_qp_.z.tail<3>() / length + error.rotation_rad;
+    const Vec3 dtheta =
+        is_fixed() ? Vec3::Zero() : Vec3(last_qp_.z.tail<3>() / length + error.rotation_rad);
     const Real far = std::sqrt(dx.squaredNorm());
     const Real turn = std::sqrt(dtheta.squaredNorm());
     Real s = 1;
@@ -234,6 +256,7 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& a
                        const PoseError& error, bool support_too) noexcept {
   ImposedPlane& plane = imposed_[imposed];
   plane.support = gap.support;
+  if (is_fixed()) return add_fixed_row(imposed, gap, at, error);
   const ProxyPair& pair = pairs_[plane.pair];
   const Vec3 y_w = at.q.x0_w - pair.reference_w;
   std::array<ManifoldPoint, kMaxManifoldPoints> points;
@@ -253,7 +276,7 @@ bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec
                     const Step& at, const PoseError& error) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const ImposedPlane& plane = imposed_[imposed];
-  const Real mu = pairs_[plane.pair].friction;
+  const Real mu = kSceneTraits.friction ? pairs_[plane.pair].friction : 0;
   const Real length = parameters_.spring.length_m;
   // Rows that zero motion would violate by more than this could be inconsistent.
   const Real most =
@@ -368,8 +391,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
       row.h = -gap.gap_m - reached.allowed_m;
       if (!rows_.push(row)) return false;
     }
-    const QpResult found = closest_point(rows_.view(), 1.0e-4_r * scale.tolerance_m);
-    tick.qp_iterations = std::max(tick.qp_iterations, found.iterations);
+    const QpResult found = solve_rows(1.0e-4_r * scale.tolerance_m, tick);
     trial = step_by(trial.dx_m + found.z.head<3>(), trial.dtheta_rad);
   }
   return false;

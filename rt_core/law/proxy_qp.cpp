@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr std::uint32_t kDimension = 6;
+constexpr std::uint32_t kDimension = kQpSize;
 /// A row of which no larger share than this stands out of the active ones depends on them. In
 /// single precision the root of the rounding: a larger share would bend z by that share, a smaller
 /// one would multiply the rounding of z by its inverse, and there both errors are equal. In double
@@ -20,11 +20,16 @@ constexpr Real kDependence2 = HAPTIC_REAL_IS_FLOAT ? kRealEpsilon : 1.0e-12_r;
 /// rounding times the condition that kDependence2 leaves to the active rows.
 constexpr Real kRounding2 = kRealEpsilon * kRealEpsilon / kDependence2;
 
-using Row6 = std::array<Real, kDimension>;
+using Coefficients = std::array<Real, kDimension>;
 
-/// The six products in one fixed order, as a tree: short chains, the same bits in every build.
-inline Real dot(const Vec6& l, const Vec6& r) noexcept {
-  return ((l[0] * r[0] + l[1] * r[1]) + (l[2] * r[2] + l[3] * r[3])) + (l[4] * r[4] + l[5] * r[5]);
+/// The products in one fixed order, as a tree: short chains, the same bits in every build.
+inline Real dot(const QpVector& l, const QpVector& r) noexcept {
+  const Real plane = l[0] * r[0] + l[1] * r[1];
+  if constexpr (kQpSize == 3) {
+    return plane + l[2] * r[2];
+  } else {
+    return (plane + (l[2] * r[2] + l[3] * r[3])) + (l[4] * r[4] + l[5] * r[5]);
+  }
 }
 
 /// Rows that are not candidates: the active and the skipped ones.
@@ -42,10 +47,10 @@ class ClosedRows {
 
 /// A vector split by the active rows: g = sum coefficient_j g_j + rest, rest square to all of them.
 struct Split {
-  Vec6 rest;
+  QpVector rest;
   Real rest2 = 0;
-  Row6 part{};         ///< of the orthogonal vectors
-  Row6 coefficient{};  ///< of the rows
+  Coefficients part{};         ///< of the orthogonal vectors
+  Coefficients coefficient{};  ///< of the rows
 };
 
 /// The search: z is the closest point of the active rows alone, which all hold it, z = sum
@@ -58,15 +63,15 @@ class DualSearch {
   /// Makes row p, violated by `violation`, hold, or skips it, or runs out of iterations.
   void enter(std::uint32_t p, Real violation) noexcept;
   [[nodiscard]] bool exhausted() const noexcept { return iterations_ >= kMaxQpIterations; }
-  [[nodiscard]] const Vec6& z() const noexcept { return z_; }
+  [[nodiscard]] const QpVector& z() const noexcept { return z_; }
   [[nodiscard]] const ClosedRows& closed() const noexcept { return closed_; }
   [[nodiscard]] QpResult result(bool capped) const noexcept;
 
  private:
   /// What a row that cannot enter after all is taken back to.
   struct Mark {
-    Vec6 z;
-    Row6 multiplier;
+    QpVector z;
+    Coefficients multiplier;
     std::array<std::uint8_t, kDimension> row;
     std::uint32_t count;
   };
@@ -76,7 +81,7 @@ class DualSearch {
     std::uint32_t blocking = kDimension;  ///< position whose multiplier ends at zero
   };
 
-  [[nodiscard]] Split split(const Vec6& g, std::uint32_t count) const noexcept;
+  [[nodiscard]] Split split(const QpVector& g, std::uint32_t count) const noexcept;
   [[nodiscard]] Step longest_step(const Split& s, Real violation, Real length2,
                                   bool dependent) const noexcept;
   void append(std::uint32_t row, const Split& s, Real multiplier, Real length2) noexcept;
@@ -87,25 +92,25 @@ class DualSearch {
   void solve() noexcept;
 
   std::span<const QpRow> rows_;
-  Vec6 z_ = Vec6::Zero();
+  QpVector z_ = QpVector::Zero();
   std::uint32_t count_ = 0;
   std::uint32_t iterations_ = 0;
   std::uint32_t skipped_ = 0;
   ClosedRows closed_;
   std::array<std::uint8_t, kDimension> row_{};
-  Row6 multiplier_{};
-  Row6 length2_{};          ///< of the rows
-  Row6 inverse_length2_{};  ///< of the orthogonal vectors
-  std::array<Vec6, kDimension> orthogonal_;
-  std::array<Row6, kDimension> factor_;  ///< [j][i], i < j
+  Coefficients multiplier_{};
+  Coefficients length2_{};          ///< of the rows
+  Coefficients inverse_length2_{};  ///< of the orthogonal vectors
+  std::array<QpVector, kDimension> orthogonal_;
+  std::array<Coefficients, kDimension> factor_;  ///< [j][i], i < j
 };
 
-Split DualSearch::split(const Vec6& g, std::uint32_t count) const noexcept {
+Split DualSearch::split(const QpVector& g, std::uint32_t count) const noexcept {
   Split s;
   s.rest = g;
   // Gram-Schmidt, twice: once leaves in the rest what the rounding of g projects on the others.
   for (std::uint32_t pass = 0; pass < 2; ++pass) {
-    Row6 part;
+    Coefficients part;
     for (std::uint32_t i = 0; i < count; ++i)
       part[i] = dot(orthogonal_[i], s.rest) * inverse_length2_[i];
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -184,7 +189,7 @@ void DualSearch::restore(const Mark& mark) noexcept {
 
 /// z and the multipliers of the active rows afresh from their right sides.
 void DualSearch::solve() noexcept {
-  Row6 weight{}, height{};
+  Coefficients weight{}, height{};
   z_.setZero();
   for (std::uint32_t j = 0; j < count_; ++j) {
     height[j] = rows_[row_[j]].h;
@@ -212,7 +217,7 @@ void DualSearch::settle() noexcept {
 }
 
 void DualSearch::enter(std::uint32_t p, Real violation) noexcept {
-  const Vec6& g = rows_[p].g;
+  const QpVector& g = rows_[p].g;
   const Real length2 = dot(g, g);
   Real multiplier = 0;
   bool partial = false, unsettled = false;
@@ -276,7 +281,7 @@ struct Violation {
 
 /// The row that z violates most, by more than `tolerance`; the lowest index at ties. Rows are the
 /// lanes, and nothing branches on what they hold: which row is the worst nobody can foretell.
-Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real tolerance) noexcept {
+Violation most_violated(std::span<const QpRow> rows, const QpVector& z, Real tolerance) noexcept {
   RealLanes worst{}, at{}, here{};
   for (std::uint32_t k = 0; k < kLanes; ++k) {
     worst[k] = tolerance;
@@ -288,20 +293,25 @@ Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real toleran
     std::array<const QpRow*, kLanes> row;
     // Behind the last row it comes again under higher indices, which lose the tie.
     for (std::size_t k = 0; k < kLanes; ++k) row[k] = &rows[std::min(i + k, count - 1)];
-    const auto height_along = [&](std::uint32_t c, RealLanes& height) {
+    const auto height_along = [&](int c, RealLanes& height) {
       RealLanes g{};
       for (std::uint32_t k = 0; k < kLanes; ++k) g[k] = row[k]->g[c];
       height = g * z[c];
     };
-    RealLanes h{}, h0, h1, h2, h3, h4, h5;
+    RealLanes h{}, h0, h1, h2, height;
     for (std::uint32_t k = 0; k < kLanes; ++k) h[k] = row[k]->h;
     height_along(0, h0);
     height_along(1, h1);
     height_along(2, h2);
-    height_along(3, h3);
-    height_along(4, h4);
-    height_along(5, h5);
-    const RealLanes height = ((h0 + h1) + (h2 + h3)) + (h4 + h5);
+    if constexpr (kQpSize == 3) {
+      height = (h0 + h1) + h2;
+    } else {
+      RealLanes h3, h4, h5;
+      height_along(3, h3);
+      height_along(4, h4);
+      height_along(5, h5);
+      height = ((h0 + h1) + (h2 + h3)) + (h4 + h5);
+    }
     const RealLanes violation = h - height;
     const LaneMask more = violation > worst;
     worst = more ? violation : worst;
@@ -318,7 +328,7 @@ Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real toleran
 }
 
 /// The same among the rows that are not closed.
-Violation most_violated(std::span<const QpRow> rows, const Vec6& z, Real tolerance,
+Violation most_violated(std::span<const QpRow> rows, const QpVector& z, Real tolerance,
                         const ClosedRows& closed) noexcept {
   Violation found = most_violated(rows, z, tolerance);
   if (found.row == kMaxQpRows || !closed.contains(found.row)) return found;

@@ -9,27 +9,29 @@
 #include <span>
 
 #include "rt_core/base/scalar.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 
-using Vec6 = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+/// Three components of place, then three of rotation; of a part that never turns the former alone,
+/// which gives the same bits as zeros behind them.
+inline constexpr int kQpSize = kSceneTraits.free_orientation ? 6 : 3;
+using QpVector = Eigen::Matrix<Real, kQpSize, 1, Eigen::DontAlign>;
 
 /// A half space g.z >= h. Finite; a row that is not a number never counts as violated.
 struct QpRow {
-  Vec6 g = Vec6::Zero();
+  QpVector g = QpVector::Zero();
   Real h = 0;
 };
 
-/// Iterations after which the search ends with what it has.
-inline constexpr std::uint32_t kMaxQpIterations = 96;
 /// Rows that one problem may have.
-inline constexpr std::uint32_t kMaxQpRows = 192;
+inline constexpr std::uint32_t kMaxQpRows = kSceneTraits.qp_rows;
 
 /// Whatever ended the search, z is the closest point of the rows in `active`.
 struct QpResult {
-  Vec6 z = Vec6::Zero();
-  std::array<std::uint8_t, 6> active{};  ///< rows that hold z
-  std::array<Real, 6> multiplier{};      ///< of them, > 0: z = sum multiplier g
+  QpVector z = QpVector::Zero();
+  std::array<std::uint8_t, kQpSize> active{};  ///< rows that hold z
+  std::array<Real, kQpSize> multiplier{};      ///< of them, > 0: z = sum multiplier g
   std::uint32_t active_count = 0;
   std::uint32_t iterations = 0;  ///< steps of the dual, each an entering row or one that leaves
   std::uint32_t skipped = 0;     ///< rows found inconsistent with the active ones and left out

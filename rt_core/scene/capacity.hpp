@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <span>
 
+#include "rt_core/scene/fixed_planes.hpp"
+#include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
@@ -31,9 +33,9 @@ constexpr std::uint64_t face_face_ties(std::uint64_t face_a, std::uint64_t face_
   return face_a + face_b + face_a * face_b;
 }
 
-/// Capacity of a pair's near set: all nodes of a small pair; else three planes of ties at one
-/// corner of the C-obstacle, a margin for the edge stars of their corners, and never more than the
-/// pair has nodes.
+/// Capacity of the near set of a pair with `node_count` live nodes: all of a small pair; else three
+/// planes of ties at one corner of the C-obstacle, a margin for the edge stars of their corners,
+/// and never more than the pair has nodes.
 constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t largest_face_a,
                                       std::uint32_t largest_face_b) noexcept {
   if (node_count <= kSmallPairNodes) return node_count;
@@ -42,27 +44,39 @@ constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t la
       std::min<std::uint64_t>(node_count, std::max<std::uint64_t>(kSmallPairNodes, ties)));
 }
 
-/// Pairs of active edges that a tick may test.
-constexpr std::uint32_t edge_pair_capacity(std::uint32_t edges_a, std::uint32_t edges_b) noexcept {
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(kMaxEdgePairs, std::uint64_t{edges_a} * edges_b));
+/// Pairs of active edges that a search may test, of a pair with as many reachable ones.
+constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
 }
 
 /// Work of one pair in one tick, at most. With all keys stale (the first tick, or a jump) every
-/// face and edge is evaluated once; an edge pair or a near node asks for at most one support pair
+/// reachable face and edge is evaluated once; where some node only separates, a second search may
+/// go over the live ones; an edge pair or a near node asks for at most one support pair
 /// of its own; the gate asks for two.
 struct PairBounds {
   std::uint64_t feature_evaluations, edge_pairs, support_pairs, near_nodes;
 };
-constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b,
-                                 const PairRecord& pair) noexcept {
+constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, const PairRecord& pair,
+                                 const NodeMarks& marks) noexcept {
+  const LiveCounts reachable = live_counts(marks, NodeScope::kReachable, pair, a, b);
+  const LiveCounts live = live_counts(marks, NodeScope::kLive, pair, a, b);
   PairBounds bounds{};
-  bounds.feature_evaluations =
-      std::uint64_t{a.face_count} + a.edge_count + b.face_count + b.edge_count;
+  bounds.feature_evaluations = reachable.features;
   bounds.edge_pairs = pair.edge_pair_capacity;
+  if (has_hidden(reachable, live)) {
+    bounds.feature_evaluations += live.features;
+    bounds.edge_pairs += edge_pair_capacity(live.edge_pairs);
+  }
   bounds.near_nodes = pair.near_capacity;
   bounds.support_pairs = kMaxSupportPairsPerVerdict + bounds.edge_pairs;
   return bounds;
+}
+
+/// The same where the part never turns: a scan of the planes, and another for those that bear where
+/// some basic contact only separates.
+constexpr PairBounds pair_bounds(const FixedPairRecord& fixed) noexcept {
+  const std::uint64_t scans = fixed.hidden != 0 ? 2 : 1;
+  return {scans * fixed.plane_count, 0, 0, fixed.node_count};
 }
 
 /// Support pairs that the gate asks for, of a pair in one tick.
@@ -78,8 +92,11 @@ inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRe
 /// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
 /// ones.
 inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
-/// Planes in one quadratic program.
+/// Planes in one quadratic program; its rows without friction.
 inline constexpr std::uint32_t kMaxImposedPlanes = 32;
+/// Rows of one program: without friction, and the most of all; iterations after which it ends with
+/// what it has.
+inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;
 /// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
 /// whose sets a pass has room for; further ones keep their certificate as the only plane.
 inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
@@ -100,6 +117,22 @@ constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) no
           passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
 }
 
+/// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
+/// per correction, whose rows are one for each pair. `friction`: of any body.
+struct ProgramBounds {
+  std::uint32_t rounds, rows, iterations, programs, steps;
+};
+constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes,
+                                       bool friction) noexcept {
+  if (passes == 0) return {};
+  constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+  const auto corrected =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(pairs, kMaxFrictionRows));
+  const std::uint32_t programs = passes * (kRounds + 2 * kMaxCorrections);
+  return {kRounds, friction ? kMaxFrictionRows : std::max(kMaxProxyRows, corrected),
+          kMaxQpIterations, programs, programs * kMaxQpIterations};
+}
+
 /// Passes that a tick of a scene makes: none but of law kProxy.
 constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
   return p.law == LawId::kProxy ? p.coupling.passes : 0;
@@ -108,12 +141,14 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
 /// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
 /// fields but state_bytes. `passes`: of law kProxy, else 0. Each total is the smaller of the sum
 /// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
-/// range. O(pairs + pieces).
+/// range, and words of `marks` (kNodeMarks) where it has any. `fixed`: one per pair where the part
+/// never turns, else empty. O(pairs + pieces + marks).
 constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
                                        std::span<const PieceRecord> pieces,
                                        std::span<const PairRecord> pairs,
-                                       std::uint32_t max_pair_visits,
-                                       std::uint32_t passes) noexcept {
+                                       std::span<const std::uint64_t> marks,
+                                       std::uint32_t max_pair_visits, std::uint32_t passes,
+                                       std::span<const FixedPairRecord> fixed = {}) noexcept {
   const auto clip = [](std::uint64_t x) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
   };
@@ -126,10 +161,15 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   }
   c.moving_lanes = clip(moving_lanes);
   PairBounds sum{}, largest{};
-  for (const PairRecord& pair : pairs) {
+  std::uint64_t planes = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PairRecord& pair = pairs[i];
     const PieceRecord& a = pieces[pair.piece_a];
     const PieceRecord& b = pieces[pair.piece_b];
-    const PairBounds bounds = pair_bounds(a, b, pair);
+    const NodeMarks own = pair.mark_begin == kNotMarked
+                              ? NodeMarks{}
+                              : marks_at(marks.subspan(pair.mark_begin).data(), pair, a, b);
+    const PairBounds bounds = fixed.empty() ? pair_bounds(a, b, pair, own) : pair_bounds(fixed[i]);
     const auto add = [&](std::uint64_t PairBounds::*field) {
       sum.*field += bounds.*field;
       largest.*field = std::max(largest.*field, bounds.*field);
@@ -138,10 +178,16 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     add(&PairBounds::edge_pairs);
     add(&PairBounds::support_pairs);
     add(&PairBounds::near_nodes);
-    if (std::uint64_t{a.edge_count} * b.edge_count > pair.edge_pair_capacity) {
+    if (!fixed.empty()) {
+      planes += fixed[i].plane_count;
+      continue;  // every plane and node has its room
+    }
+    if (live_counts(own, NodeScope::kReachable, pair, a, b).edge_pairs > pair.edge_pair_capacity) {
       c.unproven |= kUnprovenEdgePairs;
     }
-    if (pair.node_count > pair.near_capacity) c.unproven |= kUnprovenNearSet;
+    if (live_counts(own, NodeScope::kLive, pair, a, b).nodes > pair.near_capacity) {
+      c.unproven |= kUnprovenNearSet;
+    }
   }
   if (pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
   const auto total = [&](std::uint64_t PairBounds::*field) {
@@ -157,8 +203,21 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.max_hull_points = c.max_near_nodes;
   const ProxyBounds proxy = proxy_bounds(passes > 0 ? pairs.size() : 0, passes);
   c.max_plane_gaps = clip(proxy.plane_gaps);
-  c.max_valid_nodes = clip(proxy.valid_nodes);
+  c.max_valid_nodes = clip(fixed.empty() ? proxy.valid_nodes : passes * planes);
   c.max_full_searches = clip(proxy.full_searches);
+  // Each pass may search every pair twice, every time as if for the first time.
+  const std::uint64_t search =
+      sum.feature_evaluations + sum.edge_pairs + sum.support_pairs + sum.near_nodes;
+  c.max_search_work = clip(passes > 0 ? clip(search) * (std::uint64_t{2} * passes) : 0);
+  bool friction = false;
+  for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
+  const ProgramBounds programs = program_bounds(pairs.size(), passes, friction);
+  c.max_proxy_passes = c.max_proxy_rejected = passes;
+  c.max_proxy_rounds = programs.rounds;
+  c.max_qp_rows = programs.rows;
+  c.max_qp_iterations = programs.iterations;
+  c.max_qp_programs = programs.programs;
+  c.max_qp_steps = programs.steps;
   return c;
 }
 

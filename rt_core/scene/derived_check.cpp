@@ -64,7 +64,46 @@ bool end_fits(const PieceView& p, std::uint32_t e, int k, const Double3& along, 
   return true;
 }
 
+/// The record's reach is the largest distance of a vertex from the origin.
+bool reach_fits(const PieceView& p, double scale) noexcept {
+  double reach = 0.0;
+  for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
+    reach = std::max(reach, norm(vertex_of(p, v)));
+  }
+  const double stated = p.record->reach_m;
+  return finite(stated) && absolute(stated - reach) <= kGeometryTolerance * scale;
+}
+
 }  // namespace
+
+RtStatus turned_lanes(const PieceView& p, double scale,
+                      const EnvelopeParameters& envelope) noexcept {
+  const double* const q = envelope.q_wa_xyzw;
+  const Double3 u{q[0], q[1], q[2]};
+  const double tolerance = kGeometryTolerance * scale;
+  const double length2 = dot(u, u) + q[3] * q[3];  // within 1e-6 of 1
+  for (std::uint32_t v = 0; v < p.lane_count; ++v) {
+    const Double3 x = vertex_of(p, v < p.vertex_count ? v : 0);
+    const Double3 t = (2.0 / length2) * cross(u, x);
+    const Double3 turned = x + q[3] * t + cross(u, t);
+    const double wanted[3] = {turned.x, turned.y, turned.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double stored = static_cast<double>(p.lanes[k * p.lane_count + v]);
+      if (!(absolute(stored - wanted[k]) <= tolerance)) return RtStatus::kBlobBadNumber;
+      const Real* const first = p.lanes + k * p.lane_count;
+      if (v >= p.vertex_count && std::memcmp(first + v, first, sizeof(Real)) != 0)
+        return RtStatus::kBlobBadNumber;
+    }
+  }
+  return RtStatus::kOk;
+}
+
+RtStatus fixed_bounds(const PieceView& p, double scale) noexcept {
+  const PieceRecord& r = *p.record;
+  return reach_fits(p, scale) && r.vertex_relax_m == 0 && r.edge_relax_ratio == 0
+             ? RtStatus::kOk
+             : RtStatus::kBlobBadNumber;
+}
 
 RtStatus lanes(const PieceView& p) noexcept {
   for (std::uint32_t v = 0; v < p.lane_count; ++v) {
@@ -130,17 +169,13 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
 RtStatus bounds(const PieceView& p, double scale, double epsilon_m) noexcept {
   const PieceRecord& r = *p.record;
   const double tolerance = kGeometryTolerance * scale;
-  double reach = 0.0;
-  for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
-    reach = std::max(reach, norm(vertex_of(p, v)));
-  }
-  const bool reach_fits = finite(r.reach_m) && absolute(r.reach_m - reach) <= tolerance;
   // No support lies farther behind a plane through a vertex than the piece is wide.
   const double widest = epsilon_m + 2.0 * r.radius_m;
   const bool vertex_fits = finite(r.vertex_relax_m) && r.vertex_relax_m >= epsilon_m &&
                            r.vertex_relax_m <= widest * (1.0 + 1.0e-6) + tolerance;
   const bool edge_fits = r.edge_relax_ratio >= 1.0 && r.edge_relax_ratio <= kMaxRatio;
-  return reach_fits && vertex_fits && edge_fits ? RtStatus::kOk : RtStatus::kBlobBadNumber;
+  return reach_fits(p, scale) && vertex_fits && edge_fits ? RtStatus::kOk
+                                                          : RtStatus::kBlobBadNumber;
 }
 
 }  // namespace haptic::check

@@ -153,7 +153,7 @@ void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type,
 template <typename Visit>
 void for_each_graph_neighbor(const PairView& pair, ContactType type, std::uint32_t i,
                              std::uint32_t j, const Visit& visit) {
-  if (!pair.graph_stored) {
+  if (!pair.has_lists()) {
     for_each_neighbor(pair.a, pair.b, type, i, j, visit);
     return;
   }
@@ -171,7 +171,7 @@ template <typename Visit>
 void for_each_face_neighbor(const PairView& pair, ContactType type, std::uint32_t i,
                             std::uint32_t j, const Visit& visit) {
   if (type == ContactType::kC) return;
-  if (!pair.graph_stored) {
+  if (!pair.has_lists()) {
     const PieceView& piece = type == ContactType::kA ? pair.b : pair.a;
     const std::uint32_t v = type == ContactType::kA ? j : i;
     for (const std::uint16_t e : piece.edges_at(v)) visit(piece.other_end(e, v));

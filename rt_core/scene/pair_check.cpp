@@ -54,20 +54,116 @@ RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t
   return max_degree == r.max_degree ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
+bool same_proxy_bounds(const SceneCapacity& stated, const SceneCapacity& needed) noexcept {
+  return stated.max_search_work == needed.max_search_work &&
+         stated.max_proxy_passes == needed.max_proxy_passes &&
+         stated.max_proxy_rejected == needed.max_proxy_rejected &&
+         stated.max_proxy_rounds == needed.max_proxy_rounds &&
+         stated.max_qp_rows == needed.max_qp_rows &&
+         stated.max_qp_iterations == needed.max_qp_iterations &&
+         stated.max_qp_programs == needed.max_qp_programs &&
+         stated.max_qp_steps == needed.max_qp_steps;
+}
+
+/// No bit of a set of `bits` lies beyond it.
+bool ends_clean(const std::uint64_t* set, std::uint64_t bits) noexcept {
+  return bits % 64 == 0 || (set[bits / 64] >> (bits % 64)) == 0;
+}
+
+/// Live nodes are reachable, some node is not live, and each feature is marked as its nodes are.
+RtStatus check_marks(const PairView& pair) noexcept {
+  const PairRecord& r = *pair.record;
+  const NodeMarks& m = pair.marks;
+  const FeatureNumbering& features = m.features;
+  const std::uint64_t* const set[4] = {m.words, m.words + m.node_words, m.words + 2 * m.node_words,
+                                       m.words + 2 * m.node_words + m.feature_words};
+  const std::uint64_t bits[4] = {r.node_count, r.node_count, features.count(), features.count()};
+  for (int k = 0; k < 4; ++k) {
+    if (!ends_clean(set[k], bits[k])) return RtStatus::kBlobBadGraph;
+  }
+  for (std::uint64_t w = 0; w < m.node_words; ++w) {
+    if ((set[1][w] & ~set[0][w]) != 0) return RtStatus::kBlobBadGraph;
+  }
+  const std::uint64_t reachable = count_bits(set[0], 0, r.node_count);
+  if (reachable == 0 || count_bits(set[1], 0, r.node_count) == r.node_count)
+    return RtStatus::kBlobBadGraph;
+  for (const NodeScope scope : {NodeScope::kReachable, NodeScope::kLive}) {
+    const std::uint64_t* const nodes = set[scope == NodeScope::kLive ? 1 : 0];
+    const NodeNumbering n = numbering(pair.a, pair.b);
+    const auto agrees = [&](std::uint32_t feature, bool any) {
+      return m.feature(scope, feature) == any;
+    };
+    const auto any_in_row = [&](std::uint32_t begin, std::uint32_t count) {
+      return count_bits(nodes, begin, std::uint64_t{begin} + count) > 0;
+    };
+    const auto any_in_column = [&](std::uint32_t begin, std::uint32_t rows, std::uint32_t step) {
+      for (std::uint32_t k = 0; k < rows; ++k) {
+        if (NodeMarks::bit(nodes, begin + std::uint64_t{k} * step)) return true;
+      }
+      return false;
+    };
+    for (std::uint32_t f = 0; f < n.nfa; ++f) {
+      if (!agrees(features.face_a(f), any_in_row(n.type_a(f, 0), n.nvb)))
+        return RtStatus::kBlobBadGraph;
+    }
+    for (std::uint32_t e = 0; e < n.nea; ++e) {
+      if (!agrees(features.edge_a(e), any_in_row(n.type_c(e, 0), n.neb)))
+        return RtStatus::kBlobBadGraph;
+    }
+    for (std::uint32_t f = 0; f < n.nfb; ++f) {
+      if (!agrees(features.face_b(f), any_in_column(n.type_b(0, f), n.nva, n.nfb)))
+        return RtStatus::kBlobBadGraph;
+    }
+    for (std::uint32_t e = 0; e < n.neb; ++e) {
+      if (!agrees(features.edge_b(e), any_in_column(n.type_c(0, e), n.nea, n.neb)))
+        return RtStatus::kBlobBadGraph;
+    }
+  }
+  return RtStatus::kOk;
+}
+
 }  // namespace
 
-RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes) const noexcept {
+/// Pairs come in the order of their pieces, those of A first. All of them do but where a workspace
+/// is given: then those that it never brings together are missing.
+RtStatus SceneView::check_place(std::uint32_t index) const noexcept {
   const PairRecord& r = pairs_[index];
   const std::uint32_t moving = bodies_[0].piece_count;
   const auto statics = static_cast<std::uint32_t>(pieces_.size()) - moving;
-  if (pairs_.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
-  if (r.piece_a != index / statics || r.piece_b != moving + index % statics)
+  if ((parameters_->envelope.given & kWorkspaceGiven) == 0) {
+    if (pairs_.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
+    return r.piece_a == index / statics && r.piece_b == moving + index % statics
+               ? RtStatus::kOk
+               : RtStatus::kBlobBadIndex;
+  }
+  if (r.piece_a >= moving || r.piece_b < moving || r.piece_b >= pieces_.size())
     return RtStatus::kBlobBadIndex;
+  if (index == 0) return RtStatus::kOk;
+  const PairRecord& before = pairs_[index - 1];
+  const bool ascends =
+      before.piece_a < r.piece_a || (before.piece_a == r.piece_a && before.piece_b < r.piece_b);
+  return ascends ? RtStatus::kOk : RtStatus::kBlobBadIndex;
+}
+
+RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
+                               std::uint64_t& mark_words) const noexcept {
+  const PairRecord& r = pairs_[index];
+  RtStatus status = check_place(index);
+  if (status != RtStatus::kOk) return status;
   const PieceView a = piece(r.piece_a), b = piece(r.piece_b);
   const NodeNumbering n = numbering(a, b);
-  if (r.node_count != n.count() || r.node_count_a != n.count_a() || r.node_count_b != n.count_b() ||
-      r.reserved != 0) {
+  if (r.node_count != n.count() || r.node_count_a != n.count_a() || r.node_count_b != n.count_b())
     return RtStatus::kBlobBadCount;
+  if (is_fixed() && (r.mark_begin != kNotMarked || r.node_begin != kGraphNotStored))
+    return RtStatus::kBlobBadCount;
+  if (r.mark_begin != kNotMarked) {
+    // The lists of a stored graph are those of all nodes.
+    if (r.mark_begin != mark_words || r.node_begin != kGraphNotStored)
+      return RtStatus::kBlobBadCount;
+    mark_words += marks_at(nullptr, r, *a.record, *b.record).word_count();
+    if (mark_words > marks_.size()) return RtStatus::kBlobBadCount;
+    status = check_marks(pair(index));
+    if (status != RtStatus::kOk) return status;
   }
   if (r.node_begin != kGraphNotStored) {
     if (r.node_begin != stored_nodes) return RtStatus::kBlobBadCount;
@@ -75,19 +171,24 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes)
     if (stored_nodes > nodes_.size() || stored_nodes >= neighbor_begin_.size())
       return RtStatus::kBlobBadCount;
     if (neighbor_begin_[0] != 0) return RtStatus::kBlobBadIndex;
-    const RtStatus status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
+    status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
     if (status != RtStatus::kOk) return status;
   }
-  if (index + 1 == pairs_.size() &&
+  if (index + 1 == pairs_.size() && !is_fixed() &&
       (stored_nodes != nodes_.size() || stored_nodes + 1 != neighbor_begin_.size() ||
-       neighbor_begin_[stored_nodes] != neighbor_count_)) {
+       neighbor_begin_[static_cast<std::size_t>(stored_nodes)] != neighbor_count_ ||
+       mark_words != marks_.size())) {
     return RtStatus::kBlobBadCount;
   }
+  const NodeMarks marks = pair(index).marks;
+  const LiveCounts reachable = live_counts(marks, NodeScope::kReachable, r, *a.record, *b.record);
+  const LiveCounts live = live_counts(marks, NodeScope::kLive, r, *a.record, *b.record);
   const LargestFeatures largest_a = largest_features(a), largest_b = largest_features(b);
   const bool capacities =
       r.max_degree == largest_degree(largest_a, largest_b) &&
-      r.near_capacity == near_capacity(r.node_count, largest_a.face, largest_b.face) &&
-      r.edge_pair_capacity == edge_pair_capacity(a.edge_count, b.edge_count);
+      (is_fixed() || (r.near_capacity == near_capacity(static_cast<std::uint32_t>(live.nodes),
+                                                       largest_a.face, largest_b.face) &&
+                      r.edge_pair_capacity == edge_pair_capacity(reachable.edge_pairs)));
   return capacities ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
@@ -97,7 +198,8 @@ RtStatus SceneView::check_capacity() const noexcept {
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
   const SceneCapacity needed =
-      scene_capacity(bodies_, pieces_, pairs_, stated.max_pair_visits, proxy_passes(parameters()));
+      scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,
+                     proxy_passes(parameters()), fixed_pairs_);
   const bool equal = stated.moving_lanes == needed.moving_lanes &&
                      stated.pair_count == needed.pair_count &&
                      stated.total_features == needed.total_features &&
@@ -111,7 +213,7 @@ RtStatus SceneView::check_capacity() const noexcept {
                      stated.max_plane_gaps == needed.max_plane_gaps &&
                      stated.max_valid_nodes == needed.max_valid_nodes &&
                      stated.max_full_searches == needed.max_full_searches && stated.reserved == 0 &&
-                     stated.unproven == needed.unproven;
+                     stated.unproven == needed.unproven && same_proxy_bounds(stated, needed);
   return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 

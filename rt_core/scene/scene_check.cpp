@@ -4,6 +4,7 @@
 #include "rt_core/scene/scene_check.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -210,10 +211,36 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
                                                             : RtStatus::kBlobBadNumber;
 }
 
-RtStatus SceneView::check_bodies() const noexcept {
+RtStatus check::envelope(const EnvelopeParameters& e) noexcept {
+  constexpr double kPi = 3.141592653589794;  // rounded up
+  if ((e.given & ~(kOrientationGiven | kWorkspaceGiven)) != 0 || e.reserved != 0)
+    return RtStatus::kBlobBadNumber;
+  // Bit by bit: squares of the smallest numbers are zero too.
+  const auto is_zero = [](double x) { return std::bit_cast<std::uint64_t>(x) == 0; };
+  double q2 = 0.0;
+  bool q_zero = true;
+  for (const double x : e.q_wa_xyzw) {
+    q2 += x * x;
+    q_zero = q_zero && is_zero(x);
+  }
+  const bool turned = (e.given & kOrientationGiven) != 0 ? in_range(q2, 1.0 - 1e-6, 1.0 + 1e-6) &&
+                                                               in_range(e.max_angle_rad, 0.0, kPi)
+                                                         : q_zero && is_zero(e.max_angle_rad);
+  bool placed = true;
+  const bool has_box = (e.given & kWorkspaceGiven) != 0;
+  for (int k = 0; k < 3; ++k) {
+    placed = placed && (has_box ? is_coordinate(e.min_m[k]) && is_coordinate(e.max_m[k]) &&
+                                      e.min_m[k] < e.max_m[k]
+                                : is_zero(e.min_m[k]) && is_zero(e.max_m[k]));
+  }
+  return turned && placed ? RtStatus::kOk : RtStatus::kBlobBadNumber;
+}
+
+RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
   if (bodies_.size() < 2 || pieces_.size() > 65535) return RtStatus::kBlobBadCount;
   std::uint64_t pieces = 0, planes = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    fault.index = static_cast<std::uint32_t>(b);
     const BodyRecord& body = bodies_[b];
     if (body.piece_begin != pieces || body.plane_begin != planes || body.piece_count == 0)
       return RtStatus::kBlobBadCount;
@@ -272,14 +299,14 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
                     loops_end <= loop_vertices_.size() && loops_end <= loop_edges_.size() &&
                     vertices_end < vertex_edge_begin_.size() &&
                     vertices_end <= source_vertices_.size() && lanes_end <= lanes_.size() &&
-                    edges_end <= arcs_.size();
-  const bool exact = vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
-                     edges_end == edges_.size() && edges_end == edge_directions_.size() &&
-                     loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
-                     vertices_end + 1 == vertex_edge_begin_.size() &&
-                     vertices_end == source_vertices_.size() && lanes_end == lanes_.size() &&
-                     edges_end == arcs_.size() &&
-                     vertex_edge_begin_[vertices_end] == vertex_edges_.size();
+                    (is_fixed() || edges_end <= arcs_.size());
+  const bool exact =
+      vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
+      edges_end == edges_.size() && edges_end == edge_directions_.size() &&
+      loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
+      vertices_end + 1 == vertex_edge_begin_.size() && vertices_end == source_vertices_.size() &&
+      lanes_end == lanes_.size() && (is_fixed() || edges_end == arcs_.size()) &&
+      vertex_edge_begin_[static_cast<std::size_t>(vertices_end)] == vertex_edges_.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
   const PieceView p = piece(index);
   if (p.vertex_edge_begin[0] != (first ? 0 : 2 * std::uint64_t{r.edge_begin}))
@@ -311,6 +338,11 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   if (status != RtStatus::kOk) return status;
   status = check_measures(p, scale);
   if (status != RtStatus::kOk) return status;
+  if (is_fixed()) {
+    status =
+        p.lanes_turned ? check::turned_lanes(p, scale, parameters_->envelope) : check::lanes(p);
+    return status == RtStatus::kOk ? check::fixed_bounds(p, scale) : status;
+  }
   status = check::lanes(p);
   if (status != RtStatus::kOk) return status;
   status = check::arcs(p, scale, parameters_->epsilon_m);

@@ -34,6 +34,10 @@ template <typename T>
 /// format state. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus coupling(const CouplingParameters& c) noexcept;
 
+/// What is given of the envelope is a unit quaternion, an angle up to pi, a box that is not empty;
+/// the rest is zero. Answers kOk or kBlobBadNumber.
+[[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;
+
 /// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
 /// before.

@@ -16,7 +16,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 3;
+inline constexpr std::uint32_t kSceneVersion = 4;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -58,7 +58,11 @@ enum class SectionId : std::uint32_t {
   kSourceVertices = 17,   ///< i32, by piece: vertex of the user's mesh, -1 when a cut made it
   kText = 18,             ///< bytes: names, UTF-8, not terminated
   kVertexLanes = 19,      ///< Real, by piece: all x, all y, all z of its vertices, each padded
-  kEdgeArcs = 20          ///< EdgeArc, by edge
+  kEdgeArcs = 20,         ///< EdgeArc, by edge
+  kNodeMarks = 21,        ///< u64, by pair that has marks (scene/node_marks.hpp)
+  kFixedPairs = 22,       ///< FixedPairRecord, by pair; of a part that never turns
+  kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
+  kFixedNodes = 24        ///< FixedNode, by pair
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -70,6 +74,9 @@ inline constexpr std::uint32_t kLanePadding = 8;
 /// PairRecord::node_begin of a pair whose graph is not stored: its nodes and arcs are formed from
 /// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
 inline constexpr std::uint32_t kGraphNotStored = 0xFFFFFFFFu;
+
+/// PairRecord::mark_begin of a pair that needs all of its nodes.
+inline constexpr std::uint32_t kNotMarked = 0xFFFFFFFFu;
 
 enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
 
@@ -84,7 +91,7 @@ struct SectionEntry {
 /// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
 /// choice.
 struct SceneCapacity {
-  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene
+  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene, 64-bit addresses
   std::uint32_t moving_lanes;  ///< padded vertices of all pieces of A
   std::uint32_t pair_count;
   std::uint32_t total_features;  ///< faces and edges of both pieces, over all pairs
@@ -97,7 +104,13 @@ struct SceneCapacity {
   std::uint32_t max_near_nodes;           ///< of all near sets together
   std::uint32_t max_hull_points;          ///< points of one contact polygon
   /// Law kProxy, else 0: gaps along C-face planes, nodes of valid sets, searches without history.
-  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches, reserved;
+  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches;
+  std::uint32_t max_search_work;  ///< of those searches: as StepCounters::search_work
+  std::uint32_t max_proxy_passes, max_proxy_rejected;
+  std::uint32_t max_proxy_rounds;                ///< of one pass
+  std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
+  std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
+  std::uint32_t reserved;
   std::uint32_t unproven;  ///< UnprovenBound, bit set = cannot be defended
 };
 
@@ -150,6 +163,20 @@ struct CouplingParameters {
   std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
 };
 
+/// Bits of EnvelopeParameters::given.
+enum EnvelopeGiven : std::uint32_t { kOrientationGiven = 1u << 0, kWorkspaceGiven = 1u << 1 };
+
+/// Where the part goes; nodes that none of these poses needs may be missing from the marks. What is
+/// not given is zero.
+struct EnvelopeParameters {
+  double q_wa_xyzw[4];   ///< middle of the orientations, unit
+  double max_angle_rad;  ///< largest turn from it, 0 to pi; 0: the part never turns
+  double min_m[3];       ///< of the box that the grip point stays in, W axes
+  double max_m[3];
+  std::uint32_t given;  ///< EnvelopeGiven
+  std::uint32_t reserved;
+};
+
 struct SceneParameters {
   LawId law;
   std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
@@ -164,6 +191,7 @@ struct SceneParameters {
   std::uint32_t name_offset, name_bytes;  ///< in kText
   DeviceParameters device;
   CouplingParameters coupling;
+  EnvelopeParameters envelope;
 };
 
 /// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
@@ -251,8 +279,8 @@ struct PairRecord {
   std::uint32_t node_count_b;
   std::uint32_t max_degree;
   std::uint32_t near_capacity;       ///< of the near set
-  std::uint32_t edge_pair_capacity;  ///< pairs of active edges that a tick may test
-  std::uint32_t reserved;
+  std::uint32_t edge_pair_capacity;  ///< pairs of active edges that a search may test
+  std::uint32_t mark_begin;          ///< in kNodeMarks, or kNotMarked
 };
 
 /// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
@@ -265,10 +293,10 @@ struct NodeRecord {
   std::uint16_t keep_begin, keep_count;
 };
 
-static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 72 &&
-              sizeof(SceneHeader) == 120);
+static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
+              sizeof(SceneHeader) == 152);
 static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
-              sizeof(SceneParameters) == 320);
+              sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
 static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&

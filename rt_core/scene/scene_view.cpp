@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/scene/scene_view.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "rt_core/scene/scene_check.hpp"
+#include "rt_core/scene/scene_needs.hpp"
 
 namespace haptic {
 namespace {
@@ -37,13 +39,39 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kText, 1},
     {SectionId::kVertexLanes, sizeof(Real)},
     {SectionId::kEdgeArcs, sizeof(EdgeArc)},
+    {SectionId::kNodeMarks, sizeof(std::uint64_t)},
+    {SectionId::kFixedPairs, sizeof(FixedPairRecord)},
+    {SectionId::kFixedPlanes, sizeof(FixedPlane)},
+    {SectionId::kFixedNodes, sizeof(FixedNode)},
 };
+/// What a scene has beside the tables that every scene has: those of a part that turns, and those
+/// of one that never does.
+constexpr SectionId kOfTurning[] = {SectionId::kNodes, SectionId::kNeighborBegin,
+                                    SectionId::kNeighbors, SectionId::kEdgeArcs};
+constexpr SectionId kOfFixed[] = {SectionId::kFixedPairs, SectionId::kFixedPlanes,
+                                  SectionId::kFixedNodes};
+constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
+  return std::find(ids.begin(), ids.end(), id) != ids.end();
+}
+/// Sections that some scene does without.
+constexpr bool is_optional(SectionId id) noexcept {
+  return id == SectionId::kNodeMarks || is_among(kOfTurning, id) || is_among(kOfFixed, id);
+}
+constexpr std::uint32_t bit_of(SectionId id) noexcept {
+  return 1u << static_cast<std::uint32_t>(id);
+}
 
 /// Address of the bytes at `offset`; the caller has checked bounds and alignment.
 template <typename T>
 std::span<const T> table(std::span<const std::byte> blob, const SectionEntry& entry) noexcept {
   return {reinterpret_cast<const T*>(blob.data() + entry.offset),
           static_cast<std::size_t>(entry.count)};
+}
+
+std::span<const std::byte> section_bytes(std::span<const std::byte> blob,
+                                         const SectionEntry& entry) noexcept {
+  return blob.subspan(static_cast<std::size_t>(entry.offset),
+                      static_cast<std::size_t>(entry.count * entry.element_bytes));
 }
 
 /// In bounds, aligned, ascending and apart from the section before it; gaps filled with zeros.
@@ -59,7 +87,7 @@ RtStatus check_section_table(std::span<const std::byte> blob,
     if (s.count > (blob.size() - s.offset) / s.element_bytes) return RtStatus::kBlobBadSectionTable;
     if (s.offset - end >= 2 * kSceneAlignment) return RtStatus::kBlobBadSectionTable;
     for (std::uint64_t i = end; i < s.offset; ++i) {
-      if (blob[i] != std::byte{0}) return RtStatus::kBlobBadSectionTable;
+      if (blob[static_cast<std::size_t>(i)] != std::byte{0}) return RtStatus::kBlobBadSectionTable;
     }
     end = s.offset + s.count * s.element_bytes;
   }
@@ -115,10 +143,11 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
                                        s.element_bytes == sizeof(std::uint32_t);
       if (found[k] != nullptr || !size_fits) return RtStatus::kBlobBadSectionTable;
       found[k] = &s;
+      found_sections_ |= bit_of(s.id);
     }
   }
-  for (const SectionEntry* s : found) {
-    if (s == nullptr) return RtStatus::kBlobMissingSection;
+  for (std::size_t k = 0; k < sizeof(kKnown) / sizeof(kKnown[0]); ++k) {
+    if (found[k] == nullptr && !is_optional(kKnown[k].id)) return RtStatus::kBlobMissingSection;
   }
   if (found[0]->count != 1) return RtStatus::kBlobBadCount;
   parameters_ = table<SceneParameters>(blob, *found[0]).data();
@@ -135,39 +164,87 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   vertex_edge_begin_ = table<std::uint32_t>(blob, *found[10]);
   vertex_edges_ = table<std::uint16_t>(blob, *found[11]);
   pairs_ = table<PairRecord>(blob, *found[12]);
-  nodes_ = table<NodeRecord>(blob, *found[13]);
-  neighbor_begin_ = table<std::uint32_t>(blob, *found[14]);
-  neighbors_ = blob.subspan(found[15]->offset, found[15]->count * found[15]->element_bytes);
-  neighbor_count_ = found[15]->count;
-  neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
+  if (found[13] != nullptr) nodes_ = table<NodeRecord>(blob, *found[13]);
+  if (found[14] != nullptr) neighbor_begin_ = table<std::uint32_t>(blob, *found[14]);
+  if (found[15] != nullptr) {
+    neighbors_ = section_bytes(blob, *found[15]);
+    neighbor_count_ = found[15]->count;
+    neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
+  }
   source_vertices_ = table<std::int32_t>(blob, *found[16]);
-  text_ = blob.subspan(found[17]->offset, found[17]->count);
+  text_ = section_bytes(blob, *found[17]);
   lanes_ = table<Real>(blob, *found[18]);
-  arcs_ = table<EdgeArc>(blob, *found[19]);
+  if (found[19] != nullptr) arcs_ = table<EdgeArc>(blob, *found[19]);
+  if (found[20] != nullptr) marks_ = table<std::uint64_t>(blob, *found[20]);
+  if (found[21] != nullptr) fixed_pairs_ = table<FixedPairRecord>(blob, *found[21]);
+  if (found[22] != nullptr) fixed_planes_ = table<FixedPlane>(blob, *found[22]);
+  if (found[23] != nullptr) fixed_nodes_ = table<FixedNode>(blob, *found[23]);
   return RtStatus::kOk;
 }
 
 RtStatus SceneView::open(std::span<const std::byte> blob, SceneView& view) noexcept {
+  SceneFault fault;
+  return open(blob, view, fault);
+}
+
+RtStatus SceneView::open(std::span<const std::byte> blob, SceneView& view,
+                         SceneFault& fault) noexcept {
+  fault = SceneFault{};
   SceneView v;
   RtStatus status = v.bind(blob);
   if (status != RtStatus::kOk) return status;
-  status = v.check_parameters();
-  if (status != RtStatus::kOk) return status;
-  status = v.check_bodies();
-  if (status != RtStatus::kOk) return status;
-  for (std::uint32_t i = 0; i < v.pieces_.size(); ++i) {
-    status = v.check_piece(i);
-    if (status != RtStatus::kOk) return status;
+  if (kSceneTraits.image && v.header_->content_hash != kSceneTraits.content_hash) {
+    return RtStatus::kBlobNotOfImage;
   }
-  std::uint64_t stored_nodes = 0;
-  for (std::uint32_t i = 0; i < v.pairs_.size(); ++i) {
-    status = v.check_pair(i, stored_nodes);
-    if (status != RtStatus::kOk) return status;
-  }
-  status = v.check_capacity();
+  if (kSceneTraits.table_checks) status = v.check_tables(fault);
   if (status != RtStatus::kOk) return status;
+  if (kSceneTraits.image && !covers(kSceneTraits, needs_of(v))) return RtStatus::kBlobNotOfImage;
   view = v;
   return RtStatus::kOk;
+}
+
+RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
+  RtStatus status = check_parameters();
+  if (status != RtStatus::kOk) return status;
+  status = check_sections();
+  if (status != RtStatus::kOk) return status;
+  fault = {SectionId::kBodies, 0};
+  status = check_bodies(fault);
+  if (status != RtStatus::kOk) return status;
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+    fault = {SectionId::kPieces, i};
+    status = check_piece(i);
+    if (status != RtStatus::kOk) return status;
+  }
+  fault = {SectionId::kPairs, 0};
+  if (pairs_.empty()) return RtStatus::kBlobBadCount;
+  std::uint64_t stored_nodes = 0, mark_words = 0, planes = 0, fixed_nodes = 0;
+  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+    fault.index = i;
+    if (is_fixed()) status = check_fixed_pair(i, planes, fixed_nodes);
+    if (status == RtStatus::kOk) status = check_pair(i, stored_nodes, mark_words);
+    if (status != RtStatus::kOk) return status;
+  }
+  if (planes != fixed_planes_.size() || fixed_nodes != fixed_nodes_.size())
+    return RtStatus::kBlobBadCount;
+  fault = {SectionId{0}, 0};
+  return check_capacity();
+}
+
+/// A scene has the tables of a part that turns or those of one that never does, not both.
+RtStatus SceneView::check_sections() const noexcept {
+  const bool fixed = is_fixed();
+  for (const SectionId id : kOfTurning) {
+    if (((found_sections_ & bit_of(id)) != 0) == fixed)
+      return fixed ? RtStatus::kBlobBadSectionTable : RtStatus::kBlobMissingSection;
+  }
+  for (const SectionId id : kOfFixed) {
+    if (((found_sections_ & bit_of(id)) != 0) != fixed)
+      return fixed ? RtStatus::kBlobMissingSection : RtStatus::kBlobBadSectionTable;
+  }
+  if (fixed && (found_sections_ & bit_of(SectionId::kNodeMarks)) != 0)
+    return RtStatus::kBlobBadSectionTable;
+  return !fixed || fixed_pairs_.size() == pairs_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
 }
 
 PieceView SceneView::piece(std::uint32_t index) const noexcept {
@@ -179,7 +256,8 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.edges = edges_.data() + r.edge_begin;
   v.edge_directions = edge_directions_.data() + r.edge_begin;
   v.lanes = lanes_.data() + r.lane_begin;
-  v.arcs = arcs_.data() + r.edge_begin;
+  if (!arcs_.empty()) v.arcs = arcs_.data() + r.edge_begin;
+  v.lanes_turned = r.body == 0 && is_fixed();
   v.vertex_edge_begin = vertex_edge_begin_.data() + r.vertex_begin;
   v.vertex_edges = vertex_edges_.data();
   v.loop_vertices = loop_vertices_.data();
@@ -199,6 +277,14 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   v.record = &r;
   v.a = piece(r.piece_a);
   v.b = piece(r.piece_b);
+  if (r.mark_begin != kNotMarked) {
+    v.marks = marks_at(marks_.data() + r.mark_begin, r, *v.a.record, *v.b.record);
+  }
+  if (is_fixed()) {
+    v.fixed = &fixed_pairs_[index];
+    v.planes = fixed_planes_.data() + v.fixed->plane_begin;
+    v.plane_nodes = fixed_nodes_.data() + v.fixed->node_begin;
+  }
   v.graph_stored = r.node_begin != kGraphNotStored;
   if (!v.graph_stored) return v;
   v.nodes = nodes_.data() + r.node_begin;
@@ -240,7 +326,8 @@ RtStatus SceneView::check_parameters() const noexcept {
     if (!check::finite(x) || x < 0.0) return RtStatus::kBlobBadNumber;
   }
   if (!check::within(p.name_offset, p.name_bytes, text_.size())) return RtStatus::kBlobBadIndex;
-  return check::coupling(p.coupling);
+  const RtStatus status = check::envelope(p.envelope);
+  return status == RtStatus::kOk ? check::coupling(p.coupling) : status;
 }
 
 }  // namespace haptic

@@ -10,7 +10,10 @@
 #include <string_view>
 
 #include "rt_core/base/status.hpp"
+#include "rt_core/scene/fixed_planes.hpp"
+#include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/scene_format.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 
@@ -21,12 +24,12 @@ struct PieceView {
   const PieceRecord* record = nullptr;
   const Real* vertices = nullptr;  ///< 3 per vertex [m]
   /// The same, by coordinate: x at lanes[0 .. lane_count), y and z one lane_count on each [m]. What
-  /// is beyond vertex_count repeats vertex 0.
+  /// is beyond vertex_count repeats vertex 0. Of a moving part that never turns: in W axes.
   const Real* lanes = nullptr;
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;
   const EdgeDirection* edge_directions = nullptr;
-  const EdgeArc* arcs = nullptr;  ///< by edge
+  const EdgeArc* arcs = nullptr;  ///< by edge; null where the part never turns
   const std::uint32_t* vertex_edge_begin =
       nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
   const std::uint16_t* vertex_edges = nullptr;   ///< whole table
@@ -36,6 +39,7 @@ struct PieceView {
   const std::int32_t* source_vertices = nullptr;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
   std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
+  bool lanes_turned = false;     ///< the lanes are in W axes though the piece is of the moving part
 
   [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
     return ConstVec3Map(vertices + 3 * std::size_t{v});
@@ -77,8 +81,9 @@ struct NeighborLists {
   }
   [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t k) const noexcept {
     const std::size_t i = std::size_t{begin[node]} + k;
-    return wide ? static_cast<const std::uint32_t*>(table)[i]
-                : static_cast<const std::uint16_t*>(table)[i];
+    const bool four_bytes = kSceneTraits.wide_lists && (!kSceneTraits.narrow_lists || wide);
+    return four_bytes ? static_cast<const std::uint32_t*>(table)[i]
+                      : static_cast<const std::uint16_t*>(table)[i];
   }
 };
 
@@ -88,24 +93,57 @@ struct PairView {
   const PairRecord* record = nullptr;
   PieceView a, b;
   bool graph_stored = false;
-  const NodeRecord* nodes = nullptr;  ///< null when not stored
-  NeighborLists neighbors;            ///< empty when not stored
+  const NodeRecord* nodes = nullptr;       ///< null when not stored
+  NeighborLists neighbors;                 ///< empty when not stored
+  NodeMarks marks;                         ///< not given: every node is live
+  const FixedPairRecord* fixed = nullptr;  ///< of a part that never turns, else null
+  const FixedPlane* planes = nullptr;      ///< of the pair; null without `fixed`
+  const FixedNode* plane_nodes = nullptr;
+
+  [[nodiscard]] bool has_lists() const noexcept {
+    return kSceneTraits.stored_graphs && (!kSceneTraits.formed_graphs || graph_stored);
+  }
+  /// Whether the C-obstacle is a stored list of planes.
+  [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(fixed != nullptr); }
+};
+
+/// Where SceneView::open found a blob at fault, for people who look for the damage. Holds for a
+/// status of the tables; what is wrong with header and section table the status says itself.
+struct SceneFault {
+  SectionId section = SectionId::kParameters;  ///< 0: capacities in the header
+  std::uint32_t index = 0;                     ///< of the element at which the check stopped
 };
 
 class SceneView {
  public:
   /// Checks `blob` and fills `view`. On failure `view` is unchanged.
   /// Cost: O(bytes + stored arcs log degree + pairs times features), no allocation. Any byte
-  /// sequence is safe.
+  /// sequence is safe. In an image (scene/scene_traits.hpp): kBlobNotOfImage for any other scene
+  /// than its own; the tables are those that the graph compiler has checked, by their hash.
   [[nodiscard]] static RtStatus open(std::span<const std::byte> blob, SceneView& view) noexcept;
+  /// The same; where it fails, `fault` tells the place.
+  [[nodiscard]] static RtStatus open(std::span<const std::byte> blob, SceneView& view,
+                                     SceneFault& fault) noexcept;
 
   [[nodiscard]] const SceneHeader& header() const noexcept { return *header_; }
   [[nodiscard]] const SceneParameters& parameters() const noexcept { return *parameters_; }
   [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }
   [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return pieces_; }
   [[nodiscard]] std::span<const PairRecord> pairs() const noexcept { return pairs_; }
+  /// Words of kNodeMarks; empty where no pair has marks.
+  [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
   [[nodiscard]] std::span<const std::byte> blob() const noexcept { return blob_; }
+  /// The part has one orientation, that of parameters().envelope.
+  [[nodiscard]] bool is_fixed() const noexcept {
+    return kSceneTraits.is_fixed(is_one_orientation(parameters_->envelope));
+  }
+  /// By pair; empty unless is_fixed().
+  [[nodiscard]] std::span<const FixedPairRecord> fixed_pairs() const noexcept {
+    return fixed_pairs_;
+  }
+  /// Stored neighbors have 32 bits, else 16.
+  [[nodiscard]] bool neighbors_wide() const noexcept { return neighbors_wide_; }
   /// Piece and pair by index; the index must be in range.
   [[nodiscard]] PieceView piece(std::uint32_t index) const noexcept;
   [[nodiscard]] PairView pair(std::uint32_t index) const noexcept;
@@ -113,12 +151,19 @@ class SceneView {
 
  private:
   [[nodiscard]] RtStatus bind(std::span<const std::byte> blob) noexcept;
+  [[nodiscard]] RtStatus check_tables(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_parameters() const noexcept;
-  [[nodiscard]] RtStatus check_bodies() const noexcept;
+  [[nodiscard]] RtStatus check_bodies(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_piece(std::uint32_t index) const noexcept;
   /// @param stored_nodes  nodes of the stored graphs of all pairs before; grows by those of this.
-  [[nodiscard]] RtStatus check_pair(std::uint32_t index,
-                                    std::uint64_t& stored_nodes) const noexcept;
+  /// @param mark_words  words of the marks of all pairs before; grows by those of this.
+  [[nodiscard]] RtStatus check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
+                                    std::uint64_t& mark_words) const noexcept;
+  [[nodiscard]] RtStatus check_sections() const noexcept;
+  /// @param planes, nodes  of all pairs before; grow by those of this.
+  [[nodiscard]] RtStatus check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
+                                          std::uint64_t& nodes) const noexcept;
+  [[nodiscard]] RtStatus check_place(std::uint32_t index) const noexcept;
   [[nodiscard]] RtStatus check_capacity() const noexcept;
 
   std::span<const std::byte> blob_;
@@ -143,6 +188,11 @@ class SceneView {
   std::span<const std::byte> neighbors_;
   std::uint64_t neighbor_count_ = 0;
   bool neighbors_wide_ = false;
+  std::span<const std::uint64_t> marks_;
+  std::span<const FixedPairRecord> fixed_pairs_;
+  std::span<const FixedPlane> fixed_planes_;
+  std::span<const FixedNode> fixed_nodes_;
+  std::uint32_t found_sections_ = 0;  ///< bit of each SectionId that the blob has
   std::span<const std::int32_t> source_vertices_;
   std::span<const std::byte> text_;
 };

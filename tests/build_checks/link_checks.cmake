@@ -34,9 +34,9 @@ haptic_add_freestanding(core_freestanding ${scene})
 
 add_executable(core_hosted hosted_run.cpp ${PROJECT_SOURCE_DIR}/linker/image_run.cpp)
 target_link_libraries(core_hosted PRIVATE haptic::rt_core haptic_warnings)
-target_compile_definitions(core_hosted PRIVATE HAPTIC_IMAGE_STATE_BYTES=1048576)
 haptic_place_rt(core_hosted)
 haptic_embed_scene(core_hosted ${scene})
+haptic_embed_state(core_hosted 1048576)
 set_target_properties(image_scene core_freestanding core_hosted PROPERTIES
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 
@@ -46,9 +46,11 @@ haptic_link_check(placement ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:core_hosted
   -DNM=${HAPTIC_NM} -P ${checks}/placement.cmake)
 
 # What both kinds of link share: the program's own objects and scene, without the archive.
-set(hosted_scene ${CMAKE_CURRENT_BINARY_DIR}/core_hosted_scene.o)
+set(hosted_scene ${CMAKE_CURRENT_BINARY_DIR}/core_hosted_scene.o ${CMAKE_CURRENT_BINARY_DIR}/core_hosted_state.o)
 set(hosted_objects $<TARGET_OBJECTS:core_hosted> ${hosted_scene})
-set(image_objects $<TARGET_OBJECTS:core_freestanding> ${CMAKE_CURRENT_BINARY_DIR}/core_freestanding_scene.o)
+list(JOIN hosted_scene "|" hosted_scene_line)
+set(image_objects $<TARGET_OBJECTS:core_freestanding> ${CMAKE_CURRENT_BINARY_DIR}/core_freestanding_scene.o
+  ${CMAKE_CURRENT_BINARY_DIR}/core_freestanding_state.o)
 set(whole_core -Wl,--whole-archive $<TARGET_FILE:rt_core> -Wl,--no-whole-archive)
 file(MAKE_DIRECTORY ${samples})
 
@@ -64,7 +66,7 @@ endforeach()
 
 # One object of the core given by itself, as an application's sources would be, falls out of the region.
 haptic_link_probe(placement.probe_loose_object ": lies outside .rt_text" ${CMAKE_COMMAND}
-  "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${hosted_scene}|$<JOIN:$<TARGET_OBJECTS:core_hosted>,|>"
+  "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${hosted_scene_line}|$<JOIN:$<TARGET_OBJECTS:core_hosted>,|>"
   -DARCHIVE=$<TARGET_FILE:rt_core> -DLOOSE=rotation.cpp.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
   -DFOLDER=${samples}/loose_object -P ${checks}/placement_probe.cmake)
 haptic_link_probe(placement.probe_not_placed "link it through haptic_place_rt" ${CMAKE_COMMAND}

@@ -52,7 +52,19 @@ elseif(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 get_target_property(core_folder rt_core BINARY_DIR)
 haptic_build_check(stack_bound ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles/rt_core.dir
-  -DLIMIT=${frame_limit_bytes} -DTOTAL=${stack_limit_bytes} "-DSKIP=${skip_stack}" -P ${checks}/stack_bound.cmake)
+  -DLIMIT=${frame_limit_bytes} -DTOTAL=${stack_limit_bytes} "-DSKIP=${skip_stack}" -P ${haptic_linker_dir}/stack_bound.cmake)
+
+# The same figures for the simulator's reports.
+set(stack_header ${PROJECT_BINARY_DIR}/generated/rt_core_stack.hpp)
+add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp BYPRODUCTS ${stack_header}
+  COMMAND ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles/rt_core.dir -DLIMIT=${frame_limit_bytes}
+    -DTOTAL=${stack_limit_bytes} "-DSKIP=${skip_stack}" -DHEADER=${stack_header} -P ${haptic_linker_dir}/stack_bound.cmake
+  COMMAND ${CMAKE_COMMAND} -E touch ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp
+  DEPENDS rt_core $<TARGET_FILE:rt_core> ${haptic_linker_dir}/stack_bound.cmake VERBATIM)
+add_custom_target(rt_core_stack DEPENDS ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp)
+if(TARGET haptic_host_sim)
+  add_dependencies(haptic_host_sim rt_core_stack)
+endif()
 
 function(haptic_stack_probe sample expected)
   haptic_build_probe(stack_bound.probe_${sample} "${expected}" ${compile_sample}

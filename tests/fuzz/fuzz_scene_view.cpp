@@ -84,6 +84,11 @@ void run_core(const haptic::SceneView& scene) {
     require(c.edge_pairs <= capacity.max_edge_pairs, "edge pairs per tick");
     require(c.near_nodes <= capacity.max_near_nodes, "near nodes per tick");
     require(c.hull_points <= capacity.max_hull_points, "points of a contact polygon");
+    require(c.proxy_passes <= capacity.max_proxy_passes, "passes of the proxy");
+    require(c.proxy_rounds <= capacity.max_proxy_rounds, "rounds of one pass");
+    require(c.proxy_rows <= capacity.max_qp_rows, "rows of one quadratic program");
+    require(c.qp_steps <= capacity.max_qp_steps, "iterations of all quadratic programs");
+    require(c.search_work <= capacity.max_search_work, "work of searches without history");
     const haptic::Wrench& w = result.wrench_w;
     bool finite = std::isfinite(static_cast<double>(result.d_near_m));
     for (int i = 0; i < 3; ++i) {

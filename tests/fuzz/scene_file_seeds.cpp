@@ -22,6 +22,8 @@ const char* const kEveryKey =
     "quaternion = { w = 1, x = 0, y = 0, z = 0 }\n"
     "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 800.0\nepsilon_m = 0.0001\n"
     "[loop]\nrate_hz = 1000\n[motion_limits]\nlinear_m_per_s = 1.0\nangular_rad_per_s = 6.0\n"
+    "orientation = { about = [0.6, 0.8, 0, 0], max_angle_rad = 0.5 }\n"
+    "workspace = { min_m = [-0.1, -0.1, 0], max_m = [0.1, 0.1, 0.2] }\n"
     "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 0.5\ncoulomb_friction_n = 0.1\n"
     "encoder_step_m = 1e-5\nmax_force_n = 12\nmax_torque_nm = 0.3\nmax_force_rate_n_per_s = 1e4\n"
     "max_torque_rate_nm_per_s = 1e3\nmax_stiffness_n_per_m = 3000\nmax_damping_ns_per_m = 5\n"

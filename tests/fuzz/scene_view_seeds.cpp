@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "tests/fuzz/fuzz_target.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/pruned_scenes.hpp"
 
 namespace haptic::fuzz {
 namespace {
@@ -17,6 +17,18 @@ std::string blob_of(const tools::Body& moving, const std::vector<tools::Body>& s
   std::string text(bytes.size(), '\0');
   std::memcpy(text.data(), bytes.data(), bytes.size());
   return text;
+}
+
+/// The same with an envelope and marks: some nodes that no pose needs, some that only separate.
+std::string marked_blob(const tools::Body& moving, const tools::Body& fixed, bool boxed) {
+  tools::SceneDescription scene = test::scene_of(moving, {fixed});
+  scene = test::with_envelope(scene, {0, 0, 0, 1}, 0.4);
+  for (tools::PairMarks& marks : scene.marks) {
+    for (std::size_t node = 0; node < marks.exposed.size(); node += 5) marks.exposed[node] = false;
+  }
+  if (boxed) scene.workspace = tools::WorkspaceBox{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}};
+  const std::vector<std::byte> bytes = tools::write_scene(scene);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 /// Calls `change` on every element of one section.
@@ -103,6 +115,8 @@ std::vector<Seed> seeds() {
           {"stiff", stiff},
           {"proxy", proxy},
           {"rough", rough},
+          {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
+          {"marked_boxed", marked_blob(step, table, true)},
           {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},
           {"formed_graph", blob_of(tetrahedron, {table}, 0)},

@@ -76,8 +76,12 @@ TEST_SUITE("host_sim.wcet") {
     CHECK(json.at("wall_time_ns").contains("warm"));
     CHECK(json.at("wall_time_ns").contains("flushed"));
     CHECK(json.at("machine_noise_ns").contains("flushed_raw"));
-    CHECK(json.at("adversarial").size() == std::size(kAdversarialGoals));
+    CHECK(json.at("adversarial").size() == goals_of(s.session.view()).size());
+    CHECK_FALSE(json.at("instructions").at("measured").get<bool>());
+    CHECK_FALSE(json.at("wall_time_ns").contains("instructions"));
     const std::string table = wcet_table(report, s.session.view(), motion);
+    CHECK(table.find("its input, line") != std::string::npos);
+    CHECK(table.find("instructions per tick: not measured: not asked for") != std::string::npos);
     CHECK(table.find("same state, warm") < table.find("same state, caches flushed"));
     CHECK(table.find("noise of this machine") != std::string::npos);
     CHECK(table.find("force_step") != std::string::npos);
@@ -104,9 +108,9 @@ TEST_SUITE("host_sim.wcet") {
     CHECK(bound("near_nodes").bound == capacity.max_near_nodes);
     StepCounters over = run;
     over.near_nodes = capacity.max_near_nodes;
-    CHECK(all_held(counter_bounds(over, capacity, s.session.view().parameters())));
+    CHECK(all_held(counter_bounds(over, capacity)));
     over.near_nodes += 1;
-    CHECK_FALSE(all_held(counter_bounds(over, capacity, s.session.view().parameters())));
+    CHECK_FALSE(all_held(counter_bounds(over, capacity)));
     CHECK_FALSE(within_bounds(over, capacity));
   }
 
@@ -206,6 +210,50 @@ TEST_SUITE("host_sim.wcet") {
           std::string::npos);
   }
 
+  TEST_CASE("trace: every event has what the Trace Event Format asks of its phase") {
+    Scene s;
+    const std::vector<MotionSample> motion = short_motion();
+    const WcetResult r = measure(s.session, motion, 2, false);
+    const auto json = nlohmann::json::parse(chrome_trace(r.ticks, motion, "test"));
+    REQUIRE(json.is_object());
+    const auto unit = json.at("displayTimeUnit").get<std::string>();
+    CHECK((unit == "ms" || unit == "ns"));
+    const auto& events = json.at("traceEvents");
+    REQUIRE(events.is_array());
+    std::size_t names = 0, bars = 0;
+    double last_us = -1;
+    for (const auto& e : events) {
+      CHECK(e.at("name").is_string());
+      CHECK(e.at("pid").is_number_integer());
+      CHECK(e.at("tid").is_number_integer());
+      CHECK(e.at("args").is_object());
+      const auto phase = e.at("ph").get<std::string>();
+      if (phase == "M") {
+        const auto name = e.at("name").get<std::string>();
+        CHECK((name == "process_name" || name == "thread_name"));
+        CHECK(e.at("args").at("name").is_string());
+        CHECK(e.size() == 5);
+        ++names;
+        continue;
+      }
+      REQUIRE(phase == "X");
+      CHECK(e.at("cat").is_string());
+      const auto ts_us = e.at("ts").get<double>(), dur_us = e.at("dur").get<double>();
+      CHECK(ts_us > last_us);  // bars of one thread in order, each of some length
+      CHECK(dur_us > 0);
+      CHECK(dur_us < 1e6);
+      last_us = ts_us;
+      CHECK(e.size() == 8);
+      for (const auto& [key, value] : e.at("args").items()) {
+        CAPTURE(key);
+        CHECK((value.is_number() || value.is_string()));
+      }
+      ++bars;
+    }
+    CHECK(names == 2);
+    CHECK(bars == motion.size());
+  }
+
   TEST_CASE("flow facts name every capacity with the header's number") {
     Scene s;
     const SceneCapacity& c = s.session.view().header().capacity;
@@ -230,6 +278,14 @@ TEST_SUITE("host_sim.wcet") {
     has("max_plane_gaps", c.max_plane_gaps);
     has("max_valid_nodes", c.max_valid_nodes);
     has("max_full_searches", c.max_full_searches);
+    has("max_search_work", c.max_search_work);
+    has("max_proxy_passes", c.max_proxy_passes);
+    has("max_proxy_rejected", c.max_proxy_rejected);
+    has("max_proxy_rounds", c.max_proxy_rounds);
+    has("max_qp_rows", c.max_qp_rows);
+    has("max_qp_iterations", c.max_qp_iterations);
+    has("max_qp_programs", c.max_qp_programs);
+    has("max_qp_steps", c.max_qp_steps);
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);)
       CHECK((line.starts_with("#") || std::ranges::count(line, '\t') == 2));
@@ -242,7 +298,8 @@ TEST_SUITE("host_sim.wcet") {
     std::ofstream(scene, std::ios::binary)
         .write(reinterpret_cast<const char*>(s.bytes.data()),
                static_cast<std::streamsize>(s.bytes.size()));
-    const std::string common = "wcet --scene '" + scene + "' --quick --evaluations 5";
+    const std::string common =
+        "wcet --no-instructions --scene '" + scene + "' --quick --evaluations 5";
     const ProgramResult good =
         run_program(HAPTIC_HOST_SIM, common + " --seed 4 --out '" + out + "' --flow-facts '" +
                                          folder.file("facts.tsv") + "'");

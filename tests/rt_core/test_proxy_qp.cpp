@@ -34,25 +34,25 @@ QpRow row(std::initializer_list<double> g, double h) {
   return made;
 }
 
-double violation(const QpRow& r, const Vec6& z) {
+double violation(const QpRow& r, const QpVector& z) {
   double v = static_cast<double>(r.h);
   for (Eigen::Index i = 0; i < 6; ++i) v -= static_cast<double>(r.g[i]) * static_cast<double>(z[i]);
   return v;
 }
 
 /// What rounding leaves of a row at z: rows that contradict each other drive z far off.
-double slack_m(const Vec6& z) {
+double slack_m(const QpVector& z) {
   return kViolation_m * std::max(1.0, static_cast<double>(z.norm()) / 0.02);
 }
 
-double largest_violation(const std::vector<QpRow>& rows, const Vec6& z) {
+double largest_violation(const std::vector<QpRow>& rows, const QpVector& z) {
   double worst = 0;
   for (const QpRow& r : rows) worst = std::max(worst, violation(r, z));
   return worst;
 }
 
 template <typename Scalar>
-double distance(const Vec6& z, const std::array<Scalar, 6>& other) {
+double distance(const QpVector& z, const std::array<Scalar, 6>& other) {
   double sum = 0;
   for (std::size_t i = 0; i < 6; ++i) {
     const auto d =
@@ -120,7 +120,7 @@ TEST_SUITE("rt_core.proxy_qp") {
     for (const std::vector<QpRow>& rows :
          {std::vector<QpRow>{}, {row({0, 0, 1, 0, 0, 0}, -0.001)}, {row({1, 0, 0, 0, 0, 0}, 0)}}) {
       const QpResult result = check_solved(rows);
-      CHECK(result.z == Vec6::Zero());
+      CHECK(result.z == QpVector::Zero());
       CHECK(result.active_count == 0);
       CHECK(result.iterations == 0);
     }
@@ -197,7 +197,7 @@ TEST_SUITE("rt_core.proxy_qp") {
     Random random(13);
     for (int k = 0; k < 300; ++k) {
       std::vector<QpRow> rows = make_qp(random, kQpFamilies[1]);
-      const Vec6 z = check_solved(rows).z;
+      const QpVector z = check_solved(rows).z;
       for (QpRow& r : rows) {
         const Real stretch = static_cast<Real>(random.uniform(1, 4));
         r.g *= stretch;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/shapes.hpp"
+#include "tests/support/pruned_scenes.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -307,6 +307,72 @@ TEST_SUITE("rt_core.scene_view") {
           }) == RtStatus::kBlobBadCount);
   }
 
+  TEST_CASE("open: marks are those of a pair, each feature marked as its nodes are") {
+    tools::SceneDescription scene =
+        with_envelope(scene_of(box({0, 0, 0}, {1, 1, 1}), {prism(6, 1, 1)}), {0, 0, 0, 1}, 0.3);
+    for (std::size_t node = 0; node < scene.marks[0].exposed.size(); node += 3) {
+      scene.marks[0].exposed[node] = false;
+    }
+    const std::vector<std::byte> blob = tools::write_scene(scene);
+    CHECK(blob == tools::write_scene(scene));
+    const LoadedScene good(blob);
+    step_a_little(good.view);
+    const std::size_t words = good.view.marks().size();
+    REQUIRE(words > 0);
+    REQUIRE_FALSE(good.view.pair(0).graph_stored);
+    const std::size_t node_words = good.view.pair(0).marks.node_words;
+    for (std::size_t word = 0; word < words; ++word) {
+      for (std::uint32_t bit = 0; bit < 64; ++bit) {
+        const RtStatus status = changed_section<std::uint64_t>(
+            blob, SectionId::kNodeMarks,
+            [&](std::uint64_t* w) { w[word] ^= std::uint64_t{1} << bit; });
+        // That a node is reachable is the compiler's word; all else follows, or a bound changes.
+        CHECK((status != RtStatus::kOk || word < node_words));
+      }
+    }
+    for (const std::uint32_t begin : {1u, 1000000u, kNotMarked}) {
+      CHECK(changed_section<PairRecord>(blob, SectionId::kPairs, [&](PairRecord* p) {
+              p->mark_begin = begin;
+            }) != RtStatus::kOk);
+    }
+    CHECK(changed_section<PairRecord>(blob, SectionId::kPairs, [](PairRecord* p) {
+            p->node_begin = 0;
+          }) == RtStatus::kBlobBadCount);
+    scene.marks.clear();
+    const LoadedScene all(tools::write_scene(scene));
+    CHECK(all.view.marks().empty());
+    CHECK(good.view.header().capacity.state_bytes < all.view.header().capacity.state_bytes);
+    CHECK(good.view.header().capacity.max_edge_pairs <
+          2 * all.view.header().capacity.max_edge_pairs);
+  }
+
+  TEST_CASE("open: an envelope is a turn and a box, or zero") {
+    const std::vector<std::byte> plain = tetra_box_blob();
+    tools::SceneDescription scene = scene_of(box({0, 0, 0}, {1, 1, 1}), {prism(6, 1, 1)});
+    scene.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, 0.3};
+    scene.workspace = tools::WorkspaceBox{{-1, -1, -1}, {1, 1, 1}};
+    const std::vector<std::byte> given = tools::write_scene(scene);
+    const auto with = [](const std::vector<std::byte>& blob, auto change) {
+      return changed_section<SceneParameters>(blob, SectionId::kParameters,
+                                              [&](SceneParameters* p) { change(p->envelope); });
+    };
+    using E = EnvelopeParameters;
+    CHECK(with(given, [](E&) {}) == RtStatus::kOk);
+    CHECK(with(given, [](E& e) { e.given |= 4; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(given, [](E& e) { e.reserved = 1; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(given, [](E& e) { e.q_wa_xyzw[3] = 0.9; }) == RtStatus::kBlobBadNumber);
+    // One orientation: then there must be planes, and no arcs.
+    CHECK(with(given, [](E& e) { e.max_angle_rad = 0; }) == RtStatus::kBlobBadSectionTable);
+    CHECK(with(given, [](E& e) { e.max_angle_rad = 4; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(given, [](E& e) { e.max_angle_rad = std::nan(""); }) == RtStatus::kBlobBadNumber);
+    CHECK(with(given, [](E& e) { e.max_m[1] = -2; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(given, [](E& e) { e.min_m[2] = -1e7; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(plain, [](E& e) { e.max_angle_rad = 1; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(plain, [](E& e) { e.min_m[0] = -1; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(plain, [](E& e) { e.given = kOrientationGiven; }) == RtStatus::kBlobBadNumber);
+    CHECK(with(plain, [](E& e) { e.given = kWorkspaceGiven; }) == RtStatus::kBlobBadNumber);
+  }
+
   TEST_CASE("open: the bounds in the header follow from the tables and the pairs per tick") {
     tools::SceneDescription scene =
         scene_of(box({0, 0, 0}, {1, 1, 1}), {prism(6, 1, 1), prism(5, 1, 1), prism(4, 1, 1)});
@@ -326,6 +392,13 @@ TEST_SUITE("rt_core.scene_view") {
     CHECK(with([](SceneCapacity& c) { c.unproven = 0; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneCapacity& c) { c.max_edge_pairs += 1; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneCapacity& c) { c.moving_lanes -= 1; }) == RtStatus::kBlobBadCapacity);
+    for (const auto field : {&SceneCapacity::max_search_work, &SceneCapacity::max_proxy_passes,
+                             &SceneCapacity::max_proxy_rejected, &SceneCapacity::max_proxy_rounds,
+                             &SceneCapacity::max_qp_rows, &SceneCapacity::max_qp_iterations,
+                             &SceneCapacity::max_qp_programs, &SceneCapacity::max_qp_steps,
+                             &SceneCapacity::reserved}) {
+      CHECK(with([&](SceneCapacity& c) { c.*field += 1; }) == RtStatus::kBlobBadCapacity);
+    }
   }
 
   TEST_CASE("open: a section with an unknown id is skipped") {

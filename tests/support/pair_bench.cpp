@@ -18,9 +18,12 @@ tools::SceneDescription description_of(const tools::Body& a, const tools::Body& 
 }  // namespace
 
 PairBench::PairBench(const tools::Body& a, const tools::Body& b, double epsilon_m)
-    : scene_(description_of(a, b, epsilon_m)),
+    : PairBench(description_of(a, b, epsilon_m)) {}
+
+PairBench::PairBench(const tools::SceneDescription& description)
+    : scene_(description),
       pair_(scene_.view.pair(0)),
-      epsilon_m_(static_cast<Real>(epsilon_m)),
+      epsilon_m_(static_cast<Real>(description.parameters.epsilon_m)),
       lanes_(3 * std::size_t{pair_.a.lane_count}) {
   NearScratch::Size size;
   size.fit(*pair_.a.record, *pair_.b.record);
@@ -35,7 +38,7 @@ PairBench::PairBench(const tools::Body& a, const tools::Body& b, double epsilon_
   const auto address = reinterpret_cast<std::uintptr_t>(memory_.data());
   Arena arena(memory_.data() + (64 - address % 64) % 64);
   lay_out(arena);
-  bounds.reset();
+  reset();
 }
 
 const PairPose& PairBench::at(const Point& x, const std::array<double, 4>& q) {
@@ -63,17 +66,18 @@ const PairPose& PairBench::at(const Point& x, const std::array<double, 4>& q) {
   return pose_;
 }
 
-NearResult PairBench::search() {
+NearResult PairBench::search(NodeScope scope) {
   bounds.advance(odometer_, pose_.size_m);
   near_.clear();
-  return find_near_set(pose_, epsilon_m_, bounds, scratch_, near_);
+  return find_near_set(pose_, epsilon_m_, bounds, scratch_, near_, scope);
 }
 
-void PairBench::reset() { bounds.reset(); }
+void PairBench::reset() { bounds.reset(pair_.marks); }
 
-Real PairBench::exhaustive_d_near() const {
+Real PairBench::exhaustive_d_near(NodeScope scope) const {
   Real best = -std::numeric_limits<Real>::max();
   for (std::uint32_t node = 0; node < pair_.record->node_count; ++node) {
+    if (!pair_.marks.node(scope, node)) continue;
     const NodeFeatures n = node_features(pair_, node);
     const NodePlane plane = node_plane(pose_, n.type, n.i, n.j);
     if (!plane.defined) continue;
@@ -89,6 +93,7 @@ std::vector<std::uint32_t> PairBench::exhaustive_near(Real d_near_m, Real margin
   std::vector<std::uint32_t> near;
   doubtful.clear();
   for (std::uint32_t node = 0; node < pair_.record->node_count; ++node) {
+    if (!pair_.marks.node(NodeScope::kLive, node)) continue;
     const NodeFeatures n = node_features(pair_, node);
     const NodePlane plane = node_plane(pose_, n.type, n.i, n.j);
     if (!plane.defined) continue;

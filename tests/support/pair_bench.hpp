@@ -18,24 +18,27 @@ class PairBench {
  public:
   /// `epsilon_m` becomes the scene's.
   PairBench(const tools::Body& a, const tools::Body& b, double epsilon_m = 1e-4);
+  /// Pair 0 of a scene, with its marks.
+  explicit PairBench(const tools::SceneDescription& description);
 
   /// Pose at position x and quaternion (w, x, y, z) of A; the result holds until the next call.
   const PairPose& at(const Point& x, const std::array<double, 4>& q_wxyz);
 
   /// Search at the last pose of `at`; odometers advance by the motion since the last search.
-  NearResult search();
+  NearResult search(NodeScope scope = NodeScope::kReachable);
   /// Near set of the last search.
   [[nodiscard]] std::span<const NearNode> near() const { return near_.view(); }
   /// Forgets all bounds.
   void reset();
 
-  /// Largest value over all applicable nodes at the last pose.
-  [[nodiscard]] Real exhaustive_d_near() const;
-  /// Node numbers of the near set by its definition, ascending; nodes within `margin_m` of the
-  /// boundary of the definition go to `doubtful`.
+  /// Largest value over all applicable nodes of the scope at the last pose; kNoDepth: none.
+  [[nodiscard]] Real exhaustive_d_near(NodeScope scope = NodeScope::kReachable) const;
+  /// Node numbers of the near set, live nodes alone, by its definition, ascending; nodes within
+  /// `margin_m` of the boundary of the definition go to `doubtful`.
   [[nodiscard]] std::vector<std::uint32_t> exhaustive_near(
       Real d_near_m, Real margin_m, std::vector<std::uint32_t>& doubtful) const;
 
+  [[nodiscard]] const PairView& pair() const { return pair_; }
   [[nodiscard]] const PairPose& pose() const { return pose_; }
   FeatureBounds bounds;
 

@@ -24,4 +24,11 @@ class InputError : public std::runtime_error {
   explicit InputError(const std::string& text) : std::runtime_error(text) {}
 };
 
+/// A part exceeds a limit that stands for time or memory: too many reflex edges, pieces or units of
+/// exact work. The input may be sound; a coarser one passes, a finer one does not.
+class LimitError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 }  // namespace haptic::tools

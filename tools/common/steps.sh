@@ -15,41 +15,77 @@ fail() {
 }
 trap 'fail "" $?' ERR
 
-# need_packages <package>..: installs those that are missing, with one update of the package list before.
+# missing_packages <package>..: those that are not installed, a line each.
+missing_packages() {
+  local package
+  for package in "$@"; do
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || echo "$package"
+  done
+}
+
+# install_packages <package>..: with one update of the package list before; where it cannot, says why and is not zero.
+install_packages() {
+  local as_root=(env DEBIAN_FRONTEND=noninteractive) patience=(-o Acquire::http::Timeout=20)
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      echo "Neither root nor sudo here; install them as root: apt-get install $*"
+      return 1
+    fi
+    as_root=(sudo "${as_root[@]}")
+  fi
+  echo "Installing: $*"
+  "${as_root[@]}" apt-get "${patience[@]}" update -q ||
+    echo "The package list could not be renewed; trying with the present one."
+  "${as_root[@]}" apt-get "${patience[@]}" install -q -y --no-install-recommends "$@" && return
+  echo "apt-get could not install: $*. Check the network and /etc/apt/sources.list (Debian 12)."
+  return 1
+}
+
+# need_packages <package>..: installs those that are missing, or fails.
 need_packages() {
   step "packages: $*"
   if ! command -v dpkg-query >/dev/null; then
     echo "This is no Debian system; taking the packages above as installed."
     return 0
   fi
-  local missing=() package
-  for package in "$@"; do
-    if [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" != installed ]; then
-      missing+=("$package")
-    fi
-  done
+  local missing
+  mapfile -t missing < <(missing_packages "$@")
   if [ ${#missing[@]} -eq 0 ]; then
     echo "All are installed."
     return 0
   fi
-  local as_root=(env DEBIAN_FRONTEND=noninteractive)
-  if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null ||
-      fail "Missing packages: ${missing[*]}. Neither root nor sudo here; install them as root: apt-get install ${missing[*]}"
-    as_root=(sudo "${as_root[@]}")
+  install_packages "${missing[@]}" || fail "Missing packages: ${missing[*]}"
+}
+
+# want_packages <package>..: as need_packages where nobody has to be asked for a password; goes on without them.
+want_packages() {
+  step "packages that may be missing: $*"
+  local missing
+  mapfile -t missing < <(missing_packages "$@" 2>/dev/null)
+  if [ ${#missing[@]} -eq 0 ]; then
+    echo "All are installed."
+  elif ! command -v dpkg-query >/dev/null; then
+    echo "This is no Debian system; going on with what is there."
+  elif [ "$(id -u)" -ne 0 ] && ! sudo -n true 2>/dev/null; then
+    echo "Going on without: ${missing[*]}"
+  else
+    install_packages "${missing[@]}" || echo "Going on without: ${missing[*]}"
   fi
-  echo "Installing: ${missing[*]}"
-  "${as_root[@]}" apt-get update -q || echo "The package list could not be renewed; trying with the present one."
-  "${as_root[@]}" apt-get install -q -y --no-install-recommends "${missing[@]}" ||
-    fail "apt-get could not install: ${missing[*]}. Check the network and /etc/apt/sources.list (Debian 12)."
 }
 
 # What every build of the project needs.
 haptic_build_packages=(g++ cmake ninja-build pkg-config libeigen3-dev libusb-1.0-0-dev doctest-dev libboost-dev
   libgmp-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev)
 
+# What the guest with a PREEMPT_RT kernel needs; its test is skipped where they are absent.
+haptic_guest_packages=(qemu-system-x86 seabios cpio kmod busybox-static)
+
 # What users would pick instead, for the report of error against run time; built without where absent.
 haptic_peer_packages=(libccd-dev libbullet-dev)
+
+# Compilers and emulators of the machines that the core is compared on; their tests are skipped where absent.
+haptic_target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
+  g++-aarch64-linux-gnu qemu-user)
 
 # configure <preset> [cmake options]: a build folder that was made for another place is made anew.
 configure() {

@@ -189,20 +189,39 @@ std::optional<std::array<std::string, 2>> TomlTable::word_pair(std::string_view 
   return result;
 }
 
-std::optional<std::array<double, 3>> TomlTable::vector3(std::string_view key,
-                                                        const Range& range) const {
+template <std::size_t kCount>
+std::optional<std::array<double, kCount>> TomlTable::numbers(std::string_view key,
+                                                             const char* wanted,
+                                                             const Range& range) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
   const toml::array* array = node->as_array();
-  if (array == nullptr) fail(key, "is " + type_name(*node) + "; give an array of three numbers");
-  if (array->size() != 3) {
-    fail(key, "has " + std::to_string(array->size()) + " elements; give three numbers");
+  if (array == nullptr) {
+    fail(key, "is " + type_name(*node) + "; give an array of " + wanted + " numbers");
   }
-  std::array<double, 3> result{};
-  for (std::size_t k = 0; k < 3; ++k) {
+  if (array->size() != kCount) {
+    fail(key, "has " + std::to_string(array->size()) + " elements; give " + wanted + " numbers");
+  }
+  std::array<double, kCount> result{};
+  for (std::size_t k = 0; k < kCount; ++k) {
     result[k] = number_of(*array->get(k), full_name(key) + "[" + std::to_string(k) + "]", range);
   }
   return result;
+}
+
+std::optional<std::array<double, 3>> TomlTable::vector3(std::string_view key,
+                                                        const Range& range) const {
+  return numbers<3>(key, "three", range);
+}
+
+std::optional<std::array<double, 4>> TomlTable::vector4(std::string_view key,
+                                                        const Range& range) const {
+  return numbers<4>(key, "four", range);
+}
+
+bool TomlTable::is_text(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  return node != nullptr && node->is_string();
 }
 
 std::optional<std::array<double, 3>> TomlTable::scale3(std::string_view key,

@@ -29,6 +29,8 @@ class TomlTable {
   TomlTable(const toml::table& table, std::string file, std::string name,
             std::vector<std::string_view> known);
 
+  /// True where the key holds a string.
+  [[nodiscard]] bool is_text(std::string_view key) const;
   [[nodiscard]] bool has(std::string_view key) const { return table_->contains(key); }
   /// Place of the value, or of the table where the key is absent.
   [[nodiscard]] FilePlace place(std::string_view key) const;
@@ -46,6 +48,9 @@ class TomlTable {
   /// One number for all three, or an array of three.
   [[nodiscard]] std::optional<std::array<double, 3>> scale3(std::string_view key,
                                                             const Range& range) const;
+  /// An array of four numbers.
+  [[nodiscard]] std::optional<std::array<double, 4>> vector4(std::string_view key,
+                                                             const Range& range) const;
   /// { w, x, y, z } within 1e-6 of unit length; normalised.
   [[nodiscard]] std::optional<std::array<double, 4>> quaternion_wxyz(std::string_view key) const;
   [[nodiscard]] std::optional<TomlTable> table(std::string_view key,
@@ -60,6 +65,10 @@ class TomlTable {
  private:
   [[nodiscard]] double number_of(const toml::node& node, const std::string& what,
                                  const Range& range) const;
+  template <std::size_t kCount>
+  [[nodiscard]] std::optional<std::array<double, kCount>> numbers(std::string_view key,
+                                                                  const char* wanted,
+                                                                  const Range& range) const;
   [[nodiscard]] std::string full_name(std::string_view key) const;
   [[noreturn]] void fail_at(const toml::source_region& region, const std::string& text) const;
 

@@ -10,7 +10,6 @@
 
 #include "hal/local/local_link.hpp"
 #include "hal/realtime/servo_clock.hpp"
-#include "rt_core/safety/wrench_ramp.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 
@@ -20,47 +19,6 @@ namespace {
 constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
 constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
-
-// Of rounding, against steps of newtons.
-constexpr double kSlack_n = 1e-6;
-
-/// Sees every output on the link's thread; read once that has ended.
-class OutputWatch final : public hal::LinkObserver {
- public:
-  explicit OutputWatch(const SafetyLimits& limits) noexcept
-      : slew_n_per_s_(static_cast<double>(limits.slew_n_per_s)) {}
-
-  void on_report(std::int64_t, std::span<const std::uint8_t>, hal::ReportVerdict,
-                 std::uint64_t) noexcept override {}
-  void on_link(std::int64_t, LinkState, hal::HalStatus) noexcept override {}
-  void on_send(std::int64_t stamp_ns, std::span<const std::uint8_t>,
-               const hal::GuardedOutput& output) noexcept override {
-    const Vec3 force_d = output.wrench_d.force_w;
-    result_.last_force_n = static_cast<double>(force_d.norm());
-    result_.last_torque_nm = static_cast<double>(output.wrench_d.torque_w.norm());
-    if (ending_.load(std::memory_order_relaxed)) {
-      const double elapsed_s = std::min(1e-9 * static_cast<double>(stamp_ns - stamp_ns_),
-                                        static_cast<double>(kLongestRampTick_s));
-      const auto step_n = static_cast<double>((force_d - force_d_).norm());
-      result_.outputs += 1;
-      result_.jumps += step_n > slew_n_per_s_ * elapsed_s + kSlack_n ? 1u : 0u;
-    } else {
-      result_.force_n = result_.last_force_n;
-    }
-    force_d_ = force_d;
-    stamp_ns_ = stamp_ns;
-  }
-  /// From any thread.
-  void begin_ending() noexcept { ending_.store(true, std::memory_order_relaxed); }
-  [[nodiscard]] const RunEnding& result() const noexcept { return result_; }
-
- private:
-  double slew_n_per_s_;
-  std::atomic<bool> ending_{false};
-  Vec3 force_d_ = Vec3::Zero();
-  std::int64_t stamp_ns_ = 0;
-  RunEnding result_;
-};
 
 hal::GuardianSettings guardian_settings(const DeviceConfig& config) {
   hal::GuardianSettings settings;
@@ -101,27 +59,29 @@ void add(const TickCounts& from, TickCounts& to) {
   to.device_faults |= from.device_faults;
   to.largest_force_n = std::max(to.largest_force_n, from.largest_force_n);
   to.largest_torque_nm = std::max(to.largest_torque_nm, from.largest_torque_nm);
-  to.largest_tick_ns = std::max(to.largest_tick_ns, from.largest_tick_ns);
 }
 
 /// All that a run consists of, made in the order in which it must be.
 class Run {
  public:
-  Run(const DeviceConfig& config, const SceneBytes& scene, const RunWatch& watch)
+  Run(const DeviceConfig& config, const SceneBytes& scene, const RunLength& length,
+      const RunWatch& watch)
       : config_(config),
         scene_(scene),
+        length_(length),
         watch_(watch),
         memory_((kSpares + 1) * sizeof(ServoBoard)),
-        outputs_(config.servo.limits),
+        bus_(config.servo.limits, config.loop.period_ns),
         guardian_(guardian_settings(config)) {}
 
-  RunAccount go(double seconds);
+  RunAccount go();
 
  private:
   void fork_servo();
   [[nodiscard]] bool wait_for_servo();
   void hold();
-  void watch_until_end(double seconds);
+  void watch_until_end();
+  [[nodiscard]] bool is_long_enough();
   void tell_status();
   [[nodiscard]] bool take_end();
   void finish();
@@ -132,11 +92,12 @@ class Run {
 
   const DeviceConfig& config_;
   const SceneBytes& scene_;
+  const RunLength& length_;
   const RunWatch& watch_;
   hal::SharedMemory memory_;
   std::array<ServoBoard*, kSpares + 1> boards_{};
   hal::RealtimeProcess process_;
-  OutputWatch outputs_;
+  LinkWatch bus_;
   std::unique_ptr<SimulatedPeer> peer_;
   std::unique_ptr<hal::DeviceLink> link_;
   hal::DeviceGuardian guardian_;  ///< goes first: its thread works with all above
@@ -149,6 +110,7 @@ void Run::fork_servo() {
   if (memory_.bytes().empty()) throw OsError("no shared memory for the servo process");
   for (std::size_t k = 0; k < boards_.size(); ++k)
     boards_[k] = new (memory_.bytes().data() + k * sizeof(ServoBoard)) ServoBoard;
+  for (ServoBoard* each : boards_) each->ticks_wanted = length_.ticks;
   const int error = guardian_.start([this](const hal::ServoSeat& seat) {
     memory_.enter();
     return serve(config_, scene_, *boards_[seat.number], seat);
@@ -188,7 +150,8 @@ void Run::hold() {
   } else {
     link_ = std::make_unique<hal::UsbLink>(driver, guardian_.mailbox(), settings);
   }
-  link_->observe(&outputs_);
+  bus_.follow(board().window);
+  link_->observe(&bus_);
   const hal::UsbThreadGrant grant = guardian_.hold(*link_);
   if (grant.create_error != 0)
     throw OsError("no thread for the link: " + std::generic_category().message(grant.create_error));
@@ -215,7 +178,15 @@ bool Run::take_end() {
   account_.processes += 1;
   if (end.end.signal != 0) {
     account_.exit_code = kExitCheckFailed;
-    if (guardian_.take_over()) return true;
+    if (length_.ticks > 0) {
+      const std::uint64_t left = length_.ticks - std::min(account_.counts.ticks, length_.ticks);
+      for (ServoBoard* each : boards_)
+        each->ticks_wanted = std::max<std::uint64_t>(left, 1);  // 0 asks for all
+    }
+    if (guardian_.take_over()) {
+      bus_.follow(board().window);
+      return true;
+    }
     at_work_ = false;
     account_.why = "the last servo process was " + hal::to_text(end.end);
     return false;
@@ -227,29 +198,39 @@ bool Run::take_end() {
   return false;
 }
 
-void Run::watch_until_end(double seconds) {
+bool Run::is_long_enough() {
+  if (length_.ticks > 0 && board().window.load(std::memory_order_acquire) == CountWindow::kOver) {
+    account_.why = "the ticks asked for are done";
+    return true;
+  }
+  if (length_.seconds <= 0 || seconds_held() < length_.seconds) return false;
+  account_.why = "the time asked for is over";
+  if (link_->counters().connects == 0) {
+    account_.why += "; the device was never there";
+    account_.exit_code = kExitDeviceOrOs;
+  } else if (length_.ticks > 0) {
+    account_.why += "; the ticks asked for are not done";
+    account_.exit_code = kExitCheckFailed;
+  }
+  return true;
+}
+
+void Run::watch_until_end() {
   next_status_ns_ = held_ns_ + static_cast<std::int64_t>(1e9 * watch_.status_every_s);
   for (;;) {
     const hal::GuardianNews news = guardian_.wait(kLook_ms);
     if (news == hal::GuardianNews::kServoEnded && !take_end()) return;
     if (news == hal::GuardianNews::kStopAsked) {
       account_.why = "stopped by a signal";
-      break;
+      return;
     }
-    if (seconds > 0 && seconds_held() >= seconds) {
-      account_.why = "the time asked for is over";
-      if (link_->counters().connects == 0) {
-        account_.why += "; the device was never there";
-        account_.exit_code = kExitDeviceOrOs;
-      }
-      break;
-    }
+    if (is_long_enough()) return;
     tell_status();
   }
 }
 
 void Run::finish() {
-  outputs_.begin_ending();
+  bus_.begin_ending();
   account_.seconds = held_ns_ == 0 ? 0 : seconds_held();
   account_.trouble = link_ == nullptr ? "" : link_->trouble();
   if (!guardian_.stop() && account_.exit_code == kExitDone) {
@@ -261,17 +242,18 @@ void Run::finish() {
     add(last.status.newest().counts, account_.counts);
     account_.processes += 1;
   }
-  account_.wakeups = last.wakeups;
+  account_.times = last.times;
   if (last.close.told.load(std::memory_order_acquire)) {
     account_.page_faults = last.close.faults;
     account_.heap_grown_bytes = last.close.heap_grown_bytes;
   }
   if (link_ != nullptr) account_.link = link_->counters();
   if (peer_ != nullptr) account_.peer = peer_->counters();
-  account_.ending = outputs_.result();
+  account_.link_times = bus_.times();
+  account_.ending = bus_.ending();
 }
 
-RunAccount Run::go(double seconds) {
+RunAccount Run::go() {
   account_.driver = config_.driver_name;
   account_.scene = config_.scene.string();
   fork_servo();
@@ -287,7 +269,7 @@ RunAccount Run::go(double seconds) {
       account_.exit_code = kExitDeviceOrOs;
       account_.why = "strict, and the machine does not grant what the loop asks for";
     } else {
-      watch_until_end(seconds);
+      watch_until_end();
     }
   }
   finish();
@@ -296,9 +278,9 @@ RunAccount Run::go(double seconds) {
 
 }  // namespace
 
-RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene, double seconds,
-                         const RunWatch& watch) {
-  return std::make_unique<Run>(config, scene, watch)->go(seconds);
+RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene,
+                         const RunLength& length, const RunWatch& watch) {
+  return std::make_unique<Run>(config, scene, length, watch)->go();
 }
 
 }  // namespace haptic::tools

@@ -11,10 +11,17 @@
 
 #include "hal/usb/link_counters.hpp"
 #include "tools/run_device/device_config.hpp"
+#include "tools/run_device/link_watch.hpp"
 #include "tools/run_device/servo_program.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
 namespace haptic::tools {
+
+/// When a run ends by itself; 0: not for that.
+struct RunLength {
+  double seconds = 0;       ///< since the device is held, or waited for
+  std::uint64_t ticks = 0;  ///< from the first armed one on, and the account is of these
+};
 
 /// Something that Linux did not grant.
 struct Refusal {
@@ -31,16 +38,6 @@ struct RunStatus {
   std::string trouble;  ///< of the link; empty: none
 };
 
-/// The last outputs, from when the end was asked for: force as handed to the device.
-struct RunEnding {
-  double force_n = 0;         ///< of the last output before
-  std::uint64_t outputs = 0;  ///< since then
-  /// Of them, those that differ from the one before by more than the slew limit allows in the time
-  /// between; within a ramp there is none.
-  std::uint64_t jumps = 0;
-  double last_force_n = 0, last_torque_nm = 0;
-};
-
 /// Of a servo process that ended without being told to.
 struct RunCrash {
   unsigned number = 0;
@@ -55,7 +52,8 @@ struct RunAccount {
   double seconds = 0;
   TickCounts counts;  ///< over all servo processes
   unsigned processes = 0;
-  hal::WakeupHistogram wakeups;                ///< of the last servo process
+  ServoTimes times;  ///< of the last servo process
+  LinkTimes link_times;
   std::optional<hal::PageFaults> page_faults;  ///< of its loop; none where it was killed
   std::int64_t heap_grown_bytes = 0;
   hal::LinkCounters link;
@@ -74,10 +72,10 @@ struct RunWatch {
   std::function<void(const RunCrash&)> crash;
 };
 
-/// Runs until SIGINT, SIGTERM, `seconds` (0: without end) or the end of the servo; then ramps down
-/// and closes, in order. Single-threaded until the servo processes are forked. The config's driver
-/// is used.
+/// Runs until SIGINT, SIGTERM, the `length` asked for or the end of the servo; then ramps down and
+/// closes, in order. Single-threaded until the servo processes are forked. The config's driver is
+/// used. Exit code 1 also where the time is over before the ticks are done.
 [[nodiscard]] RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene,
-                                       double seconds, const RunWatch& watch);
+                                       const RunLength& length, const RunWatch& watch);
 
 }  // namespace haptic::tools

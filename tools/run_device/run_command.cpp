@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// run_device run CONFIG.toml [--seconds N] [--device NAME] [--status-every S] [--json]
+// run_device run CONFIG.toml [--seconds N] [--ticks N] [--device NAME] [--status-every S] [--json]
 #include <unistd.h>
 
 #include <cstdio>
@@ -20,7 +20,8 @@ namespace {
 
 struct Options {
   std::string config, device;
-  double seconds = 0.0, status_every_s = 1.0;
+  RunLength length;
+  double status_every_s = 1.0;
   bool json = false;
 };
 
@@ -65,7 +66,7 @@ int run(const Options& o) {
     std::fwrite(text.data(), 1, text.size(), stderr);
   };
   watch.crash = [&config](const RunCrash& crash) { tell_crash(crash, config.crash_file); };
-  const RunAccount account = run_device_of(config, scene, o.seconds, watch);
+  const RunAccount account = run_device_of(config, scene, o.length, watch);
   if (o.json) {
     write_json(summary_json(account));
   } else {
@@ -87,12 +88,17 @@ Command add_run_command(CLI::App& program) {
       "run",
       "Runs the servo loop on a device until SIGINT or SIGTERM, which ramp the force down and "
       "close it.\n"
-      "Exit codes: 0 ended in order, 1 the servo process crashed, 2 usage, 3 bad configuration or "
-      "scene, 4 the machine refused (with strict: anything asked for), or the device was not there "
+      "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before "
+      "--ticks, 2 usage, 3 bad configuration or scene, 4 the machine refused (with strict: "
+      "anything asked for), or the device was not there "
       "within --seconds.");
   app->add_option("config", o->config, "TOML: scene, device, loop, workspace, limits")->required();
-  app->add_option("--seconds", o->seconds, "end after this long; default: never")
+  app->add_option("--seconds", o->length.seconds, "end after this long; default: never")
       ->check(CLI::Range(0.01, 1.0e9));
+  app->add_option("--ticks", o->length.ticks,
+                  "end after so many from the first armed one on, and count and time these alone; "
+                  "default: all are counted")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
   app->add_option("--device", o->device,
                   "instead of the file's driver. sim: a handle in this process with a scripted "
                   "hand, for trying out the loop; not a model of any device")

@@ -69,6 +69,34 @@ ordered_json link_json(const hal::LinkCounters& c) {
 
 double us(std::int64_t ns) { return 1e-3 * static_cast<double>(ns); }
 
+std::string times_text(const char* name, const hal::IntervalHistogram& h) {
+  return format("  %-12sp50 %.1f, p99 %.1f, p99.9 %.1f, largest %.1f us\n", name,
+                us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.quantile_ns(0.999)),
+                us(h.largest_ns()));
+}
+
+ordered_json times_json(const hal::IntervalHistogram& h) {
+  ordered_json json = {{"count", h.count()},
+                       {"sum_ns", h.sum_ns()},
+                       {"p50_ns", h.quantile_ns(0.5)},
+                       {"p99_ns", h.quantile_ns(0.99)},
+                       {"p99_9_ns", h.quantile_ns(0.999)},
+                       {"largest_ns", h.largest_ns()}};
+  // From the first class with anything in it to the one that has all; the last is of what is
+  // beyond.
+  ordered_json& classes = json["histogram"] = ordered_json::array();
+  std::uint64_t before = 0;
+  for (unsigned k = 0; k <= hal::IntervalHistogram::kDoublings; ++k) {
+    const std::uint64_t shorter = h.shorter_than(k);
+    if (shorter > before)
+      classes.push_back(
+          {{"below_ns", hal::IntervalHistogram::kExactNs << k}, {"count", shorter - before}});
+    before = shorter;
+  }
+  if (h.overflows() > 0) classes.push_back({{"below_ns", nullptr}, {"count", h.overflows()}});
+  return json;
+}
+
 std::string ending_text(const RunEnding& e) {
   if (e.outputs == 0) return "no output after the end was asked for\n";
   return format("%.3g N when asked, then %llu outputs; the last %.3g N, %.3g N m\n", e.force_n,
@@ -120,14 +148,11 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
 
 std::string summary_text(const RunAccount& a) {
   const TickCounts& c = a.counts;
-  const hal::WakeupHistogram& w = a.wakeups;
   std::string text = a.driver + " on " + a.scene + format(", %.1f s: ", a.seconds) + a.why + "\n";
   text += format("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
                  wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
-  text +=
-      format("  wake-ups    p50 %.0f, p99 %.0f, p99.9 %.0f, latest %.0f us; longest tick %.0f us\n",
-             us(w.quantile_ns(0.5)), us(w.quantile_ns(0.99)), us(w.quantile_ns(0.999)),
-             us(w.largest_ns()), us(c.largest_tick_ns));
+  text += times_text("wake-ups", a.times.wakeups);
+  text += times_text("tick", a.times.ticks);
   text += format("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
                  wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
                  c.largest_torque_nm);
@@ -137,6 +162,9 @@ std::string summary_text(const RunAccount& a) {
       wide(a.link.connects), wide(a.link.disconnects), wide(a.link.reports),
       wide(a.link.bad_length + a.link.bad_check + a.link.bad_number + a.link.not_advancing),
       wide(a.link.sent), wide(a.link.send_failed));
+  text += times_text("reports off", a.link_times.report_jitter);
+  text += times_text("sends off", a.link_times.send_jitter);
+  text += times_text("answer", a.link_times.answer);
   if (!a.trouble.empty()) text += "  trouble     " + a.trouble + "\n";
   const std::string faults = faults_text(c.safety_faults, c.device_faults);
   text += "  faults      " + (faults.empty() ? "none" : faults) + "\n";
@@ -152,7 +180,6 @@ std::string summary_text(const RunAccount& a) {
 
 ordered_json summary_json(const RunAccount& a) {
   const TickCounts& c = a.counts;
-  const hal::WakeupHistogram& w = a.wakeups;
   ordered_json json = {{"kind", "summary"},
                        {"exit_code", a.exit_code},
                        {"why", a.why},
@@ -167,14 +194,13 @@ ordered_json summary_json(const RunAccount& a) {
                        {"armings", c.armings},
                        {"largest_force_n", c.largest_force_n},
                        {"largest_torque_nm", c.largest_torque_nm},
-                       {"longest_tick_ns", c.largest_tick_ns},
                        {"safety_faults", hal::safety_fault_texts(c.safety_faults)},
                        {"device_faults", hal::device_fault_texts(c.device_faults)}};
-  json["wakeups"] = {{"count", w.count()},
-                     {"p50_ns", w.quantile_ns(0.5)},
-                     {"p99_ns", w.quantile_ns(0.99)},
-                     {"p99_9_ns", w.quantile_ns(0.999)},
-                     {"largest_ns", w.largest_ns()}};
+  json["wakeups"] = times_json(a.times.wakeups);
+  json["tick"] = times_json(a.times.ticks);
+  json["report_jitter"] = times_json(a.link_times.report_jitter);
+  json["send_jitter"] = times_json(a.link_times.send_jitter);
+  json["answer"] = times_json(a.link_times.answer);
   if (a.page_faults) {
     json["page_faults"] = {{"minor", a.page_faults->minor}, {"major", a.page_faults->major}};
     json["heap_grown_bytes"] = a.heap_grown_bytes;

@@ -49,11 +49,17 @@ class TickWatcher {
   TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, const DeviceConfig& config)
       : loop_(loop),
         board_(board),
+        wanted_(board.ticks_wanted.load(std::memory_order_acquire)),
         quarter_ns_(config.loop.period_ns / 4),
         lost_periods_(config.servo.limits.lost_periods) {}
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     static_cast<TickWatcher*>(self)->take(input, result);
+  }
+  /// After the loop: the length of a tick is known once it is over.
+  void close() noexcept {
+    if (counted_) board_.times.ticks.add(loop_.counters().last_tick_ns);
+    counted_ = false;
   }
 
  private:
@@ -63,35 +69,50 @@ class TickWatcher {
     return late_ns < quarter_ns_ ? LateDegree::kInTime : LateDegree::kWithinPeriod;
   }
 
-  void take(const ServoInput& input, const ServoResult& result) noexcept {
-    const hal::ServoLoopCounters& loop = loop_.counters();
-    board_.wakeups.add(loop.last_lateness_ns);
+  void open_or_shut(bool armed) noexcept {
+    CountWindow window = board_.window.load(std::memory_order_relaxed);
+    if (window == CountWindow::kNotYet && (armed || wanted_ == 0)) window = CountWindow::kOpen;
+    if (wanted_ != 0 && status_.counts.ticks == wanted_) window = CountWindow::kOver;
+    counted_ = window == CountWindow::kOpen;
+    board_.window.store(window, std::memory_order_release);
+  }
+
+  void count(const ServoInput& input, const ServoResult& result, bool armed) noexcept {
+    const std::int64_t late_ns = loop_.counters().last_lateness_ns;
+    board_.times.wakeups.add(late_ns);
     TickCounts& c = status_.counts;
     c.ticks += 1;
-    const bool armed = result.arming == ArmingState::kArmed;
     c.armed_ticks += armed ? 1u : 0u;
     c.contact_ticks += armed && result.rendered.d_near_m <= 0 ? 1u : 0u;
-    c.late[static_cast<std::size_t>(degree_of(input.late_periods, loop.last_lateness_ns))] += 1;
-    c.armings = result.command.arming;
+    c.late[static_cast<std::size_t>(degree_of(input.late_periods, late_ns))] += 1;
     c.safety_faults |= result.faults;
     c.device_faults |= input.state.faults;
-    c.largest_tick_ns = loop.largest_tick_ns;
-    status_.force_n = static_cast<double>(vec3_of(result.command.wrench_d.force_n).norm());
-    status_.torque_nm = static_cast<double>(vec3_of(result.command.wrench_d.torque_nm).norm());
     c.largest_force_n = std::max(c.largest_force_n, status_.force_n);
     c.largest_torque_nm = std::max(c.largest_torque_nm, status_.torque_nm);
+  }
+
+  void take(const ServoInput& input, const ServoResult& result) noexcept {
+    const bool armed = result.arming == ArmingState::kArmed;
+    close();  // the tick before
+    open_or_shut(armed);
+    status_.counts.armings = result.command.arming;
+    status_.force_n = static_cast<double>(vec3_of(result.command.wrench_d.force_n).norm());
+    status_.torque_nm = static_cast<double>(vec3_of(result.command.wrench_d.torque_nm).norm());
     status_.arming = result.arming;
     status_.safety_faults = result.faults;
     status_.device_faults = input.state.faults;
     status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
+    if (counted_) count(input, result, armed);
     board_.status.publish(status_);
   }
 
   const hal::ServoLoop& loop_;
   ServoBoard& board_;
+  std::uint64_t wanted_;
   std::int64_t quarter_ns_;
   std::uint32_t lost_periods_;
   ServoStatus status_;
+  bool counted_ = false;  ///< the newest tick
 };
 
 ServoParameters parameters_of(const DeviceConfig& config, const SceneView& view) {
@@ -163,6 +184,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board
 
   const int error = loop.run(seat.stop);
 
+  watcher.close();
   const hal::PageFaults after = hal::page_faults_of_thread();
   ServoClose& close = board.close;
   close.faults = {after.minor - before.minor, after.major - before.major};

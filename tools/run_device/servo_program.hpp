@@ -8,9 +8,9 @@
 #include <cstdint>
 
 #include "hal/realtime/device_guardian.hpp"
+#include "hal/realtime/interval_histogram.hpp"
 #include "hal/realtime/linux_process.hpp"
 #include "hal/realtime/servo_loop.hpp"
-#include "hal/realtime/wakeup_histogram.hpp"
 #include "rt_core/exchange/latest_value.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/run_device/device_config.hpp"
@@ -29,8 +29,16 @@ struct TickCounts {
   std::array<std::uint64_t, kLateDegrees> late{};
   std::uint32_t armings = 0, safety_faults = 0, device_faults = 0;  ///< faults: ever seen
   double largest_force_n = 0, largest_torque_nm = 0;                ///< commanded
-  std::int64_t largest_tick_ns = 0;
 };
+
+/// Of the ticks that are counted.
+struct ServoTimes {
+  hal::IntervalHistogram wakeups;  ///< how late
+  hal::IntervalHistogram ticks;    ///< from the look at the clock to the command published
+};
+
+/// Which ticks are counted: all, or as many as asked for from the first armed one on.
+enum class CountWindow : std::uint8_t { kNotYet = 0, kOpen, kOver };
 
 /// After a tick, for people who watch.
 struct ServoStatus {
@@ -61,7 +69,9 @@ struct ServoBoard {
   std::atomic<bool> ready{false};  ///< grants are told, the loop begins
   ServoGrants grants;
   ServoClose close;
-  hal::WakeupHistogram wakeups;  ///< read once the process has ended
+  std::atomic<std::uint64_t> ticks_wanted{0};  ///< told before the process begins; 0: all
+  std::atomic<CountWindow> window{CountWindow::kNotYet};
+  ServoTimes times;  ///< read once the process has ended
 };
 
 /// Body of a servo process; @return its exit code. Everything that it works with is its own: the

@@ -63,8 +63,8 @@ std::vector<std::string> unproven_reasons(const SceneFacts& facts) {
                         " edge pairs, a tick may test " + grouped(p.edge_pair_capacity) +
                         "; simplify the part with more edges");
     }
-    if (p.nodes > p.near_capacity) {
-      reasons.push_back(pair_name(facts, i) + ": " + grouped(p.nodes) +
+    if (p.live_nodes > p.near_capacity) {
+      reasons.push_back(pair_name(facts, i) + ": " + grouped(p.live_nodes) +
                         " basic contacts, its near set holds " + grouped(p.near_capacity) +
                         "; simplify the part with more faces and edges");
     }
@@ -93,6 +93,13 @@ std::string bounds_as_text(const SceneFacts& facts) {
     text += line("  gaps along C-face planes", c.max_plane_gaps);
     text += line("  basic contacts of valid sets", c.max_valid_nodes);
     text += line("  searches without history", c.max_full_searches);
+    text += line("  faces, edges, pairs in these", c.max_search_work);
+    text += line("  passes of the proxy", c.max_proxy_passes);
+    text += line("  rounds of one pass", c.max_proxy_rounds);
+    text += line("  quadratic programs", c.max_qp_programs);
+    text += line("  rows of one program", c.max_qp_rows);
+    text += line("  iterations of one program", c.max_qp_iterations);
+    text += line("  iterations of all programs", c.max_qp_steps);
   }
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) {

@@ -101,6 +101,7 @@ Json pairs_as_json(const SceneFacts& facts) {
     pairs.push_back({{"piece_a", p.piece_a},
                      {"piece_b", p.piece_b},
                      {"nodes", p.nodes},
+                     {"live_nodes", p.live_nodes},
                      {"a", p.types[0].nodes},
                      {"b", p.types[1].nodes},
                      {"c", p.types[2].nodes},
@@ -145,6 +146,14 @@ Json capacity_as_json(const SceneFacts& facts) {
           {"max_plane_gaps", c.max_plane_gaps},
           {"max_valid_nodes", c.max_valid_nodes},
           {"max_full_searches", c.max_full_searches},
+          {"max_search_work", c.max_search_work},
+          {"max_proxy_passes", c.max_proxy_passes},
+          {"max_proxy_rejected", c.max_proxy_rejected},
+          {"max_proxy_rounds", c.max_proxy_rounds},
+          {"max_qp_rows", c.max_qp_rows},
+          {"max_qp_iterations", c.max_qp_iterations},
+          {"max_qp_programs", c.max_qp_programs},
+          {"max_qp_steps", c.max_qp_steps},
           {"certifiable", c.unproven == 0},
           {"unproven", unproven_reasons(facts)}};
 }

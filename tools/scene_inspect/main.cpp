@@ -1,37 +1,100 @@
 // SPDX-License-Identifier: Apache-2.0
-/// scene_inspect SCENE.rtscene [--json]: what is in a compiled scene, and is it sound.
+/// scene_inspect SCENE.rtscene [--json] [--explode DIR]: what is in a compiled scene, is it sound,
+/// what does it cost.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"
+#include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/scene_inspect/damage_place.hpp"
+#include "tools/scene_inspect/explanation.hpp"
+#include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/exploded_svg.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
 
-int inspect(const std::string& path, bool json) {
-  const SceneBytes bytes = read_scene_bytes(path);
+struct Arguments {
+  std::string scene, budget, explode;
+  double explode_factor = 0.6;
+  bool json = false, brief = false;
+};
+
+SceneView opened(const std::string& path, const SceneBytes& bytes) {
   SceneView view;
-  RtStatus status = SceneView::open(bytes.span(), view);
+  SceneFault fault;
+  RtStatus status = SceneView::open(bytes.span(), view, fault);
   if (status == RtStatus::kOk &&
       HapticCore::state_bytes(view) != view.header().capacity.state_bytes) {
     status = RtStatus::kBlobBadCapacity;
+    fault = {SectionId{0}, 0};
   }
-  if (status != RtStatus::kOk) throw InputError(path + ": " + to_text(status));
-  const SceneFacts facts = facts_of(view);
-  const std::string text =
-      json ? facts_as_json(facts).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
-                 "\n"
-           : facts_as_text(facts);
+  if (status != RtStatus::kOk) {
+    throw InputError(path + ": " + damage_text(bytes.span(), status, fault));
+  }
+  return view;
+}
+
+/// @throws InputError when the file is no scene file, or that of another scene.
+BudgetLimits limits_of(const std::string& path, const std::string& scene) {
+  BudgetLimits limits;
+  if (path.empty()) return limits;
+  const SceneFile file = read_scene_file(path);
+  if (file.name != scene) {
+    throw InputError(path + ": is the scene '" + file.name + "', the compiled one is '" + scene +
+                     "'; give the file that it was compiled from");
+  }
+  limits.file = path;
+  const auto bytes = [](const std::optional<BudgetLimit>& limit) {
+    return limit ? std::optional<std::uint64_t>(limit->bytes) : std::nullopt;
+  };
+  limits.constants = bytes(file.budget.constants);
+  limits.state = bytes(file.budget.state);
+  limits.stack = bytes(file.budget.stack);
+  return limits;
+}
+
+/// Writes exploded.svg, exploded.obj and exploded.mtl.
+void write_exploded(const SceneView& view, const Inspection& inspection,
+                    const Arguments& arguments) {
+  const std::filesystem::path folder(arguments.explode);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw OsError(arguments.explode + ": cannot make this folder: " + error.message());
+  const std::vector<ExplodedBody> bodies =
+      exploded_bodies(view, inspection.pruning.exposure, arguments.explode_factor);
+  const std::string svg = exploded_svg(inspection.facts.name, bodies, arguments.explode_factor);
+  const std::string obj = exploded_obj(bodies, "exploded.mtl"), mtl = exploded_mtl(bodies);
+  write_files({{folder / "exploded.svg", std::as_bytes(std::span(svg))},
+               {folder / "exploded.obj", std::as_bytes(std::span(obj))},
+               {folder / "exploded.mtl", std::as_bytes(std::span(mtl))}});
+}
+
+int inspect(const Arguments& arguments) {
+  const SceneBytes bytes = read_scene_bytes(arguments.scene);
+  const SceneView view = opened(arguments.scene, bytes);
+  const Inspection inspection = inspection_of(view);
+  const BudgetLimits limits = limits_of(arguments.budget, inspection.facts.name);
+  if (!arguments.explode.empty()) write_exploded(view, inspection, arguments);
+  std::string text;
+  if (arguments.json) {
+    text = inspection_as_json(inspection, limits)
+               .dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
+           "\n";
+  } else {
+    text = explanation(inspection, limits);
+    if (!arguments.brief) text += "\nIn detail\n" + facts_as_text(inspection.facts);
+  }
   std::fwrite(text.data(), 1, text.size(), stdout);
-  bool sound = true;
-  for (const BodyFacts& body : facts.bodies)
-    sound = sound && body.recheck.convex && body.recheck.source_conflicts == 0;
-  return sound ? kExitDone : kExitCheckFailed;
+  const bool sound = is_sound(certificates_of(inspection));
+  return sound && within_budget(inspection.facts, limits) ? kExitDone : kExitCheckFailed;
 }
 
 }  // namespace
@@ -39,13 +102,24 @@ int inspect(const std::string& path, bool json) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Shows what a compiled scene holds and checks its geometry.\n"
-      "Exit codes: 0 sound, 1 its geometry fails the check, 2 usage, 3 the file is not a sound "
-      "scene."};
-  std::string path;
-  bool json = false;
-  app.add_option("scene", path, "compiled scene (.rtscene)")->required();
-  app.add_flag("--json", json, "all facts as JSON");
+      "Explains what a compiled scene holds and proves it again from its bytes.\n"
+      "Exit codes: 0 sound, 1 a certificate fails or the scene exceeds its budget, 2 usage, 3 the "
+      "file is not a sound scene, 4 the system refused."};
+  haptic::tools::Arguments arguments;
+  app.add_option("scene", arguments.scene, "compiled scene (.rtscene)")->required();
+  CLI::Option* json = app.add_flag("--json", arguments.json, "all facts as JSON");
+  app.add_flag("--brief", arguments.brief, "the page alone, without the tables behind it")
+      ->excludes(json);
+  app.add_option("--budget", arguments.budget,
+                 "scene file whose [budget] the scene is held against");
+  CLI::Option* explode =
+      app.add_option("--explode", arguments.explode,
+                     "folder for a drawing of the pieces pushed apart: exploded.svg, exploded.obj, "
+                     "exploded.mtl");
+  app.add_option("--explode-factor", arguments.explode_factor,
+                 "how far: share of a piece's way from the middle of its part (default 0.6)")
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(explode);
   app.set_version_flag("--version", "scene_inspect " HAPTIC_VERSION);
   try {
     app.parse(argc, argv);
@@ -53,5 +127,5 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? haptic::tools::kExitDone : haptic::tools::kExitUsage;
   }
   return haptic::tools::run_main("scene_inspect",
-                                 [&] { return haptic::tools::inspect(path, json); });
+                                 [&] { return haptic::tools::inspect(arguments); });
 }

@@ -71,6 +71,22 @@ std::uint64_t source_conflicts(const SceneView& view, const BodyRecord& body) {
   return conflicts;
 }
 
+/// Volume of a piece as cones over its faces, from its middle.
+double volume_of(const PieceView& piece) {
+  const check::Double3 apex{piece.record->centre_m[0], piece.record->centre_m[1],
+                            piece.record->centre_m[2]};
+  double six_volumes = 0.0;
+  for (std::uint32_t f = 0; f < piece.face_count; ++f) {
+    const auto loop = piece.face_vertices(f);
+    const check::Double3 first = check::vertex_of(piece, loop[0]) - apex;
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
+      six_volumes += dot(first, cross(check::vertex_of(piece, loop[k]) - apex,
+                                      check::vertex_of(piece, loop[k + 1]) - apex));
+    }
+  }
+  return six_volumes / 6.0;
+}
+
 double body_size(const SceneView& view, const BodyRecord& body) {
   double low[3] = {1e300, 1e300, 1e300}, high[3] = {-1e300, -1e300, -1e300};
   for (std::uint32_t i = 0; i < body.piece_count; ++i) {
@@ -92,13 +108,17 @@ double body_size(const SceneView& view, const BodyRecord& body) {
 
 }  // namespace
 
+double body_tolerance(const SceneView& view, std::uint32_t body) {
+  return body_size(view, view.bodies()[body]) * std::max(1e-12, check::kGeometryTolerance);
+}
+
 BodyRecheck recheck_body(const SceneView& view, std::uint32_t index) {
   const BodyRecord& body = view.bodies()[index];
   BodyRecheck result;
-  const double share = std::max(1e-12, check::kGeometryTolerance);
-  result.tolerance_m = body_size(view, body) * share;
+  result.tolerance_m = body_tolerance(view, index);
   for (std::uint32_t i = 0; i < body.piece_count; ++i) {
     const PieceView piece = view.piece(body.piece_begin + i);
+    result.volume_m3 += volume_of(piece);
     for (std::uint32_t f = 0; f < piece.face_count; ++f) {
       result.largest_outside_m =
           std::max(result.largest_outside_m, heights(piece, f, piece).largest);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "rt_core/haptic_core.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
 namespace haptic::tools {
@@ -100,7 +101,9 @@ PairFacts pair_facts(const PairView& pair, const PieceSpread& a, const PieceSpre
   facts.max_degree = record.max_degree;
   facts.near_capacity = record.near_capacity;
   facts.edge_pair_capacity = record.edge_pair_capacity;
-  facts.edge_pairs = std::uint64_t{pair.a.edge_count} * pair.b.edge_count;
+  const PieceRecord &of_a = *pair.a.record, &of_b = *pair.b.record;
+  facts.edge_pairs = live_counts(pair.marks, NodeScope::kReachable, record, of_a, of_b).edge_pairs;
+  facts.live_nodes = live_counts(pair.marks, NodeScope::kLive, record, of_a, of_b).nodes;
   facts.types = {face_vertex_facts(a.loops, b.degrees), face_vertex_facts(b.loops, a.degrees),
                  edge_edge_facts(a.adjacent, b.adjacent)};
   const GraphSize size = graph_size(pair.a, pair.b);
@@ -140,9 +143,13 @@ std::string section_name(SectionId id) {
                                            "source vertices",
                                            "text",
                                            "vertex lanes",
-                                           "edge arcs"};
+                                           "edge arcs",
+                                           "node marks",
+                                           "fixed pairs",
+                                           "fixed planes",
+                                           "fixed nodes"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kEdgeArcs));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kFixedNodes));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }
@@ -158,6 +165,7 @@ SceneFacts facts_of(const SceneView& view) {
   facts.content_hash = header.content_hash;
   facts.scalar_bytes = header.scalar_bytes;
   facts.capacity = header.capacity;
+  facts.state = HapticCore::state_account(view);
   for (const SectionEntry& s : view.sections()) {
     facts.sections.push_back(
         {s.id, section_name(s.id), s.element_bytes, s.count, s.count * s.element_bytes});

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "rt_core/base/state_account.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
@@ -45,7 +46,8 @@ struct PairFacts {
   std::uint32_t piece_a = 0, piece_b = 0;
   std::array<NeighborhoodFacts, 3> types;  ///< A (face, vertex), B (vertex, face), C (edge, edge)
   std::uint32_t nodes = 0, max_degree = 0, near_capacity = 0, edge_pair_capacity = 0;
-  std::uint64_t edge_pairs = 0;   ///< all there are
+  std::uint64_t edge_pairs = 0;   ///< that can occur
+  std::uint64_t live_nodes = 0;   ///< that can be in the near set
   std::uint64_t arcs = 0;         ///< undirected
   bool stored = false;            ///< its graph; else it is formed on the fly
   std::uint64_t graph_bytes = 0;  ///< that its stored graph takes, or would take
@@ -58,6 +60,7 @@ struct BodyRecheck {
   double largest_off_m = 0.0;  ///< largest distance of a vertex from the plane of a face it bounds
   double tolerance_m = 0.0;    ///< 1e-12 of the body's size, or the rounding of a float scene
   bool convex = false;         ///< both within tolerance
+  double volume_m3 = 0.0;      ///< of all pieces, from their vertices
   std::uint64_t piece_pairs = 0;
   std::uint64_t source_conflicts = 0;  ///< vertices at odds with the mesh vertex that they name
   std::uint64_t separated_pairs =
@@ -79,6 +82,7 @@ struct SceneFacts {
   std::uint64_t bytes = 0, content_hash = 0;
   std::uint32_t scalar_bytes = 0;
   SceneCapacity capacity{};
+  StateAccount state;  ///< what the loop's memory is for
   SceneParameters parameters{};
   ServedSize size;         ///< lengths of law proxy
   PassivityBudget budget;  ///< of the device, if there is one
@@ -95,6 +99,9 @@ struct SceneFacts {
 SceneFacts facts_of(const SceneView& view);
 
 BodyRecheck recheck_body(const SceneView& view, std::uint32_t body);
+
+/// Distance [m] within which a body's tables agree with each other: BodyRecheck::tolerance_m.
+double body_tolerance(const SceneView& view, std::uint32_t body);
 
 /// Name of a section for people: "vertices"; "section 42" when unknown.
 std::string section_name(SectionId id);

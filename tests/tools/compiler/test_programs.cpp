@@ -54,6 +54,27 @@ TEST_SUITE("tools.programs") {
     CHECK(text_of_file(folder.file("a.rtscene")) == text_of_file(folder.file("b.rtscene")));
   }
 
+  TEST_CASE("the needed basic contacts are told, and all of them kept with --no-prune") {
+    const ScratchFolder folder("programs");
+    const std::string scene = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
+    const std::string out =
+        " -o " + folder.file("a.rtscene") + " --report " + folder.file("a.json");
+    const ProgramResult r = compile(scene + out);
+    CHECK(r.exit_code == 0);
+    CHECK(r.out.find("needed basic contacts: 1 moving and 5 static pieces") != std::string::npos);
+    const nlohmann::json pruned = read_json(folder.file("a.json"))["pruning"];
+    CHECK(pruned["pruned"] == true);
+    CHECK(pruned["live"]["all"] < pruned["nodes"]["all"]);
+    const ProgramResult kept = compile(scene + " --no-prune" + out);
+    CHECK(kept.exit_code == 0);
+    CHECK(kept.out.find("all are kept, as asked") != std::string::npos);
+    const nlohmann::json all = read_json(folder.file("a.json"))["pruning"];
+    CHECK(all["pruned"] == false);
+    CHECK(all["live"] == all["nodes"]);
+    CHECK(all["nodes"] == pruned["nodes"]);
+    CHECK(all["faces"]["hidden"] == 0);
+  }
+
   TEST_CASE("the same bytes from another working directory and by another path") {
     const ScratchFolder folder("programs");
     const fs::path scene_folder = fs::path(kScene).parent_path();
@@ -83,6 +104,36 @@ TEST_SUITE("tools.programs") {
     CHECK(compile("--version").exit_code == 0);
     CHECK(compile("--help").exit_code == 0);
     CHECK(file_count(folder.file("")) == 0);
+  }
+
+  TEST_CASE("over its budget exits 1 and writes nothing; --traits writes the header of an image") {
+    const ScratchFolder folder("programs");
+    const std::string scene = folder.file("scene.toml");
+    const std::string meshes = fs::path(kScene).parent_path().string();
+    const auto write = [&](const std::string& budget) {
+      std::ofstream(scene) << "format = 1\nname = \"b\"\n[moving]\nmesh = \"" << meshes
+                           << "/tetrahedron.obj\"\nscale_to_m = 0.001\n[[static]]\nmesh = \""
+                           << meshes << "/box.stl\"\nscale_to_m = 0.001\n[rendering]\n"
+                           << "k_f_n_per_m = 800\n[budget]\n"
+                           << budget << "\n";
+    };
+    const std::string arguments = scene + " --quiet -o " + folder.file("a.rtscene") + " --traits " +
+                                  folder.file("scene_image.hpp");
+    write("state_bytes = 4096");
+    const ProgramResult refused = compile(arguments);
+    CHECK(refused.exit_code == 1);
+    CHECK(refused.err.find("the budget allows 4 096") != std::string::npos);
+    CHECK(file_count(folder.file("")) == 1);
+    write("state_bytes = 100000");
+    CHECK(compile(arguments + " --without clutch").exit_code == 0);
+    const std::string header = text_of_file(folder.file("scene_image.hpp"));
+    CHECK(header.find(".clutch = false,") != std::string::npos);
+    CHECK(header.find(".proxy = true,") != std::string::npos);
+    CHECK(header.find(folder.file("")) == std::string::npos);
+    CHECK(compile(arguments + " --without proxy").exit_code == 2);
+    CHECK(
+        compile(scene + " -o " + folder.file("b.rtscene") + " --traits " + folder.file("b.rtscene"))
+            .exit_code == 2);
   }
 
   TEST_CASE("--certified writes what can be certified and refuses the rest with every reason") {
@@ -189,6 +240,50 @@ TEST_SUITE("tools.programs") {
     }
   }
 
+  TEST_CASE("scene_inspect explains: page, drawing, budget") {
+    const ScratchFolder folder("programs");
+    const std::string source = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
+    const std::string scene = folder.file("a.rtscene");
+    REQUIRE(compile(source + " --quiet -o " + scene).exit_code == 0);
+    const ProgramResult page = inspect(scene + " --brief --explode " + folder.file("view"));
+    CHECK(page.exit_code == 0);
+    for (const char* word :
+         {"What is in it", "was made of 5 convex", "  convex      [holds]", "  bounded     [holds]",
+          "What a tick may cost", "664 more stay to tell", "this scene       all kept",
+          "piece 0 of 'socket.obj': 3 of 6, 10 of 12, 8 of 8; 0", "Where the memory goes",
+          "bounds of the search"}) {
+      CAPTURE(word);
+      CHECK(page.out.find(word) != std::string::npos);
+    }
+    CHECK(page.out.find("In detail") == std::string::npos);
+    CHECK(file_count(folder.file("view")) == 3);
+    CHECK(text_of_file(folder.file("view/exploded.svg")).find("</svg>") != std::string::npos);
+    CHECK(text_of_file(folder.file("view/exploded.obj")).find("usemtl seam") != std::string::npos);
+    CHECK(inspect(scene + " --explode " + scene).exit_code == 4);
+    CHECK(inspect(scene + " --explode-factor 1").exit_code == 2);
+    CHECK(inspect(scene + " --explode x --explode-factor -1").exit_code == 2);
+    const auto facts = nlohmann::json::parse(inspect(scene + " --json").out);
+    CHECK(facts["pruning"]["missing"] == 0);
+    CHECK(facts["pruning"]["live"]["all"] == 536);
+    CHECK(facts["certificates"].size() == 5);
+    CHECK(facts["memory"]["state_bytes"] == facts["capacity"]["state_bytes"]);
+    // Budgets: the scene's own file without and with limits, and that of another scene.
+    CHECK(inspect(scene + " --budget " + source).out.find("[budget] names none") !=
+          std::string::npos);
+    const std::string meshes = fs::path(source).parent_path().string();
+    std::ofstream(folder.file("tight.toml"))
+        << "format = 1\nname = \"square_peg_five\"\n[moving]\nmesh = \"" << meshes
+        << "/peg.off\"\nscale_to_m = 1.0\n[[static]]\nmesh = \"" << meshes
+        << "/socket.obj\"\nscale_to_m = 1.0\n[rendering]\nk_f_n_per_m = 800\n"
+           "[budget]\nstate_bytes = 4096\n";
+    const ProgramResult over = inspect(scene + " --budget " + folder.file("tight.toml"));
+    CHECK(over.exit_code == 1);
+    CHECK(over.out.find("OVER ITS BUDGET") != std::string::npos);
+    const ProgramResult other = inspect(scene + " --budget " + kScene);
+    CHECK(other.exit_code == 3);
+    CHECK(other.err.find("is the scene 'tetrahedron_on_box'") != std::string::npos);
+  }
+
   TEST_CASE("scene_inspect tells what is in a scene, and refuses what is none") {
     const ScratchFolder folder("programs");
     REQUIRE(compile(kScene + " --quiet -o " + folder.file("a.rtscene")).exit_code == 0);
@@ -213,6 +308,7 @@ TEST_SUITE("tools.programs") {
     const ProgramResult bad = inspect(folder.file("bad.rtscene"));
     CHECK(bad.exit_code == 3);
     CHECK(bad.err.find("does not match its hash") != std::string::npos);
+    CHECK(bad.err.find("bad.rtscene: header (byte 24): it states content ") != std::string::npos);
     std::ofstream(folder.file("short.rtscene")) << "no scene";
     CHECK(inspect(folder.file("short.rtscene")).exit_code == 3);
     CHECK(inspect(folder.file("absent.rtscene")).exit_code == 3);

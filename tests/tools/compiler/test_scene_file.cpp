@@ -159,6 +159,38 @@ const Edit kEdits[] = {
      "14:1: ", "angular_rad_per_s is missing"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\nlinear_m_per_s = -1",
      "15:18: ", "above 0"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\norientation = { max_angle_rad = 30 }",
+     "15:33: ", "from 0 to 3.1416"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\norientation = { about = \"start\" }",
+     "15:15: ", "max_angle_rad is missing"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\norientation = { about = \"goal\", max_angle_rad = 1 }",
+     "15:25: ", "give \"start\" or four numbers"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\norientation = { about = [1, 1, 0, 0], max_angle_rad = 1 "
+     "}",
+     "15:25: ", "has length 1.41421356; divide"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\norientation = { about = [1, 0, 0], max_angle_rad = 1 }",
+     "15:25: ", "has 3 elements; give four numbers"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\norientation = { angle_rad = 1 }",
+     "15:17: ", "did you mean 'max_angle_rad'?"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\norientation = 0.5",
+     "15:15: ", "give a table"},
+    {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[motion_limits]\nworkspace = { min_m = [0, 0, 0] }",
+     "15:13: ", "max_m is missing"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\nworkspace = { min_m = [0, 0, 1], max_m = [1, 1, 0] }",
+     "15:42: ", "is below min_m in z"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\nworkspace = { min_m = [0, 0, nan], max_m = [1, 1, 0] }",
+     "15:30: ", "min_m[2] is nan"},
+    {"k_f_n_per_m = 1500",
+     "k_f_n_per_m = 1500\n[motion_limits]\nangular_rad_per_s = 1\norientation = { max_angle_rad = "
+     "1 }",
+     "14:1: ", "linear_m_per_s is missing"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[device]\nmass_kg = -0.1", "15:11: ", "at least 0"},
     {"k_f_n_per_m = 1500", "k_f_n_per_m = 1500\n[device]\nmass = 1",
      "15:1: ", "did you mean 'mass_kg'?"},
@@ -215,6 +247,58 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.parameters.device.given == 0);
     CHECK(!scene.plane_tolerance_m);
     CHECK(!scene.budget.constants);
+  }
+
+  TEST_CASE("orientation and workspace are read, with speeds and without") {
+    const ScratchFolder folder("scene_file");
+    std::ofstream(folder.file("part.obj")) << "v 0 0 0\n";
+    const auto read = [&](const std::string& limits) {
+      return parse_scene_file(kGood + ("[motion_limits]\n" + limits), "scene.toml",
+                              std::filesystem::path(folder.file("")));
+    };
+    const SceneFile scene = read(
+        "orientation = { about = [0.6, 0.0, 0.0, -0.8], max_angle_rad = 0.52 }\n"
+        "workspace = { min_m = [-1, -2, 0], max_m = [1, 2, 0] }\n");
+    CHECK(scene.parameters.motion_limits_given == 0);
+    REQUIRE(scene.orientation);
+    CHECK(scene.orientation->about_xyzw == std::array<double, 4>{0.0, 0.0, -0.8, 0.6});
+    CHECK(scene.orientation->max_angle_rad == 0.52);
+    CHECK(!scene.orientation->is_free());
+    REQUIRE(scene.workspace);
+    CHECK(scene.workspace->min_m == std::array<double, 3>{-1, -2, 0});
+    CHECK(scene.workspace->max_m == std::array<double, 3>{1, 2, 0});
+    const std::array<double, 4> start{0.0, 0.8, 0.0, 0.6};
+    const SceneFile about_start = read(
+        "linear_m_per_s = 1\nangular_rad_per_s = 2\n"
+        "orientation = { about = \"start\", max_angle_rad = 3.1416 }\n");
+    CHECK(about_start.parameters.motion_limits_given == 1);
+    CHECK(about_start.orientation->about_xyzw == start);
+    CHECK(about_start.orientation->is_free());
+    CHECK(!about_start.workspace);
+    CHECK(read("orientation = { max_angle_rad = 0 }\n").orientation->about_xyzw == start);
+    CHECK(!read("linear_m_per_s = 1\nangular_rad_per_s = 2\n").orientation);
+  }
+
+  TEST_CASE("parts ask for simplification and disjoint pieces one by one") {
+    const ScratchFolder folder("scene_file_parts");
+    CHECK(message_of(kGood, folder) == "accepted");
+    const SceneFile plain = parse_scene_file(kGood, "scene.toml", folder.file(""));
+    CHECK_FALSE(plain.moving.simplify_m);
+    CHECK_FALSE(plain.moving.disjoint);
+    std::string text = replaced(kGood, "grip_m", "simplify_m = 2.5e-4\ngrip_m");
+    text = replaced(text, "[rendering]", "disjoint = true\n[rendering]");
+    const SceneFile asked = parse_scene_file(text, "scene.toml", folder.file(""));
+    REQUIRE(asked.moving.simplify_m);
+    CHECK(*asked.moving.simplify_m == 2.5e-4);
+    CHECK_FALSE(asked.moving.disjoint);
+    CHECK_FALSE(asked.statics[0].simplify_m);
+    CHECK(asked.statics[0].disjoint);
+    for (const char* wrong : {"simplify_m = 0.0\n", "simplify_m = -1e-4\n", "simplify_m = \"a\"\n",
+                              "disjoint = 1\n", "simplify = 1e-4\n"}) {
+      CAPTURE(wrong);
+      const std::string bad = replaced(kGood, "grip_m", std::string(wrong) + "grip_m");
+      CHECK(message_of(bad, folder).rfind("8:", 0) == 0);
+    }
   }
 
   TEST_CASE("every optional table is read") {

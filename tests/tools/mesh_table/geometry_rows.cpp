@@ -74,7 +74,7 @@ void add_self_crossing(FormRows& t) {
   t.bad("a shell that passes through itself", dent, Stage::kDecompose, "solid 1 of 1 near (",
         "repair");
   t.bad("more than 300 reflex edges", prism_mesh(toothed_polygon(310, 1.0, 0.9), 0.2, true),
-        Stage::kFlatten, "310 reflex edges, limit 300", "model it with fewer faces");
+        Stage::kFlatten, "310 reflex edges, limit 300", "--simplify DISTANCE");
 }
 
 void add_thin(FormRows& t) {

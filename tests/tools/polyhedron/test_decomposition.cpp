@@ -216,7 +216,7 @@ TEST_SUITE("tools.decomposition") {
     tight.world.work_limit = tight.world.work + 20000.0;
     const std::string work = refusal(tight);
     CHECK(contains(work, "work limit"));
-    CHECK(contains(work, "model it with fewer faces"));
+    CHECK(contains(work, "--simplify DISTANCE"));
     DecompositionLimits limits;
     limits.max_pieces = 5;
     const std::string pieces = refusal(test::plate_with_grid(2, general_map(100)), limits);

@@ -70,14 +70,15 @@ struct Ended {
 
 /// Runs without an end, until `enough` says so of a status; then does `harm` to the process.
 Ended run_until(const Bench& bench, const std::function<bool(const json&)>& enough,
-                const std::function<void(pid_t)>& harm) {
+                const std::function<void(pid_t)>& harm, const char* ticks = nullptr) {
   const std::string out = bench.folder.file("out"), err = bench.folder.file("err");
   const pid_t pid = fork();
   if (pid == 0) {
     dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDOUT_FILENO);
     dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDERR_FILENO);
+    // The list ends with the first null.
     execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
-          "0.05", "--seconds", "60", nullptr);
+          "0.05", "--seconds", "60", ticks != nullptr ? "--ticks" : nullptr, ticks, nullptr);
     _exit(127);
   }
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(55);
@@ -151,11 +152,54 @@ TEST_SUITE("tools.run_device.loop") {
     }
   }
 
-  TEST_CASE("without --json: a summary for people") {
+  TEST_CASE("--ticks: counted and timed are as many, from the first armed one on") {
     const Bench bench;
-    const ProgramResult r = bench.run("--seconds 0.2");
+    for (const char* clocking : {"timer", "report"}) {
+      CAPTURE(clocking);
+      write(bench.config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
+                              clocking + "\"\n");
+      const ProgramResult r = bench.run("--ticks 400 --seconds 60 --json");
+      CAPTURE(r.err);
+      CHECK(r.exit_code == 0);
+      const json summary = lines_of(r.out).back();
+      CHECK(summary["why"] == "the ticks asked for are done");
+      CHECK(summary["ticks"] == 400);
+      CHECK(summary["armed_ticks"] > 0);
+      for (const char* name : {"wakeups", "tick"}) CHECK(summary[name]["count"] == 400);
+      for (const char* name : {"report_jitter", "send_jitter", "answer"})
+        CHECK(summary[name]["count"] > 0);
+      for (const char* name : {"wakeups", "tick", "report_jitter", "send_jitter", "answer"}) {
+        CAPTURE(name);
+        const json& times = summary[name];
+        CHECK(times["p50_ns"] <= times["p99_ns"]);
+        CHECK(times["p99_ns"] <= times["p99_9_ns"]);
+        CHECK(times["p99_9_ns"] <= times["largest_ns"]);
+        CHECK(times["sum_ns"] >= times["largest_ns"]);
+        std::uint64_t in_classes = 0;
+        for (const json& each : times["histogram"])
+          in_classes += each["count"].get<std::uint64_t>();
+        CHECK(times["count"] == in_classes);
+      }
+      CHECK(summary["tick"]["p50_ns"] > 0);
+    }
+  }
+
+  TEST_CASE("--ticks that --seconds are too short for: exit 1") {
+    const Bench bench;
+    const ProgramResult r = bench.run("--ticks 1000000 --seconds 1 --json");
+    CHECK(r.exit_code == 1);
+    const json summary = lines_of(r.out).back();
+    CHECK(summary["why"].get<std::string>().find("are not done") != std::string::npos);
+    CHECK(summary["ticks"] < 1'000'000);
+    CHECK(bench.run("--ticks 0").exit_code == 2);
+  }
+
+  TEST_CASE("without --json: a summary for people; `run` is what is done with a configuration") {
+    const Bench bench;
+    const ProgramResult r = run_program(HAPTIC_RUN_DEVICE, "'" + bench.config + "' --seconds 0.2");
     CHECK(r.exit_code == 0);
-    for (const char* part : {"ticks", "wake-ups", "link", "faults", "the time asked for is over"})
+    for (const char* part :
+         {"ticks", "wake-ups", "tick  ", "answer", "link", "faults", "the time asked for is over"})
       CHECK(r.out.find(part) != std::string::npos);
   }
 
@@ -199,6 +243,20 @@ TEST_SUITE("tools.run_device.loop") {
     const std::string crash = text_of_file(bench.folder.file("crash.csv"));
     CHECK(crash.find("killed by signal 9") != std::string::npos);
     CHECK(std::count(crash.begin(), crash.end(), '\n') > 100);
+  }
+
+  TEST_CASE("a servo process killed on the way to --ticks: the spare does the rest") {
+    const Bench bench;
+    const Ended ended = run_until(
+        bench, presses, [](pid_t pid) { CHECK(kill(servo_of(pid), SIGKILL) == 0); }, "2500");
+    CHECK(ended.exit_code == 1);  // since one was killed
+    const json& summary = ended.lines.back();
+    REQUIRE(summary["kind"] == "summary");
+    CHECK(summary["why"] == "the ticks asked for are done");
+    CHECK(summary["servo_processes"] == 2);
+    CHECK(summary["ticks"] == 2500);
+    CHECK(summary["wakeups"]["count"] < 2500);  // of the spare alone
+    CHECK(summary["wakeups"]["count"] > 0);
   }
 
   TEST_CASE("configuration errors exit 3, with line, defect and mend") {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "rt_core/haptic_core.hpp"
@@ -15,6 +16,8 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/blob_builder.hpp"
 #include "tools/graph_compiler/graph/body_geometry.hpp"
+#include "tools/graph_compiler/graph/fixed_obstacle.hpp"
+#include "tools/graph_compiler/graph/mark_words.hpp"
 #include "tools/graph_compiler/graph/pair_graph.hpp"
 #include "tools/graph_compiler/graph/piece_topology.hpp"
 #include "tools/graph_compiler/graph/relaxation.hpp"
@@ -43,10 +46,17 @@ struct SceneTables {
   std::vector<NodeRecord> nodes;
   std::vector<std::uint32_t> neighbor_begin{0};
   std::vector<std::uint32_t> neighbors;
+  std::vector<std::uint64_t> marks;
+  std::vector<FixedPairRecord> fixed_pairs;
+  std::vector<FixedPlane> fixed_planes;
+  std::vector<FixedNode> fixed_nodes;
   std::vector<std::int32_t> source_vertices;
   std::vector<char> text;
   std::vector<PieceTopology> topologies;  ///< of all pieces; not a section
-  SceneAccount account;                   ///< not a section
+  std::vector<WidePiece> turned;  ///< of all pieces, where the part never turns; not a section
+  SceneAccount account;           ///< not a section
+
+  [[nodiscard]] bool is_fixed() const { return is_one_orientation(parameters[0].envelope); }
 };
 
 template <typename T>
@@ -70,13 +80,17 @@ std::uint32_t add_text(SceneTables& t, const std::string& words) {
   return offset;
 }
 
-/// Appends the vertices by coordinate, each padded with vertex 0.
-void add_lanes(SceneTables& t, const PieceGeometry& geometry, PieceRecord& record) {
+/// Appends the vertices by coordinate, each padded with vertex 0. `turned`: null, or the vertices
+/// of a part that never turns.
+void add_lanes(SceneTables& t, const PieceGeometry& geometry, const WidePiece* turned,
+               PieceRecord& record) {
   record.lane_begin = size32(t.lanes);
   record.lane_count = padded_lanes(record.vertex_count);
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t v = 0; v < record.lane_count; ++v) {
-      t.lanes.push_back(geometry.vertices[v < record.vertex_count ? v : 0][k]);
+      const std::size_t from = v < record.vertex_count ? v : 0;
+      t.lanes.push_back(turned != nullptr ? static_cast<Real>(turned->vertices[from][k])
+                                          : geometry.vertices[from][k]);
     }
   }
 }
@@ -88,6 +102,7 @@ void add_bounds(SceneTables& t, const WidePiece& piece, PieceRecord& record,
   Wide reach = 0;
   for (const Wide3& v : piece.vertices) reach = std::max(reach, norm(v));
   record.reach_m = rounded_up(reach);
+  if (t.is_fixed()) return;
   std::vector<WideArc> arcs;
   for (std::uint32_t e = 0; e < record.edge_count; ++e) {
     arcs.push_back(wide_arc(piece, e, epsilon_m));
@@ -122,8 +137,14 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
                const std::function<void(double)>& progress) {
   const PieceGeometry& geometry = body.pieces[index];
   PieceRecord record = piece_record(t, topology, geometry);
-  add_lanes(t, geometry, record);
-  add_bounds(t, WidePiece(topology, body, index), record, progress);
+  const WidePiece wide(topology, body, index);
+  const bool turns = t.is_fixed() && record.body == 0;
+  if (t.is_fixed()) {
+    const double* const q = t.parameters[0].envelope.q_wa_xyzw;
+    t.turned.push_back(turns ? turned(wide, WideTurn({q[0], q[1], q[2], q[3]})) : wide);
+  }
+  add_lanes(t, geometry, turns ? &t.turned.back() : nullptr, record);
+  add_bounds(t, wide, record, progress);
   for (FaceRecord face : topology.faces) {
     face.loop_begin += record.loop_begin;
     t.faces.push_back(face);
@@ -186,8 +207,9 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
   t.bodies.push_back(record);
 }
 
-/// Appends a pair; its graph too where it is stored.
-void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool stored) {
+/// Appends a pair; its graph too where it is stored, its marks where it has any (not empty).
+void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool stored,
+              const std::vector<std::uint64_t>& marks) {
   const PieceView a = t.topologies[piece_a].view(), b = t.topologies[piece_b].view();
   const NodeNumbering numbers = numbering(a, b);
   const LargestFeatures largest_a = largest_features(a), largest_b = largest_features(b);
@@ -199,8 +221,15 @@ void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool
   record.node_count_a = numbers.count_a();
   record.node_count_b = numbers.count_b();
   record.max_degree = static_cast<std::uint32_t>(largest_degree(largest_a, largest_b));
-  record.near_capacity = near_capacity(record.node_count, largest_a.face, largest_b.face);
-  record.edge_pair_capacity = edge_pair_capacity(a.edge_count, b.edge_count);
+  record.mark_begin = marks.empty() ? kNotMarked : size32(t.marks);
+  const PieceRecord &of_a = t.pieces[piece_a], &of_b = t.pieces[piece_b];
+  const NodeMarks view = marks.empty() ? NodeMarks{} : marks_at(marks.data(), record, of_a, of_b);
+  const LiveCounts reachable = live_counts(view, NodeScope::kReachable, record, of_a, of_b);
+  const LiveCounts live = live_counts(view, NodeScope::kLive, record, of_a, of_b);
+  record.near_capacity =
+      near_capacity(static_cast<std::uint32_t>(live.nodes), largest_a.face, largest_b.face);
+  record.edge_pair_capacity = edge_pair_capacity(reachable.edge_pairs);
+  append(t.marks, marks);
   if (stored) {
     record.node_begin = size32(t.nodes);
     const PairGraph graph = build_pair_graph(a, b);
@@ -214,36 +243,110 @@ void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool
   t.pairs.push_back(record);
 }
 
-/// Pairs in the order that SceneView expects: pieces of A first, the pieces of all statics within.
-/// Returns true when the stored neighbors need 32 bits.
-bool add_pairs(SceneTables& t, std::uint64_t budget_bytes) {
+/// Appends the C-obstacle of the last pair as planes, its capacities with it.
+void add_fixed_obstacle(SceneTables& t, const PairMarks* marks) {
+  PairRecord& pair = t.pairs.back();
+  WidePiece a = t.turned[pair.piece_a], b = t.turned[pair.piece_b];
+  a.topology = &t.topologies[pair.piece_a];
+  b.topology = &t.topologies[pair.piece_b];
+  const double size_m = t.pieces[pair.piece_a].radius_m + t.pieces[pair.piece_b].radius_m;
+  const FixedObstacle built = fixed_obstacle(a, b, t.parameters[0].epsilon_m, size_m, marks);
+  FixedPairRecord record{};
+  record.plane_begin = size32(t.fixed_planes);
+  record.plane_count = size32(built.planes);
+  record.bounding_count = built.bounding_count;
+  record.node_begin = size32(t.fixed_nodes);
+  record.node_count = size32(built.nodes);
+  record.hidden = built.hidden ? 1 : 0;
+  append(t.fixed_planes, built.planes);
+  append(t.fixed_nodes, built.nodes);
+  t.fixed_pairs.push_back(record);
+  pair.near_capacity = record.node_count;
+  pair.edge_pair_capacity = 0;
+}
+
+/// A pair of the scene, the words of its marks (empty: none), and what was given of them.
+struct WrittenPair {
+  std::uint32_t a = 0, b = 0;
+  std::vector<std::uint64_t> marks;
+  const PairMarks* given = nullptr;
+};
+
+/// The pairs in the order that SceneView expects: pieces of A first, the pieces of all statics
+/// within. Those that the workspace never brings together are left out.
+/// @throws InputError when the marks do not fit the pairs, or no pair is left.
+std::vector<WrittenPair> written_pairs(const SceneTables& t, const SceneDescription& description) {
   const std::uint32_t moving = t.bodies[0].piece_count;
+  const std::size_t all = std::size_t{moving} * (t.pieces.size() - moving);
+  const std::vector<PairMarks>& given = description.marks;
+  if (!given.empty() && given.size() != all) {
+    throw InputError("scene '" + description.name + "': marks of " + std::to_string(given.size()) +
+                     " pairs for " + std::to_string(all));
+  }
+  std::vector<WrittenPair> pairs;
+  std::size_t pair = 0;
+  for (std::uint32_t a = 0; a < moving; ++a) {
+    for (std::uint32_t b = moving; b < t.pieces.size(); ++b, ++pair) {
+      WrittenPair written{a, b, {}, nullptr};
+      if (!given.empty()) {
+        const bool out_of_reach = std::ranges::none_of(given[pair].reachable, std::identity{});
+        if (out_of_reach && description.workspace) continue;
+        written.given = &given[pair];
+        if (!t.is_fixed())
+          written.marks = mark_words(t.topologies[a].view(), t.topologies[b].view(), given[pair]);
+      }
+      pairs.push_back(std::move(written));
+    }
+  }
+  if (pairs.empty()) {
+    throw InputError("scene '" + description.name +
+                     "': within its workspace the moving part never comes near a static one; "
+                     "widen [motion_limits] workspace or leave it out");
+  }
+  return pairs;
+}
+
+/// Returns true when the stored neighbors need 32 bits.
+bool add_pairs(SceneTables& t, const SceneDescription& description) {
+  const std::vector<WrittenPair> pairs = written_pairs(t, description);
   std::vector<GraphSize> sizes;
   std::vector<std::uint64_t> degrees;
   std::vector<LargestFeatures> largest;
   for (const PieceTopology& topology : t.topologies) {
     largest.push_back(largest_features(topology.view()));
   }
-  for (std::uint32_t a = 0; a < moving; ++a) {
-    for (std::uint32_t b = moving; b < t.pieces.size(); ++b) {
-      sizes.push_back(graph_size(t.topologies[a].view(), t.topologies[b].view()));
-      degrees.push_back(largest_degree(largest[a], largest[b]));
-      if (sizes.back().nodes >= kGraphNotStored) {
-        throw InputError("pieces " + std::to_string(a) + " and " + std::to_string(b) + " have " +
-                         std::to_string(sizes.back().nodes) +
-                         " basic contacts, the format numbers " + std::to_string(kGraphNotStored) +
-                         "; use coarser meshes");
-      }
+  for (const auto& [a, b, marks, given] : pairs) {
+    sizes.push_back(graph_size(t.topologies[a].view(), t.topologies[b].view()));
+    // Stored lists would hold what the marks leave out: such a graph is formed.
+    degrees.push_back(marks.empty() ? largest_degree(largest[a], largest[b]) : kNeverStored);
+    if (sizes.back().nodes >= kGraphNotStored) {
+      throw InputError("pieces " + std::to_string(a) + " and " + std::to_string(b) + " have " +
+                       std::to_string(sizes.back().nodes) + " basic contacts, the format numbers " +
+                       std::to_string(kGraphNotStored) + "; use coarser meshes");
     }
   }
-  const StoredGraphs choice = choose_stored_graphs(sizes, degrees, budget_bytes);
-  std::size_t pair = 0;
-  for (std::uint32_t a = 0; a < moving; ++a) {
-    for (std::uint32_t b = moving; b < t.pieces.size(); ++b) {
-      add_pair(t, a, b, choice.stored[pair++]);
-    }
+  const StoredGraphs choice = choose_stored_graphs(sizes, degrees, description.graph_bytes);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    add_pair(t, pairs[i].a, pairs[i].b, choice.stored[i] && !t.is_fixed(), pairs[i].marks);
+    if (t.is_fixed()) add_fixed_obstacle(t, pairs[i].given);
   }
   return choice.wide;
+}
+
+EnvelopeParameters envelope_parameters(const SceneDescription& description) {
+  EnvelopeParameters e{};
+  const auto& orientation = description.orientation;
+  if (orientation && !orientation->is_free()) {
+    e.given |= kOrientationGiven;
+    std::ranges::copy(orientation->about_xyzw, e.q_wa_xyzw);
+    e.max_angle_rad = orientation->max_angle_rad;
+  }
+  if (description.workspace) {
+    e.given |= kWorkspaceGiven;
+    std::ranges::copy(description.workspace->min_m, e.min_m);
+    std::ranges::copy(description.workspace->max_m, e.max_m);
+  }
+  return e;
 }
 
 SceneParameters finished_parameters(const SceneDescription& description,
@@ -256,6 +359,7 @@ SceneParameters finished_parameters(const SceneDescription& description,
   }
   p.start_q_wa_xyzw[3] = static_cast<double>(q[0]);
   if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
+  p.envelope = envelope_parameters(description);
   p.name_offset = name_offset;
   p.name_bytes = static_cast<std::uint32_t>(description.name.size());
   return p;
@@ -314,6 +418,15 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   blob.add(SectionId::kVertexEdgeBegin, t.vertex_edge_begin);
   blob.add(SectionId::kVertexEdges, t.vertex_edges);
   blob.add(SectionId::kPairs, t.pairs);
+  if (t.is_fixed()) {
+    blob.add(SectionId::kFixedPairs, t.fixed_pairs);
+    blob.add(SectionId::kFixedPlanes, t.fixed_planes);
+    blob.add(SectionId::kFixedNodes, t.fixed_nodes);
+    blob.add(SectionId::kSourceVertices, t.source_vertices);
+    blob.add(SectionId::kText, t.text);
+    blob.add(SectionId::kVertexLanes, t.lanes);
+    return blob;
+  }
   blob.add(SectionId::kNodes, t.nodes);
   blob.add(SectionId::kNeighborBegin, t.neighbor_begin);
   if (wide) {
@@ -328,6 +441,7 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   blob.add(SectionId::kText, t.text);
   blob.add(SectionId::kVertexLanes, t.lanes);
   blob.add(SectionId::kEdgeArcs, t.arcs);
+  if (!t.marks.empty()) blob.add(SectionId::kNodeMarks, t.marks);
   return blob;
 }
 
@@ -356,11 +470,11 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   complete_coupling(t.parameters[0], radius_m);
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
   check_resolution(t, description.name);
-  const bool wide = add_pairs(t, description.graph_bytes);
+  const bool wide = add_pairs(t, description);
   const BlobBuilder builder = sections_of(t, wide);
   const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, size32(t.pairs)));
-  SceneCapacity capacity =
-      scene_capacity(t.bodies, t.pieces, t.pairs, visits, proxy_passes(t.parameters[0]));
+  SceneCapacity capacity = scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits,
+                                          proxy_passes(t.parameters[0]), t.fixed_pairs);
   // The state's size depends on the opened scene, so the blob is opened once without it.
   const SceneBytes provisional{builder.finish(capacity)};
   SceneView view;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/graph_compiler/graph/convex_piece.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
+#include "tools/graph_compiler/graph/pruning_marks.hpp"
 #include "tools/graph_compiler/graph/scene_account.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
@@ -62,6 +64,14 @@ struct SceneDescription {
   SceneParameters parameters = default_parameters();
   std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs
+  /// What is known of the motion: orientations and places of the grip; absent: free.
+  std::optional<OrientationEnvelope> orientation;
+  std::optional<WorkspaceBox> workspace;
+  bool prune = true;  ///< false: every basic contact is kept, whatever the marks could say
+  /// By pair in the order of the written pairs (pieces of A first, the pieces of all statics
+  /// within); empty: nothing pruned.
+  std::vector<PairMarks> marks;
+  std::vector<PieceExposure> exposure;  ///< by piece, moving part first; empty: nothing hidden
 };
 
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has

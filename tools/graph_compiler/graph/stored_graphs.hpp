@@ -16,6 +16,9 @@ inline constexpr std::uint64_t kDefaultGraphBytes = std::uint64_t{8} << 20;
 /// Largest budget: positions in the stored lists have 32 bits.
 inline constexpr std::uint64_t kMaxGraphBytes = std::uint64_t{1} << 32;
 
+/// Largest degree to give for a pair whose graph shall not be stored.
+inline constexpr std::uint64_t kNeverStored = UINT64_MAX;
+
 /// Bytes of one pair's stored graph: nodes, list begins, neighbors of `wide` (32-bit) or 16-bit
 /// numbers.
 std::uint64_t graph_bytes(const GraphSize& size, bool wide);

@@ -162,11 +162,28 @@ bool same_volume(const ExactWorld& world, const Solid& solid,
   return difference == 0;
 }
 
+// Every removed part is convex and inside of all planes of one of the pieces.
+bool covered(ExactWorld& world, const std::vector<Solid>& removed,
+             const std::vector<Solid>& pieces) {
+  return std::all_of(removed.begin(), removed.end(), [&](const Solid& part) {
+    if (!is_convex(world, part)) return false;
+    const std::vector<std::uint32_t> vertices = vertices_of(part);
+    const auto holds_it = [&](const Solid& piece) {
+      return std::all_of(piece.faces.begin(), piece.faces.end(), [&](const ExactFace& face) {
+        return std::all_of(vertices.begin(), vertices.end(), [&](std::uint32_t v) {
+          return face.sign * world.side(v, face.plane) <= 0;
+        });
+      });
+    };
+    return std::any_of(pieces.begin(), pieces.end(), holds_it);
+  });
+}
+
 }  // namespace
 
 Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,
-                    const std::vector<Solid>& pieces,
-                    const std::vector<std::uint32_t>& piece_solid) {
+                    const std::vector<Solid>& pieces, const std::vector<std::uint32_t>& piece_solid,
+                    const DisjointPieces* apart) {
   const UnlimitedWork unlimited(world);
   Certificate result;
   result.convex = !pieces.empty();
@@ -182,7 +199,7 @@ Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,
       (same ? result.disjoint : result.cover) = same ? false : true;
     }
   }
-  if (!result.convex) result.disjoint = false;
+  if (!result.convex || (apart != nullptr && result.cover)) result.disjoint = false;
 
   LineTable lines(world);
   result.volume_equal = true;
@@ -195,12 +212,22 @@ Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,
       own.push_back(&pieces[i]);
       add_counts(lines, pieces[i], 1, counts);
     }
+    for (std::size_t i = 0; apart != nullptr && i < apart->removed.size(); ++i) {
+      if (apart->removed_solid[i] != s) continue;
+      own.push_back(&apart->removed[i]);
+      add_counts(lines, apart->removed[i], 1, counts);
+      total -= measure(world, apart->removed[i]).volume;
+    }
     add_counts(lines, solids[s].solid, -1, counts);
     result.nonzero_counts += nonzero(counts);
     result.volume_equal = result.volume_equal && same_volume(world, solids[s].solid, own);
     total += measure(world, solids[s].solid).volume;
   }
   result.partition = result.nonzero_counts == 0;
+  if (apart != nullptr) {
+    result.removed = apart->removed.size();
+    result.partition = result.partition && covered(world, apart->removed, pieces);
+  }
   const Rational unit(world.scale);
   result.volume_m3 = to_double(total / (unit * unit * unit));
   return result;

@@ -103,7 +103,11 @@ class Decomposer {
     result_.face_plane_only_pieces = face_plane_only;
     result_.certificate = certify(world_, body_.solids, result_.pieces, result_.piece_solid);
     if (!result_.certificate.holds()) refuse_certificate("the body", result_.certificate);
-    if (result_.certificate.cover) warn_of_overlaps();
+    if (result_.certificate.cover && limits_.disjoint) {
+      cut_apart();
+    } else if (result_.certificate.cover) {
+      warn_of_overlaps();
+    }
     find_source_faces(world_, body_.solids, result_.pieces, result_.piece_solid);
     find_thinnest();
     result_.work = world_.work - start_work_;
@@ -117,9 +121,9 @@ class Decomposer {
   }
 
   [[noreturn]] void refuse_pieces(const std::string& what) const {
-    throw InputError(file_ + ": " + what + " needs more than " +
+    throw LimitError(file_ + ": " + what + " needs more than " +
                      std::to_string(limits_.max_pieces) +
-                     " convex pieces, the limit; model it with fewer faces");
+                     " convex pieces, the limit; --simplify DISTANCE, or raise --max-pieces");
   }
 
   [[noreturn]] void refuse_certificate(const std::string& what, const Certificate& c) const {
@@ -184,10 +188,11 @@ class Decomposer {
       }
     } catch (const WorkLimitReached& limit) {
       if (attempts.empty()) {
-        throw InputError(
+        throw LimitError(
             file_ + ": " + name_of(s) + ": " + limit.what() + " (" +
             std::to_string(body_.reflex_edge_count) +
-            " reflex edges) before a first decomposition was complete; model it with fewer faces");
+            " reflex edges) before a first decomposition was complete; --simplify DISTANCE, or "
+            "raise --work-limit");
       }
       result_.warnings.push_back(file_ + ": " + name_of(s) + ": " + limit.what() + " after " +
                                  std::to_string(attempts.size()) +
@@ -220,6 +225,24 @@ class Decomposer {
     refuse_certificate(name_of(s), last);
   }
 
+  // Certified as a cover before; what is cut is certified again.
+  void cut_apart() {
+    DisjointPieces apart;
+    try {
+      apart = make_disjoint(world_, result_.pieces, result_.piece_solid);
+    } catch (const WorkLimitReached& limit) {
+      throw LimitError(file_ + ": " + limit.what() +
+                       " while overlapping solids were cut apart; compile without --disjoint, or "
+                       "raise --work-limit");
+    }
+    if (apart.pieces.size() > limits_.max_pieces) refuse_pieces("the body, cut apart,");
+    result_.certificate = certify(world_, body_.solids, apart.pieces, apart.piece_solid, &apart);
+    result_.certificate.cover = false;
+    if (!result_.certificate.holds()) refuse_certificate("the body", result_.certificate);
+    result_.pieces = std::move(apart.pieces);
+    result_.piece_solid = std::move(apart.piece_solid);
+  }
+
   void warn_of_overlaps() {
     std::vector<PieceHull> hulls(result_.pieces.begin(), result_.pieces.end());
     std::set<std::pair<std::uint32_t, std::uint32_t>> overlaps;
@@ -239,7 +262,7 @@ class Decomposer {
     result_.warnings.push_back(
         file_ + ": solids overlap (" + pairs +
         "): their pieces are used as a cover of the union; the volume counts "
-        "common parts once for every solid");
+        "common parts once for every solid; --disjoint cuts them apart");
   }
 
   void find_thinnest() {

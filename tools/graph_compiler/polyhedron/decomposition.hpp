@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/polyhedron/disjoint.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 
 namespace haptic::tools {
@@ -13,6 +14,7 @@ namespace haptic::tools {
 struct DecompositionLimits {
   std::size_t max_pieces = 4000;
   int strategies = 12;
+  bool disjoint = false;  ///< solids that overlap are cut apart; otherwise they stay a cover
 };
 
 /// Section 7: what was proved about the pieces, exactly.
@@ -23,7 +25,8 @@ struct Certificate {
   bool volume_equal = false;  ///< exact rational equality per solid
   bool cover = false;         ///< solids of the body overlap: kept as a cover of the union
   std::size_t nonzero_counts = 0;
-  double volume_m3 = 0.0;  ///< sum over solids
+  std::size_t removed = 0;  ///< parts of solids that pieces of other solids cover (disjoint)
+  double volume_m3 = 0.0;   ///< sum over solids, less the removed parts
   [[nodiscard]] bool holds() const { return convex && partition && disjoint && volume_equal; }
 };
 
@@ -46,14 +49,18 @@ Decomposition decompose(FlatBody& body, const std::string& file, const Decomposi
                         const Progress& progress = {});
 
 /// Checks pieces against the solids they came from, from scratch. Used by `decompose` and by tests
-/// on mutated pieces.
+/// on mutated pieces. With `removed` (solids cut apart, see disjoint.hpp) pieces and removed parts
+/// together must be the solids, every removed part must lie in a piece, and no two pieces may
+/// overlap, or `partition` and `disjoint` fail.
 Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,
-                    const std::vector<Solid>& pieces,
-                    const std::vector<std::uint32_t>& piece_solid);
+                    const std::vector<Solid>& pieces, const std::vector<std::uint32_t>& piece_solid,
+                    const DisjointPieces* removed = nullptr);
 
 /// Rounds exact pieces to doubles in the body's (scaled file) frame: planes stored once, vertices
 /// nearest doubles, face loops counter-clockwise, volumes and centre exact before rounding. A part
-/// that was clean keeps its vertices to within 4 ulp.
-Body to_body(const FlatBody& body, const Decomposition& decomposition, const std::string& name);
+/// that was clean keeps its vertices to within 4 ulp. `order`, where given, is filled: for each
+/// piece of the body its index in the decomposition.
+Body to_body(const FlatBody& body, const Decomposition& decomposition, const std::string& name,
+             std::vector<std::size_t>* order = nullptr);
 
 }  // namespace haptic::tools

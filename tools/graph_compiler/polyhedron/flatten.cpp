@@ -24,6 +24,11 @@ constexpr double kParallelSine = 0.02;  // below: a wish would only tilt two alm
 constexpr double kCleanResidual =
     0x1p-32;  // local units: below, the mesh carries more digits than the coarse grid
 constexpr int kFineNormalBits = 56;
+// Grids of normals where corners may move: this much finer than the movement, in bits, and no
+// coarser than a bound that keeps like planes apart.
+constexpr int kMoveGridBits = 12;
+constexpr int kLeastNormalBits = 16;
+constexpr int kOffsetGridBits = 4;
 constexpr std::size_t kMaxComparedPlanes = 2000;
 
 /// Corners (equal positions are one corner, also across shells) and planes in local units.
@@ -134,11 +139,18 @@ class Realiser {
     if (is_clean() && accept(real = realise(graph, fine))) return real;
     if (accept(real = realise(graph, coarse))) return real;
     if (realise_unmoved(graph, false, real) && real.largest_bits <= limits_.max_bits) return real;
+    if (may_move() && (realise_in_layers(limits_.first_bits, real) ||
+                       realise_in_layers(limits_.max_bits, real))) {
+      return real;
+    }
     RealiseRules last = rules(false, limits_.max_bits);
     last.wishes = false;
     if (accept(real = realise(graph, last))) return real;
     Realisation split;
-    if (realise_with_triangles(true, split) || realise_with_triangles(false, split)) return split;
+    if (realise_with_triangles(last, true, split) || realise_with_triangles(last, false, split)) {
+      return split;
+    }
+    if (!may_move() && realise_in_layers(limits_.max_bits, split)) return split;
     refuse(real);
   }
   [[nodiscard]] std::size_t split_count() const { return split_count_; }
@@ -154,11 +166,16 @@ class Realiser {
     }
     return out;
   }
-  bool realise_with_triangles(bool crowded_only, Realisation& real);
+  bool realise_with_triangles(const RealiseRules& rules, bool crowded_only, Realisation& real);
+  bool realise_in_layers(std::size_t max_bits, Realisation& real);
+  /// Corners have room to move: grids need be no finer than that, and faces may be split early.
+  [[nodiscard]] bool may_move() const { return limits_.max_move_m.has_value(); }
   [[nodiscard]] bool accept(const Realisation& real) const {
     return real.outcome == RealiseOutcome::kDone &&
-           largest_move(corners_.graph, real).first <=
-               kMoveTolerances * s_.plane_tolerance_m * scale_;
+           largest_move(corners_.graph, real).first <= largest_allowed_move_m() * scale_;
+  }
+  [[nodiscard]] double largest_allowed_move_m() const {
+    return limits_.max_move_m.value_or(kMoveTolerances * s_.plane_tolerance_m);
   }
   [[nodiscard]] Point3 place(std::uint32_t corner) const {
     return s_.vertices[corners_.corner_vertex[corner]];
@@ -174,7 +191,22 @@ class Realiser {
   std::size_t split_count_ = 0;
 };
 
-bool Realiser::realise_with_triangles(bool crowded_only, Realisation& real) {
+/// Short chains of placements instead of the best conditioned ones: fewest bits, larger movements.
+bool Realiser::realise_in_layers(std::size_t max_bits, Realisation& real) {
+  RealiseRules layers = rules(false, max_bits);
+  layers.wishes = false;
+  layers.order = PeelOrder::kLayers;
+  if (may_move()) {
+    const int allowed = -std::ilogb(largest_allowed_move_m() * scale_);
+    layers.normal_bits = std::clamp(allowed + kMoveGridBits, kLeastNormalBits, layers.normal_bits);
+    layers.position_bits = std::min(layers.normal_bits + kOffsetGridBits, layers.position_bits);
+  }
+  if (accept(real = realise(corners_.graph, layers))) return true;
+  return realise_with_triangles(layers, true, real) || realise_with_triangles(layers, false, real);
+}
+
+bool Realiser::realise_with_triangles(const RealiseRules& rules, bool crowded_only,
+                                      Realisation& real) {
   const std::vector<LooseFace> loose =
       find_loose_faces(s_, fit_, merged_, corners_.vertex_corner, corners_.graph, crowded_only);
   if (loose.empty()) return false;
@@ -182,14 +214,14 @@ bool Realiser::realise_with_triangles(bool crowded_only, Realisation& real) {
   // Corners on a grid just below the tolerance: the two triangles then differ by a clear angle or
   // not at all. A fold of the size of a rounding would leave slivers without thickness where their
   // planes cut.
-  RealiseRules on_grid = rules(false, limits_.max_bits);
+  RealiseRules on_grid = rules;
   on_grid.position_bits = std::clamp(2 - std::ilogb(s_.plane_tolerance_m * scale_), 4, 40);
   if (!accept(real = realise(graph, on_grid))) return false;
   PlaneFit fit = fit_;
   MergedSurface merged = merged_;
   bool ok = false;
   const std::size_t split = close_faces(loose, fit, merged, real, ok);
-  if (!ok || real.largest_bits > limits_.max_bits) return false;
+  if (!ok || real.largest_bits > rules.max_bits) return false;
   split_count_ = split;
   fit_ = std::move(fit);
   merged_ = std::move(merged);
@@ -205,10 +237,9 @@ void Realiser::refuse(const Realisation& real) const {
                      face_names(s_, fit_, corners_.graph, real.failed_corners) + " into triangles");
   }
   if (real.outcome == RealiseOutcome::kTooManyBits) {
-    throw InputError(
-        s_.file + ": coordinates need more than " + std::to_string(limits_.max_bits) +
-        " bits near " + place_text(s_, near) +
-        ": a curved strip; model it with fewer faces, or triangulate it in the source");
+    throw InputError(s_.file + ": coordinates need more than " + std::to_string(limits_.max_bits) +
+                     " bits near " + place_text(s_, near) +
+                     ": a curved strip; --simplify DISTANCE, or triangulate it in the source");
   }
   const auto [move, corner] = largest_move(corners_.graph, real);
   // Named: the plane that the given corner is farthest from.
@@ -224,7 +255,7 @@ void Realiser::refuse(const Realisation& real) const {
   std::snprintf(text, sizeof text,
                 "face %u is not flat: corner would move by %.3g m (limit %.3g m)",
                 s_.faces[fit_.planes[worst].widest_face].source_face + 1, move / scale_,
-                kMoveTolerances * s_.plane_tolerance_m);
+                largest_allowed_move_m());
   throw InputError(s_.file + ": at " + place_text(s_, place(corner)) + ": " + text +
                    "; split the face into triangles");
 }
@@ -238,6 +269,8 @@ void check_edges(const Surface& s, const MergedSurface& merged, const CornerGrap
   for (const MergedEdge& e : merged.edges) {
     const Point3 before = vec::sub(s.vertices[e.v], s.vertices[e.u]);
     const Point3 after = vec::sub(x[corners.vertex_corner[e.v]], x[corners.vertex_corner[e.u]]);
+    // Two vertices at one place are one corner.
+    if (corners.vertex_corner[e.u] == corners.vertex_corner[e.v]) continue;
     if (!(vec::dot(before, after) > 0.0)) refuse_thin(s, s.vertices[e.u]);
   }
 }
@@ -338,14 +371,19 @@ FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   const FaceNeighbors neighbors(surface);
   PlaneFit fit = fit_planes(surface, neighbors);
   MergedSurface merged = merge_faces(surface, neighbors, fit);
+  return flatten(surface, std::move(fit), std::move(merged), limits);
+}
+
+FlatBody flatten(const Surface& surface, PlaneFit fit, MergedSurface merged,
+                 const FlattenLimits& limits) {
   FlatBody body;
   body.reflex_edge_count = count_reflex(surface, fit, merged);
   if (body.reflex_edge_count > limits.max_reflex_edges) {
-    throw InputError(
+    throw LimitError(
         surface.file + ": " + std::to_string(body.reflex_edge_count) + " reflex edges, limit " +
         std::to_string(limits.max_reflex_edges) +
-        ": too curved for an exact decomposition; model it with fewer faces, or raise --max-reflex "
-        "(time grows about with its square)");
+        ": too curved for an exact decomposition; --simplify DISTANCE removes bevels, fillets and "
+        "small rounds, or raise --max-reflex (time grows about with its square)");
   }
   body.world.centre_m = surface.centre_m;
   body.world.scale = std::ldexp(1.0, -std::ilogb(surface.diagonal_m));

@@ -4,8 +4,12 @@
 /// faces merged into polygons, planes and corners realised as rationals such that every incidence
 /// holds exactly (decomposition section 3, steps 4-6, and "Corners on more than three planes").
 
+#include <optional>
+
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/exact.hpp"
+#include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
+#include "tools/graph_compiler/polyhedron/plane_fit.hpp"
 
 namespace haptic::tools {
 
@@ -14,6 +18,8 @@ struct FlattenLimits {
       300;                        ///< per body, counted in double before anything exact is computed
   std::size_t first_bits = 4000;  ///< then again without wished-for incidences up to max_bits
   std::size_t max_bits = 65536;
+  /// How far a corner may move onto its planes; absent: four plane tolerances.
+  std::optional<double> max_move_m = std::nullopt;
 };
 
 /// One solid of a body: exact boundary, outer shell and voids together.
@@ -36,5 +42,10 @@ struct FlatBody {
 /// @throws InputError with file, element, place in metres (file frame) and mend (decomposition
 /// section 9).
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits);
+
+/// The same with planes and polygons that were found already. Vertices, `merged.vertex_planes` and
+/// the planes of `fit` must agree to within the movement allowed.
+FlatBody flatten(const Surface& surface, PlaneFit fit, MergedSurface merged,
+                 const FlattenLimits& limits);
 
 }  // namespace haptic::tools

@@ -38,7 +38,7 @@ struct Step {
 /// neighbours left.
 class Peeling {
  public:
-  Peeling(const CornerPlaneGraph& graph, bool use_wishes);
+  Peeling(const CornerPlaneGraph& graph, const RealiseRules& rules);
   /// False when stuck; `left` then counts and names what remains.
   bool run();
   [[nodiscard]] const std::vector<Step>& steps() const { return steps_; }
@@ -52,11 +52,16 @@ class Peeling {
   [[nodiscard]] double plane_condition(const Step& step) const;
   bool remove_corners(double threshold);
   bool remove_plane(double threshold);
+  bool remove_layer(double threshold);
+  bool remove_planes(double threshold) {
+    return order_ == PeelOrder::kLayers ? remove_layer(threshold) : remove_plane(threshold);
+  }
   bool drop_wish();
   void remove(const Step& step);
   void queue_all_corners();
 
   const CornerPlaneGraph& graph_;
+  PeelOrder order_;
   std::vector<Arc> arcs_;
   std::vector<std::vector<std::uint32_t>> corner_arcs_, plane_arcs_;
   std::vector<std::size_t> corner_degree_, plane_degree_;
@@ -68,8 +73,9 @@ class Peeling {
   std::size_t left_ = 0;
 };
 
-Peeling::Peeling(const CornerPlaneGraph& graph, bool use_wishes)
+Peeling::Peeling(const CornerPlaneGraph& graph, const RealiseRules& rules)
     : graph_(graph),
+      order_(rules.order),
       corner_arcs_(graph.corners.size()),
       plane_arcs_(graph.planes.size()),
       corner_degree_(graph.corners.size(), 0),
@@ -95,7 +101,7 @@ Peeling::Peeling(const CornerPlaneGraph& graph, bool use_wishes)
   }
   for (const vec::Box& box : boxes)
     extent_.push_back(box.low[0] <= box.high[0] ? box.diagonal() : 0.0);
-  if (use_wishes) {
+  if (rules.wishes) {
     for (const WishedIncidence& w : graph.wishes) add({w.corner, w.plane, true, w.distance, false});
   }
 }
@@ -190,6 +196,19 @@ bool Peeling::remove_plane(double threshold) {
   return true;
 }
 
+/// All planes that can go: they share no arcs, so none waits for another.
+bool Peeling::remove_layer(double threshold) {
+  bool removed = false;
+  for (std::uint32_t p = 0; p < plane_gone_.size(); ++p) {
+    if (plane_gone_[p] || plane_degree_[p] > 3) continue;
+    const Step step = neighbours(true, p);
+    if (plane_condition(step) <= threshold) continue;
+    remove(step);
+    removed = true;
+  }
+  return removed;
+}
+
 bool Peeling::drop_wish() {
   Arc* worst = nullptr;
   for (Arc& arc : arcs_) {
@@ -208,7 +227,7 @@ bool Peeling::run() {
   std::size_t level = 0;
   queue_all_corners();
   while (left_ > 0) {
-    if (remove_corners(kThresholds[level]) || remove_plane(kThresholds[level])) {
+    if (remove_corners(kThresholds[level]) || remove_planes(kThresholds[level])) {
       if (level > 0) queue_all_corners();
       level = 0;
       continue;
@@ -373,7 +392,7 @@ bool Placement::place_corner(const Step& step) {
 
 Realisation realise(const CornerPlaneGraph& graph, const RealiseRules& rules) {
   Realisation out;
-  Peeling peeling(graph, rules.wishes);
+  Peeling peeling(graph, rules);
   if (!peeling.run()) {
     out.outcome = RealiseOutcome::kStuck;
     out.stuck_count = peeling.left();

@@ -37,7 +37,14 @@ struct CornerPlaneGraph {
   std::vector<WantedPlane> planes;
 };
 
+/// Which planes the peeling takes off at a time, where several can go.
+enum class PeelOrder {
+  kBestFirst,  ///< the best conditioned one: least movement, but chains as long as the surface
+  kLayers      ///< all of them: chains of placements grow with the logarithm of the surface only
+};
+
 struct RealiseRules {
+  PeelOrder order = PeelOrder::kBestFirst;
   /// Normals with largest component 1 to 2^-normal_bits, offsets to 2^-(normal_bits + 4).
   int normal_bits = 32;
   /// Free coordinates of corners to 2^-position_bits; 0: the double itself.

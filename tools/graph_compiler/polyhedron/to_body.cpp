@@ -65,7 +65,8 @@ ConvexPiece rounded_piece(ExactWorld& world, const Solid& piece, const FileFrame
 
 }  // namespace
 
-Body to_body(const FlatBody& body, const Decomposition& decomposition, const std::string& name) {
+Body to_body(const FlatBody& body, const Decomposition& decomposition, const std::string& name,
+             std::vector<std::size_t>* order) {
   // Tracing loops counts work; the caller's world stays as it is.
   ExactWorld world = body.world;
   world.work_limit = std::numeric_limits<double>::infinity();
@@ -86,7 +87,12 @@ Body to_body(const FlatBody& body, const Decomposition& decomposition, const std
   const Rational cubic = frame.scale * frame.scale * frame.scale;
   Rational volume = 0;
   Rational3 moment{0, 0, 0};
-  std::vector<std::pair<std::array<double, 3>, ConvexPiece>> sorted;
+  struct CentredPiece {
+    std::array<double, 3> centre;
+    std::size_t index;
+    ConvexPiece piece;
+  };
+  std::vector<CentredPiece> sorted;
   for (const Solid& piece : decomposition.pieces) {
     const Measure m = measure(world, piece);
     volume += m.volume;
@@ -95,11 +101,14 @@ Body to_body(const FlatBody& body, const Decomposition& decomposition, const std
     for (std::size_t i = 0; i < 3; ++i) centre[i] = m.first_moment[i] / m.volume;
     ConvexPiece rounded = rounded_piece(world, piece, frame, plane_index);
     rounded.volume_m3 = to_double(m.volume / cubic);
-    sorted.emplace_back(frame.point(centre), std::move(rounded));
+    sorted.push_back({frame.point(centre), sorted.size(), std::move(rounded)});
   }
   std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (auto& [centre, piece] : sorted) result.pieces.push_back(std::move(piece));
+                   [](const auto& a, const auto& b) { return a.centre < b.centre; });
+  for (CentredPiece& centred : sorted) {
+    result.pieces.push_back(std::move(centred.piece));
+    if (order != nullptr) order->push_back(centred.index);
+  }
 
   result.volume_m3 = to_double(volume / cubic);
   Rational3 centre;

@@ -14,8 +14,11 @@
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/pruning/exposure.hpp"
+#include "tools/graph_compiler/pruning/scene_pruning.hpp"
+#include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -45,8 +48,75 @@ std::string without_file(const std::string& warning, const std::string& file) {
 
 struct CompiledPart {
   PlacedBody placed;
+  std::vector<PieceExposure> exposure;  ///< by piece of the body
+  double exposure_s = 0.0;
   PartReport report;
 };
+
+using Tell = std::function<void(const char* step, double fraction)>;
+
+/// A part as exact convex pieces, and what was done on the way.
+struct ExactPart {
+  FlatBody flat;
+  Decomposition pieces;
+  std::optional<SimplifyAccount> simplified;
+  double flatten_s = 0.0;
+};
+
+FlattenLimits flatten_limits(const CompileOptions& options) {
+  FlattenLimits limits;
+  if (options.max_reflex) limits.max_reflex_edges = *options.max_reflex;
+  return limits;
+}
+
+Decomposition decomposed(FlatBody& flat, const std::string& file, const ScenePart& part,
+                         const CompileOptions& options, const Tell& tell) {
+  DecompositionLimits limits;
+  if (options.max_pieces) limits.max_pieces = *options.max_pieces;
+  if (options.work_limit) flat.world.work_limit = *options.work_limit;
+  limits.disjoint = options.disjoint || part.disjoint;
+  return decompose(flat, file, limits, [&](double fraction) { tell("decomposing", fraction); });
+}
+
+ExactPart exact_part(const Surface& surface, const ScenePart& part, const CompileOptions& options,
+                     const Tell& tell) {
+  ExactPart out;
+  Stopwatch watch;
+  tell("flattening", 0.0);
+  out.flat = flatten(surface, flatten_limits(options));
+  out.flatten_s = watch.lap();
+  out.pieces = decomposed(out.flat, surface.file, part, options, tell);
+  return out;
+}
+
+/// Where the simplified surface proves not to be a solid, or strays too far, smaller steps may
+/// still do: what they leave has more edges, hardly ever fewer, so the refusal of a limit ends the
+/// search.
+ExactPart exact_part_simplified(const Surface& surface, double distance_m, const ScenePart& part,
+                                const CompileOptions& options, const Tell& tell) {
+  constexpr std::array<double, 6> kShares{1.0, 0.8, 0.6, 0.4, 0.2, 0.1};
+  std::string refusals;
+  for (const double share : kShares) {
+    ExactPart out;
+    Stopwatch watch;
+    tell("simplifying", 0.0);
+    try {
+      Simplified simplified = simplify(surface, {distance_m, share}, flatten_limits(options));
+      out.flat = std::move(simplified.body);
+      out.simplified = simplified.account;
+      out.flatten_s = watch.lap();
+      out.pieces = decomposed(out.flat, surface.file, part, options, tell);
+      return out;
+    } catch (const LimitError& error) {
+      if (refusals.empty()) throw;
+      throw InputError(refusals + " (smaller steps of the simplification: " +
+                       without_file(error.what(), surface.file) + ")");
+    } catch (const InputError& error) {
+      if (refusals.empty()) refusals = error.what();
+    }
+  }
+  throw InputError(refusals + " (smaller steps of the simplification were tried too)");
+}
 
 CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                           const CompileOptions& options) {
@@ -75,19 +145,20 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   report.shells = surface.shells.size();
   report.timing.clean_s = watch.lap();
 
-  tell("flattening", 0.0);
-  FlattenLimits limits;
-  if (options.max_reflex) limits.max_reflex_edges = *options.max_reflex;
-  FlatBody flat = flatten(surface, limits);
+  const std::optional<double> simplify_m =
+      options.simplify_m ? options.simplify_m : part.simplify_m;
+  report.timing.flatten_s = 0.0;
+  ExactPart exact = simplify_m ? exact_part_simplified(surface, *simplify_m, part, options, tell)
+                               : exact_part(surface, part, options, tell);
+  FlatBody& flat = exact.flat;
+  const Decomposition& pieces = exact.pieces;
+  report.simplified = exact.simplified;
   report.solids = flat.solids.size();
   report.planes = flat.merged_plane_count;
   report.reflex_edges = flat.reflex_edge_count;
   report.largest_move_m = flat.largest_move_m;
   report.largest_bits = flat.largest_bits;
-  report.timing.flatten_s = watch.lap();
-
-  const Decomposition pieces = decompose(flat, raw.file, DecompositionLimits{},
-                                         [&](double fraction) { tell("decomposing", fraction); });
+  report.timing.flatten_s = exact.flatten_s;
   report.face_plane_only_pieces = pieces.face_plane_only_pieces;
   report.thinnest_m = pieces.thinnest_m;
   report.work = pieces.work;
@@ -102,33 +173,28 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
     }
   }
 
+  // The scene is not that of the file: said also where no report is asked for.
+  if (report.simplified && report.simplified->changed) {
+    report.warnings.push_back(simplify_text(*report.simplified));
+  }
+
   // Coordinates stay about the part's own centre, where doubles are finest; the writer adds the
   // centre.
   result.placed.mesh_origin_m = std::exchange(flat.world.centre_m, {0.0, 0.0, 0.0});
-  result.placed.body = to_body(flat, pieces, part.path.filename().string());
+  std::vector<std::size_t> order;
+  result.placed.body = to_body(flat, pieces, part.path.filename().string(), &order);
   result.placed.position_m = part.position_m;
   result.placed.quaternion_wxyz = part.quaternion_wxyz;
   report.volume_m3 = result.placed.body.volume_m3;
   report.pieces = result.placed.body.pieces;
-  report.timing.decompose_s = watch.lap();
+  report.timing.decompose_s = watch.lap() - exact.flatten_s;
+  if (!options.prune) return result;
+
+  tell("finding seams", 0.0);
+  std::vector<PieceExposure> exposure = exposure_of(flat, pieces.pieces);
+  for (const std::size_t k : order) result.exposure.push_back(std::move(exposure[k]));
+  result.exposure_s = watch.lap();
   return result;
-}
-
-void check_budget(const SceneFile& scene, const std::optional<BudgetLimit>& limit, const char* what,
-                  std::uint64_t needed, const SceneFacts& facts) {
-  if (!limit || needed <= limit->bytes) return;
-  throw InputError(
-      scene.file + ":" + std::to_string(limit->line) + ":" + std::to_string(limit->column) +
-      ": the scene needs " + grouped(needed) + " bytes of " + what + ", the budget allows " +
-      grouped(limit->bytes) + "; raise it, or use coarser meshes\n" + sections_as_text(facts) +
-      nodes_as_text(facts) + "    state " + grouped(facts.capacity.state_bytes) + " bytes");
-}
-
-void check_budgets(const SceneFile& scene, const SceneView& view) {
-  if (!scene.budget.constants && !scene.budget.state) return;
-  const SceneFacts facts = facts_of(view);
-  check_budget(scene, scene.budget.constants, "constants", facts.bytes, facts);
-  check_budget(scene, scene.budget.state, "state", facts.capacity.state_bytes, facts);
 }
 
 /// Radius of the moving part about its grip.
@@ -188,6 +254,9 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.parameters = scene.parameters;
   description.graph_bytes = scene.graph_bytes.value_or(kDefaultGraphBytes);
   description.max_pair_visits = scene.budget.pair_visits.value_or(kDefaultPairVisits);
+  description.orientation = scene.orientation;
+  description.workspace = scene.workspace;
+  description.prune = options.prune;
 
   CompiledPart moving = compile_part(scene.moving, scene, options);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -197,6 +266,8 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
                      : moving.placed.body.centre_of_volume_m[k] + moving.placed.mesh_origin_m[k];
   }
   description.moving = std::move(moving.placed);
+  description.exposure = std::move(moving.exposure);
+  double exposure_s = moving.exposure_s;
   result.parts.push_back(std::move(moving.report));
   CouplingChoice choice =
       choose_coupling(scene, radius_about(description.moving, description.grip_m));
@@ -206,8 +277,12 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     CompiledPart fixed = compile_part(part, scene, options);
     fixed.placed.friction = friction_against(scene, part, result.notes);
     description.statics.push_back(std::move(fixed.placed));
+    append(description.exposure, fixed.exposure);
+    exposure_s += fixed.exposure_s;
     result.parts.push_back(std::move(fixed.report));
   }
+  result.pruning = prune_scene(description);
+  result.pruning.exposure_ms = 1e3 * exposure_s;
   Stopwatch watch;
   const auto tell = [&](double fraction) {
     if (options.progress) options.progress(scene.name, "bounding the search", fraction);

@@ -15,6 +15,8 @@
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/graph_compiler/program/steady_work.hpp"
+#include "tools/graph_compiler/pruning/pruning_account.hpp"
+#include "tools/graph_compiler/simplify/simplification.hpp"
 
 namespace haptic::tools {
 
@@ -35,6 +37,7 @@ struct PartReport {
   std::size_t shells = 0, solids = 0, planes = 0, reflex_edges = 0;
   double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
   std::size_t largest_bits = 0;
+  std::optional<SimplifyAccount> simplified;  ///< absent: not asked for
   std::size_t face_plane_only_pieces = 0;
   double thinnest_m = 0.0;
   double work = 0.0;
@@ -49,6 +52,7 @@ struct CompiledScene {
   SceneFile scene;
   std::vector<PartReport> parts;     ///< moving part first
   SceneAccount account;              ///< of the pieces, moving part first
+  PruningAccount pruning;            ///< which basic contacts are needed
   std::vector<std::string> notes;    ///< on coupling, friction and size
   std::optional<SteadyWork> steady;  ///< absent: the scene has no motion limits
   double write_s = 0.0;              ///< bounds, graph and blob
@@ -57,13 +61,19 @@ struct CompiledScene {
 struct CompileOptions {
   std::optional<double> plane_tolerance_m;  ///< before that of the scene file
   std::optional<std::size_t> max_reflex;    ///< reflex edges per part
+  bool prune = true;                        ///< false: keep every basic contact
+  std::optional<std::size_t> max_pieces;    ///< convex pieces per part
+  std::optional<double> work_limit;         ///< units of exact work per part
+  std::optional<double> simplify_m;         ///< before that of every part
+  bool disjoint = false;                    ///< for every part, besides what the parts ask for
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;
 };
 
-/// @throws InputError from any step, when the scene exceeds its budget (with a breakdown), when a
-/// gain exceeds what the device bears, or when law proxy does not serve the size.
+/// @throws InputError from any step, BudgetError (program/memory_budget.hpp) when the scene exceeds
+/// its budget, InputError when a gain exceeds what the device bears, or when law proxy does not
+/// serve the size.
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options);
 
 }  // namespace haptic::tools

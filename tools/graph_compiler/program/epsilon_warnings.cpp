@@ -42,6 +42,7 @@ std::string sentence(const std::string& mesh, const Shortfall& shortfall,
 
 std::vector<std::string> epsilon_warnings(const CompiledScene& compiled) {
   std::vector<std::string> result;
+  if (compiled.account.edges.empty()) return result;  // a part that never turns has no such bounds
   const double epsilon_m = compiled.scene.parameters.epsilon_m;
   std::size_t first = 0;
   for (const PartReport& part : compiled.parts) {

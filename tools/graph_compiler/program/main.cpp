@@ -8,25 +8,34 @@
 #include <cstdio>
 #include <filesystem>
 #include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/report.hpp"
+#include "tools/graph_compiler/program/traits_header.hpp"
 
 namespace haptic::tools {
 namespace {
 
 struct Arguments {
-  std::string scene, output, report;
+  std::string scene, output, report, traits;
+  std::vector<std::string> without, with;
   double plane_tolerance_m = 0.0;
-  std::size_t max_reflex = 0;
-  bool has_tolerance = false, has_reflex = false, quiet = false, certified = false;
+  double simplify_m = 0.0, work_limit = 0.0;
+  std::size_t max_reflex = 0, max_pieces = 0;
+  bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
+  bool has_simplify = false, disjoint = false, quiet = false, no_prune = false, certified = false,
+       progress = false;
 };
 
-/// One line on a terminal, from the second second on: nothing for quick scenes, nothing in log
-/// files.
+/// One line on a terminal, from the second second on: nothing for quick scenes, and nothing in log
+/// files unless asked for.
 class ProgressLine {
  public:
   void show(const std::string& mesh, const char* step, double fraction) {
@@ -60,23 +69,55 @@ bool same_file(const std::string& a, const std::string& b) {
   return std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error);
 }
 
+std::string header_of(const CompiledScene& compiled, const Arguments& arguments) {
+  const SceneBytes aligned{compiled.bytes};
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+    throw std::logic_error("the scene just written does not open");
+  }
+  return traits_header(image_traits(view, arguments.without, arguments.with), compiled.scene.name);
+}
+
+bool one_file_twice(const Arguments& arguments) {
+  const std::string* const files[] = {&arguments.scene, &arguments.output, &arguments.report,
+                                      &arguments.traits};
+  for (std::size_t i = 0; i < std::size(files); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!files[i]->empty() && !files[k]->empty() && same_file(*files[i], *files[k])) return true;
+    }
+  }
+  return false;
+}
+
 int compile(const Arguments& arguments) {
   const bool has_report = !arguments.report.empty();
-  if (same_file(arguments.scene, arguments.output) ||
-      (has_report && (same_file(arguments.scene, arguments.report) ||
-                      same_file(arguments.output, arguments.report)))) {
-    std::fputs("graph_compiler: scene, output and report must be different files\n", stderr);
+  const bool has_traits = !arguments.traits.empty();
+  if (one_file_twice(arguments)) {
+    std::fputs("graph_compiler: scene, output, report and traits must be different files\n",
+               stderr);
     return kExitUsage;
   }
   const SceneFile scene = read_scene_file(arguments.scene);
-  ProgressLine line(!arguments.quiet && ::isatty(STDERR_FILENO) == 1);
+  ProgressLine line(arguments.progress || (!arguments.quiet && ::isatty(STDERR_FILENO) == 1));
   CompileOptions options;
   if (arguments.has_tolerance) options.plane_tolerance_m = arguments.plane_tolerance_m;
   if (arguments.has_reflex) options.max_reflex = arguments.max_reflex;
+  options.prune = !arguments.no_prune;
+  if (arguments.has_pieces) options.max_pieces = arguments.max_pieces;
+  if (arguments.has_work) options.work_limit = arguments.work_limit;
+  if (arguments.has_simplify) options.simplify_m = arguments.simplify_m;
+  options.disjoint = arguments.disjoint;
   options.progress = [&](const std::string& mesh, const char* step, double fraction) {
     line.show(mesh, step, fraction);
   };
-  const CompiledScene compiled = compile_scene(scene, options);
+  CompiledScene compiled;
+  try {
+    compiled = compile_scene(scene, options);
+  } catch (const BudgetError& error) {
+    line.clear();
+    std::fprintf(stderr, "graph_compiler: %s\n", error.what());
+    return kExitCheckFailed;
+  }
   line.clear();
   if (arguments.certified) {
     const std::vector<std::string> reasons = unproven_of(compiled);
@@ -87,7 +128,11 @@ int compile(const Arguments& arguments) {
   }
 
   std::vector<PendingFile> files{{arguments.output, std::span(compiled.bytes)}};
-  std::string json;
+  std::string json, header;
+  if (has_traits) {
+    header = header_of(compiled, arguments);
+    files.push_back({arguments.traits, std::as_bytes(std::span(header))});
+  }
   if (has_report) {
     json = report_as_json(compiled);
     files.push_back({arguments.report, std::as_bytes(std::span(json))});
@@ -110,20 +155,49 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Compiles a scene (meshes, poses, stiffness) into the contact graph that the servo loop "
       "reads.\n"
-      "Exit codes: 0 done, 1 not certified, 2 usage, 3 the scene or a mesh cannot be used, 4 the "
-      "system refused."};
+      "Exit codes: 0 done, 1 not certified or over its budget, 2 usage, 3 the scene or a mesh "
+      "cannot be used, 4 the system refused."};
   haptic::tools::Arguments arguments;
   app.add_option("scene", arguments.scene, "scene file (TOML)")->required();
   app.add_option("-o,--output", arguments.output, "compiled scene (.rtscene)")->required();
   app.add_option("--report", arguments.report, "write an account of the compilation (JSON)");
+  app.add_option(
+      "--traits", arguments.traits,
+      "write the header that makes an image of this scene (rt_core/scene/scene_image.hpp)");
+  app.add_option("--without", arguments.without,
+                 "with --traits: leave out of the image clutch or contact_geometry; repeatable")
+      ->take_all()
+      ->check(CLI::IsMember(haptic::tools::optional_traits()));
+  app.add_option("--with", arguments.with,
+                 "with --traits: compile a feature that the scene does not need; repeatable")
+      ->take_all()
+      ->check(CLI::IsMember(haptic::tools::trait_names()));
   CLI::Option* tolerance =
       app.add_option("--plane-tolerance", arguments.plane_tolerance_m,
                      "distance within which a vertex lies on a plane [m]; default: from the mesh")
           ->check(CLI::PositiveNumber);
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
                                        "reflex edges allowed per part (default 300)");
+  CLI::Option* pieces = app.add_option("--max-pieces", arguments.max_pieces,
+                                       "convex pieces allowed per part (default 4000)")
+                            ->check(CLI::PositiveNumber);
+  CLI::Option* work = app.add_option("--work-limit", arguments.work_limit,
+                                     "units of exact work per part, of 40 to 150 ns (default 2e8)")
+                          ->check(CLI::PositiveNumber);
+  CLI::Option* simplify =
+      app.add_option(
+             "--simplify", arguments.simplify_m,
+             "remove bevels, fillets and small rounds of every part; no point of the surface "
+             "is then farther than this from the other surface [m]")
+          ->check(CLI::PositiveNumber);
+  app.add_flag("--disjoint", arguments.disjoint,
+               "cut overlapping solids of a part apart instead of keeping them as a cover");
+  app.add_flag("--progress", arguments.progress,
+               "show what is being done, also where standard error is no terminal");
   app.add_flag("--certified", arguments.certified,
                "refuse a scene of which a tick may have to give up exactness");
+  app.add_flag("--no-prune", arguments.no_prune,
+               "keep every basic contact, also those that no pose of the scene uses");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   app.set_version_flag("--version", "graph_compiler " HAPTIC_VERSION);
   try {
@@ -133,6 +207,9 @@ int main(int argc, char** argv) {
   }
   arguments.has_tolerance = tolerance->count() > 0;
   arguments.has_reflex = reflex->count() > 0;
+  arguments.has_pieces = pieces->count() > 0;
+  arguments.has_work = work->count() > 0;
+  arguments.has_simplify = simplify->count() > 0;
   return haptic::tools::run_main("graph_compiler",
                                  [&] { return haptic::tools::compile(arguments); });
 }

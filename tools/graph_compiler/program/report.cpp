@@ -8,7 +8,9 @@
 
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/epsilon_warnings.hpp"
+#include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_inspect/budget_text.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
@@ -26,28 +28,45 @@ __attribute__((format(printf, 1, 2))) std::string formatted(const char* format, 
   return text;
 }
 
-SceneFacts facts_of_bytes(const std::vector<std::byte>& bytes) {
-  const SceneBytes aligned{bytes};
+/// View of what the compiler has written; the bytes must outlive it.
+SceneView opened(const SceneBytes& bytes) {
   SceneView view;
-  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
+  if (SceneView::open(bytes.span(), view) != RtStatus::kOk) {
     throw std::logic_error("the scene just written does not open");
   }
-  return facts_of(view);
+  return view;
+}
+
+SceneFacts facts_of_bytes(const std::vector<std::byte>& bytes) {
+  const SceneBytes aligned{bytes};
+  return facts_of(opened(aligned));
 }
 
 SceneParameters parameters_of(const std::vector<std::byte>& bytes) {
   const SceneBytes aligned{bytes};
-  SceneView view;
-  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
-    throw std::logic_error("the scene just written does not open");
-  }
-  return view.parameters();
+  return opened(aligned).parameters();
 }
 
 std::size_t edge_count(const ConvexPiece& piece) {
   std::size_t corners = 0;
   for (const PieceFace& face : piece.faces) corners += face.loop.size();
   return corners / 2;
+}
+
+Json simplified_json(const std::optional<SimplifyAccount>& account) {
+  if (!account) return nullptr;
+  const SimplifyAccount& a = *account;
+  return {{"limit_m", a.limit_m},
+          {"share", a.share},
+          {"changed", a.changed},
+          {"hausdorff_m", a.hausdorff_m},
+          {"hausdorff_at_least_m", a.hausdorff_at_least_m},
+          {"planes_before", a.planes_before},
+          {"planes_after", a.planes_after},
+          {"reflex_edges_before", a.reflex_before},
+          {"reflex_edges_after", a.reflex_after},
+          {"volume_before_m3", a.volume_before_m3},
+          {"volume_after_m3", a.volume_after_m3}};
 }
 
 Json part_json(const PartReport& part, bool moving) {
@@ -73,6 +92,7 @@ Json part_json(const PartReport& part, bool moving) {
           {"plane_tolerance_m", part.plane_tolerance_m},
           {"cleaning", std::move(steps)},
           {"largest_move_m", part.largest_move_m},
+          {"simplified", simplified_json(part.simplified)},
           {"warnings", part.warnings},
           {"shells", part.shells},
           {"solids", part.solids},
@@ -91,6 +111,7 @@ Json part_json(const PartReport& part, bool moving) {
             {"disjoint", c.disjoint},
             {"volume_equal", c.volume_equal},
             {"cover", c.cover},
+            {"removed", c.removed},
             {"nonzero_counts", c.nonzero_counts},
             {"volume_m3", c.volume_m3}}}};
 }
@@ -104,7 +125,10 @@ Json timing_json(const CompiledScene& compiled) {
                      {"flatten_s", part.timing.flatten_s},
                      {"decompose_s", part.timing.decompose_s}});
   }
-  return {{"parts", std::move(parts)}, {"write_s", compiled.write_s}};
+  return {{"parts", std::move(parts)},
+          {"exposure_s", 1e-3 * compiled.pruning.exposure_ms},
+          {"marks_s", 1e-3 * compiled.pruning.marks_ms},
+          {"write_s", compiled.write_s}};
 }
 
 Json budget_json(const SceneBudget& budget) {
@@ -119,7 +143,9 @@ Json budget_json(const SceneBudget& budget) {
 std::string certificate_text(const Certificate& c) {
   if (c.holds()) {
     return std::string("convex, partition, disjoint, volumes equal (exact)") +
-           (c.cover ? "; solids overlap: cover" : "");
+           (c.cover         ? "; solids overlap: cover"
+            : c.removed > 0 ? "; solids overlapped: cut apart"
+                            : "");
   }
   std::string text = "FAILED:";
   if (!c.convex) text += " not convex";
@@ -138,6 +164,7 @@ std::string part_text(const PartReport& part, bool moving) {
     text += formatted("    %-24s %8zu   moved at most %.2g m\n", step.name.c_str(), step.count,
                       step.largest_move_m);
   }
+  if (part.simplified) text += "    " + simplify_text(*part.simplified) + "\n";
   text += formatted("    solids %zu, planes %zu, reflex edges %zu, volume %.9g m3\n", part.solids,
                     part.planes, part.reflex_edges, part.volume_m3);
   text += formatted("    convex pieces %zu", part.pieces.size());
@@ -169,7 +196,12 @@ Json steady_json(const CompiledScene& compiled) {
 }
 
 std::string steady_text(const CompiledScene& compiled, const SceneFacts& facts) {
-  if (!compiled.steady) return "no [motion_limits]: no speed certificate\n";
+  if (!compiled.steady) {
+    return std::string(compiled.scene.orientation || compiled.scene.workspace
+                           ? "no speeds in [motion_limits]"
+                           : "no [motion_limits]") +
+           ": no speed certificate\n";
+  }
   const SteadyWork& work = *compiled.steady;
   const SceneParameters& p = compiled.scene.parameters;
   std::string text = formatted(
@@ -199,7 +231,7 @@ std::uint64_t graph_budget(const CompiledScene& compiled) {
 }
 
 double total_seconds(const CompiledScene& compiled) {
-  double sum = compiled.write_s;
+  double sum = compiled.write_s + 1e-3 * (compiled.pruning.exposure_ms + compiled.pruning.marks_ms);
   for (const PartReport& part : compiled.parts) {
     const PartTiming& t = part.timing;
     sum += t.read_s + t.clean_s + t.flatten_s + t.decompose_s;
@@ -220,6 +252,7 @@ std::string report_as_json(const CompiledScene& compiled) {
                        {"nodes", facts.nodes},
                        {"arcs", facts.arcs},
                        {"pairs", pairs_as_json(facts)},
+                       {"pruning", account_as_json(compiled.pruning)},
                        {"graph_budget_bytes", graph_budget(compiled)},
                        {"stored_graph_bytes", facts.stored_graph_bytes},
                        {"bytes", facts.bytes},
@@ -230,6 +263,7 @@ std::string report_as_json(const CompiledScene& compiled) {
                        {"notes", compiled.notes},
                        {"steady_work", steady_json(compiled)},
                        {"state_bytes", facts.capacity.state_bytes},
+                       {"state_parts", state_as_json(facts)},
                        {"budget", budget_json(compiled.scene.budget)},
                        {"warnings", warnings_of(compiled)},
                        {"timing", timing_json(compiled)}};
@@ -246,12 +280,14 @@ std::string report_as_text(const CompiledScene& compiled) {
   text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
           grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
           nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
+  text += account_as_text(compiled.pruning);
   text += "bounds\n" + bounds_as_text(facts) + steady_text(compiled, facts);
   text += std::string("law ") + law_name(facts.parameters.law) + "\n" + coupling_as_text(facts) +
           "passivity budget\n" + budget_as_text(facts);
   for (const std::string& note : compiled.notes) text += "note: " + note + "\n";
   text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
           "\n" + sections_as_text(facts);
+  text += state_as_text(facts);
   return text + formatted("time %.3f s\n", total_seconds(compiled));
 }
 

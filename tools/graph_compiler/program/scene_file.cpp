@@ -7,6 +7,7 @@
 #include "tools/common/files.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/common/toml_text.hpp"
+#include "tools/graph_compiler/program/motion_table.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -53,12 +54,14 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
     if (material->empty()) t.fail("material", "is empty; give a name, as [[friction]] has it");
     part.material = *material;
   }
+  part.simplify_m = t.number("simplify_m", kPositive);
+  part.disjoint = t.flag("disjoint").value_or(false);
   return part;
 }
 
 void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
-  const auto moving =
-      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m"});
+  const auto moving = top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion",
+                                           "material", "grip_m", "simplify_m", "disjoint"});
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
@@ -94,18 +97,6 @@ FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
     p.rate_hz = loop->number("rate_hz", kRate).value_or(kDefaultRate_hz);
   }
   return rendering->place("k_f_n_per_m");
-}
-
-void read_motion_limits(const TomlTable& top, SceneParameters& p) {
-  const auto limits = top.table("motion_limits", {"linear_m_per_s", "angular_rad_per_s"});
-  if (!limits) return;
-  const auto linear = limits->number("linear_m_per_s", kPositive);
-  const auto angular = limits->number("angular_rad_per_s", kPositive);
-  if (!linear) limits->fail_missing("linear_m_per_s", "give the largest speed of the hand");
-  if (!angular) limits->fail_missing("angular_rad_per_s", "give the largest turning speed");
-  p.motion_limits_given = 1;
-  p.max_linear_speed_m_per_s = *linear;
-  p.max_angular_speed_rad_per_s = *angular;
 }
 
 void read_device(const TomlTable& top, SceneParameters& p) {
@@ -179,8 +170,8 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   check_format(top);
   scene.name = read_name(top);
   read_moving(top, folder, scene);
-  for (const TomlTable& t :
-       top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion", "material"})) {
+  for (const TomlTable& t : top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion",
+                                                  "material", "simplify_m", "disjoint"})) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
   }
@@ -188,7 +179,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
     top.fail_missing("static", "add at least one [[static]] table with a fixed part");
   }
   const FilePlace k_f_at = read_rendering(top, scene.parameters);
-  read_motion_limits(top, scene.parameters);
+  read_motion_table(top, scene);
   read_device(top, scene.parameters);
   scene.coupling = read_coupling(top, scene.parameters.device);
   scene.coupling.k_f_at = k_f_at;

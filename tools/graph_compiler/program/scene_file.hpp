@@ -25,7 +25,9 @@ struct ScenePart {
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
-  std::string material;  ///< of the friction table; empty: none named
+  std::string material;              ///< of the friction table; empty: none named
+  std::optional<double> simplify_m;  ///< bevels, fillets and rounds below are removed
+  bool disjoint = false;             ///< solids that overlap are cut apart
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
@@ -50,6 +52,8 @@ struct SceneFile {
                              ///< coupling by choose_coupling
   CouplingRequest coupling;
   std::vector<FrictionPair> friction;
+  std::optional<OrientationEnvelope> orientation;  ///< absent: every orientation
+  std::optional<WorkspaceBox> workspace;           ///< of the grip point; absent: every place
   std::optional<double> plane_tolerance_m;
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;

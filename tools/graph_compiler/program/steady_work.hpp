@@ -2,7 +2,8 @@
 #pragma once
 /// The speed certificate of a scene: how many faces and edges of a pair the loop has to look at in
 /// a tick while the hand keeps within the motion limits. A figure from sampled poses, never a
-/// proof: the proof is the count of all faces and edges, which the bounds of a tick hold.
+/// proof: the proof is the count of all faces and edges, which the bounds of a tick hold. It is of
+/// the contact search alone: what law kProxy adds is bounded by its passes, however slow the hand.
 
 #include <cstdint>
 #include <optional>
@@ -37,8 +38,9 @@ struct SteadyWork {
 /// Samples random orientations with the pieces of each pair in contact, half of them vertex on
 /// vertex, half on a random point of a random face. Of every pose it counts the faces and edges
 /// whose best plane lies within relaxation + 2 age motion of the best of all. Same scene, same
-/// figures. Empty when the scene has no motion limits. Cost: seconds at most for pieces of hundreds
-/// of vertices, O(samples E V) per pair.
+/// figures. Empty when the scene has no motion limits, or its part never turns: then a tick goes
+/// over the planes of a pair, all of them. Cost: seconds at most for pieces of hundreds of
+/// vertices, O(samples E V) per pair.
 std::optional<SteadyWork> steady_work(const SceneView& scene);
 
 }  // namespace haptic::tools

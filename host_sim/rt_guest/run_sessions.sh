@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# run_sessions.sh {CONFIG TICKS FAULTS}..., run by run_in_rt_guest: for each three (FAULTS - is none)
+# the reference device is plugged into the guest's virtual controller, and run_device closes the loop
+# on it through the guest's whole USB stack. Tells of each in a line, followed by the summary; at the
+# end, since what the emulator does for the console may come between what is measured.
+echo "kernel $(uname -r), PREEMPT_RT $(cat /sys/kernel/realtime), clock $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource)"
+while [ $# -ge 3 ]; do
+  config=$1 ticks=$2 faults=$3
+  shift 3
+  [ "$faults" = - ] && script= || script="--faults $faults"
+  host_sim usb-device --scene peg.rtscene --priority 70 $script >/tmp/device.log 2>&1 &
+  device=$!
+  run_device "$config" --ticks "$ticks" --seconds 60 --json >/tmp/run.json 2>/tmp/run.log
+  code=$?
+  kill "$device"
+  wait "$device"
+  {
+    echo "session $config $ticks $faults exit $code device $?"
+    tail -n 1 /tmp/run.json
+    cat /tmp/run.log /tmp/device.log
+  } >>/tmp/told
+done
+cat /tmp/told

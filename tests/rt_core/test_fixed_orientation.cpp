@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: Apache-2.0
+// A part that never turns: planes stored offline against the search that forms them from features.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/law/proxy_qp.hpp"
+#include "tests/support/pair_bench.hpp"
+#include "tests/support/pruned_scenes.hpp"
+#include "tests/support/rt_guard.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+/// The description with the orientation q (w, x, y, z) alone.
+tools::SceneDescription with_one_orientation(tools::SceneDescription d,
+                                             const std::array<double, 4>& q) {
+  d.orientation = tools::OrientationEnvelope{{q[1], q[2], q[3], q[0]}, 0.0};
+  return d;
+}
+
+struct Shape {
+  std::string name;
+  tools::Body a, b;
+};
+std::vector<Shape> shapes() {
+  const tools::Body corner =
+      tetrahedron({0, 0, 0}, {0.03, 0, 0.02}, {-0.01, 0.03, 0.02}, {-0.01, -0.02, 0.03});
+  return {
+      {"tetrahedron on box", corner, box({-0.06, -0.06, -0.03}, {0.06, 0.06, 0})},
+      {"boxes", box({-0.02, -0.01, -0.015}, {0.02, 0.01, 0.015}),
+       box({-0.05, -0.05, -0.03}, {0.05, 0.05, 0})},
+      {"prisms", prism(12, 0.02, 0.05), prism(7, 0.03, 0.04)},
+      {"hulls", random_hull(91, 24, {0.03, 0.02, 0.025}), random_hull(92, 30, {0.04, 0.05, 0.03})}};
+}
+
+/// Upright, a quarter turn, almost parallel edges, and anything.
+std::vector<std::array<double, 4>> orientations(Random& random) {
+  const double half = std::sqrt(0.5);
+  return {{1, 0, 0, 0},       {half, 0, 0, half},
+          {1, 1e-7, 2e-7, 0}, {0.969061487, 0.196438488, 0.146459319, -0.029688774},
+          random.rotation(),  random.rotation()};
+}
+
+std::array<double, 4> unit(const std::array<double, 4>& q) {
+  const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  return {q[0] / n, q[1] / n, q[2] / n, q[3] / n};
+}
+
+tools::Body peg() { return box({-0.01, -0.01, -0.03}, {0.01, 0.01, 0.03}); }
+tools::Body socket() {
+  return join({box({-0.03, -0.03, -0.04}, {-0.0103, 0.03, 0}),
+               box({0.0103, -0.03, -0.04}, {0.03, 0.03, 0}),
+               box({-0.0103, -0.03, -0.04}, {0.0103, -0.0103, 0}),
+               box({-0.0103, 0.0103, -0.04}, {0.0103, 0.03, 0}),
+               box({-0.03, -0.03, -0.06}, {0.03, 0.03, -0.04})});
+}
+
+double wrench_difference(const Wrench& a, const Wrench& b) {
+  const double scale = std::max(static_cast<double>(b.force_w.norm()), 1e-3);
+  return std::max(static_cast<double>((a.force_w - b.force_w).norm()),
+                  static_cast<double>((a.torque_w - b.torque_w).norm())) /
+         scale;
+}
+
+constexpr double kSameLength_m = HAPTIC_REAL_IS_FLOAT ? 2e-7 : 1e-12;
+
+}  // namespace
+
+TEST_SUITE("rt_core.fixed_orientation") {
+  TEST_CASE("planes: D_near, verdict and near set are those of the search at that orientation") {
+    Random random(71);
+    for (const Shape& shape : shapes()) {
+      for (const auto& q : orientations(random)) {
+        CAPTURE(shape.name);
+        CAPTURE(q[0]);
+        tools::SceneDescription d = scene_of(shape.a, {shape.b});
+        PairBench turning(d);
+        LoadedScene fixed(with_one_orientation(d, unit(q)));
+        REQUIRE(fixed.view.is_fixed());
+        const PairView pair = fixed.view.pair(0);
+        BoundedList<NearNode> near;
+        std::vector<NearNode> room(pair.record->near_capacity + 1);
+        near = BoundedList<NearNode>(std::span(room));
+        double largest = 0;
+        int verdicts = 0, missing = 0, extra = 0, nodes = 0, inside = 0;
+        for (int k = 0; k < 800; ++k) {
+          Point x = {random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1),
+                     random.uniform(-0.1, 0.1)};
+          const PairPose* pose = &turning.at(x, q);
+          NearResult wanted = turning.search();
+          if (k % 2 == 0) {  // onto the boundary, where near sets are large
+            for (std::size_t c = 0; c < 3; ++c)
+              x[c] -=
+                  static_cast<double>(wanted.d_near_m * wanted.best.normal_w[static_cast<int>(c)]) +
+                  random.uniform(-2e-5, 2e-5);
+            pose = &turning.at(x, q);
+            wanted = turning.search();
+          }
+          near.clear();
+          const NearResult got = find_fixed_near_set(pair, pose->y_w, pose->size_m, 1.0e-4_r, near,
+                                                     NodeScope::kReachable);
+          largest =
+              std::max(largest, std::abs(static_cast<double>(got.d_near_m - wanted.d_near_m)));
+          VerdictMemory memory;
+          const Verdict truth = pair_verdict(*pose, wanted, memory).verdict;
+          // Where D_near is as small as rounding, rounding decides which of the two it is.
+          const bool plain =
+              std::abs(static_cast<double>(std::abs(wanted.d_near_m) - pose->rounding_m)) >
+              kSameLength_m;
+          verdicts += plain && fixed_verdict(got, pose->rounding_m).verdict != truth;
+          inside += truth == Verdict::kColliding;
+          std::vector<std::uint32_t> doubtful, found;
+          const auto exact = turning.exhaustive_near(
+              wanted.d_near_m, (HAPTIC_REAL_IS_FLOAT ? 2e-5_r : 1e-9_r) * pose->size_m, doubtful);
+          for (const NearNode& n : near) found.push_back(n.node);
+          std::ranges::sort(found);
+          // All of the search's, and none but those of the definition.
+          for (const NearNode& n : turning.near())
+            missing += !std::ranges::binary_search(found, n.node) &&
+                       !std::ranges::binary_search(doubtful, n.node);
+          for (const std::uint32_t n : found)
+            extra +=
+                !std::ranges::binary_search(exact, n) && !std::ranges::binary_search(doubtful, n);
+          nodes += static_cast<int>(found.size());
+          // Every plane is a bound, and the nearest of them the largest.
+          CHECK(nearest_fixed_plane(pair, pose->y_w).gap_m == got.d_near_m);
+        }
+        CHECK(largest <= kSameLength_m);
+        CHECK(verdicts == 0);
+        CHECK(missing == 0);
+        CHECK(extra == 0);
+        CHECK(nodes > 400);
+        CHECK(inside > 40);
+      }
+    }
+  }
+
+  TEST_CASE("what rotation needs is not written, not placed, and the work is the planes'") {
+    tools::SceneDescription d = scene_of(shapes()[1].a, {shapes()[1].b});
+    d.parameters.law = LawId::kProxy;
+    const LoadedScene turning(d);
+    LoadedScene fixed(with_one_orientation(d, {1, 0, 0, 0}));
+    for (const SectionEntry& s : fixed.view.sections()) {
+      CHECK(s.id != SectionId::kEdgeArcs);
+      CHECK(s.id != SectionId::kNodes);
+      CHECK(s.id != SectionId::kNeighbors);
+      CHECK(s.id != SectionId::kNeighborBegin);
+    }
+    const SceneCapacity &c = fixed.view.header().capacity, &free = turning.view.header().capacity;
+    CHECK(fixed.view.blob().size() < turning.view.blob().size() / 2);
+    CHECK(c.state_bytes < free.state_bytes / 2);
+    CHECK(c.max_feature_evaluations == fixed.view.fixed_pairs()[0].plane_count);
+    CHECK(c.max_edge_pairs == 0);
+    CHECK(c.unproven == 0);
+    MESSAGE("boxes: blob " << turning.view.blob().size() << " to " << fixed.view.blob().size()
+                           << " bytes, state " << free.state_bytes << " to " << c.state_bytes);
+  }
+
+  TEST_CASE("laws of the region: the wrench of the general program at that orientation") {
+    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
+      for (const bool cut : {false, true}) {
+        CAPTURE(static_cast<int>(law));
+        CAPTURE(cut);
+        const auto q = unit(cut ? std::array<double, 4>{1, 0, 0, 0.003}
+                                : std::array<double, 4>{1, 0.0004, -0.0003, 0.2});
+        const Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
+        tools::SceneDescription d =
+            scene_of(box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}), {box(lo, hi)});
+        d.parameters.law = law;
+        if (cut) {
+          d.statics[0].body = cut_box(lo, hi, {0.003}, {{}, {-0.004}});
+          const LoadedScene all(d);
+          d.marks = all_marks(all.view);
+          mark_cuts(all.view, 1, box(lo, hi), d.marks);
+        }
+        LoadedScene turning(d), fixed(with_one_orientation(d, q));
+        double largest = 0, depth = 0;
+        int contacts = 0;
+        for (int t = 0; t < 2000; ++t) {
+          const double s = 0.004 * t;
+          const Point p = {0.04 * std::sin(s), 0.04 * std::cos(1.3 * s),
+                           0.0197 + 0.0006 * std::sin(5 * s)};
+          const StepResult a = fixed.step(p), b = turning.step(p, q);
+          largest = std::max(largest, wrench_difference(a.wrench_w, b.wrench_w));
+          depth = std::max(depth, std::abs(static_cast<double>(a.d_near_m - b.d_near_m)));
+          contacts += b.wrench_w.force_w.norm() > 0;
+          CHECK(a.situation == b.situation);
+        }
+        CHECK(largest <= (HAPTIC_REAL_IS_FLOAT ? 5e-3 : 1e-9));
+        CHECK(depth <= kSameLength_m);
+        CHECK(contacts > 300);
+      }
+    }
+  }
+
+  TEST_CASE("proxy: slides into a hole without turning, whatever the device's orientation") {
+    tools::SceneDescription d = scene_of(peg(), {socket()});
+    d.parameters.law = LawId::kProxy;
+    for (const double friction : {0.0, 0.3}) {
+      d.statics[0].friction = friction;
+      LoadedScene fixed(with_one_orientation(d, {1, 0, 0, 0}));
+      LoadedScene again(with_one_orientation(d, {1, 0, 0, 0}));
+      Random random(73);
+      double deepest = 0;
+      int pressed = 0;
+      const SceneCapacity& c = fixed.view.header().capacity;
+      for (int t = 0; t < 4000; ++t) {
+        // Into the hole along its axis, then to the floor and 1.2 mm into the walls.
+        const double s = 0.002 * t, wide = t < 500 ? 0.0002 : 0.0015;
+        const Point p = {wide * std::sin(3 * s), wide * std::cos(2 * s),
+                         t < 2000 ? 0.034 - 2.3e-5 * t : -0.012};
+        const auto turned = t == 0 ? std::array<double, 4>{1, 0, 0, 0} : random.rotation();
+        StepResult r;
+        std::uint64_t heap_calls = 0;
+        {
+          const RtGuard guard;
+          r = fixed.step(p, turned);
+          heap_calls = guard.heap_calls();
+        }
+        CHECK(heap_calls == 0);
+        const StepResult same = again.step(p);
+        CHECK(r.state_hash == same.state_hash);  // the orientation was not looked at
+        CHECK(r.proxy_pose_wa.q_wa.coeffs() == Quat::Identity().coeffs());
+        CHECK(r.goal_pose_wa.q_wa.coeffs() == Quat::Identity().coeffs());
+        CHECK(r.wrench_w.torque_w == Vec3::Zero());
+        CHECK(r.proxy_gap_m > -1e-6_r);
+        CHECK(r.counters.proxy_rows <= c.max_qp_rows);
+        CHECK(r.counters.plane_gaps <= c.max_plane_gaps);
+        CHECK(r.counters.valid_nodes <= c.max_valid_nodes);
+        CHECK(r.counters.feature_evaluations <= c.max_feature_evaluations);
+        CHECK(r.counters.search_work <= c.max_search_work);
+        const Vec3& x = r.proxy_pose_wa.p_wa;
+        deepest = std::min(deepest, static_cast<double>(x[2]));
+        if (x[2] < 0.029_r) {  // in the hole: 0.3 mm of play, and the floor
+          CHECK(std::abs(static_cast<double>(x[0])) <= 0.0003 + 1e-6);
+          CHECK(std::abs(static_cast<double>(x[1])) <= 0.0003 + 1e-6);
+          CHECK(static_cast<double>(x[2]) >= -0.01 - 1e-6);
+        }
+        pressed += r.wrench_w.force_w.norm() > 0.5_r;
+      }
+      CHECK(deepest < -0.0099);
+      CHECK(pressed > 1000);
+    }
+  }
+
+  TEST_CASE("proxy: the nearest free place to the goal, as one program over all planes has it") {
+    tools::SceneDescription d = scene_of(shapes()[3].a, {shapes()[3].b});
+    d.parameters.law = LawId::kProxy;
+    LoadedScene fixed(with_one_orientation(d, {1, 0, 0, 0}));
+    const PairView pair = fixed.view.pair(0);
+    Random random(74);
+    int held = 0;
+    for (int k = 0; k < 20; ++k) {
+      fixed.core->reset();
+      const std::array<double, 4> q = random.rotation();
+      const double z = q[1] * 2, y = q[2] * 2, x = q[3] * 2;
+      StepResult r;
+      const Point from = {0.2 * x, 0.2 * y, 0.2 * z}, to = {0.03 * x, 0.03 * y, 0.03 * z};
+      for (int t = 0; t <= 600; ++t) {
+        const double s = std::min(1.0, t / 400.0);
+        r = fixed.step({from[0] + s * (to[0] - from[0]), from[1] + s * (to[1] - from[1]),
+                        from[2] + s * (to[2] - from[2])});
+      }
+      if (r.d_near_m > -1e-4_r) continue;
+      ++held;
+      // At rest the pull is held by planes on which the proxy lies: it points into their cone.
+      const double* b = fixed.view.bodies()[1].reference_m;
+      const Vec3 at = r.proxy_pose_wa.p_wa - Vec3(static_cast<Real>(b[0]), static_cast<Real>(b[1]),
+                                                  static_cast<Real>(b[2]));
+      const NearestPlane nearest = nearest_fixed_plane(pair, at);
+      CHECK(std::abs(static_cast<double>(nearest.gap_m)) < 1e-6);
+      std::vector<QpRow> rows;
+      for (std::uint32_t n = 0; n < pair.fixed->bounding_count; ++n) {
+        if (gap_at(pair.planes[n], at) < -1e-6_r) continue;
+        QpRow row;
+        row.g.head<3>() = ConstVec3Map(pair.planes[n].normal);
+        row.h = -row.g.head<3>().dot(r.goal_pose_wa.p_wa - r.proxy_pose_wa.p_wa);
+        rows.push_back(row);
+      }
+      // The move that the active planes leave of the pull: none.
+      const QpResult left = closest_point(rows, 1e-9_r);
+      const Vec3 move = left.z.head<3>() + (r.goal_pose_wa.p_wa - r.proxy_pose_wa.p_wa);
+      CHECK(static_cast<double>(move.norm()) < (HAPTIC_REAL_IS_FLOAT ? 2e-4 : 2e-6));
+    }
+    CHECK(held > 5);
+  }
+
+  TEST_CASE("any bytes are safe: a changed word of the planes is refused or harmless") {
+    tools::SceneDescription d = scene_of(shapes()[0].a, {shapes()[0].b});
+    d.parameters.law = LawId::kWeightedRegion;
+    const std::vector<std::byte> blob = tools::write_scene(with_one_orientation(d, {1, 0, 0, 0}));
+    LoadedScene good(blob);
+    Random random(75);
+    int refused = 0, tried = 0;
+    for (const SectionEntry& s : good.view.sections()) {
+      const bool of_planes = s.id == SectionId::kFixedPairs || s.id == SectionId::kFixedPlanes ||
+                             s.id == SectionId::kFixedNodes || s.id == SectionId::kVertexLanes;
+      if (!of_planes) continue;
+      for (std::uint64_t at = 0; at + 4 <= s.count * s.element_bytes; at += 4) {
+        std::vector<std::byte> bytes((blob.size() + 63) / 64 * 64 + 64);
+        const auto address = reinterpret_cast<std::uintptr_t>(bytes.data());
+        std::byte* const first = bytes.data() + (64 - address % 64) % 64;
+        std::memcpy(first, blob.data(), blob.size());
+        const auto word = static_cast<std::uint32_t>(random.next());
+        std::memcpy(first + s.offset + at, &word, 4);
+        auto* const header = reinterpret_cast<SceneHeader*>(first);
+        header->content_hash = scene_content_hash({first, blob.size()});
+        SceneView view;
+        const RtStatus status = SceneView::open({first, blob.size()}, view);
+        ++tried;
+        refused += status != RtStatus::kOk;
+      }
+    }
+    CHECK(tried > 100);
+    CHECK(refused > tried / 2);  // the low half of a double is within rounding
+    MESSAGE(refused << " of " << tried << " refused");
+  }
+}

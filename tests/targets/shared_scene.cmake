@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes the scene file of an assembly task. cmake -DTASK=<folder with task.json> -DOUT=<scene.toml> -P shared_scene.cmake
+cmake_minimum_required(VERSION 3.25)
+file(READ ${TASK}/task.json task)
+string(JSON name GET "${task}" name)
+set(text "format = 1\nname = \"${name}\"\n")
+foreach(part moving static)
+  string(JSON mesh GET "${task}" ${part} file)
+  string(JSON scale GET "${task}" ${part} scale_to_m)
+  if(part STREQUAL "moving")
+    set(table "[moving]")
+  else()
+    set(table "[[static]]")
+  endif()
+  string(APPEND text "${table}\nmesh = \"${TASK}/${mesh}\"\nscale_to_m = ${scale}\n")
+endforeach()
+string(APPEND text "[rendering]\nk_f_n_per_m = 1000.0\nepsilon_m = 1e-4\n")
+file(WRITE ${OUT} "${text}")

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/traits_header.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "rt_core/scene/scene_needs.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+namespace {
+
+struct Feature {
+  const char* name;
+  bool SceneTraits::*member;
+};
+
+/// In the order of SceneTraits: designated initialisers must keep it.
+constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
+                                 {"weighted_region", &SceneTraits::weighted_region},
+                                 {"proxy", &SceneTraits::proxy},
+                                 {"friction", &SceneTraits::friction},
+                                 {"coupling_damping", &SceneTraits::coupling_damping},
+                                 {"several_pairs", &SceneTraits::several_pairs},
+                                 {"visit_budget", &SceneTraits::visit_budget},
+                                 {"stored_graphs", &SceneTraits::stored_graphs},
+                                 {"formed_graphs", &SceneTraits::formed_graphs},
+                                 {"narrow_lists", &SceneTraits::narrow_lists},
+                                 {"wide_lists", &SceneTraits::wide_lists},
+                                 {"fixed_orientation", &SceneTraits::fixed_orientation},
+                                 {"free_orientation", &SceneTraits::free_orientation},
+                                 {"passivity", &SceneTraits::passivity},
+                                 {"device_twist", &SceneTraits::device_twist},
+                                 {"clutch", &SceneTraits::clutch},
+                                 {"contact_geometry", &SceneTraits::contact_geometry},
+                                 {"table_checks", &SceneTraits::table_checks}};
+
+const Feature& feature_of(const std::string& name) {
+  for (const Feature& f : kFeatures) {
+    if (name == f.name) return f;
+  }
+  throw InputError("no feature of an image is called '" + name + "'");
+}
+
+/// What can stand in a comment of one line.
+std::string printable(const std::string& name) {
+  std::string text;
+  for (const char c : name) text += c >= ' ' && c <= '~' && c != '\\' ? c : '?';
+  return text;
+}
+
+}  // namespace
+
+const std::vector<std::string>& optional_traits() {
+  static const std::vector<std::string> names{"clutch", "contact_geometry"};
+  return names;
+}
+
+std::vector<std::string> trait_names() {
+  std::vector<std::string> names;
+  for (const Feature& f : kFeatures) names.emplace_back(f.name);
+  return names;
+}
+
+SceneTraits image_traits(const SceneView& scene, const std::vector<std::string>& without,
+                         const std::vector<std::string>& with) {
+  SceneTraits traits = needs_of(scene);
+  traits.clutch = traits.contact_geometry = true;
+  const auto& optional = optional_traits();
+  for (const std::string& name : without) {
+    if (std::find(optional.begin(), optional.end(), name) == optional.end()) {
+      throw InputError("an image cannot be built without '" + name + "'; it can without " +
+                       optional[0] + " and " + optional[1]);
+    }
+    traits.*feature_of(name).member = false;
+  }
+  for (const std::string& name : with) traits.*feature_of(name).member = true;
+  if (traits.friction) traits.qp_rows = SceneTraits{}.qp_rows;
+  return traits;
+}
+
+std::string traits_header(const SceneTraits& traits, const std::string& scene_name) {
+  char hash[32];
+  std::snprintf(hash, sizeof hash, "0x%016llxu",
+                static_cast<unsigned long long>(traits.content_hash));
+  std::string text =
+      "// Written by graph_compiler --traits from the scene '" + printable(scene_name) +
+      "'.\n#pragma once\n\n#include \"rt_core/scene/scene_traits.hpp\"\n\nnamespace haptic {\n\n"
+      "inline constexpr SceneTraits kSceneTraits{\n    .image = true,\n    .content_hash = " +
+      std::string(hash) + ",\n";
+  for (const Feature& f : kFeatures) {
+    text += std::string("    .") + f.name + (traits.*f.member ? " = true,\n" : " = false,\n");
+  }
+  return text + "    .qp_rows = " + std::to_string(traits.qp_rows) +
+         ",\n    .valid_visits = " + std::to_string(traits.valid_visits) +
+         "};\n\n}  // namespace haptic\n";
+}
+
+}  // namespace haptic::tools

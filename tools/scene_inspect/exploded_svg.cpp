@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/scene_inspect/exploded_svg.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "tools/scene_inspect/coupling_text.hpp"
+#include "tools/scene_inspect/exploded_obj.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr double kPanelWidth = 620, kPanelHeight = 520, kTop = 64, kMargin = 24;
+constexpr double kRow = 18;
+constexpr std::size_t kLegendRows = 12, kLegendColumns = 2;
+
+struct Point2 {
+  double x = 0.0, y = 0.0;
+};
+using Polygon2 = std::vector<Point2>;
+
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+/// Text that XML takes; bytes beyond ASCII become question marks, since names need not be UTF-8.
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '<') {
+      result += "&lt;";
+    } else if (c == '&') {
+      result += "&amp;";
+    } else if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) {
+      result += '?';
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+std::string label(double x, double y, double size, const char* anchor, const std::string& text,
+                  const char* more = "") {
+  return formatted("<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.0f\" text-anchor=\"%s\"%s>", x, y,
+                   size, anchor, more) +
+         escaped(text) + "</text>\n";
+}
+
+std::string rgb(const std::array<double, 3>& colour, double shade) {
+  int c[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    c[k] = static_cast<int>(std::lround(255.0 * std::clamp(colour[k] * shade, 0.0, 1.0)));
+  }
+  return formatted("#%02x%02x%02x", c[0], c[1], c[2]);
+}
+
+/// Orthographic view from (1, -1, 1), z upward.
+struct Isometric {
+  Point3 viewer = vec::unit({1, -1, 1});
+  Point3 right = vec::unit({1, 1, 0});
+  Point3 up = vec::cross(viewer, right);
+  double scale = 1.0;  ///< drawing units per metre
+  Point2 origin;
+  [[nodiscard]] Point2 at(const Point3& p) const {
+    return {origin.x + scale * vec::dot(p, right), origin.y - scale * vec::dot(p, up)};
+  }
+  [[nodiscard]] Polygon2 at(const std::vector<Point3>& loop) const {
+    Polygon2 polygon;
+    for (const Point3& p : loop) polygon.push_back(at(p));
+    return polygon;
+  }
+  [[nodiscard]] bool sees(const ExplodedFace& face) const {
+    return vec::dot(face.normal, viewer) > 1e-9;
+  }
+};
+
+/// Fits the body into its panel.
+Isometric fitted(const ExplodedBody& body, double left) {
+  Isometric view;
+  Point2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  for (const ExplodedPiece& piece : body.pieces) {
+    for (const ExplodedFace& face : piece.faces) {
+      for (const Point2& p : view.at(face.loop)) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+      }
+    }
+  }
+  const double width = kPanelWidth - 2 * kMargin, height = kPanelHeight - 90;
+  view.scale =
+      std::min(width / std::max(high.x - low.x, 1e-300), height / std::max(high.y - low.y, 1e-300));
+  view.origin = {left + kPanelWidth / 2 - view.scale * (low.x + high.x) / 2,
+                 kTop + 40 + height / 2 - view.scale * (low.y + high.y) / 2};
+  return view;
+}
+
+std::string polygon_svg(const Polygon2& polygon, const std::string& style) {
+  std::string points;
+  for (const Point2& p : polygon) points += formatted("%.2f,%.2f ", p.x, p.y);
+  if (!points.empty()) points.pop_back();
+  return "<polygon points=\"" + points + "\" " + style + "/>\n";
+}
+
+/// One face: on the surface in the piece's colour, inside the part pale and hatched.
+std::string face_svg(const Isometric& view, const ExplodedPiece& piece, const ExplodedFace& face) {
+  // Light from above and from the left, so that the three faces of a box differ.
+  const Point3 light = vec::unit({0.25, -0.75, 1.2});
+  const double shade = 0.66 + 0.44 * std::max(0.0, vec::dot(face.normal, light));
+  const std::string fill = rgb(piece_colour(piece.number), shade);
+  const Polygon2 outline = view.at(face.loop);
+  const std::string edge = "stroke=\"#222\" stroke-width=\"1\" stroke-linejoin=\"round\"";
+  if (face.kind == FaceKind::kOpen) return polygon_svg(outline, "fill=\"" + fill + "\" " + edge);
+  std::string svg = polygon_svg(outline, "fill=\"#fdf1e7\"") +
+                    polygon_svg(outline, "class=\"seam\" fill=\"url(#seam)\"");
+  for (const auto& open : face.open) {
+    svg += polygon_svg(view.at(open),
+                       "fill=\"" + fill + "\" stroke=\"" + fill + "\" stroke-width=\"0.6\"");
+  }
+  return svg + polygon_svg(outline, "fill=\"none\" " + edge);
+}
+
+bool holds(const Polygon2& polygon, const Point2& p) {
+  bool inside = false;
+  for (std::size_t i = 0, k = polygon.size() - 1; i < polygon.size(); k = i++) {
+    const Point2 &a = polygon[i], &b = polygon[k];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) {
+      inside = !inside;
+    }
+  }
+  return inside;
+}
+
+Point2 middle_of(const Polygon2& polygon) {
+  Point2 sum;
+  for (const Point2& p : polygon) sum = {sum.x + p.x, sum.y + p.y};
+  const auto n = static_cast<double>(polygon.size());
+  return {sum.x / n, sum.y / n};
+}
+
+double area_of(const Polygon2& polygon) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Point2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    twice += a.x * b.y - b.x * a.y;
+  }
+  return std::abs(twice) / 2;
+}
+
+/// Distance from a point to the outline of a polygon.
+double distance_to(const Polygon2& polygon, const Point2& p) {
+  double nearest = HUGE_VAL;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Point2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
+    const double share =
+        square > 0 ? std::clamp(((p.x - a.x) * dx + (p.y - a.y) * dy) / square, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, std::hypot(p.x - a.x - share * dx, p.y - a.y - share * dy));
+  }
+  return nearest;
+}
+
+/// Faces that the viewer sees, piece after piece in the order of painting.
+struct PaintedFace {
+  std::size_t painted = 0;  ///< place of its piece in that order
+  Polygon2 polygon;
+};
+
+/// The numbers of the pieces, each where a face of the piece can be seen; a piece that others cover
+/// as a whole has none.
+/// @param shown  by number of the piece: set where it has one.
+std::string numbers_svg(const std::vector<const ExplodedPiece*>& painted, const Isometric& view,
+                        std::vector<bool>& shown) {
+  std::vector<PaintedFace> faces;
+  for (std::size_t i = 0; i < painted.size(); ++i) {
+    for (const ExplodedFace& face : painted[i]->faces) {
+      if (view.sees(face)) faces.push_back({i, view.at(face.loop)});
+    }
+  }
+  std::string svg;
+  for (std::size_t i = 0; i < painted.size(); ++i) {
+    const Point2* best = nullptr;
+    Point2 place;
+    double room = 0.0;
+    for (const PaintedFace& face : faces) {
+      if (face.painted != i || area_of(face.polygon) <= 0.0) continue;
+      const Point2 middle = middle_of(face.polygon);
+      for (std::size_t k = 0; k <= 2 * face.polygon.size(); ++k) {
+        // The middle of the face, then points halfway and most of the way to its corners.
+        const Point2& corner = face.polygon[k % face.polygon.size()];
+        const double share = k == 2 * face.polygon.size() ? 0.0
+                             : k < face.polygon.size()    ? 0.5
+                                                          : 0.75;
+        const Point2 p{middle.x + share * (corner.x - middle.x),
+                       middle.y + share * (corner.y - middle.y)};
+        double free = distance_to(face.polygon, p);
+        for (const PaintedFace& other : faces) {
+          if (other.painted <= i) continue;
+          free = holds(other.polygon, p) ? 0.0 : std::min(free, distance_to(other.polygon, p));
+        }
+        if (free <= room) continue;
+        room = free;
+        place = p;
+        best = &place;
+      }
+    }
+    if (best == nullptr || room < 3.0) continue;
+    shown[painted[i]->number] = true;
+    const double size = std::clamp(1.5 * room, 9.0, 18.0);
+    svg += label(place.x, place.y + 0.35 * size, size, "middle", std::to_string(painted[i]->number),
+                 " font-weight=\"bold\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
+  }
+  return svg;
+}
+
+/// A bar of 1, 2 or 5 times a power of ten, about a fifth of the panel long.
+std::string scale_svg(const Isometric& view, double left) {
+  const double wanted = kPanelWidth / 5 / view.scale;
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double length_m = power * (wanted / power >= 5 ? 5 : wanted / power >= 2 ? 2 : 1);
+  const double x = left + kMargin, y = kTop + kPanelHeight - 14;
+  return formatted("<path d=\"M%.1f %.1fv-6v3h%.2fv-3v6\" fill=\"none\" stroke=\"#222\"/>\n", x, y,
+                   view.scale * length_m) +
+         label(x + view.scale * length_m + 8, y + 1, 12, "start", short_length(length_m));
+}
+
+std::string legend_svg(const ExplodedBody& body, const std::vector<bool>& shown, double left) {
+  std::string svg;
+  const std::size_t room = kLegendRows * kLegendColumns;
+  const std::size_t rows = body.pieces.size() > room ? room - 1 : body.pieces.size();
+  for (std::size_t i = 0; i <= rows; ++i) {
+    const double x =
+        left + kMargin +
+        static_cast<double>(i / kLegendRows) * (kPanelWidth - kMargin) / kLegendColumns;
+    const double y = kTop + kPanelHeight + 16 + static_cast<double>(i % kLegendRows) * kRow;
+    if (i == rows) {
+      if (rows == body.pieces.size()) break;
+      svg += label(x, y, 12, "start",
+                   "... and " + std::to_string(body.pieces.size() - rows) + " more pieces");
+      break;
+    }
+    const ExplodedPiece& p = body.pieces[i];
+    svg += formatted("<rect x=\"%.1f\" y=\"%.1f\" width=\"14\" height=\"12\" stroke=\"#222\" ", x,
+                     y - 10) +
+           "fill=\"" + rgb(piece_colour(p.number), 1.0) + "\"/>\n";
+    std::string row = formatted("%u: %u vertices, %u edges, %zu faces", p.number, p.vertices,
+                                p.edges, p.faces.size());
+    if (p.seams > 0) row += formatted(", %zu hidden", p.seams);
+    if (p.partly_covered > 0) row += formatted(", %zu in part", p.partly_covered);
+    if (!shown[p.number]) row += "; behind others";
+    svg += label(x + 20, y, 12, "start", row);
+  }
+  return svg;
+}
+
+std::string body_svg(const ExplodedBody& body, double left) {
+  const Isometric view = fitted(body, left);
+  std::vector<const ExplodedPiece*> painted;
+  for (const std::size_t i : painting_order(body.pieces, view.viewer)) {
+    painted.push_back(&body.pieces[i]);
+  }
+  const std::size_t count = body.pieces.size();
+  std::string svg = label(left + kMargin, kTop + 16, 15, "start",
+                          std::string(body.moving ? "moving: " : "static: ") + body.name + ", " +
+                              std::to_string(count) + (count == 1 ? " piece" : " pieces"));
+  for (const ExplodedPiece* const piece : painted) {
+    svg += "<g class=\"piece\">\n";
+    for (const ExplodedFace& face : piece->faces) {
+      if (view.sees(face)) svg += face_svg(view, *piece, face);
+    }
+    svg += "</g>\n";
+  }
+  std::vector<bool> shown(count, false);
+  svg += numbers_svg(painted, view, shown);
+  return svg + scale_svg(view, left) + legend_svg(body, shown, left);
+}
+
+}  // namespace
+
+std::string exploded_svg(const std::string& scene, const std::vector<ExplodedBody>& bodies,
+                         double factor) {
+  std::size_t rows = 1;
+  for (const ExplodedBody& body : bodies) {
+    rows = std::max(rows, std::min(kLegendRows, body.pieces.size()));
+  }
+  const double width = kPanelWidth * static_cast<double>(bodies.size());
+  const double height = kTop + kPanelHeight + 24 + kRow * static_cast<double>(rows);
+  std::string svg = formatted(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" "
+      "viewBox=\"0 0 %.0f %.0f\" font-family=\"sans-serif\">\n",
+      width, height, width, height);
+  // Stripes: 45 degrees, in the colour that seams have in the OBJ file.
+  svg +=
+      "<defs><pattern id=\"seam\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
+      "patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" fill=\"" +
+      rgb(kSeamColour, 1.0) + "\"/></pattern></defs>\n<rect width=\"100%\" height=\"100%\" " +
+      "fill=\"#fff\"/>\n";
+  svg += label(kMargin, 26, 18, "start", scene, " font-weight=\"bold\"");
+  svg += formatted(
+      "<rect x=\"%.0f\" y=\"36\" width=\"26\" height=\"14\" fill=\"url(#seam)\" "
+      "stroke=\"#222\"/>\n",
+      kMargin);
+  svg += label(kMargin + 34, 48, 12, "start",
+               formatted("seam: inside the part, no contact. Pieces pushed apart by %.3g of their "
+                         "way from the middle; seen from (1, -1, 1), z upward; each part to its "
+                         "own scale.",
+                         factor));
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    svg += body_svg(bodies[b], kPanelWidth * static_cast<double>(b));
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace haptic::tools
