@@ -73,6 +73,7 @@ Ended run_until(const Bench& bench, const std::function<bool(const json&)>& enou
                 const std::function<void(pid_t)>& harm, const char* ticks = nullptr) {
   const std::string out = bench.folder.file("out"), err = bench.folder.file("err");
   const pid_t pid = fork();
+  REQUIRE(pid >= 0);
   if (pid == 0) {
     dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDOUT_FILENO);
     dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDERR_FILENO);
@@ -100,12 +101,13 @@ bool presses(const json& status) {
   return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
 }
 
-/// The first child, which renders; the other is the spare.
-pid_t servo_of(pid_t pid) {
+/// Kills the first child of the process, which renders; the other is the spare. Where there is none
+/// (the program has ended), nothing: to kill() a negative number names every process there is.
+bool kill_servo_of(pid_t pid) {
   const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
-  pid_t child = -1;
-  std::istringstream(text_of_file(task + "/children")) >> child;
-  return child;
+  pid_t servo = 0;
+  std::istringstream(text_of_file(task + "/children")) >> servo;
+  return servo > 0 && kill(servo, SIGKILL) == 0;
 }
 
 void check_message(const ProgramResult& r, int line, const std::string& part) {
@@ -228,14 +230,13 @@ TEST_SUITE("tools.run_device.loop") {
     write(bench.config,
           std::string(kHead) + kWorkspace + "[recorder]\ncrash_file = \"crash.csv\"\n");
     const Ended ended = run_until(bench, presses, [](pid_t pid) {
-      const pid_t servo = servo_of(pid);
-      REQUIRE(servo > 0);
-      CHECK(kill(servo, SIGKILL) == 0);
+      CHECK(kill_servo_of(pid));
       std::this_thread::sleep_for(std::chrono::seconds(2));  // of the spare at work
       kill(pid, SIGINT);
     });
     CHECK(ended.exit_code == 1);
     CHECK(ended.err.find("killed by signal 9") != std::string::npos);
+    REQUIRE_FALSE(ended.lines.empty());
     const json& summary = ended.lines.back();
     REQUIRE(summary["kind"] == "summary");
     CHECK(summary["servo_processes"] == 2);
@@ -247,9 +248,14 @@ TEST_SUITE("tools.run_device.loop") {
 
   TEST_CASE("a servo process killed on the way to --ticks: the spare does the rest") {
     const Bench bench;
+    // Killed as soon as its ticks count, so that a stalled machine has time left for the spare's.
+    const auto armed = [](const json& status) {
+      return status["kind"] == "status" && status["arming"] == "armed";
+    };
     const Ended ended = run_until(
-        bench, presses, [](pid_t pid) { CHECK(kill(servo_of(pid), SIGKILL) == 0); }, "2500");
+        bench, armed, [](pid_t pid) { CHECK(kill_servo_of(pid)); }, "2500");
     CHECK(ended.exit_code == 1);  // since one was killed
+    REQUIRE_FALSE(ended.lines.empty());
     const json& summary = ended.lines.back();
     REQUIRE(summary["kind"] == "summary");
     CHECK(summary["why"] == "the ticks asked for are done");
