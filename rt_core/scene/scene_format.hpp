@@ -112,6 +112,8 @@ struct SceneCapacity {
   std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
   std::uint32_t reserved;
   std::uint32_t unproven;  ///< UnprovenBound, bit set = cannot be defended
+
+  friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
 };
 
 /// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
