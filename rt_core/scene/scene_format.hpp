@@ -11,7 +11,8 @@
 #include <span>
 #include <type_traits>
 
-#include "rt_core/base/scalar.hpp"
+#include "rt_core/scene/scene_parameters.hpp"
+#include "rt_core/scene/scene_records.hpp"
 
 namespace haptic {
 
@@ -24,19 +25,6 @@ inline constexpr std::uint32_t kMaxPieceFeatures =
     65535;                                               ///< vertices, edges or faces of one piece
 inline constexpr std::uint32_t kMaxFaceVertices = 4096;  ///< vertices of one face
 inline constexpr std::uint32_t kMaxSections = 64;
-/// Largest coordinate [m] and stiffness [N/m]: far beyond any device, and small enough that no
-/// force, torque or square of a length leaves the range of Real, single precision included.
-inline constexpr double kMaxSceneLength_m = 1.0e6;
-inline constexpr double kMaxStiffness_n_per_m = 1.0e12;
-/// Of the coupling: least stiffness and length L = sqrt(k_r / k_t), which must stay apart from zero
-/// in single precision; damping [N s/m], rotation error [rad] and window [s] at most; coefficient
-/// of friction at most.
-inline constexpr double kMinStiffness_n_per_m = 1.0e-12;
-inline constexpr double kMinCouplingLength_m = 1.0e-9;
-inline constexpr double kMaxCouplingDamping_ns_per_m = 1.0e12;
-inline constexpr double kMaxRotationError_rad = 3.0;
-inline constexpr double kMaxWindow_s = 1.0e3;
-inline constexpr double kMaxFriction = 2.0;
 
 enum class SectionId : std::uint32_t {
   kParameters = 1,        ///< SceneParameters, exactly one
@@ -64,21 +52,6 @@ enum class SectionId : std::uint32_t {
   kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
   kFixedNodes = 24        ///< FixedNode, by pair
 };
-
-/// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
-inline constexpr std::uint32_t kLanePadding = 8;
-[[nodiscard]] constexpr std::uint32_t padded_lanes(std::uint32_t vertices) noexcept {
-  return (vertices + kLanePadding - 1) / kLanePadding * kLanePadding;
-}
-
-/// PairRecord::node_begin of a pair whose graph is not stored: its nodes and arcs are formed from
-/// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
-inline constexpr std::uint32_t kGraphNotStored = 0xFFFFFFFFu;
-
-/// PairRecord::mark_begin of a pair that needs all of its nodes.
-inline constexpr std::uint32_t kNotMarked = 0xFFFFFFFFu;
-
-enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
 
 struct SectionEntry {
   SectionId id;
@@ -136,175 +109,9 @@ struct SceneHeader {
   SceneCapacity capacity;
 };
 
-/// Properties of the haptic device; SI units. A value of 0 in a limit means "not given".
-struct DeviceParameters {
-  double mass_kg, damping_ns_per_m, coulomb_friction_n, encoder_step_m;
-  double max_force_n, max_torque_nm, max_force_rate_n_per_s, max_torque_rate_nm_per_s;
-  double max_stiffness_n_per_m, max_damping_ns_per_m;
-  double delay_s;
-  std::uint32_t given;  ///< 1 when the scene has a [device] table
-  std::uint32_t reserved;
-};
-
-/// How the proxy is coupled to the device (law kProxy), and what stands between any law and the
-/// device. SI units; every value resolved by the compiler, 0 where a limit is said to be none.
-struct CouplingParameters {
-  double k_t_n_per_m;              ///< coupling stiffness in translation, > 0
-  double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2, L 1e-9 to 1e6 m
-  double damping_ns_per_m;         ///< B: coupling damping in translation; B L^2 in rotation; >= 0
-  double damping_share;            ///< it is at most this share of the spring wrench, 0 to 1
-  double max_rotation_error_rad;   ///< theta_sat: the anchor follows beyond; in (0, 3]
-  double max_translation_error_m;  ///< the anchor follows beyond; 0: no limit
-  double min_window_s;             ///< of the twist estimator, 0 to max_window_s
-  double max_window_s;             ///< of the twist estimator, > 0
-  double encoder_step_rad;         ///< angular step of the device; 0: not given
-  double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
-  std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
-  std::uint32_t reserved;
-  std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
-  std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
-};
-
-/// Bits of EnvelopeParameters::given.
-enum EnvelopeGiven : std::uint32_t { kOrientationGiven = 1u << 0, kWorkspaceGiven = 1u << 1 };
-
-/// Where the part goes; nodes that none of these poses needs may be missing from the marks. What is
-/// not given is zero.
-struct EnvelopeParameters {
-  double q_wa_xyzw[4];   ///< middle of the orientations, unit
-  double max_angle_rad;  ///< largest turn from it, 0 to pi; 0: the part never turns
-  double min_m[3];       ///< of the box that the grip point stays in, W axes
-  double max_m[3];
-  std::uint32_t given;  ///< EnvelopeGiven
-  std::uint32_t reserved;
-};
-
-struct SceneParameters {
-  LawId law;
-  std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
-  double k_f_n_per_m;                 ///< paper's k_F
-  double epsilon_m;                   ///< paper's epsilon: width of the near set
-  double epsilon_o_m;   ///< weighted law: distance outside its features at which a contact ends
-  double exact_band_m;  ///< separations beyond this may be answered by a held plane, flagged
-  double rate_hz;
-  double start_p_wa_m[3];  ///< start pose of A's mesh frame in W
-  double start_q_wa_xyzw[4];
-  double max_linear_speed_m_per_s, max_angular_speed_rad_per_s;
-  std::uint32_t name_offset, name_bytes;  ///< in kText
-  DeviceParameters device;
-  CouplingParameters coupling;
-  EnvelopeParameters envelope;
-};
-
-/// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
-/// static body in W's axes about `reference_m`.
-struct BodyRecord {
-  double
-      reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
-  double volume_m3;    ///< of the solid (pieces of a cover counted once each)
-  double friction;     ///< static body: Coulomb coefficient against the moving body, 0 to 2;
-                       ///< moving: 0
-  std::uint32_t piece_begin, piece_count;
-  std::uint32_t plane_begin, plane_count;
-  std::uint32_t name_offset, name_bytes;  ///< in kText
-};
-
-struct PlaneRecord {
-  Real normal[3];  ///< unit
-  Real offset_m;   ///< normal . p = offset for points p of the plane, in the body's geometry frame
-};
-
-struct PieceRecord {
-  std::uint32_t body;
-  std::uint32_t vertex_begin, vertex_count;
-  std::uint32_t face_begin, face_count;
-  std::uint32_t edge_begin, edge_count;
-  std::uint32_t loop_begin, loop_count;  ///< in kLoopVertices and kLoopEdges
-  std::uint32_t reserved;
-  double volume_m3;
-  double radius_m;     ///< largest distance of a vertex from `centre_m`
-  double centre_m[3];  ///< mean of the vertices, geometry frame: interior point for the verdict
-  double reach_m;      ///< largest distance of a vertex from the frame's origin
-  /// For every vertex and every unit direction in which no neighbour rises by epsilon: how much
-  /// farther than D_near - epsilon the support of a near node's plane can lie behind it [m].
-  double vertex_relax_m;
-  /// Largest ratio, over all edges, of the height that the piece can rise over a plane through the
-  /// edge to the height of the adjoining face that rises, while that is at most epsilon; >= 1.
-  double edge_relax_ratio;
-  std::uint32_t lane_begin;  ///< in kVertexLanes
-  std::uint32_t lane_count;  ///< padded vertices: x at lane_begin, y and z one lane_count on each
-};
-
-struct FaceRecord {
-  std::uint32_t plane;       ///< index within the body's planes
-  std::int32_t sign;         ///< +1 or -1: outward normal = sign * plane normal
-  std::uint32_t loop_begin;  ///< in kLoopVertices, absolute
-  std::uint32_t loop_count;
-  std::int32_t source_face;  ///< face of the user's mesh, -1 when a cut made it
-};
-
-/// Edge v0 < v1; edges of a piece are sorted by (v0, v1). v0 -> v1 is counter-clockwise round
-/// face[0].
-struct EdgeRecord {
-  std::uint16_t vertex[2];
-  std::uint16_t face[2];
-  std::uint16_t apex[2];  ///< vertex of face[k] farthest from the edge's line
-};
-
-struct EdgeDirection {
-  Real unit[3];  ///< from vertex[0] to vertex[1]
-  Real length_m;
-};
-
-/// The arc of an edge on the Gauss sphere, between the normals of its two faces, extended at each
-/// end by the angle at which the adjoining face rises by epsilon over a plane through the edge; the
-/// whole circle (cosine -1, sine 0) where a face is too narrow to rise by epsilon. The arc is
-/// `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
-struct EdgeArc {
-  Real mid[3], side[3];  ///< orthonormal, orthogonal to the edge; `side` towards face[1]
-  Real cosine, sine;     ///< of the half angle
-  /// Outward normal of face[k] times the distance of apex[k] from the edge's line [m].
-  Real tilt[2][3];
-  /// 1 where, as far as the arc reaches beyond face[k], no vertex rises farther over a plane
-  /// through the edge than apex[k]; 0 where one does.
-  Real apex_rules[2];
-};
-
-/// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper
-/// Sec. II-A). Node numbers: type A `f nVB + v`, type B `nFA nVB + v nFB + f`, type C `nFA nVB +
-/// nVA nFB + e nEB + g`.
-struct PairRecord {
-  std::uint32_t piece_a, piece_b;
-  std::uint32_t node_begin;  ///< in kNodes, or kGraphNotStored
-  std::uint32_t node_count;
-  std::uint32_t node_count_a;  ///< type A; then type B; the rest is type C
-  std::uint32_t node_count_b;
-  std::uint32_t max_degree;
-  std::uint32_t near_capacity;       ///< of the near set
-  std::uint32_t edge_pair_capacity;  ///< pairs of active edges that a search may test
-  std::uint32_t mark_begin;          ///< in kNodeMarks, or kNotMarked
-};
-
-/// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
-/// their pieces. Neighbors of the same type with the same face (types A and B) lie among the
-/// `keep_count` consecutive ones of its list from the `keep_begin`-th on: for type A these are all
-/// of them and no others, for type B those with the same vertex of A stand between. None for type
-/// C.
-struct NodeRecord {
-  std::uint16_t a, b;
-  std::uint16_t keep_begin, keep_count;
-};
-
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
               sizeof(SceneHeader) == 152);
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
-              sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
-static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
-static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
-static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
-              sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));
-static_assert(std::is_trivially_copyable_v<SceneHeader> &&
-              std::is_trivially_copyable_v<SceneParameters>);
+static_assert(std::is_trivially_copyable_v<SceneHeader>);
 
 /// 64-bit hash of a whole blob, its content_hash field taken as zero (FNV-1a over 8-byte words,
 /// then bytes). `blob` must hold at least a header. O(bytes); deterministic on every platform.
