@@ -130,7 +130,10 @@ TEST_SUITE("host_sim.wcet_counts") {
       return;
     }
     std::uint32_t sum = 0;
-    for (const StackFrame& frame : stack.tick.chain) sum += frame.bytes;
+    for (const StackFrame& frame : stack.tick.chain) {
+      sum += frame.bytes;
+      CHECK(std::string(frame.function).starts_with("haptic::"));
+    }
     CHECK(stack.tick.bytes == sum);
     CHECK(stack.tick.bytes > 200);
     CHECK(stack.tick.bytes <= stack.core.bytes);
