@@ -10,17 +10,16 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
-#include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/contact/contact_identity.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
+#include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/gate_state.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/law/paper_law.hpp"
 #include "rt_core/law/proxy_law.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
-#include "rt_core/pair_state.hpp"
-#include "rt_core/safety/passivity.hpp"
-#include "rt_core/safety/wrench_ramp.hpp"
+#include "rt_core/output_state.hpp"
 #include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
@@ -33,6 +32,27 @@ inline constexpr bool kFormsHulls = kMergesPatches || kSceneTraits.contact_geome
 /// Start of the chain of state hashes.
 inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;
 
+/// What the core keeps of each pair, besides its gate.
+struct PairState {
+  PairView view;
+  FeatureBounds bounds;
+  VerdictMemory verdict_memory;
+  VerdictResult verdict;
+  NearNode best;  ///< node of D_near at the last visit
+  Real d_near_m = 0;
+  Real full_m = 0;               ///< D_near over all nodes, those that only separate too
+  std::uint64_t visited_at = 0;  ///< number of the tick; 0: never
+  bool exact = false;
+  bool has_hidden = false;                  ///< some of its nodes only separate
+  bool bears = true;                        ///< `best` can carry a force
+  std::array<FacePlane, 2> of_neighbour{};  ///< as in ContactPatch
+  std::uint32_t passed_node = 0;
+  Real lent_m = 0;                               ///< apart, but this deep by its live nodes; 0: not
+  std::uint32_t near_begin = 0, near_count = 0;  ///< of this tick's visit
+  std::uint32_t contact_begin = 0, contact_count = 0;
+  ContactSituation situation = ContactSituation::kNone;
+};
+
 /// How much of a near node no group has yet, and how much is in the group that is being formed.
 struct NodeShare {
   Real left = 1, joining = 0;
@@ -43,28 +63,6 @@ struct PatchShare {
   Real left = 1, joining = 0;
   Real past_ends = 0;  ///< how much of what it is nearest to it does not hold
   bool led = false;    ///< a group of its own has been formed
-};
-
-/// Where the goal lies off the device: what the clutch and the anchor have added.
-struct GoalOffset {
-  Vec3 translation_m = Vec3::Zero();
-  Quat rotation = Quat::Identity();
-  bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
-  bool clutched = false;
-};
-
-/// What stands between the law and the device.
-struct OutputState {
-  std::int64_t period_ns = 0;
-  std::int64_t stamp_ns = 0;  ///< of the last report
-  bool has_stamp = false;
-  Real damping_ns_per_m = 0, damping_share = 0;  ///< of the coupling
-  PoseError error, rate;                         ///< of the coupling: last, and filtered rate
-  bool has_error = false;
-  bool observes = false;  ///< the passivity layer acts
-  Passivity passivity;
-  WrenchRamp ramp;
-  std::span<TwistEstimator> twist;  ///< one where the scene names a device, else none
 };
 
 struct HapticCore::State {

@@ -10,7 +10,6 @@
 
 #include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/node_marks.hpp"
-#include "rt_core/scene/proxy_bounds.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
@@ -19,36 +18,6 @@ namespace haptic {
 /// cold).
 inline constexpr std::uint32_t kMaxSupportPairsPerAttempt = 64;
 inline constexpr std::uint32_t kMaxSupportPairsPerVerdict = 2 * kMaxSupportPairsPerAttempt;
-
-/// Pairs of edges that one pair may test in one tick. Every pair with no more than that many is
-/// exact at every pose; measured on hulls of 200 vertices: at most 200 after the first tick.
-inline constexpr std::uint32_t kMaxEdgePairs = 16384;
-
-/// Pairs with no more nodes than this have room for all of them in their near set.
-inline constexpr std::uint32_t kSmallPairNodes = 1024;
-
-/// Basic contacts that can share one C-plane when the faces with `face_a` and `face_b` vertices lie
-/// on each other: every vertex of each and every pair of their edges (19 for tetrahedron and box,
-/// 24 for two boxes).
-constexpr std::uint64_t face_face_ties(std::uint64_t face_a, std::uint64_t face_b) noexcept {
-  return face_a + face_b + face_a * face_b;
-}
-
-/// Capacity of the near set of a pair with `node_count` live nodes: all of a small pair; else three
-/// planes of ties at one corner of the C-obstacle, a margin for the edge stars of their corners,
-/// and never more than the pair has nodes.
-constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t largest_face_a,
-                                      std::uint32_t largest_face_b) noexcept {
-  if (node_count <= kSmallPairNodes) return node_count;
-  const std::uint64_t ties = 3 * face_face_ties(largest_face_a, largest_face_b) + 16;
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(node_count, std::max<std::uint64_t>(kSmallPairNodes, ties)));
-}
-
-/// Pairs of active edges that a search may test, of a pair with as many reachable ones.
-constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
-}
 
 /// Work of one pair in one tick, at most. With all keys stale (the first tick, or a jump) every
 /// reachable face and edge is evaluated once; where some node only separates, a second search may
@@ -85,6 +54,59 @@ inline constexpr std::uint32_t kGateSupportPairs = 2;
 
 /// Pairs that a tick may visit where the scene does not say.
 inline constexpr std::uint32_t kDefaultPairVisits = 64;
+
+/// Passes of the proxy in one tick: the default, and the most that a scene may ask for.
+inline constexpr std::uint32_t kDefaultProxyPasses = 3, kMaxProxyPasses = 32;
+/// Rounds of one pass: tries to impose what is needed, and again within smaller steps.
+inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRetries = 2;
+/// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
+/// ones.
+inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
+/// Planes in one quadratic program; its rows without friction.
+inline constexpr std::uint32_t kMaxImposedPlanes = 32;
+/// Rows of one program: without friction, and the most of all; iterations after which it ends with
+/// what it has.
+inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;
+/// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
+/// whose sets a pass has room for; further ones keep their certificate as the only plane.
+inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
+inline constexpr std::uint32_t kMaxValidSearches = 64;
+
+/// Work of the proxy in one tick of `passes` passes over `pairs` pairs, at most.
+struct ProxyBounds {
+  std::uint64_t plane_gaps, valid_nodes, full_searches;
+};
+constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) noexcept {
+  constexpr std::uint64_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+  constexpr std::uint64_t kChecks = kRounds + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
+  const std::uint64_t valid = std::min<std::uint64_t>(pairs, kMaxValidSearches) * kMaxValidPlanes;
+  const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
+  const std::uint64_t rows =
+      (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
+  return {passes * (pairs + kChecks * check + rows),
+          passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
+}
+
+/// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
+/// per correction, whose rows are one for each pair. `friction`: of any body.
+struct ProgramBounds {
+  std::uint32_t rounds, rows, iterations, programs, steps;
+};
+constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes,
+                                       bool friction) noexcept {
+  if (passes == 0) return {};
+  constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+  const auto corrected =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(pairs, kMaxFrictionRows));
+  const std::uint32_t programs = passes * (kRounds + 2 * kMaxCorrections);
+  return {kRounds, friction ? kMaxFrictionRows : std::max(kMaxProxyRows, corrected),
+          kMaxQpIterations, programs, programs * kMaxQpIterations};
+}
+
+/// Passes that a tick of a scene makes: none but of law kProxy.
+constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
+  return p.law == LawId::kProxy ? p.coupling.passes : 0;
+}
 
 /// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
 /// fields but state_bytes. `passes`: of law kProxy, else 0. Each total is the smaller of the sum

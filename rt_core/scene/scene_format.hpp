@@ -11,8 +11,10 @@
 #include <span>
 #include <type_traits>
 
+#include "rt_core/base/scalar.hpp"
+#include "rt_core/scene/pair_records.hpp"
+#include "rt_core/scene/scene_capacity.hpp"
 #include "rt_core/scene/scene_parameters.hpp"
-#include "rt_core/scene/scene_records.hpp"
 
 namespace haptic {
 
@@ -53,48 +55,17 @@ enum class SectionId : std::uint32_t {
   kFixedNodes = 24        ///< FixedNode, by pair
 };
 
+/// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
+inline constexpr std::uint32_t kLanePadding = 8;
+[[nodiscard]] constexpr std::uint32_t padded_lanes(std::uint32_t vertices) noexcept {
+  return (vertices + kLanePadding - 1) / kLanePadding * kLanePadding;
+}
+
 struct SectionEntry {
   SectionId id;
   std::uint32_t element_bytes;
   std::uint64_t offset;
   std::uint64_t count;
-};
-
-/// Fixed capacities and bounds of one tick, computed from the tables (scene/capacity.hpp). A tick
-/// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
-/// choice.
-struct SceneCapacity {
-  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene, 64-bit addresses
-  std::uint32_t moving_lanes;  ///< padded vertices of all pieces of A
-  std::uint32_t pair_count;
-  std::uint32_t total_features;  ///< faces and edges of both pieces, over all pairs
-  std::uint32_t largest_pair_features;
-  std::uint32_t largest_near;     ///< largest near capacity of a pair
-  std::uint32_t max_pair_visits;  ///< pairs searched in one tick
-  std::uint32_t max_support_pairs;
-  std::uint32_t max_feature_evaluations;  ///< faces and edges whose bound is computed
-  std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
-  std::uint32_t max_near_nodes;           ///< of all near sets together
-  std::uint32_t max_hull_points;          ///< points of one contact polygon
-  /// Law kProxy, else 0: gaps along C-face planes, nodes of valid sets, searches without history.
-  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches;
-  std::uint32_t max_search_work;  ///< of those searches: as StepCounters::search_work
-  std::uint32_t max_proxy_passes, max_proxy_rejected;
-  std::uint32_t max_proxy_rounds;                ///< of one pass
-  std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
-  std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
-  std::uint32_t reserved;
-  std::uint32_t unproven;  ///< UnprovenBound, bit set = cannot be defended
-
-  friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
-};
-
-/// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
-/// that a tick might have to give up exactness, with a flag, to keep to it.
-enum UnprovenBound : std::uint32_t {
-  kUnprovenEdgePairs = 1u << 0,  ///< a pair has more pairs of edges than a tick may test
-  kUnprovenNearSet = 1u << 1,    ///< a pair has more nodes than its near set may hold
-  kUnprovenPairVisits = 1u << 2  ///< more pairs can be near at once than a tick may visit
 };
 
 struct SceneHeader {
@@ -109,9 +80,90 @@ struct SceneHeader {
   SceneCapacity capacity;
 };
 
+/// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
+/// static body in W's axes about `reference_m`.
+struct BodyRecord {
+  double
+      reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
+  double volume_m3;    ///< of the solid (pieces of a cover counted once each)
+  double friction;     ///< static body: Coulomb coefficient against the moving body, 0 to 2;
+                       ///< moving: 0
+  std::uint32_t piece_begin, piece_count;
+  std::uint32_t plane_begin, plane_count;
+  std::uint32_t name_offset, name_bytes;  ///< in kText
+};
+
+struct PlaneRecord {
+  Real normal[3];  ///< unit
+  Real offset_m;   ///< normal . p = offset for points p of the plane, in the body's geometry frame
+};
+
+struct PieceRecord {
+  std::uint32_t body;
+  std::uint32_t vertex_begin, vertex_count;
+  std::uint32_t face_begin, face_count;
+  std::uint32_t edge_begin, edge_count;
+  std::uint32_t loop_begin, loop_count;  ///< in kLoopVertices and kLoopEdges
+  std::uint32_t reserved;
+  double volume_m3;
+  double radius_m;     ///< largest distance of a vertex from `centre_m`
+  double centre_m[3];  ///< mean of the vertices, geometry frame: interior point for the verdict
+  double reach_m;      ///< largest distance of a vertex from the frame's origin
+  /// For every vertex and every unit direction in which no neighbour rises by epsilon: how much
+  /// farther than D_near - epsilon the support of a near node's plane can lie behind it [m].
+  double vertex_relax_m;
+  /// Largest ratio, over all edges, of the height that the piece can rise over a plane through the
+  /// edge to the height of the adjoining face that rises, while that is at most epsilon; >= 1.
+  double edge_relax_ratio;
+  std::uint32_t lane_begin;  ///< in kVertexLanes
+  std::uint32_t lane_count;  ///< padded vertices: x at lane_begin, y and z one lane_count on each
+};
+
+struct FaceRecord {
+  std::uint32_t plane;       ///< index within the body's planes
+  std::int32_t sign;         ///< +1 or -1: outward normal = sign * plane normal
+  std::uint32_t loop_begin;  ///< in kLoopVertices, absolute
+  std::uint32_t loop_count;
+  std::int32_t source_face;  ///< face of the user's mesh, -1 when a cut made it
+};
+
+/// Edge v0 < v1; edges of a piece are sorted by (v0, v1). v0 -> v1 is counter-clockwise round
+/// face[0].
+struct EdgeRecord {
+  std::uint16_t vertex[2];
+  std::uint16_t face[2];
+  std::uint16_t apex[2];  ///< vertex of face[k] farthest from the edge's line
+};
+
+struct EdgeDirection {
+  Real unit[3];  ///< from vertex[0] to vertex[1]
+  Real length_m;
+};
+
+/// The arc of an edge on the Gauss sphere, between the normals of its two faces, extended at each
+/// end by the angle at which the adjoining face rises by epsilon over a plane through the edge; the
+/// whole circle (cosine -1, sine 0) where a face is too narrow to rise by epsilon. The arc is
+/// `cos(t) mid + sin(t) side`, |t| <= the half angle, which is at most pi.
+struct EdgeArc {
+  Real mid[3], side[3];  ///< orthonormal, orthogonal to the edge; `side` towards face[1]
+  Real cosine, sine;     ///< of the half angle
+  /// Outward normal of face[k] times the distance of apex[k] from the edge's line [m].
+  Real tilt[2][3];
+  /// 1 where, as far as the arc reaches beyond face[k], no vertex rises farther over a plane
+  /// through the edge than apex[k]; 0 where one does.
+  Real apex_rules[2];
+};
+
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
               sizeof(SceneHeader) == 152);
-static_assert(std::is_trivially_copyable_v<SceneHeader>);
+static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
+              sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
+static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
+static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
+static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
+              sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));
+static_assert(std::is_trivially_copyable_v<SceneHeader> &&
+              std::is_trivially_copyable_v<SceneParameters>);
 
 /// 64-bit hash of a whole blob, its content_hash field taken as zero (FNV-1a over 8-byte words,
 /// then bytes). `blob` must hold at least a header. O(bytes); deterministic on every platform.

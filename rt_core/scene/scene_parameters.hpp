@@ -4,7 +4,6 @@
 /// the limits of these numbers. Bytes of section kParameters (scene_format.hpp).
 
 #include <cstdint>
-#include <type_traits>
 
 namespace haptic {
 
@@ -83,9 +82,5 @@ struct SceneParameters {
   CouplingParameters coupling;
   EnvelopeParameters envelope;
 };
-
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
-              sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
-static_assert(std::is_trivially_copyable_v<SceneParameters>);
 
 }  // namespace haptic
