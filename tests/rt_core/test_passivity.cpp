@@ -14,7 +14,6 @@
 #include "tests/support/random.hpp"
 
 using namespace haptic;
-using haptic::test::Random;
 
 namespace {
 
@@ -22,11 +21,14 @@ constexpr std::uint64_t kSeed = 0xE4E6;
 constexpr double kEpsilon = static_cast<double>(kRealEpsilon);
 const Real kNotANumber = std::numeric_limits<Real>::quiet_NaN();
 
-Vec3 vector_of(Random& random, double size) {
-  Vec3 v;
-  for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<Real>(random.uniform(-size, size));
-  return v;
-}
+struct Random : test::Random {
+  using test::Random::Random;
+  Vec3 vector(double size) {
+    Vec3 v;
+    for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<Real>(uniform(-size, size));
+    return v;
+  }
+};
 
 double dot(const Vec3& l, const Vec3& r) { return l.cast<double>().dot(r.cast<double>()); }
 
@@ -95,13 +97,13 @@ TEST_SUITE("rt_core.passivity") {
       double expected_j = 0, scale_j = 0;
       for (int tick = 0; tick < 500; ++tick) {
         in.stamp_ns += static_cast<std::int64_t>(random.uniform(-2.0e6, 5.0e6));
-        const Vec3 dphi = vector_of(random, 0.1);
+        const Vec3 dphi = random.vector(0.1);
         const Vec3 before = in.grip_w;
-        in.grip_w += vector_of(random, 5.0e-3);
+        in.grip_w += random.vector(5.0e-3);
         in.q_wa = so3_exp(dphi) * in.q_wa;  // R_k R_{k-1}^T = exp(dphi), W axes
         if (tick % 3 == 0) in.q_wa.coeffs() *= -1.0_r;
-        in.accepted_w = {vector_of(random, 10.0), vector_of(random, 0.5)};
-        in.command_w = {vector_of(random, 10.0), vector_of(random, 0.5)};
+        in.accepted_w = {random.vector(10.0), random.vector(0.5)};
+        in.command_w = {random.vector(10.0), random.vector(0.5)};
         const Vec3 dx = in.grip_w - before;
         const double work_j = dot(in.accepted_w.force_w, dx) + dot(in.accepted_w.torque_w, dphi);
         expected_j = std::min(expected_j - work_j, cap_j);
@@ -128,14 +130,14 @@ TEST_SUITE("rt_core.passivity") {
       for (int tick = 0; tick < 100; ++tick) {
         const double span_s = std::exp2(random.uniform(-13.0, -6.0));
         in.stamp_ns += static_cast<std::int64_t>(span_s * 1.0e9);
-        const Vec3 dx = vector_of(random, 1.0e-3);
+        const Vec3 dx = random.vector(1.0e-3);
         in.grip_w = dx;  // from the origin each time: dx free of rounding
-        dphi = vector_of(random, 1.0e-2);
+        dphi = random.vector(1.0e-2);
         in.q_wa = so3_exp(dphi);
-        in.accepted_w = {vector_of(random, 5.0), vector_of(random, 0.1)};
-        in.command_w = {vector_of(random, 5.0), vector_of(random, 0.1)};
+        in.accepted_w = {random.vector(5.0), random.vector(0.1)};
+        in.command_w = {random.vector(5.0), random.vector(0.1)};
         in.twist_valid = true;
-        in.twist_w = {vector_of(random, 0.5), vector_of(random, 5.0)};
+        in.twist_w = {random.vector(0.5), random.vector(5.0)};
         const PassivityResult out = passivity.update(in);
         const Vec3 df = out.wrench_w.force_w - in.command_w.force_w;
         const Vec3 dt = out.wrench_w.torque_w - in.command_w.torque_w;
@@ -242,17 +244,17 @@ TEST_SUITE("rt_core.passivity") {
       for (int tick = 0; tick < 200; ++tick) {
         PassivityInput in;
         in.stamp_ns = static_cast<std::int64_t>(random.uniform(-9.0e18, 9.0e18));
-        in.grip_w = vector_of(random, 1.0);
+        in.grip_w = random.vector(1.0);
         strike(in.grip_w);
-        in.q_wa = so3_exp(vector_of(random, 3.0));
+        in.q_wa = so3_exp(random.vector(3.0));
         if (random.uniform(0, 1) > 0.95) in.q_wa.coeffs() *= extremes[tick % 6];
         in.twist_valid = tick % 2 == 0;
         strike(in.twist_w.linear_w);
         strike(in.twist_w.angular_w);
         in.accepted_valid = tick % 3 != 0;
-        in.accepted_w = {vector_of(random, 10.0), vector_of(random, 1.0)};
+        in.accepted_w = {random.vector(10.0), random.vector(1.0)};
         strike(in.accepted_w.force_w);
-        in.command_w = {vector_of(random, 10.0), vector_of(random, 1.0)};
+        in.command_w = {random.vector(10.0), random.vector(1.0)};
         strike(in.command_w.force_w);
         strike(in.command_w.torque_w);
         const PassivityResult out = passivity.update(in);
