@@ -41,13 +41,7 @@ LoopWork loop_work(const ContactLoop& loop, LawId law, const StabilityOptions& o
   LoopWork result{loop.title, law, {}, {}};
   for (const double ticks :
        options.quick ? std::vector<double>{1000, 4000} : std::vector<double>{1000, 4000, 16000}) {
-    const double cycle_s = ticks * kTracePeriod_s;
-    TimedPath path;
-    path.pose = [&](double t) { return loop.pose(t / cycle_s); };
-    path.duration_s = 2 * cycle_s;
-    path.retreat_w = loop.retreat_w;
-    path.approach_s = 1;
-    const Trace trace = run_trace(loop.scene, law, path);
+    const Trace trace = run_trace(loop.scene, law, loop.path_of(ticks));
     result.ticks.push_back(ticks);
     // The second time round: the first begins where the approach has left the proxy.
     result.work_j.push_back(hand_work_j(trace.path().last(static_cast<std::size_t>(ticks) + 1)));
