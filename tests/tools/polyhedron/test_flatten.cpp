@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/tools/polyhedron/flatten_checks.hpp"
 #include "tests/tools/polyhedron/flatten_parts.hpp"
 #include "tests/tools/polyhedron/flatten_refusal.hpp"
 #include "tools/common/error.hpp"
