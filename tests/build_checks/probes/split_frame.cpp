@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Violates the core's rule: one frame of a little more than the limit, in the rare part of a function. g++ inlines the
-// common part where it is called and keeps the rare one by itself, under a number.
+// Violates the core's rule: one frame of a little more than the limit, in the rare part of a
+// function. g++ inlines the common part where it is called and keeps the rare one by itself, under
+// a number.
 void fill(int* first);
 
 namespace samples {
@@ -24,7 +25,8 @@ int Search::search_fully(int value) {
 
 int first_of(int value) {
   Search search{value / 2};
-  return search.search_fully(value) + search.search_fully(value + 1) + search.search_fully(2 * value);
+  return search.search_fully(value) + search.search_fully(value + 1) +
+         search.search_fully(2 * value);
 }
 
 }  // namespace samples
