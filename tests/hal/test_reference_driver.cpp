@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <cmath>
 #include <limits>
-#include <random>
 
 #include "tests/hal/reference_bench.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;
 using namespace haptic::hal::test;
-
-namespace {
-
-constexpr std::uint64_t kSeed = 77'003;
-
-}  // namespace
 
 TEST_SUITE("hal.reference_driver") {
   TEST_CASE("start: takes the limits that the device states, keeps the frames of the settings") {
