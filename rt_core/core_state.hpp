@@ -10,18 +10,16 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
-#include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/contact/contact_identity.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
-#include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/gate_state.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/law/paper_law.hpp"
 #include "rt_core/law/proxy_law.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
-#include "rt_core/safety/passivity.hpp"
-#include "rt_core/safety/wrench_ramp.hpp"
+#include "rt_core/output_state.hpp"
 #include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
@@ -55,25 +53,6 @@ struct PairState {
   ContactSituation situation = ContactSituation::kNone;
 };
 
-/// What the gate reads of each pair in every tick: kept apart, so that far pairs cost little.
-struct PairGateState {
-  GatePlane plane;
-  double reach_a_m = 0, reach_b_m = 0;  ///< levers of the odometers
-  std::uint32_t body_b = 0;
-};
-
-/// A static body's share of the odometers.
-struct BodyMotion {
-  Vec3 reference_w = Vec3::Zero();
-  double swept_m = 0;  ///< sum of the turn times the distance of the grip point from the reference
-};
-
-/// A pair that must be looked at, and how near it may be.
-struct Candidate {
-  double gap_m = 0;
-  std::uint32_t pair = 0;
-};
-
 /// How much of a near node no group has yet, and how much is in the group that is being formed.
 struct NodeShare {
   Real left = 1, joining = 0;
@@ -84,28 +63,6 @@ struct PatchShare {
   Real left = 1, joining = 0;
   Real past_ends = 0;  ///< how much of what it is nearest to it does not hold
   bool led = false;    ///< a group of its own has been formed
-};
-
-/// Where the goal lies off the device: what the clutch and the anchor have added.
-struct GoalOffset {
-  Vec3 translation_m = Vec3::Zero();
-  Quat rotation = Quat::Identity();
-  bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
-  bool clutched = false;
-};
-
-/// What stands between the law and the device.
-struct OutputState {
-  std::int64_t period_ns = 0;
-  std::int64_t stamp_ns = 0;  ///< of the last report
-  bool has_stamp = false;
-  Real damping_ns_per_m = 0, damping_share = 0;  ///< of the coupling
-  PoseError error, rate;                         ///< of the coupling: last, and filtered rate
-  bool has_error = false;
-  bool observes = false;  ///< the passivity layer acts
-  Passivity passivity;
-  WrenchRamp ramp;
-  std::span<TwistEstimator> twist;  ///< one where the scene names a device, else none
 };
 
 struct HapticCore::State {

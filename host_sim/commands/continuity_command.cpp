@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim continuity --out DIR [--quick]
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/continuity/continuity_report.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -19,12 +19,7 @@ struct Options {
 };
 
 int run(const Options& o) {
-  std::error_code error;
-  std::filesystem::create_directories(o.out, error);
-  if (error || !std::filesystem::is_directory(o.out)) {
-    throw tools::InputError(o.out + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  make_output_folder(o.out);
   const std::vector<PathResult> results = run_paths(o.quick);
   for (const OutputText& file : continuity_files(results))
     write_whole_file(o.out + "/" + file.name, file.content);

@@ -2,7 +2,6 @@
 // host_sim faults --out DIR [--quick] [--carrier usb|direct] [--report-clocked] [--threads N]
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/faults/fault_report.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -22,12 +22,7 @@ struct Options {
 };
 
 int run(const Options& o) {
-  std::error_code error;
-  std::filesystem::create_directories(o.out, error);
-  if (error || !std::filesystem::is_directory(o.out)) {
-    throw tools::InputError(o.out + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  make_output_folder(o.out);
   const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
   for (const OutputText& file : fault_files(verdicts, o.matrix))
     write_whole_file(o.out + "/" + file.name, file.content);

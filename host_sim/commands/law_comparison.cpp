@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -71,17 +70,11 @@ void finish(LawRun& run, const double (&towards)[3]) {
   run.end_distance_m = distance(run.ticks.back().proxy_m, run.ticks.back().goal_m);
 }
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
 std::string step_table(const LawRun& run, bool torque) {
   std::string text = table_head({"time, s", "change of force, N", "change of torque, mN m"});
   for (const LawStep& step : torque ? run.torque_steps : run.force_steps) {
-    text += table_row({fixed(run.ticks[step.tick].t_s, 3), short_number(step.force_n),
-                       short_number(1e3 * step.torque_nm)});
+    text += table_row({fixed(run.ticks[step.tick].t_s, 3), short_number(step.force_n, 4),
+                       short_number(1e3 * step.torque_nm, 4)});
   }
   return text;
 }
@@ -173,19 +166,19 @@ std::string comparison_csv(std::span<const LawRun> runs) {
 std::string comparison_page(std::span<const LawRun> runs, const std::string& title) {
   std::string page =
       "# " + title + ": laws compared\n\n" + std::to_string(runs[0].ticks.size()) +
-      " ticks. Coupling " + short_number(runs[0].k_t_n_per_m) + " N/m, " +
-      short_number(runs[0].k_r_nm_per_rad) + " N m/rad.\n\n" +
+      " ticks. Coupling " + short_number(runs[0].k_t_n_per_m, 4) + " N/m, " +
+      short_number(runs[0].k_r_nm_per_rad, 4) + " N m/rad.\n\n" +
       table_head({"law", "largest change of force, N", "at, s", "largest change of torque, mN m",
                   "at, s", "way in, device, mm", "way in, part, mm", "part beside device there, mm",
                   "part to device at the end, mm", "worst gap, um"});
   for (const LawRun& run : runs) {
     const LawStep &force = run.force_steps[0], &torque = run.torque_steps[0];
-    page += table_row({law_title(run.law), short_number(force.force_n),
-                       fixed(run.ticks[force.tick].t_s, 3), short_number(1e3 * torque.torque_nm),
+    page += table_row({law_title(run.law), short_number(force.force_n, 4),
+                       fixed(run.ticks[force.tick].t_s, 3), short_number(1e3 * torque.torque_nm, 4),
                        fixed(run.ticks[torque.tick].t_s, 3), fixed(1e3 * run.farthest_goal_m, 4),
                        fixed(1e3 * run.farthest_proxy_m, 4), fixed(1e3 * run.proxy_there_m, 4),
                        fixed(1e3 * run.end_distance_m, 6),
-                       run.law == LawId::kProxy ? short_number(1e6 * run.worst_gap_m) : "-"});
+                       run.law == LawId::kProxy ? short_number(1e6 * run.worst_gap_m, 4) : "-"});
   }
   page += "\n" + picture_line("compare_laws.svg", "Force and torque under both laws");
   for (const LawRun& run : runs) {

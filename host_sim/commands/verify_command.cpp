@@ -4,12 +4,12 @@
 // host_sim verify --fault key|arc|support [--seed N]
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "host_sim/verification/deliberate_fault.hpp"
 #include "host_sim/verification/verification.hpp"
 #include "tools/common/error.hpp"
@@ -67,12 +67,7 @@ int run(const Options& o) {
     std::fprintf(stderr, "host_sim: verify needs --out or --fault\n");
     return tools::kExitUsage;
   }
-  std::error_code error;
-  std::filesystem::create_directories(o.out, error);
-  if (error || !std::filesystem::is_directory(o.out)) {
-    throw tools::InputError(o.out + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  make_output_folder(o.out);
   const VerificationResult result = run_verification(o.size, {o.threads, true});
   write_verification(o.out, result);
   print(result);

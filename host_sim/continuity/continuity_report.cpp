@@ -2,7 +2,6 @@
 #include "host_sim/continuity/continuity_report.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/output_file.hpp"
@@ -11,12 +10,6 @@ namespace haptic::sim {
 namespace {
 
 const char* law_name(LawId law) { return law == LawId::kPaper ? "paper" : "weighted_region"; }
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
 
 void append_rows(std::string& text, const ContactPath& path, std::span<const PathRun> runs) {
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -46,7 +39,7 @@ nlohmann::ordered_json to_json(std::span<const PathRun> runs) {
 std::string steps_text(std::span<const PathRun> runs) {
   std::string text;
   for (const PathRun& run : runs)
-    text += (text.empty() ? "" : " / ") + short_number(1e3 * run.largest_torque_step_nm);
+    text += (text.empty() ? "" : " / ") + short_number(1e3 * run.largest_torque_step_nm, 3);
   return text;
 }
 

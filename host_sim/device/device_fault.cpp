@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/device/device_fault.hpp"
 
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +8,7 @@
 #include <string_view>
 
 #include "tools/common/error.hpp"
-#include "tools/common/files.hpp"
-#include "tools/common/toml_text.hpp"
+#include "tools/common/toml_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -160,14 +157,7 @@ const char* to_text(DeviceFaultKind kind) {
 
 std::vector<DeviceFaultEvent> read_fault_script(const std::string& path, double rate_hz) {
   const ScriptReader reader(path, rate_hz);
-  const std::string text = tools::read_text_file(path, kLargestScriptBytes);
-  tools::check_toml_text(text, path);
-  toml::table root;
-  try {
-    root = toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    reader.refuse(error.source(), "not valid TOML: " + std::string(error.description()));
-  }
+  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes);
   return reader.events(root);
 }
 

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/device/device_file.hpp"
 
-#include <toml++/toml.h>
-
 #include <cmath>
 
 #include "tools/common/error.hpp"
-#include "tools/common/files.hpp"
-#include "tools/common/toml_text.hpp"
+#include "tools/common/toml_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -74,14 +71,7 @@ void read_key(const std::string& path, std::string_view key, const toml::node& n
 }  // namespace
 
 DeviceModel read_device_file(const std::string& path, double rate_hz) {
-  const std::string text = tools::read_text_file(path, kLargestFileBytes);
-  tools::check_toml_text(text, path);
-  toml::table root;
-  try {
-    root = toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    refuse(path, error.source(), "not valid TOML: " + std::string(error.description()));
-  }
+  const toml::table root = tools::read_toml_file(path, kLargestFileBytes);
   DeviceModel model;
   const toml::table* device = nullptr;
   for (const auto& [key, node] : root) {

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdio>
 
+#include "tools/common/formatted.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -25,12 +27,6 @@ std::string hex(std::span<const std::uint8_t> bytes) {
     std::snprintf(two, sizeof two, "%02x", static_cast<unsigned>(byte));
     text += two;
   }
-  return text;
-}
-
-std::string hash_text(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
   return text;
 }
 
@@ -110,10 +106,11 @@ std::string difference(const hal::RecordedTick& expected, const hal::RecordedTic
   compare("tick", expected.tick, found.tick);
   if (expected.state_content != found.state_content)
     text += "\n  pose, twist or switches of its state: expected hash " +
-            hash_text(expected.state_content) + ", found " + hash_text(found.state_content);
+            tools::hash_text(expected.state_content) + ", found " +
+            tools::hash_text(found.state_content);
   if (expected.state_hash != found.state_hash)
-    text += "\n  hash of the core's state: expected " + hash_text(expected.state_hash) +
-            ", found " + hash_text(found.state_hash);
+    text += "\n  hash of the core's state: expected " + tools::hash_text(expected.state_hash) +
+            ", found " + tools::hash_text(found.state_hash);
   compare_wrench(text, expected.command_d, found.command_d);
   compare("state answered", expected.command_sequence, found.command_sequence);
   compare("count of armings", expected.arming, found.arming);

@@ -109,12 +109,7 @@ std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
   const double column_width = 2 * kPlotWidth + kPairGap + kColumnGap;
   const double width = 2 * kMargin + kColumns * column_width - kColumnGap;
   const double height = kHead + static_cast<double>(per_column) * (kPlotHeight + kRowGap) + 20;
-  std::string svg =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(width) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(width) + " " +
-      pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(width) +
-      "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
+  std::string svg = svg_head(width, height);
   const SafetyLimits limits = reference_stack(StackCarrier::kDirect).limits;
   const double slew_n_per_ms = 1e-3 * static_cast<double>(limits.slew_n_per_s);
   svg += text_at(kMargin, 32, "Every fault in every state", "start", 20, "font-weight=\"bold\"");

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/motion/motion_script.hpp"
 
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,8 +10,7 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "tools/common/error.hpp"
-#include "tools/common/files.hpp"
-#include "tools/common/toml_text.hpp"
+#include "tools/common/toml_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -277,14 +274,7 @@ std::size_t segment_end(const MotionScript& script, double t_s) {
 
 MotionScript read_motion_script(const std::string& path) {
   const Reader reader(path);
-  const std::string text = tools::read_text_file(path, kLargestScriptBytes);
-  tools::check_toml_text(text, path);
-  toml::table root;
-  try {
-    root = toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    reader.refuse(error.source(), "not valid TOML: " + std::string(error.description()));
-  }
+  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes);
   reader.check_keys(root, {"format", "rate_hz", "seed", "tremor", "waypoint"});
   reader.number(reader.required(root, "format"), "format", 1.0, 1.0);
   MotionScript script;

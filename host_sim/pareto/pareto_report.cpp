@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <iterator>
 #include <set>
 #include <system_error>
@@ -11,6 +10,7 @@
 #include "host_sim/pareto/pareto_plot.hpp"
 #include "host_sim/pareto/pareto_table.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -124,9 +124,7 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
 }
 
 void write_pareto(const ParetoResult& result, const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw tools::InputError(folder + ": the folder cannot be made: " + error.message());
+  make_output_folder(folder);
   write_whole_file(folder + "/pareto.csv", pareto_csv(result.rows()));
   write_whole_file(folder + "/pareto.json", pareto_json(result));
   write_whole_file(folder + "/pareto.md", pareto_markdown(result));

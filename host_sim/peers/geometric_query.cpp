@@ -5,39 +5,19 @@
 #include <cmath>
 
 namespace haptic::sim {
-namespace {
-
-Vec3 vector_of(const double (&v)[3]) {
-  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
-}  // namespace
 
 GeometricQuery::GeometricQuery(const SceneView& scene)
     : pair_(scene.pair(0)),
-      grip_a_(vector_of(scene.bodies()[0].reference_m)),
-      reference_w_(vector_of(scene.bodies()[pair_.b.record->body].reference_m)),
+      grip_a_(reference_of(scene.bodies()[0])),
+      reference_w_(reference_of(scene.bodies()[pair_.b.record->body])),
       epsilon_m_(static_cast<Real>(scene.parameters().epsilon_m)),
       exact_band_m_(scene.parameters().exact_band_m),
-      lanes_(3 * std::size_t{pair_.a.lane_count}) {
-  NearScratch::Size size;
-  size.fit(*pair_.a.record, *pair_.b.record);
-  const auto lay_out = [&](Arena& arena) {
-    bounds_.place(arena, *pair_.a.record, *pair_.b.record);
-    scratch_.place(arena, size);
-    near_ = BoundedList<NearNode>(arena.take<NearNode>(pair_.record->near_capacity));
-  };
-  Arena counting;
-  lay_out(counting);
-  memory_.resize(counting.used() + 64);
-  const auto address = reinterpret_cast<std::uintptr_t>(memory_.data());
-  Arena arena(memory_.data() + (64 - address % 64) % 64);
-  lay_out(arena);
+      tables_(pair_) {
   reset();
 }
 
 void GeometricQuery::reset() {
-  bounds_.reset(pair_.marks);
+  tables_.bounds.reset(pair_.marks);
   verdict_ = VerdictMemory{};
   gate_ = GatePlane{};
   odometer_ = Odometer{};
@@ -72,11 +52,12 @@ Real GeometricQuery::query(const Pose& pose_wa) {
     gap = gate_.gap_m(odometer_);
   }
   if (gate_.known && is_far(gap, gate_.face, exact_band_m_)) return static_cast<Real>(gap);
-  turn_vertices(pair_.a, r_wa, lanes_.data());
-  const PairPose pose = make_pair_pose(pair_, lanes_.data(), r_wa, y_w);
-  bounds_.advance(odometer_, pose.size_m);
-  near_.clear();
-  const NearResult found = find_near_set(pose, epsilon_m_, bounds_, scratch_, near_);
+  turn_vertices(pair_.a, r_wa, tables_.lanes.data());
+  const PairPose pose = make_pair_pose(pair_, tables_.lanes.data(), r_wa, y_w);
+  tables_.bounds.advance(odometer_, pose.size_m);
+  tables_.near.clear();
+  const NearResult found =
+      find_near_set(pose, epsilon_m_, tables_.bounds, tables_.scratch, tables_.near);
   const VerdictResult verdict = pair_verdict(pose, found, verdict_);
   gate_ = gate_plane(pose, found, odometer_);
   return verdict.verdict == Verdict::kSeparated

@@ -4,9 +4,7 @@
 /// Made of the same functions of rt_core/contact in the order of HapticCore::step, for timing them
 /// alone.
 
-#include <cstddef>
-#include <vector>
-
+#include "host_sim/peers/pair_tables.hpp"
 #include "rt_core/base/pose.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_gate.hpp"
@@ -32,11 +30,7 @@ class GeometricQuery {
   Vec3 grip_a_, reference_w_;
   Real epsilon_m_;
   double exact_band_m_;
-  std::vector<std::byte> memory_;
-  std::vector<Real> lanes_;
-  FeatureBounds bounds_;
-  NearScratch scratch_;
-  BoundedList<NearNode> near_;
+  PairTables tables_;
   VerdictMemory verdict_;
   GatePlane gate_;
   Odometer odometer_;

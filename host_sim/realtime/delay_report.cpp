@@ -170,12 +170,7 @@ std::string stage_bars(double top, const std::vector<DelayOfMode>& modes, double
 
 std::string picture(const DelayQuestion& question, const std::vector<DelayOfMode>& modes) {
   const double period_ns = 1e9 / question.rate_hz, height = 600;
-  std::string svg =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(kWidth) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(kWidth) + " " +
-      pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(kWidth) +
-      "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
+  std::string svg = svg_head(kWidth, height);
   svg += text_at(kLeft, 32, "From the sample of a motion to the force that answers it (ms)",
                  "start", 18, "font-weight=\"bold\"");
   svg += text_at(kLeft, 54, "reports and servo loop at " + fixed(question.rate_hz, 0) + " Hz",

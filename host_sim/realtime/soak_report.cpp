@@ -125,12 +125,7 @@ std::string level_panel(const SoakAccount& account, double top, double end_s, co
 
 std::string picture(const SoakSettings& settings, const SoakAccount& a) {
   const double end_s = a.samples.empty() ? 1 : a.samples.back().t_s;
-  std::string svg =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(kWidth) + "\" height=\"" + pixel(kHeight) + "\" viewBox=\"0 0 " + pixel(kWidth) + " " +
-      pixel(kHeight) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(kWidth) +
-      "\" height=\"" + pixel(kHeight) + "\" fill=\"#ffffff\"/>\n";
+  std::string svg = svg_head(kWidth, kHeight);
   svg += text_at(kLeft, 30, "Soak: a fault every " + mark_label(settings.every_s, 1) + " s",
                  "start", 18, "font-weight=\"bold\"");
   svg += text_at(kLeft, 54,

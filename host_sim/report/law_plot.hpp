@@ -6,13 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace haptic::sim {
+#include "host_sim/report/svg_canvas.hpp"
 
-struct NamedCurve {
-  std::string name;
-  const char* colour;
-  std::vector<double> values;  ///< one per time
-};
+namespace haptic::sim {
 
 struct CurvePanel {
   std::string label;  ///< with its unit

@@ -19,26 +19,7 @@ constexpr std::array<const char*, 7> kSituationColours = {
     "#ffffff", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#cc79a7"};
 static_assert(kSituationColours.size() == static_cast<std::size_t>(ContactSituation::kCount));
 
-struct Series {
-  const char* name;
-  std::vector<double> values;
-};
-
-/// Range that holds all values and zero, with a margin; never empty.
-void fit(Panel& panel, const std::vector<Series>& series) {
-  double low = 0, high = 0;
-  for (const Series& s : series) {
-    for (const double v : s.values) {
-      low = std::min(low, v);
-      high = std::max(high, v);
-    }
-  }
-  const double margin = high > low ? 0.06 * (high - low) : 1.0;
-  panel.low = low - (low < 0 || high == 0 ? margin : 0);
-  panel.high = high + margin;
-}
-
-std::string legend(const Panel& panel, const std::vector<Series>& series) {
+std::string legend(const Panel& panel, const std::vector<NamedCurve>& series) {
   std::string svg;
   for (std::size_t i = 0; i < series.size(); ++i) {
     const double x = panel.left + panel.width + 14,
@@ -53,9 +34,9 @@ std::string legend(const Panel& panel, const std::vector<Series>& series) {
 std::string vector_panel(Panel panel, std::span<const double> times, const std::string& label,
                          const std::array<const char*, 4>& names, std::span<const TickRecord> ticks,
                          const double (TickRecord::*vector)[3]) {
-  std::vector<Series> series;
+  std::vector<NamedCurve> series;
   for (std::size_t axis = 0; axis < 4; ++axis) {
-    Series s{names[axis], {}};
+    NamedCurve s{names[axis], kCurveColours[axis], {}};
     s.values.reserve(ticks.size());
     for (const TickRecord& tick : ticks) {
       const double* v = tick.*vector;
@@ -63,7 +44,7 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
     }
     series.push_back(std::move(s));
   }
-  fit(panel, series);
+  fit_range(panel, series);
   std::string svg = panel_frame(panel, label, false) + legend(panel, series);
   const std::array<std::size_t, 4> order = {3, 0, 1, 2};  // the norm behind its components
   for (const std::size_t i : order) {
@@ -76,7 +57,7 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
 /// penetrations above zero.
 std::string depth_panel(Panel panel, std::span<const double> times,
                         std::span<const TickRecord> ticks) {
-  Series depth{"d_near", {}};
+  NamedCurve depth{"d_near", kCurveColours[2], {}};
   double low = 0, high = 0;
   for (const TickRecord& tick : ticks) {
     const double mm = 1e3 * tick.d_near_m;

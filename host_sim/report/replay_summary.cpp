@@ -8,6 +8,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tools/common/formatted.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -18,16 +20,7 @@ double distance(const double (&a)[3], const double (&b)[3]) {
   return length(d);
 }
 
-[[gnu::format(printf, 2, 3)]] void line(std::string& text, const char* format, ...) {
-  char buffer[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  text += buffer;
-  text += '\n';
-}
-
+using tools::append_line;
 using ull = unsigned long long;
 
 double percent(std::uint64_t part, std::uint64_t whole) {
@@ -35,28 +28,30 @@ double percent(std::uint64_t part, std::uint64_t whole) {
 }
 
 void check_text(std::string& text, const CheckTotals& c) {
-  line(text, "check against the exhaustive search in long double:");
-  line(text,
-       "  wrong verdicts        %llu ticks, %llu pair-ticks (%llu false, %llu missed collisions)",
-       ull{c.wrong_verdict_ticks}, ull{c.wrong_verdict_pairs}, ull{c.false_collision_pairs},
-       ull{c.missed_collision_pairs});
-  line(text, "  wrong d_near          %llu ticks, %llu pair-ticks of %llu",
-       ull{c.wrong_depth_ticks}, ull{c.wrong_depth_pairs}, ull{c.pair_ticks});
-  line(text, "  largest error         %.3Lg m (tolerance there %.3Lg m)", c.largest_error_m,
-       c.tolerance_at_largest_m);
-  line(text, "  longest wrong run     %llu ticks (verdict: %llu)", ull{c.longest_wrong_run},
-       ull{c.longest_wrong_verdict_run});
-  line(text, "  either verdict right  %llu pair-ticks within the tolerance of touching",
-       ull{c.touching_pairs});
-  line(text, "  far                   %llu pair-ticks beyond the exact band (verdict checked)",
-       ull{c.far_pairs});
-  line(text, "  d_near is a range     %llu pair-ticks (nearly parallel edges, separated)",
-       ull{c.widened_pairs});
+  append_line(text, "check against the exhaustive search in long double:");
+  append_line(
+      text,
+      "  wrong verdicts        %llu ticks, %llu pair-ticks (%llu false, %llu missed collisions)",
+      ull{c.wrong_verdict_ticks}, ull{c.wrong_verdict_pairs}, ull{c.false_collision_pairs},
+      ull{c.missed_collision_pairs});
+  append_line(text, "  wrong d_near          %llu ticks, %llu pair-ticks of %llu",
+              ull{c.wrong_depth_ticks}, ull{c.wrong_depth_pairs}, ull{c.pair_ticks});
+  append_line(text, "  largest error         %.3Lg m (tolerance there %.3Lg m)", c.largest_error_m,
+              c.tolerance_at_largest_m);
+  append_line(text, "  longest wrong run     %llu ticks (verdict: %llu)", ull{c.longest_wrong_run},
+              ull{c.longest_wrong_verdict_run});
+  append_line(text, "  either verdict right  %llu pair-ticks within the tolerance of touching",
+              ull{c.touching_pairs});
+  append_line(text,
+              "  far                   %llu pair-ticks beyond the exact band (verdict checked)",
+              ull{c.far_pairs});
+  append_line(text, "  d_near is a range     %llu pair-ticks (nearly parallel edges, separated)",
+              ull{c.widened_pairs});
   if (!c.passed()) {
-    line(text, "  first wrong           tick %llu, pair %llu", ull{c.first_wrong_tick},
-         ull{c.first_wrong_pair});
+    append_line(text, "  first wrong           tick %llu, pair %llu", ull{c.first_wrong_tick},
+                ull{c.first_wrong_pair});
   }
-  line(text, "  result                %s", c.passed() ? "passed" : "FAILED");
+  append_line(text, "  result                %s", c.passed() ? "passed" : "FAILED");
 }
 
 }  // namespace
@@ -116,10 +111,10 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
 std::string text_summary(const ReplayReport& report) {
   const ReplayTotals& t = report.totals;
   std::string text;
-  line(text, "replay of %s on %s (%s)", report.motion.c_str(), report.scene.c_str(),
-       report.mode.c_str());
-  line(text, "  ticks                 %llu (%.3f s), in contact %llu (%.1f %%)", ull{t.ticks},
-       t.duration_s, ull{t.contact_ticks}, percent(t.contact_ticks, t.ticks));
+  append_line(text, "replay of %s on %s (%s)", report.motion.c_str(), report.scene.c_str(),
+              report.mode.c_str());
+  append_line(text, "  ticks                 %llu (%.3f s), in contact %llu (%.1f %%)",
+              ull{t.ticks}, t.duration_s, ull{t.contact_ticks}, percent(t.contact_ticks, t.ticks));
   std::string situations;
   for (std::size_t s = 1; s < t.situation_ticks.size(); ++s) {
     if (t.situation_ticks[s] == 0) continue;
@@ -127,38 +122,41 @@ std::string text_summary(const ReplayReport& report) {
                   std::string(to_text(static_cast<ContactSituation>(s))) + " " +
                   std::to_string(t.situation_ticks[s]);
   }
-  line(text, "  situation changes     %llu%s%s", ull{t.situation_changes},
-       situations.empty() ? "" : "; ticks: ", situations.c_str());
-  line(text, "  largest force         %.6g N, change per tick %.6g N", t.largest_force_n,
-       t.largest_force_change_n);
-  line(text, "  largest torque        %.6g N m, change per tick %.6g N m", t.largest_torque_nm,
-       t.largest_torque_change_nm);
-  line(text, "  smallest d_near       %.6g m", t.smallest_d_near_m);
-  line(text, "  nodes evaluated       mean %.1f, largest %u, bound %u%s", t.nodes_mean,
-       t.nodes_largest, t.nodes_bound, t.nodes_largest <= t.nodes_bound ? "" : "  OVER ITS BOUND");
-  line(text, "  support pairs         largest %u, bound %u%s", t.support_pairs_largest,
-       t.support_pairs_bound,
-       t.support_pairs_largest <= t.support_pairs_bound ? "" : "  OVER ITS BOUND");
-  line(text, "  re-localised          %llu of %llu pair-ticks after the first tick (%.4f %%)",
-       ull{t.relocalised_pair_ticks}, ull{t.pair_ticks},
-       percent(t.relocalised_pair_ticks, t.pair_ticks));
+  append_line(text, "  situation changes     %llu%s%s", ull{t.situation_changes},
+              situations.empty() ? "" : "; ticks: ", situations.c_str());
+  append_line(text, "  largest force         %.6g N, change per tick %.6g N", t.largest_force_n,
+              t.largest_force_change_n);
+  append_line(text, "  largest torque        %.6g N m, change per tick %.6g N m",
+              t.largest_torque_nm, t.largest_torque_change_nm);
+  append_line(text, "  smallest d_near       %.6g m", t.smallest_d_near_m);
+  append_line(text, "  nodes evaluated       mean %.1f, largest %u, bound %u%s", t.nodes_mean,
+              t.nodes_largest, t.nodes_bound,
+              t.nodes_largest <= t.nodes_bound ? "" : "  OVER ITS BOUND");
+  append_line(text, "  support pairs         largest %u, bound %u%s", t.support_pairs_largest,
+              t.support_pairs_bound,
+              t.support_pairs_largest <= t.support_pairs_bound ? "" : "  OVER ITS BOUND");
+  append_line(text,
+              "  re-localised          %llu of %llu pair-ticks after the first tick (%.4f %%)",
+              ull{t.relocalised_pair_ticks}, ull{t.pair_ticks},
+              percent(t.relocalised_pair_ticks, t.pair_ticks));
   std::string flags;
   for (std::size_t bit = 0; bit < t.flag_ticks.size(); ++bit) {
     if (t.flag_ticks[bit] == 0) continue;
     flags += (flags.empty() ? "" : ", ") + std::string(flag_name(bit)) + " " +
              std::to_string(t.flag_ticks[bit]);
   }
-  line(text, "  flags (ticks)         %s", flags.empty() ? "none" : flags.c_str());
-  if (t.refused_poses > 0) line(text, "  refused poses         %llu", ull{t.refused_poses});
-  line(text, "  final state hash      %016llx", ull{t.final_hash});
+  append_line(text, "  flags (ticks)         %s", flags.empty() ? "none" : flags.c_str());
+  if (t.refused_poses > 0) append_line(text, "  refused poses         %llu", ull{t.refused_poses});
+  append_line(text, "  final state hash      %016llx", ull{t.final_hash});
   if (report.check) check_text(text, *report.check);
   if (report.reference) {
     const ReferenceTotals& r = *report.reference;
-    line(text,
-         "reference: contact %llu, free %llu, undecided %llu, without a tick %llu, wrong %llu%s",
-         ull{r.contact}, ull{r.free}, ull{r.undecided}, ull{r.unmatched}, ull{r.wrong},
-         r.wrong > 0 ? "  FAILED" : "");
-    if (r.wrong > 0) line(text, "  first wrong           t = %.3f s", r.first_wrong_t_s);
+    append_line(
+        text,
+        "reference: contact %llu, free %llu, undecided %llu, without a tick %llu, wrong %llu%s",
+        ull{r.contact}, ull{r.free}, ull{r.undecided}, ull{r.unmatched}, ull{r.wrong},
+        r.wrong > 0 ? "  FAILED" : "");
+    if (r.wrong > 0) append_line(text, "  first wrong           t = %.3f s", r.first_wrong_t_s);
   }
   return text;
 }
@@ -192,9 +190,7 @@ std::string json_summary(const ReplayReport& report) {
   for (std::size_t bit = 0; bit < t.flag_ticks.size(); ++bit)
     json["flag_ticks"][flag_name(bit)] = t.flag_ticks[bit];
   json["refused_poses"] = t.refused_poses;
-  char hash[17];
-  std::snprintf(hash, sizeof hash, "%016llx", ull{t.final_hash});
-  json["final_state_hash"] = hash;
+  json["final_state_hash"] = tools::hash_text(t.final_hash);
   if (report.check) {
     const CheckTotals& c = *report.check;
     json["check"] = {

@@ -63,6 +63,27 @@ std::string text_at(double x, double y, const std::string& text, const char* anc
          "</text>\n";
 }
 
+std::string svg_head(double width, double height) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+         "width=\"" +
+         pixel(width) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(width) + " " +
+         pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(width) +
+         "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
+}
+
+void fit_range(Panel& panel, std::span<const NamedCurve> curves) {
+  double low = 0, high = 0;
+  for (const NamedCurve& c : curves) {
+    for (const double v : c.values) {
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
+  }
+  const double margin = high > low ? 0.06 * (high - low) : 1.0;
+  panel.low = low - (low < 0 || high == 0 ? margin : 0);
+  panel.high = high + margin;
+}
+
 std::string curve(const Panel& panel, std::span<const double> times, std::span<const double> values,
                   const char* colour, double stroke_width) {
   std::string points;

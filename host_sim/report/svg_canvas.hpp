@@ -16,6 +16,9 @@ namespace haptic::sim {
 /// A pixel coordinate with one decimal.
 [[nodiscard]] std::string pixel(double value);
 
+/// Head of a document of this size [pixels] with a white ground; "</svg>" ends it.
+[[nodiscard]] std::string svg_head(double width, double height);
+
 /// Positions of axis marks: multiples of 1, 2 or 5 times a power of ten within [low, high], about
 /// `wanted` of them.
 [[nodiscard]] std::vector<double> nice_marks(double low, double high, int wanted);
@@ -35,6 +38,15 @@ struct Panel {
     return top + height * (high - value) / (high - low);
   }
 };
+
+struct NamedCurve {
+  std::string name;
+  const char* colour;
+  std::vector<double> values;  ///< one per time
+};
+
+/// Gives the panel a range that holds all values and zero, with a margin; never empty.
+void fit_range(Panel& panel, std::span<const NamedCurve> curves);
 
 /// One curve's points after reduction: a polyline through the least and largest value of each
 /// column, in their order. Values outside the panel are cut at its edge. `times` ascend; sizes

@@ -97,12 +97,7 @@ std::vector<Facet> facets_of(const CObstacle& obstacle, std::span<const std::uin
 }
 
 SvgPage::SvgPage(double width, double height, const std::string& title) {
-  body_ =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(width) + "\" height=\"" + pixel(height) + "\" viewBox=\"0 0 " + pixel(width) + " " +
-      pixel(height) + "\" font-family=\"sans-serif\">\n<rect width=\"" + pixel(width) +
-      "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
+  body_ = svg_head(width, height);
   text(24, 30, title, "start", 18, "font-weight=\"bold\"");
 }
 

@@ -7,7 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "tools/common/formatted.hpp"
+
 namespace haptic::sim {
+
+using tools::short_number;
 
 /// How much work. All random draws are seeded: equal options give equal files, timing apart.
 struct ReproductionSize {

@@ -2,10 +2,10 @@
 #include "host_sim/reproduction/reproduction.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "host_sim/reproduction/figure_contacts.hpp"
 #include "host_sim/reproduction/figure_forces.hpp"
 #include "host_sim/reproduction/figure_insertion.hpp"
@@ -14,7 +14,6 @@
 #include "host_sim/reproduction/graph_table.hpp"
 #include "host_sim/reproduction/literal_table.hpp"
 #include "host_sim/reproduction/timing_table.hpp"
-#include "tools/common/error.hpp"
 
 namespace haptic::sim {
 
@@ -47,12 +46,7 @@ std::string index_page(std::span<const PartReport> parts, bool quick) {
 }
 
 bool reproduce_paper(const std::string& folder, const ReproductionSize& size) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    throw tools::InputError(folder + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  make_output_folder(folder);
   const std::vector<std::pair<const char*, std::function<PartReport()>>> makers = {
       {"graph and subgraphs", [&] { return graph_part(size); }},
       {"Fig. 2", [] { return motion_part(); }},

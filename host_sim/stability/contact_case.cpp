@@ -46,6 +46,16 @@ TimedPath swing(double speed_rad_per_s) {
 
 }  // namespace
 
+TimedPath ContactLoop::path_of(double ticks) const {
+  const double cycle_s = ticks * kTracePeriod_s;
+  TimedPath path;
+  path.pose = [phase = pose, cycle_s](double t) { return phase(t / cycle_s); };
+  path.duration_s = 2 * cycle_s;
+  path.retreat_w = retreat_w;
+  path.approach_s = 1;
+  return path;
+}
+
 Rotation turn_about(double angle_rad, const Vector& axis) {
   return Rotation(Eigen::AngleAxisd(angle_rad, axis.normalized()));
 }

@@ -65,6 +65,9 @@ struct ContactLoop {
   CoupledScene scene;
   TimedPose pose;  ///< of the phase
   Vector retreat_w = Vector(0, 0, 0.015);
+
+  /// Twice round, each time in as many periods of the trace.
+  [[nodiscard]] TimedPath path_of(double ticks) const;
 };
 /// Box on a block, round an edge of it, in the corner, peg with 0.1 mm of clearance, five-piece
 /// plate: turning and moving at once.

@@ -126,13 +126,7 @@ std::vector<Figure> rim_figures() {
 std::vector<Figure> loop_figures(const ContactLoop& loop, double design_1000, double design_4000) {
   std::vector<Figure> figures;
   for (const double ticks : {1000.0, 4000.0}) {
-    const double cycle_s = ticks * kTracePeriod_s;
-    TimedPath path;
-    path.pose = [&](double t) { return loop.pose(t / cycle_s); };
-    path.duration_s = 2 * cycle_s;
-    path.retreat_w = loop.retreat_w;
-    path.approach_s = 1;
-    const Trace trace = run_trace(loop.scene, LawId::kProxy, path);
+    const Trace trace = run_trace(loop.scene, LawId::kProxy, loop.path_of(ticks));
     const double work_j = hand_work_j(trace.path().last(static_cast<std::size_t>(ticks) + 1));
     const double design_j = ticks < 2000 ? design_1000 : design_4000;
     // Not less than nothing but for the rule's own error; not more than the design lost.

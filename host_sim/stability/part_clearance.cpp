@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -87,12 +86,6 @@ std::vector<Cell> all_cells(bool quick) {
   return cells;
 }
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 double ratio(double coarse, double fine) { return fine > 0 ? coarse / fine : 0; }
 
 std::string csv_of(const std::vector<Cell>& cells) {
@@ -127,14 +120,14 @@ std::string wobble_table(const std::vector<Cell>& cells) {
                                  "largest dT, N m", "ratio", "worst gap, um"});
   for (const Cell& c : cells) {
     text += table_row(
-        {short_number(1e3 * c.clearance_m), short_number(c.friction),
-         fixed(1e3 * c.wobble.deepest_m, 4), short_number(1e6 * c.offset_error_m()),
-         short_number(c.wobble.largest_force_step_n),
+        {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
+         fixed(1e3 * c.wobble.deepest_m, 4), short_number(1e6 * c.offset_error_m(), 3),
+         short_number(c.wobble.largest_force_step_n, 3),
          fixed(ratio(c.wobble.largest_force_step_n, c.wobble_half.largest_force_step_n), 2),
          c.friction > 0 ? fixed(c.slip_share(), 2) : "-",
-         short_number(c.wobble.largest_torque_step_nm),
+         short_number(c.wobble.largest_torque_step_nm, 3),
          fixed(ratio(c.wobble.largest_torque_step_nm, c.wobble_half.largest_torque_step_nm), 2),
-         short_number(1e6 * c.wobble.worst_gap_m)});
+         short_number(1e6 * c.wobble.worst_gap_m, 3)});
   }
   return text;
 }
@@ -146,12 +139,13 @@ std::string tilted_table(const std::vector<Cell>& cells) {
                   "largest dF, N", "ratio", "largest dT, N m", "ratio"});
   for (const Cell& c : cells) {
     text += table_row(
-        {short_number(1e3 * c.clearance_m), short_number(c.friction), short_number(c.pull_n(false)),
-         short_number(c.held_n(false)), short_number(c.pull_n(true)), short_number(c.held_n(true)),
+        {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
+         short_number(c.pull_n(false), 3), short_number(c.held_n(false), 3),
+         short_number(c.pull_n(true), 3), short_number(c.held_n(true), 3),
          fixed(1e3 * c.lag_m(), 3), fixed(1e3 * c.tilted.advance_m, 3),
-         short_number(c.tilted.largest_force_step_n),
+         short_number(c.tilted.largest_force_step_n, 3),
          fixed(ratio(c.tilted.largest_force_step_n, c.tilted_half.largest_force_step_n), 2),
-         short_number(c.tilted.largest_torque_step_nm),
+         short_number(c.tilted.largest_torque_step_nm, 3),
          fixed(ratio(c.tilted.largest_torque_step_nm, c.tilted_half.largest_torque_step_nm), 2)});
   }
   return text;
@@ -170,8 +164,8 @@ std::string picture(const std::vector<Cell>& cells) {
   }
   const Panel lag{80, 60, 420, 300, 0, duration_s(PegPath::kTilted), -0.2, 1.1 * top + 0.1};
   svg += panel_frame(lag, "lag of the tilted peg (mm)", true);
-  svg +=
-      text_at(290, 398, "time (s), clearance " + short_number(1e3 * narrow) + " mm", "middle", 13);
+  svg += text_at(290, 398, "time (s), clearance " + short_number(1e3 * narrow, 3) + " mm", "middle",
+                 13);
   const LogPanel offset{600, 60, 420, 300, 1e-5, 1e-3, 1e-5, 1e-3};
   svg += log_panel_frame(offset, "", "clearance (m)", "final offset (m)", 1);
   svg += polyline({offset.x_of(1e-5), offset.y_of(1e-5), offset.x_of(1e-3), offset.y_of(1e-3)},
@@ -185,7 +179,7 @@ std::string picture(const std::vector<Cell>& cells) {
     svg += curve(lag, c.tilted.t_s, c.tilted.lag_mm, shade, 2);
     const double y = 80 + 20 * static_cast<double>(colour++);
     svg += polyline({96, y - 4, 120, y - 4}, shade, 3);
-    svg += text_at(126, y, "friction " + short_number(c.friction), "start", 13);
+    svg += text_at(126, y, "friction " + short_number(c.friction, 3), "start", 13);
   }
   return svg_document(1060, 420, svg);
 }
@@ -209,16 +203,17 @@ void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
     report.passed = report.passed && holds;
   };
   add("clearance sweep: the swaying peg reaches the floor",
-      "within " + short_number(1e6 * limits.floor_m) + " um", short_number(1e6 * floor) + " um",
-      floor <= limits.floor_m && sound, "all clearances and frictions");
+      "within " + short_number(1e6 * limits.floor_m, 3) + " um",
+      short_number(1e6 * floor, 3) + " um", floor <= limits.floor_m && sound,
+      "all clearances and frictions");
   add("clearance sweep: pressed sideways it stands off by the clearance",
-      "within " + short_number(1e6 * limits.offset_m) + " um", short_number(1e6 * offset) + " um",
-      offset <= limits.offset_m, "final offset");
+      "within " + short_number(1e6 * limits.offset_m, 3) + " um",
+      short_number(1e6 * offset, 3) + " um", offset <= limits.offset_m, "final offset");
   add("clearance sweep: tilted and pushed, it follows or is held as friction says",
-      "within " + short_number(100 * limits.friction_share) + " %", friction ? "all" : "NOT all",
+      "within " + short_number(100 * limits.friction_share, 3) + " %", friction ? "all" : "NOT all",
       friction, "sliding on two points, at the first slip and at the end");
   add("clearance sweep: largest steps of force and torque when the step is halved",
-      "ratio at least " + short_number(limits.least_ratio), smooth ? "all" : "NOT all", smooth,
+      "ratio at least " + short_number(limits.least_ratio, 3), smooth ? "all" : "NOT all", smooth,
       "swaying without friction, tilted with any");
   add("clearance sweep: largest force step where the swaying peg sticks and slips",
       "at most " + fixed(limits.slip_share, 2) + " of what friction held", fixed(slip, 2),

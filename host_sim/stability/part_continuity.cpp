@@ -51,12 +51,6 @@ ContactCase timed(const ContactPath& path, bool quick) {
   return result;
 }
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 double ratio(double before, double after) { return after > 0 ? before / after : 0; }
 
 bool falls(double before, double after, double still) {
@@ -102,8 +96,8 @@ std::string table_of(const std::vector<CaseSteps>& cases) {
     for (const LawSteps& l : c.laws) {
       std::string force, torque;
       for (const WrenchSteps& steps : l.by_period) {
-        force += (force.empty() ? "" : " / ") + short_number(steps.force_n);
-        torque += (torque.empty() ? "" : " / ") + short_number(1e3 * steps.torque_nm);
+        force += (force.empty() ? "" : " / ") + short_number(steps.force_n, 3);
+        torque += (torque.empty() ? "" : " / ") + short_number(1e3 * steps.torque_nm, 3);
       }
       const WrenchSteps &a = l.by_period[l.by_period.size() - 2], &b = l.by_period.back();
       text +=
@@ -126,7 +120,7 @@ std::string picture(const std::vector<CaseSteps>& cases) {
   for (int e = -4; e <= 3; ++e) {
     const double x = panel.x_of(e);
     page.line({x, panel.top}, {x, height - 10}, "#e4e4e4", 1);
-    page.text(x, height + 10, short_number(std::pow(10, e)), "middle", 12);
+    page.text(x, height + 10, short_number(std::pow(10, e), 3), "middle", 12);
   }
   page.text(1060, height + 30, "mN m", "end", 12);
   for (std::size_t i = 0; i < cases.size(); ++i) {

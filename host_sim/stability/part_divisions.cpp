@@ -28,12 +28,6 @@ const char* kind_name(DivisionContact contact) {
                                                : "release";
 }
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
-
 std::string csv_of(const std::vector<Row>& rows) {
   std::string text =
       "path,contact,division,ticks,tolerance_n,median_n,p99_n,largest_n,share_over_0.01_n,"
@@ -68,8 +62,8 @@ std::string table_of(const std::vector<Row>& rows) {
         return fixed(100 * of.share_over(kFeltDifference_n), 2) + " %";
       };
       text += table_row({row.contact.title, kind_name(row.contact.contact), d.division,
-                         short_number(d.quantile_n(0.5)), short_number(d.quantile_n(0.99)),
-                         short_number(d.quantile_n(1)), felt(d),
+                         short_number(d.quantile_n(0.5), 2), short_number(d.quantile_n(0.99), 2),
+                         short_number(d.quantile_n(1), 2), felt(d),
                          fixed(100 * d.other_contact_share, 2) + " %", felt(row.found.paper[k]),
                          fixed(row.found.proxy_mean_n, 3), fixed(row.found.paper_mean_n, 3)});
     }
@@ -87,7 +81,7 @@ std::string picture(const std::vector<Row>& rows) {
   const Panel panel{500, top - 14, 560, height - top, kLowestDecade, kHighestDecade, 0, 1};
   for (int e = kLowestDecade; e <= kHighestDecade; e += 3) {
     page.line({panel.x_of(e), panel.top}, {panel.x_of(e), height - 6}, "#e4e4e4", 1);
-    page.text(panel.x_of(e), height + 10, short_number(std::pow(10, e)), "middle", 12);
+    page.text(panel.x_of(e), height + 10, short_number(std::pow(10, e), 2), "middle", 12);
   }
   page.text(1060, height + 30, "N; dot: median, ring: p99, bar: largest, black: k_t tol", "end",
             12);
@@ -115,7 +109,7 @@ std::string picture(const std::vector<Row>& rows) {
 }
 
 std::string stated(const Row& row) {
-  const std::string tolerance = short_number(row.found.tolerance_n) + " N";
+  const std::string tolerance = short_number(row.found.tolerance_n, 2) + " N";
   const std::string share =
       fixed(100 * most_felt_share(row.contact.contact), 1) + " % of ticks over 0.01 N";
   switch (row.contact.contact) {
@@ -141,8 +135,8 @@ void add_findings(const std::vector<Row>& rows, PartReport& report) {
     for (const DivisionDifference& d : row.found.differences) {
       const std::string topic = "proxy, " + row.contact.title + ": " + d.division;
       const std::string found =
-          "largest " + short_number(d.quantile_n(1)) + " N, p99 " +
-          short_number(d.quantile_n(0.99)) +
+          "largest " + short_number(d.quantile_n(1), 2) + " N, p99 " +
+          short_number(d.quantile_n(0.99), 2) +
           " N, over 0.01 N: " + fixed(100 * d.share_over(kFeltDifference_n), 2) +
           " %, other contact: " + fixed(100 * d.other_contact_share, 2) + " %";
       add(topic, stated(row), found, agrees(d, row.contact.contact, row.found.tolerance_n));

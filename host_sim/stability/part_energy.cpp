@@ -37,23 +37,11 @@ struct Session {
   double largest_potential_j = 0;
 };
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 LoopWork loop_work(const ContactLoop& loop, LawId law, const StabilityOptions& options) {
   LoopWork result{loop.title, law, {}, {}};
   for (const double ticks :
        options.quick ? std::vector<double>{1000, 4000} : std::vector<double>{1000, 4000, 16000}) {
-    const double cycle_s = ticks * kTracePeriod_s;
-    TimedPath path;
-    path.pose = [&](double t) { return loop.pose(t / cycle_s); };
-    path.duration_s = 2 * cycle_s;
-    path.retreat_w = loop.retreat_w;
-    path.approach_s = 1;
-    const Trace trace = run_trace(loop.scene, law, path);
+    const Trace trace = run_trace(loop.scene, law, loop.path_of(ticks));
     result.ticks.push_back(ticks);
     // The second time round: the first begins where the approach has left the proxy.
     result.work_j.push_back(hand_work_j(trace.path().last(static_cast<std::size_t>(ticks) + 1)));
@@ -140,7 +128,7 @@ std::string loops_table(const std::vector<LoopWork>& loops) {
     std::string ticks, work;
     for (std::size_t k = 0; k < l.ticks.size(); ++k) {
       ticks += (k > 0 ? " / " : "") + std::to_string(std::lround(l.ticks[k]));
-      work += (k > 0 ? " / " : "") + short_number(l.work_j[k]);
+      work += (k > 0 ? " / " : "") + short_number(l.work_j[k], 3);
     }
     const bool active = *std::ranges::min_element(l.work_j) < kLeastLoopWork_j;
     text += table_row({l.title, law_name(l.law), ticks, work, yes_or_no(active)});
@@ -186,13 +174,14 @@ void add_findings(const std::vector<LoopWork>& loops, const std::vector<Session>
     if (l.law != LawId::kProxy) continue;
     const double least = *std::ranges::min_element(l.work_j);
     add("proxy, work round a closed loop: " + l.title, "at least -1e-8 J",
-        short_number(least) + " J", least >= kLeastLoopWork_j);
+        short_number(least, 3) + " J", least >= kLeastLoopWork_j);
   }
   for (const Session& s : sessions) {
     if (s.law != LawId::kProxy) continue;
     add("proxy, random session: work of the hand less the energy of the spring",
         "never below -0.001 % of the most it held",
-        short_number(s.least_margin_j) + " J of " + short_number(s.largest_potential_j) + " J",
+        short_number(s.least_margin_j, 3) + " J of " + short_number(s.largest_potential_j, 3) +
+            " J",
         s.least_margin_j >= -kSessionShare * s.largest_potential_j);
   }
 }
@@ -221,8 +210,8 @@ PartReport energy_part(const StabilityOptions& options) {
       "): a box wanders over the five-piece plate, onto it, round its rim and off.\n\n" +
       table_head({"law", "work in all, J", "least so far, J"});
   for (const Session& s : sessions) {
-    report.markdown += table_row({law_name(s.law), short_number(s.work_j.back()),
-                                  short_number(*std::ranges::min_element(s.work_j))});
+    report.markdown += table_row({law_name(s.law), short_number(s.work_j.back(), 3),
+                                  short_number(*std::ranges::min_element(s.work_j), 3)});
   }
   report.markdown += "\n" + picture_line("energy.svg", "Work of the hand over the session");
   report.files = {{"energy.csv", loops_csv(loops)},

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,12 +34,6 @@ struct PressRow {
   PressedContact contact;
   PressErrors errors;
 };
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
 
 std::vector<DepthRow> depth_rows(bool quick) {
   std::vector<DepthRow> rows;
@@ -131,10 +124,10 @@ std::string depth_table(const std::vector<DepthRow>& rows) {
       limit = std::max(limit, e.limit_m / size_m);
       angle = std::max(angle, e.normal_angle_rad);
     }
-    text += table_row({family, short_number(list.front()->scene.parameter),
-                       short_number(list.back()->scene.parameter), list.front()->scene.unit,
-                       std::to_string(poses), std::to_string(failed), short_number(depth),
-                       short_number(loss), short_number(limit), short_number(angle)});
+    text += table_row({family, short_number(list.front()->scene.parameter, 2),
+                       short_number(list.back()->scene.parameter, 2), list.front()->scene.unit,
+                       std::to_string(poses), std::to_string(failed), short_number(depth, 2),
+                       short_number(loss, 2), short_number(limit, 2), short_number(angle, 2)});
   }
   return text;
 }
@@ -146,18 +139,18 @@ std::string press_table(const std::vector<PressRow>& rows) {
   for (const PressRow& row : rows) {
     const PressErrors& e = row.errors;
     if (!e.refusal.empty()) {
-      text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
+      text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter, 2),
                          to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper", "-",
                          "-", "-", "-", "-", "-", e.must_be_refused ? "refused" : "REFUSED"});
       continue;
     }
-    text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
+    text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter, 2),
                        to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper",
-                       short_number(e.force_n), short_number(e.force_error_n / e.force_n),
-                       short_number(e.force_error_n / e.force_limit_n),
-                       short_number(e.torque_error_nm / (e.force_n * row.contact.scene.size_m)),
-                       short_number(e.torque_error_nm / e.torque_limit_nm),
-                       e.law == LawId::kProxy ? short_number(e.gap_m / e.tolerance_m) : "-",
+                       short_number(e.force_n, 2), short_number(e.force_error_n / e.force_n, 2),
+                       short_number(e.force_error_n / e.force_limit_n, 2),
+                       short_number(e.torque_error_nm / (e.force_n * row.contact.scene.size_m), 2),
+                       short_number(e.torque_error_nm / e.torque_limit_nm, 2),
+                       e.law == LawId::kProxy ? short_number(e.gap_m / e.tolerance_m, 2) : "-",
                        yes_or_no(e.ok())});
   }
   return text;
@@ -167,12 +160,12 @@ std::string refusal_table(const std::vector<DepthRow>& rows, const std::vector<P
   std::string text = table_head({"family", "parameter", "what the writer says"});
   for (const DepthRow& row : rows) {
     if (!row.scene.refused) continue;
-    text += table_row({row.scene.family, short_number(row.scene.parameter),
+    text += table_row({row.scene.family, short_number(row.scene.parameter, 2),
                        row.errors.refusal.empty() ? "NOT refused" : row.errors.refusal});
   }
   for (const PressRow& row : presses) {
     if (!row.errors.must_be_refused) continue;
-    text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter),
+    text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter, 2),
                        row.errors.refusal.empty() ? "NOT refused" : row.errors.refusal});
   }
   return text;

@@ -103,12 +103,6 @@ double stated_peg(const TrialSetting& s) {
   return 0;
 }
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
 std::string csv_of(const std::vector<WallCell>& walls, const std::vector<PegCell>& pegs) {
   std::string csv =
       "scene,law,rate_hz,delay_samples,hand,damping_ns_per_m,simulated_n_per_m,"
@@ -135,7 +129,7 @@ std::string csv_of(const std::vector<WallCell>& walls, const std::vector<PegCell
 
 std::vector<std::string> setting_cells(const TrialSetting& s) {
   return {law_name(s.law), fixed(s.rate_hz, 0), std::to_string(s.delay_samples), s.hand,
-          short_number(s.damping_ns_per_m)};
+          short_number(s.damping_ns_per_m, 4)};
 }
 
 std::string wall_table(const std::vector<WallCell>& cells) {
@@ -145,8 +139,8 @@ std::string wall_table(const std::vector<WallCell>& cells) {
   for (const WallCell& c : cells) {
     std::vector<std::string> row = setting_cells(c.setting);
     for (const std::string& cell :
-         {short_number(c.simulated), short_number(c.theory), fixed(c.simulated / c.theory, 4),
-          short_number(c.closed_form), std::string(c.budget_stable ? "stable" : "UNSTABLE"),
+         {short_number(c.simulated, 4), short_number(c.theory, 4), fixed(c.simulated / c.theory, 4),
+          short_number(c.closed_form, 4), std::string(c.budget_stable ? "stable" : "UNSTABLE"),
           std::string(!c.over_budget_tried     ? "-"
                       : c.over_budget_unstable ? "unstable"
                                                : "STABLE")})
@@ -162,10 +156,10 @@ std::string peg_table(const std::vector<PegCell>& cells) {
   for (const PegCell& c : cells) {
     std::vector<std::string> row = setting_cells(c.setting);
     const double stated = stated_peg(c.setting);
-    row.push_back(c.limit > 0 ? short_number(c.limit)
-                              : "< " + short_number(peg_stiffnesses().front()));
-    row.push_back(c.limit > 0 ? short_number(c.rest_s) : "-");
-    row.push_back(stated > 0 ? short_number(stated) : "-");
+    row.push_back(c.limit > 0 ? short_number(c.limit, 4)
+                              : "< " + short_number(peg_stiffnesses().front(), 4));
+    row.push_back(c.limit > 0 ? short_number(c.rest_s, 4) : "-");
+    row.push_back(stated > 0 ? short_number(stated, 4) : "-");
     text += table_row(row);
   }
   return text;
@@ -306,9 +300,9 @@ void add_findings(const std::vector<WallCell>& walls, const std::vector<PegCell>
     const double stated = stated_peg(c.setting);
     if (stated == 0) continue;
     add("peg, 0.1 mm, 1 kHz, one sample of delay, " + c.setting.hand + " hand, B " +
-            short_number(c.setting.damping_ns_per_m),
-        "at least " + short_number(stated) + " N/m", short_number(c.limit) + " N/m",
-        c.limit >= stated, "at rest after " + short_number(c.rest_s) + " s");
+            short_number(c.setting.damping_ns_per_m, 4),
+        "at least " + short_number(stated, 4) + " N/m", short_number(c.limit, 4) + " N/m",
+        c.limit >= stated, "at rest after " + short_number(c.rest_s, 4) + " s");
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <utility>
 
@@ -17,12 +16,6 @@ namespace {
 constexpr double kFree_m = -2e-7;
 /// A change of the wrench beyond this is a release, not a slope of the slow paths.
 constexpr double kRelease_n = 0.05, kRelease_nm = 0.005;
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 std::vector<Figure> step_figures(const ContactCase& c, double force_n, double torque_nm,
                                  Trace* trace_out = nullptr) {
@@ -176,8 +169,8 @@ std::string figures_head() { return table_head({"case", "figure", "design", "mea
 std::string figures_rows(const CaseRow& row, const std::vector<Figure>& figures) {
   std::string text;
   for (const Figure& f : figures) {
-    text += table_row(
-        {row.title, f.what, short_number(f.design), short_number(f.measured), yes_or_no(f.ok())});
+    text += table_row({row.title, f.what, short_number(f.design, 6), short_number(f.measured, 6),
+                       yes_or_no(f.ok())});
   }
   return text;
 }

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "host_sim/stability/part_clearance.hpp"
 #include "host_sim/stability/part_extreme.hpp"
 #include "tools/common/error.hpp"
@@ -62,12 +62,7 @@ bool write_stability(const std::string& folder, const std::vector<int>& numbers,
                               std::to_string(number));
     }
   }
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    throw tools::InputError(folder + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  make_output_folder(folder);
   std::vector<PartReport> reports;
   bool passed = true;
   for (const StabilityPart& part : kParts) {

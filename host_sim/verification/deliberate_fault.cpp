@@ -62,7 +62,7 @@ NearTotals rise_past_top(bool lowered) {
     if (tick > 0 || !lowered) continue;
     const PieceView b = pair.view().pair(0).b;
     for (std::uint32_t f = 0; f < b.face_count; ++f) {
-      if (b.face_normal(f)[2] > 0.5_r) search.bounds.b.faces.key[f] -= kLowering_m;
+      if (b.face_normal(f)[2] > 0.5_r) search.bounds().b.faces.key[f] -= kLowering_m;
     }
   }
   return totals;

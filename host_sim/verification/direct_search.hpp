@@ -4,9 +4,8 @@
 /// the caller.
 
 #include <span>
-#include <vector>
 
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/peers/pair_tables.hpp"
 #include "rt_core/contact/near_set.hpp"
 
 namespace haptic::sim {
@@ -22,19 +21,17 @@ class DirectSearch {
   /// Moves A's origin to `p_w` in a straight line and searches there.
   NearResult search(const Vec3& p_w);
   /// Near set of the last search.
-  [[nodiscard]] std::span<const NearNode> near() const { return near_.view(); }
+  [[nodiscard]] std::span<const NearNode> near() const { return tables_.near.view(); }
 
-  FeatureBounds bounds;  ///< the stale upper bounds of the pair's faces and edges
+  /// The stale upper bounds of the pair's faces and edges.
+  [[nodiscard]] FeatureBounds& bounds() { return tables_.bounds; }
 
  private:
   const SceneView& view_;
   PairView pair_;
   Mat3 r_wa_;
   Vec3 grip_w_, reference_w_;
-  std::vector<Real> lanes_;
-  AlignedBytes memory_;
-  NearScratch scratch_;
-  BoundedList<NearNode> near_;
+  PairTables tables_;
   Odometer odometer_;
   Vec3 last_p_w_ = Vec3::Zero();
   bool moved_ = false;

@@ -12,6 +12,7 @@
 #include "host_sim/wcet/core_stack.hpp"
 #include "host_sim/wcet/wcet_plot.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -41,8 +42,6 @@ Json json_of(const hal::WakeupMeasurement& m) {
 }
 
 Json json_of(const AdversarialFinding& f, std::uint64_t seed) {
-  char hash[20];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(f.state_hash));
   return {{"goal", to_text(f.goal)},
           {"value", f.value},
           {"unit", unit_of(f.goal)},
@@ -54,7 +53,7 @@ Json json_of(const AdversarialFinding& f, std::uint64_t seed) {
           {"goal_moved_m", f.cause.goal_m},
           {"proxy_moved_m", f.cause.proxy_m},
           {"wrenches_not_finite", f.not_finite},
-          {"final_state_hash", hash},
+          {"final_state_hash", tools::hash_text(f.state_hash)},
           {"motion", motion_file_name(f, seed)}};
 }
 

@@ -7,21 +7,6 @@
 #include "rt_core/contact/fixed_obstacle.hpp"
 
 namespace haptic {
-namespace {
-
-Vec3 centre(const PieceRecord& piece) noexcept {
-  return {static_cast<Real>(piece.centre_m[0]), static_cast<Real>(piece.centre_m[1]),
-          static_cast<Real>(piece.centre_m[2])};
-}
-
-/// What rounding can have added to a gap computed at y [m].
-Real rounding(const PairView& pair, const Vec3& y_w) noexcept {
-  const Real reach = static_cast<Real>(pair.a.record->reach_m + pair.b.record->reach_m);
-  return 16 * kRealEpsilon * (reach + std::sqrt(y_w.squaredNorm()));
-}
-
-}  // namespace
-
 GatePlane gate_plane(const PairPose& pose, const NearResult& near, const Odometer& now) noexcept {
   GatePlane plane;
   const NearNode& best = near.best;
@@ -49,13 +34,13 @@ GatePlane sphere_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                       const Odometer& now) noexcept {
   const PieceRecord& a = *pair.a.record;
   const PieceRecord& b = *pair.b.record;
-  const Vec3 between = (y_w - centre(b)) + r_wa * centre(a);
+  const Vec3 between = (y_w - piece_centre(b)) + r_wa * piece_centre(a);
   const Real distance = std::sqrt(between.squaredNorm());
   const Real radii = static_cast<Real>(a.radius_m + b.radius_m);
   GatePlane plane;
   plane.made_at = now.of_b;
-  plane.clear_until =
-      now.of_b + static_cast<double>(distance - radii - rounding(pair, y_w) - kRealEpsilon * radii);
+  plane.clear_until = now.of_b + static_cast<double>(distance - radii - gap_rounding(pair, y_w) -
+                                                     kRealEpsilon * radii);
   return plane;
 }
 
@@ -68,7 +53,7 @@ bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const O
   if (pair.is_fixed()) {
     const Real gap = gap_at(pair.planes[plane.support.a], y_w);
     plane.made_at = odometer;
-    plane.clear_until = odometer + static_cast<double>(gap - rounding(pair, y_w));
+    plane.clear_until = odometer + static_cast<double>(gap - gap_rounding(pair, y_w));
     return true;
   }
   const Vec3 n_w = plane.of_a ? Vec3(r_wa * plane.normal) : plane.normal;
@@ -78,7 +63,7 @@ bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const O
   const Real gap =
       n_w.dot(y_w - pair.b.vertex(plane.support.b)) + n_a.dot(pair.a.vertex(plane.support.a));
   plane.made_at = odometer;
-  plane.clear_until = odometer + static_cast<double>(gap - rounding(pair, y_w));
+  plane.clear_until = odometer + static_cast<double>(gap - gap_rounding(pair, y_w));
   return true;
 }
 

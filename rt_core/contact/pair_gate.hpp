@@ -3,6 +3,7 @@
 /// Which pairs a tick must look at. A pair that a plane has separated stays separated while the
 /// odometer has not used up the gap; until then it costs a subtraction and a comparison.
 
+#include <cmath>
 #include <cstdint>
 
 #include "rt_core/contact/feature_bounds.hpp"
@@ -55,5 +56,17 @@ struct GatePlane {
 /// was computed. Cost: one support pair.
 [[nodiscard]] bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                               const Odometer& now, double exact_band_m, GatePlane& plane) noexcept;
+
+/// Interior point of a piece, in its body's geometry frame.
+[[nodiscard]] inline Vec3 piece_centre(const PieceRecord& piece) noexcept {
+  return {static_cast<Real>(piece.centre_m[0]), static_cast<Real>(piece.centre_m[1]),
+          static_cast<Real>(piece.centre_m[2])};
+}
+
+/// What rounding can have added to a gap of the pair computed at y [m].
+[[nodiscard]] inline Real gap_rounding(const PairView& pair, const Vec3& y_w) noexcept {
+  const Real reach = static_cast<Real>(pair.a.record->reach_m + pair.b.record->reach_m);
+  return 16 * kRealEpsilon * (reach + std::sqrt(y_w.squaredNorm()));
+}
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -14,24 +15,13 @@ namespace {
 /// Sums of motion are rounded up by this share.
 constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 
-Vec3 centre(const PieceRecord& piece) noexcept {
-  return {static_cast<Real>(piece.centre_m[0]), static_cast<Real>(piece.centre_m[1]),
-          static_cast<Real>(piece.centre_m[2])};
-}
-
-/// Rounding of a gap of the pair at y [m].
-Real rounding(const PairView& pair, const Vec3& y_w) noexcept {
-  const Real reach = static_cast<Real>(pair.a.record->reach_m + pair.b.record->reach_m);
-  return 16 * kRealEpsilon * (reach + std::sqrt(y_w.squaredNorm()));
-}
-
 /// Gap between the spheres round the two pieces, a lower bound of their distance [m].
 Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexcept {
   const PieceRecord& a = *pair.a.record;
   const PieceRecord& b = *pair.b.record;
-  const Vec3 between = (y_w - centre(b)) + p.r_wa * centre(a);
+  const Vec3 between = (y_w - piece_centre(b)) + p.r_wa * piece_centre(a);
   return std::sqrt(between.squaredNorm()) -
-         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - rounding(pair, y_w);
+         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(pair, y_w);
 }
 
 std::uint32_t largest_loop(const PieceView& piece) noexcept {
@@ -176,12 +166,12 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
       pair.support = gap.support;
       pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
       pair.gap_version = version_;
-      if (clear(pair.gap_m - rounding(*pair.view, y_w))) return false;
+      if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
     }
     if (clear(sphere_gap(*pair.view, p_, y_w))) return false;
     if (!pair.known || pair.gap_m < -valid_depth(parameters_.scale)) search_fully(pair, tick);
   }
-  if (clear(pair.gap_m - rounding(*pair.view, y_w))) return false;
+  if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
   reached.gap_m = reached.gap_q_m = pair.gap_m;
   reached.plane = pair.plane;
   reached.support = pair.support;

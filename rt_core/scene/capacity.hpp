@@ -19,36 +19,6 @@ namespace haptic {
 inline constexpr std::uint32_t kMaxSupportPairsPerAttempt = 64;
 inline constexpr std::uint32_t kMaxSupportPairsPerVerdict = 2 * kMaxSupportPairsPerAttempt;
 
-/// Pairs of edges that one pair may test in one tick. Every pair with no more than that many is
-/// exact at every pose; measured on hulls of 200 vertices: at most 200 after the first tick.
-inline constexpr std::uint32_t kMaxEdgePairs = 16384;
-
-/// Pairs with no more nodes than this have room for all of them in their near set.
-inline constexpr std::uint32_t kSmallPairNodes = 1024;
-
-/// Basic contacts that can share one C-plane when the faces with `face_a` and `face_b` vertices lie
-/// on each other: every vertex of each and every pair of their edges (19 for tetrahedron and box,
-/// 24 for two boxes).
-constexpr std::uint64_t face_face_ties(std::uint64_t face_a, std::uint64_t face_b) noexcept {
-  return face_a + face_b + face_a * face_b;
-}
-
-/// Capacity of the near set of a pair with `node_count` live nodes: all of a small pair; else three
-/// planes of ties at one corner of the C-obstacle, a margin for the edge stars of their corners,
-/// and never more than the pair has nodes.
-constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t largest_face_a,
-                                      std::uint32_t largest_face_b) noexcept {
-  if (node_count <= kSmallPairNodes) return node_count;
-  const std::uint64_t ties = 3 * face_face_ties(largest_face_a, largest_face_b) + 16;
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(node_count, std::max<std::uint64_t>(kSmallPairNodes, ties)));
-}
-
-/// Pairs of active edges that a search may test, of a pair with as many reachable ones.
-constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
-}
-
 /// Work of one pair in one tick, at most. With all keys stale (the first tick, or a jump) every
 /// reachable face and edge is evaluated once; where some node only separates, a second search may
 /// go over the live ones; an edge pair or a near node asks for at most one support pair

@@ -54,17 +54,6 @@ RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t
   return max_degree == r.max_degree ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
-bool same_proxy_bounds(const SceneCapacity& stated, const SceneCapacity& needed) noexcept {
-  return stated.max_search_work == needed.max_search_work &&
-         stated.max_proxy_passes == needed.max_proxy_passes &&
-         stated.max_proxy_rejected == needed.max_proxy_rejected &&
-         stated.max_proxy_rounds == needed.max_proxy_rounds &&
-         stated.max_qp_rows == needed.max_qp_rows &&
-         stated.max_qp_iterations == needed.max_qp_iterations &&
-         stated.max_qp_programs == needed.max_qp_programs &&
-         stated.max_qp_steps == needed.max_qp_steps;
-}
-
 /// No bit of a set of `bits` lies beyond it.
 bool ends_clean(const std::uint64_t* set, std::uint64_t bits) noexcept {
   return bits % 64 == 0 || (set[bits / 64] >> (bits % 64)) == 0;
@@ -197,24 +186,10 @@ RtStatus SceneView::check_capacity() const noexcept {
   const auto most_visits = static_cast<std::uint32_t>(std::max<std::size_t>(1, pairs_.size()));
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
-  const SceneCapacity needed =
-      scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,
-                     proxy_passes(parameters()), fixed_pairs_);
-  const bool equal = stated.moving_lanes == needed.moving_lanes &&
-                     stated.pair_count == needed.pair_count &&
-                     stated.total_features == needed.total_features &&
-                     stated.largest_pair_features == needed.largest_pair_features &&
-                     stated.largest_near == needed.largest_near &&
-                     stated.max_support_pairs == needed.max_support_pairs &&
-                     stated.max_feature_evaluations == needed.max_feature_evaluations &&
-                     stated.max_edge_pairs == needed.max_edge_pairs &&
-                     stated.max_near_nodes == needed.max_near_nodes &&
-                     stated.max_hull_points == needed.max_hull_points &&
-                     stated.max_plane_gaps == needed.max_plane_gaps &&
-                     stated.max_valid_nodes == needed.max_valid_nodes &&
-                     stated.max_full_searches == needed.max_full_searches && stated.reserved == 0 &&
-                     stated.unproven == needed.unproven && same_proxy_bounds(stated, needed);
-  return equal ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
+  SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,
+                                        proxy_passes(parameters()), fixed_pairs_);
+  needed.state_bytes = stated.state_bytes;  // HapticCore compares it with what it needs
+  return stated == needed ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
 }  // namespace haptic

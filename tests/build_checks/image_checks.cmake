@@ -2,15 +2,6 @@
 # Images of three scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system, the peg's and
 # that of a tetrahedron that never turns as hosted programs without what no scene asks for. Each must compute the bits of the general program along the scene's motion, and stop at any other scene.
 
-function(haptic_image_check name)
-  haptic_build_check(${name} ${ARGN})
-  set_tests_properties(build_checks.${name} PROPERTIES LABELS image)
-endfunction()
-function(haptic_image_refusal name)
-  haptic_build_probe(${name} ${ARGN})
-  set_tests_properties(build_checks.${name} PROPERTIES LABELS image)
-endfunction()
-
 set(skip_image "${skip_link}")
 if(NOT skip_image AND NOT TARGET graph_compiler)
   set(skip_image "this build has no graph compiler")

@@ -2,15 +2,6 @@
 # Rules of the linker recipe (linker/README.md): the core's place in a hosted program, its budgets, and the freestanding
 # image. The programs are built with the rest; probes link violating samples at test time.
 
-function(haptic_link_check name)
-  haptic_build_check(${name} ${ARGN})
-  set_tests_properties(build_checks.${name} PROPERTIES LABELS link)
-endfunction()
-function(haptic_link_probe name)
-  haptic_build_probe(${name} ${ARGN})
-  set_tests_properties(build_checks.${name} PROPERTIES LABELS link)
-endfunction()
-
 set(skip_link "${haptic_no_placement}")
 if(NOT skip_link)
   set(skip_link "${skip_compiled}")
@@ -59,22 +50,22 @@ foreach(region CODE CONST STATE)
   string(TOLOWER ${region} lower)
   set(budget ${samples}/budget_${lower}.ld)
   haptic_write_budget(${budget} ${region} 8)
-  haptic_link_probe(budget.probe_${lower} "exceeds HAPTIC_RT_${region}_BYTES = 8"
+  haptic_link_refusal(budget.probe_${lower} "exceeds HAPTIC_RT_${region}_BYTES = 8"
     ${CMAKE_CXX_COMPILER} -Wl,-T,${haptic_linker_dir}/rt_sections.ld ${budget} ${whole_core} ${hosted_objects}
     -o ${samples}/budget_${lower})
 endforeach()
 
 # One object of the core given by itself, as an application's sources would be, falls out of the region.
-haptic_link_probe(placement.probe_loose_object ": lies outside .rt_text" ${CMAKE_COMMAND}
+haptic_link_refusal(placement.probe_loose_object ": lies outside .rt_text" ${CMAKE_COMMAND}
   "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${hosted_scene_line}|$<JOIN:$<TARGET_OBJECTS:core_hosted>,|>"
   -DARCHIVE=$<TARGET_FILE:rt_core> -DLOOSE=rotation.cpp.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
   -DFOLDER=${samples}/loose_object -P ${checks}/placement_probe.cmake)
-haptic_link_probe(placement.probe_not_placed "link it through haptic_place_rt" ${CMAKE_COMMAND}
+haptic_link_refusal(placement.probe_not_placed "link it through haptic_place_rt" ${CMAKE_COMMAND}
   -DPROGRAM=$<TARGET_FILE:image_scene> -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${HAPTIC_NM} -P ${checks}/placement.cmake)
 
 # haptic_image_probe(<sample> <text> [compiler options]): the image with one more source file must not link.
 function(haptic_image_probe sample expected)
-  haptic_link_probe(freestanding.probe_${sample} "${expected}" ${CMAKE_CXX_COMPILER} -std=c++20 -O2 -fno-pie ${ARGN}
+  haptic_link_refusal(freestanding.probe_${sample} "${expected}" ${CMAKE_CXX_COMPILER} -std=c++20 -O2 -fno-pie ${ARGN}
     ${checks}/probes/${sample}.cpp ${image_objects} ${whole_core} -nostdlib -static
     -Wl,-T,${haptic_linker_dir}/bare_metal_example.ld -Wl,--orphan-handling=error -Wl,--build-id=none
     -Wl,-z,noexecstack -o ${samples}/image_${sample})

@@ -73,6 +73,7 @@ function(haptic_stack_probe sample expected)
 endfunction()
 
 haptic_stack_probe(large_frame "large_frame(): frame of")
+haptic_stack_probe(split_frame "samples::{anonymous}::Search::search_fully(int) [part]: frame of")
 haptic_stack_probe(dynamic_frame "dynamic_frame(unsigned int): dynamic stack")
 haptic_stack_probe(recursion "recursion(int): recursion")
 haptic_stack_probe(mutual_recursion "recursion through other functions")

@@ -24,6 +24,7 @@
 #include "hal/realtime/servo_clock.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tests/host_sim/held_device.hpp"
+#include "tests/support/signal_process.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -243,7 +244,7 @@ TEST_SUITE("host_sim.servo_process") {
   TEST_CASE("killed: the force ramps to zero; a spare takes over, without force until armed anew") {
     std::int64_t killed_ns = 0;
     const auto kill_servo = [](HeldDevice& h) {
-      CHECK(kill(h.guardian().pid(), SIGKILL) == 0);
+      signal_process(h.guardian().pid(), SIGKILL);
       CHECK(servo_ends(h));
     };
     const auto held = harmed(1, last_tick, kill_servo, killed_ns);
@@ -288,7 +289,7 @@ TEST_SUITE("host_sim.servo_process") {
 
   TEST_CASE("frozen: stale commands ramp the force down; at the stop the process is killed") {
     std::int64_t frozen_ns = 0;
-    const auto freeze = [](HeldDevice& h) { CHECK(kill(h.guardian().pid(), SIGSTOP) == 0); };
+    const auto freeze = [](HeldDevice& h) { signal_process(h.guardian().pid(), SIGSTOP); };
     const auto held = harmed(0, last_tick, freeze, frozen_ns);
     REQUIRE(held != nullptr);
     tell("SIGSTOP", *held, check_fall(*held, frozen_ns, last_tick));
@@ -304,7 +305,7 @@ TEST_SUITE("host_sim.servo_process") {
     std::int64_t told_ns = 0;
     int code = -1;
     const auto terminate = [&code](HeldDevice& h) {
-      CHECK(kill(getpid(), SIGTERM) == 0);
+      signal_process(getpid(), SIGTERM);
       code = h.guardian().run([](const hal::ServoEnd&) { FAIL_CHECK("nothing ended"); });
     };
     const auto held = harmed(1, last_full, terminate, told_ns);

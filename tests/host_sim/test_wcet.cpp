@@ -14,7 +14,7 @@
 #include "host_sim/wcet/scene_motion.hpp"
 #include "host_sim/wcet/wcet_table.hpp"
 #include "tests/host_sim/program_run.hpp"
-#include "tests/host_sim/sample_scenes.hpp"
+#include "tests/host_sim/wcet_scene.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;
@@ -22,17 +22,6 @@ using namespace haptic::sim;
 using namespace haptic::sim::test;
 
 namespace {
-
-struct Scene {
-  std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
-  CoreSession session{bytes, "test"};
-};
-
-std::vector<MotionSample> short_motion() {
-  PathShape shape;
-  shape.centre_m[2] = 0.08;
-  return smooth_path(3, 60, shape);
-}
 
 /// Counts only: no wake-ups, a search of few motions.
 WcetPlan small_plan() {
@@ -60,7 +49,7 @@ const AdversarialFinding& found(const std::vector<AdversarialFinding>& list, Adv
 
 TEST_SUITE("host_sim.wcet") {
   TEST_CASE("a report has warm and flushed times of the same ticks, apart from noise and work") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> motion = short_motion();
     const WcetReport report = measure_wcet(s.session, motion, small_plan());
     CHECK(report.passed());
@@ -89,7 +78,7 @@ TEST_SUITE("host_sim.wcet") {
 
   TEST_CASE(
       "counters: the report's peaks are those of a run and of the search, bounds the header's") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> motion = short_motion();
     const WcetReport report = measure_wcet(s.session, motion, small_plan());
     s.session.core().reset();
@@ -115,7 +104,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("adversarial search: same seed and evaluations, same findings; another seed, others") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
     const AdversarialLimits limits{10, 100, 7};
     const auto first = adversarial_search(s.session, known, limits);
@@ -137,7 +126,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("adversarial search: more motions never find less") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
     const auto few = adversarial_search(s.session, known, {10, 5, 7});
     const auto many = adversarial_search(s.session, known, {10, 150, 7});
@@ -149,7 +138,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("adversarial motions: the file gives the same states, and no hand is that fast") {
-    Scene s;
+    WcetScene s;
     const ScratchFolder folder("wcet_motion");
     const std::vector<MotionSample> known = scene_motion(s.session, 0.5, 1);
     for (const AdversarialFinding& f : adversarial_search(s.session, known, {10, 70, 2})) {
@@ -173,7 +162,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("a motion made from the scene touches it, and is the same for the same seed") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> motion = scene_motion(s.session, 1, 5);
     CHECK(motion.size() == 1001);
     CHECK(same_motion(motion, scene_motion(s.session, 1, 5)));
@@ -190,7 +179,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("trace: parses, one bar per tick with its counts, in order") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> motion = short_motion();
     const WcetResult r = measure(s.session, motion, 2, false);
     const auto json = nlohmann::json::parse(chrome_trace(r.ticks, motion, "s\xff"));
@@ -211,7 +200,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("trace: every event has what the Trace Event Format asks of its phase") {
-    Scene s;
+    WcetScene s;
     const std::vector<MotionSample> motion = short_motion();
     const WcetResult r = measure(s.session, motion, 2, false);
     const auto json = nlohmann::json::parse(chrome_trace(r.ticks, motion, "test"));
@@ -255,7 +244,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("flow facts name every capacity with the header's number") {
-    Scene s;
+    WcetScene s;
     const SceneCapacity& c = s.session.view().header().capacity;
     const std::string text = flow_facts(s.session.view(), "a\nname");
     const auto has = [&](const char* name, std::uint64_t bound) {
@@ -292,7 +281,7 @@ TEST_SUITE("host_sim.wcet") {
   }
 
   TEST_CASE("program: a whole quick run writes its files; a damaged bound is exit 1") {
-    const Scene s;
+    const WcetScene s;
     const ScratchFolder folder("wcet");
     const std::string scene = folder.file("s.rtscene"), out = folder.file("out");
     std::ofstream(scene, std::ios::binary)

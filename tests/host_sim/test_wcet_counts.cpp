@@ -13,27 +13,12 @@
 #include "host_sim/wcet/instruction_counts.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "tests/host_sim/program_run.hpp"
-#include "tests/host_sim/sample_scenes.hpp"
+#include "tests/host_sim/wcet_scene.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
 using namespace haptic::sim::test;
-
-namespace {
-
-struct Scene {
-  std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
-  CoreSession session{bytes, "test"};
-};
-
-std::vector<MotionSample> short_motion() {
-  PathShape shape;
-  shape.centre_m[2] = 0.08;
-  return smooth_path(3, 60, shape);
-}
-
-}  // namespace
 
 TEST_SUITE("host_sim.wcet_counts") {
   TEST_CASE("work of the proxy is counted apart from the search's, with a bound of its own") {
@@ -45,7 +30,7 @@ TEST_SUITE("host_sim.wcet_counts") {
     c.qp_steps = 50000;
     CHECK(proxy_units(c) == 54321);
     CHECK(work_units(c) == 0);
-    Scene s;
+    WcetScene s;
     SceneCapacity capacity = s.session.view().header().capacity;
     CHECK(proxy_bound(capacity) == 0);  // another law
     capacity.max_plane_gaps = capacity.max_valid_nodes = capacity.max_search_work = 50000;
@@ -130,20 +115,23 @@ TEST_SUITE("host_sim.wcet_counts") {
       return;
     }
     std::uint32_t sum = 0;
-    for (const StackFrame& frame : stack.tick.chain) sum += frame.bytes;
+    for (const StackFrame& frame : stack.tick.chain) {
+      sum += frame.bytes;
+      CHECK(std::string(frame.function).starts_with("haptic::"));
+    }
     CHECK(stack.tick.bytes == sum);
     CHECK(stack.tick.bytes > 200);
     CHECK(stack.tick.bytes <= stack.core.bytes);
     CHECK(stack.core.bytes <= stack.limit_bytes);
     CHECK(std::string(stack.tick.chain.front().function) == "haptic::HapticCore::step");
     CHECK(text.find(std::to_string(stack.tick.bytes)) != std::string::npos);
-    Scene s;
+    WcetScene s;
     CHECK(flow_facts(s.session.view(), "x")
               .find("\nstack_bytes_tick\t" + std::to_string(sum) + "\t") != std::string::npos);
   }
 
   TEST_CASE("program: instructions of every tick, the same numbers twice, or why there are none") {
-    const Scene s;
+    const WcetScene s;
     const ScratchFolder folder("wcet_instructions");
     const std::string scene = folder.file("s.rtscene"), csv = folder.file("m.csv");
     std::ofstream(scene, std::ios::binary)
@@ -154,7 +142,7 @@ TEST_SUITE("host_sim.wcet_counts") {
     InstructionQuestion question;
     question.program = HAPTIC_HOST_SIM;
     question.arguments = {"wcet", "--once", "--scene", scene, "--motion", csv};
-    Scene again;
+    WcetScene again;
     question.state_hash = run_once(again.session, motion);
     question.ticks = motion.size();
     const InstructionCounts first = count_instructions(question);

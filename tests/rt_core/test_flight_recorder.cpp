@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include "rt_core/exchange/stamped_record.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 #include "tests/support/interleaving_explorer.hpp"
+#include "tests/support/signal_process.hpp"
 #include "tests/support/two_threads.hpp"
 
 using namespace haptic;
@@ -227,15 +229,16 @@ TEST_SUITE("rt_core.flight_recorder") {
     for (int round = 0; round < 60; ++round) {
       FlightRecorder recorder(memory.at_end());
       const pid_t writer = fork();
-      REQUIRE(writer >= 0);
       if (writer == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
         for (std::uint64_t tick = 1;; ++tick) recorder.write(trace_of(tick));
       }
+      REQUIRE(writer > 0);
       std::array<StepTrace, 1> newest{};
       while (FlightRecorder::copy_newest(memory.at_end(), newest) == 0 ||
              newest[0].tick < 3 * kRecords)
         std::this_thread::yield();
-      REQUIRE(kill(writer, SIGKILL) == 0);
+      signal_process(writer, SIGKILL);
       int status = 0;
       REQUIRE(waitpid(writer, &status, 0) == writer);
       CHECK(WIFSIGNALED(status));

@@ -12,8 +12,10 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/base/twist_estimator.hpp"
+#include "tests/support/random.hpp"
 
 using namespace haptic;
+using haptic::test::Random;
 
 namespace {
 
@@ -22,22 +24,6 @@ constexpr double kPi = 3.14159265358979323846;
 // What rounding of the build's scalar may add to a position of a tenth of a metre or an angle of a
 // radian.
 constexpr double kRounding = 4.0 * static_cast<double>(kRealEpsilon);
-
-// splitmix64: the same inputs with every compiler.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high) {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return low + (high - low) * static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 // Stamps of a 1 kHz loop: jitter of +-10 %, one tick in 50 late by 1 to 5 ms.
 class Stamps {

@@ -8,29 +8,15 @@
 #include <limits>
 
 #include "rt_core/safety/wrench_ramp.hpp"
+#include "tests/support/random.hpp"
 
 using namespace haptic;
+using haptic::test::Random;
 
 namespace {
 
 constexpr std::uint64_t kSeed = 0x4A3F;
 constexpr double kRounding = 8.0 * static_cast<double>(kRealEpsilon);
-
-// splitmix64: the same inputs with every compiler.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high) {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return low + (high - low) * static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 const Wrench kPush = {Vec3(3, 0, -4), Vec3(0, 0.12_r, 0.05_r)};  // 5 N, 0.13 N m
 

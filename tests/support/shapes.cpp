@@ -188,30 +188,4 @@ StepResult LoadedScene::step(const Point& p, const std::array<double, 4>& q) {
   return core->step(input);
 }
 
-std::uint64_t Random::next() {
-  state_ += 0x9e3779b97f4a7c15ull;
-  std::uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return z ^ (z >> 31);
-}
-
-double Random::uniform(double lo, double hi) {
-  return lo + (hi - lo) * (static_cast<double>(next() >> 11) * 0x1.0p-53);
-}
-
-std::array<double, 4> Random::rotation() {
-  for (;;) {
-    std::array<double, 4> q{};
-    double n2 = 0;
-    for (double& x : q) {
-      x = uniform(-1, 1);
-      n2 += x * x;
-    }
-    if (n2 > 1.0 || n2 < 0.01) continue;
-    for (double& x : q) x /= std::sqrt(n2);
-    return q;
-  }
-}
-
 }  // namespace haptic::test

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rt_core/haptic_core.hpp"
+#include "tests/support/random.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::test {
@@ -61,20 +62,6 @@ class LoadedScene {
   };
   std::vector<Line> blob_, memory_;
   std::size_t blob_bytes_ = 0;
-};
-
-/// Small deterministic generator (SplitMix64).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next();
-  /// Uniform in [lo, hi).
-  double uniform(double lo, double hi);
-  /// Unit quaternion w, x, y, z, uniform over rotations.
-  std::array<double, 4> rotation();
-
- private:
-  std::uint64_t state_;
 };
 
 }  // namespace haptic::test

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -30,17 +31,11 @@ std::string type_name(const toml::node& node) {
   }
 }
 
-std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", x);
-  return text;
-}
-
 std::string range_text(const Range& range) {
   const bool bounded = std::isfinite(range.high);
-  if (!bounded) return (range.open_low ? "above " : "at least ") + short_number(range.low);
-  return (range.open_low ? "above " : "from ") + short_number(range.low) +
-         (range.open_low ? " and at most " : " to ") + short_number(range.high);
+  if (!bounded) return (range.open_low ? "above " : "at least ") + short_number(range.low, 9);
+  return (range.open_low ? "above " : "from ") + short_number(range.low, 9) +
+         (range.open_low ? " and at most " : " to ") + short_number(range.high, 9);
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -136,7 +131,7 @@ double TomlTable::number_of(const toml::node& node, const std::string& what,
   const bool inside = range.open_low ? x > range.low : x >= range.low;
   if (!std::isfinite(x) || !inside || x > range.high) {
     fail_at(node.source(),
-            what + " is " + short_number(x) + "; give a number " + range_text(range));
+            what + " is " + short_number(x, 9) + "; give a number " + range_text(range));
   }
   return x;
 }
@@ -246,7 +241,7 @@ std::optional<std::array<double, 4>> TomlTable::quaternion_wxyz(std::string_view
   }
   const double length = std::sqrt(square);
   if (!(std::abs(length - 1.0) <= 1e-6)) {
-    fail(key, "has length " + short_number(length) + "; divide its components by that");
+    fail(key, "has length " + short_number(length, 9) + "; divide its components by that");
   }
   for (double& x : result) x /= length;
   return result;

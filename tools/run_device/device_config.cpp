@@ -14,6 +14,7 @@
 #include "hal/drivers/spacemouse_driver.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/common/toml_text.hpp"
 
@@ -28,12 +29,6 @@ constexpr Range kRate_hz{50.0, 10'000.0};
 constexpr Range kScale{1e-3, 1e3};
 constexpr Range kOffset_m{-1e3, 1e3};
 constexpr Range kFlight_s{0.1, 60.0};
-
-std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
-}
 
 std::int64_t integer_in(const TomlTable& t, std::string_view key, std::int64_t low,
                         std::int64_t high, std::int64_t otherwise) {
@@ -151,17 +146,17 @@ void read_limits(const TomlTable& top, DeviceConfig& config) {
     if (!value) continue;
     const auto device = static_cast<double>(limits.*member);
     if (*value > device)
-      t->fail(key, "is " + short_number(*value) + ", beyond the " + short_number(device) +
+      t->fail(key, "is " + short_number(*value, 6) + ", beyond the " + short_number(device, 6) +
                        " of the device; give at most that, or leave it out");
     limits.*member = static_cast<Real>(*value);
   }
   if (limits.full_speed_m_per_s >= limits.zero_speed_m_per_s)
     t->fail("zero_speed_m_per_s", "is not above full_speed_m_per_s, " +
-                                      short_number(limits.full_speed_m_per_s) +
+                                      short_number(limits.full_speed_m_per_s, 6) +
                                       "; lower that one too");
   if (limits.full_turn_rad_per_s >= limits.zero_turn_rad_per_s)
     t->fail("zero_turn_rad_per_s", "is not above full_turn_rad_per_s, " +
-                                       short_number(limits.full_turn_rad_per_s) +
+                                       short_number(limits.full_turn_rad_per_s, 6) +
                                        "; lower that one too");
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/run_device/run_report.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "hal/realtime/flight_report.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -14,15 +13,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kDegreeNames[kLateDegrees] = {"in_time", "within_period", "held", "beyond"};
-
-[[gnu::format(printf, 1, 2)]] std::string format(const char* form, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, form);
-  std::vsnprintf(text, sizeof text, form, values);
-  va_end(values);
-  return text;
-}
 
 unsigned long long wide(std::uint64_t value) { return value; }
 
@@ -70,9 +60,9 @@ ordered_json link_json(const hal::LinkCounters& c) {
 double us(std::int64_t ns) { return 1e-3 * static_cast<double>(ns); }
 
 std::string times_text(const char* name, const hal::IntervalHistogram& h) {
-  return format("  %-12sp50 %.1f, p99 %.1f, p99.9 %.1f, largest %.1f us\n", name,
-                us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.quantile_ns(0.999)),
-                us(h.largest_ns()));
+  return formatted("  %-12sp50 %.1f, p99 %.1f, p99.9 %.1f, largest %.1f us\n", name,
+                   us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.quantile_ns(0.999)),
+                   us(h.largest_ns()));
 }
 
 ordered_json times_json(const hal::IntervalHistogram& h) {
@@ -99,8 +89,8 @@ ordered_json times_json(const hal::IntervalHistogram& h) {
 
 std::string ending_text(const RunEnding& e) {
   if (e.outputs == 0) return "no output after the end was asked for\n";
-  return format("%.3g N when asked, then %llu outputs; the last %.3g N, %.3g N m\n", e.force_n,
-                wide(e.outputs), e.last_force_n, e.last_torque_nm);
+  return formatted("%.3g N when asked, then %llu outputs; the last %.3g N, %.3g N m\n", e.force_n,
+                   wide(e.outputs), e.last_force_n, e.last_torque_nm);
 }
 
 }  // namespace
@@ -108,9 +98,9 @@ std::string ending_text(const RunEnding& e) {
 std::string status_text(const RunStatus& s) {
   const TickCounts& c = s.servo.counts;
   std::string line =
-      format("%7.1f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
-             wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]), to_text(s.link),
-             to_text(s.servo.arming), s.servo.force_n, s.servo.torque_nm);
+      formatted("%7.1f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
+                wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]), to_text(s.link),
+                to_text(s.servo.arming), s.servo.force_n, s.servo.torque_nm);
   const std::string faults = faults_text(s.servo.safety_faults, s.servo.device_faults);
   if (!faults.empty()) line += "  " + faults;
   if (!s.trouble.empty()) line += "\n         " + s.trouble;
@@ -148,15 +138,17 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
 
 std::string summary_text(const RunAccount& a) {
   const TickCounts& c = a.counts;
-  std::string text = a.driver + " on " + a.scene + format(", %.1f s: ", a.seconds) + a.why + "\n";
-  text += format("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
-                 wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
+  std::string text =
+      a.driver + " on " + a.scene + formatted(", %.1f s: ", a.seconds) + a.why + "\n";
+  text += formatted("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
+                    wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
   text += times_text("wake-ups", a.times.wakeups);
   text += times_text("tick", a.times.ticks);
-  text += format("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
-                 wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
-                 c.largest_torque_nm);
-  text += format(
+  text +=
+      formatted("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
+                wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
+                c.largest_torque_nm);
+  text += formatted(
       "  link        %llu connects, %llu disconnects, %llu reports, %llu bad, %llu sent, %llu "
       "failed\n",
       wide(a.link.connects), wide(a.link.disconnects), wide(a.link.reports),
@@ -169,7 +161,7 @@ std::string summary_text(const RunAccount& a) {
   const std::string faults = faults_text(c.safety_faults, c.device_faults);
   text += "  faults      " + (faults.empty() ? "none" : faults) + "\n";
   if (a.page_faults) {
-    text += format(
+    text += formatted(
         "  memory      %lld minor and %lld major page faults in the loop; heap %+lld bytes\n",
         static_cast<long long>(a.page_faults->minor), static_cast<long long>(a.page_faults->major),
         static_cast<long long>(a.heap_grown_bytes));

@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
@@ -16,15 +15,6 @@ namespace {
 constexpr std::size_t kWidth = 100;
 /// Share of a volume that rounding of the coordinates may change.
 constexpr double kVolumeShare = sizeof(Real) == sizeof(double) ? 1.0e-9 : 1.0e-3;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 SceneProof convexity(const SceneFacts& facts) {
   SceneProof proof{"convex",

@@ -2,23 +2,14 @@
 #include "tools/scene_inspect/coupling_text.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "tools/common/formatted.hpp"
 
 namespace haptic::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// L = sqrt(k_r / k_t).
 double coupling_length(const CouplingParameters& c) {

@@ -2,24 +2,18 @@
 #include "tools/scene_inspect/damage_place.hpp"
 
 #include <cstddef>
-#include <cstdio>
 #include <cstring>
 #include <optional>
 #include <set>
 #include <vector>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
 
 std::string at_byte(std::uint64_t offset) { return "byte " + grouped(offset); }
-
-std::string hex(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
 
 /// The entries that lie in the file; the header must.
 std::vector<SectionEntry> entries_of(std::span<const std::byte> bytes, const SceneHeader& header) {
@@ -97,8 +91,8 @@ std::optional<std::string> header_place(std::span<const std::byte> bytes, RtStat
              std::to_string(sizeof(Real));
     case RtStatus::kBlobBadHash:
       return "header (" + at_byte(offsetof(SceneHeader, content_hash)) + "): it states content " +
-             hex(header.content_hash) + ", the bytes have " + hex(scene_content_hash(bytes)) +
-             "; some byte is not what was written";
+             hash_text(header.content_hash) + ", the bytes have " +
+             hash_text(scene_content_hash(bytes)) + "; some byte is not what was written";
     case RtStatus::kBlobBadSectionTable:
       return section_table_place(bytes, header);
     case RtStatus::kBlobMissingSection:

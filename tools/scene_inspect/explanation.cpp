@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/scene_inspect/explanation.hpp"
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
@@ -16,20 +16,14 @@ std::string counted(std::uint64_t n, const std::string& one) {
   return grouped(n) + " " + one + (n == 1 ? "" : "s");
 }
 
-std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", x);
-  return text;
-}
-
 /// `first_piece` of the body within the scene.
 std::string body_sentences(const Inspection& inspection, std::size_t index,
                            std::size_t first_piece) {
   const BodyFacts& body = inspection.facts.bodies[index];
   std::string text = "'" + body.name + "' " +
                      (index == 0 ? "moves with the hand." : "stands still.") + " Volume " +
-                     short_number(1e6 * body.volume_m3) + " cm3, " + counted(body.planes, "plane") +
-                     ". ";
+                     short_number(1e6 * body.volume_m3, 4) + " cm3, " +
+                     counted(body.planes, "plane") + ". ";
   const std::size_t pieces = body.pieces.size();
   if (pieces == 1) {
     const PieceFacts& p = body.pieces[0];
@@ -63,7 +57,7 @@ std::string contents(const Inspection& inspection) {
   return text +
          wrapped(
              "Contacts are looked for in " + counted(facts.pairs.size(), "pair") +
-                 " of a moving and a static piece, " + short_number(p.rate_hz) +
+                 " of a moving and a static piece, " + short_number(p.rate_hz, 4) +
                  " times a second. A basic contact is a face against a vertex (type A), a "
                  "vertex against a face (B) or an edge against an edge (C). Forces follow law " +
                  law_name(p.law) + ".",

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 
@@ -20,15 +20,6 @@ struct Point2 {
   double x = 0.0, y = 0.0;
 };
 using Polygon2 = std::vector<Point2>;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// Text that XML takes; bytes beyond ASCII become question marks, since names need not be UTF-8.
 std::string escaped(const std::string& text) {

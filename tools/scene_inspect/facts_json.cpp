@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
@@ -159,15 +159,13 @@ Json capacity_as_json(const SceneFacts& facts) {
 }
 
 Json facts_as_json(const SceneFacts& facts) {
-  char hash[17];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(facts.content_hash));
   Json bodies = Json::array();
   for (std::size_t i = 0; i < facts.bodies.size(); ++i) {
     bodies.push_back(body_json(facts.bodies[i], i == 0));
   }
   return {{"name", facts.name},
           {"bytes", facts.bytes},
-          {"content_hash", hash},
+          {"content_hash", hash_text(facts.content_hash)},
           {"scalar_bytes", facts.scalar_bytes},
           {"parts", std::move(bodies)},
           {"nodes", facts.nodes},

@@ -2,9 +2,8 @@
 #include "tools/scene_inspect/facts_text.hpp"
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/coupling_text.hpp"
 
@@ -14,15 +13,6 @@ namespace {
 /// Rows of one kind that the text shows; the JSON has all.
 constexpr std::size_t kShownRows = 20;
 constexpr const char* kTypeNames[3] = {"A (face, vertex)", "B (vertex, face)", "C (edge, edge)"};
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 std::string rest_line(std::size_t count) {
   if (count <= kShownRows) return "";

@@ -2,11 +2,10 @@
 #include "tools/scene_inspect/pruning_text.hpp"
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "tools/common/formatted.hpp"
 #include "tools/scene_inspect/bounds_text.hpp"
 #include "tools/scene_inspect/facts_text.hpp"
 
@@ -16,15 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kShownRows = 20;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 double percent(std::size_t part, std::size_t all) {
   return all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0.0;

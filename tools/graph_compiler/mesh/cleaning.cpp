@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/mesh/face_repair.hpp"
 #include "tools/graph_compiler/mesh/nesting.hpp"
 #include "tools/graph_compiler/mesh/shells.hpp"
@@ -23,12 +23,6 @@ constexpr double kToleranceOfDiagonal = 5.0e-6;
 constexpr double kToleranceOfPrint = 1.5;
 constexpr double kCoarsestPrint = 2.0e-4;     // of the diagonal
 constexpr double kLargestTolerance = 1.0e-2;  // of the diagonal
-
-std::string formatted(const char* format, double a, double b, double c) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a, b, c);
-  return text;
-}
 
 void check_scale(const WorkMesh& mesh, const std::array<double, 3>& scale) {
   for (const double s : scale) {
@@ -200,7 +194,7 @@ Surface to_surface(WorkMesh& mesh, std::vector<Shell> shells, std::size_t solid_
 
 }  // namespace
 
-std::string length_text(double length_m) { return formatted("%.3g m", length_m, 0, 0); }
+std::string length_text(double length_m) { return formatted("%.3g m", length_m); }
 
 std::string place_text(const WorkMesh& mesh, const Point3& local) {
   const Point3 p = vec::add(local, mesh.centre_m);

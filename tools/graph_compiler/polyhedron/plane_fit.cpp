@@ -2,7 +2,6 @@
 #include "tools/graph_compiler/polyhedron/plane_fit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -11,7 +10,7 @@
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
-#include "tools/graph_compiler/polyhedron/symmetric_axes.hpp"
+#include "tools/graph_compiler/polyhedron/least_squares_plane.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -22,109 +21,15 @@ constexpr double kNarrowTolerances = 20.0;  // narrower faces: rounding may turn
 constexpr int kMaxRounds = 8;  // of growing and refitting; two or three suffice on real parts
 constexpr std::uint32_t kUnassigned = std::numeric_limits<std::uint32_t>::max();
 
-struct Flat {
-  Point3 n{0, 0, 0};
-  double d = 0.0;
-  [[nodiscard]] double distance(const Point3& x) const { return std::abs(vec::dot(n, x) - d); }
-};
-
 /// Faces that lie in one plane, all with the orientation of `plane.n` (slivers excepted).
 struct Cluster {
-  Flat plane;
+  FlatPlane plane;
   std::vector<std::uint32_t> faces;
   std::vector<std::uint32_t> vertices;
   std::vector<int> signs;  // per face, against plane.n
   double area = 0.0;
   bool narrow = true;  // all its faces are
 };
-
-/// Least-squares plane of points, oriented like `like`; false when the points do not span a plane.
-bool least_squares(const std::vector<Point3>& all, const std::vector<std::uint32_t>& which,
-                   const Point3& like, Flat& out) {
-  Point3 mean{0, 0, 0};
-  for (const std::uint32_t v : which) {
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += all[v][i];
-  }
-  mean = vec::scaled(mean, 1.0 / static_cast<double>(which.size()));
-  std::array<std::array<double, 3>, 3> moments{};
-  for (const std::uint32_t v : which) {
-    const Point3 r = vec::sub(all[v], mean);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) moments[i][j] += r[i] * r[j];
-    }
-  }
-  std::array<std::array<double, 3>, 3> vectors{};
-  diagonalise(moments, vectors);
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t i, std::size_t j) { return moments[i][i] < moments[j][j]; });
-  const double largest = moments[order[2]][order[2]];
-  if (!(moments[order[1]][order[1]] > 1e-18 * largest)) return false;
-  out.n = {vectors[0][order[0]], vectors[1][order[0]], vectors[2][order[0]]};
-  const double length = std::sqrt(vec::dot(out.n, out.n));
-  out.n = vec::scaled(out.n, (vec::dot(out.n, like) < 0.0 ? -1.0 : 1.0) / length);
-  out.d = vec::dot(out.n, mean);
-  return true;
-}
-
-double largest_distance(const std::vector<Point3>& all, const std::vector<std::uint32_t>& which,
-                        const Flat& plane) {
-  double largest = 0.0;
-  for (const std::uint32_t v : which) largest = std::max(largest, plane.distance(all[v]));
-  return largest;
-}
-
-/// n.x - d with n, d given as head and tail, to about 2^-100: two-fold products and sums.
-double fine_distance(const Point3& n, const Point3& tail, const Point3& x, double d,
-                     double d_tail) {
-  double sum = -d;
-  double low = -d_tail;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double product = n[i] * x[i];
-    low += std::fma(n[i], x[i], -product) + tail[i] * x[i];
-    const double next = sum + product;
-    const double back = next - sum;
-    low += (sum - (next - back)) + (product - back);
-    sum = next;
-  }
-  return sum + low;
-}
-
-/// One Newton step of the least-squares fit with exact residuals: fills the tails.
-void refine(const std::vector<Point3>& all, FittedPlane& plane) {
-  const Point3& n = plane.normal;
-  const std::size_t least = std::abs(n[0]) <= std::abs(n[1]) && std::abs(n[0]) <= std::abs(n[2])
-                                ? 0U
-                            : std::abs(n[1]) <= std::abs(n[2]) ? 1U
-                                                               : 2U;
-  Point3 axis{0, 0, 0};
-  axis[least] = 1.0;
-  Point3 u = vec::cross(n, axis);
-  u = vec::scaled(u, 1.0 / std::sqrt(vec::dot(u, u)));
-  const Point3 w = vec::cross(n, u);
-  const double count = static_cast<double>(plane.vertices.size());
-  Point3 mean{0, 0, 0};
-  for (const std::uint32_t v : plane.vertices) {
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += all[v][i] / count;
-  }
-  double uu = 0, uw = 0, ww = 0, ur = 0, wr = 0, mean_r = 0, mean_u = 0, mean_w = 0;
-  for (const std::uint32_t v : plane.vertices) {
-    const Point3 r = vec::sub(all[v], mean);
-    const double residual = fine_distance(n, {0, 0, 0}, all[v], plane.offset_m, 0.0);
-    const double ru = vec::dot(r, u), rw = vec::dot(r, w);
-    uu += ru * ru, uw += ru * rw, ww += rw * rw, ur += ru * residual, wr += rw * residual;
-    mean_r += residual / count, mean_u += ru / count, mean_w += rw / count;
-  }
-  uu -= count * mean_u * mean_u, uw -= count * mean_u * mean_w, ww -= count * mean_w * mean_w;
-  ur -= count * mean_u * mean_r, wr -= count * mean_w * mean_r;
-  const double det = uu * ww - uw * uw;
-  if (!(det > 1e-18 * (uu + ww) * (uu + ww))) return;
-  const double a = -(ww * ur - uw * wr) / det;
-  const double b = -(uu * wr - uw * ur) / det;
-  for (std::size_t i = 0; i < 3; ++i) plane.normal_tail[i] = a * u[i] + b * w[i];
-  // The mean residual goes into the offset; the tilt turns about the mean of the vertices.
-  plane.offset_tail_m = mean_r + vec::dot(plane.normal_tail, mean) + a * mean_u + b * mean_w;
-}
 
 /// Growing and uniting of clusters over one body.
 class PlaneGrower {
@@ -166,7 +71,7 @@ class PlaneGrower {
   const Surface& surface_;
   const FaceNeighbors& neighbors_;
   double tol_;
-  std::vector<Flat> flat_;  // per face
+  std::vector<FlatPlane> flat_;  // per face
   std::vector<double> area_;
   std::vector<bool> narrow_;
   std::vector<std::uint32_t> owner_;         // per face: cluster
@@ -193,7 +98,7 @@ void PlaneGrower::measure_faces() {
       }
     }
     const double twice = std::sqrt(vec::dot(doubled, doubled));
-    Flat flat;
+    FlatPlane flat;
     flat.n = twice > 0.0 ? vec::scaled(doubled, 1.0 / twice) : Point3{0, 0, 1};
     flat.d = vec::dot(flat.n, origin) + vec::dot(flat.n, mean);
     const double width = longest > 0.0 ? (size == 3 ? twice : 0.5 * twice) / longest : 0.0;
@@ -232,7 +137,7 @@ void PlaneGrower::grow_from(std::uint32_t seed) {
   take(cluster, seed, id);
   double worst = largest_distance(surface_.vertices, cluster.vertices, cluster.plane);
   if (worst > tol_) {
-    Flat better;
+    FlatPlane better;
     if (least_squares(surface_.vertices, cluster.vertices, cluster.plane.n, better)) {
       cluster.plane = better;
       worst = largest_distance(surface_.vertices, cluster.vertices, better);
@@ -257,7 +162,7 @@ void PlaneGrower::grow_from(std::uint32_t seed) {
       }
     }
     if (cluster.faces.size() == before) break;
-    Flat better;
+    FlatPlane better;
     if (!least_squares(surface_.vertices, cluster.vertices, cluster.plane.n, better)) break;
     if (largest_distance(surface_.vertices, cluster.vertices, better) > tol_) break;
     cluster.plane = better;
@@ -302,7 +207,7 @@ bool PlaneGrower::unite_pass() {
     std::sort(cluster.vertices.begin(), cluster.vertices.end());
     cluster.vertices.erase(std::unique(cluster.vertices.begin(), cluster.vertices.end()),
                            cluster.vertices.end());
-    Flat better;
+    FlatPlane better;
     if (least_squares(surface_.vertices, cluster.vertices, cluster.plane.n, better) &&
         largest_distance(surface_.vertices, cluster.vertices, better) <= tol_) {
       cluster.plane = better;
@@ -354,7 +259,7 @@ FittedPlane PlaneGrower::finish_plane(Cluster& cluster) const {
     }
   }
   // The refit had to keep every vertex within tol; where the seed's own plane was kept, it stays.
-  Flat fitted;
+  FlatPlane fitted;
   if (least_squares(surface_.vertices, plane.vertices, plane.normal, fitted) &&
       largest_distance(surface_.vertices, plane.vertices, fitted) <=
           std::max(tol_, plane.residual_m)) {

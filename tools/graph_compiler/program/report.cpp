@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/report.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/epsilon_warnings.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
@@ -18,15 +17,6 @@ namespace haptic::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// View of what the compiler has written; the bytes must outlive it.
 SceneView opened(const SceneBytes& bytes) {

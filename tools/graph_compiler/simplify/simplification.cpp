@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
 #include "tools/graph_compiler/simplify/corner_split.hpp"
@@ -24,13 +25,6 @@ constexpr double kSettleMove = 0.25;  // of the distance: movement onto the exac
 // Distances are certified to this part of the limit.
 constexpr double kDistanceGrain = 1.0e-3;
 constexpr double kAnywhere = -1.0;  // no point of a surface is this near to another
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-  char text[320];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 double volume_of(const std::vector<FaceTriangle>& triangles, const Point3& apex) {
   double six = 0.0;

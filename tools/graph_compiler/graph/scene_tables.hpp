@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The sections of a scene as the writer fills them: bodies with the geometry and the bounds of
+/// their pieces, then pairs with their graphs, marks and planes. Private to the scene writer.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rt_core/scene/scene_format.hpp"
+#include "tools/graph_compiler/graph/blob_builder.hpp"
+#include "tools/graph_compiler/graph/edge_arcs.hpp"
+#include "tools/graph_compiler/graph/piece_topology.hpp"
+#include "tools/graph_compiler/graph/pruning_marks.hpp"
+#include "tools/graph_compiler/graph/scene_account.hpp"
+#include "tools/graph_compiler/graph/scene_writer.hpp"
+
+namespace haptic::tools {
+
+/// The sections as they grow, body by body and pair by pair.
+struct SceneTables {
+  std::vector<SceneParameters> parameters;
+  std::vector<BodyRecord> bodies;
+  std::vector<PlaneRecord> planes;
+  std::vector<PieceRecord> pieces;
+  std::vector<std::array<Real, 3>> vertices;
+  std::vector<FaceRecord> faces;
+  std::vector<std::uint16_t> loop_vertices, loop_edges;
+  std::vector<EdgeRecord> edges;
+  std::vector<EdgeDirection> edge_directions;
+  std::vector<Real> lanes;
+  std::vector<EdgeArc> arcs;
+  std::vector<std::uint32_t> vertex_edge_begin{0};
+  std::vector<std::uint16_t> vertex_edges;
+  std::vector<PairRecord> pairs;
+  std::vector<NodeRecord> nodes;
+  std::vector<std::uint32_t> neighbor_begin{0};
+  std::vector<std::uint32_t> neighbors;
+  std::vector<std::uint64_t> marks;
+  std::vector<FixedPairRecord> fixed_pairs;
+  std::vector<FixedPlane> fixed_planes;
+  std::vector<FixedNode> fixed_nodes;
+  std::vector<std::int32_t> source_vertices;
+  std::vector<char> text;
+  std::vector<PieceTopology> topologies;  ///< of all pieces; not a section
+  std::vector<WidePiece> turned;  ///< of all pieces, where the part never turns; not a section
+  SceneAccount account;           ///< not a section
+
+  [[nodiscard]] bool is_fixed() const { return is_one_orientation(parameters[0].envelope); }
+};
+
+/// Offset of `words` in the text section, which grows by them.
+std::uint32_t add_text(SceneTables& t, const std::string& words);
+
+/// Appends a body with its pieces; the parameters and the bodies before it stand already.
+/// @param grip_m    null for a static body.
+/// @param progress  told the fraction of the piece done.
+/// @throws InputError when the body is empty, a limit of the format is passed, or the pieces do not
+///         make up the volume that is stated.
+void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double, 3>* grip_m,
+              const std::function<void(double)>& progress);
+
+/// Appends a pair; its graph too where it is stored, its marks where it has any (not empty).
+void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool stored,
+              const std::vector<std::uint64_t>& marks);
+
+/// Appends the C-obstacle of the last pair as planes, its capacities with it.
+void add_fixed_obstacle(SceneTables& t, const PairMarks* marks);
+
+/// All sections in the order of the format; `wide`: neighbors of 32 bits.
+BlobBuilder sections_of(const SceneTables& t, bool wide);
+
+}  // namespace haptic::tools
