@@ -114,7 +114,7 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
 /// Gives the group of `leader` the nodes of a patch that lie in its planes.
 void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
                                     Real share) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const Real taken = share * coplanar_in(leader, near[k].normal_w);
     node_shares[k].joining = node_shares[k].left * taken;
     node_shares[k].left *= 1 - taken;
@@ -152,7 +152,7 @@ void HapticCore::State::add_to_group(const ContactPatch& patch,
                                      const ContactPatch& group) noexcept {
   if (has_law(LawId::kPaper)) return add_points(patch);
   const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
     if (has_seams) weight *= node_shares[k].joining;
     if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
@@ -223,7 +223,7 @@ Wrench HapticCore::State::total_wrench(StepResult& result) noexcept {
 /// Takes a patch's near nodes, however far past the end of a feature their points lie.
 void HapticCore::State::add_past_ends(const ContactPatch& patch,
                                       const ContactPatch& group) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const NearNode& n = near[k];
     const Real weight = weight_of(n, group.d_near_m, 0) * node_shares[k].joining;
     const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
@@ -273,6 +273,7 @@ void HapticCore::State::lead_with_passed(ContactPatch& group) noexcept {
   group.d_near_m = std::min(node.f_m, Real{0});
   group.near_begin = group.passed_node;
   group.near_count = 1;
+  group.lent_count = 0;
   group.point_count = 0;
   if (has_law(LawId::kPaper)) static_cast<void>(merged_points.push(node.app_w));
 }
