@@ -218,6 +218,8 @@ struct HapticCore::State {
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
   [[nodiscard]] Real share_in(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
   [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real holding(const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
   [[nodiscard]] std::uint32_t next_leader() const noexcept;
   [[nodiscard]] Real coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept;
