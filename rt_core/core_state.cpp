@@ -95,6 +95,9 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   output.twist = arena.take<TwistEstimator>(view.parameters().device.given != 0 ? 1 : 0);
   const LawId id = view.parameters().law;
   arena.enter(StatePart::kLaw);
+  if (seams && !view.is_fixed() && !kSceneTraits.is_law(id, LawId::kProxy)) {
+    edge_reach = arena.take<EdgeReach>(edge_count_of(view));
+  }
   if (kSceneTraits.is_law(id, LawId::kProxy)) {
     place_proxy(arena, view);
   } else if (kSceneTraits.is_law(id, LawId::kPaper)) {
@@ -142,6 +145,15 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
     gates[i].reach_a_m = pairs[i].view.a.record->reach_m;
     gates[i].reach_b_m = pairs[i].view.b.record->reach_m;
     gates[i].body_b = pairs[i].view.b.record->body;
+  }
+  if (!edge_reach.empty()) {
+    measure_edge_reach(scene, edge_reach);
+    for (PairState& pair : pairs) {
+      pair.bounds.a.reach =
+          edge_reach.subspan(pair.view.a.record->edge_begin, pair.view.a.edge_count);
+      pair.bounds.b.reach =
+          edge_reach.subspan(pair.view.b.record->edge_begin, pair.view.b.edge_count);
+    }
   }
   if (has_law(LawId::kProxy)) configure_proxy();
   configure_output();

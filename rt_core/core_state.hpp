@@ -47,10 +47,16 @@ struct PairState {
   bool bears = true;                        ///< `best` can carry a force
   std::array<FacePlane, 2> of_neighbour{};  ///< as in ContactPatch
   std::uint32_t passed_node = 0;
-  Real lent_m = 0;                               ///< apart, but this deep by its live nodes; 0: not
+  bool lends = false;                            ///< apart, but some of its nodes may be near
+  Real lent_m = 0;                               ///< D_near by its live nodes, where it lends
   std::uint32_t near_begin = 0, near_count = 0;  ///< of this tick's visit
+  std::uint32_t lent_count = 0;                  ///< nodes behind them, as in ContactPatch
   std::uint32_t contact_begin = 0, contact_count = 0;
   ContactSituation situation = ContactSituation::kNone;
+
+  [[nodiscard]] bool is_of_neighbour() const noexcept {
+    return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+  }
 };
 
 /// How much of a near node no group has yet, and how much is in the group that is being formed.
@@ -100,6 +106,7 @@ struct HapticCore::State {
   bool has_seams = false;                   ///< some pair has nodes that only separate
   std::span<PatchShare> shares;             ///< per patch
   std::span<NodeShare> node_shares;         ///< per near node, where bodies have seams
+  std::span<EdgeReach> edge_reach;          ///< per edge of the scene, where bodies have seams
   HullScratch hull;
 
   Proxy proxy;  ///< law kProxy only
@@ -157,6 +164,8 @@ struct HapticCore::State {
   void visit(std::uint32_t pair, const GripPose& grip, StepResult& result) noexcept;
   void measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
                     StepResult& result) noexcept;
+  [[nodiscard]] Real keep_passed(PairState& pair, const PairPose& pose,
+                                 const NearResult& live) noexcept;
   void hold(const Candidate& candidate, const GripPose& grip, StepResult& result) noexcept;
   void touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept;
   void report_nearest(std::uint32_t pair, Real d_near_m, StepResult& result) const noexcept;
@@ -166,6 +175,8 @@ struct HapticCore::State {
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
   [[nodiscard]] Real share_in(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
   [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real holding(const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
   [[nodiscard]] std::uint32_t next_leader() const noexcept;
   [[nodiscard]] Real coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept;

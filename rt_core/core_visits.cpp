@@ -90,19 +90,18 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   pair.of_neighbour = {};
   pair.visited_at = tick;
   gates[index].plane = gate_plane(pose, found, now);
-  pair.lent_m = 0;
+  pair.lends = false;
+  pair.lent_count = 0;
   if (pair.has_hidden && pair.d_near_m <= lending_m) measure_live(pair, pose, found, result);
-  pair.near_count = near.size() - pair.near_begin;
-  if (pair.of_neighbour[0].sign != 0 || pair.of_neighbour[1].sign != 0) {
-    pair.near_count -= 1;  // the passed node stands behind the near set
-  }
+  pair.near_count = near.size() - pair.near_begin - pair.lent_count;
+  if (pair.is_of_neighbour()) pair.near_count -= 1;  // the passed node is the last
 
   StepCounters& counters = result.counters;
   counters.pair_visits += 1;
   counters.feature_evaluations += found.feature_evaluations;
   counters.edge_pairs += found.edge_pairs;
   counters.support_pairs += found.support_pairs + pair.verdict.support_pairs;
-  counters.near_nodes += pair.near_count;
+  counters.near_nodes += pair.near_count + pair.lent_count;
   if (is_fixed() && first) result.flags |= kFlagFirstTick;
   if ((found.flags & kNearAllStale) != 0) {
     counters.stale_pairs += first ? 0 : 1;
@@ -117,14 +116,18 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
 }
 
 /// Of a colliding pair: the depth, nearest C-face and near set that carry its force. They are those
-/// of the search before where its nearest C-face carries force itself. A pair that a hidden face
-/// alone keeps apart, by less than the width of a contact, has them too: some of its nodes may be
-/// near the depth at which the part meets the piece beside.
+/// of the search before where its nearest C-face carries force itself. A pair that is apart by less
+/// than the width of a contact has them too: some of its nodes may be near the depth at which the
+/// part meets the piece beside.
 void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
                                      StepResult& result) noexcept {
-  const bool bears = is_fixed() ? pair.view.planes[found.support.a].bears != 0
+  const bool bears = is_fixed() ? has_force(pair.view.planes[found.support.a], PlaneForce::kBears)
                                 : pair.view.marks.node(NodeScope::kLive, found.best.node);
-  if (bears) return;
+  if (bears) {
+    pair.lends = found.d_near_m > 0 && !has_law(LawId::kPaper);
+    pair.lent_m = found.d_near_m;
+    return;
+  }
   near.truncate(pair.near_begin);
   const NearResult live =
       find_near_set(pose, epsilon_m, pair.bounds, scratch, near, NodeScope::kLive);
@@ -135,30 +138,40 @@ void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, cons
   if ((live.flags & kNearSetCut) != 0) result.flags |= kFlagNearSetCut;
   pair.exact = pair.exact && (live.flags & kNearEdgePairsCut) == 0;
   pair.bears = live.d_near_m != kNoDepth;
-  if (!pair.bears) return;
+  pair.lent_count = live.lent_count;
+  const Real passed_m = keep_passed(pair, pose, live);
+  if (!pair.bears && !pair.is_of_neighbour()) return;
+  const Real depth_m = pair.bears ? live.d_near_m : passed_m;
+  if (pair.d_near_m > 0) {
+    pair.lends = depth_m < 0 || !has_law(LawId::kPaper);
+    pair.lent_m = depth_m;
+    return;
+  }
+  pair.d_near_m = depth_m;
+  if (pair.bears) pair.best = live.best;
+}
+
+/// Keeps the face with the largest gap that did not count, as a node behind those of the pair; its
+/// gap.
+Real HapticCore::State::keep_passed(PairState& pair, const PairPose& pose,
+                                    const NearResult& live) noexcept {
   const bool of_a = live.passed_a.plane.sign != 0 &&
                     (live.passed_b.plane.sign == 0 || live.passed_a.gap_m >= live.passed_b.gap_m);
   const PassedFace& passed = of_a ? live.passed_a : live.passed_b;
-  if (passed.plane.sign != 0) {
-    NearNode node;
-    node.type = of_a ? ContactType::kA : ContactType::kB;
-    node.i = of_a ? passed.face : passed.support;
-    node.j = of_a ? passed.support : passed.face;
-    node.normal_w = passed.normal_w;
-    node.f_m = passed.gap_m;
-    NodePlane plane;
-    plane.normal_w = passed.normal_w;
-    plane.f_m = passed.gap_m;
-    node.app_w = application_point(pose, node.type, node.i, node.j, plane);
-    pair.passed_node = near.size();
-    if (near.push(node)) pair.of_neighbour = {live.passed_a.plane, live.passed_b.plane};
-  }
-  if (pair.d_near_m > 0) {
-    pair.lent_m = std::min(live.d_near_m, Real{0});
-    return;
-  }
-  pair.d_near_m = live.d_near_m;
-  pair.best = live.best;
+  if (passed.plane.sign == 0) return 0;
+  NearNode node;
+  node.type = of_a ? ContactType::kA : ContactType::kB;
+  node.i = of_a ? passed.face : passed.support;
+  node.j = of_a ? passed.support : passed.face;
+  node.normal_w = passed.normal_w;
+  node.f_m = passed.gap_m;
+  NodePlane plane;
+  plane.normal_w = passed.normal_w;
+  plane.f_m = passed.gap_m;
+  node.app_w = application_point(pose, node.type, node.i, node.j, plane);
+  pair.passed_node = near.size();
+  if (near.push(node)) pair.of_neighbour = {live.passed_a.plane, live.passed_b.plane};
+  return passed.gap_m;
 }
 
 /// No budget is left for this pair: its last nearest C-face is taken to be the nearest still.
@@ -167,7 +180,8 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
   const std::uint32_t index = candidate.pair;
   PairState& pair = pairs[index];
   pair.exact = false;
-  pair.lent_m = 0;
+  pair.lends = false;
+  pair.lent_count = 0;
   pair.of_neighbour = {};
   if (pair.visited_at == 0) {
     report_nearest(index, static_cast<Real>(candidate.gap_m), result);
@@ -191,14 +205,15 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
 void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept {
   pair.contact_begin = contact_nodes.size();
   pair.contact_count = 0;
-  const bool lends = pair.lent_m < 0;
-  if ((pair.d_near_m > 0 && !lends) || !pair.bears) {
+  const bool lends = pair.lends;
+  if ((pair.d_near_m > 0 && !lends) || !(pair.bears || pair.is_of_neighbour())) {
     pair.situation = ContactSituation::kNone;
     return;
   }
   const Real depth_m = lends ? pair.lent_m : pair.d_near_m;
-  const std::span<NearNode> nodes(near.begin() + pair.near_begin, pair.near_count);
-  locate_contacts(pose, nodes, !pair.has_hidden);
+  NearNode* const first = near.begin() + pair.near_begin;
+  locate_contacts(pose, {first, pair.near_count + pair.lent_count}, !pair.has_hidden);
+  const std::span<NearNode> nodes(first, pair.near_count);
   bool several_planes = false;
   ContactPatch patch =
       make_contact_patch(pose, nodes, depth_m, epsilon_m, contact_nodes, several_planes);
@@ -209,6 +224,7 @@ void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult&
   patch.passed_node = pair.passed_node;
   patch.near_begin = pair.near_begin;
   patch.near_count = pair.near_count;
+  patch.lent_count = pair.lent_count;
   // Where pieces meet, all nodes may lie past the ends of their features: another piece touches.
   const bool elsewhere =
       pair.has_hidden && std::none_of(nodes.begin(), nodes.end(), [&](const NearNode& n) {

@@ -51,6 +51,9 @@ class StateHash {
   std::size_t next_ = 0;
 };
 
+/// What a node that lies in its features still counts among those past their ends.
+constexpr Real kInsideShare = 1.0e-6_r;
+
 }  // namespace
 
 /// Whether a patch is part of the contact that `group` leads: one plane at one depth, or where the
@@ -86,14 +89,26 @@ Real HapticCore::State::held_by(const ContactPatch& holder,
   return held;
 }
 
+/// How much of what a patch is nearest to lies in its own features, 0 to 1.
+Real HapticCore::State::holding(const ContactPatch& patch) const noexcept {
+  Real most = 0;
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const Real weight = weight_of(near[k], patch.d_near_m, near[k].outside_m);
+    most = std::max(most, weight * node_shares[k].left);
+  }
+  return most;
+}
+
 /// How much of the contact of `patch` is the one of `leader`. Where bodies have seams, which face
 /// names the plane of a patch changes from tick to tick; what two pairs find of one contact does
-/// not.
+/// not. A leader that holds a contact of its own has another one than the patch that holds what the
+/// leader is also near.
 Real HapticCore::State::share_in(const ContactPatch& patch,
                                  const ContactPatch& leader) const noexcept {
   if (!shares_nodes()) return joins(patch, leader) ? Real{1} : Real{0};
   if (patch.body_b != leader.body_b) return 0;
-  const Real held = std::max(held_by(leader, patch), held_by(patch, leader));
+  const Real held =
+      std::min(Real{1}, held_by(leader, patch) + (1 - holding(leader)) * held_by(patch, leader));
   return joins(patch, leader) ? std::max(held, coplanar_in(leader, leader.normal_w)) : held;
 }
 
@@ -114,7 +129,7 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
 /// Gives the group of `leader` the nodes of a patch that lie in its planes.
 void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
                                     Real share) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const Real taken = share * coplanar_in(leader, near[k].normal_w);
     node_shares[k].joining = node_shares[k].left * taken;
     node_shares[k].left *= 1 - taken;
@@ -152,7 +167,7 @@ void HapticCore::State::add_to_group(const ContactPatch& patch,
                                      const ContactPatch& group) noexcept {
   if (has_law(LawId::kPaper)) return add_points(patch);
   const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
     if (has_seams) weight *= node_shares[k].joining;
     if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
@@ -171,13 +186,17 @@ void HapticCore::State::add_points(const ContactPatch& patch) noexcept {
   }
 }
 
+/// How far the point of a node lies past the end of a feature, 0 to 1.
+Real HapticCore::State::past_end(const NearNode& node) const noexcept {
+  return 1 - contact_weight(0, 0, 0, node.outside_m, epsilon_m, epsilon_o_m);
+}
+
 /// How much of what a patch is nearest to lies past the ends of its features, where others may have
 /// it.
 Real HapticCore::State::past_ends(const ContactPatch& patch) const noexcept {
   Real most = 0;
   for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
-    const Real inside = contact_weight(0, 0, 0, near[k].outside_m, epsilon_m, epsilon_o_m);
-    most = std::max(most, weight_of(near[k], patch.d_near_m, 0) * (1 - inside));
+    most = std::max(most, weight_of(near[k], patch.d_near_m, 0) * past_end(near[k]));
   }
   return most;
 }
@@ -220,14 +239,18 @@ Wrench HapticCore::State::total_wrench(StepResult& result) noexcept {
   return total;
 }
 
-/// Takes a patch's near nodes, however far past the end of a feature their points lie.
+/// Takes a patch's near nodes, however far past the end of a feature their points lie. Those that
+/// lie in their features count in the contact as it is: here next to nothing, or they would hold
+/// the place of what is nearest until they are no longer near.
 void HapticCore::State::add_past_ends(const ContactPatch& patch,
                                       const ContactPatch& group) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const NearNode& n = near[k];
     const Real weight = weight_of(n, group.d_near_m, 0) * node_shares[k].joining;
+    if (!(weight > 0)) continue;
     const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
-    if (weight > 0) add_contact(n, pairs[patch.pair].view, weight * past * past);
+    const Real outside = kInsideShare + past_end(n);
+    add_contact(n, pairs[patch.pair].view, weight * outside * past * past);
   }
 }
 
@@ -273,6 +296,7 @@ void HapticCore::State::lead_with_passed(ContactPatch& group) noexcept {
   group.d_near_m = std::min(node.f_m, Real{0});
   group.near_begin = group.passed_node;
   group.near_count = 1;
+  group.lent_count = 0;
   group.point_count = 0;
   if (has_law(LawId::kPaper)) static_cast<void>(merged_points.push(node.app_w));
 }

@@ -22,7 +22,7 @@ inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 /// about x_0^A in W axes.
 struct ContactPatch {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the contact plane
-  Real d_near_m = 0;             ///< <= 0
+  Real d_near_m = 0;             ///< <= 0, or of a patch that lends
   /// Depth by all nodes, 0 of a pair that is apart; never deeper than d_near_m.
   Real full_m = 0;
   std::uint32_t body_b = 0;  ///< static body
@@ -35,6 +35,8 @@ struct ContactPatch {
   bool lends = false;             ///< the pair is apart: it has no force of its own, only nodes
   std::uint32_t near_begin = 0;   ///< near set, in the list of all near nodes
   std::uint32_t near_count = 0;
+  /// Nodes behind them in the planes of another piece's contact: near where that piece is deeper.
+  std::uint32_t lent_count = 0;
   std::uint32_t point_begin = 0;                         ///< in the list of points (paper's law)
   std::uint32_t point_count = 0;                         ///< K distinct application points
   ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
@@ -43,6 +45,10 @@ struct ContactPatch {
 
   [[nodiscard]] bool is_of_neighbour() const noexcept {
     return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+  }
+  /// End of the near set and the lent nodes.
+  [[nodiscard]] std::uint32_t nodes_end() const noexcept {
+    return near_begin + near_count + lent_count;
   }
   /// A neighbour has the contact along `other`.
   [[nodiscard]] bool is_of(const FacePlane& other) const noexcept {

@@ -40,15 +40,54 @@ void scan(const PairView& pair, const Vec3& y_w, NodeScope scope, Run& run,
   for (std::uint32_t k = run.begin; k < run.end; ++k) {
     const FixedPlane& plane = pair.planes[k];
     const Real gap = gap_at(plane, y_w);
-    if (scope == NodeScope::kLive && plane.bears == 0) {
+    if (scope == NodeScope::kLive && !has_force(plane, PlaneForce::kBears)) {
       const auto type = static_cast<ContactType>(plane.type);
-      if (type == ContactType::kC) continue;
+      if (type == ContactType::kC || has_force(plane, PlaneForce::kHidden)) continue;
       pass_over(pair, plane, gap, type == ContactType::kA ? result.passed_a : result.passed_b);
     } else if (gap > run.gap_m) {
       run.gap_m = gap;
       run.best = k;
     }
   }
+}
+
+bool is_near(const FixedNode& at, Real f_m, Real d_near_m, Real epsilon_m) noexcept {
+  return std::abs(f_m - d_near_m) + std::max(at.violation_m, Real{0}) < epsilon_m;
+}
+
+NearNode node_at(const NodeNumbering& numbers, const FixedPlane& plane, const FixedNode& at,
+                 Real gap_m) noexcept {
+  NearNode node;
+  node.type = static_cast<ContactType>(at.type);
+  node.i = at.i;
+  node.j = at.j;
+  node.node = number_of(numbers, node.type, at.i, at.j);
+  node.normal_w = ConstVec3Map(plane.normal);
+  node.f_m = gap_m + at.rise_m;
+  node.violation_m = at.violation_m;
+  node.rise_m = node.type == ContactType::kC ? 0 : at.rise_m;
+  return node;
+}
+
+/// Of the faces above D_near, which no live node attains: the nodes that another piece may be near.
+void collect_lent(const PairView& pair, const Vec3& y_w, const NodeNumbering& numbers,
+                  Real epsilon_m, NodeScope scope, BoundedList<NearNode>& near,
+                  NearResult& result) noexcept {
+  if (scope != NodeScope::kLive) return;
+  const std::uint32_t near_end = near.size();
+  const std::uint32_t faces = pair.a.face_count + pair.b.face_count;
+  for (std::uint32_t k = 0; k < faces; ++k) {
+    const FixedPlane& plane = pair.planes[k];
+    const Real gap = gap_at(plane, y_w);
+    if (!has_force(plane, PlaneForce::kElsewhere) || !(gap > result.d_near_m)) continue;
+    for (std::uint32_t l = 0; l < plane.node_count; ++l) {
+      const FixedNode& at = pair.plane_nodes[plane.node_begin + l];
+      if (!(at.rise_m < epsilon_m && at.violation_m < epsilon_m)) continue;
+      if (is_near(at, gap + at.rise_m, result.d_near_m, epsilon_m)) continue;
+      if (!near.push(node_at(numbers, plane, at, gap))) result.flags |= kNearSetCut;
+    }
+  }
+  result.lent_count = near.size() - near_end;
 }
 
 }  // namespace
@@ -67,7 +106,10 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
   for (PassedFace* passed : {&result.passed_a, &result.passed_b}) {
     if (passed->gap_m <= result.d_near_m) *passed = PassedFace{};
   }
-  if (result.d_near_m == kNoDepth) return result;
+  if (result.d_near_m == kNoDepth) {
+    collect_lent(pair, y_w, numbers, epsilon_m, scope, near, result);
+    return result;
+  }
   const Real tolerance = 64 * kRealEpsilon * size_m;  // as the search without planes has it
   const Run& best = c.gap_m > best_face + tolerance ? c : b.gap_m > a.gap_m + tolerance ? b : a;
   const FixedPlane& plane = pair.planes[best.best];
@@ -87,21 +129,11 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
     if (gap < least) continue;
     for (std::uint32_t l = 0; l < other.node_count; ++l) {
       const FixedNode& at = pair.plane_nodes[other.node_begin + l];
-      const Real f = gap + at.rise_m;
-      const Real above = std::abs(f - result.d_near_m);
-      if (!(above + std::max(at.violation_m, Real{0}) < epsilon_m)) continue;
-      NearNode node;
-      node.type = static_cast<ContactType>(at.type);
-      node.i = at.i;
-      node.j = at.j;
-      node.node = number_of(numbers, node.type, at.i, at.j);
-      node.normal_w = ConstVec3Map(other.normal);
-      node.f_m = f;
-      node.violation_m = at.violation_m;
-      node.rise_m = node.type == ContactType::kC ? 0 : at.rise_m;
-      if (!near.push(node)) result.flags |= kNearSetCut;
+      if (!is_near(at, gap + at.rise_m, result.d_near_m, epsilon_m)) continue;
+      if (!near.push(node_at(numbers, other, at, gap))) result.flags |= kNearSetCut;
     }
   }
+  collect_lent(pair, y_w, numbers, epsilon_m, scope, near, result);
   return result;
 }
 
@@ -142,14 +174,18 @@ ValidResult find_valid_fixed_planes(const PairView& pair, const Vec3& y_w, Real 
                                     std::span<ValidPlane> planes) noexcept {
   ValidResult result;
   result.visited = pair.fixed->bounding_count;
-  for (std::uint32_t k = 0; k < pair.fixed->bounding_count; ++k) {
-    const Real gap = gap_at(pair.planes[k], y_w);
-    if (gap < least_gap_m) continue;
-    if (result.count == planes.size()) {
-      result.cut = true;
-      break;
+  for (const bool hidden : {false, true}) {
+    for (std::uint32_t k = 0; k < pair.fixed->bounding_count; ++k) {
+      if (has_force(pair.planes[k], PlaneForce::kHidden) != hidden) continue;
+      const Real gap = gap_at(pair.planes[k], y_w);
+      if (gap < least_gap_m) continue;
+      if (result.count == planes.size()) {
+        result.cut = true;
+        return result;
+      }
+      planes[result.count++] = {fixed_plane_id(k), {}, gap};
+      if (!hidden) result.exposed = result.count;
     }
-    planes[result.count++] = {fixed_plane_id(k), {}, gap};
   }
   return result;
 }

@@ -68,7 +68,10 @@ NearResult NearSearch::run() noexcept {
   choose_best();
   keep_near_edge_pairs();
   collect_near_faces();
-  if (scope_ == NodeScope::kLive) return result_;  // the pair's search before has the rest
+  if (scope_ == NodeScope::kLive) {  // the pair's search before has the rest
+    collect_passed_faces();
+    return result_;
+  }
   bounds_.stale = false;
   if (all_stale || result_.feature_evaluations >= bounds_.needed) {
     result_.flags |= kNearAllStale;

@@ -69,7 +69,8 @@ struct NearResult {
   /// Scope kLive: of the faces of A and of those of B the one with the largest gap, above d_near_m,
   /// that no live node attains; there the part goes on in another piece, which reaches farther.
   PassedFace passed_a, passed_b;
-  std::uint32_t flags = 0;  ///< NearFlag
+  std::uint32_t lent_count = 0;  ///< of such faces: nodes that stand behind the near set
+  std::uint32_t flags = 0;       ///< NearFlag
   std::uint32_t feature_evaluations = 0;
   std::uint32_t edge_pairs = 0;
   std::uint32_t support_pairs = 0;
@@ -109,7 +110,9 @@ struct NearScratch {
 /// Finds D_near at `pose` over the nodes of the scope and appends the live nodes near it to `near`,
 /// in the order in which the search met them. Scope kLive measures what carries force: of a face
 /// only where its support is a live node, or a live one ties with it; where no live node applies,
-/// d_near_m is kNoDepth. Both scopes keep the same bounds.
+/// d_near_m is kNoDepth; behind the near set stand the live nodes within epsilon of the gap of a
+/// face that did not count: they are near where the piece beside touches. Both scopes keep the same
+/// bounds.
 ///
 /// `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
 /// every pose of the envelope that the marks were made for, whatever the motion since the last

@@ -2,6 +2,7 @@
 #include "rt_core/contact/valid_planes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "rt_core/contact/basic_contact.hpp"
@@ -118,24 +119,48 @@ class ValidWalk {
       }
     }
     if (node.type != ContactType::kC) {  // several vertices on one face: one plane
-      for (std::uint32_t k = 0; k < faces_; ++k) {
+      for (std::uint32_t k = 0; k < result_.count; ++k) {
         if (planes_[k].id == valid.id) return;
       }
     }
+    insert(valid, is_hidden(node) ? kHiddenFaces : kFaces);
+  }
+
+  /// The part goes on in another piece where the plane is: no contact of it carries a force.
+  [[nodiscard]] bool is_hidden(const NodeFeatures& node) const noexcept {
+    const NodeMarks& marks = pair_.marks;
+    if (!marks.given()) return false;
+    switch (node.type) {
+      case ContactType::kA:
+        return !marks.feature(NodeScope::kLive, marks.features.face_a(node.i));
+      case ContactType::kB:
+        return !marks.feature(NodeScope::kLive, marks.features.face_b(node.j));
+      case ContactType::kC:
+        break;
+    }
+    return !marks.node(NodeScope::kLive, node_number(pair_, node.type, node.i, node.j));
+  }
+
+  /// Puts a plane behind those of its class; the first of each class behind moves to its end.
+  void insert(const ValidPlane& valid, std::uint32_t faces_class) noexcept {
+    const std::uint32_t own = faces_class + (valid.id.type == ContactType::kC ? 1u : 0u);
     if (result_.count == planes_.size()) {
       result_.cut = true;
-      if (node.type == ContactType::kC || faces_ == planes_.size()) return;
-      result_.count -= 1;  // the last edge pair makes room for a face
+      if (own == kClasses - 1 || end_[own] == result_.count) return;
+      result_.count -= 1;  // the last makes room for one of a class before it
+      for (std::uint32_t& end : end_) end = std::min(end, result_.count);
     }
-    // Faces come first: the first edge pair moves to the end.
-    if (node.type != ContactType::kC) {
-      planes_[result_.count] = planes_[faces_];
-      planes_[faces_++] = valid;
-    } else {
-      planes_[result_.count] = valid;
+    for (std::uint32_t k = kClasses - 1; k > own; --k) {
+      planes_[end_[k]] = planes_[end_[k - 1]];
+      end_[k] += 1;
     }
+    planes_[end_[own]++] = valid;
     result_.count += 1;
+    result_.exposed = end_[kHiddenFaces - 1];
   }
+
+  /// Classes of planes in their order: each of faces, and behind it one of edge pairs.
+  static constexpr std::uint32_t kFaces = 0, kHiddenFaces = 2, kClasses = 4;
 
   const PairPose& pose_;
   const PairView& pair_;
@@ -143,9 +168,9 @@ class ValidWalk {
   Real tolerance_;
   const ValidScratch& scratch_;
   std::span<ValidPlane> planes_;
-  std::uint32_t entered_ = 0;  ///< nodes in the queue
-  std::uint32_t next_ = 0;     ///< the first of them not yet looked at
-  std::uint32_t faces_ = 0;    ///< planes of faces kept
+  std::uint32_t entered_ = 0;                  ///< nodes in the queue
+  std::uint32_t next_ = 0;                     ///< the first of them not yet looked at
+  std::array<std::uint32_t, kClasses> end_{};  ///< of each class among the planes
   ValidResult result_;
 };
 

@@ -44,13 +44,15 @@ struct ValidScratch {
 
 struct ValidResult {
   std::uint32_t count = 0;    ///< planes written
+  std::uint32_t exposed = 0;  ///< of these, the first: those that can carry a force
   std::uint32_t visited = 0;  ///< nodes looked at
   bool cut = false;           ///< the walk or the room ended before the set did
 };
 
-/// Valid planes of the pair at `pose`, at most kMaxValidPlanes, beyond which those of edge pairs
-/// leave first (a subset is only stricter): applicable nodes with a gap of at least `least_gap_m`,
-/// one entry per plane, those of faces first. `seed` is a plane with a gap of at least that at
+/// Valid planes of the pair at `pose`, at most kMaxValidPlanes: applicable nodes with a gap of at
+/// least `least_gap_m`, one entry per plane; first those that can carry a force, of each kind those
+/// of faces before those of edge pairs. Beyond the room the last leave first (a subset is only
+/// stricter). `seed` is a plane with a gap of at least that at
 /// `pose`, `support` its support vertices there. No plane found: the seed was none. Cost: at most
 /// kValidVisits nodes, each a plane, its neighbors and at most one support pair.
 [[nodiscard]] ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed,

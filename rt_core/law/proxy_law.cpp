@@ -205,6 +205,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   reached.valid_begin = valid_.size();
   if (valid_.size() == valid_.capacity()) return;  // its certificate stays its only plane
   const auto only = [&] {
+    reached.exposed_count = 0;
     if (valid_.push({pair.plane, pair.support, pair.gap_m})) reached.valid_count = 1;
   };
   if (pair.inside) return only();
@@ -219,6 +220,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
     if (!valid_.push(planes[k])) break;
   }
   reached.valid_count = valid_.size() - reached.valid_begin;
+  reached.exposed_count = std::min(found.exposed, reached.valid_count);
   if (reached.valid_count > 0) return;
   search_fully(pair, tick);  // the plane has ceased to be a C-face and none is beside it
   only();

@@ -66,13 +66,15 @@ struct ReachedPair {
   std::uint32_t pair = 0;
   Real gap_m = 0;      ///< at p, along the pair's plane
   Real allowed_m = 0;  ///< depth allowed at the end of the pass; 0 but in recovery
-  /// Its certificate at the configuration checked last, or the plane that came closest.
+  /// Its certificate at the configuration checked last, or, where none was, the plane that came
+  /// closest: of those that can carry a force while one of these is valid.
   PlaneId plane;
   SupportPair support;
-  Real gap_q_m = 0;      ///< there, or a lower bound of it
-  bool exact_q = false;  ///< gap_q_m is the gap itself
-  std::uint32_t valid_begin = 0, valid_count = 0;
+  Real gap_q_m = 0;       ///< there, or a lower bound of it
+  bool exact_q = false;   ///< gap_q_m is the gap itself
   bool searched = false;  ///< its valid set is there
+  /// Its valid set; the first `exposed_count` of it can carry a force.
+  std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;
 };
 
 /// A plane of a pair in the quadratic program.

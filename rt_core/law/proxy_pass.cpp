@@ -317,26 +317,39 @@ void Proxy::remember_active() noexcept {
 }
 
 /// Largest gap of a pair at q: its certificate's, or that of the best plane of its valid set.
+/// Exposed planes come first in the set, so the best of them is known before the rest is measured.
 void Proxy::certify(ReachedPair& reached, const GripPose& q, Real least_m,
                     ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   const Vec3 y_w = q.x0_w - pair.reference_w;
-  const auto measure = [&](const PlaneId& id, SupportPair support, bool first) {
-    const PlaneGap gap = plane_gap(*pair.view, q.r_wa, y_w, id, support);
+  constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  Real exposed_m = kLowest;
+  const auto measure = [&](const PlaneId& id, SupportPair from, bool first) {
+    const PlaneGap gap = plane_gap(*pair.view, q.r_wa, y_w, id, from);
     tick.plane_gaps += 1;
     if (!first && (!gap.defined || gap.gap_m <= reached.gap_q_m)) return;
     reached.plane = id;
     reached.support = gap.support;
-    reached.gap_q_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
+    reached.gap_q_m = gap.defined ? gap.gap_m : kLowest;
   };
   reached.exact_q = true;
   measure(PlaneId(reached.plane), reached.support, true);
   if (reached.gap_q_m + reached.allowed_m >= least_m) return;
   if (!reached.searched) find_valid(reached, tick);
+  PlaneId exposed;
+  SupportPair support;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];
     measure(valid.id, valid.support, k == 0);
+    if (k + 1 != reached.exposed_count) continue;
+    exposed = reached.plane;
+    support = reached.support;
+    exposed_m = reached.gap_q_m;
   }
+  // Any plane certifies; one that only separates is imposed where nothing else is there to be.
+  if (exposed_m == kLowest || reached.gap_q_m + reached.allowed_m >= least_m) return;
+  reached.plane = exposed;
+  reached.support = support;
 }
 
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {

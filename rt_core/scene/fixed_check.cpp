@@ -166,7 +166,7 @@ RtStatus SceneView::check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
   bool bears = true;
   for (std::uint32_t k = 0; k < r.plane_count; ++k) {
     const FixedPlane& plane = v.planes[k];
-    if (plane.type > 2 || plane.bears > 1 || plane.reserved != 0) return RtStatus::kBlobBadNumber;
+    if (plane.type > 2 || plane.force > 2 || plane.reserved != 0) return RtStatus::kBlobBadNumber;
     if (plane.node_begin != on_planes) return RtStatus::kBlobBadCount;
     on_planes += plane.node_count;
     if (on_planes > r.node_count) return RtStatus::kBlobBadCount;
@@ -174,7 +174,7 @@ RtStatus SceneView::check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
       return RtStatus::kBlobBadIndex;
     const RtStatus status = check_plane(turned, plane, parameters_->epsilon_m);
     if (status != RtStatus::kOk) return status;
-    bears = bears && plane.bears == 1;
+    bears = bears && has_force(plane, PlaneForce::kBears);
   }
   if (!bears && r.hidden == 0) return RtStatus::kBlobBadGraph;
   return on_planes == r.node_count ? RtStatus::kOk : RtStatus::kBlobBadCount;

@@ -19,6 +19,13 @@ namespace haptic {
   return (e.given & kOrientationGiven) != 0 && e.max_angle_rad == 0;
 }
 
+/// What of a plane can carry a force.
+enum class PlaneForce : std::uint8_t {
+  kHidden = 0,    ///< nothing: a cut has made it, or the part goes on in another piece all along it
+  kBears = 1,     ///< some basic contact that has the gap
+  kElsewhere = 2  ///< of a face: others of its basic contacts, which do not have the gap
+};
+
 /// A plane of a C-obstacle. The gap along it, normal . y - offset_m, is that between the supports
 /// of the two pieces: for every y a lower bound of the signed distance.
 struct FixedPlane {
@@ -28,7 +35,7 @@ struct FixedPlane {
   std::uint32_t node_count;
   std::uint16_t i, j;  ///< basic contact of the gap: its features of A and B
   std::uint8_t type;   ///< ContactType: type A a face of A, B a face of B, C two edges
-  std::uint8_t bears;  ///< 1: some basic contact that has the gap can carry a force
+  std::uint8_t force;  ///< PlaneForce
   std::uint16_t reserved;
 };
 
@@ -50,6 +57,10 @@ struct FixedPairRecord {
   std::uint32_t node_begin, node_count;
   std::uint32_t hidden;  ///< 1: some basic contact only separates
 };
+
+[[nodiscard]] constexpr bool has_force(const FixedPlane& plane, PlaneForce force) noexcept {
+  return plane.force == static_cast<std::uint8_t>(force);
+}
 
 static_assert(sizeof(FixedPlane) == 4 * sizeof(Real) + 16 &&
               sizeof(FixedNode) == 8 + 2 * sizeof(Real) && sizeof(FixedPairRecord) == 24);

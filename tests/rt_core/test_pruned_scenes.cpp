@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/cut_bodies.hpp"
 #include "tests/support/pair_bench.hpp"
 #include "tests/support/pruned_scenes.hpp"
 
@@ -18,77 +19,6 @@ namespace {
 
 constexpr std::array<double, 4> kUpright = {0, 0, 0, 1};
 constexpr double kEnvelope_rad = 0.5;
-
-tools::Body block() { return box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}); }
-tools::Body plate() { return box({-0.1, -0.1, -0.03}, {0.1, 0.1, 0}); }
-
-struct Division {
-  std::string name;
-  tools::Body body;
-};
-std::vector<Division> divisions() {
-  const Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
-  return {{"two", cut_box(lo, hi, {0.003}, {{}, {}})},
-          {"four", cut_box(lo, hi, {0.003}, {{-0.004}, {-0.004}})},
-          {"T", cut_box(lo, hi, {0.003}, {{}, {-0.004}})}};
-}
-
-/// A plate and its divisions under one law, the seams hidden.
-tools::SceneDescription cut_scene(const tools::Body& cut, LawId law) {
-  tools::SceneDescription d = scene_of(block(), {cut});
-  d.parameters.law = law;
-  const LoadedScene all(d);
-  d.marks = all_marks(all.view);
-  mark_cuts(all.view, 1, plate(), d.marks);
-  return d;
-}
-
-std::array<double, 4> turned(double tilt_x, double tilt_y, double yaw) {
-  // w, x, y, z
-  const Eigen::Quaternion<double> q =
-      Eigen::Quaternion<double>(Eigen::AngleAxis<double>(yaw, Eigen::Vector3d::UnitZ())) *
-      Eigen::Quaternion<double>(Eigen::AngleAxis<double>(tilt_x, Eigen::Vector3d::UnitX())) *
-      Eigen::Quaternion<double>(Eigen::AngleAxis<double>(tilt_y, Eigen::Vector3d::UnitY()));
-  return {q.w(), q.x(), q.y(), q.z()};
-}
-
-bool colliding(const LoadedScene& scene) {
-  for (std::uint32_t i = 0; i < scene.core->pair_count(); ++i) {
-    if (scene.core->pair_report(i).verdict != Verdict::kSeparated) return true;
-  }
-  return false;
-}
-
-struct Differences {
-  double force = 0, torque = 0;  ///< largest, over the force [1, m]
-  double largest_n = 0;
-  int verdicts = 0, contacts = 0, ticks = 0;
-};
-
-/// Slides, yaws, tilts and presses over the middle of the plate.
-Differences compare(LoadedScene& cut, LoadedScene& uncut, double largest_tilt_rad) {
-  Differences found;
-  for (int t = 0; t < 3000; ++t) {
-    const double s = 0.002 * t;
-    const double tilt = largest_tilt_rad * std::sin(1.7 * s);
-    const auto q = turned(tilt, 0.6 * largest_tilt_rad * std::cos(2.3 * s), 0.4 * s);
-    const Point p = {0.04 * std::sin(s), 0.04 * std::cos(1.3 * s),
-                     0.0197 + 0.0004 * std::sin(5 * s)};
-    const StepResult a = cut.step(p, q), b = uncut.step(p, q);
-    const double force = static_cast<double>(b.wrench_w.force_w.norm());
-    const double scale = std::max(force, 1e-3);
-    found.force = std::max(
-        found.force, static_cast<double>((a.wrench_w.force_w - b.wrench_w.force_w).norm()) / scale);
-    found.torque =
-        std::max(found.torque,
-                 static_cast<double>((a.wrench_w.torque_w - b.wrench_w.torque_w).norm()) / scale);
-    found.largest_n = std::max(found.largest_n, force);
-    found.verdicts += colliding(cut) != colliding(uncut) ? 1 : 0;
-    found.contacts += force > 0 ? 1 : 0;
-    found.ticks += 1;
-  }
-  return found;
-}
 
 /// Nodes by scope of all pairs.
 std::uint64_t nodes_of(const SceneView& view, NodeScope scope) {
@@ -103,71 +33,9 @@ std::uint64_t nodes_of(const SceneView& view, NodeScope scope) {
 }  // namespace
 
 TEST_SUITE("rt_core.pruned_scenes") {
-  TEST_CASE("a block sliding over a cut plate feels the uncut one") {
-    constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 2e-3 : 1e-9;
-    for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
-      tools::SceneDescription whole = scene_of(block(), {plate()});
-      whole.parameters.law = law;
-      LoadedScene uncut(whole);
-      for (const Division& division : divisions()) {
-        for (const double tilt : {0.0, 1e-9, 2e-4, 0.01}) {
-          CAPTURE(division.name);
-          CAPTURE(tilt);
-          CAPTURE(static_cast<int>(law));
-          LoadedScene cut(cut_scene(division.body, law));
-          const Differences d = compare(cut, uncut, tilt);
-          CHECK(d.force <= kEqual);
-          CHECK(d.torque <= kEqual);
-          CHECK(d.verdicts == 0);
-          CHECK(d.contacts > d.ticks / 4);
-          CHECK(d.largest_n > 0.5);
-          MESSAGE(division.name << ", tilt " << tilt << ": force " << d.force << ", torque "
-                                << d.torque << " m");
-        }
-      }
-    }
-  }
-
-  TEST_CASE("a cut block over a cut plate: one force, near that of the uncut bodies") {
-    tools::SceneDescription whole = scene_of(block(), {plate()});
-    whole.parameters.law = LawId::kWeightedRegion;
-    const Point lo = {-0.03, -0.02, -0.02}, hi = {0.03, 0.02, 0.02};
-    for (const bool both : {false, true}) {
-      tools::SceneDescription d =
-          scene_of(cut_box(lo, hi, {0.003}, {{}, {}}), {both ? divisions()[1].body : plate()});
-      d.parameters.law = LawId::kWeightedRegion;
-      const LoadedScene all(d);
-      d.marks = all_marks(all.view);
-      mark_cuts(all.view, 0, block(), d.marks);
-      if (both) mark_cuts(all.view, 1, plate(), d.marks);
-      for (const double tilt : {0.0, 1e-9, 2e-4, 2e-3, 0.01, 0.05}) {
-        CAPTURE(both);
-        CAPTURE(tilt);
-        LoadedScene cut(d), uncut(whole);
-        const Differences found = compare(cut, uncut, tilt);
-        CHECK(found.verdicts == 0);
-        CHECK(found.force <= 2e-3);  // weights differ: a cut shortens the edges at its corners
-        CHECK(found.contacts > found.ticks / 4);
-        MESSAGE("both " << both << ", tilt " << tilt << ": force " << found.force << ", torque "
-                        << found.torque << " m");
-      }
-    }
-  }
-
-  TEST_CASE("the comparison sees a seam that is not hidden") {
-    tools::SceneDescription whole = scene_of(block(), {plate()});
-    whole.parameters.law = LawId::kWeightedRegion;
-    LoadedScene uncut(whole);
-    tools::SceneDescription open = whole;
-    open.statics[0].body = divisions()[0].body;
-    LoadedScene cut(open);
-    const Differences d = compare(cut, uncut, 2e-4);
-    CHECK((d.force > 1e-3 || d.torque > 1e-5));
-  }
-
   TEST_CASE("local search = full scan over the marked nodes") {
     Random random(81);
-    tools::SceneDescription d = scene_of(block(), {divisions()[0].body});
+    tools::SceneDescription d = scene_of(block(), {plate_divisions()[0].body});
     const LoadedScene all(d);
     d.marks = all_marks(all.view);
     mark_cuts(all.view, 1, plate(), d.marks);
@@ -254,9 +122,9 @@ TEST_SUITE("rt_core.pruned_scenes") {
   }
 
   TEST_CASE("hidden nodes: verdicts and free distances of the unpruned scene at every pose") {
-    for (const Division& division : divisions()) {
+    for (const Division& division : plate_divisions()) {
       CAPTURE(division.name);
-      tools::SceneDescription open = cut_scene(division.body, LawId::kWeightedRegion);
+      tools::SceneDescription open = cut_scene(nullptr, &division.body, LawId::kWeightedRegion);
       LoadedScene pruned(open);
       open.marks.clear();
       LoadedScene all(open);
@@ -287,7 +155,8 @@ TEST_SUITE("rt_core.pruned_scenes") {
   }
 
   TEST_CASE("counters stay within the bounds of a pruned scene, jumps included") {
-    LoadedScene scene(cut_scene(divisions()[1].body, LawId::kWeightedRegion));
+    const tools::Body four = plate_divisions()[1].body;
+    LoadedScene scene(cut_scene(nullptr, &four, LawId::kWeightedRegion));
     const SceneCapacity& c = scene.view.header().capacity;
     Random random(84);
     for (int t = 0; t < 3000; ++t) {

@@ -94,17 +94,21 @@ class ObstacleBuilder {
   }
 
   /// A plane begun before that is this one but for the rounding of normals, or null.
-  [[nodiscard]] Plane* same_plane(const Wide3& n, Wide offset, bool bears) {
+  [[nodiscard]] Plane* same_plane(const Wide3& n, Wide offset, PlaneForce force) {
     constexpr Wide kSame = 8 * static_cast<Wide>(kRealEpsilon);
     for (Plane& plane : planes_) {
       const Wide3 apart = plane.normal - n;
       const Wide height = plane.offset - offset;
       if (dot(apart, apart) <= kSame * kSame && height <= tolerance_ && -height <= tolerance_ &&
-          (plane.record.bears == 1) == bears) {
+          has_force(plane.record, force)) {
         return &plane;
       }
     }
     return nullptr;
+  }
+
+  [[nodiscard]] static std::uint8_t number_of(PlaneForce force) {
+    return static_cast<std::uint8_t>(force);
   }
 
   static void add_node(Plane& plane, ContactType type, std::uint32_t i, std::uint32_t j, Wide rise,
@@ -127,8 +131,9 @@ class ObstacleBuilder {
     Plane& plane = planes_.back();
     const auto type = static_cast<ContactType>(plane.record.type);
     std::uint32_t support = 0;
-    bool bears = false, found = false;
+    bool bears = false, found = false, elsewhere = false;
     for (std::uint32_t v = 0; v < view.vertex_count; ++v) {
+      elsewhere = elsewhere || exposed(node_at(v));
       if (above[v] <= tolerance_ && exposed(node_at(v)) && !bears) {
         support = v;
         bears = found = true;
@@ -152,7 +157,9 @@ class ObstacleBuilder {
     const auto [i, j] = put(support);
     plane.record.i = static_cast<std::uint16_t>(i);
     plane.record.j = static_cast<std::uint16_t>(j);
-    plane.record.bears = bears ? 1 : 0;
+    plane.record.force = number_of(bears       ? PlaneForce::kBears
+                                   : elsewhere ? PlaneForce::kElsewhere
+                                               : PlaneForce::kHidden);
     built_.hidden = built_.hidden || !bears;
   }
 
@@ -220,14 +227,15 @@ class ObstacleBuilder {
     const bool near = violation < epsilon_ && at.sine >= static_cast<Wide>(kMinEdgeSine);
     if (!at.applies && !near) return;
     const bool bears = exposed(numbers_.type_c(at.e, at.g));
+    const PlaneForce force = bears ? PlaneForce::kBears : PlaneForce::kHidden;
     built_.hidden = built_.hidden || !bears;
     if (!at.applies && !bears) return;
-    Plane* plane = at.applies ? same_plane(at.normal, highest - lowest, bears) : nullptr;
+    Plane* plane = at.applies ? same_plane(at.normal, highest - lowest, force) : nullptr;
     if (plane == nullptr) {
       plane = &begin_plane(ContactType::kC, at.normal, highest - lowest);
       plane->record.i = static_cast<std::uint16_t>(at.e);
       plane->record.j = static_cast<std::uint16_t>(at.g);
-      plane->record.bears = bears ? 1 : 0;
+      plane->record.force = number_of(force);
     }
     if (near && bears) add_node(*plane, ContactType::kC, at.e, at.g, rise_a + rise_b, violation);
   }

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies cut into pieces with their seams hidden feel as if uncut, under every law.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/support/cut_bodies.hpp"
+#include "tests/support/proxy_bench.hpp"
+#include "tests/support/pruned_scenes.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 2e-3 : 1e-9;
+
+/// Translational stiffness times the tolerance of "free" that the scene's proxy has [N].
+double tolerance_n(const LoadedScene& scene) {
+  double radius = 0, extent = 0;
+  for (const PieceRecord& piece : scene.view.pieces()) {
+    (piece.body == 0 ? radius : extent) =
+        std::max(piece.body == 0 ? radius : extent, piece.reach_m);
+  }
+  const CouplingParameters& c = scene.view.parameters().coupling;
+  const ProxyScale scale = proxy_scale(static_cast<Real>(radius), static_cast<Real>(extent),
+                                       static_cast<Real>(c.tolerance_m));
+  return c.k_t_n_per_m * static_cast<double>(scale.tolerance_m);
+}
+
+/// The half plate x < 0.003, its end there hidden as if it went on; nothing is beside it.
+tools::SceneDescription open_ended(LawId law) {
+  tools::SceneDescription d = scene_of(block(), {box({-0.1, -0.1, -0.03}, {0.003, 0.1, 0})});
+  d.parameters.law = law;
+  const LoadedScene all(d);
+  d.marks = all_marks(all.view);
+  mark_cuts(all.view, 1, plate(), d.marks);
+  return d;
+}
+
+double xy(const Vec3& v) {
+  return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]));
+}
+
+}  // namespace
+
+TEST_SUITE("rt_core.cut_bodies") {
+  TEST_CASE("a block sliding over a cut plate feels the uncut one") {
+    for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
+      for (const Division& division : plate_divisions()) {
+        for (const double tilt : {0.0, 1e-9, 2e-4, 0.01, 0.05}) {
+          CAPTURE(division.name);
+          CAPTURE(tilt);
+          CAPTURE(static_cast<int>(law));
+          LoadedScene uncut(cut_scene(nullptr, nullptr, law));
+          LoadedScene cut(cut_scene(nullptr, &division.body, law));
+          const SlideDifference d = compare(cut, uncut, {tilt});
+          CHECK(d.force <= kEqual);
+          CHECK(d.torque <= kEqual);
+          CHECK(d.verdicts == 0);
+          CHECK(d.contacts > d.ticks / 4);
+          CHECK(d.largest_n > 0.5);
+          MESSAGE(division.name << ", law " << static_cast<int>(law) << ", tilt " << tilt
+                                << ": force " << d.force << ", torque " << d.torque << " m");
+        }
+      }
+    }
+  }
+
+  TEST_CASE("a cut block over a plate, whole or cut, feels the uncut one") {
+    for (const Division& division : block_divisions()) {
+      for (const bool both : {false, true}) {
+        const tools::Body four = plate_divisions()[1].body;
+        for (const double tilt : {0.0, 1e-9, 2e-4, 2e-3, 0.01, 0.05}) {
+          CAPTURE(division.name);
+          CAPTURE(both);
+          CAPTURE(tilt);
+          LoadedScene uncut(cut_scene(nullptr, nullptr, LawId::kWeightedRegion));
+          LoadedScene cut(
+              cut_scene(&division.body, both ? &four : nullptr, LawId::kWeightedRegion));
+          const SlideDifference d = compare(cut, uncut, {tilt});
+          CHECK(d.force <= kEqual);
+          CHECK(d.torque <= kEqual);
+          CHECK(d.verdicts == 0);
+          CHECK(d.contacts > d.ticks / 4);
+          MESSAGE(division.name << ", plate cut " << both << ", tilt " << tilt << ": force "
+                                << d.force << ", torque " << d.torque << " m");
+        }
+      }
+    }
+  }
+
+  TEST_CASE("under law proxy the difference stays within k_t times the tolerance") {
+    const double length_m = 0.0412;  // of the block from its grip to a corner
+    for (const bool of_block : {false, true}) {
+      for (const Division& division : of_block ? block_divisions() : plate_divisions()) {
+        for (const double tilt : {0.0, 2e-4, 0.01}) {
+          CAPTURE(of_block);
+          CAPTURE(division.name);
+          CAPTURE(tilt);
+          LoadedScene uncut(cut_scene(nullptr, nullptr, LawId::kProxy));
+          LoadedScene cut(of_block ? cut_scene(&division.body, nullptr, LawId::kProxy)
+                                   : cut_scene(nullptr, &division.body, LawId::kProxy));
+          const double allowed_n = tolerance_n(uncut);
+          const SlideDifference d = compare(cut, uncut, {tilt, 2e-3});
+          MESSAGE((of_block ? "block " : "plate ")
+                  << division.name << ", tilt " << tilt << ": force " << d.force_n << " of "
+                  << allowed_n << " N, torque " << d.torque_nm << " N m, largest force "
+                  << d.largest_n << " N");
+          CHECK(d.force_n <= allowed_n);
+          CHECK(d.torque_nm <= allowed_n * length_m);
+          CHECK(d.verdicts == 0);
+          CHECK(d.largest_n > 1);
+          CHECK(d.contacts > d.ticks / 2);
+        }
+      }
+    }
+  }
+
+  TEST_CASE("the comparison sees a seam that is not hidden") {
+    LoadedScene uncut(cut_scene(nullptr, nullptr, LawId::kWeightedRegion));
+    tools::SceneDescription open = cut_scene(nullptr, nullptr, LawId::kWeightedRegion);
+    open.statics[0].body = plate_divisions()[0].body;
+    LoadedScene cut(open);
+    const SlideDifference d = compare(cut, uncut, {2e-4});
+    CHECK((d.force > 1e-3 || d.torque > 1e-5));
+    // And one of the block, whose halves alone carry what is near their own depth.
+    tools::SceneDescription halves = cut_scene(nullptr, nullptr, LawId::kWeightedRegion);
+    halves.moving.body = block_divisions()[0].body;
+    LoadedScene apart(halves);
+    CHECK(compare(apart, uncut, {2e-3}).torque > 1e-5);
+  }
+
+  TEST_CASE("past a hidden end the contact holds on and leaves as the pair comes apart") {
+    // The right edge hangs over the end, lower than the left one by more than epsilon: what is
+    // nearest lies past the end of the face, where no piece has it.
+    constexpr double kTilt_rad = 0.01;
+    LoadedScene scene(open_ended(LawId::kWeightedRegion));
+    const double k_n_per_m = scene.view.parameters().k_f_n_per_m;
+    const auto q = turned(0, kTilt_rad, 0);
+    Vec3 last = Vec3::Zero();
+    double step = 0, aside = 0, largest = 0;
+    int held = 0;
+    constexpr int kTicks = 8000;
+    constexpr double kStep_m = 1e-5;
+    for (int t = 0; t < kTicks; ++t) {
+      // From well on the plate until it has left it.
+      const StepResult r = scene.step({-0.04 + kStep_m * t, 0, 0.0199}, q);
+      const Vec3 f = r.wrench_w.force_w;
+      if (t > 0) step = std::max(step, static_cast<double>((f - last).norm()));
+      last = f;
+      aside = std::max(aside, xy(f));
+      largest = std::max(largest, static_cast<double>(f[2]));
+      const bool past = -0.04 + kStep_m * t + 0.03 > 0.003 + 5e-4;
+      held += past && f[2] > 0 ? 1 : 0;
+    }
+    MESSAGE("largest step " << step << " N, largest force " << largest << " N, held on for " << held
+                            << " ticks");
+    CHECK(largest > 0.3);
+    CHECK(aside <= k_n_per_m * kStep_m);
+    CHECK(held > 3900);
+    CHECK(last == Vec3::Zero());
+    CHECK(step <= 2 * k_n_per_m * kStep_m);
+  }
+
+  TEST_CASE("a plane that only separates is imposed where no other of the pair is valid") {
+    // Off two faces at once, the goal beyond the corner: the less violated face is imposed, unless
+    // it is hidden.
+    for (const int hidden_axis : {-1, 0, 2}) {
+      CAPTURE(hidden_axis);
+      tools::SceneDescription d = proxy_scene_of(box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}),
+                                                 {box({-0.1, -0.1, -0.1}, {0, 0.1, 0})});
+      if (hidden_axis >= 0) {
+        const LoadedScene all(d);
+        d.marks = all_marks(all.view);
+        const PairView pair = all.view.pair(0);
+        for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+          const NodeFeatures of = node_features(pair, node);
+          const bool along =
+              (of.type == ContactType::kA && pair.a.face_normal(of.i)[hidden_axis] < -0.5_r) ||
+              (of.type == ContactType::kB && pair.b.face_normal(of.j)[hidden_axis] > 0.5_r);
+          if (along || of.type == ContactType::kC) d.marks[0].exposed[node] = false;
+        }
+      }
+      LoadedScene scene(d);
+      scene.step({0.01005, 0, 0.01005});
+      // One pass long, so that both faces are valid where it starts.
+      StepResult r;
+      for (int t = 0; t < 5; ++t) r = scene.step({0.0098, 0, 0.0095});
+      const int imposed = hidden_axis == 0 ? 2 : 0;
+      CHECK(std::abs(r.wrench_w.force_w[imposed]) > 0.15_r);
+      CHECK(std::abs(r.wrench_w.force_w[2 - imposed]) < 0.01_r);
+    }
+  }
+}
