@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tools/common/error.hpp"
+#include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::sim {
 
@@ -21,6 +22,7 @@ CoreSession::CoreSession(const std::string& scene_path) {
   if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);
   if (!stream) throw tools::InputError(scene_path + ": cannot be read to its end");
   open(scene_path);
+  tools::tell_simplification("host_sim", scene_path, view_);
 }
 
 CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name)

@@ -32,7 +32,8 @@ static_assert(kStateAlignment <= 64 && kSceneAlignment <= 64);
 /// Not movable: the core points into it.
 class CoreSession {
  public:
-  /// From a file. @throws tools::InputError when the file cannot be read or the scene is refused.
+  /// From a file; says on standard error which bodies were simplified. @throws tools::InputError
+  /// when the file cannot be read or the scene is refused.
   explicit CoreSession(const std::string& scene_path);
   /// From bytes; `name` is for messages.
   CoreSession(std::span<const std::byte> scene, const std::string& name);

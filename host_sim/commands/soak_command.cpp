@@ -15,6 +15,7 @@
 #include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -83,6 +84,7 @@ int run(Options o) {
     const tools::SceneBytes file = tools::read_scene_bytes(o.scene);
     scene.assign(file.span().begin(), file.span().end());
     CoreSession session(scene, o.scene);
+    tools::tell_simplification("host_sim", o.scene, session.view());
     place = fault_place(session);
   }
   const SoakAccount account =

@@ -236,6 +236,22 @@ RtStatus check::envelope(const EnvelopeParameters& e) noexcept {
   return turned && placed ? RtStatus::kOk : RtStatus::kBlobBadNumber;
 }
 
+RtStatus check::simplified(std::span<const SimplifiedBody> simplified, std::size_t body_count,
+                           std::uint32_t& index) noexcept {
+  std::uint32_t least = 0;  // body that may come
+  index = 0;
+  for (const SimplifiedBody& s : simplified) {
+    if (s.body < least || s.body >= body_count) return RtStatus::kBlobBadIndex;
+    if (s.reserved != 0 || !in_range(s.distance_m, 0.0, kMaxSceneLength_m) ||
+        !finite(s.volume_change_m3)) {
+      return RtStatus::kBlobBadNumber;
+    }
+    least = s.body + 1;
+    ++index;
+  }
+  return RtStatus::kOk;
+}
+
 RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
   if (bodies_.size() < 2 || pieces_.size() > 65535) return RtStatus::kBlobBadCount;
   std::uint64_t pieces = 0, planes = 0;

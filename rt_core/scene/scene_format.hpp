@@ -52,7 +52,8 @@ enum class SectionId : std::uint32_t {
   kNodeMarks = 21,        ///< u64, by pair that has marks (scene/node_marks.hpp)
   kFixedPairs = 22,       ///< FixedPairRecord, by pair; of a part that never turns
   kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
-  kFixedNodes = 24        ///< FixedNode, by pair
+  kFixedNodes = 24,       ///< FixedNode, by pair
+  kSimplified = 25        ///< SimplifiedBody, by body; only where a simplification changed one
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -91,6 +92,15 @@ struct BodyRecord {
   std::uint32_t piece_begin, piece_count;
   std::uint32_t plane_begin, plane_count;
   std::uint32_t name_offset, name_bytes;  ///< in kText
+};
+
+/// A body that is not the solid of its mesh: bevels, fillets and rounds gave way. For people, who
+/// are told when the scene is loaded; no tick reads it.
+struct SimplifiedBody {
+  std::uint32_t body;
+  std::uint32_t reserved;
+  double distance_m;        ///< proved: no point of either surface is farther from the other
+  double volume_change_m3;  ///< volume of the body minus that of the mesh
 };
 
 struct PlaneRecord {
@@ -158,7 +168,8 @@ static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
               sizeof(SceneHeader) == 152);
 static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
-static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20);
+static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20 &&
+              sizeof(SimplifiedBody) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));

@@ -43,6 +43,7 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kFixedPairs, sizeof(FixedPairRecord)},
     {SectionId::kFixedPlanes, sizeof(FixedPlane)},
     {SectionId::kFixedNodes, sizeof(FixedNode)},
+    {SectionId::kSimplified, sizeof(SimplifiedBody)},
 };
 /// What a scene has beside the tables that every scene has: those of a part that turns, and those
 /// of one that never does.
@@ -55,7 +56,8 @@ constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
 }
 /// Sections that some scene does without.
 constexpr bool is_optional(SectionId id) noexcept {
-  return id == SectionId::kNodeMarks || is_among(kOfTurning, id) || is_among(kOfFixed, id);
+  return id == SectionId::kNodeMarks || id == SectionId::kSimplified || is_among(kOfTurning, id) ||
+         is_among(kOfFixed, id);
 }
 constexpr std::uint32_t bit_of(SectionId id) noexcept {
   return 1u << static_cast<std::uint32_t>(id);
@@ -211,6 +213,9 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   fault = {SectionId::kBodies, 0};
   status = check_bodies(fault);
   if (status != RtStatus::kOk) return status;
+  fault = {SectionId::kSimplified, 0};
+  status = check::simplified(simplified_bodies(), bodies_.size(), fault.index);
+  if (status != RtStatus::kOk) return status;
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     fault = {SectionId::kPieces, i};
     status = check_piece(i);
@@ -245,6 +250,13 @@ RtStatus SceneView::check_sections() const noexcept {
   if (fixed && (found_sections_ & bit_of(SectionId::kNodeMarks)) != 0)
     return RtStatus::kBlobBadSectionTable;
   return !fixed || fixed_pairs_.size() == pairs_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
+}
+
+std::span<const SimplifiedBody> SceneView::simplified_bodies() const noexcept {
+  for (const SectionEntry& s : sections_) {
+    if (s.id == SectionId::kSimplified) return table<SimplifiedBody>(blob_, s);
+  }
+  return {};
 }
 
 PieceView SceneView::piece(std::uint32_t index) const noexcept {

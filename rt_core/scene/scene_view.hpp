@@ -17,9 +17,8 @@
 
 namespace haptic {
 
-/// One convex piece: pointers into the tables, indices local to the piece.
-/// Geometry frame: moving body: A's axes about the grip point; static body: W's axes about the
-/// body's reference.
+/// One convex piece: pointers into the tables, indices local to the piece. Geometry frame: moving
+/// body: A's axes about the grip point; static body: W's axes about the body's reference.
 struct PieceView {
   const PieceRecord* record = nullptr;
   const Real* vertices = nullptr;  ///< 3 per vertex [m]
@@ -29,13 +28,12 @@ struct PieceView {
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;
   const EdgeDirection* edge_directions = nullptr;
-  const EdgeArc* arcs = nullptr;  ///< by edge; null where the part never turns
-  const std::uint32_t* vertex_edge_begin =
-      nullptr;  ///< begin of vertex v at [v], end at [v + 1]; absolute
-  const std::uint16_t* vertex_edges = nullptr;   ///< whole table
-  const std::uint16_t* loop_vertices = nullptr;  ///< whole table
-  const std::uint16_t* loop_edges = nullptr;     ///< whole table
-  const PlaneRecord* planes = nullptr;           ///< of the body
+  const EdgeArc* arcs = nullptr;                     ///< by edge; null where the part never turns
+  const std::uint32_t* vertex_edge_begin = nullptr;  ///< of vertex v from [v] to [v + 1]; absolute
+  const std::uint16_t* vertex_edges = nullptr;       ///< whole table
+  const std::uint16_t* loop_vertices = nullptr;      ///< whole table
+  const std::uint16_t* loop_edges = nullptr;         ///< whole table
+  const PlaneRecord* planes = nullptr;               ///< of the body
   const std::int32_t* source_vertices = nullptr;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
   std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
@@ -130,6 +128,8 @@ class SceneView {
   [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }
   [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return pieces_; }
   [[nodiscard]] std::span<const PairRecord> pairs() const noexcept { return pairs_; }
+  /// Bodies that a simplification changed, ascending; empty: none. Cost: O(sections).
+  [[nodiscard]] std::span<const SimplifiedBody> simplified_bodies() const noexcept;
   /// Words of kNodeMarks; empty where no pair has marks.
   [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }

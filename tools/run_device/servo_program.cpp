@@ -12,6 +12,7 @@
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -156,6 +157,7 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
   if (status != RtStatus::kOk)
     throw InputError(config.scene.string() + ": not a usable scene: " + to_text(status) +
                      "; compile it again");
+  tell_simplification("run_device", config.scene.string(), tried.view);
   return bytes;
 }
 

@@ -87,7 +87,8 @@ struct ServoBoard {
 /// Records of the flight recorder for the configured time.
 [[nodiscard]] std::size_t flight_records(const DeviceConfig& config);
 
-/// The scene read and tried: a core can be built over it. @throws InputError
+/// The scene read and tried: a core can be built over it. Which bodies were simplified is said on
+/// standard error. @throws InputError
 [[nodiscard]] SceneBytes read_usable_scene(const DeviceConfig& config);
 
 }  // namespace haptic::tools

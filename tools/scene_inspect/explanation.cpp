@@ -16,6 +16,15 @@ std::string counted(std::uint64_t n, const std::string& one) {
   return grouped(n) + " " + one + (n == 1 ? "" : "s");
 }
 
+std::string simplified_sentence(const BodyFacts& body) {
+  if (!body.simplified) return "";
+  const SimplifiedBody& s = *body.simplified;
+  return "It is NOT the solid of its mesh but was simplified: no point of either surface is "
+         "farther than " +
+         short_number(1e3 * s.distance_m, 4) + " mm from the other, the volume changed by " +
+         short_number(1e6 * s.volume_change_m3, 4) + " cm3. ";
+}
+
 /// `first_piece` of the body within the scene.
 std::string body_sentences(const Inspection& inspection, std::size_t index,
                            std::size_t first_piece) {
@@ -23,7 +32,7 @@ std::string body_sentences(const Inspection& inspection, std::size_t index,
   std::string text = "'" + body.name + "' " +
                      (index == 0 ? "moves with the hand." : "stands still.") + " Volume " +
                      short_number(1e6 * body.volume_m3, 4) + " cm3, " +
-                     counted(body.planes, "plane") + ". ";
+                     counted(body.planes, "plane") + ". " + simplified_sentence(body);
   const std::size_t pieces = body.pieces.size();
   if (pieces == 1) {
     const PieceFacts& p = body.pieces[0];

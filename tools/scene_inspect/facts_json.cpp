@@ -24,6 +24,12 @@ Json neighborhoods_json(const std::array<NeighborhoodFacts, 3>& types) {
   return result;
 }
 
+Json simplified_json(const BodyFacts& body) {
+  if (!body.simplified) return nullptr;
+  return {{"distance_m", body.simplified->distance_m},
+          {"volume_change_m3", body.simplified->volume_change_m3}};
+}
+
 Json body_json(const BodyFacts& body, bool moving) {
   Json pieces = Json::array();
   for (const PieceFacts& p : body.pieces) {
@@ -48,6 +54,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
           {"friction", body.friction},
+          {"simplified", simplified_json(body)},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
           {"recheck",

@@ -45,6 +45,11 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
+  if (body.simplified) {
+    text +=
+        formatted("    SIMPLIFIED: surface within %.6g m of that of the mesh, volume %+.6g m3\n",
+                  body.simplified->distance_m, body.simplified->volume_change_m3);
+  }
   if (index > 0) text += formatted("    friction %.9g against the moving part\n", body.friction);
   for (std::size_t i = 0; i < std::min(body.pieces.size(), kShownRows); ++i) {
     const PieceFacts& p = body.pieces[i];

@@ -147,9 +147,10 @@ std::string section_name(SectionId id) {
                                            "node marks",
                                            "fixed pairs",
                                            "fixed planes",
-                                           "fixed nodes"};
+                                           "fixed nodes",
+                                           "simplified"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kFixedNodes));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kSimplified));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }
@@ -185,6 +186,7 @@ SceneFacts facts_of(const SceneView& view) {
     body.recheck = recheck_body(view, b);
     facts.bodies.push_back(std::move(body));
   }
+  for (const SimplifiedBody& s : view.simplified_bodies()) facts.bodies[s.body].simplified = s;
   std::vector<PieceSpread> spreads;
   for (std::uint32_t i = 0; i < view.pieces().size(); ++i) spreads.emplace_back(view.piece(i));
   const bool wide = wide_lists(view);

@@ -59,6 +59,7 @@ tools::SceneDescription general_scene() {
                                0.025, 3e-4, 3e-7, 4,    0,    1,     0};
   scene.statics[0].friction = 0.3;
   scene.statics[1].friction = 0.17;
+  scene.statics[1].simplified = {3.1e-4, -2.7e-8};
   return scene;
 }
 

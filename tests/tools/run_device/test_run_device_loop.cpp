@@ -306,6 +306,28 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(run_program(HAPTIC_RUN_DEVICE, "run /nowhere/run.toml").exit_code == 3);
   }
 
+  TEST_CASE("a scene of a simplified part: one line on standard error names it") {
+    const Bench bench;
+    const std::string part = bench.folder.file("part.obj"), scene = bench.folder.file("part.toml");
+    write(part,
+          "v .1 0 0\nv 3 0 0\nv 3 2 0\nv 0 2 0\nv 0 .1 0\nv .1 0 1\nv 3 0 1\nv 3 2 1\nv 0 2 1\n"
+          "v 0 .1 1\nf 5 4 3 2 1\nf 6 7 8 9 10\nf 1 2 7 6\nf 2 3 8 7\nf 3 4 9 8\nf 4 5 10 9\n"
+          "f 5 1 6 10\n");
+    write(scene,
+          "format = 1\nname = \"s\"\n[moving]\nmesh = \"part.obj\"\nscale_to_m = 0.01\n"
+          "position_m = [0, 0, 0.1]\n[[static]]\nmesh = \"part.obj\"\nscale_to_m = 0.01\n"
+          "simplify_m = 0.001\n[rendering]\nk_f_n_per_m = 500\n");
+    REQUIRE(run_program(HAPTIC_GRAPH_COMPILER,
+                        "'" + scene + "' -o '" + bench.folder.file("t.rtscene") + "'")
+                .exit_code == 0);
+    const std::string err = bench.run("--seconds 0.3 --json").err;
+    CAPTURE(err);
+    const std::string said = "'part.obj' was simplified: the surface is up to 0.000707 m from";
+    CHECK(err.find("run_device: warning: ") != std::string::npos);
+    CHECK(err.find(said) != std::string::npos);
+    CHECK(err.find(said) == err.rfind(said));
+  }
+
   TEST_CASE("--device takes the place of the file's driver; usage errors exit 2") {
     const Bench bench;
     write(bench.config, "scene = \"t.rtscene\"\n[device]\ndriver = \"falcon\"\n");

@@ -2,7 +2,9 @@
 /// Simplification of parts whose answer is known by formula: bevels, rounds, and what must stay.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "tests/tools/polyhedron/flatten_parts.hpp"
@@ -43,6 +45,32 @@ Outline filleted_l(double r, int n) {
   return out;
 }
 
+/// Cuts a corner of three faces off, `c` along each of its edges.
+void cut_corner(Part& part, std::uint32_t corner, double c) {
+  std::map<std::uint32_t, std::uint32_t> cut, next;  // by far end of an edge; of the new face
+  const Point3 from = part.vertices[corner];
+  const auto cut_at = [&](std::uint32_t end) {
+    const auto [it, fresh] = cut.emplace(end, static_cast<std::uint32_t>(part.vertices.size()));
+    if (fresh) {
+      const Point3 along = vec::unit(vec::sub(part.vertices[end], from));
+      part.vertices.push_back(vec::add(from, vec::scaled(along, c)));
+    }
+    return it->second;
+  };
+  for (std::vector<std::uint32_t>& face : part.faces) {
+    const auto at = std::find(face.begin(), face.end(), corner);
+    if (at == face.end()) continue;
+    const auto k = static_cast<std::size_t>(at - face.begin());
+    const std::uint32_t in = cut_at(face[(k + face.size() - 1) % face.size()]);
+    const std::uint32_t out = cut_at(face[(k + 1) % face.size()]);
+    next[out] = in;
+    face[k] = in;
+    face.insert(face.begin() + static_cast<std::ptrdiff_t>(k) + 1, out);
+  }
+  const std::uint32_t first = next.begin()->first;
+  part.faces.push_back({first, next.at(first), next.at(next.at(first))});
+}
+
 TEST_SUITE("tools.simplify") {
   TEST_CASE("simplify: bevelled vertical edges go; the distance is that of the corner") {
     const double c = 0.001;
@@ -68,6 +96,31 @@ TEST_SUITE("tools.simplify") {
     CHECK_FALSE(result.account.changed);
     CHECK(result.account.planes_after == 7);
     CHECK(result.account.hausdorff_m <= 1.0e-6);
+  }
+
+  TEST_CASE("simplify: the distance is known to 1e-3 of itself, however much was allowed") {
+    // Unlike legs: from the new edge to the bevel is the height of the right triangle.
+    const double a = 0.0002, b = 0.0003;
+    const Outline outline{{a, 0}, {0.05, 0}, {0.05, 0.03}, {0, 0.03}, {0, b}};
+    const double height = a * b / std::hypot(a, b);
+    Simplified result = simplified(parts::surface_of({parts::prism(outline, 0.0, 0.02)}), 0.005);
+    CHECK(result.account.planes_after == 6);
+    CHECK(result.account.hausdorff_m >= height * (1.0 - 1.0e-9));
+    CHECK(result.account.hausdorff_at_least_m <= height * (1.0 + 1.0e-9));
+    CHECK(result.account.hausdorff_m <= height * 1.0011);
+    CHECK(result.account.hausdorff_at_least_m >= height * 0.9989);
+  }
+
+  TEST_CASE("simplify: a corner cut off comes back, at its height over the cut") {
+    const double c = 0.0004;
+    Part box = parts::prism({{0, 0}, {0.05, 0}, {0.05, 0.03}, {0, 0.03}}, 0.0, 0.02);
+    cut_corner(box, 6, c);
+    Simplified result = simplified(parts::surface_of({box}), 0.0004);
+    CHECK(result.account.planes_before == 7);
+    CHECK(result.account.planes_after == 6);
+    CHECK(result.account.hausdorff_m == about(c / std::numbers::sqrt3, 0.002));
+    CHECK(result.account.volume_after_m3 - result.account.volume_before_m3 ==
+          about(c * c * c / 6.0, 1.0e-4));
   }
 
   TEST_CASE("simplify: the fillet of an L goes, and it is two pieces") {

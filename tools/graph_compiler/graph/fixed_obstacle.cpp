@@ -31,8 +31,8 @@ class ObstacleBuilder {
       : a_(a),
         b_(b),
         numbers_(numbering(a.topology->view(), b.topology->view())),
-        epsilon_(epsilon_m),
-        tolerance_(64 * static_cast<Wide>(kRealEpsilon) * size_m),
+        epsilon_(static_cast<Wide>(epsilon_m)),
+        tolerance_(64 * static_cast<Wide>(kRealEpsilon) * static_cast<Wide>(size_m)),
         marks_(marks) {}
 
   [[nodiscard]] FixedObstacle build() {
@@ -146,7 +146,9 @@ class ObstacleBuilder {
       for (const std::uint16_t e : view.edges_at(v))
         lowest = std::min(lowest, above[view.other_end(e, v)]);
       const Wide violation = above[v] - lowest;
-      if (!(violation < epsilon_ && above[v] < kMaxRise * epsilon_)) continue;
+      if (!(violation < epsilon_ && above[v] < static_cast<Wide>(kMaxRise) * epsilon_)) {
+        continue;
+      }
       if (exposed(node_at(v))) {
         const auto [i, j] = put(v);
         add_node(plane, type, i, j, above[v], violation);
@@ -252,7 +254,8 @@ class ObstacleBuilder {
 }  // namespace
 
 WideTurn::WideTurn(const std::array<double, 4>& q) {
-  const Wide x = q[0], y = q[1], z = q[2], w = q[3];
+  const auto x = static_cast<Wide>(q[0]), y = static_cast<Wide>(q[1]), z = static_cast<Wide>(q[2]),
+             w = static_cast<Wide>(q[3]);
   const Wide s = 2 / (x * x + y * y + z * z + w * w);
   row_[0] = {1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)};
   row_[1] = {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)};

@@ -161,6 +161,22 @@ void check_epsilon(const SceneParameters& p, const std::string& scene) {
   }
 }
 
+/// The bodies that are not the solids of their meshes.
+void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
+  std::vector<SimplifiedBody> simplified;
+  std::uint32_t body = 0;
+  const auto add = [&](const PlacedBody& placed) {
+    if (placed.simplified) {
+      simplified.push_back(
+          {body, 0, placed.simplified->distance_m, placed.simplified->volume_change_m3});
+    }
+    ++body;
+  };
+  add(description.moving);
+  for (const PlacedBody& placed : description.statics) add(placed);
+  if (!simplified.empty()) blob.add(SectionId::kSimplified, simplified);
+}
+
 }  // namespace
 
 std::vector<std::byte> write_scene(const SceneDescription& description, SceneAccount* account,
@@ -187,7 +203,8 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
   check_resolution(t, description.name);
   const bool wide = add_pairs(t, description);
-  const BlobBuilder builder = sections_of(t, wide);
+  BlobBuilder builder = sections_of(t, wide);
+  add_simplified(builder, description);
   const auto pairs = static_cast<std::uint32_t>(t.pairs.size());
   const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, pairs));
   SceneCapacity capacity = scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits,

@@ -22,6 +22,11 @@
 
 namespace haptic::tools {
 
+/// What a simplification made of a body; as in SimplifiedBody.
+struct BodySimplification {
+  double distance_m = 0.0, volume_change_m3 = 0.0;
+};
+
 /// A body and where it stands. Static: pose of the body frame in W. Moving: ignored but for the
 /// start pose.
 struct PlacedBody {
@@ -34,6 +39,7 @@ struct PlacedBody {
   std::array<double, 3> mesh_origin_m{0, 0, 0};
   /// Static: Coulomb coefficient against the moving body; moving: 0.
   double friction = 0.0;
+  std::optional<BodySimplification> simplified{};  ///< absent: the body is the solid of its mesh
 };
 
 /// Width of the near set [m], band of exact separations [m] and loop [Hz] where nothing is said.

@@ -175,7 +175,10 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
 
   // The scene is not that of the file: said also where no report is asked for.
   if (report.simplified && report.simplified->changed) {
-    report.warnings.push_back(simplify_text(*report.simplified));
+    const SimplifyAccount& account = *report.simplified;
+    report.warnings.push_back(simplify_text(account));
+    result.placed.simplified = {account.hausdorff_m,
+                                account.volume_after_m3 - account.volume_before_m3};
   }
 
   // Coordinates stay about the part's own centre, where doubles are finest; the writer adds the

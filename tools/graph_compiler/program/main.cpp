@@ -177,7 +177,8 @@ int main(int argc, char** argv) {
                      "distance within which a vertex lies on a plane [m]; default: from the mesh")
           ->check(CLI::PositiveNumber);
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
-                                       "reflex edges allowed per part (default 300)");
+                                       "reflex edges allowed per part (default 300)")
+                            ->check(CLI::NonNegativeNumber);
   CLI::Option* pieces = app.add_option("--max-pieces", arguments.max_pieces,
                                        "convex pieces allowed per part (default 4000)")
                             ->check(CLI::PositiveNumber);

@@ -22,7 +22,8 @@ constexpr int kMaxRounds = 30;
 constexpr double kTighter = 0.25;
 constexpr double kSplitMove = 2.0;    // of the distance: how far corners taken apart may lie
 constexpr double kSettleMove = 0.25;  // of the distance: movement onto the exact planes
-// Distances are certified to this part of the limit.
+// While steps are tried, distances are bounded to this part of the limit; the one that is reported
+// to this part of itself, or of the plane tolerance, below which the surface itself is not known.
 constexpr double kDistanceGrain = 1.0e-3;
 constexpr double kAnywhere = -1.0;  // no point of a surface is this near to another
 
@@ -161,6 +162,7 @@ class Simplifier {
   Simplified run() {
     for (int round = 0; !done(round + 1 == kMaxRounds); ++round) {
     }
+    narrow_distance();
     SimplifyAccount& account = out_.account;
     account.hausdorff_m = distance_.at_most_m;
     account.hausdorff_at_least_m = distance_.at_least_m;
@@ -202,6 +204,22 @@ class Simplifier {
     if (last || distance_.at_most_m <= options_.distance_m) return true;
     add_nearest(surface_, to_original_, distance_.farthest, kAnywhere, bad);
     return !tighten(surface_, bad, allowance_m_);
+  }
+
+  void narrow_distance() {
+    DistanceLimits precision;
+    precision.relative = kDistanceGrain;
+    precision.absolute_m = kDistanceGrain * surface_.plane_tolerance_m;
+    if (distance_.at_most_m - distance_.at_least_m <=
+        std::max(precision.relative * distance_.at_most_m, precision.absolute_m)) {
+      return;
+    }
+    const SurfaceDistance narrow = hausdorff_distance(original_, result_, precision);
+    distance_.at_most_m = std::min(distance_.at_most_m, narrow.at_most_m);
+    if (narrow.at_least_m > distance_.at_least_m) {
+      distance_.at_least_m = narrow.at_least_m;
+      distance_.farthest = narrow.farthest;
+    }
   }
 
   /// Corners of nearly dependent planes have room to settle; the distance is measured afterwards.

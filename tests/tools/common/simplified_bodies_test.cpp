@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+/// That a body is not the solid of its mesh: written, checked, and said to people.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "tests/support/shapes.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/common/simplified_bodies.hpp"
+
+namespace haptic::tools {
+namespace {
+
+using test::box;
+using test::scene_of;
+
+SceneDescription two_statics() {
+  return scene_of(box({0, 0, 0}, {1, 1, 1}),
+                  {box({0, 0, 0}, {2, 2, 2}), box({0, 0, 0}, {1, 2, 3})});
+}
+
+SceneView opened(const SceneBytes& bytes) {
+  SceneView view;
+  REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+  return view;
+}
+
+/// Status of the scene after a change to its simplified bodies, hash mended.
+template <typename Change>
+RtStatus after(const SceneBytes& good, Change change, SceneFault& fault) {
+  SceneBytes bytes(good.span());
+  for (const SectionEntry& s : opened(good).sections()) {
+    if (s.id != SectionId::kSimplified) continue;
+    change(reinterpret_cast<SimplifiedBody*>(bytes.span().data() + s.offset));
+  }
+  auto* const header = reinterpret_cast<SceneHeader*>(bytes.span().data());
+  header->content_hash = scene_content_hash(bytes.span());
+  SceneView view;
+  return SceneView::open(bytes.span(), view, fault);
+}
+
+TEST_SUITE("tools.simplified_bodies") {
+  TEST_CASE("a scene of the solids of its meshes has no such section and says nothing") {
+    const SceneBytes bytes{write_scene(two_statics())};
+    const SceneView view = opened(bytes);
+    CHECK(view.simplified_bodies().empty());
+    CHECK(simplification_texts(view).empty());
+    for (const SectionEntry& s : view.sections()) CHECK(s.id != SectionId::kSimplified);
+  }
+
+  TEST_CASE("a simplified body is named with distance and change; the state does not grow") {
+    SceneDescription scene = two_statics();
+    const SceneBytes plain{write_scene(scene)};
+    scene.statics[1].body.name = "gear.obj";
+    scene.statics[1].simplified = {3.0e-4, -0.06};
+    const SceneBytes bytes{write_scene(scene)};
+    const SceneView view = opened(bytes);
+    REQUIRE(view.simplified_bodies().size() == 1);
+    CHECK(view.simplified_bodies()[0].body == 2);
+    const std::vector<std::string> texts = simplification_texts(view);
+    REQUIRE(texts.size() == 1);
+    CHECK(texts[0] ==
+          "'gear.obj' was simplified: the surface is up to 0.0003 m from that of the mesh, the "
+          "volume changed by -0.99 % (-0.06 m3)");
+    CHECK(view.header().capacity.state_bytes == opened(plain).header().capacity.state_bytes);
+  }
+
+  TEST_CASE("the section is checked like every other") {
+    SceneDescription scene = two_statics();
+    scene.moving.simplified = {1.0e-4, 1.0e-3};
+    scene.statics[0].simplified = {2.0e-4, 0.0};
+    const SceneBytes good{write_scene(scene)};
+    SceneFault fault;
+    using S = SimplifiedBody;
+    CHECK(after(
+              good, [](S*) {}, fault) == RtStatus::kOk);
+    CHECK(after(
+              good, [](S* s) { s[1].body = 2; }, fault) == RtStatus::kOk);
+    CHECK(after(
+              good, [](S* s) { s[1].body = 3; }, fault) == RtStatus::kBlobBadIndex);
+    CHECK(fault.section == SectionId::kSimplified);
+    CHECK(fault.index == 1);
+    CHECK(after(
+              good, [](S* s) { s[1].body = 0; }, fault) == RtStatus::kBlobBadIndex);
+    CHECK(after(
+              good, [](S* s) { s[0].body = 1; }, fault) == RtStatus::kBlobBadIndex);
+    CHECK(after(
+              good, [](S* s) { s[0].reserved = 1; }, fault) == RtStatus::kBlobBadNumber);
+    CHECK(fault.index == 0);
+    CHECK(after(
+              good, [](S* s) { s[0].distance_m = -1e-9; }, fault) == RtStatus::kBlobBadNumber);
+    CHECK(after(
+              good, [](S* s) { s[0].distance_m = 2e6; }, fault) == RtStatus::kBlobBadNumber);
+    CHECK(after(
+              good, [](S* s) { s[1].distance_m = std::nan(""); }, fault) ==
+          RtStatus::kBlobBadNumber);
+    CHECK(after(
+              good, [](S* s) { s[1].volume_change_m3 = INFINITY; }, fault) ==
+          RtStatus::kBlobBadNumber);
+  }
+}
+
+}  // namespace
+}  // namespace haptic::tools
