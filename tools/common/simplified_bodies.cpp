@@ -15,9 +15,8 @@ std::vector<std::string> simplification_texts(const SceneView& view) {
     const BodyRecord& body = view.bodies()[s.body];
     const std::string name(view.text(body.name_offset, body.name_bytes));
     texts.push_back(formatted(
-        "'%s' was simplified: the surface is up to %.3g m from that of the mesh, the volume "
-        "changed "
-        "by %+.3g %% (%+.3g m3)",
+        "'%s' was simplified: the surface is up to %.3g m from that of the mesh, the "
+        "volume changed by %+.3g %% (%+.3g m3)",
         name.c_str(), s.distance_m,
         100.0 * s.volume_change_m3 / (body.volume_m3 - s.volume_change_m3), s.volume_change_m3));
   }
