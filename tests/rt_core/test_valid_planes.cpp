@@ -384,18 +384,17 @@ TEST_SUITE("rt_core.valid_planes") {
     bool doubtful = false;
     const auto wanted = bench.scan(kLeast_m, doubtful);
     std::array<ValidPlane, 64> room;
-    const ValidResult found = bench.walk(wanted[0].id, kLeast_m, room);
-    REQUIRE(found.count == wanted.size());
-    CHECK((found.exposed > 0 && found.exposed < found.count));
+    const ValidResult got = bench.walk(wanted[0].id, kLeast_m, room);
+    REQUIRE(got.count == wanted.size());
+    CHECK((got.exposed > 0 && got.exposed < got.count));
     const NodeMarks& m = bench.bench.pair().marks;
-    for (std::uint32_t k = 0; k < found.count; ++k) {
+    for (std::uint32_t k = 0; k < got.count; ++k) {
       const PlaneId& id = room[k].id;
       const auto of_b =
           id.type == ContactType::kB ? m.features.face_b(id.j) : m.features.edge_b(id.j);
       const bool live = id.type == ContactType::kA || m.feature(NodeScope::kLive, of_b);
-      CHECK(live == (k < found.exposed));
+      CHECK(live == (k < got.exposed));
     }
-    const std::span narrow(room.data(), found.exposed);
-    CHECK(bench.walk(wanted[0].id, kLeast_m, narrow).exposed == found.exposed);
+    CHECK(bench.walk(wanted[0].id, kLeast_m, {room.data(), got.exposed}).exposed == got.exposed);
   }
 }
