@@ -13,30 +13,30 @@ namespace haptic {
 
 struct ContactIdentity {
   ContactType type = ContactType::kA;
-  std::array<std::uint64_t, 2> of_a{}, of_b{};
+  std::array<std::uint32_t, 2> of_a{}, of_b{};
   bool operator==(const ContactIdentity&) const = default;
 };
 
 /// A plane of a body with the side that is outward.
-[[nodiscard]] inline std::uint64_t plane_identity(const PieceView& piece,
+[[nodiscard]] inline std::uint32_t plane_identity(const PieceView& piece,
                                                   std::uint32_t f) noexcept {
   const FaceRecord& face = piece.faces[f];
-  return 2 * std::uint64_t{face.plane} + (face.sign < 0 ? 1u : 0u);
+  return 2 * face.plane + (face.sign < 0 ? 1u : 0u);
 }
 
-[[nodiscard]] inline std::array<std::uint64_t, 2> edge_identity(const PieceView& piece,
+[[nodiscard]] inline std::array<std::uint32_t, 2> edge_identity(const PieceView& piece,
                                                                 std::uint32_t e) noexcept {
   const EdgeRecord& edge = piece.edges[e];
-  const std::uint64_t p = plane_identity(piece, edge.face[0]);
-  const std::uint64_t q = plane_identity(piece, edge.face[1]);
+  const std::uint32_t p = plane_identity(piece, edge.face[0]);
+  const std::uint32_t q = plane_identity(piece, edge.face[1]);
   return p < q ? std::array{p, q} : std::array{q, p};
 }
 
-[[nodiscard]] inline std::array<std::uint64_t, 2> vertex_identity(const PieceView& piece,
+[[nodiscard]] inline std::array<std::uint32_t, 2> vertex_identity(const PieceView& piece,
                                                                   std::uint32_t v) noexcept {
   const std::int32_t source = piece.source_vertices[v];
-  if (source >= 0) return {0, static_cast<std::uint64_t>(source)};
-  return {1, std::uint64_t{piece.record->vertex_begin} + v};
+  if (source >= 0) return {0, static_cast<std::uint32_t>(source)};
+  return {1, piece.record->vertex_begin + v};
 }
 
 /// Equal for basic contacts of two pairs of the same bodies that are one. Cost: a few reads.

@@ -11,6 +11,7 @@
 
 #include "rt_core/contact/valid_planes.hpp"
 #include "tests/support/pair_bench.hpp"
+#include "tests/support/pruned_scenes.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -59,7 +60,10 @@ std::string text(const std::vector<ValidPlane>& planes) {
 /// One pair, the walk over it and the scan of all its nodes.
 class ValidBench {
  public:
-  ValidBench(const tools::Body& a, const tools::Body& b) : bench(a, b) {
+  ValidBench(const tools::Body& a, const tools::Body& b) : bench(a, b) { place(); }
+  explicit ValidBench(const tools::SceneDescription& description) : bench(description) { place(); }
+
+  void place() {
     Arena counting;
     ValidScratch size;
     size.place(counting);
@@ -367,5 +371,30 @@ TEST_SUITE("rt_core.valid_planes") {
       CHECK(found.count == all.size());
       CHECK_FALSE(found.cut);
     }
+  }
+
+  TEST_CASE("planes that only separate come last, in a full room they leave first") {
+    const tools::Body cut = cut_box({-0.06, -0.05, -0.04}, {0.06, 0.05, 0.04}, {0.0}, {{}, {}});
+    tools::SceneDescription d = scene_of(box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}), {cut});
+    const LoadedScene all(d);
+    d.marks = all_marks(all.view);
+    mark_cuts(all.view, 1, box({-0.06, -0.05, -0.04}, {0.06, 0.05, 0.04}), d.marks);
+    ValidBench bench(d);
+    bench.bench.at({0.04, 0, 0.0605}, {1, 0, 0.02, 0});  // planes of seam and top are valid
+    bool doubtful = false;
+    const auto wanted = bench.scan(kLeast_m, doubtful);
+    std::array<ValidPlane, 64> room;
+    const ValidResult got = bench.walk(wanted[0].id, kLeast_m, room);
+    REQUIRE(got.count == wanted.size());
+    CHECK((got.exposed > 0 && got.exposed < got.count));
+    const NodeMarks& m = bench.bench.pair().marks;
+    for (std::uint32_t k = 0; k < got.count; ++k) {
+      const PlaneId& id = room[k].id;
+      const auto of_b =
+          id.type == ContactType::kB ? m.features.face_b(id.j) : m.features.edge_b(id.j);
+      const bool live = id.type == ContactType::kA || m.feature(NodeScope::kLive, of_b);
+      CHECK(live == (k < got.exposed));
+    }
+    CHECK(bench.walk(wanted[0].id, kLeast_m, {room.data(), got.exposed}).exposed == got.exposed);
   }
 }

@@ -240,6 +240,35 @@ TEST_SUITE("tools.pruning_seams") {
     CHECK(compare(scene, 1).wrong == 0);
   }
 
+  TEST_CASE("an open edge ends in the corner with another piece, and goes on over a flat cut") {
+    const auto ends = [](const SeamScene& scene) {
+      std::vector<Point3> found;
+      for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+        const PieceExposure& exposure = scene.body.exposure[i];
+        REQUIRE(exposure.edge_end.size() == scene.shapes[i].vertices.size());
+        for (std::size_t v = 0; v < exposure.edge_end.size(); ++v) {
+          if (!exposure.edge_end[v]) continue;
+          CHECK(exposure.vertex_hidden[v]);
+          found.push_back(scene.shapes[i].vertices[v]);
+        }
+      }
+      return found;
+    };
+    FlatBody l;
+    const std::vector<Solid> stem = {block(l, {0, 0}, {20, 10}, 0, 10),
+                                     block(l, {0, 10}, {10, 20}, 0, 10)};
+    const std::vector<Point3> corner = ends(seams(l, stem));
+    REQUIRE(corner.size() == 2);  // below and above, where the inner edge of the stem ends
+    for (const Point3& p : corner) {
+      CHECK(p[0] == doctest::Approx(0.1));
+      CHECK(p[1] == doctest::Approx(0.1));
+    }
+    FlatBody bar;
+    const std::vector<Solid> halves = {block(bar, {0, 0}, {10, 10}, 0, 10),
+                                       block(bar, {10, 0}, {20, 10}, 0, 10)};
+    CHECK(ends(seams(bar, halves)).empty());
+  }
+
   TEST_CASE("two blocks that overlap: what lies within the other is hidden, common faces are not") {
     FlatBody body = empty_body();
     const SeamScene scene =
