@@ -45,9 +45,9 @@ struct PairState {
   Real full_m = 0;               ///< D_near over all nodes, those that only separate too
   std::uint64_t visited_at = 0;  ///< number of the tick; 0: never
   bool exact = false;
-  bool has_hidden = false;                  ///< some of its nodes only separate
-  bool bears = true;                        ///< `best` can carry a force
-  std::array<FacePlane, 2> of_neighbour{};  ///< as in ContactPatch
+  SceneFlag<&SceneTraits::hidden_nodes> has_hidden;  ///< some of its nodes only separate
+  bool bears = true;                                 ///< `best` can carry a force
+  std::array<FacePlane, 2> of_neighbour{};           ///< as in ContactPatch
   std::uint32_t passed_node = 0;
   Real lent_m = 0;                               ///< apart, but this deep by its live nodes; 0: not
   std::uint32_t near_begin = 0, near_count = 0;  ///< of this tick's visit
@@ -139,10 +139,10 @@ struct HapticCore::State {
   BoundedList<Vec3> points;         ///< paper's law: of all patches
   BoundedList<Vec3> merged_points;  ///< of the patches that share a plane
   BoundedList<WeightedContact> contacts;
-  BoundedList<ContactIdentity> identities;  ///< of the contacts, where bodies have seams
-  bool has_seams = false;                   ///< some pair has nodes that only separate
-  std::span<PatchShare> shares;             ///< per patch
-  std::span<NodeShare> node_shares;         ///< per near node, where bodies have seams
+  BoundedList<ContactIdentity> identities;          ///< of the contacts, where bodies have seams
+  SceneFlag<&SceneTraits::hidden_nodes> has_seams;  ///< some pair has nodes that only separate
+  std::span<PatchShare> shares;                     ///< per patch
+  std::span<NodeShare> node_shares;                 ///< per near node, where bodies have seams
   HullScratch hull;
 
   Proxy proxy;  ///< law kProxy only
@@ -174,6 +174,11 @@ struct HapticCore::State {
 
   /// The part has one orientation: the device's is not looked at.
   [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns); }
+
+  /// The device is taken for one of three degrees of freedom.
+  [[nodiscard]] bool device_translates() const noexcept {
+    return !kSceneTraits.device_turns || is_fixed();
+  }
 
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
   [[nodiscard]] GripPose goal_of(const GripPose& device, bool clutched,

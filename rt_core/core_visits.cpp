@@ -93,7 +93,7 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   pair.lent_m = 0;
   if (pair.has_hidden && pair.d_near_m <= lending_m) measure_live(pair, pose, found, result);
   pair.near_count = near.size() - pair.near_begin;
-  if (pair.of_neighbour[0].sign != 0 || pair.of_neighbour[1].sign != 0) {
+  if (pair.has_hidden && (pair.of_neighbour[0].sign != 0 || pair.of_neighbour[1].sign != 0)) {
     pair.near_count -= 1;  // the passed node stands behind the near set
   }
 
@@ -191,7 +191,7 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
 void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept {
   pair.contact_begin = contact_nodes.size();
   pair.contact_count = 0;
-  const bool lends = pair.lent_m < 0;
+  const bool lends = pair.has_hidden && pair.lent_m < 0;
   if ((pair.d_near_m > 0 && !lends) || !pair.bears) {
     pair.situation = ContactSituation::kNone;
     return;

@@ -42,7 +42,7 @@ struct ContactPatch {
   Real merge_distance_m = 0;  ///< points closer than this are one
 
   [[nodiscard]] bool is_of_neighbour() const noexcept {
-    return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+    return kSceneTraits.hidden_nodes && (of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0);
   }
   /// A neighbour has the contact along `other`.
   [[nodiscard]] bool is_of(const FacePlane& other) const noexcept {
