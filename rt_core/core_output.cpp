@@ -119,15 +119,17 @@ Wrench HapticCore::State::finish(const Wrench& law_wrench, const GripPose& devic
     in.accepted_w = input.accepted_wrench_w;
     in.accepted_valid = input.accepted_valid;
     in.command_w = wrench;
-    const PassivityResult passive = output.passivity.update(in);
+    const PassivityResult passive =
+        device_translates() ? output.passivity.update_place(in) : output.passivity.update(in);
     wrench = passive.wrench_w;
     result.energy_j = static_cast<Real>(passive.energy_j);
     if (passive.acted) result.flags |= kFlagPassivity;
   }
   if (kSceneTraits.device_twist && !output.twist.empty()) {
     TwistEstimator& estimator = output.twist.front();
+    const TwistSample sample{stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid};
     const TwistEstimate twist =
-        estimator.update({stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid});
+        device_translates() ? estimator.update_place(sample) : estimator.update(sample);
     result.device_twist_w = twist.twist_w;
   }
   output.stamp_ns = stamp_ns;

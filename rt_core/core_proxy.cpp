@@ -116,13 +116,16 @@ GripPose HapticCore::State::goal_of(const GripPose& device, bool clutched,
 /// Watches the goal against the scene's envelope. Of law kProxy the goal is then held inside; the
 /// others measure at the pose itself, whatever the marks leave of it. True: the goal was changed.
 bool HapticCore::State::keep_inside(GripPose& goal, StepResult& result) noexcept {
-  if (!envelope.limits_place() && !envelope.limits_turn()) return false;
-  result.outside = is_fixed() ? watch.update_place(envelope, goal.x0_w)
-                              : watch.update(envelope, goal.x0_w, goal.q_wa);
+  const bool place = kSceneTraits.workspace_limits && envelope.limits_place();
+  const bool turn = kSceneTraits.orientation_limits && envelope.limits_turn();
+  if (!place && !turn) return false;
+  const bool place_alone = is_fixed() || !kSceneTraits.orientation_limits;
+  result.outside = place_alone ? watch.update_place(envelope, goal.x0_w)
+                               : watch.update(envelope, goal.x0_w, goal.q_wa);
   left = left || result.outside != 0;
   if (left) result.flags |= kFlagOutsideEnvelope;
-  if (law != LawId::kProxy) return false;
-  return is_fixed() ? hold_place(envelope, goal) : hold_inside(envelope, goal);
+  if (!has_law(LawId::kProxy)) return false;
+  return place_alone ? hold_place(envelope, goal) : hold_inside(envelope, goal);
 }
 
 Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_ns,

@@ -43,11 +43,11 @@ struct PairState {
   Real full_m = 0;               ///< D_near over all nodes, those that only separate too
   std::uint64_t visited_at = 0;  ///< number of the tick; 0: never
   bool exact = false;
-  bool has_hidden = false;                  ///< some of its nodes only separate
-  bool bears = true;                        ///< `best` can carry a force
-  std::array<FacePlane, 2> of_neighbour{};  ///< as in ContactPatch
+  SceneFlag<&SceneTraits::hidden_nodes> has_hidden;  ///< some of its nodes only separate
+  bool bears = true;                                 ///< `best` can carry a force
+  std::array<FacePlane, 2> of_neighbour{};           ///< as in ContactPatch
   std::uint32_t passed_node = 0;
-  bool lends = false;                            ///< apart, but some of its nodes may be near
+  SceneFlag<&SceneTraits::hidden_nodes> lends;   ///< apart, but some of its nodes may be near
   Real lent_m = 0;                               ///< D_near by its live nodes, where it lends
   std::uint32_t near_begin = 0, near_count = 0;  ///< of this tick's visit
   std::uint32_t lent_count = 0;                  ///< nodes behind them, as in ContactPatch
@@ -55,7 +55,7 @@ struct PairState {
   ContactSituation situation = ContactSituation::kNone;
 
   [[nodiscard]] bool is_of_neighbour() const noexcept {
-    return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+    return has_hidden && (of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0);
   }
 };
 
@@ -99,14 +99,13 @@ struct HapticCore::State {
   BoundedList<std::uint32_t> contact_nodes;
   BoundedList<Candidate> candidates;
   BoundedList<ContactPatch> patches;
-  BoundedList<Vec3> points;         ///< paper's law: of all patches
-  BoundedList<Vec3> merged_points;  ///< of the patches that share a plane
+  BoundedList<Vec3> points, merged_points;  ///< paper's law: of all patches; of those in one plane
   BoundedList<WeightedContact> contacts;
-  BoundedList<ContactIdentity> identities;  ///< of the contacts, where bodies have seams
-  bool has_seams = false;                   ///< some pair has nodes that only separate
-  std::span<PatchShare> shares;             ///< per patch
-  std::span<NodeShare> node_shares;         ///< per near node, where bodies have seams
-  std::span<EdgeReach> edge_reach;          ///< per edge of the scene, where bodies have seams
+  BoundedList<ContactIdentity> identities;          ///< of the contacts, where bodies have seams
+  SceneFlag<&SceneTraits::hidden_nodes> has_seams;  ///< some pair has nodes that only separate
+  std::span<PatchShare> shares;                     ///< per patch
+  std::span<NodeShare> node_shares;                 ///< per near node, where bodies have seams
+  std::span<EdgeReach> edge_reach;  ///< per edge of the scene, where bodies have seams
   HullScratch hull;
 
   Proxy proxy;  ///< law kProxy only
@@ -126,8 +125,7 @@ struct HapticCore::State {
   MotionSum motion;
   GripPose last;
   bool has_last = false;
-  std::uint64_t tick = 0;
-  std::uint64_t hash = kHashStart;
+  std::uint64_t tick = 0, hash = kHashStart;
   StepPeaks peaks;
 
   /// Places everything in `arena`; with a counting arena only the size is computed.
@@ -138,6 +136,11 @@ struct HapticCore::State {
 
   /// The part has one orientation: the device's is not looked at.
   [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns); }
+
+  /// The device is taken for one of three degrees of freedom.
+  [[nodiscard]] bool device_translates() const noexcept {
+    return !kSceneTraits.device_turns || is_fixed();
+  }
 
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
   [[nodiscard]] GripPose goal_of(const GripPose& device, bool clutched,

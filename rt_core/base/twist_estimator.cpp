@@ -66,13 +66,22 @@ void TwistEstimator::reset() noexcept {
 }
 
 TwistEstimate TwistEstimator::update(const TwistSample& sample) noexcept {
+  return take<true>(sample);
+}
+
+TwistEstimate TwistEstimator::update_place(const TwistSample& sample) noexcept {
+  return take<false>(sample);
+}
+
+template <bool kTurns>
+TwistEstimate TwistEstimator::take(const TwistSample& sample) noexcept {
   const bool sensed = sample.sensed && is_finite(sample.sensed_w);
   const bool pose_good = is_finite(sample.grip_w) && is_orientation(sample.q_wa);
   const bool newer = count_ == 0 || sample.stamp_ns > ring_[newest_].stamp_ns;
   if (pose_good && newer) {
     refusals_ = 0;
     push(sample);
-    last_ = estimate();
+    last_ = estimate<kTurns>();
   } else if (pose_good && refusals_ >= kMaxKeptTwists) {
     reset();
     push(sample);
@@ -90,6 +99,7 @@ TwistEstimate TwistEstimator::update(const TwistSample& sample) noexcept {
     // The history goes on beneath it: a device that stops sensing leaves no gap.
     result = TwistEstimate{};
     result.twist_w = sample.sensed_w;
+    if (!kTurns) result.twist_w.angular_w = Vec3::Zero();
     result.valid = true;
     result.sensed = true;
   }
@@ -106,7 +116,8 @@ const TwistEstimator::Kept& TwistEstimator::sample_before(std::uint32_t interval
   return ring_[(newest_ - intervals) & kRingMask];
 }
 
-TwistEstimator::Slope TwistEstimator::slope(bool angular, Real step) const noexcept {
+template <bool kAngular>
+TwistEstimator::Slope TwistEstimator::slope(Real step) const noexcept {
   const Kept& now = sample_before(0);
   Slope best;
   SlopeBounds bounds;
@@ -116,8 +127,9 @@ TwistEstimator::Slope TwistEstimator::slope(bool angular, Real step) const noexc
     const Real span_s = seconds_between(then.stamp_ns, now.stamp_ns);
     const bool first = n == 1;
     if (!first && span_s > window_.max_window_s && best.span_s >= window_.min_window_s) break;
-    const Vec3 way = angular ? so3_log(now.q_wa * then.q_wa.conjugate()) : now.grip_w - then.grip_w;
-    cut_by_turn = angular && !first && way.squaredNorm() > kMaxWindowTurn_rad * kMaxWindowTurn_rad;
+    const Vec3 way =
+        kAngular ? so3_log(now.q_wa * then.q_wa.conjugate()) : now.grip_w - then.grip_w;
+    cut_by_turn = kAngular && !first && way.squaredNorm() > kMaxWindowTurn_rad * kMaxWindowTurn_rad;
     if (cut_by_turn) break;
     const Vec3 per_s = way / span_s;
     // Below the shortest window nothing is tested: its samples only narrow what the longer ones may
@@ -132,19 +144,22 @@ TwistEstimator::Slope TwistEstimator::slope(bool angular, Real step) const noexc
   return spans && is_finite(best.per_s) ? best : Slope{};
 }
 
+template <bool kTurns>
 TwistEstimate TwistEstimator::estimate() const noexcept {
   TwistEstimate result;
   if (count_ < 2) return result;
-  const Slope linear = slope(false, window_.step_m);
-  const Slope angular = slope(true, window_.step_rad);
-  result.valid = linear.span_s > 0.0_r && angular.span_s > 0.0_r;
+  const Slope linear = slope<false>(window_.step_m);
+  Slope angular;
+  if constexpr (kTurns) angular = slope<true>(window_.step_rad);
+  result.valid = linear.span_s > 0.0_r && (!kTurns || angular.span_s > 0.0_r);
   if (!result.valid) return result;
   result.twist_w = {linear.per_s, angular.per_s};
   result.linear_window_s = linear.span_s;
-  result.angular_window_s = angular.span_s;
   result.linear_noise_m_per_s = window_.step_m / linear.span_s;
-  result.angular_noise_rad_per_s = window_.step_rad / angular.span_s;
   result.linear_delay_s = 0.5_r * linear.span_s;
+  if (!kTurns) return result;
+  result.angular_window_s = angular.span_s;
+  result.angular_noise_rad_per_s = window_.step_rad / angular.span_s;
   result.angular_delay_s = 0.5_r * angular.span_s;
   return result;
 }

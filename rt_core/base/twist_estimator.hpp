@@ -65,6 +65,9 @@ class TwistEstimator {
   /// used. A report that is refused changes nothing but the count of refusals.
   /// Cost: at most kTwistSamples - 1 rotation logarithms and as many tests of six intervals.
   TwistEstimate update(const TwistSample& sample) noexcept;
+  /// The same of a device that only translates: its angular velocity is zero, whatever it says.
+  /// Cost: no logarithms, half of the tests.
+  TwistEstimate update_place(const TwistSample& sample) noexcept;
 
   /// Forgets every sample; the next twist comes with the second sample after it.
   void reset() noexcept;
@@ -83,8 +86,12 @@ class TwistEstimator {
 
   void push(const TwistSample& sample) noexcept;
   [[nodiscard]] const Kept& sample_before(std::uint32_t intervals) const noexcept;
-  [[nodiscard]] Slope slope(bool angular, Real step) const noexcept;
+  template <bool kAngular>
+  [[nodiscard]] Slope slope(Real step) const noexcept;
+  template <bool kTurns>
   [[nodiscard]] TwistEstimate estimate() const noexcept;
+  template <bool kTurns>
+  TwistEstimate take(const TwistSample& sample) noexcept;
 
   TwistWindow window_;
   std::array<Kept, kTwistSamples> ring_;

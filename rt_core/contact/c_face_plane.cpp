@@ -15,7 +15,8 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
   PlaneGap plane;
   plane.id = id;
   plane.support = start;
-  switch (id.type) {
+  const ContactType type = compiled_type(id.type);
+  switch (type) {
     case ContactType::kA:
       plane.normal_a = -a.face_normal(id.i);
       plane.normal_w = r_wa * plane.normal_a;
@@ -34,10 +35,10 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
       break;
     }
   }
-  plane.support.a = id.type == ContactType::kA
+  plane.support.a = type == ContactType::kA
                         ? a.face_vertices(id.i)[0]
                         : highest_vertex(a, lane_points(a), -plane.normal_a, start.a);
-  plane.support.b = id.type == ContactType::kB
+  plane.support.b = type == ContactType::kB
                         ? b.face_vertices(id.j)[0]
                         : highest_vertex(b, lane_points(b), plane.normal_w, start.b);
   plane.gap_m = plane.normal_w.dot(y_w - b.vertex(plane.support.b)) +

@@ -44,7 +44,7 @@ struct ContactIdentity {
                                                       const NearNode& node) noexcept {
   ContactIdentity identity;
   identity.type = node.type;
-  switch (node.type) {
+  switch (compiled_type(node.type)) {
     case ContactType::kA:
       identity.of_a = {plane_identity(pair.a, node.i), 0};
       identity.of_b = vertex_identity(pair.b, node.j);

@@ -44,7 +44,7 @@ struct ContactPatch {
   Real merge_distance_m = 0;  ///< points closer than this are one
 
   [[nodiscard]] bool is_of_neighbour() const noexcept {
-    return of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0;
+    return kSceneTraits.hidden_nodes && (of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0);
   }
   /// End of the near set and the lent nodes.
   [[nodiscard]] std::uint32_t nodes_end() const noexcept {

@@ -5,7 +5,7 @@
 namespace haptic {
 
 void NearSearch::seed_face() noexcept {
-  if (start_.is_of_a) {
+  if (compiled_type(start_.is_of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
     seed_a_ = start_.face_a;
     evaluate_face_a(start_.face_a);
   } else {
@@ -15,14 +15,14 @@ void NearSearch::seed_face() noexcept {
 }
 
 void NearSearch::search_faces() noexcept {
-  list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
-  for (std::uint32_t k = 0; k < bounds_.b.faces.listed; ++k) {
+  if (kSceneTraits.type_b) list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
+  for (std::uint32_t k = 0; kSceneTraits.type_b && k < bounds_.b.faces.listed; ++k) {
     const std::uint32_t f = bounds_.b.faces.shortlist[k];
     if (f == seed_b_ || !in_scope(marks_.features.face_b(f))) continue;
     if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_ - relax_b_) evaluate_face_b(f);
   }
-  list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
-  for (std::uint32_t k = 0; k < bounds_.a.faces.listed; ++k) {
+  if (kSceneTraits.type_a) list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
+  for (std::uint32_t k = 0; kSceneTraits.type_a && k < bounds_.a.faces.listed; ++k) {
     const std::uint32_t f = bounds_.a.faces.shortlist[k];
     if (f == seed_a_ || !in_scope(marks_.features.face_a(f))) continue;
     if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_ - relax_a_) evaluate_face_a(f);
@@ -60,7 +60,7 @@ void NearSearch::take_face(PieceKeys& keys, std::uint32_t f, std::uint32_t suppo
   keys.face_support[f] = static_cast<std::uint16_t>(support);
   store_key(keys, keys.faces.key[f], gap);
   static_cast<void>(scratch_.touched.push({gap, static_cast<std::uint16_t>(f), of_a}));
-  if (scope_ == NodeScope::kLive && !counts(of_a, f, support, n)) {
+  if (is_live() && !counts(of_a, f, support, n)) {
     PassedFace& passed = of_a ? result_.passed_a : result_.passed_b;
     if (passed.plane.sign != 0 && gap <= passed.gap_m) return;
     const FaceRecord& face = (of_a ? a_ : b_).faces[f];
@@ -158,7 +158,7 @@ void NearSearch::collect_near_faces() noexcept {
                         touched.of_a ? of.face_a(touched.face) : of.face_b(touched.face))) {
       continue;
     }
-    if (touched.of_a) {
+    if (compiled_type(touched.of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
       walk_face_a(touched, best_ + epsilon_, false);
     } else {
       walk_face_b(touched, best_ + epsilon_, false);
@@ -170,7 +170,7 @@ void NearSearch::collect_passed_faces() noexcept {
   const std::uint32_t near_end = near_.size();
   for (const TouchedFace& touched : scratch_.touched) {
     if (!(touched.gap_m > best_)) continue;
-    if (touched.of_a) {
+    if (compiled_type(touched.of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
       walk_face_a(touched, touched.gap_m + epsilon_, true);
     } else {
       walk_face_b(touched, touched.gap_m + epsilon_, true);

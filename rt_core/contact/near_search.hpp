@@ -33,9 +33,13 @@ class NearSearch {
   [[nodiscard]] static inline std::uint32_t support_start(const PieceView& piece,
                                                           const PieceKeys& keys,
                                                           std::uint32_t f) noexcept;
+  /// Only nodes that carry force are looked at.
+  [[nodiscard]] bool is_live() const noexcept {
+    return kSceneTraits.hidden_nodes && scope_ == NodeScope::kLive;
+  }
   /// A face or edge, by its number in the marks, has a node in the scope.
   [[nodiscard]] bool in_scope(std::uint32_t feature) const noexcept {
-    return scope_ == NodeScope::kReachable || marks_.feature(scope_, feature);
+    return !is_live() || marks_.feature(scope_, feature);
   }
   /// The gap of a face is the value of a node in the scope: of its support vertex, or of one that
   /// ties with it. Cost: one bit, or the vertices that tie.

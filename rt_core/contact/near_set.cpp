@@ -44,7 +44,7 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
       relax_a_(std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
       relax_b_(std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
       bounds_(bounds),
-      start_(scope == NodeScope::kLive ? bounds.live : bounds.start),
+      start_(is_live() ? bounds.live : bounds.start),
       scratch_(scratch),
       near_(near),
       near_begin_(near.size()),
@@ -59,16 +59,18 @@ NearResult NearSearch::run() noexcept {
   best_face_a_ = start_.face_a;
   best_face_b_ = start_.face_b;
   if (!bounds_.stale && start_.known) {
-    if (start_.is_edges) seed_edge_pair();
+    if (kSceneTraits.type_c && start_.is_edges) seed_edge_pair();
     seed_face();
   }
   search_faces();
-  search_edges();
-  test_edge_pairs();
+  if (kSceneTraits.type_c) {
+    search_edges();
+    test_edge_pairs();
+  }
   choose_best();
-  keep_near_edge_pairs();
+  if (kSceneTraits.type_c) keep_near_edge_pairs();
   collect_near_faces();
-  if (scope_ == NodeScope::kLive) {  // the pair's search before has the rest
+  if (is_live()) {  // the pair's search before has the rest
     collect_passed_faces();
     return result_;
   }
@@ -111,8 +113,10 @@ void NearSearch::choose_best() noexcept {
   }
   if (best_ == kNoDepth) return;
   const Real best_face = std::max(best_gap_a_, best_gap_b_);
-  const bool is_edges = best_pair_value_ > best_face + tolerance_;
-  const bool is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
+  const bool is_edges = kSceneTraits.type_c && best_pair_value_ > best_face + tolerance_;
+  const bool is_of_a =
+      compiled_type(best_gap_b_ > best_gap_a_ + tolerance_ ? ContactType::kB : ContactType::kA) ==
+      ContactType::kA;
   start_.is_edges = is_edges;
   start_.face_a = best_face_a_;
   start_.face_b = best_face_b_;
@@ -151,8 +155,8 @@ void NearSearch::choose_best() noexcept {
 
 void NearScratch::Size::fit(const PieceRecord& a, const PieceRecord& b) noexcept {
   faces = std::max(faces, a.face_count + b.face_count);
-  edges_a = std::max(edges_a, a.edge_count);
-  edges_b = std::max(edges_b, b.edge_count);
+  edges_a = std::max(edges_a, kSceneTraits.type_c ? a.edge_count : 0);
+  edges_b = std::max(edges_b, kSceneTraits.type_c ? b.edge_count : 0);
   vertices = std::max({vertices, a.vertex_count, b.vertex_count});
 }
 

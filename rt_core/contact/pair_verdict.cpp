@@ -207,7 +207,7 @@ bool separates(const PairPose& pose, const NearResult& near, VerdictResult& resu
   // Of two tied faces the reported one may have the smaller gap: its own value is what it
   // certifies.
   result.separation_bound_m = near.best.f_m;
-  if (near.best.type == ContactType::kC) {
+  if (compiled_type(near.best.type) == ContactType::kC) {
     const SupportPair support = support_pair(pose, near.best.normal_w, near.support);
     result.support_pairs += 1;
     result.separation_bound_m =

@@ -67,6 +67,8 @@ class Passivity {
 
   /// Counts the interval that ends now and damps the wrench of the next one.
   PassivityResult update(const PassivityInput& input) noexcept;
+  /// The same of a device that only translates: no torque does work on it, and none damps it.
+  PassivityResult update_place(const PassivityInput& input) noexcept;
 
   /// Balance zero, no last pose: the next tick has no interval behind it.
   void reset() noexcept;
@@ -74,7 +76,10 @@ class Passivity {
   [[nodiscard]] double energy_j() const noexcept { return energy_j_; }
 
  private:
+  template <bool kTurns>
   void observe(const PassivityInput& input) noexcept;
+  template <bool kTurns>
+  PassivityResult take(const PassivityInput& input) noexcept;
 
   PassivityLimits limits_;
   double energy_j_ = 0;  ///< double in every build: a tick's work is far below the sum of hours

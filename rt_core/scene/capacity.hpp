@@ -10,6 +10,7 @@
 
 #include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/node_marks.hpp"
+#include "rt_core/scene/proxy_limits.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
@@ -54,23 +55,6 @@ inline constexpr std::uint32_t kGateSupportPairs = 2;
 
 /// Pairs that a tick may visit where the scene does not say.
 inline constexpr std::uint32_t kDefaultPairVisits = 64;
-
-/// Passes of the proxy in one tick: the default, and the most that a scene may ask for.
-inline constexpr std::uint32_t kDefaultProxyPasses = 3, kMaxProxyPasses = 32;
-/// Rounds of one pass: tries to impose what is needed, and again within smaller steps.
-inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRetries = 2;
-/// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
-/// ones.
-inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
-/// Planes in one quadratic program; its rows without friction.
-inline constexpr std::uint32_t kMaxImposedPlanes = 32;
-/// Rows of one program: without friction, and the most of all; iterations after which it ends with
-/// what it has.
-inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;
-/// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
-/// whose sets a pass has room for; further ones keep their certificate as the only plane.
-inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
-inline constexpr std::uint32_t kMaxValidSearches = 64;
 
 /// Work of the proxy in one tick of `passes` passes over `pairs` pairs, at most.
 struct ProxyBounds {

@@ -13,6 +13,22 @@ namespace haptic {
 
 enum class ContactType : std::uint8_t { kA, kB, kC };
 
+/// Whether basic contacts of a type are compiled.
+[[nodiscard]] constexpr bool has_type(ContactType type) noexcept {
+  return type == ContactType::kA   ? kSceneTraits.type_a
+         : type == ContactType::kB ? kSceneTraits.type_b
+                                   : kSceneTraits.type_c;
+}
+
+/// The type itself, which is one that is compiled; said so that the compiler drops the others.
+[[nodiscard]] constexpr ContactType compiled_type(ContactType type) noexcept {
+  constexpr ContactType kSome = kSceneTraits.type_b   ? ContactType::kB
+                                : kSceneTraits.type_a ? ContactType::kA
+                                                      : ContactType::kC;
+  constexpr int kCount = int{kSceneTraits.type_a} + kSceneTraits.type_b + kSceneTraits.type_c;
+  return kCount > 1 && has_type(type) ? type : kSome;
+}
+
 /// Counts that number the nodes of a pair.
 struct NodeNumbering {
   std::uint32_t nfa, nva, nea, nfb, nvb, neb;
@@ -41,8 +57,9 @@ struct NodeNumbering {
 }
 
 [[nodiscard]] inline ContactType contact_type(const PairRecord& pair, std::uint32_t node) noexcept {
-  if (node < pair.node_count_a) return ContactType::kA;
-  return node < pair.node_count_a + pair.node_count_b ? ContactType::kB : ContactType::kC;
+  if (node < pair.node_count_a) return compiled_type(ContactType::kA);
+  return compiled_type(node < pair.node_count_a + pair.node_count_b ? ContactType::kB
+                                                                    : ContactType::kC);
 }
 
 /// Type of a node and its features within their pieces.
@@ -113,7 +130,7 @@ template <typename Visit>
 void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type, std::uint32_t i,
                        std::uint32_t j, const Visit& visit) {
   const NodeNumbering nodes = numbering(a, b);
-  switch (type) {
+  switch (compiled_type(type)) {
     case ContactType::kA:  // Appendix step 1
       for_each_adjacent_face(a, i, [&](std::uint32_t f) { visit(nodes.type_a(f, j)); });
       for (const std::uint16_t e : b.edges_at(j)) visit(nodes.type_a(i, b.other_end(e, j)));

@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "rt_core/scene/scene_format.hpp"
+#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 
@@ -52,12 +53,14 @@ struct NodeMarks {
   [[nodiscard]] static constexpr bool bit(const std::uint64_t* set, std::uint64_t k) noexcept {
     return (set[k / 64] >> (k % 64) & 1u) != 0;
   }
-  [[nodiscard]] constexpr bool given() const noexcept { return words != nullptr; }
+  [[nodiscard]] constexpr bool given() const noexcept {
+    return kSceneTraits.marked_nodes && words != nullptr;
+  }
   [[nodiscard]] constexpr bool node(NodeScope scope, std::uint32_t number) const noexcept {
-    return words == nullptr || bit(words + (scope == NodeScope::kLive ? node_words : 0), number);
+    return !given() || bit(words + (scope == NodeScope::kLive ? node_words : 0), number);
   }
   [[nodiscard]] constexpr bool feature(NodeScope scope, std::uint32_t number) const noexcept {
-    return words == nullptr ||
+    return !given() ||
            bit(words + 2 * node_words + (scope == NodeScope::kLive ? feature_words : 0), number);
   }
   [[nodiscard]] constexpr std::uint64_t word_count() const noexcept {

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "rt_core/scene/capacity.hpp"
+#include "rt_core/scene/proxy_limits.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
@@ -30,11 +30,21 @@ struct SceneTraits {
   bool formed_graphs = true;                    ///< a pair whose graph is not
   bool narrow_lists = true, wide_lists = true;  ///< neighbors of 16, of 32 bits
 
+  // Basic contacts that some pose can need (scene/node_marks.hpp).
+  bool type_a = true, type_b = true, type_c = true;
+  bool marked_nodes = true;  ///< a pair of which some are not reachable, or only separate
+  bool hidden_nodes = true;  ///< one of which some only separate
+
   // Orientations.
   bool fixed_orientation = true;  ///< a part that never turns (scene/fixed_planes.hpp)
   bool free_orientation = true;   ///< one that does
 
+  // Watch over the scene's envelope.
+  bool orientation_limits = true;  ///< a largest turn
+  bool workspace_limits = true;    ///< a box of the grip point
+
   // Between law and device.
+  bool device_turns = true;  ///< the device has six degrees of freedom; false: three, it translates
   bool passivity = true;
   bool device_twist = true;  ///< estimate of the device's twist
 
@@ -73,3 +83,18 @@ namespace haptic {
 inline constexpr SceneTraits kSceneTraits{};
 }  // namespace haptic
 #endif
+
+namespace haptic {
+
+/// A flag that the scene sets; off, and known to the compiler to be, in an image without `feature`.
+template <bool SceneTraits::*feature>
+struct SceneFlag {
+  bool set = false;
+  constexpr SceneFlag& operator=(bool value) noexcept {
+    set = value;
+    return *this;
+  }
+  constexpr operator bool() const noexcept { return kSceneTraits.*feature && set; }
+};
+
+}  // namespace haptic

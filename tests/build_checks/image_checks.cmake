@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Images of three scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system, the peg's and
-# that of a tetrahedron that never turns as hosted programs without what no scene asks for. Each must compute the bits of the general program along the scene's motion, and stop at any other scene.
+# Images of scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system; as hosted programs
+# without what no scene asks for the peg's, that of a tetrahedron that never turns, on a device, and that of a needle of which
+# pruning has left the point.
+# Each must compute the bits of the general program along the scene's motion, and stop at any other scene.
 
 set(skip_image "${skip_link}")
 if(NOT skip_image AND NOT TARGET graph_compiler)
@@ -37,6 +39,15 @@ function(haptic_general_program name scene state motion)
 endfunction()
 
 set(scenes ${PROJECT_SOURCE_DIR}/host_sim/scenes)
+
+# A device that only translates, with all that stands between law and device.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${scenes}/tetrahedron_fixed/scene.toml)
+file(READ ${scenes}/tetrahedron_fixed/scene.toml text)
+string(REPLACE "mesh = \"" "mesh = \"${scenes}/tetrahedron_fixed/" text "${text}")
+set(device_scene ${CMAKE_CURRENT_BINARY_DIR}/tetrahedron_device/scene.toml)
+file(CONFIGURE OUTPUT ${device_scene} @ONLY
+  CONTENT "${text}\n[device]\nmass_kg = 0.2\ndamping_ns_per_m = 5.0\nencoder_step_m = 1e-5\n")
+
 set(images ${CMAKE_CURRENT_BINARY_DIR})
 haptic_motion_ticks(tetrahedron ${scenes}/tetrahedron_on_box/motion.toml)
 haptic_motion_ticks(peg ${scenes}/square_peg_five/motion.toml)
@@ -45,14 +56,19 @@ haptic_add_scene_image(image_tetrahedron FREESTANDING SCENE ${scenes}/tetrahedro
 haptic_add_scene_image(image_peg SCENE ${scenes}/square_peg_five/scene.toml SOURCES ${runner}
   MOTION ${images}/peg.ticks WITHOUT clutch contact_geometry)
 haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
-haptic_add_scene_image(image_fixed SCENE ${scenes}/tetrahedron_fixed/scene.toml SOURCES ${runner}
+haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
   MOTION ${images}/tetrahedron_fixed.ticks WITHOUT clutch contact_geometry BUDGET CODE 81920 STATE 16384)
+haptic_motion_ticks(needle ${checks}/needle/motion.toml)
+haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
+  MOTION ${images}/needle.ticks WITHOUT clutch contact_geometry)
+haptic_general_program(general_needle ${images}/image_needle_image/scene.rtscene 1048576 ${images}/needle.ticks)
 haptic_general_program(general_fixed ${images}/image_fixed_image/scene.rtscene 1048576
   ${images}/tetrahedron_fixed.ticks)
 haptic_general_program(general_tetrahedron ${images}/image_tetrahedron_image/scene.rtscene 1048576
   ${images}/tetrahedron.ticks)
 haptic_general_program(general_peg ${images}/image_peg_image/scene.rtscene 1048576 ${images}/peg.ticks)
-set_target_properties(image_tetrahedron image_peg image_fixed general_tetrahedron general_peg general_fixed PROPERTIES
+set_target_properties(image_tetrahedron image_peg image_fixed image_needle
+  general_tetrahedron general_peg general_fixed general_needle PROPERTIES
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 
 haptic_image_check(image_bits.tetrahedron ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_tetrahedron>
@@ -61,6 +77,8 @@ haptic_image_check(image_bits.peg ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_p
   -DHOSTED=$<TARGET_FILE:general_peg> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
 haptic_image_check(image_bits.fixed ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_fixed>
   -DHOSTED=$<TARGET_FILE:general_fixed> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
+haptic_image_check(image_bits.needle ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_needle>
+  -DHOSTED=$<TARGET_FILE:general_needle> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
 haptic_image_refusal(image_bits.probe_other_scene "same bits: the two differ" ${CMAKE_COMMAND}
   -DIMAGE=$<TARGET_FILE:image_peg> -DHOSTED=$<TARGET_FILE:general_tetrahedron> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
 haptic_image_check(image_placement ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:image_peg>
@@ -94,6 +112,10 @@ endfunction()
 haptic_traits_probe(no_law "proxy = true" "proxy = false")
 haptic_traits_probe(one_pair "several_pairs = true" "several_pairs = false")
 haptic_traits_probe(no_graphs "formed_graphs = true" "formed_graphs = false")
+haptic_traits_probe(no_edges "type_c = true" "type_c = false")
+haptic_traits_probe(no_marks "marked_nodes = true" "marked_nodes = false")
+haptic_traits_probe(no_hidden "hidden_nodes = true" "hidden_nodes = false")
+haptic_traits_probe(no_turn "device_turns = true" "device_turns = false")
 haptic_traits_probe(less_room "qp_rows = [0-9]+" "qp_rows = 95")
 haptic_traits_probe(other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
 
@@ -112,6 +134,8 @@ if(NOT skip_stack)
   haptic_image_refusal(image_budget.probe_stack "bytes of stack with all it calls, limit 64" ${CMAKE_COMMAND}
     -DOBJECTS=${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/image_tetrahedron_core.dir -DIMAGE=${samples}/image_budget_stack
     -DSTACK=64 -P ${checks}/image_stack_probe.cmake)
+else()
+  haptic_image_check(image_budget.probe_stack ${CMAKE_COMMAND} -E echo "skipped: ${skip_stack}")
 endif()
 
 # The image without operating system refuses what the general one refuses.

@@ -4,10 +4,10 @@
 # Some ten cores per scene are compiled, hence an option of its own:
 #   cmake -DHAPTIC_IMAGE_REPORT=ON .. && cmake --build .. --target image_report
 option(HAPTIC_IMAGE_REPORT "Define the target image_report" OFF)
-set(HAPTIC_IMAGE_REPORT_SCENES "tetrahedron_on_box;tetrahedron_fixed;square_peg_five;square_peg;plug_socket" CACHE STRING
-  "Scenes of image_report: folders of host_sim/scenes, or of the shared data where that is present")
+set(HAPTIC_IMAGE_REPORT_SCENES "needle;tetrahedron_device;tetrahedron_on_box;tetrahedron_fixed;square_peg_five;square_peg;plug_socket" CACHE STRING
+  "Scenes of image_report: folders of host_sim/scenes or of these checks, or of the shared data where that is present")
 set(HAPTIC_IMAGE_REPORT_FEATURES
-  "paper;weighted_region;friction;coupling_damping;several_pairs;visit_budget;formed_graphs;wide_lists;fixed_orientation;free_orientation;passivity;device_twist;clutch;contact_geometry;table_checks"
+  "paper;weighted_region;friction;coupling_damping;several_pairs;visit_budget;formed_graphs;wide_lists;type_a;type_b;type_c;marked_nodes;hidden_nodes;fixed_orientation;free_orientation;orientation_limits;workspace_limits;device_turns;passivity;device_twist;clutch;contact_geometry;table_checks"
   CACHE STRING "Features of image_report that are compiled in alone")
 if(NOT HAPTIC_IMAGE_REPORT)
   return()
@@ -77,6 +77,12 @@ foreach(name IN LISTS HAPTIC_IMAGE_REPORT_SCENES)
   if(EXISTS ${scenes}/${name}/scene.toml)
     set(scene ${scenes}/${name}/scene.toml)
     set(motion ${scenes}/${name}/motion.toml)
+  elseif(EXISTS ${checks}/${name}/scene.toml)
+    set(scene ${checks}/${name}/scene.toml)
+    set(motion ${checks}/${name}/motion.toml)
+  elseif(EXISTS ${CMAKE_CURRENT_BINARY_DIR}/${name}/scene.toml)
+    set(scene ${CMAKE_CURRENT_BINARY_DIR}/${name}/scene.toml)
+    set(motion ${scenes}/tetrahedron_fixed/motion.toml)
   elseif(EXISTS ${HAPTIC_SHARED_DIR}/data/${name}/task.json)
     haptic_shared_scene(${name} scene motion)
   else()

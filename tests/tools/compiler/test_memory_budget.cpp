@@ -154,6 +154,22 @@ TEST_SUITE("tools.memory_budget") {
       CHECK(of_constants.find(words) != std::string::npos);
     }
   }
+
+  TEST_CASE("a stack below that of the whole core is refused, but for an image") {
+    SceneFile file = peg();
+    file.budget.stack = BudgetLimit{core_stack_bytes(), 5, 2};
+    CHECK(refusal(file) == "accepted");
+    file.budget.stack->bytes -= 1;
+    const std::string of_stack = refusal(file);
+    CAPTURE(of_stack);
+    for (const char* words : {"scene.toml:5:2: the whole core may need", "bytes of stack",
+                              "the budget allows", "build an image of the scene"}) {
+      CHECK(of_stack.find(words) != std::string::npos);
+    }
+    CompileOptions options;
+    options.image = true;
+    CHECK_NOTHROW(static_cast<void>(compile_scene(file, options)));
+  }
 }
 
 TEST_SUITE("tools.traits_header") {
@@ -165,7 +181,10 @@ TEST_SUITE("tools.traits_header") {
     CHECK((needs.proxy && !needs.paper && !needs.weighted_region));
     CHECK((needs.several_pairs && !needs.visit_budget && !needs.friction));
     CHECK((needs.stored_graphs && !needs.formed_graphs && needs.narrow_lists && !needs.wide_lists));
-    CHECK((!needs.passivity && !needs.device_twist));
+    CHECK((!needs.passivity && !needs.device_twist && needs.device_turns));
+    CHECK((needs.type_a && needs.type_b && needs.type_c));
+    CHECK((!needs.marked_nodes && !needs.hidden_nodes));
+    CHECK((!needs.orientation_limits && !needs.workspace_limits));
     CHECK(needs.qp_rows == kMaxProxyRows);
     CHECK(needs.valid_visits == 240);
     SceneFile other = peg_with_device();
@@ -179,6 +198,27 @@ TEST_SUITE("tools.traits_header") {
     CHECK((!of_other.narrow_lists && !of_other.wide_lists));
   }
 
+  TEST_CASE("the needs of a scene follow what pruning has left of it") {
+    const auto needs = [](const SceneFile& file) {
+      SceneBytes bytes(compile_scene(file, {}).bytes);
+      SceneView view;
+      REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+      return needs_of(view);
+    };
+    const SceneTraits seams = needs(peg());
+    CHECK((seams.type_a && seams.type_b && seams.type_c));
+    CHECK((seams.marked_nodes && seams.hidden_nodes));
+    // A point over the middle of a face: no other face, edge or corner of the plate is near.
+    const SceneTraits point =
+        needs(read_scene_file(HAPTIC_TEST_DIR "/build_checks/needle/scene.toml"));
+    CHECK((!point.type_a && point.type_b && !point.type_c));
+    CHECK((point.marked_nodes && !point.hidden_nodes));
+    CHECK((point.orientation_limits && point.workspace_limits && point.device_turns));
+    const SceneTraits fixed = needs(own_scene("tetrahedron_fixed"));
+    CHECK((fixed.type_a && fixed.type_b && !fixed.marked_nodes && !fixed.hidden_nodes));
+    CHECK((!fixed.orientation_limits && !fixed.workspace_limits && !fixed.device_turns));
+  }
+
   TEST_CASE("the general program covers every scene; an image its own, and no less") {
     const Opened scene(peg());
     const SceneTraits needs = needs_of(scene.view);
@@ -187,8 +227,9 @@ TEST_SUITE("tools.traits_header") {
     SceneTraits other = needs;
     other.content_hash ^= 1;
     CHECK_FALSE(covers(other, needs));
-    for (bool SceneTraits::*feature : {&SceneTraits::proxy, &SceneTraits::several_pairs,
-                                       &SceneTraits::stored_graphs, &SceneTraits::narrow_lists}) {
+    for (bool SceneTraits::*feature :
+         {&SceneTraits::proxy, &SceneTraits::several_pairs, &SceneTraits::stored_graphs,
+          &SceneTraits::narrow_lists, &SceneTraits::type_c, &SceneTraits::device_turns}) {
       SceneTraits less = needs;
       less.*feature = false;
       CHECK_FALSE(covers(less, needs));

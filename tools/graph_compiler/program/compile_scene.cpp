@@ -297,7 +297,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
     throw std::logic_error("the scene just written does not open");
   }
-  check_budgets(scene, view);
+  check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);

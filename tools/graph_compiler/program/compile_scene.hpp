@@ -66,6 +66,7 @@ struct CompileOptions {
   std::optional<double> work_limit;         ///< units of exact work per part
   std::optional<double> simplify_m;         ///< before that of every part
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
+  bool image = false;                       ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;

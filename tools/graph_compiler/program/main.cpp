@@ -107,6 +107,7 @@ int compile(const Arguments& arguments) {
   if (arguments.has_work) options.work_limit = arguments.work_limit;
   if (arguments.has_simplify) options.simplify_m = arguments.simplify_m;
   options.disjoint = arguments.disjoint;
+  options.image = has_traits;
   options.progress = [&](const std::string& mesh, const char* step, double fraction) {
     line.show(mesh, step, fraction);
   };

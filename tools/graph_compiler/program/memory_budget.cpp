@@ -153,11 +153,17 @@ std::string message_of(const SceneFile& file, const BudgetLimit& limit, const ch
                      "; raise it, or leave something out\n";
   text += sections_as_text(facts) + nodes_as_text(facts) + state_as_text(facts);
   text += "to leave out:\n";
+  const auto bytes_of = [of_state](const BudgetProposal& p) {
+    return of_state ? p.state_saved : p.constants_saved;
+  };
+  std::vector<BudgetProposal> proposals = budget_proposals(scene, of_state ? limit.bytes : 0);
+  std::stable_sort(
+      proposals.begin(), proposals.end(),
+      [&](const BudgetProposal& l, const BudgetProposal& r) { return bytes_of(l) > bytes_of(r); });
   std::size_t listed = 0;
-  for (const BudgetProposal& p : budget_proposals(scene, of_state ? limit.bytes : 0)) {
-    const std::uint64_t bytes = of_state ? p.state_saved : p.constants_saved;
-    if (bytes == 0) continue;
-    text += "    " + grouped(bytes) + " bytes: " + p.what + "\n";
+  for (const BudgetProposal& p : proposals) {
+    if (bytes_of(p) == 0) continue;
+    text += "    " + grouped(bytes_of(p)) + " bytes: " + p.what + "\n";
     listed += 1;
   }
   return listed > 0 ? text : text + "    nothing but parts of the mesh\n";
@@ -192,7 +198,9 @@ std::vector<BudgetProposal> budget_proposals(const SceneView& scene, std::uint64
   return proposals;
 }
 
-void check_budgets(const SceneFile& file, const SceneView& scene) {
+std::uint64_t core_stack_bytes() { return HAPTIC_RT_STACK_BYTES; }
+
+void check_budgets(const SceneFile& file, const SceneView& scene, bool image) {
   const auto check = [&](const std::optional<BudgetLimit>& limit, const char* what,
                          std::uint64_t needed) {
     if (!limit || needed <= limit->bytes) return;
@@ -200,6 +208,14 @@ void check_budgets(const SceneFile& file, const SceneView& scene) {
   };
   check(file.budget.constants, "constants", scene.blob().size());
   check(file.budget.state, "state", scene.header().capacity.state_bytes);
+  const std::optional<BudgetLimit>& stack = file.budget.stack;
+  if (!stack || image || core_stack_bytes() <= stack->bytes) return;
+  throw BudgetError(file.file + ":" + std::to_string(stack->line) + ":" +
+                    std::to_string(stack->column) + ": the whole core may need " +
+                    grouped(core_stack_bytes()) + " bytes of stack, the budget allows " +
+                    grouped(stack->bytes) +
+                    "; raise it, or build an image of the scene (--traits, linker/README.md): that "
+                    "core needs less, and its build holds it to the budget");
 }
 
 }  // namespace haptic::tools

@@ -34,8 +34,12 @@ std::vector<BudgetProposal> budget_proposals(const SceneView& scene, std::uint64
 std::uint64_t blob_bytes(const SceneView& scene, std::uint64_t nodes, std::uint64_t neighbors,
                          std::uint32_t neighbor_bytes);
 
+/// Stack that the whole core may need from step() downwards [bytes]; the build holds it to that.
+std::uint64_t core_stack_bytes();
+
 /// @throws BudgetError "file:line:column: ..." with the breakdown and the proposals when the
-/// constants or the state exceed the limits of `[budget]`.
-void check_budgets(const SceneFile& file, const SceneView& scene);
+/// constants or the state exceed the limits of `[budget]`, or the stack of the whole core does.
+/// `image`: of the core that is compiled for this scene, which its build holds to the stack.
+void check_budgets(const SceneFile& file, const SceneView& scene, bool image);
 
 }  // namespace haptic::tools

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// A device of three degrees of freedom: twist and energy are those of a six degree one whose
+// orientation stands still, bit for bit, whatever it tells about its turns.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "rt_core/base/rotation.hpp"
+#include "rt_core/base/twist_estimator.hpp"
+#include "rt_core/safety/passivity.hpp"
+
+using namespace haptic;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 0x3D0F;
+
+// splitmix64: the same inputs with every compiler.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high) {
+    state_ += 0x9E3779B97F4A7C15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+    return low + (high - low) * static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1.0p-53;
+  }
+  Vec3 vector(double size) {
+    Vec3 v;
+    for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<Real>(uniform(-size, size));
+    return v;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace
+
+TEST_SUITE("rt_core.translating_device") {
+  TEST_CASE("twist: that of an orientation that stands still") {
+    const Quat still = Quat(0.6_r, -0.3_r, 0.2_r, 0.7_r).normalized();
+    for (const double step_m : {0.0, 1.0e-4}) {
+      TwistWindow window;
+      window.step_m = static_cast<Real>(step_m);
+      window.step_rad = 1.0e-3_r;
+      TwistEstimator six(window), three(window);
+      Random random(kSeed);
+      std::int64_t stamp_ns = 1'700'000'000'000'000'000;
+      int valid = 0;
+      for (int tick = 0; tick < 500; ++tick) {
+        const double t = 1.0e-3 * tick;
+        stamp_ns += static_cast<std::int64_t>(random.uniform(0.5e6, 3.0e6));
+        TwistSample sample;
+        sample.stamp_ns = stamp_ns;
+        sample.grip_w =
+            Vec3(static_cast<Real>(0.1 * std::sin(9.0 * t)), static_cast<Real>(0.2 * t), 0) +
+            random.vector(step_m);
+        sample.q_wa = still;
+        const TwistEstimate want = six.update(sample);
+        sample.q_wa = so3_exp(random.vector(1.0));
+        sample.sensed = tick % 7 == 3;
+        sample.sensed_w.linear_w = random.vector(1.0);
+        sample.sensed_w.angular_w = random.vector(1.0);
+        const TwistEstimate got = three.update_place(sample);
+        REQUIRE(got.sensed == sample.sensed);
+        REQUIRE(got.twist_w.angular_w == Vec3::Zero());
+        if (sample.sensed) {
+          REQUIRE(got.twist_w.linear_w == sample.sensed_w.linear_w);
+          continue;
+        }
+        REQUIRE(got.valid == want.valid);
+        REQUIRE(got.twist_w.linear_w == want.twist_w.linear_w);
+        REQUIRE(got.linear_window_s == want.linear_window_s);
+        REQUIRE(want.twist_w.angular_w == Vec3::Zero());
+        valid += got.valid ? 1 : 0;
+      }
+      CHECK(valid > 400);
+    }
+  }
+
+  TEST_CASE("energy: no torque does work, and none is damped") {
+    Random random(kSeed);
+    PassivityLimits limits;
+    limits.l_m = 0.05_r;
+    limits.alpha_max_ns_per_m = 40.0_r;
+    limits.energy_cap_j = 1.0e-4_r;
+    Passivity six(limits), three(limits);
+    int acted = 0;
+    for (int tick = 0; tick < 2000; ++tick) {
+      PassivityInput in;
+      in.stamp_ns = std::int64_t{tick} * 1'000'000;
+      in.grip_w = random.vector(1.0e-3);
+      in.command_w = {random.vector(3.0), random.vector(0.1)};
+      const PassivityResult want = six.update(in);
+      in.q_wa = so3_exp(random.vector(0.5));
+      const PassivityResult got = three.update_place(in);
+      REQUIRE(got.energy_j == want.energy_j);
+      REQUIRE(got.wrench_w.force_w == want.wrench_w.force_w);
+      REQUIRE(got.wrench_w.torque_w == in.command_w.torque_w);
+      REQUIRE(got.acted == want.acted);
+      acted += got.acted ? 1 : 0;
+    }
+    CHECK(acted > 100);
+  }
+}
