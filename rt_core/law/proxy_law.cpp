@@ -34,22 +34,6 @@ std::uint32_t largest_loop(const PieceView& piece) noexcept {
 
 }  // namespace
 
-ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept {
-  const Real share = radius_m / kProxyRadius_m;
-  const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);
-  ProxyScale scale;
-  scale.tolerance_m = std::max(tolerance_m > 0 ? tolerance_m : 1.0e-7_r * share, floor_m);
-  scale.step_m = 2.0e-3_r * share;
-  scale.turn_rad = 0.02_r;
-  scale.margin_m = 1.0e-4_r * share;
-  scale.manifold_m = 2.0e-3_r * share;
-  scale.reach_m = scale.step_m + scale.turn_rad * radius_m + scale.margin_m;
-  scale.recovery_step_m = 2.0e-4_r * share;
-  scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);
-  scale.still_rad = scale.still_m / std::max(radius_m, std::numeric_limits<Real>::min());
-  return scale;
-}
-
 void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
   const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;

@@ -46,6 +46,10 @@ struct Bench {
     REQUIRE(r.exit_code == 0);
     write(config, std::string(kHead) + kWorkspace);
   }
+  void clock(const std::string& clocking) const {
+    write(config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
+                      clocking + "\"\n");
+  }
   [[nodiscard]] ProgramResult run(const std::string& arguments) const {
     return run_program(HAPTIC_RUN_DEVICE, "run '" + config + "' " + arguments);
   }
@@ -101,8 +105,7 @@ bool presses(const json& status) {
   return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
 }
 
-/// Kills the first child of the process, which renders; the other is the spare. Where there is none
-/// (the program has ended), nothing: to kill() a negative number names every process there is.
+/// The first child renders. Where there is none, nothing: to kill() -1 means every process.
 bool kill_servo_of(pid_t pid) {
   const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
   pid_t servo = 0;
@@ -126,8 +129,7 @@ TEST_SUITE("tools.run_device.loop") {
     const Bench bench;
     for (const char* clocking : {"timer", "report"}) {
       CAPTURE(clocking);
-      write(bench.config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
-                              clocking + "\"\n");
+      bench.clock(clocking);
       const ProgramResult r = bench.run("--seconds 2 --json --status-every 0.5");
       CAPTURE(r.err);
       CHECK(r.exit_code == 0);
@@ -158,8 +160,7 @@ TEST_SUITE("tools.run_device.loop") {
     const Bench bench;
     for (const char* clocking : {"timer", "report"}) {
       CAPTURE(clocking);
-      write(bench.config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
-                              clocking + "\"\n");
+      bench.clock(clocking);
       const ProgramResult r = bench.run("--ticks 400 --seconds 60 --json");
       CAPTURE(r.err);
       CHECK(r.exit_code == 0);
