@@ -34,10 +34,11 @@ SceneProof convexity(const SceneFacts& facts) {
 }
 
 SceneProof disjointness(const SceneFacts& facts) {
-  SceneProof proof{"disjoint",
-                   "Between every two pieces of a part lies a face plane of one of them: no two "
-                   "share volume, so that a depth is never counted twice (section 7, point 3).",
-                   "", ProofResult::kHolds};
+  SceneProof proof{
+      "disjoint",
+      "Between every two pieces of a part lies a plane, of a face or along edges: no two "
+      "share volume, so that a depth is never counted twice (section 7, point 3).",
+      "", ProofResult::kHolds};
   for (const BodyFacts& body : facts.bodies) {
     const BodyRecheck& r = body.recheck;
     const bool apart = r.separated_pairs == r.piece_pairs;

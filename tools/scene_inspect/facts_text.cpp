@@ -30,7 +30,7 @@ std::string recheck_text(const BodyRecheck& r) {
   }
   if (r.piece_pairs > 0) {
     const bool apart = r.separated_pairs == r.piece_pairs;
-    text += formatted("    recheck: %llu of %llu pairs of pieces separated by a face plane: %s\n",
+    text += formatted("    recheck: %llu of %llu pairs of pieces separated by a plane: %s\n",
                       static_cast<unsigned long long>(r.separated_pairs),
                       static_cast<unsigned long long>(r.piece_pairs),
                       apart ? "disjoint" : "overlapping: a cover");

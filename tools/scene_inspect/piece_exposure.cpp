@@ -64,20 +64,6 @@ double width_of(const FragmentPolygon& polygon) {
   return perimeter > 0.0 ? vec::norm(area) / perimeter : 0.0;
 }
 
-/// The part of `polygon` on one side of a plane; `side` 1: above it.
-FragmentPolygon clipped(const FragmentPolygon& polygon, const OutwardPlane& plane, double side) {
-  FragmentPolygon result;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Direction &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
-    const double at_p = side * plane.height(p), at_q = side * plane.height(q);
-    if (at_p >= 0.0) result.push_back(p);
-    if ((at_p > 0.0 && at_q < 0.0) || (at_p < 0.0 && at_q > 0.0)) {
-      result.push_back(vec::add(p, vec::scaled(vec::sub(q, p), at_p / (at_p - at_q))));
-    }
-  }
-  return result;
-}
-
 class BodyExposure {
  public:
   BodyExposure(const SceneView& view, const BodyRecord& body, double tolerance_m)
@@ -104,14 +90,35 @@ class BodyExposure {
   }
 
  private:
+  /// Height over a plane; zero within tolerance: where a plane that is almost parallel to an edge
+  /// cuts it, rounding would move the point along the edge by much more.
+  [[nodiscard]] double height(const OutwardPlane& plane, const Direction& p) const {
+    const double h = plane.height(p);
+    return std::abs(h) <= 2 * tolerance_m_ ? 0.0 : h;
+  }
+
+  /// The part of `polygon` on one side of a plane; `side` 1: above it.
+  [[nodiscard]] FragmentPolygon clipped(const FragmentPolygon& polygon, const OutwardPlane& plane,
+                                        double side) const {
+    FragmentPolygon result;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Direction &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+      const double at_p = side * height(plane, p), at_q = side * height(plane, q);
+      if (at_p >= 0.0) result.push_back(p);
+      if ((at_p > 0.0 && at_q < 0.0) || (at_p < 0.0 && at_q > 0.0)) {
+        result.push_back(vec::add(p, vec::scaled(vec::sub(q, p), at_p / (at_p - at_q))));
+      }
+    }
+    return result;
+  }
+
   [[nodiscard]] bool is_thin(const FragmentPolygon& polygon) const {
     return polygon.size() < 3 || width_of(polygon) <= 8 * tolerance_m_;
   }
 
   [[nodiscard]] bool lies_in(const FragmentPolygon& polygon, const OutwardPlane& plane) const {
-    return std::all_of(polygon.begin(), polygon.end(), [&](const Direction& p) {
-      return std::abs(plane.height(p)) <= 2 * tolerance_m_;
-    });
+    return std::all_of(polygon.begin(), polygon.end(),
+                       [&](const Direction& p) { return height(plane, p) == 0.0; });
   }
 
   /// Appends what `other` leaves of a polygon; true when it covers some of it.
@@ -192,13 +199,13 @@ class BodyExposure {
     Overlap overlap;
     std::vector<double> angles;
     for (const OutwardPlane& plane : other.planes) {
-      const double a = plane.height(edge.from), b = plane.height(edge.to);
-      if (std::abs(a) <= 2 * tolerance_m_ && std::abs(b) <= 2 * tolerance_m_) {
+      const double a = height(plane, edge.from), b = height(plane, edge.to);
+      if (a == 0.0 && b == 0.0) {
         angles.push_back(edge.angle(plane.normal));
         continue;
       }
-      if (a > 0.0 && b > 0.0) return std::nullopt;
       if (a <= 0.0 && b <= 0.0) continue;
+      if (a >= 0.0 && b >= 0.0) return std::nullopt;
       double& end = a > 0.0 ? overlap.begin : overlap.end;
       end = a > 0.0 ? std::max(end, a / (a - b)) : std::min(end, a / (a - b));
     }
@@ -336,7 +343,7 @@ class BodyExposure {
       for (const Hull* const other : others_) {
         const bool holds =
             std::all_of(other->planes.begin(), other->planes.end(),
-                        [&](const OutwardPlane& p) { return p.height(point) <= 2 * tolerance_m_; });
+                        [&](const OutwardPlane& p) { return height(p, point) <= 0.0; });
         if (!holds) continue;
         const auto corner = corner_at(*other, point);
         hidden = hidden || !corner;

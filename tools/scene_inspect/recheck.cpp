@@ -41,6 +41,40 @@ bool separates(const PieceView& owner, const PieceView& other, double tolerance)
   return false;
 }
 
+struct Extent {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+};
+Extent extent_along(const PieceView& piece, const check::Double3& axis) {
+  Extent extent;
+  for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+    const double at = dot(check::vertex_of(piece, v), axis);
+    extent.low = std::min(extent.low, at);
+    extent.high = std::max(extent.high, at);
+  }
+  return extent;
+}
+
+check::Double3 edge_vector(const PieceView& piece, std::uint32_t e) {
+  const EdgeRecord& edge = piece.edges[e];
+  return check::vertex_of(piece, edge.vertex[1]) - check::vertex_of(piece, edge.vertex[0]);
+}
+
+/// A plane along an edge of each lies between the two, as between crossed beams.
+bool separated_by_edges(const PieceView& a, const PieceView& b, double tolerance) {
+  for (std::uint32_t e = 0; e < a.edge_count; ++e) {
+    for (std::uint32_t f = 0; f < b.edge_count; ++f) {
+      const check::Double3 axis = cross(edge_vector(a, e), edge_vector(b, f));
+      const double length = std::sqrt(dot(axis, axis));
+      if (!(length > 0.0)) continue;
+      const check::Double3 unit = (1.0 / length) * axis;
+      const Extent of_a = extent_along(a, unit), of_b = extent_along(b, unit);
+      if (of_a.high <= of_b.low + tolerance || of_b.high <= of_a.low + tolerance) return true;
+    }
+  }
+  return false;
+}
+
 /// Spheres about the pieces that do not meet: separated without looking at planes.
 bool far_apart(const PieceView& a, const PieceView& b) {
   double square = 0.0;
@@ -132,7 +166,8 @@ BodyRecheck recheck_body(const SceneView& view, std::uint32_t index) {
       const PieceView other = view.piece(body.piece_begin + j);
       result.piece_pairs += 1;
       if (far_apart(piece, other) || separates(piece, other, result.tolerance_m) ||
-          separates(other, piece, result.tolerance_m)) {
+          separates(other, piece, result.tolerance_m) ||
+          separated_by_edges(piece, other, result.tolerance_m)) {
         result.separated_pairs += 1;
       }
     }

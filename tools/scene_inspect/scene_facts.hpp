@@ -65,7 +65,7 @@ struct BodyRecheck {
   std::uint64_t piece_pairs = 0;
   std::uint64_t source_conflicts = 0;  ///< vertices at odds with the mesh vertex that they name
   std::uint64_t separated_pairs =
-      0;  ///< a face plane of one of the two separates them within tolerance
+      0;  ///< within tolerance, by a face plane of one of the two or a plane along edges of both
 };
 
 struct BodyFacts {

@@ -250,6 +250,33 @@ TEST_SUITE("tools.limit_options") {
     CHECK(bench.accepts("")["simplified"]["hausdorff_m"] == account["hausdorff_m"]);
   }
 
+  TEST_CASE("a real gear: refused as it is, simplified a scene that scene_inspect proves [long]") {
+    if (!fs::exists(shared_part("gear_on_shaft"))) {
+      MESSAGE("skipped: no shared parts");
+      return;
+    }
+    const ScratchFolder folder("limits");
+    const std::string out = folder.file("a.rtscene"), report = folder.file("a.json");
+    const std::string compile =
+        write_part_scene("gear_on_shaft", folder) + " --quiet -o " + out + " --report " + report;
+    CHECK(run_program(HAPTIC_GRAPH_COMPILER, compile).exit_code == 3);
+    for (const double distance : {2.0e-4, 5.0e-4}) {
+      CAPTURE(distance);
+      const ProgramResult r =
+          run_program(HAPTIC_GRAPH_COMPILER, compile + " --simplify " + std::to_string(distance));
+      REQUIRE(r.exit_code == 0);
+      const nlohmann::json account = read_json(report);
+      CHECK(account["parts"].size() == 2);
+      for (const nlohmann::json& part : account["parts"]) {
+        CHECK(part["certificate"]["holds"] == true);
+        CHECK(part["simplified"]["hausdorff_m"] <= distance);
+        const double least = part["simplified"]["hausdorff_at_least_m"];
+        CHECK(part["simplified"]["hausdorff_m"] <= 1.0011 * least);
+      }
+      CHECK(run_program(HAPTIC_SCENE_INSPECT, out + " --brief").exit_code == 0);
+    }
+  }
+
   TEST_CASE("the options' values: usage errors exit 2") {
     Bench bench({{rectangle(0, 0, 0.05, 0.02)}});
     for (const std::string option : {"--simplify 0", "--simplify -1", "--max-pieces 0",

@@ -58,6 +58,21 @@ TEST_SUITE("tools.scene_facts") {
     CHECK(recheck(box({1 - 1e-4, 0, 0}, {2, 1, 1})).separated_pairs == 0);
   }
 
+  TEST_CASE("crossed wedges that no face plane separates are told apart by their edges") {
+    const tools::Body low =
+        tetrahedron({-1, 0, 0}, {1, 0, 0}, {0.03, 0.2, -1}, {-0.02, -0.2, -1.1});
+    const auto separated = [&](double gap_m) {
+      const tools::Body high = tetrahedron({0.01, -1, gap_m}, {-0.01, 1, gap_m},
+                                           {0.2, 0.02, 1 + gap_m}, {-0.2, -0.01, 1.1 + gap_m});
+      return facts(box({-1, -1, -1}, {1, 1, 1}), join({low, high}))
+          .bodies[1]
+          .recheck.separated_pairs;
+    };
+    CHECK(separated(1e-3) == 1);
+    CHECK(separated(0.0) == 1);
+    CHECK(separated(-1e-3) == 0);
+  }
+
   TEST_CASE("vertices that name one mesh vertex must be one point, once in a piece") {
     tools::Body pieces = join({box({0, 0, 0}, {1, 1, 1}), box({1, 0, 0}, {2, 1, 1})});
     const auto conflicts = [&] {

@@ -23,6 +23,10 @@ Simplified simplified(const Surface& surface, double distance_m) {
 }
 
 std::size_t certified_pieces(Simplified& result) {
+  // A vertex of the file is one corner at most.
+  std::map<std::int64_t, int> corners;
+  for (const std::int64_t source : result.body.world.source_vertex) ++corners[source];
+  for (const auto& [source, count] : corners) CHECK((source < 0 || count == 1));
   const Decomposition pieces = decompose(result.body, "part", {});
   CHECK(pieces.certificate.holds());
   return pieces.pieces.size();

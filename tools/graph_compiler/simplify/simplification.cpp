@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <utility>
 
 #include "tools/common/error.hpp"
@@ -66,6 +67,15 @@ void add_loose_corners(const Surface& changed, const PlaneFit& fit, const Merged
         if (miss > changed.plane_tolerance_m) bad.push_back(v);
       }
     }
+  }
+}
+
+/// A corner that was taken apart is no vertex of the file any more.
+void forget_split_corners(ExactWorld& world) {
+  std::map<std::int64_t, std::size_t> corners;
+  for (const std::int64_t source : world.source_vertex) ++corners[source];
+  for (std::int64_t& source : world.source_vertex) {
+    if (corners[source] > 1) source = -1;
   }
 }
 
@@ -189,6 +199,7 @@ class Simplifier {
     out_.body = account.changed ? flatten(attempt.surface, std::move(attempt.fit),
                                           std::move(attempt.merged), wider_moves())
                                 : flatten(surface_, limits_);
+    if (account.changed) forget_split_corners(out_.body.world);
     last = last || !account.changed;
     std::vector<std::uint32_t> bad;
     for (const Point3& p : crossing_places(out_.body)) {
