@@ -217,8 +217,9 @@ struct HapticCore::State {
   [[nodiscard]] bool shares_nodes() const noexcept { return has_seams && !has_law(LawId::kPaper); }
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
   [[nodiscard]] Real share_in(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
-  [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch) const noexcept;
-  [[nodiscard]] Real holding(const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch,
+                             bool leads) const noexcept;
+  [[nodiscard]] Real holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept;
   [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
   [[nodiscard]] std::uint32_t next_leader() const noexcept;

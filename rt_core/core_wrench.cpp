@@ -54,6 +54,11 @@ class StateHash {
 /// What a node that lies in its features still counts among those past their ends.
 constexpr Real kInsideShare = 1.0e-6_r;
 
+/// How alike two normals are: 1 of one plane, 0 beyond twice that.
+Real alike(const Vec3& m, const Vec3& n) noexcept {
+  return std::clamp(2 - (m - n).norm() / kOnePlaneChord, Real{0}, Real{1});
+}
+
 }  // namespace
 
 /// Whether a patch is part of the contact that `group` leads: one plane at one depth, or where the
@@ -69,14 +74,28 @@ bool HapticCore::State::joins(const ContactPatch& patch, const ContactPatch& gro
          std::abs(patch.d_near_m - group.d_near_m) <= patch.merge_distance_m;
 }
 
+/// How much of what a patch is nearest to lies in its own features and not in the plane of `n`.
+Real HapticCore::State::holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept {
+  Real most = 0;
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const NearNode& m = near[k];
+    const Real weight = weight_of(m, patch.d_near_m, m.outside_m) * node_shares[k].left;
+    if (weight > most) most = std::max(most, weight * (1 - alike(m.normal_w, n)));
+  }
+  return most;
+}
+
 /// Share 0 to 1 of the nearest contacts of `patch` that `holder` has: they lie in its features.
-Real HapticCore::State::held_by(const ContactPatch& holder,
-                                const ContactPatch& patch) const noexcept {
+/// `leads`: the patch leads; where it holds a contact of its own in another plane, that is the one
+/// it leads, and what the holder has is another.
+Real HapticCore::State::held_by(const ContactPatch& holder, const ContactPatch& patch,
+                                bool leads) const noexcept {
   Real held = 0;
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& n = near[patch.near_begin + k];
-    const Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
+    Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
     if (weight <= held) continue;
+    if (leads) weight *= 1 - holding_beside(patch, n.normal_w);
     const ContactIdentity identity = contact_identity(pairs[patch.pair].view, n);
     for (std::uint32_t l = 0; l < holder.near_count; ++l) {
       const NearNode& m = near[holder.near_begin + l];
@@ -89,26 +108,14 @@ Real HapticCore::State::held_by(const ContactPatch& holder,
   return held;
 }
 
-/// How much of what a patch is nearest to lies in its own features, 0 to 1.
-Real HapticCore::State::holding(const ContactPatch& patch) const noexcept {
-  Real most = 0;
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
-    const Real weight = weight_of(near[k], patch.d_near_m, near[k].outside_m);
-    most = std::max(most, weight * node_shares[k].left);
-  }
-  return most;
-}
-
 /// How much of the contact of `patch` is the one of `leader`. Where bodies have seams, which face
 /// names the plane of a patch changes from tick to tick; what two pairs find of one contact does
-/// not. A leader that holds a contact of its own has another one than the patch that holds what the
-/// leader is also near.
+/// not.
 Real HapticCore::State::share_in(const ContactPatch& patch,
                                  const ContactPatch& leader) const noexcept {
   if (!shares_nodes()) return joins(patch, leader) ? Real{1} : Real{0};
   if (patch.body_b != leader.body_b) return 0;
-  const Real held =
-      std::min(Real{1}, held_by(leader, patch) + (1 - holding(leader)) * held_by(patch, leader));
+  const Real held = std::max(held_by(leader, patch, false), held_by(patch, leader, true));
   return joins(patch, leader) ? std::max(held, coplanar_in(leader, leader.normal_w)) : held;
 }
 
@@ -117,11 +124,10 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
   Real most = 0;
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& m = near[patch.near_begin + k];
-    const Real chord = (m.normal_w - n).norm();
-    if (chord >= 2 * kOnePlaneChord) continue;
-    const Real alike = std::min(Real{1}, 2 - chord / kOnePlaneChord);
+    const Real of_plane = alike(m.normal_w, n);
+    if (of_plane == 0) continue;
     const Real weight = weight_of(m, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
-    most = std::max(most, alike * weight);
+    most = std::max(most, of_plane * weight);
   }
   return most;
 }
@@ -129,11 +135,13 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
 /// Gives the group of `leader` the nodes of a patch that lie in its planes.
 void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
                                     Real share) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
+  const auto give = [&](std::uint32_t k) {
     const Real taken = share * coplanar_in(leader, near[k].normal_w);
     node_shares[k].joining = node_shares[k].left * taken;
     node_shares[k].left *= 1 - taken;
-  }
+  };
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) give(k);
+  if (patch.is_of_neighbour()) give(patch.passed_node);
 }
 
 /// Adds a contact; where bodies have seams, one that several pairs have found counts once, with the
@@ -333,10 +341,7 @@ Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) 
   contacts.clear();
   identities.clear();
   const Real share = shares[first].left;
-  if (leader.is_of_neighbour()) {
-    if (shares_nodes()) node_shares[leader.passed_node].left = share;
-    lead_with_passed(leader);
-  }
+  if (leader.is_of_neighbour()) lead_with_passed(leader);
   const ContactPatch group = form_group(first, leader);
   if (shares_nodes()) {
     for (std::uint32_t k = leader.near_begin; k < leader.near_begin + leader.near_count; ++k) {
