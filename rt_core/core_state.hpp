@@ -226,6 +226,8 @@ struct HapticCore::State {
   [[nodiscard]] Real coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept;
   void share_nodes(const ContactPatch& patch, const ContactPatch& leader, Real share) noexcept;
   [[nodiscard]] Real weight_of(const NearNode& node, Real d_near_m, Real outside_m) const noexcept;
+  [[nodiscard]] Real joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
+                                    Real weight) const noexcept;
   void add_to_group(const ContactPatch& patch, const ContactPatch& group) noexcept;
   void add_points(const ContactPatch& patch) noexcept;
   void add_past_ends(const ContactPatch& patch, const ContactPatch& group) noexcept;

@@ -51,6 +51,9 @@ class StateHash {
   std::size_t next_ = 0;
 };
 
+/// How much steeper than by epsilon a node comes into a group that is deeper than its own patch.
+constexpr Real kOwnSlope = 4;
+
 /// What a node that lies in its features still counts among those past their ends.
 constexpr Real kInsideShare = 1.0e-6_r;
 
@@ -169,6 +172,17 @@ Real HapticCore::State::weight_of(const NearNode& node, Real d_near_m,
   return weight * (kMaxRise - node.rise_m / epsilon_m);
 }
 
+/// Weight of node `k` of a patch in the group, of which `weight` is that at the group's depth. A
+/// node of the near set comes and goes where it is epsilon from the patch's own depth: it does so
+/// at zero.
+Real HapticCore::State::joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
+                                       Real weight) const noexcept {
+  if (!patch.is_of_neighbour() && k < patch.near_begin + patch.near_count) {
+    weight = std::min(weight, kOwnSlope * weight_of(near[k], patch.d_near_m, outside_m));
+  }
+  return weight * node_shares[k].joining;
+}
+
 /// Takes a patch's contacts into the lists of its group: the near nodes with their weights, or the
 /// paper's distinct points.
 void HapticCore::State::add_to_group(const ContactPatch& patch,
@@ -177,7 +191,7 @@ void HapticCore::State::add_to_group(const ContactPatch& patch,
   const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
-    if (has_seams) weight *= node_shares[k].joining;
+    if (has_seams) weight = joining_weight(patch, k, near[k].outside_m, weight);
     if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
   }
 }
@@ -254,7 +268,7 @@ void HapticCore::State::add_past_ends(const ContactPatch& patch,
                                       const ContactPatch& group) noexcept {
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const NearNode& n = near[k];
-    const Real weight = weight_of(n, group.d_near_m, 0) * node_shares[k].joining;
+    const Real weight = joining_weight(patch, k, 0, weight_of(n, group.d_near_m, 0));
     if (!(weight > 0)) continue;
     const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
     const Real outside = kInsideShare + past_end(n);
@@ -376,19 +390,6 @@ void HapticCore::State::chain_hash(const StepResult& result) noexcept {
   chain.add(std::uint64_t{result.counters.feature_evaluations} << 32 | result.counters.edge_pairs);
   chain.add(std::uint64_t{result.counters.near_nodes} << 32 | result.counters.support_pairs);
   hash = chain.value();
-}
-
-void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
-  for (const auto field :
-       {&StepCounters::pair_visits, &StepCounters::support_pairs,
-        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
-        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
-        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
-        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
-        &StepCounters::qp_steps}) {
-    peaks.*field = std::max(peaks.*field, counters.*field);
-  }
 }
 
 }  // namespace haptic
