@@ -177,14 +177,17 @@ struct HapticCore::State {
   [[nodiscard]] bool shares_nodes() const noexcept { return has_seams && !has_law(LawId::kPaper); }
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
   [[nodiscard]] Real share_in(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
-  [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch) const noexcept;
-  [[nodiscard]] Real holding(const ContactPatch& patch) const noexcept;
+  [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch,
+                             bool leads) const noexcept;
+  [[nodiscard]] Real holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept;
   [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
   [[nodiscard]] std::uint32_t next_leader() const noexcept;
   [[nodiscard]] Real coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept;
   void share_nodes(const ContactPatch& patch, const ContactPatch& leader, Real share) noexcept;
   [[nodiscard]] Real weight_of(const NearNode& node, Real d_near_m, Real outside_m) const noexcept;
+  [[nodiscard]] Real joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
+                                    Real weight) const noexcept;
   void add_to_group(const ContactPatch& patch, const ContactPatch& group) noexcept;
   void add_points(const ContactPatch& patch) noexcept;
   void add_past_ends(const ContactPatch& patch, const ContactPatch& group) noexcept;

@@ -51,8 +51,16 @@ class StateHash {
   std::size_t next_ = 0;
 };
 
+/// How much steeper than by epsilon a node comes into a group that is deeper than its own patch.
+constexpr Real kOwnSlope = 4;
+
 /// What a node that lies in its features still counts among those past their ends.
 constexpr Real kInsideShare = 1.0e-6_r;
+
+/// How alike two normals are: 1 of one plane, 0 beyond twice that.
+Real alike(const Vec3& m, const Vec3& n) noexcept {
+  return std::clamp(2 - (m - n).norm() / kOnePlaneChord, Real{0}, Real{1});
+}
 
 }  // namespace
 
@@ -69,14 +77,28 @@ bool HapticCore::State::joins(const ContactPatch& patch, const ContactPatch& gro
          std::abs(patch.d_near_m - group.d_near_m) <= patch.merge_distance_m;
 }
 
+/// How much of what a patch is nearest to lies in its own features and not in the plane of `n`.
+Real HapticCore::State::holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept {
+  Real most = 0;
+  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+    const NearNode& m = near[k];
+    const Real weight = weight_of(m, patch.d_near_m, m.outside_m) * node_shares[k].left;
+    if (weight > most) most = std::max(most, weight * (1 - alike(m.normal_w, n)));
+  }
+  return most;
+}
+
 /// Share 0 to 1 of the nearest contacts of `patch` that `holder` has: they lie in its features.
-Real HapticCore::State::held_by(const ContactPatch& holder,
-                                const ContactPatch& patch) const noexcept {
+/// `leads`: the patch leads; where it holds a contact of its own in another plane, that is the one
+/// it leads, and what the holder has is another.
+Real HapticCore::State::held_by(const ContactPatch& holder, const ContactPatch& patch,
+                                bool leads) const noexcept {
   Real held = 0;
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& n = near[patch.near_begin + k];
-    const Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
+    Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
     if (weight <= held) continue;
+    if (leads) weight *= 1 - holding_beside(patch, n.normal_w);
     const ContactIdentity identity = contact_identity(pairs[patch.pair].view, n);
     for (std::uint32_t l = 0; l < holder.near_count; ++l) {
       const NearNode& m = near[holder.near_begin + l];
@@ -89,26 +111,14 @@ Real HapticCore::State::held_by(const ContactPatch& holder,
   return held;
 }
 
-/// How much of what a patch is nearest to lies in its own features, 0 to 1.
-Real HapticCore::State::holding(const ContactPatch& patch) const noexcept {
-  Real most = 0;
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
-    const Real weight = weight_of(near[k], patch.d_near_m, near[k].outside_m);
-    most = std::max(most, weight * node_shares[k].left);
-  }
-  return most;
-}
-
 /// How much of the contact of `patch` is the one of `leader`. Where bodies have seams, which face
 /// names the plane of a patch changes from tick to tick; what two pairs find of one contact does
-/// not. A leader that holds a contact of its own has another one than the patch that holds what the
-/// leader is also near.
+/// not.
 Real HapticCore::State::share_in(const ContactPatch& patch,
                                  const ContactPatch& leader) const noexcept {
   if (!shares_nodes()) return joins(patch, leader) ? Real{1} : Real{0};
   if (patch.body_b != leader.body_b) return 0;
-  const Real held =
-      std::min(Real{1}, held_by(leader, patch) + (1 - holding(leader)) * held_by(patch, leader));
+  const Real held = std::max(held_by(leader, patch, false), held_by(patch, leader, true));
   return joins(patch, leader) ? std::max(held, coplanar_in(leader, leader.normal_w)) : held;
 }
 
@@ -117,11 +127,10 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
   Real most = 0;
   for (std::uint32_t k = 0; k < patch.near_count; ++k) {
     const NearNode& m = near[patch.near_begin + k];
-    const Real chord = (m.normal_w - n).norm();
-    if (chord >= 2 * kOnePlaneChord) continue;
-    const Real alike = std::min(Real{1}, 2 - chord / kOnePlaneChord);
+    const Real of_plane = alike(m.normal_w, n);
+    if (of_plane == 0) continue;
     const Real weight = weight_of(m, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
-    most = std::max(most, alike * weight);
+    most = std::max(most, of_plane * weight);
   }
   return most;
 }
@@ -129,11 +138,13 @@ Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) co
 /// Gives the group of `leader` the nodes of a patch that lie in its planes.
 void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
                                     Real share) noexcept {
-  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
+  const auto give = [&](std::uint32_t k) {
     const Real taken = share * coplanar_in(leader, near[k].normal_w);
     node_shares[k].joining = node_shares[k].left * taken;
     node_shares[k].left *= 1 - taken;
-  }
+  };
+  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) give(k);
+  if (patch.is_of_neighbour()) give(patch.passed_node);
 }
 
 /// Adds a contact; where bodies have seams, one that several pairs have found counts once, with the
@@ -161,6 +172,17 @@ Real HapticCore::State::weight_of(const NearNode& node, Real d_near_m,
   return weight * (kMaxRise - node.rise_m / epsilon_m);
 }
 
+/// Weight of node `k` of a patch in the group, of which `weight` is that at the group's depth. A
+/// node of the near set comes and goes where it is epsilon from the patch's own depth: it does so
+/// at zero.
+Real HapticCore::State::joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
+                                       Real weight) const noexcept {
+  if (!patch.is_of_neighbour() && k < patch.near_begin + patch.near_count) {
+    weight = std::min(weight, kOwnSlope * weight_of(near[k], patch.d_near_m, outside_m));
+  }
+  return weight * node_shares[k].joining;
+}
+
 /// Takes a patch's contacts into the lists of its group: the near nodes with their weights, or the
 /// paper's distinct points.
 void HapticCore::State::add_to_group(const ContactPatch& patch,
@@ -169,7 +191,7 @@ void HapticCore::State::add_to_group(const ContactPatch& patch,
   const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
-    if (has_seams) weight *= node_shares[k].joining;
+    if (has_seams) weight = joining_weight(patch, k, near[k].outside_m, weight);
     if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
   }
 }
@@ -246,7 +268,7 @@ void HapticCore::State::add_past_ends(const ContactPatch& patch,
                                       const ContactPatch& group) noexcept {
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const NearNode& n = near[k];
-    const Real weight = weight_of(n, group.d_near_m, 0) * node_shares[k].joining;
+    const Real weight = joining_weight(patch, k, 0, weight_of(n, group.d_near_m, 0));
     if (!(weight > 0)) continue;
     const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
     const Real outside = kInsideShare + past_end(n);
@@ -333,10 +355,7 @@ Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) 
   contacts.clear();
   identities.clear();
   const Real share = shares[first].left;
-  if (leader.is_of_neighbour()) {
-    if (shares_nodes()) node_shares[leader.passed_node].left = share;
-    lead_with_passed(leader);
-  }
+  if (leader.is_of_neighbour()) lead_with_passed(leader);
   const ContactPatch group = form_group(first, leader);
   if (shares_nodes()) {
     for (std::uint32_t k = leader.near_begin; k < leader.near_begin + leader.near_count; ++k) {
@@ -371,19 +390,6 @@ void HapticCore::State::chain_hash(const StepResult& result) noexcept {
   chain.add(std::uint64_t{result.counters.feature_evaluations} << 32 | result.counters.edge_pairs);
   chain.add(std::uint64_t{result.counters.near_nodes} << 32 | result.counters.support_pairs);
   hash = chain.value();
-}
-
-void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
-  for (const auto field :
-       {&StepCounters::pair_visits, &StepCounters::support_pairs,
-        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
-        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
-        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
-        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
-        &StepCounters::qp_steps}) {
-    peaks.*field = std::max(peaks.*field, counters.*field);
-  }
 }
 
 }  // namespace haptic

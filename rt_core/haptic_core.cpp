@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/haptic_core.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt_core/core_state.hpp"
@@ -184,6 +185,19 @@ void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noe
   contact.situation = pair.situation;
   contact.epsilon_m = s.epsilon_m;
   describe_contact(pair.view, contact, s.last.x0_w, s.hull, out);
+}
+
+void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
+  for (const auto field :
+       {&StepCounters::pair_visits, &StepCounters::support_pairs,
+        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
+        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
+        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
+        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
+        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
+        &StepCounters::qp_steps}) {
+    peaks.*field = std::max(peaks.*field, counters.*field);
+  }
 }
 
 }  // namespace haptic

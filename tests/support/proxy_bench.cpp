@@ -41,6 +41,18 @@ GripPose grip_pose(const Point& p, const std::array<double, 4>& q) {
   return pose;
 }
 
+double tolerance_n(const LoadedScene& scene) {
+  double radius = 0, extent = 0;
+  for (const PieceRecord& piece : scene.view.pieces()) {
+    (piece.body == 0 ? radius : extent) =
+        std::max(piece.body == 0 ? radius : extent, piece.reach_m);
+  }
+  const CouplingParameters& c = scene.view.parameters().coupling;
+  const ProxyScale scale = proxy_scale(static_cast<Real>(radius), static_cast<Real>(extent),
+                                       static_cast<Real>(c.tolerance_m));
+  return c.k_t_n_per_m * static_cast<double>(scale.tolerance_m);
+}
+
 ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t passes)
     : scene(description) {
   const SceneView& view = scene.view;

@@ -20,6 +20,9 @@ tools::SceneDescription proxy_scene_of(const tools::Body& moving,
 /// The pose with x_0^A at `p` and the quaternion (w, x, y, z), which is normalised.
 GripPose grip_pose(const Point& p, const std::array<double, 4>& q_wxyz = {1, 0, 0, 0});
 
+/// Translational stiffness times the tolerance of "free" that the scene's proxy has [N].
+double tolerance_n(const LoadedScene& scene);
+
 class ProxyBench {
  public:
   explicit ProxyBench(const tools::SceneDescription& description,
