@@ -93,6 +93,9 @@ TEST_SUITE("host_sim.hole_divisions") {
         CAPTURE(d.share_over(kFeltDifference_n));
         CAPTURE(found.tolerance_n);
         CHECK(agrees(d, contact.contact, found.tolerance_n));
+        MESSAGE(contact.name, ", ", d.division, ": p99 ", d.quantile_n(0.99), " largest ",
+                d.quantile_n(1), " N, k_t tol ", found.tolerance_n,
+                ", over 0.01 N: ", 100 * d.share_over(kFeltDifference_n), " %");
       }
       CAPTURE(found.proxy_mean_n);
       CAPTURE(found.paper_mean_n);
