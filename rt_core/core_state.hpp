@@ -101,7 +101,7 @@ struct HapticCore::State {
 
   /// The device is taken for one of three degrees of freedom.
   [[nodiscard]] bool device_translates() const noexcept {
-    return !kSceneTraits.device_turns || is_fixed();
+    return !kSceneTraits.device_turns || never_turns;
   }
 
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
