@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the core keeps of each pair, besides its gate, and how groups of patches share what is near.
+/// What the core keeps of each pair, besides its gate, and how groups of patches share nodes.
 
 #include <array>
 #include <cstdint>
