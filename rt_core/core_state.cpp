@@ -146,6 +146,8 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
     gates[i].reach_b_m = pairs[i].view.b.record->reach_m;
     gates[i].body_b = pairs[i].view.b.record->body;
   }
+  // A pair is looked at before it lends, or its share would come at once.
+  if (has_seams) exact_band_m = std::max(exact_band_m, static_cast<double>(lending_m));
   if (!edge_reach.empty()) {
     measure_edge_reach(scene, edge_reach);
     for (PairState& pair : pairs) {

@@ -99,9 +99,10 @@ struct HapticCore::State {
   /// The part has one orientation: the device's is not looked at.
   [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns); }
 
-  /// The device is taken for one of three degrees of freedom.
+  /// The device is taken for one of three degrees of freedom: a part that never turns has no torque
+  /// under law proxy; the others tell it.
   [[nodiscard]] bool device_translates() const noexcept {
-    return !kSceneTraits.device_turns || never_turns;
+    return !kSceneTraits.device_turns || (never_turns && has_law(LawId::kProxy));
   }
 
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;

@@ -154,7 +154,8 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
   c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
   c.max_near_nodes = clip(total(&PairBounds::near_nodes));
-  c.max_hull_points = c.max_near_nodes;
+  // Beside its near nodes a pair has one that it passed over, or, held, its last.
+  c.max_hull_points = clip(total(&PairBounds::near_nodes) + pairs.size());
   const ProxyBounds proxy = proxy_bounds(passes > 0 ? pairs.size() : 0, passes);
   c.max_plane_gaps = clip(proxy.plane_gaps);
   c.max_valid_nodes = clip(fixed.empty() ? proxy.valid_nodes : passes * planes);

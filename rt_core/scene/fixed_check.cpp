@@ -167,6 +167,10 @@ RtStatus SceneView::check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
   for (std::uint32_t k = 0; k < r.plane_count; ++k) {
     const FixedPlane& plane = v.planes[k];
     if (plane.type > 2 || plane.force > 2 || plane.reserved != 0) return RtStatus::kBlobBadNumber;
+    if (type_of(plane) == ContactType::kC && has_force(plane, PlaneForce::kElsewhere))
+      return RtStatus::kBlobBadNumber;
+    if (plane.node_count > 0 && has_force(plane, PlaneForce::kHidden))
+      return RtStatus::kBlobBadGraph;
     if (plane.node_begin != on_planes) return RtStatus::kBlobBadCount;
     on_planes += plane.node_count;
     if (on_planes > r.node_count) return RtStatus::kBlobBadCount;

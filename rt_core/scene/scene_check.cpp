@@ -236,14 +236,14 @@ RtStatus check::envelope(const EnvelopeParameters& e) noexcept {
   return turned && placed ? RtStatus::kOk : RtStatus::kBlobBadNumber;
 }
 
-RtStatus check::simplified(std::span<const SimplifiedBody> simplified, std::size_t body_count,
-                           std::uint32_t& index) noexcept {
+RtStatus check::simplified(std::span<const SimplifiedBody> simplified,
+                           std::span<const BodyRecord> bodies, std::uint32_t& index) noexcept {
   std::uint32_t least = 0;  // body that may come
   index = 0;
   for (const SimplifiedBody& s : simplified) {
-    if (s.body < least || s.body >= body_count) return RtStatus::kBlobBadIndex;
+    if (s.body < least || s.body >= bodies.size()) return RtStatus::kBlobBadIndex;
     if (s.reserved != 0 || !in_range(s.distance_m, 0.0, kMaxSceneLength_m) ||
-        !finite(s.volume_change_m3)) {
+        !finite(s.volume_change_m3) || !(s.volume_change_m3 < bodies[s.body].volume_m3)) {
       return RtStatus::kBlobBadNumber;
     }
     least = s.body + 1;

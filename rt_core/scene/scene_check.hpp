@@ -38,10 +38,12 @@ template <typename T>
 /// the rest is zero. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;
 
-/// Bodies ascending and in range, distances up to kMaxSceneLength_m, finite volumes. Answers kOk,
+/// Bodies ascending and in range, distances up to kMaxSceneLength_m, a mesh of
+/// positive volume. Answers kOk,
 /// kBlobBadIndex or kBlobBadNumber; `index`: where it stopped.
 [[nodiscard]] RtStatus simplified(std::span<const SimplifiedBody> simplified,
-                                  std::size_t body_count, std::uint32_t& index) noexcept;
+                                  std::span<const BodyRecord> bodies,
+                                  std::uint32_t& index) noexcept;
 
 /// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once

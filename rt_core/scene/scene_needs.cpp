@@ -81,7 +81,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.orientation_limits =
       (p.envelope.given & kOrientationGiven) != 0 && p.envelope.max_angle_rad > 0;
   needs.workspace_limits = (p.envelope.given & kWorkspaceGiven) != 0;
-  needs.device_turns = needs.free_orientation;
+  needs.device_turns = needs.free_orientation || !needs.proxy;
   needs.passivity = p.coupling.passivity != 0;
   needs.device_twist = p.device.given != 0;
   needs.clutch = needs.contact_geometry = needs.table_checks = false;

@@ -214,7 +214,7 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   status = check_bodies(fault);
   if (status != RtStatus::kOk) return status;
   fault = {SectionId::kSimplified, 0};
-  status = check::simplified(simplified_bodies(), bodies_.size(), fault.index);
+  status = check::simplified(simplified_bodies(), bodies_, fault.index);
   if (status != RtStatus::kOk) return status;
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     fault = {SectionId::kPieces, i};

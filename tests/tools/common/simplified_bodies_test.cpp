@@ -98,6 +98,9 @@ TEST_SUITE("tools.simplified_bodies") {
     CHECK(after(
               good, [](S* s) { s[1].volume_change_m3 = INFINITY; }, fault) ==
           RtStatus::kBlobBadNumber);
+    CHECK(after(  // the mesh would have no volume
+              good, [](S* s) { s[1].volume_change_m3 = 1.0e3; }, fault) ==
+          RtStatus::kBlobBadNumber);
   }
 }
 
