@@ -100,24 +100,28 @@ haptic_image_refusal(image_scene.probe_other_blob "verdict 3 " ${CMAKE_COMMAND}
   -P ${checks}/image_run_probe.cmake)
 
 # A header that lacks what the scene needs, or is of another scene: the image does not even learn its size.
-function(haptic_traits_probe what from to)
+function(haptic_traits_probe image what from to)
   haptic_image_refusal(image_traits.probe_${what} "scene is not the one that this image was compiled for"
-    ${CMAKE_COMMAND} -DHEADER=${images}/image_peg_image/include/rt_core/scene/scene_image.hpp "-DFROM=${from}" "-DTO=${to}"
+    ${CMAKE_COMMAND} -DHEADER=${images}/${image}_image/include/rt_core/scene/scene_image.hpp "-DFROM=${from}" "-DTO=${to}"
     -DFOLDER=${samples}/traits_${what} "-DCOMPILER=${CMAKE_CXX_COMPILER}" "-DFLAGS=${core_flags}|${user_flags}"
     -DROOT=${PROJECT_SOURCE_DIR} -DEIGEN=${EIGEN3_INCLUDE_DIR} -DREAL_IS_FLOAT=$<STREQUAL:${HAPTIC_REAL},float>
-    -DARCHIVE=$<TARGET_FILE:image_peg_core>
-    "-DOBJECTS=$<JOIN:$<TARGET_OBJECTS:image_peg_state_size>,|>|${images}/image_peg_state_size_scene.o"
+    -DARCHIVE=$<TARGET_FILE:${image}_core>
+    "-DOBJECTS=$<JOIN:$<TARGET_OBJECTS:${image}_state_size>,|>|${images}/${image}_state_size_scene.o"
     -P ${checks}/image_traits_probe.cmake)
 endfunction()
-haptic_traits_probe(no_law "proxy = true" "proxy = false")
-haptic_traits_probe(one_pair "several_pairs = true" "several_pairs = false")
-haptic_traits_probe(no_graphs "formed_graphs = true" "formed_graphs = false")
-haptic_traits_probe(no_edges "type_c = true" "type_c = false")
-haptic_traits_probe(no_marks "marked_nodes = true" "marked_nodes = false")
-haptic_traits_probe(no_hidden "hidden_nodes = true" "hidden_nodes = false")
-haptic_traits_probe(no_turn "device_turns = true" "device_turns = false")
-haptic_traits_probe(less_room "qp_rows = [0-9]+" "qp_rows = 95")
-haptic_traits_probe(other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
+haptic_traits_probe(image_peg no_law "proxy = true" "proxy = false")
+haptic_traits_probe(image_peg one_pair "several_pairs = true" "several_pairs = false")
+haptic_traits_probe(image_peg no_graphs "formed_graphs = true" "formed_graphs = false")
+haptic_traits_probe(image_peg no_edges "type_c = true" "type_c = false")
+haptic_traits_probe(image_peg no_faces_of_part "type_a = true" "type_a = false")
+haptic_traits_probe(image_peg no_marks "marked_nodes = true" "marked_nodes = false")
+haptic_traits_probe(image_peg no_hidden "hidden_nodes = true" "hidden_nodes = false")
+haptic_traits_probe(image_peg no_turn "device_turns = true" "device_turns = false")
+haptic_traits_probe(image_peg less_room "qp_rows = [0-9]+" "qp_rows = 95")
+haptic_traits_probe(image_peg other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
+haptic_traits_probe(image_needle no_faces_of_static "type_b = true" "type_b = false")
+haptic_traits_probe(image_needle no_workspace "workspace_limits = true" "workspace_limits = false")
+haptic_traits_probe(image_needle no_orientation "orientation_limits = true" "orientation_limits = false")
 
 # Budgets that nothing keeps, given as an argument and by the scene's report.
 foreach(region CODE CONST STATE)

@@ -9,14 +9,16 @@
 namespace haptic::fuzz {
 namespace {
 
+std::string written(const tools::SceneDescription& scene) {
+  const std::vector<std::byte> bytes = tools::write_scene(scene);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 std::string blob_of(const tools::Body& moving, const std::vector<tools::Body>& statics,
                     std::uint64_t graph_bytes = tools::kDefaultGraphBytes) {
   tools::SceneDescription scene = test::scene_of(moving, statics);
   scene.graph_bytes = graph_bytes;
-  const std::vector<std::byte> bytes = tools::write_scene(scene);
-  std::string text(bytes.size(), '\0');
-  std::memcpy(text.data(), bytes.data(), bytes.size());
-  return text;
+  return written(scene);
 }
 
 /// The same with an envelope and marks: some nodes that no pose needs, some that only separate.
@@ -27,8 +29,24 @@ std::string marked_blob(const tools::Body& moving, const tools::Body& fixed, boo
     for (std::size_t node = 0; node < marks.exposed.size(); node += 5) marks.exposed[node] = false;
   }
   if (boxed) scene.workspace = tools::WorkspaceBox{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}};
-  const std::vector<std::byte> bytes = tools::write_scene(scene);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  return written(scene);
+}
+
+/// From here the poses of the target go into the plate: a proxy is held where it starts free.
+constexpr test::Point kFreeStart_m = {0, 0, 0.09};
+
+/// A part that never turns over a plate in pieces, whose seams only separate.
+std::string fixed_cut_blob(const tools::Body& moving, LawId law) {
+  const test::Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
+  tools::SceneDescription scene =
+      test::scene_of(moving, {test::cut_box(lo, hi, {0.003}, {{}, {-0.004}})});
+  const test::LoadedScene all(scene);
+  scene.marks = test::all_marks(all.view);
+  test::mark_cuts(all.view, 1, test::box(lo, hi), scene.marks);
+  scene.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, 0.0};
+  scene.parameters.law = law;
+  scene.moving.position_m = kFreeStart_m;
+  return written(scene);
 }
 
 /// Calls `change` on every element of one section.
@@ -100,22 +118,22 @@ std::vector<Seed> seeds() {
   std::string stiff = unit;
   change_section<SceneParameters>(stiff, SectionId::kParameters, 1,
                                   [](SceneParameters& p) { p.k_f_n_per_m = 1e308; });
-  std::string proxy = blob_of(tetrahedron, {test::join({table, step})});
-  change_section<SceneParameters>(proxy, SectionId::kParameters, 1,
-                                  [](SceneParameters& p) { p.law = LawId::kProxy; });
-  std::string rough = proxy;
-  change_section<BodyRecord>(rough, SectionId::kBodies, 1, [](BodyRecord& body) {
-    body.friction = body.piece_begin == 0 ? 0.0 : kMaxFriction;
-  });
+  tools::SceneDescription proxy = test::scene_of(tetrahedron, {test::join({table, step})});
+  proxy.parameters.law = LawId::kProxy;
+  proxy.moving.position_m = kFreeStart_m;
+  tools::SceneDescription rough = proxy;
+  rough.statics[0].friction = kMaxFriction;
   return {{"huge", scaled(unit, 1e100)},
           {"immense", scaled(unit, 1e160)},
           {"tiny", scaled(unit, 1e-100)},
           {"minute", scaled(unit, 1e-160)},
           {"far", blob_of(test::box({1e5, 0, 0}, {1e5 + 1, 1, 1}), {table})},
           {"stiff", stiff},
-          {"proxy", proxy},
-          {"rough", rough},
+          {"proxy", written(proxy)},
+          {"rough", written(rough)},
           {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
+          {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kWeightedRegion)},
+          {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},
           {"marked_boxed", marked_blob(step, table, true)},
           {"two_tetrahedra", unit},
           {"tetrahedron_box", blob_of(tetrahedron, {table})},

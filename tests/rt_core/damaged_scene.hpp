@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <span>
@@ -29,9 +30,10 @@ class DamagedCopy {
   std::span<std::byte> bytes() { return {reinterpret_cast<std::byte*>(lines_.data()), size_}; }
   SceneHeader& header() { return *reinterpret_cast<SceneHeader*>(lines_.data()); }
   void rehash() { header().content_hash = scene_content_hash(bytes()); }
+  RtStatus open(SceneView& view) { return SceneView::open(bytes(), view); }
   RtStatus open() {
     SceneView view;
-    return SceneView::open(bytes(), view);
+    return open(view);
   }
 
  private:
@@ -53,20 +55,29 @@ RtStatus changed_section(const std::vector<std::byte>& blob, SectionId id, const
   return copy.open();
 }
 
-/// A few ticks over whatever has been accepted; the sanitizers see what is read.
-inline void step_a_little(const SceneView& view) {
+/// A few ticks over whatever has been accepted, down into the static bodies; the sanitizers see
+/// what is read. The results, none where no core was made.
+inline std::vector<StepResult> step_a_little(const SceneView& view) {
+  std::vector<StepResult> results;
   const std::size_t bytes = HapticCore::state_bytes(view);
   std::vector<CacheLine> memory(bytes / 64 + 1);
   HapticCore* core = nullptr;
   if (HapticCore::create({reinterpret_cast<std::byte*>(memory.data()), bytes}, view, core) !=
       RtStatus::kOk)
-    return;
+    return results;
   for (int t = 0; t < 8; ++t) {
     StepInput input;
     input.pose_wa.p_wa =
         Vec3(0.01_r * static_cast<Real>(t - 4), 0, 0.04_r - 0.01_r * static_cast<Real>(t));
-    CHECK(core->step(input).status == RtStatus::kOk);
+    const StepResult& r = results.emplace_back(core->step(input));
+    CHECK(r.status == RtStatus::kOk);
+    CHECK(std::isfinite(r.d_near_m));
+    CHECK(r.wrench_w.force_w.allFinite());
+    CHECK(r.wrench_w.torque_w.allFinite());
+    CHECK(r.counters.feature_evaluations <= view.header().capacity.max_feature_evaluations);
+    CHECK(r.counters.near_nodes <= view.header().capacity.max_near_nodes);
   }
+  return results;
 }
 
 inline std::vector<std::byte> tetra_box_blob() {

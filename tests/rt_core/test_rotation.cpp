@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "rt_core/base/rotation.hpp"
+#include "tests/support/random.hpp"
 
 namespace {
 
@@ -30,24 +31,18 @@ constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 constexpr Real kNotANumber = std::numeric_limits<Real>::quiet_NaN();
 constexpr Wide kAllowed_ulp = 2.0L;
 
-// splitmix64: the same inputs with every compiler.
+/// Draws whose bounds are as wide as the reference.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t bits() {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return z ^ (z >> 31U);
-  }
+  explicit Random(std::uint64_t seed) : random_(seed) {}
+  std::uint64_t bits() { return random_.next(); }
   Wide uniform(Wide low, Wide high) {
     return low + (high - low) * static_cast<Wide>(bits() >> 11U) * 0x1.0p-53L;
   }
   Real real(Wide low, Wide high) { return static_cast<Real>(uniform(low, high)); }
 
  private:
-  std::uint64_t state_;
+  haptic::test::Random random_;
 };
 
 /// Draws in the i-th of `count` equal parts of a range: as many draws as parts leave no gap wider

@@ -10,33 +10,20 @@
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/safety/passivity.hpp"
+#include "tests/support/random.hpp"
 
 using namespace haptic;
+using haptic::test::Random;
 
 namespace {
 
 constexpr std::uint64_t kSeed = 0x3D0F;
 
-// splitmix64: the same inputs with every compiler.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high) {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return low + (high - low) * static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1.0p-53;
-  }
-  Vec3 vector(double size) {
-    Vec3 v;
-    for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<Real>(uniform(-size, size));
-    return v;
-  }
-
- private:
-  std::uint64_t state_;
-};
+Vec3 vector(Random& random, double size) {
+  Vec3 v;
+  for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<Real>(random.uniform(-size, size));
+  return v;
+}
 
 }  // namespace
 
@@ -58,13 +45,13 @@ TEST_SUITE("rt_core.translating_device") {
         sample.stamp_ns = stamp_ns;
         sample.grip_w =
             Vec3(static_cast<Real>(0.1 * std::sin(9.0 * t)), static_cast<Real>(0.2 * t), 0) +
-            random.vector(step_m);
+            vector(random, step_m);
         sample.q_wa = still;
         const TwistEstimate want = six.update(sample);
-        sample.q_wa = so3_exp(random.vector(1.0));
+        sample.q_wa = so3_exp(vector(random, 1.0));
         sample.sensed = tick % 7 == 3;
-        sample.sensed_w.linear_w = random.vector(1.0);
-        sample.sensed_w.angular_w = random.vector(1.0);
+        sample.sensed_w.linear_w = vector(random, 1.0);
+        sample.sensed_w.angular_w = vector(random, 1.0);
         const TwistEstimate got = three.update_place(sample);
         REQUIRE(got.sensed == sample.sensed);
         REQUIRE(got.twist_w.angular_w == Vec3::Zero());
@@ -93,10 +80,10 @@ TEST_SUITE("rt_core.translating_device") {
     for (int tick = 0; tick < 2000; ++tick) {
       PassivityInput in;
       in.stamp_ns = std::int64_t{tick} * 1'000'000;
-      in.grip_w = random.vector(1.0e-3);
-      in.command_w = {random.vector(3.0), random.vector(0.1)};
+      in.grip_w = vector(random, 1.0e-3);
+      in.command_w = {vector(random, 3.0), vector(random, 0.1)};
       const PassivityResult want = six.update(in);
-      in.q_wa = so3_exp(random.vector(0.5));
+      in.q_wa = so3_exp(vector(random, 0.5));
       const PassivityResult got = three.update_place(in);
       REQUIRE(got.energy_j == want.energy_j);
       REQUIRE(got.wrench_w.force_w == want.wrench_w.force_w);

@@ -7,6 +7,7 @@
 #include "tests/tools/polyhedron/flatten_checks.hpp"
 #include "tests/tools/polyhedron/flatten_parts.hpp"
 #include "tests/tools/polyhedron/flatten_refusal.hpp"
+#include "tests/tools/polyhedron/part_surface.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"

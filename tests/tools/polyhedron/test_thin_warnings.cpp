@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/tools/polyhedron/flatten_parts.hpp"
+#include "tests/tools/polyhedron/part_surface.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 
 namespace haptic::tools {

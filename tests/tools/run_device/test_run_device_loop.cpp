@@ -1,117 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// `run_device run` as a user runs it, with the handle in its own process: exit codes, account,
-// messages, the end by a signal, and the end of a servo process that is killed. The machine may be
-// busy with other things: how many ticks come is only bounded from below, generously.
+// `run_device run` as a user runs it, with the handle in its own process: exit codes, account and
+// messages. The machine may be busy with other things: how many ticks come is only bounded from
+// below, generously.
 #include <doctest/doctest.h>
-#include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
-#include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <thread>
-#include <vector>
 
-#include "tests/host_sim/program_run.hpp"
+#include "tests/tools/run_device/run_bench.hpp"
 
 using haptic::sim::test::ProgramResult;
 using haptic::sim::test::run_program;
-using haptic::sim::test::ScratchFolder;
-using haptic::sim::test::text_of_file;
+using namespace haptic::tools::test;
 using nlohmann::json;
 
 namespace {
-
-// The tetrahedron's grip point 40 mm above the box: the hand presses it some 5 mm in.
-constexpr const char* kWorkspace = "[workspace]\noffset_m = [0.0, 0.0, 0.04]\n";
-constexpr const char* kHead = "scene = \"t.rtscene\"\n[device]\ndriver = \"sim\"\n";
-
-void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
-
-/// A folder with a compiled scene and a configuration that works.
-struct Bench {
-  ScratchFolder folder{"run_device_loop"};
-  std::string config = folder.file("run.toml");
-
-  Bench() {
-    const std::string scene = std::string(HAPTIC_SCENES) + "/tetrahedron_on_box/scene.toml";
-    const ProgramResult r =
-        run_program(HAPTIC_GRAPH_COMPILER, "'" + scene + "' -o '" + folder.file("t.rtscene") + "'");
-    REQUIRE(r.exit_code == 0);
-    write(config, std::string(kHead) + kWorkspace);
-  }
-  void clock(const std::string& clocking) const {
-    write(config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +
-                      clocking + "\"\n");
-  }
-  [[nodiscard]] ProgramResult run(const std::string& arguments) const {
-    return run_program(HAPTIC_RUN_DEVICE, "run '" + config + "' " + arguments);
-  }
-};
-
-std::vector<json> lines_of(const std::string& text) {
-  std::vector<json> lines;
-  std::istringstream stream(text);
-  std::string line;
-  while (std::getline(stream, line)) {
-    // The last one may still be in the making.
-    if (!stream.eof()) lines.push_back(json::parse(line));
-  }
-  return lines;
-}
-
-struct Ended {
-  int exit_code = -1;
-  std::vector<json> lines;
-  std::string err;
-};
-
-/// Runs without an end, until `enough` says so of a status; then does `harm` to the process.
-Ended run_until(const Bench& bench, const std::function<bool(const json&)>& enough,
-                const std::function<void(pid_t)>& harm, const char* ticks = nullptr) {
-  const std::string out = bench.folder.file("out"), err = bench.folder.file("err");
-  const pid_t pid = fork();
-  REQUIRE(pid >= 0);
-  if (pid == 0) {
-    dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDOUT_FILENO);
-    dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600), STDERR_FILENO);
-    // The list ends with the first null.
-    execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
-          "0.05", "--seconds", "60", ticks != nullptr ? "--ticks" : nullptr, ticks, nullptr);
-    _exit(127);
-  }
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(55);
-  bool met = false;
-  while (!met && std::chrono::steady_clock::now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const std::vector<json> lines = lines_of(text_of_file(out));
-    met = !lines.empty() && enough(lines.back());
-  }
-  CHECK(met);
-  harm(pid);
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, lines_of(text_of_file(out)),
-          text_of_file(err)};
-}
-
-bool presses(const json& status) {
-  return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
-}
-
-/// The first child renders. Where there is none, nothing: to kill() -1 means every process.
-bool kill_servo_of(pid_t pid) {
-  const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
-  pid_t servo = 0;
-  std::istringstream(text_of_file(task + "/children")) >> servo;
-  return servo > 0 && kill(servo, SIGKILL) == 0;
-}
 
 void check_message(const ProgramResult& r, int line, const std::string& part) {
   CHECK(r.exit_code == 3);
@@ -204,66 +107,6 @@ TEST_SUITE("tools.run_device.loop") {
     for (const char* part :
          {"ticks", "wake-ups", "tick  ", "answer", "link", "faults", "the time asked for is over"})
       CHECK(r.out.find(part) != std::string::npos);
-  }
-
-  TEST_CASE("SIGINT and SIGTERM while the hand presses: ramp to zero, exit 0") {
-    const Bench bench;
-    for (const int signal : {SIGINT, SIGTERM}) {
-      CAPTURE(signal);
-      const Ended ended = run_until(bench, presses, [signal](pid_t pid) { kill(pid, signal); });
-      CHECK(ended.exit_code == 0);
-      REQUIRE_FALSE(ended.lines.empty());
-      const json& summary = ended.lines.back();
-      REQUIRE(summary["kind"] == "summary");
-      CHECK(summary["largest_force_n"] > 1.5);
-      const json& ending = summary["ending"];
-      CAPTURE(ending.dump());
-      CHECK(ending["outputs"] >= 1);
-      CHECK(ending["jumps"] == 0);
-      CHECK(ending["last_force_n"] == 0.0);
-      CHECK(ending["last_torque_nm"] == 0.0);
-      CHECK(summary["peer"]["watchdog_cuts"].is_number());
-    }
-  }
-
-  TEST_CASE("a killed servo process: told, written down, and a spare goes on until the end") {
-    const Bench bench;
-    write(bench.config,
-          std::string(kHead) + kWorkspace + "[recorder]\ncrash_file = \"crash.csv\"\n");
-    const Ended ended = run_until(bench, presses, [](pid_t pid) {
-      CHECK(kill_servo_of(pid));
-      std::this_thread::sleep_for(std::chrono::seconds(2));  // of the spare at work
-      kill(pid, SIGINT);
-    });
-    CHECK(ended.exit_code == 1);
-    CHECK(ended.err.find("killed by signal 9") != std::string::npos);
-    REQUIRE_FALSE(ended.lines.empty());
-    const json& summary = ended.lines.back();
-    REQUIRE(summary["kind"] == "summary");
-    CHECK(summary["servo_processes"] == 2);
-    CHECK(summary["ending"]["last_force_n"] == 0.0);
-    const std::string crash = text_of_file(bench.folder.file("crash.csv"));
-    CHECK(crash.find("killed by signal 9") != std::string::npos);
-    CHECK(std::count(crash.begin(), crash.end(), '\n') > 100);
-  }
-
-  TEST_CASE("a servo process killed on the way to --ticks: the spare does the rest") {
-    const Bench bench;
-    // Killed as soon as its ticks count, so that a stalled machine has time left for the spare's.
-    const auto armed = [](const json& status) {
-      return status["kind"] == "status" && status["arming"] == "armed";
-    };
-    const Ended ended = run_until(
-        bench, armed, [](pid_t pid) { CHECK(kill_servo_of(pid)); }, "2500");
-    CHECK(ended.exit_code == 1);  // since one was killed
-    REQUIRE_FALSE(ended.lines.empty());
-    const json& summary = ended.lines.back();
-    REQUIRE(summary["kind"] == "summary");
-    CHECK(summary["why"] == "the ticks asked for are done");
-    CHECK(summary["servo_processes"] == 2);
-    CHECK(summary["ticks"] == 2500);
-    CHECK(summary["wakeups"]["count"] < 2500);  // of the spare alone
-    CHECK(summary["wakeups"]["count"] > 0);
   }
 
   TEST_CASE("configuration errors exit 3, with line, defect and mend") {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tests/tools/polyhedron/flatten_parts.hpp"
+#include "tests/tools/polyhedron/part_surface.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"

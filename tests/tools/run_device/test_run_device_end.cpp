@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a run of `run_device run` ends: by a signal, and when a servo process is killed.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <optional>
+#include <thread>
+
+#include "tests/support/signal_process.hpp"
+#include "tests/tools/run_device/run_bench.hpp"
+
+using haptic::sim::test::text_of_file;
+using haptic::test::signal_process;
+using namespace haptic::tools::test;
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+namespace {
+
+struct Ended {
+  int exit_code = -1;
+  std::vector<json> lines;
+  std::string err;
+};
+
+/// `run` with 60 s to go, unless its ticks are done before. Killed and reaped with this object if
+/// it is still there, whatever has failed.
+class RunningProgram {
+ public:
+  RunningProgram(const Bench& bench, const char* ticks)
+      : out_(bench.folder.file("out")), err_(bench.folder.file("err")), pid_(fork()) {
+    REQUIRE(pid_ >= 0);
+    if (pid_ > 0) return;
+    const int out = open(out_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    const int err = open(err_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    if (dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) _exit(126);
+    // The list ends with the first null.
+    execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
+          "0.05", "--seconds", "60", ticks != nullptr ? "--ticks" : nullptr, ticks, nullptr);
+    _exit(127);
+  }
+  ~RunningProgram() {
+    if (status_.has_value()) return;
+    kill(pid_, SIGKILL);  // its servo process goes with it
+    waitpid(pid_, nullptr, 0);
+  }
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  /// Of the process, which is not reaped yet: the number is still its own.
+  [[nodiscard]] pid_t pid() const { return status_.has_value() ? 0 : pid_; }
+  [[nodiscard]] std::vector<json> lines() const { return lines_of(text_of_file(out_)); }
+  [[nodiscard]] bool has_ended() {
+    int status = 0;
+    if (!status_.has_value() && waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
+    return status_.has_value();
+  }
+  [[nodiscard]] Ended ended() const {
+    const bool exited = status_.has_value() && WIFEXITED(*status_);
+    return {exited ? WEXITSTATUS(*status_) : -1, lines(), text_of_file(err_)};
+  }
+
+ private:
+  std::string out_, err_;
+  pid_t pid_;
+  std::optional<int> status_;
+};
+
+/// Asks every 20 ms, for so long at the most.
+bool comes_true(std::chrono::seconds limit, const std::function<bool()>& asked) {
+  const auto end = steady_clock::now() + limit;
+  while (!asked()) {
+    if (steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return true;
+}
+
+/// Runs until `enough` says so of a status; then does `harm` to the process and waits for its end.
+Ended run_until(const Bench& bench, const std::function<bool(const json&)>& enough,
+                const std::function<void(pid_t)>& harm, const char* ticks = nullptr) {
+  RunningProgram program(bench, ticks);
+  bool met = false;
+  const bool in_time = comes_true(std::chrono::seconds(55), [&] {
+    const bool over = program.has_ended();
+    const std::vector<json> lines = program.lines();
+    met = !over && !lines.empty() && enough(lines.back());
+    return met || over;
+  });
+  INFO("standard error so far: " << program.ended().err);
+  REQUIRE(in_time);
+  REQUIRE(met);
+  harm(program.pid());
+  REQUIRE(comes_true(std::chrono::seconds(90), [&] { return program.has_ended(); }));
+  return program.ended();
+}
+
+bool presses(const json& status) {
+  return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
+}
+
+/// The first child renders.
+void kill_servo_of(pid_t pid) {
+  REQUIRE(pid > 0);
+  const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
+  pid_t servo = 0;
+  std::istringstream(text_of_file(task + "/children")) >> servo;
+  signal_process(servo, SIGKILL);
+}
+
+}  // namespace
+
+TEST_SUITE("tools.run_device.end") {
+  TEST_CASE("SIGINT and SIGTERM while the hand presses: ramp to zero, exit 0") {
+    const Bench bench;
+    for (const int signal : {SIGINT, SIGTERM}) {
+      CAPTURE(signal);
+      const Ended ended =
+          run_until(bench, presses, [signal](pid_t pid) { signal_process(pid, signal); });
+      CHECK(ended.exit_code == 0);
+      REQUIRE_FALSE(ended.lines.empty());
+      const json& summary = ended.lines.back();
+      REQUIRE(summary["kind"] == "summary");
+      CHECK(summary["largest_force_n"] > 1.5);
+      const json& ending = summary["ending"];
+      CAPTURE(ending.dump());
+      CHECK(ending["outputs"] >= 1);
+      CHECK(ending["jumps"] == 0);
+      CHECK(ending["last_force_n"] == 0.0);
+      CHECK(ending["last_torque_nm"] == 0.0);
+      CHECK(summary["peer"]["watchdog_cuts"].is_number());
+    }
+  }
+
+  TEST_CASE("a killed servo process: told, written down, and a spare goes on until the end") {
+    const Bench bench;
+    write(bench.config,
+          std::string(kHead) + kWorkspace + "[recorder]\ncrash_file = \"crash.csv\"\n");
+    const Ended ended = run_until(bench, presses, [](pid_t pid) {
+      kill_servo_of(pid);
+      std::this_thread::sleep_for(std::chrono::seconds(2));  // of the spare at work
+      signal_process(pid, SIGINT);
+    });
+    CHECK(ended.exit_code == 1);
+    CHECK(ended.err.find("killed by signal 9") != std::string::npos);
+    REQUIRE_FALSE(ended.lines.empty());
+    const json& summary = ended.lines.back();
+    REQUIRE(summary["kind"] == "summary");
+    CHECK(summary["servo_processes"] == 2);
+    CHECK(summary["ending"]["last_force_n"] == 0.0);
+    const std::string crash = text_of_file(bench.folder.file("crash.csv"));
+    CHECK(crash.find("killed by signal 9") != std::string::npos);
+    CHECK(std::count(crash.begin(), crash.end(), '\n') > 100);
+  }
+
+  TEST_CASE("a servo process killed on the way to --ticks: the spare does the rest") {
+    const Bench bench;
+    // Killed as soon as its ticks count, so that a stalled machine has time left for the spare's.
+    const auto armed = [](const json& status) {
+      return status["kind"] == "status" && status["arming"] == "armed";
+    };
+    const Ended ended = run_until(bench, armed, kill_servo_of, "2500");
+    CHECK(ended.exit_code == 1);  // since one was killed
+    REQUIRE_FALSE(ended.lines.empty());
+    const json& summary = ended.lines.back();
+    REQUIRE(summary["kind"] == "summary");
+    CHECK(summary["why"] == "the ticks asked for are done");
+    CHECK(summary["servo_processes"] == 2);
+    CHECK(summary["ticks"] == 2500);
+    CHECK(summary["wakeups"]["count"] < 2500);  // of the spare alone
+    CHECK(summary["wakeups"]["count"] > 0);
+  }
+}
