@@ -106,7 +106,9 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   } else {
     contacts = BoundedList<WeightedContact>(arena.take<WeightedContact>(near_nodes));
     if (seams) {
-      identities = BoundedList<ContactIdentity>(arena.take<ContactIdentity>(near_nodes));
+      contact_classes = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(near_nodes));
+      contact_at = arena.take<std::uint32_t>(near_nodes);
+      classes.place(arena, near_nodes);
       node_shares = arena.take<NodeShare>(near_nodes);
     }
   }

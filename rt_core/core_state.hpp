@@ -10,7 +10,7 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
-#include "rt_core/contact/contact_identity.hpp"
+#include "rt_core/contact/contact_classes.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
@@ -63,7 +63,9 @@ struct HapticCore::State {
   BoundedList<ContactPatch> patches;
   BoundedList<Vec3> points, merged_points;  ///< paper's law: of all patches; of those in one plane
   BoundedList<WeightedContact> contacts;
-  BoundedList<ContactIdentity> identities;          ///< of the contacts, where bodies have seams
+  ContactClasses classes;                           ///< of the near nodes, where bodies have seams
+  BoundedList<std::uint32_t> contact_classes;       ///< of the contacts, where bodies have seams
+  std::span<std::uint32_t> contact_at;              ///< by class: where its contact is, if it has
   SceneFlag<&SceneTraits::hidden_nodes> has_seams;  ///< some pair has nodes that only separate
   std::span<PatchShare> shares;                     ///< per patch
   std::span<NodeShare> node_shares;                 ///< per near node, where bodies have seams
@@ -139,23 +141,25 @@ struct HapticCore::State {
   /// Groups of patches share nodes, not patches.
   [[nodiscard]] bool shares_nodes() const noexcept { return has_seams && !has_law(LawId::kPaper); }
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
-  [[nodiscard]] Real share_in(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
-  [[nodiscard]] Real held_by(const ContactPatch& holder, const ContactPatch& patch,
-                             bool leads) const noexcept;
+  void begin_shares() noexcept;
+  void find_held(std::uint32_t first, const ContactPatch& leader, StepCounters& counters) noexcept;
+  [[nodiscard]] Real held_with(Real weight, std::uint32_t k, Real d_near_m) const noexcept;
   [[nodiscard]] Real holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept;
   [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
   [[nodiscard]] std::uint32_t next_leader() const noexcept;
-  [[nodiscard]] Real coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept;
-  void share_nodes(const ContactPatch& patch, const ContactPatch& leader, Real share) noexcept;
+  [[nodiscard]] Real coplanar_in(const ContactPatch& leader, const Vec3& n) const noexcept;
+  void share_nodes(const ContactPatch& patch, const ContactPatch& leader, Real share,
+                   StepCounters& counters) noexcept;
   [[nodiscard]] Real weight_of(const NearNode& node, Real d_near_m, Real outside_m) const noexcept;
   [[nodiscard]] Real joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
                                     Real weight) const noexcept;
   void add_to_group(const ContactPatch& patch, const ContactPatch& group) noexcept;
   void add_points(const ContactPatch& patch) noexcept;
   void add_past_ends(const ContactPatch& patch, const ContactPatch& group) noexcept;
-  void add_contact(const NearNode& node, const PairView& pair, Real weight) noexcept;
-  [[nodiscard]] ContactPatch form_group(std::uint32_t first, const ContactPatch& leader) noexcept;
+  void add_contact(std::uint32_t k, Real weight) noexcept;
+  [[nodiscard]] ContactPatch form_group(std::uint32_t first, const ContactPatch& leader,
+                                        StepCounters& counters) noexcept;
   [[nodiscard]] Wrench group_wrench(std::uint32_t first, StepResult& result) noexcept;
   void hold_on(const ContactPatch& leader, const ContactPatch& group, Real share,
                Wrench& wrench) noexcept;

@@ -9,13 +9,6 @@
 namespace haptic {
 namespace {
 
-/// Two patches of one static body are one contact when their planes agree this closely.
-constexpr Real kSamePlaneChord = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
-
-/// Contacts with normals this close are of one plane where two pairs share a contact; beyond, less
-/// and less, and none at twice the angle.
-constexpr Real kOnePlaneChord = kCoplanarAngle_rad;
-
 /// Mixes words into a chain: every result depends on all words before it. Words go in turn to lanes
 /// that do not wait for each other.
 class StateHash {
@@ -57,109 +50,20 @@ constexpr Real kOwnSlope = 4;
 /// What a node that lies in its features still counts among those past their ends.
 constexpr Real kInsideShare = 1.0e-6_r;
 
-/// How alike two normals are: 1 of one plane, 0 beyond twice that.
-Real alike(const Vec3& m, const Vec3& n) noexcept {
-  return std::clamp(2 - (m - n).norm() / kOnePlaneChord, Real{0}, Real{1});
-}
-
 }  // namespace
-
-/// Whether a patch is part of the contact that `group` leads: one plane at one depth, or where the
-/// part goes on in the piece whose plane the group has.
-bool HapticCore::State::joins(const ContactPatch& patch, const ContactPatch& group) const noexcept {
-  if (patch.body_b != group.body_b) return false;
-  if (patch.is_of(group.plane)) return true;
-  // One rigid body meets one plane of another at its deepest point, whatever its pieces reach.
-  if (has_seams && !patch.plane.of_a && patch.plane.sign != 0 && patch.plane == group.plane) {
-    return true;
-  }
-  return (patch.normal_w - group.normal_w).squaredNorm() <= kSamePlaneChord * kSamePlaneChord &&
-         std::abs(patch.d_near_m - group.d_near_m) <= patch.merge_distance_m;
-}
-
-/// How much of what a patch is nearest to lies in its own features and not in the plane of `n`.
-Real HapticCore::State::holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept {
-  Real most = 0;
-  for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
-    const NearNode& m = near[k];
-    const Real weight = weight_of(m, patch.d_near_m, m.outside_m) * node_shares[k].left;
-    if (weight > most) most = std::max(most, weight * (1 - alike(m.normal_w, n)));
-  }
-  return most;
-}
-
-/// Share 0 to 1 of the nearest contacts of `patch` that `holder` has: they lie in its features.
-/// `leads`: the patch leads; where it holds a contact of its own in another plane, that is the one
-/// it leads, and what the holder has is another.
-Real HapticCore::State::held_by(const ContactPatch& holder, const ContactPatch& patch,
-                                bool leads) const noexcept {
-  Real held = 0;
-  for (std::uint32_t k = 0; k < patch.near_count; ++k) {
-    const NearNode& n = near[patch.near_begin + k];
-    Real weight = weight_of(n, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
-    if (weight <= held) continue;
-    if (leads) weight *= 1 - holding_beside(patch, n.normal_w);
-    const ContactIdentity identity = contact_identity(pairs[patch.pair].view, n);
-    for (std::uint32_t l = 0; l < holder.near_count; ++l) {
-      const NearNode& m = near[holder.near_begin + l];
-      if (m.type != n.type || m.outside_m >= epsilon_o_m) continue;
-      if (!(contact_identity(pairs[holder.pair].view, m) == identity)) continue;
-      const Real other = weight_of(m, holder.d_near_m, m.outside_m);
-      held = std::max(held, weight * other * node_shares[holder.near_begin + l].left);
-    }
-  }
-  return held;
-}
-
-/// How much of the contact of `patch` is the one of `leader`. Where bodies have seams, which face
-/// names the plane of a patch changes from tick to tick; what two pairs find of one contact does
-/// not.
-Real HapticCore::State::share_in(const ContactPatch& patch,
-                                 const ContactPatch& leader) const noexcept {
-  if (!shares_nodes()) return joins(patch, leader) ? Real{1} : Real{0};
-  if (patch.body_b != leader.body_b) return 0;
-  const Real held = std::max(held_by(leader, patch, false), held_by(patch, leader, true));
-  return joins(patch, leader) ? std::max(held, coplanar_in(leader, leader.normal_w)) : held;
-}
-
-/// How far a contact with the normal `n` is of a plane that `patch` is near, 0 to 1.
-Real HapticCore::State::coplanar_in(const ContactPatch& patch, const Vec3& n) const noexcept {
-  Real most = 0;
-  for (std::uint32_t k = 0; k < patch.near_count; ++k) {
-    const NearNode& m = near[patch.near_begin + k];
-    const Real of_plane = alike(m.normal_w, n);
-    if (of_plane == 0) continue;
-    const Real weight = weight_of(m, patch.d_near_m, 0) * node_shares[patch.near_begin + k].left;
-    most = std::max(most, of_plane * weight);
-  }
-  return most;
-}
-
-/// Gives the group of `leader` the nodes of a patch that lie in its planes.
-void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatch& leader,
-                                    Real share) noexcept {
-  const auto give = [&](std::uint32_t k) {
-    const Real taken = share * coplanar_in(leader, near[k].normal_w);
-    node_shares[k].joining = node_shares[k].left * taken;
-    node_shares[k].left *= 1 - taken;
-  };
-  for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) give(k);
-  if (patch.is_of_neighbour()) give(patch.passed_node);
-}
 
 /// Adds a contact; where bodies have seams, one that several pairs have found counts once, with the
 /// largest weight: it lies in or nearest to the features of that pair.
-void HapticCore::State::add_contact(const NearNode& node, const PairView& pair,
-                                    Real weight) noexcept {
-  const WeightedContact contact{node.normal_w, node.app_w, weight};
+void HapticCore::State::add_contact(std::uint32_t k, Real weight) noexcept {
+  const WeightedContact contact{near[k].normal_w, near[k].app_w, weight};
   if (has_seams) {
-    const ContactIdentity identity = contact_identity(pair, node);
-    for (std::uint32_t k = 0; k < identities.size(); ++k) {
-      if (!(identities[k] == identity)) continue;
-      if (weight > contacts[k].weight) contacts[k] = contact;
+    const std::uint32_t own = classes.class_of(k), at = contact_at[own];
+    if (at < contacts.size() && contact_classes[at] == own) {
+      if (weight > contacts[at].weight) contacts[at] = contact;
       return;
     }
-    static_cast<void>(identities.push(identity));
+    contact_at[own] = contacts.size();
+    static_cast<void>(contact_classes.push(own));
   }
   static_cast<void>(contacts.push(contact));
 }
@@ -190,9 +94,10 @@ void HapticCore::State::add_to_group(const ContactPatch& patch,
   if (has_law(LawId::kPaper)) return add_points(patch);
   const Real d_near_m = has_seams ? group.d_near_m : patch.d_near_m;
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
+    if (has_seams && node_shares[k].joining == 0) continue;
     Real weight = weight_of(near[k], d_near_m, near[k].outside_m);
     if (has_seams) weight = joining_weight(patch, k, near[k].outside_m, weight);
-    if (weight > 0) add_contact(near[k], pairs[patch.pair].view, weight);
+    if (weight > 0) add_contact(k, weight);
   }
 }
 
@@ -248,7 +153,7 @@ Wrench HapticCore::State::total_wrench(StepResult& result) noexcept {
   Wrench total;
   std::fill_n(shares.begin(), patches.size(), PatchShare{});
   if (shares_nodes()) {
-    std::fill_n(node_shares.begin(), near.size(), NodeShare{});
+    begin_shares();
     for (std::uint32_t i = 0; i < patches.size(); ++i) shares[i].past_ends = past_ends(patches[i]);
   }
   for (std::uint32_t count = 0; count < patches.size(); ++count) {
@@ -268,11 +173,12 @@ void HapticCore::State::add_past_ends(const ContactPatch& patch,
                                       const ContactPatch& group) noexcept {
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) {
     const NearNode& n = near[k];
+    if (node_shares[k].joining == 0) continue;
     const Real weight = joining_weight(patch, k, 0, weight_of(n, group.d_near_m, 0));
     if (!(weight > 0)) continue;
     const Real past = epsilon_o_m / (epsilon_o_m + n.outside_m);
     const Real outside = kInsideShare + past_end(n);
-    add_contact(n, pairs[patch.pair].view, weight * outside * past * past);
+    add_contact(k, weight * outside * past * past);
   }
 }
 
@@ -290,7 +196,7 @@ void HapticCore::State::hold_on(const ContactPatch& leader, const ContactPatch& 
   wrench.torque_w *= largest;
   if (share <= largest) return;
   contacts.clear();
-  identities.clear();
+  contact_classes.clear();
   add_past_ends(leader, group);
   for (std::uint32_t j = 0; j < patches.size(); ++j) {
     if (shares[j].joining > 0) add_past_ends(patches[j], group);
@@ -325,20 +231,25 @@ void HapticCore::State::lead_with_passed(ContactPatch& group) noexcept {
 
 /// Gives the patches their shares in the group that `first` leads; its depths are the deepest of
 /// both, in the measure of the shares.
-ContactPatch HapticCore::State::form_group(std::uint32_t first,
-                                           const ContactPatch& leader) noexcept {
+ContactPatch HapticCore::State::form_group(std::uint32_t first, const ContactPatch& leader,
+                                           StepCounters& counters) noexcept {
   ContactPatch group = leader;
-  for (std::uint32_t j = 0; j < patches.size(); ++j) shares[j].joining = 0;
+  for (std::uint32_t j = 0; j < patches.size(); ++j) shares[j].joining = shares[j].held = 0;
   shares[first].left = 0;
   shares[first].led = true;
+  Real in_plane = 1;
+  if (kSceneTraits.several_pairs && shares_nodes()) {
+    find_held(first, leader, counters);
+    in_plane = coplanar_in(leader, leader.normal_w);
+  }
   for (std::uint32_t j = 0; kSceneTraits.several_pairs && j < patches.size(); ++j) {
     const ContactPatch& patch = patches[j];
     PatchShare& share = shares[j];
     if (share.left == 0) continue;
-    const Real in_group = share_in(patch, leader);
+    const Real in_group = joins(patch, leader) ? std::max(share.held, in_plane) : share.held;
     share.joining = share.left * in_group;
     share.left *= 1 - in_group;
-    if (share.joining > 0 && shares_nodes()) share_nodes(patch, leader, in_group);
+    if (share.joining > 0 && shares_nodes()) share_nodes(patch, leader, in_group, counters);
     if (share.joining == 0 || patch.lends || patch.is_of(leader.plane)) continue;  // no own depth
     const Real d = leader.d_near_m + share.joining * (patch.d_near_m - leader.d_near_m);
     const Real full = leader.full_m + share.joining * (patch.full_m - leader.full_m);
@@ -353,13 +264,13 @@ Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) 
   ContactPatch leader = patches[first];
   merged_points.clear();
   contacts.clear();
-  identities.clear();
+  contact_classes.clear();
   const Real share = shares[first].left;
   if (leader.is_of_neighbour()) lead_with_passed(leader);
-  const ContactPatch group = form_group(first, leader);
+  const ContactPatch group = form_group(first, leader, result.counters);
   if (shares_nodes()) {
     for (std::uint32_t k = leader.near_begin; k < leader.near_begin + leader.near_count; ++k) {
-      node_shares[k] = {0, node_shares[k].left};
+      node_shares[k] = {0, node_shares[k].left, 0};
     }
   }
   add_to_group(leader, group);

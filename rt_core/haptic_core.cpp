@@ -191,11 +191,11 @@ void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
   for (const auto field :
        {&StepCounters::pair_visits, &StepCounters::support_pairs,
         &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
-        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
-        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
-        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
-        &StepCounters::qp_steps}) {
+        &StepCounters::hull_points, &StepCounters::node_pairs, &StepCounters::stale_pairs,
+        &StepCounters::proxy_passes, &StepCounters::proxy_rejected, &StepCounters::proxy_rounds,
+        &StepCounters::proxy_rows, &StepCounters::qp_iterations, &StepCounters::plane_gaps,
+        &StepCounters::valid_nodes, &StepCounters::full_searches, &StepCounters::search_work,
+        &StepCounters::qp_programs, &StepCounters::qp_steps}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

@@ -74,6 +74,7 @@ struct StepCounters {
   std::uint32_t edge_pairs = 0;
   std::uint32_t near_nodes = 0;
   std::uint32_t hull_points = 0;
+  std::uint32_t node_pairs = 0;   ///< near nodes of two patches compared: do they share a contact
   std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
   std::uint32_t proxy_passes = 0;
   std::uint32_t proxy_rejected = 0;  ///< passes that found no step to certify

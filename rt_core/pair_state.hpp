@@ -43,12 +43,14 @@ struct PairState {
 /// How much of a near node no group has yet, and how much is in the group that is being formed.
 struct NodeShare {
   Real left = 1, joining = 0;
+  Real nearest = 0;  ///< of the leader: its weight at the leader's depth, however far past an end
 };
 
 /// The same of a patch.
 struct PatchShare {
   Real left = 1, joining = 0;
   Real past_ends = 0;  ///< how much of what it is nearest to it does not hold
+  Real held = 0;       ///< how much of it and the leader is one contact by its near nodes
   bool led = false;    ///< a group of its own has been formed
 };
 

@@ -5,6 +5,7 @@
 /// faces, a corner by its vertex of the mesh. One that a cut has made is only itself.
 
 #include <array>
+#include <compare>
 #include <cstdint>
 
 #include "rt_core/contact/near_set.hpp"
@@ -14,7 +15,7 @@ namespace haptic {
 struct ContactIdentity {
   ContactType type = ContactType::kA;
   std::array<std::uint32_t, 2> of_a{}, of_b{};
-  bool operator==(const ContactIdentity&) const = default;
+  auto operator<=>(const ContactIdentity&) const = default;
 };
 
 /// A plane of a body with the side that is outward.

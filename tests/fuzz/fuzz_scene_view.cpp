@@ -84,6 +84,7 @@ void run_core(const haptic::SceneView& scene) {
     require(c.edge_pairs <= capacity.max_edge_pairs, "edge pairs per tick");
     require(c.near_nodes <= capacity.max_near_nodes, "near nodes per tick");
     require(c.hull_points <= capacity.max_hull_points, "points of a contact polygon");
+    require(c.node_pairs <= capacity.max_node_pairs, "pairs of near nodes compared");
     require(c.proxy_passes <= capacity.max_proxy_passes, "passes of the proxy");
     require(c.proxy_rounds <= capacity.max_proxy_rounds, "rounds of one pass");
     require(c.proxy_rows <= capacity.max_qp_rows, "rows of one quadratic program");

@@ -167,6 +167,7 @@ TEST_SUITE("rt_core.pruned_scenes") {
       CHECK(r.counters.edge_pairs <= c.max_edge_pairs);
       CHECK(r.counters.support_pairs <= c.max_support_pairs);
       CHECK(r.counters.near_nodes <= c.max_near_nodes);
+      CHECK(r.counters.node_pairs <= c.max_node_pairs);
     }
   }
 
