@@ -172,7 +172,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
         CAPTURE(static_cast<int>(law));
         CAPTURE(cut_plate);
         CAPTURE(cut_block);
-        const auto q = unit(cut_plate ? std::array<double, 4>{1, 2e-4, -1e-4, 0.003}
+        const auto q = unit(cut_plate ? std::array<double, 4>{1, 6e-4, -3e-4, 0.003}
                                       : std::array<double, 4>{1, 0.0004, -0.0003, 0.2});
         const Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
         const Point block_lo = {-0.03, -0.02, -0.02}, block_hi = {0.03, 0.02, 0.02};
