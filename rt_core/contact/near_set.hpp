@@ -27,7 +27,8 @@ struct NearNode {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the C-face
   Real f_m = 0;                  ///< n.((x - b) + R a)
   /// Types A and B: largest height of a neighbouring vertex over the plane (method section 2). Type
-  /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable.
+  /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable. Where a cut
+  /// has shortened an edge, the neighbour is that of the uncut body (contact/edge_reach.hpp).
   Real violation_m = 0;
   Real rise_m = 0;  ///< types A and B: f less the gap along the normal; type C: 0
   /// App on B about x_0^A, W axes, and how far it lies outside its two features when A is moved to

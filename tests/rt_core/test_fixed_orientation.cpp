@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rt_core/contact/fixed_obstacle.hpp"
@@ -167,20 +168,24 @@ TEST_SUITE("rt_core.fixed_orientation") {
 
   TEST_CASE("laws of the region: the wrench of the general program at that orientation") {
     for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
-      for (const bool cut : {false, true}) {
+      for (const auto& [cut_plate, cut_block] :
+           {std::pair{false, false}, std::pair{true, false}, std::pair{true, true}}) {
         CAPTURE(static_cast<int>(law));
-        CAPTURE(cut);
-        const auto q = unit(cut ? std::array<double, 4>{1, 0, 0, 0.003}
-                                : std::array<double, 4>{1, 0.0004, -0.0003, 0.2});
+        CAPTURE(cut_plate);
+        CAPTURE(cut_block);
+        const auto q = unit(cut_plate ? std::array<double, 4>{1, 6e-4, -3e-4, 0.003}
+                                      : std::array<double, 4>{1, 0.0004, -0.0003, 0.2});
         const Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
-        tools::SceneDescription d =
-            scene_of(box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}), {box(lo, hi)});
+        const Point block_lo = {-0.03, -0.02, -0.02}, block_hi = {0.03, 0.02, 0.02};
+        tools::SceneDescription d = scene_of(box(block_lo, block_hi), {box(lo, hi)});
         d.parameters.law = law;
-        if (cut) {
-          d.statics[0].body = cut_box(lo, hi, {0.003}, {{}, {-0.004}});
+        if (cut_plate) d.statics[0].body = cut_box(lo, hi, {0.003}, {{}, {-0.004}});
+        if (cut_block) d.moving.body = cut_box(block_lo, block_hi, {-0.005}, {{0.006}, {}});
+        if (cut_plate) {
           const LoadedScene all(d);
           d.marks = all_marks(all.view);
           mark_cuts(all.view, 1, box(lo, hi), d.marks);
+          if (cut_block) mark_cuts(all.view, 0, box(block_lo, block_hi), d.marks);
         }
         LoadedScene turning(d), fixed(with_one_orientation(d, q));
         double largest = 0, depth = 0;
