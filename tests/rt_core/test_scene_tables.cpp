@@ -195,7 +195,7 @@ TEST_SUITE("rt_core.scene_tables") {
                              &SceneCapacity::max_proxy_rejected, &SceneCapacity::max_proxy_rounds,
                              &SceneCapacity::max_qp_rows, &SceneCapacity::max_qp_iterations,
                              &SceneCapacity::max_qp_programs, &SceneCapacity::max_qp_steps,
-                             &SceneCapacity::reserved}) {
+                             &SceneCapacity::max_node_pairs}) {
       CHECK(with([&](SceneCapacity& c) { c.*field += 1; }) == RtStatus::kBlobBadCapacity);
     }
   }
