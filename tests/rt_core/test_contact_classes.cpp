@@ -168,6 +168,51 @@ tools::Body diagonal_plate() {
   return join({half({0, 1, 2, 4, 5, 6}), half({0, 2, 3, 4, 6, 7})});
 }
 
+/// The plate in two whose vertices are numbered in opposite ways, so that edges run both ways.
+tools::Body opposite_plate(const Point& lo, const Point& hi) {
+  tools::Body plate = cut_box(lo, hi, {0.003}, {{}, {}});
+  tools::ConvexPiece& piece = plate.pieces[1];
+  const auto last = static_cast<std::uint32_t>(piece.vertices.size() - 1);
+  std::ranges::reverse(piece.vertices);
+  std::ranges::reverse(piece.source_vertex);
+  for (tools::PieceFace& face : piece.faces) {
+    for (std::uint32_t& v : face.loop) v = last - v;
+  }
+  return plate;
+}
+
+/// Nodes of each type whose class has others, and those whose class is not that of the geometry.
+struct Shared {
+  std::size_t nodes[3] = {};
+  std::size_t wrong = 0;
+};
+
+/// All basic contacts of a box with a body in pieces.
+Shared shared_on(const tools::Body& fixed) {
+  const LoadedScene scene(scene_of(box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}), {fixed}));
+  std::vector<NodeFeatures> features;
+  const std::vector<Found> found = all_contacts(scene.view, features);
+  Bench bench(found.size());
+  static_cast<void>(bench.form(found));
+  Shared shared;
+  for (std::uint32_t k = 0; k < found.size(); ++k) {
+    const PairView pair = scene.view.pair(found[k].patch);
+    const NodeFeatures& m = features[k];
+    Nodes wanted;
+    for (std::uint32_t l = 0; l < found.size(); ++l) {
+      const PairView other = scene.view.pair(found[l].patch);
+      const NodeFeatures& n = features[l];
+      if (m.type == n.type && same_feature(m.type, true, pair.a, m.i, other.a, n.i) &&
+          same_feature(m.type, false, pair.b, m.j, other.b, n.j)) {
+        wanted.push_back(l);
+      }
+    }
+    shared.wrong += bench.same_as(k) != wanted;
+    shared.nodes[static_cast<std::size_t>(m.type)] += wanted.size() > 1;
+  }
+  return shared;
+}
+
 }  // namespace
 
 TEST_SUITE("rt_core.contact_classes") {
@@ -285,36 +330,20 @@ TEST_SUITE("rt_core.contact_classes") {
 
   TEST_CASE("every basic contact of a body in pieces: one where its features go on") {
     const Point lo = {-0.1, -0.1, -0.03}, hi = {0.1, 0.1, 0};
-    const tools::Body moving = box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02});
-    for (const tools::Body& fixed : {cut_box(lo, hi, {0.003}, {{-0.004}, {-0.004}}),
-                                     cut_box(lo, hi, {0.003}, {{}, {-0.004}}), diagonal_plate()}) {
-      const LoadedScene scene(scene_of(moving, {fixed}));
-      std::vector<NodeFeatures> features;
-      const std::vector<Found> found = all_contacts(scene.view, features);
-      Bench bench(found.size());
-      static_cast<void>(bench.form(found));
-      std::size_t shared[3] = {}, wrong = 0;
-      for (std::uint32_t k = 0; k < found.size(); ++k) {
-        const PairView pair = scene.view.pair(found[k].patch);
-        const NodeFeatures& m = features[k];
-        Nodes wanted;
-        for (std::uint32_t l = 0; l < found.size(); ++l) {
-          const PairView other = scene.view.pair(found[l].patch);
-          const NodeFeatures& n = features[l];
-          if (m.type == n.type && same_feature(m.type, true, pair.a, m.i, other.a, n.i) &&
-              same_feature(m.type, false, pair.b, m.j, other.b, n.j)) {
-            wanted.push_back(l);
-          }
-        }
-        wrong += bench.same_as(k) != wanted;
-        shared[static_cast<std::size_t>(m.type)] += wanted.size() > 1;
-      }
-      CHECK(wrong == 0);
-      const bool diagonal = fixed.pieces.size() == 2;
-      CHECK(shared[1] > 0);                 // top and bottom go on in every piece
-      CHECK((shared[2] == 0) == diagonal);  // across the cuts along an axis, edges go on
-      CHECK((shared[0] > 0) == diagonal);   // corners of the plate; vertices of cuts are two
+    for (const tools::Body& plate :
+         {cut_box(lo, hi, {0.003}, {{-0.004}, {-0.004}}), cut_box(lo, hi, {0.003}, {{}, {-0.004}}),
+          opposite_plate(lo, hi)}) {
+      const Shared found = shared_on(plate);
+      CHECK(found.wrong == 0);
+      CHECK(found.nodes[0] == 0);  // vertices of cuts coincide and are two
+      CHECK(found.nodes[1] > 0);   // top and bottom go on in every piece
+      CHECK(found.nodes[2] > 0);   // edges go on across the cuts
     }
+    const Shared found = shared_on(diagonal_plate());
+    CHECK(found.wrong == 0);
+    CHECK(found.nodes[0] > 0);  // four corners of the plate are of both pieces
+    CHECK(found.nodes[1] > 0);
+    CHECK(found.nodes[2] == 0);
   }
 
   TEST_CASE("two faces are one plane exactly, not nearly") {
