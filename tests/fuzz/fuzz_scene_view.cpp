@@ -5,42 +5,30 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <memory>
-#include <new>
+#include <span>
+#include <string>
 
-#include "rt_core/haptic_core.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
+#include "tests/support/counter_bounds.hpp"
+#include "tools/common/scene_bytes.hpp"
 
 namespace {
 
 using haptic::fuzz::require;
 
-struct FreeAligned {
-  void operator()(std::byte* p) const {
-    ::operator delete (p, std::align_val_t{haptic::kSceneAlignment});
-  }
-};
-using AlignedBytes = std::unique_ptr<std::byte[], FreeAligned>;
-
-/// Exactly `size` bytes, so that the sanitizer sees the first access beyond them.
-AlignedBytes aligned_bytes(std::size_t size) {
-  return AlignedBytes(
-      static_cast<std::byte*>(::operator new (size, std::align_val_t{haptic::kSceneAlignment})));
-}
-
-void correct_header(std::byte* blob, std::size_t size) {
-  if (size < sizeof(haptic::SceneHeader)) {
+void correct_header(std::span<std::byte> blob) {
+  if (blob.size() < sizeof(haptic::SceneHeader)) {
     return;
   }
   haptic::SceneHeader header;
-  std::memcpy(&header, blob, sizeof header);
+  std::memcpy(&header, blob.data(), sizeof header);
   std::memcpy(header.magic, haptic::kSceneMagic, sizeof header.magic);
   header.version = haptic::kSceneVersion;
-  header.byte_count = size;
+  header.byte_count = blob.size();
   header.content_hash = 0;
-  std::memcpy(blob, &header, sizeof header);
-  header.content_hash = haptic::scene_content_hash({blob, size});
-  std::memcpy(blob, &header, sizeof header);
+  std::memcpy(blob.data(), &header, sizeof header);
+  header.content_hash = haptic::scene_content_hash(blob);
+  std::memcpy(blob.data(), &header, sizeof header);
 }
 
 haptic::Real real(double x) { return static_cast<haptic::Real>(x); }
@@ -82,37 +70,9 @@ haptic::StepInput leap(const haptic::SceneView& scene, unsigned tick) {
   return input;
 }
 
-struct Bound {
-  const char* what;
-  std::uint32_t haptic::StepCounters::*counter;
-  std::uint32_t haptic::SceneCapacity::*most;
-};
-using Done = haptic::StepCounters;
-using Most = haptic::SceneCapacity;
-constexpr Bound kBounds[] = {
-    {"pairs searched per tick", &Done::pair_visits, &Most::max_pair_visits},
-    {"support pairs per tick", &Done::support_pairs, &Most::max_support_pairs},
-    {"features per tick", &Done::feature_evaluations, &Most::max_feature_evaluations},
-    {"edge pairs per tick", &Done::edge_pairs, &Most::max_edge_pairs},
-    {"near nodes per tick", &Done::near_nodes, &Most::max_near_nodes},
-    {"points of a contact polygon", &Done::hull_points, &Most::max_hull_points},
-    {"pairs of near nodes compared", &Done::node_pairs, &Most::max_node_pairs},
-    {"gaps along planes per tick", &Done::plane_gaps, &Most::max_plane_gaps},
-    {"nodes of valid sets per tick", &Done::valid_nodes, &Most::max_valid_nodes},
-    {"searches without history", &Done::full_searches, &Most::max_full_searches},
-    {"work of searches without history", &Done::search_work, &Most::max_search_work},
-    {"passes of the proxy", &Done::proxy_passes, &Most::max_proxy_passes},
-    {"rejected passes", &Done::proxy_rejected, &Most::max_proxy_rejected},
-    {"rounds of one pass", &Done::proxy_rounds, &Most::max_proxy_rounds},
-    {"rows of one quadratic program", &Done::proxy_rows, &Most::max_qp_rows},
-    {"iterations of one quadratic program", &Done::qp_iterations, &Most::max_qp_iterations},
-    {"quadratic programs", &Done::qp_programs, &Most::max_qp_programs},
-    {"iterations of all quadratic programs", &Done::qp_steps, &Most::max_qp_steps}};
-
 void check_tick(const haptic::SceneView& scene, const haptic::StepResult& result) {
-  for (const Bound& bound : kBounds) {
-    require(result.counters.*bound.counter <= scene.header().capacity.*bound.most, bound.what);
-  }
+  const std::string over = haptic::test::over_bound(result.counters, scene.header().capacity);
+  require(over.empty(), ("within the header's bound: " + over).c_str());
   const haptic::Wrench& w = result.wrench_w;
   bool finite = std::isfinite(static_cast<double>(result.d_near_m));
   for (int i = 0; i < 3; ++i) {
@@ -125,9 +85,9 @@ void check_tick(const haptic::SceneView& scene, const haptic::StepResult& result
 void run_core(const haptic::SceneView& scene) {
   const std::size_t size = haptic::HapticCore::state_bytes(scene);
   require(size <= (std::size_t{1} << 28), "the memory of a core follows from the scene's size");
-  const AlignedBytes memory = aligned_bytes(size);
+  haptic::tools::SceneBytes memory(size);
   haptic::HapticCore* core = nullptr;
-  const haptic::RtStatus created = haptic::HapticCore::create({memory.get(), size}, scene, core);
+  const haptic::RtStatus created = haptic::HapticCore::create(memory.span(), scene, core);
   require((created == haptic::RtStatus::kOk) == (core != nullptr), "a core exists if created");
   if (core == nullptr) {
     return;
@@ -143,14 +103,14 @@ void run_core(const haptic::SceneView& scene) {
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const AlignedBytes blob = aligned_bytes(size == 0 ? 1 : size);
-  std::memcpy(blob.get(), data, size);
+  // Exactly these bytes, so that the sanitizer sees the first access beyond them.
+  haptic::tools::SceneBytes blob(std::as_bytes(std::span(data, size)));
   for (const bool corrected : {false, true}) {
     if (corrected) {
-      correct_header(blob.get(), size);
+      correct_header(blob.span());
     }
     haptic::SceneView scene;
-    if (haptic::SceneView::open({blob.get(), size}, scene) == haptic::RtStatus::kOk) {
+    if (haptic::SceneView::open(blob.span(), scene) == haptic::RtStatus::kOk) {
       run_core(scene);
     }
   }
