@@ -3,6 +3,7 @@
 /// The work of a tick against the bounds that the header of its scene states.
 
 #include <cstdint>
+#include <iterator>
 #include <string>
 
 #include "rt_core/haptic_core.hpp"
@@ -34,6 +35,9 @@ inline constexpr CounterBound kCounterBounds[] = {
     {"iterations of one program", &StepCounters::qp_iterations, &SceneCapacity::max_qp_iterations},
     {"quadratic programs", &StepCounters::qp_programs, &SceneCapacity::max_qp_programs},
     {"iterations of all programs", &StepCounters::qp_steps, &SceneCapacity::max_qp_steps}};
+
+// A new counter wants a line; stale_pairs alone has no bound of its own.
+static_assert(sizeof(StepCounters) == (std::size(kCounterBounds) + 1) * sizeof(std::uint32_t));
 
 /// The first counter above its bound; empty: none.
 [[nodiscard]] inline std::string over_bound(const StepCounters& counters,
