@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "hal/drivers/reference_codec.hpp"
+#include "tools/common/split_mix.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -23,14 +24,6 @@ std::uint64_t lasts(const DeviceFaultEvent& event) {
 
 bool is_of_reports(DeviceFaultKind kind) {
   return kind >= DeviceFaultKind::kShort && kind <= DeviceFaultKind::kFrozen;
-}
-
-// splitmix64 (Steele, Lea, Flood 2014): which bit turns over, by period.
-std::uint64_t scattered(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15ULL;
-  x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-  x = (x ^ (x >> 27U)) * 0x94D049BB133111EBULL;
-  return x ^ (x >> 31U);
 }
 
 }  // namespace
@@ -94,7 +87,7 @@ void ReportFaultFilter::damage(const Entry& entry, std::uint64_t period, Bytes& 
     case DeviceFaultKind::kCorrupt: {
       if (bytes.empty()) return;
       // Neighbouring bits from a scattered begin: never the same one twice, so never undone.
-      const std::size_t bits = 8 * bytes.size(), begin = scattered(period) % bits;
+      const std::size_t bits = 8 * bytes.size(), begin = tools::hashed(period) % bits;
       for (std::size_t k = 0; k < std::min(amount, bits); ++k) {
         const std::size_t bit = (begin + k) % bits;
         bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));

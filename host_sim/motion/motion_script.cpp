@@ -10,6 +10,7 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/split_mix.hpp"
 #include "tools/common/toml_file.hpp"
 
 namespace haptic::sim {
@@ -213,28 +214,10 @@ void read_tremor(const Reader& reader, const toml::node& node, double rate_hz, T
 
 // ---- Generating ----
 
-// splitmix64 (Steele, Lea, Flood 2014).
-class SplitMix64 {
- public:
-  explicit SplitMix64(std::uint64_t seed) : state_(seed) {}
-  // In [0, 1), a multiple of 2^-53.
-  double uniform() {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    z ^= z >> 31U;
-    return static_cast<double>(z >> 11U) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
-
 // Sum of three sines with the peak at most 1.
 class TremorAxis {
  public:
-  TremorAxis(SplitMix64& random, const double (&band_hz)[2]) {
+  TremorAxis(tools::SplitMix64& random, const double (&band_hz)[2]) {
     for (Sine& sine : sines_) {
       sine.frequency_hz = band_hz[0] + (band_hz[1] - band_hz[0]) * random.uniform();
       sine.phase_cycles = random.uniform();
@@ -294,7 +277,7 @@ MotionScript read_motion_script(const std::string& path) {
 }
 
 std::vector<MotionSample> make_motion(const MotionScript& script) {
-  SplitMix64 random(script.seed);
+  tools::SplitMix64 random(script.seed);
   std::vector<TremorAxis> axes;  // x y z, then the rotations about x y z
   for (int i = 0; i < 6; ++i) axes.emplace_back(random, script.tremor.band_hz);
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "host_sim/commands/core_session.hpp"
 #include "rt_core/contact/near_set.hpp"
+#include "tools/common/scene_bytes.hpp"
 
 namespace haptic::sim {
 
@@ -29,8 +29,8 @@ class PairTables {
     };
     Arena counting;
     place(counting);
-    memory_ = AlignedBytes(counting.used());
-    Arena arena(memory_.bytes().data());
+    memory_ = tools::SceneBytes(counting.used());
+    Arena arena(memory_.span().data());
     place(arena);
     bounds.reset(pair.marks);
   }
@@ -43,7 +43,7 @@ class PairTables {
   BoundedList<NearNode> near;
 
  private:
-  AlignedBytes memory_;
+  tools::SceneBytes memory_;
 };
 
 }  // namespace haptic::sim

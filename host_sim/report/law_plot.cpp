@@ -11,14 +11,12 @@ constexpr double kTop = 56, kHeight = 170, kGap = 34;
 
 std::string law_plot(const std::string& title, std::span<const double> times,
                      std::span<const CurvePanel> panels) {
-  const double t_low = times.empty() ? 0.0 : times.front();
-  const double t_high = times.size() < 2 ? t_low + 1.0 : times.back();
   const double height = kTop + static_cast<double>(panels.size()) * (kHeight + kGap) + 30;
   std::string svg = svg_head(kWidth, height);
   svg += text_at(kLeft, 30, title, "start", 18, "font-weight=\"bold\"");
   double top = kTop;
   for (const CurvePanel& source : panels) {
-    Panel panel{kLeft, top, kPlotWidth, kHeight, t_low, t_high, 0, 1};
+    Panel panel = time_panel(times, kLeft, top, kPlotWidth, kHeight);
     fit_range(panel, source.curves);
     svg += panel_frame(panel, source.label, &source == &panels.back());
     double y = top + 16;

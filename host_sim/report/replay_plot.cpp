@@ -11,7 +11,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kWidth = 1200, kLeft = 90, kRight = 170;
+constexpr double kWidth = 1200, kHeight = 820, kLeft = 90, kRight = 170;
 constexpr double kPlotWidth = kWidth - kLeft - kRight;
 // Colours that stay apart for colour-blind readers (Okabe and Ito).
 constexpr std::array<const char*, 4> kCurveColours = {"#d55e00", "#009e73", "#0072b2", "#000000"};
@@ -147,16 +147,10 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
     times.push_back(tick.t_s);
     contact += tick.d_near_m <= 0 ? 1u : 0u;
   }
-  const double t_low = times.empty() ? 0.0 : times.front();
-  const double t_high = times.size() < 2 ? t_low + 1.0 : times.back();
   const auto panel = [&](double top, double height) {
-    return Panel{kLeft, top, kPlotWidth, height, t_low, t_high, 0, 1};
+    return time_panel(times, kLeft, top, kPlotWidth, height);
   };
-  std::string svg =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(kWidth) + "\" height=\"820\" viewBox=\"0 0 1200 820\" font-family=\"sans-serif\">\n" +
-      "<rect width=\"1200\" height=\"820\" fill=\"#ffffff\"/>\n";
+  std::string svg = svg_head(kWidth, kHeight);
   svg += text_at(kLeft, 28, title + ": reaction on the hand", "start", 18, "font-weight=\"bold\"");
   svg +=
       text_at(kLeft, 48,

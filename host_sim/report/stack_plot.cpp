@@ -13,7 +13,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kWidth = 1200, kLeft = 90, kRight = 170;
+constexpr double kWidth = 1200, kHeight = 820, kLeft = 90, kRight = 170;
 constexpr double kPlotWidth = kWidth - kLeft - kRight;
 
 // Colours that stay apart for colour-blind readers (Okabe and Ito).
@@ -156,16 +156,10 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
     torque[1].push_back(static_cast<double>(handed_d.torque_w.norm()));
     torque[2].push_back(r.acting_w.torque_w.norm());
   }
-  const double t_low = times.empty() ? 0.0 : times.front();
-  const double t_high = times.size() < 2 ? t_low + 1.0 : times.back();
   const auto panel = [&](double top, double height) {
-    return Panel{kLeft, top, kPlotWidth, height, t_low, t_high, 0, 1};
+    return time_panel(times, kLeft, top, kPlotWidth, height);
   };
-  std::string svg =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "width=\"" +
-      pixel(kWidth) + "\" height=\"820\" viewBox=\"0 0 1200 820\" font-family=\"sans-serif\">\n" +
-      "<rect width=\"1200\" height=\"820\" fill=\"#ffffff\"/>\n";
+  std::string svg = svg_head(kWidth, kHeight);
   svg += text_at(kLeft, 28, title, "start", 18, "font-weight=\"bold\"");
   svg += text_at(kLeft, 48,
                  std::to_string(records.size()) + " periods, " + std::to_string(contact) +

@@ -71,6 +71,13 @@ std::string svg_head(double width, double height) {
          "\" height=\"" + pixel(height) + "\" fill=\"#ffffff\"/>\n";
 }
 
+Panel time_panel(std::span<const double> times, double left, double top, double width,
+                 double height) {
+  const double low = times.empty() ? 0.0 : times.front();
+  const double high = times.size() < 2 ? low + 1.0 : times.back();
+  return {left, top, width, height, low, high, 0, 1};
+}
+
 void fit_range(Panel& panel, std::span<const NamedCurve> curves) {
   double low = 0, high = 0;
   for (const NamedCurve& c : curves) {

@@ -39,6 +39,11 @@ struct Panel {
   }
 };
 
+/// A panel over all of `times`, ascending, one second where they are fewer than two; its values
+/// reach from 0 to 1 until they are fitted.
+[[nodiscard]] Panel time_panel(std::span<const double> times, double left, double top, double width,
+                               double height);
+
 struct NamedCurve {
   std::string name;
   const char* colour;

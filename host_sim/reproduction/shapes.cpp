@@ -79,12 +79,7 @@ tools::Body united_body(std::span<const Solid> pieces) {
   return body;
 }
 
-double Seeded::uniform(double low, double high) {
-  std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return low + (high - low) * (static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53);
-}
+double Seeded::uniform(double low, double high) { return low + (high - low) * random_.uniform(); }
 
 std::uint32_t Seeded::below(std::uint32_t count) {
   return std::min(count - 1, static_cast<std::uint32_t>(uniform(0.0, static_cast<double>(count))));

@@ -12,6 +12,7 @@
 #include "host_sim/motion/motion_script.hpp"
 #include "rt_core/base/pose.hpp"
 #include "rt_core/scene/capacity.hpp"
+#include "tools/common/split_mix.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::sim {
@@ -26,17 +27,17 @@ struct Solid {
   std::vector<std::vector<std::uint32_t>> loops;
 };
 
-/// Splitmix64 with the draws that poses need. Same seed, same numbers, on every platform.
+/// The draws that poses need. Same seed, same numbers, on every platform.
 class Seeded {
  public:
-  explicit Seeded(std::uint64_t seed) : state_(seed) {}
+  explicit Seeded(std::uint64_t seed) : random_(seed) {}
   [[nodiscard]] double uniform(double low, double high);
   [[nodiscard]] std::uint32_t below(std::uint32_t count);
   [[nodiscard]] Vector direction();   ///< uniform over the unit sphere
   [[nodiscard]] Rotation rotation();  ///< uniform over the rotations
 
  private:
-  std::uint64_t state_;
+  tools::SplitMix64 random_;
 };
 
 /// Box with corners `low` and `high`; vertex k has `high` in axis i where bit i of k is set.

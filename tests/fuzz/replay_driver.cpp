@@ -20,24 +20,19 @@
 #include <string_view>
 
 #include "tests/fuzz/fuzz_target.hpp"
+#include "tools/common/split_mix.hpp"
 
 namespace haptic::fuzz {
 namespace {
 
-/// SplitMix64: the same numbers on every platform.
+/// The same numbers on every platform.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::size_t below(std::size_t limit) {
-    state_ += 0x9e3779b97f4a7c15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    return static_cast<std::size_t>((z ^ (z >> 31)) % limit);
-  }
+  explicit Random(std::uint64_t seed) : words_(seed) {}
+  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(words_.next() % limit); }
 
  private:
-  std::uint64_t state_;
+  tools::SplitMix64 words_;
 };
 
 constexpr std::string_view kWords[] = {"0",

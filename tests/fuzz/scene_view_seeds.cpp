@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Seeds of fuzz_scene_view: what the scene writer makes of a few convex bodies.
-#include <cmath>
+#include <algorithm>
 #include <cstring>
+#include <span>
+#include <stdexcept>
+#include <utility>
 
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/support/pruned_scenes.hpp"
@@ -32,7 +35,11 @@ std::string marked_blob(const tools::Body& moving, const tools::Body& fixed, boo
   return written(scene);
 }
 
-/// From here the poses of the target go into the plate: a proxy is held where it starts free.
+/// Unit of a scene of which products of four lengths are zero in Real: just above those whose
+/// volume would be zero too, which are refused.
+constexpr double kLeastUnit_m = HAPTIC_REAL_IS_FLOAT ? 1e-30 : 1e-100;
+
+/// From here the target presses the part on the plate: a proxy starts free.
 constexpr test::Point kFreeStart_m = {0, 0, 0.09};
 
 /// A part that never turns over a plate in pieces, whose seams only separate.
@@ -68,14 +75,22 @@ void change_section(std::string& blob, SectionId id, std::size_t elements_each,
   }
 }
 
-/// The scene in another unit, so far out that squares or products of lengths leave the range of
-/// double: the writer would not make it. Volumes that overflow stay as they were.
+/// After sections were changed: the header's hash is that of its bytes again.
+std::string hashed(std::string blob) {
+  SceneHeader header;
+  std::memcpy(&header, blob.data(), sizeof header);
+  header.content_hash = 0;
+  std::memcpy(blob.data(), &header, sizeof header);
+  header.content_hash = scene_content_hash(std::as_bytes(std::span(blob)));
+  std::memcpy(blob.data(), &header, sizeof header);
+  return blob;
+}
+
+/// The scene in another unit, which the writer need not have made. Only law kProxy uses
+/// the coupling; its length keeps to its own limits.
 std::string scaled(std::string blob, double factor) {
   const auto real = [&](Real& x) { x = static_cast<Real>(static_cast<double>(x) * factor); };
-  const auto volume = [&](double& x) {
-    const double wanted = x * factor * factor * factor;
-    x = std::isnormal(wanted) ? wanted : x;
-  };
+  const auto volume = [&](double& x) { x *= factor * factor * factor; };
   change_section<Real>(blob, SectionId::kVertices, 3, real);
   change_section<PlaneRecord>(blob, SectionId::kPlanes, 1,
                               [&](PlaneRecord& plane) { real(plane.offset_m); });
@@ -88,7 +103,12 @@ std::string scaled(std::string blob, double factor) {
   change_section<SceneParameters>(blob, SectionId::kParameters, 1, [&](SceneParameters& p) {
     p.epsilon_m *= factor;
     p.epsilon_o_m *= factor;
-    p.coupling.k_r_nm_per_rad *= factor * factor;
+    const auto stiffness_at = [&](double length_m) {
+      return p.coupling.k_t_n_per_m * length_m * length_m;
+    };
+    p.coupling.k_r_nm_per_rad =
+        std::clamp(p.coupling.k_r_nm_per_rad * factor * factor, stiffness_at(kMinCouplingLength_m),
+                   stiffness_at(kMaxSceneLength_m));
   });
   change_section<EdgeDirection>(blob, SectionId::kEdgeDirections, 1,
                                 [&](EdgeDirection& edge) { real(edge.length_m); });
@@ -103,7 +123,27 @@ std::string scaled(std::string blob, double factor) {
     piece.reach_m *= factor;
     piece.vertex_relax_m *= factor;
   });
-  return blob;
+  return hashed(std::move(blob));
+}
+
+std::string stiffened(std::string blob) {
+  change_section<SceneParameters>(blob, SectionId::kParameters, 1, [](SceneParameters& p) {
+    p.k_f_n_per_m = kMaxStiffness_n_per_m;
+  });
+  return hashed(std::move(blob));
+}
+
+/// A seed that is refused is none: mutation would start where nothing is behind the checks.
+std::vector<Seed> loaded(std::vector<Seed> seeds) {
+  for (const Seed& seed : seeds) {
+    const auto bytes = std::as_bytes(std::span(seed.bytes));
+    try {
+      const test::LoadedScene scene(std::vector<std::byte>(bytes.begin(), bytes.end()));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error("seed " + seed.name + " of fuzz_scene_view: " + error.what());
+    }
+  }
+  return seeds;
 }
 
 }  // namespace
@@ -115,32 +155,30 @@ std::vector<Seed> seeds() {
   const tools::Body table = test::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0});
   const tools::Body step = test::box({-0.1, -0.1, 0}, {0, 0.1, 0.05});
   const std::string unit = blob_of(small, {small});
-  std::string stiff = unit;
-  change_section<SceneParameters>(stiff, SectionId::kParameters, 1,
-                                  [](SceneParameters& p) { p.k_f_n_per_m = 1e308; });
   tools::SceneDescription proxy = test::scene_of(tetrahedron, {test::join({table, step})});
   proxy.parameters.law = LawId::kProxy;
   proxy.moving.position_m = kFreeStart_m;
   tools::SceneDescription rough = proxy;
   rough.statics[0].friction = kMaxFriction;
-  return {{"huge", scaled(unit, 1e100)},
-          {"immense", scaled(unit, 1e160)},
-          {"tiny", scaled(unit, 1e-100)},
-          {"minute", scaled(unit, 1e-160)},
-          {"far", blob_of(test::box({1e5, 0, 0}, {1e5 + 1, 1, 1}), {table})},
-          {"stiff", stiff},
-          {"proxy", written(proxy)},
-          {"rough", written(rough)},
-          {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
-          {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kWeightedRegion)},
-          {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},
-          {"marked_boxed", marked_blob(step, table, true)},
-          {"two_tetrahedra", unit},
-          {"tetrahedron_box", blob_of(tetrahedron, {table})},
-          {"formed_graph", blob_of(tetrahedron, {table}, 0)},
-          {"one_of_two_stored", blob_of(tetrahedron, {tetrahedron, table}, 8000)},
-          {"tetrahedron_step", blob_of(tetrahedron, {test::join({table, step})})},
-          {"two_statics", blob_of(tetrahedron, {tetrahedron, step})}};
+  const std::string huge = scaled(unit, kMaxSceneLength_m);
+  return loaded({{"huge", huge},
+                 {"huge_stiff", stiffened(huge)},
+                 {"tiny", scaled(unit, 1e-8)},
+                 {"minute", scaled(unit, kLeastUnit_m)},
+                 {"far", blob_of(test::box({1e5, 0, 0}, {1e5 + 1, 1, 1}), {table})},
+                 {"stiff", stiffened(unit)},
+                 {"proxy", written(proxy)},
+                 {"rough", written(rough)},
+                 {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
+                 {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kWeightedRegion)},
+                 {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},
+                 {"marked_boxed", marked_blob(step, table, true)},
+                 {"two_tetrahedra", unit},
+                 {"tetrahedron_box", blob_of(tetrahedron, {table})},
+                 {"formed_graph", blob_of(tetrahedron, {table}, 0)},
+                 {"one_of_two_stored", blob_of(tetrahedron, {tetrahedron, table}, 8000)},
+                 {"tetrahedron_step", blob_of(tetrahedron, {test::join({table, step})})},
+                 {"two_statics", blob_of(tetrahedron, {tetrahedron, step})}});
 }
 
 }  // namespace haptic::fuzz

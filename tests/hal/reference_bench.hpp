@@ -104,13 +104,20 @@ class ReferenceBench {
   void unset(ReferenceStatusBit bit) {
     device.status = static_cast<std::uint8_t>(device.status & ~unsigned{bit});
   }
+  /// Reports, each answered by a command of no force; the faults that the states had.
+  std::uint32_t idle(std::size_t reports) {
+    std::uint32_t seen = 0;
+    for (std::size_t k = 0; k < reports; ++k) {
+      REQUIRE(report() == ReportVerdict::kState);
+      seen |= state.faults;
+      REQUIRE(command({}) == kReferenceCommandBytes);
+    }
+    return seen;
+  }
   /// Calibrated, drives confirmed, wrenches passed on.
   void bring_up() {
     set(kReferenceCalibrated);
-    for (std::size_t k = 0; k < 4 + latency; ++k) {
-      REQUIRE(report() == ReportVerdict::kState);
-      REQUIRE(command({}) == kReferenceCommandBytes);
-    }
+    idle(4 + latency);
   }
 
   AnsweringPort port;

@@ -2,33 +2,24 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <random>
 
 #include "hal/drivers/falcon_kinematics.hpp"
+#include "tests/support/random.hpp"
 
 using namespace haptic::hal;
+using haptic::test::Random;
 
 namespace {
 
 constexpr std::uint64_t kSeed = 77001;
 constexpr double kPi = 3.14159265358979323846;
 
-class Uniform {
- public:
-  double operator()(double lo, double hi) {
-    return lo + (hi - lo) * static_cast<double>(random_() >> 11) * 0x1.0p-53;
-  }
-
- private:
-  std::mt19937_64 random_{kSeed};
-};
-
 /// Evenly inside the ball of 40 mm about the middle, but for the part beyond the legs: with these
 /// lengths they are stretched 35 mm in front of the middle, and near that no angle is met well.
-Column3 point_in_workspace(Uniform& uniform) {
+Column3 point_in_workspace(Random& random) {
   const FalconKinematics arm;
   for (;;) {
-    const Column3 p(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    const Column3 p(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     if (p.norm() > 1.0) continue;
     const Column3 p_f = Column3(0, 0, kFalconCentre_m) + 0.040 * p;
     FalconAngles angles{};
@@ -52,10 +43,10 @@ TEST_SUITE("hal.falcon_kinematics") {
   TEST_CASE("angles_at: the chain of links closes on the position, with the knee outside") {
     const FalconGeometry g;
     const FalconKinematics arm(g);
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     for (int n = 0; n < 20000; ++n) {
-      const Column3 p = point_in_workspace(uniform);
+      const Column3 p = point_in_workspace(random);
       FalconAngles angles{};
       REQUIRE(arm.angles_at(p, angles));
       for (std::size_t i = 0; i < 3; ++i) {
@@ -78,9 +69,9 @@ TEST_SUITE("hal.falcon_kinematics") {
     // t = tan(t1 / 2) solves l2 t^2 + l1 t + l0 = 0; the smaller root is the arm's.
     const FalconGeometry g;
     const FalconKinematics arm(g);
-    Uniform uniform;
+    Random random(kSeed);
     for (int n = 0; n < 2000; ++n) {
-      const Column3 p = point_in_workspace(uniform);
+      const Column3 p = point_in_workspace(random);
       FalconAngles angles{};
       REQUIRE(arm.angles_at(p, angles));
       for (std::size_t i = 0; i < 3; ++i) {
@@ -100,11 +91,12 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("angles_at: the legs reach 19 in 20 points of the workspace, all of them up to 30 mm") {
     const FalconKinematics arm;
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     int inside = 0, reached = 0;
     while (inside < 20000) {
-      const Column3 p(uniform(-0.04, 0.04), uniform(-0.04, 0.04), uniform(-0.04, 0.04));
+      const Column3 p(random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04),
+                      random.uniform(-0.04, 0.04));
       if (p.norm() > 0.04) continue;
       ++inside;
       FalconAngles angles{};
@@ -131,14 +123,14 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("position_at: gives back the position of its angles to a nanometre, from anywhere") {
     const FalconKinematics arm;
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     double worst_m = 0.0;
     for (int n = 0; n < 20000; ++n) {
-      const Column3 p = point_in_workspace(uniform);
+      const Column3 p = point_in_workspace(random);
       FalconAngles angles{};
       REQUIRE(arm.angles_at(p, angles));
-      Column3 found = n % 2 == 0 ? Column3(0, 0, kFalconCentre_m) : point_in_workspace(uniform);
+      Column3 found = n % 2 == 0 ? Column3(0, 0, kFalconCentre_m) : point_in_workspace(random);
       REQUIRE(arm.position_at(angles, found));
       worst_m = std::max(worst_m, (found - p).norm());
     }
@@ -148,7 +140,7 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("position_at: angles of no position are refused, and the position stays") {
     const FalconKinematics arm;
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     const double rad = kPi / 180.0;
     for (const FalconAngles& angles :
@@ -164,7 +156,8 @@ TEST_SUITE("hal.falcon_kinematics") {
     // Any counts at all: either a position whose angles they are, or a refusal.
     int found = 0;
     for (int n = 0; n < 20000; ++n) {
-      const FalconAngles angles{uniform(-1, 3), uniform(-1, 3), uniform(-1, 3)};
+      const FalconAngles angles{random.uniform(-1, 3), random.uniform(-1, 3),
+                                random.uniform(-1, 3)};
       Column3 p(0, 0, kFalconCentre_m);
       if (!arm.position_at(angles, p)) continue;
       ++found;
@@ -179,11 +172,11 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("jacobian_at: equals finite differences of the inverse kinematics") {
     const FalconKinematics arm;
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     constexpr double kStep_m = 1e-6;
     for (int n = 0; n < 5000; ++n) {
-      const Column3 p = point_in_workspace(uniform);
+      const Column3 p = point_in_workspace(random);
       Square3 jacobian;
       REQUIRE(arm.jacobian_at(p, jacobian));
       for (int axis = 0; axis < 3; ++axis) {
@@ -203,12 +196,12 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("torques_for: power at the thighs is power at the handle, and force_of inverts it") {
     const FalconKinematics arm;
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     for (int n = 0; n < 5000; ++n) {
-      const Column3 p = point_in_workspace(uniform);
-      const Column3 force(uniform(-8, 8), uniform(-8, 8), uniform(-8, 8));
-      const Column3 velocity(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+      const Column3 p = point_in_workspace(random);
+      const Column3 force(random.uniform(-8, 8), random.uniform(-8, 8), random.uniform(-8, 8));
+      const Column3 velocity(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
       Square3 jacobian;
       Column3 torques = Column3::Zero();
       REQUIRE(arm.jacobian_at(p, jacobian));
@@ -228,11 +221,11 @@ TEST_SUITE("hal.falcon_kinematics") {
           std::array<std::int16_t, 3>{-1234, 567, 32767});
     CHECK(arm.counts_of({100.0, -100.0, 0.6}) == std::array<std::int16_t, 3>{32767, -32768, -17});
     // The handle moves by at most 60 um per count over the workspace: the stated encoder step.
-    Uniform uniform;
+    Random random(kSeed);
     double worst_m = 0.0;
     for (int n = 0; n < 5000; ++n) {
       Square3 jacobian;
-      REQUIRE(arm.jacobian_at(point_in_workspace(uniform), jacobian));
+      REQUIRE(arm.jacobian_at(point_in_workspace(random), jacobian));
       for (int leg = 0; leg < 3; ++leg) {
         Column3 turn = Column3::Zero(), move = Column3::Zero();
         turn[leg] = step;

@@ -9,25 +9,17 @@
 
 #include "hal/drivers/polhem_driver.hpp"
 #include "tests/support/polhem_counterpart.hpp"
+#include "tests/support/random.hpp"
 #include "tests/support/rt_guard.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;
 using haptic::test::PolhemCounterpart;
+using haptic::test::Random;
 
 namespace {
 
 constexpr std::uint64_t kSeed = 60606;
-
-class Uniform {
- public:
-  double operator()(double lo, double hi) {
-    return lo + (hi - lo) * static_cast<double>(random_() >> 11) * 0x1.0p-53;
-  }
-
- private:
-  std::mt19937_64 random_{kSeed};
-};
 
 ReportVerdict exchange(PolhemDriver& driver, PolhemCounterpart& device, const Vec3& force,
                        DeviceState& state, Wrench& delivered) {
@@ -143,11 +135,12 @@ TEST_SUITE("hal.polhem_kinematics") {
   TEST_CASE("jacobian_at: equals finite differences; currents do the work of the force") {
     const PolhemGeometry g;
     const PolhemKinematics arm(g);
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     int regular = 0;
     for (int n = 0; n < 5000; ++n) {
-      const PolhemAngles a{uniform(-1, 1), uniform(-0.5, 1), uniform(0.7, 2.4), 0, 0, 0};
+      const PolhemAngles a{
+          random.uniform(-1, 1), random.uniform(-0.5, 1), random.uniform(0.7, 2.4), 0, 0, 0};
       const Square3 jacobian = arm.jacobian_at(a);
       for (std::size_t k = 0; k < 3; ++k) {
         constexpr double kStep_rad = 1e-6;
@@ -157,9 +150,9 @@ TEST_SUITE("hal.polhem_kinematics") {
         const Column3 slope = (arm.position_at(behind) - arm.position_at(before)) / (2 * kStep_rad);
         REQUIRE((jacobian.col(static_cast<Eigen::Index>(k)) - slope).norm() < 1e-9);
       }
-      const Column3 force(uniform(-5, 5), uniform(-5, 5), uniform(-5, 5));
+      const Column3 force(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
       const Column3 currents = arm.currents_for(jacobian, force);
-      const Column3 rates(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+      const Column3 rates(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
       double motor_power = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const auto i = static_cast<Eigen::Index>(k);
@@ -303,15 +296,15 @@ TEST_SUITE("hal.polhem_driver") {
     REQUIRE(driver.start(device) == HalStatus::kOk);
     DeviceState state;
     REQUIRE(calibrate(driver, device, state) < 10);
-    Uniform uniform;
+    Random random(kSeed);
     CAPTURE(kSeed);
     Wrench delivered;
     int cut = 0;
     for (int i = 0; i < 2000; ++i) {
       const double size = i % 3 == 0 ? 4.0 : i % 3 == 1 ? 12.0 : 400.0;
-      const Vec3 force(static_cast<Real>(uniform(-size, size)),
-                       static_cast<Real>(uniform(-size, size)),
-                       static_cast<Real>(uniform(-size, size)));
+      const Vec3 force(static_cast<Real>(random.uniform(-size, size)),
+                       static_cast<Real>(random.uniform(-size, size)),
+                       static_cast<Real>(random.uniform(-size, size)));
       REQUIRE(exchange(driver, device, force, state, delivered) == ReportVerdict::kState);
       int largest = 0;
       for (const std::int16_t ma : device.currents_ma()) largest = std::max(largest, std::abs(ma));

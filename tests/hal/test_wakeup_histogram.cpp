@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "hal/realtime/wakeup_histogram.hpp"
+#include "tests/hal/sorted_quantile.hpp"
 
 using namespace haptic::hal;
+using haptic::hal::test::kQuantiles;
+using haptic::hal::test::sorted_quantile;
 
 TEST_SUITE("hal.wakeup_histogram") {
   TEST_CASE("add: bins of a microsecond, the rest counted beyond 10 ms") {
@@ -46,11 +49,9 @@ TEST_SUITE("hal.wakeup_histogram") {
     }
     std::sort(all.begin(), all.end());
     REQUIRE(all.back() < 10'000'000);
-    for (const double q : {0.0, 0.001, 0.25, 0.5, 0.9, 0.99, 0.999, 1.0}) {
+    for (const double q : kQuantiles) {
       CAPTURE(q);
-      const auto needed =
-          static_cast<std::size_t>(std::max(std::ceil(q * static_cast<double>(all.size())), 1.0));
-      const std::int64_t exact = all[needed - 1];
+      const std::int64_t exact = sorted_quantile(all, q);
       CHECK(h->quantile_ns(q) >= exact);
       CHECK(h->quantile_ns(q) <= exact + 1000);
     }

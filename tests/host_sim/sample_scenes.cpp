@@ -65,13 +65,6 @@ OraclePiece piece_of(const GoldenBody& body) {
   return make_oracle_piece(body.vertices, body.loops);
 }
 
-double Random::next() {
-  std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
 std::vector<MotionSample> smooth_path(std::uint64_t seed, std::size_t ticks,
                                       const PathShape& shape) {
   Random random(seed);

@@ -9,6 +9,7 @@
 #include "host_sim/motion/motion_csv.hpp"
 #include "host_sim/oracle/golden_file.hpp"
 #include "host_sim/oracle/oracle_piece.hpp"
+#include "tools/common/split_mix.hpp"
 
 namespace haptic::sim::test {
 
@@ -25,15 +26,15 @@ namespace haptic::sim::test {
 /// A body as the oracle sees it.
 [[nodiscard]] OraclePiece piece_of(const GoldenBody& body);
 
-/// Splitmix64: uniform in [0, 1).
+/// Uniform in [0, 1).
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  [[nodiscard]] double next();
+  explicit Random(std::uint64_t seed) : words_(seed) {}
+  [[nodiscard]] double next() { return words_.uniform(); }
   [[nodiscard]] Wide wide() { return widen(next()); }
 
  private:
-  std::uint64_t state_;
+  tools::SplitMix64 words_;
 };
 
 /// Coherent path at 1 kHz: each coordinate the sum of three slow sines about `centre_m`; the

@@ -21,6 +21,16 @@ Wide search(const OraclePiece& a, const OraclePiece& b, const WideVec& x,
   return search_pair(a, b, {r, x}, 0.3L, kDouble).reference_m;
 }
 
+/// In a box of these lengths about the origin.
+WideVec within(Random& random, Wide x, Wide y, Wide z) {
+  return {x * (random.wide() - 0.5L), y * (random.wide() - 0.5L), z * (random.wide() - 0.5L)};
+}
+
+WideRotation random_rotation(Random& random) {
+  return rotation_of(random.wide() - 0.5L, random.wide() - 0.5L, random.wide() - 0.5L,
+                     random.wide());
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.oracle") {
@@ -28,8 +38,7 @@ TEST_SUITE("host_sim.oracle") {
     const OraclePiece a = piece_of(box(0.02, 0.03, 0.04)), b = piece_of(box(0.1, 0.06, 0.05));
     Random random(1);
     for (int i = 0; i < 500; ++i) {
-      const WideVec x{0.4L * (random.wide() - 0.5L), 0.4L * (random.wide() - 0.5L),
-                      0.4L * (random.wide() - 0.5L)};
+      const WideVec x = within(random, 0.4L, 0.4L, 0.4L);
       const Wide expected =
           std::max({std::abs(x.x) - 0.12L, std::abs(x.y) - 0.09L, std::abs(x.z) - 0.09L});
       CHECK(std::abs(search(a, b, x) - expected) < 1e-17L);
@@ -74,15 +83,12 @@ TEST_SUITE("host_sim.oracle") {
     const OraclePiece a = piece_of(tetrahedron()), b = piece_of(prism(7, 0.08, 0.03));
     Random random(7);
     for (int i = 0; i < 60; ++i) {
-      const WideRotation r = rotation_of(random.wide() - 0.5L, random.wide() - 0.5L,
-                                         random.wide() - 0.5L, random.wide());
-      const WideVec x{0.02L * (random.wide() - 0.5L), 0.02L * (random.wide() - 0.5L),
-                      0.05L * (random.wide() - 0.5L)};
+      const WideRotation r = random_rotation(random);
+      const WideVec x = within(random, 0.02L, 0.02L, 0.05L);
       const Wide depth = search(a, b, x, r);
       REQUIRE(depth < 0);
       for (int k = 0; k < 200; ++k) {
-        WideVec n{random.wide() - 0.5L, random.wide() - 0.5L, random.wide() - 0.5L};
-        n = unit(n);
+        const WideVec n = unit(within(random, 1, 1, 1));
         Wide low = 1e9L, high = -1e9L;
         for (const WideVec& v : a.vertices) low = std::min(low, dot(n, x + r * v));
         for (const WideVec& v : b.vertices) high = std::max(high, dot(n, v));
@@ -95,10 +101,8 @@ TEST_SUITE("host_sim.oracle") {
     const OraclePiece a = piece_of(tetrahedron()), b = piece_of(box(0.1, 0.06, 0.05));
     Random random(3);
     for (int i = 0; i < 200; ++i) {
-      const WideRotation r = rotation_of(random.wide() - 0.5L, random.wide() - 0.5L,
-                                         random.wide() - 0.5L, random.wide());
-      const WideVec x{0.3L * (random.wide() - 0.5L), 0.3L * (random.wide() - 0.5L),
-                      0.3L * (random.wide() - 0.5L)};
+      const WideRotation r = random_rotation(random);
+      const WideVec x = within(random, 0.3L, 0.3L, 0.3L);
       const std::vector<NodeValue> nodes = all_nodes(a, b, {r, x});
       CHECK(nodes.size() == 128);
       Wide largest = -1;

@@ -52,6 +52,21 @@ void check_invariants(const ProxyFuzzResult& result) {
                   << t.peaks.proxy_rows << ", iterations " << t.peaks.qp_iterations);
 }
 
+FuzzScene two_boxes() {
+  FuzzScene scene;
+  scene.name = "boxes";
+  scene.part = centred_box("box", 0.01, 0.01, 0.01);
+  scene.pieces = {centred_box("box", 0.02, 0.02, 0.02)};
+  return scene;
+}
+
+/// A box of 20 mm at a box of 40 mm, judged.
+struct TwoBoxes {
+  FuzzScene scene = two_boxes();
+  CoreSession session{compiled(scene, 0.0), scene.name};
+  ProxyJudge judge{scene, session.view()};
+};
+
 }  // namespace
 
 TEST_SUITE("host_sim.proxy_fuzz") {
@@ -94,16 +109,10 @@ TEST_SUITE("host_sim.proxy_fuzz") {
   }
 
   TEST_CASE("judge: the gap of two boxes in every position is the closed form's") {
-    FuzzScene scene;
-    scene.name = "boxes";
-    scene.part = centred_box("box", 0.01, 0.01, 0.01);
-    scene.pieces = {centred_box("box", 0.02, 0.02, 0.02)};
-    const std::vector<std::byte> blob = compiled(scene, 0.0);
-    const CoreSession session(blob, scene.name);
-    ProxyJudge judge(scene, session.view());
+    TwoBoxes boxes;
     const auto gap = [&](const Vector& p) {
       return static_cast<double>(
-          judge.exact_gap_m(wide_pose(pose_at(p, Rotation::Identity())), 1.0L));
+          boxes.judge.exact_gap_m(wide_pose(pose_at(p, Rotation::Identity())), 1.0L));
     };
     CHECK(gap({0, 0, 0.0305}) == doctest::Approx(5e-4));
     CHECK(gap({0.0302, 0.01, 0}) == doctest::Approx(2e-4));
@@ -112,18 +121,13 @@ TEST_SUITE("host_sim.proxy_fuzz") {
   }
 
   TEST_CASE("judge: what could follow and what could not") {
-    FuzzScene scene;
-    scene.name = "boxes";
-    scene.part = centred_box("box", 0.01, 0.01, 0.01);
-    scene.pieces = {centred_box("box", 0.02, 0.02, 0.02)};
-    const std::vector<std::byte> blob = compiled(scene, 0.0);
-    const CoreSession session(blob, scene.name);
-    ProxyJudge judge(scene, session.view());
+    TwoBoxes boxes;
     const auto at = [](const Vector& p) { return wide_pose(pose_at(p, Rotation::Identity())); };
-    CHECK_FALSE(judge.could_follow(at({0, 0, 0.025}), at({0, 0, 0.03})));  // pressed on a face
-    CHECK(judge.could_follow(at({0.002, 0, 0.025}), at({0, 0, 0.03})));    // pulled along it
-    CHECK(judge.could_follow(at({0, 0, 0.035}), at({0, 0, 0.03})));        // pulled off
-    CHECK(judge.could_follow(at({0, 0, 0.035}), at({0, 0, 0.04})));        // nothing there
+    CHECK_FALSE(
+        boxes.judge.could_follow(at({0, 0, 0.025}), at({0, 0, 0.03})));        // pressed on a face
+    CHECK(boxes.judge.could_follow(at({0.002, 0, 0.025}), at({0, 0, 0.03})));  // pulled along it
+    CHECK(boxes.judge.could_follow(at({0, 0, 0.035}), at({0, 0, 0.03})));      // pulled off
+    CHECK(boxes.judge.could_follow(at({0, 0, 0.035}), at({0, 0, 0.04})));      // nothing there
   }
 
   TEST_CASE("program: exit 0 and three files; a fault is exit 1 with seed, scene, tick and poses") {

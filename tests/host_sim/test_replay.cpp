@@ -48,6 +48,17 @@ PathShape over_box(double z) {
   return shape;
 }
 
+constexpr double kNoises_rad[] = {0.0,   1e-16, 1e-15, 1e-14, 1e-13, 1e-12,
+                                  1e-11, 1e-10, 1e-9,  1e-8,  1e-6,  1e-3};
+
+PathShape aligned_over_box(double z, double turn_rad, double amplitude_m) {
+  PathShape shape = over_box(z);
+  shape.aligned = true;
+  shape.turn_rad = turn_rad;
+  shape.amplitude_m = amplitude_m;
+  return shape;
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.replay") {
@@ -65,14 +76,9 @@ TEST_SUITE("host_sim.replay") {
       "box on box, aligned with rotation noise from 0 to 1e-3 rad: agrees with the exhaustive "
       "search") {
     CoreSession session(scene_of(box(0.03, 0.04, 0.05), box(0.1, 0.06, 0.05)), "box on box");
-    for (const double noise :
-         {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3}) {
+    for (const double noise : kNoises_rad) {
       CAPTURE(noise);
-      PathShape shape = over_box(0.102);
-      shape.aligned = true;
-      shape.turn_rad = noise;
-      shape.amplitude_m = 0.02;
-      require_right(session, smooth_path(11, 600, shape));
+      require_right(session, smooth_path(11, 600, aligned_over_box(0.102, noise, 0.02)));
     }
   }
 
@@ -80,14 +86,10 @@ TEST_SUITE("host_sim.replay") {
       "box beside a parallel edge of a box, rotation noise from 0 to 1e-3 rad: agrees with the "
       "exhaustive search") {
     CoreSession session(scene_of(box(0.03, 0.04, 0.05), box(0.1, 0.06, 0.05)), "box on box");
-    for (const double noise :
-         {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3}) {
+    for (const double noise : kNoises_rad) {
       CAPTURE(noise);
-      PathShape shape = over_box(0.1);  // the edges of both, along y, pass each other
-      shape.centre_m[0] = 0.127;
-      shape.aligned = true;
-      shape.turn_rad = noise;
-      shape.amplitude_m = 0.01;
+      PathShape shape = aligned_over_box(0.1, noise, 0.01);
+      shape.centre_m[0] = 0.127;  // the edges of both, along y, pass each other
       require_right(session, smooth_path(14, 1200, shape));
     }
   }
@@ -97,11 +99,7 @@ TEST_SUITE("host_sim.replay") {
     require_right(session, smooth_path(21, 2000, over_box(0.09)));
     for (const double noise : {0.0, 1e-13, 1e-9, 1e-4}) {
       CAPTURE(noise);
-      PathShape shape = over_box(0.081);
-      shape.aligned = true;
-      shape.turn_rad = noise;
-      shape.amplitude_m = 0.015;
-      require_right(session, smooth_path(22, 500, shape));
+      require_right(session, smooth_path(22, 500, aligned_over_box(0.081, noise, 0.015)));
     }
   }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "tests/support/counter_bounds.hpp"
 #include "tests/support/proxy_bench.hpp"
 #include "tests/support/rt_guard.hpp"
 #include "tests/support/shapes.hpp"
@@ -95,12 +96,7 @@ TEST_SUITE("rt_core.haptic_core") {
       const StepResult r = scene.step(
           {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)},
           random.rotation());
-      CHECK(r.counters.pair_visits <= bound.max_pair_visits);
-      CHECK(r.counters.support_pairs <= bound.max_support_pairs);
-      CHECK(r.counters.feature_evaluations <= bound.max_feature_evaluations);
-      CHECK(r.counters.edge_pairs <= bound.max_edge_pairs);
-      CHECK(r.counters.near_nodes <= bound.max_near_nodes);
-      CHECK(r.counters.hull_points <= bound.max_hull_points);
+      CHECK(over_bound(r.counters, bound) == "");
       CHECK(scene.core->peaks().edge_pairs >= r.counters.edge_pairs);
     }
   }

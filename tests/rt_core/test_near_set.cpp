@@ -155,7 +155,7 @@ TEST_SUITE("rt_core.near_set") {
       const double s = k * 1e-4;
       bench.at({0.1185 + s, 0, 0.0797 - s}, {1, 0, 0, 0});
       if (k == 3) {
-        for (const PieceKeys* piece : {&bench.bounds.a, &bench.bounds.b}) {
+        for (const PieceKeys* piece : {&bench.bounds().a, &bench.bounds().b}) {
           for (const FeatureKeys* keys : {&piece->faces, &piece->edges}) {
             for (Real& key : keys->key) key = std::min(key, -1.0_r);
           }

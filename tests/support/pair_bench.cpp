@@ -23,34 +23,19 @@ PairBench::PairBench(const tools::Body& a, const tools::Body& b, double epsilon_
 PairBench::PairBench(const tools::SceneDescription& description)
     : scene_(description),
       pair_(scene_.view.pair(0)),
-      epsilon_m_(static_cast<Real>(description.parameters.epsilon_m)),
-      lanes_(3 * std::size_t{pair_.a.lane_count}) {
-  NearScratch::Size size;
-  size.fit(*pair_.a.record, *pair_.b.record);
-  const auto lay_out = [&](Arena& arena) {
-    bounds.place(arena, *pair_.a.record, *pair_.b.record);
-    scratch_.place(arena, size);
-    near_ = BoundedList<NearNode>(arena.take<NearNode>(pair_.record->near_capacity));
-  };
-  Arena counting;
-  lay_out(counting);
-  memory_.resize(counting.used() + 64);
-  const auto address = reinterpret_cast<std::uintptr_t>(memory_.data());
-  Arena arena(memory_.data() + (64 - address % 64) % 64);
-  lay_out(arena);
-  reset();
-}
+      tables_(pair_),
+      epsilon_m_(static_cast<Real>(description.parameters.epsilon_m)) {}
 
 const PairPose& PairBench::at(const Point& x, const std::array<double, 4>& q) {
   const Mat3 r = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]), static_cast<Real>(q[2]),
                       static_cast<Real>(q[3]))
                      .normalized()
                      .toRotationMatrix();
-  turn_vertices(pair_.a, r, lanes_.data());
+  turn_vertices(pair_.a, r, tables_.lanes.data());
   const double* reference = scene_.view.bodies()[1].reference_m;
   const Vec3 y(static_cast<Real>(x[0] - reference[0]), static_cast<Real>(x[1] - reference[1]),
                static_cast<Real>(x[2] - reference[2]));
-  pose_ = make_pair_pose(pair_, lanes_.data(), r, y);
+  pose_ = make_pair_pose(pair_, tables_.lanes.data(), r, y);
   if (moved_) {
     const double step = static_cast<double>((y - last_y_).norm());
     const double chord = static_cast<double>((r - last_r_).norm());  // not below the spectral norm
@@ -67,12 +52,12 @@ const PairPose& PairBench::at(const Point& x, const std::array<double, 4>& q) {
 }
 
 NearResult PairBench::search(NodeScope scope) {
-  bounds.advance(odometer_, pose_.size_m);
-  near_.clear();
-  return find_near_set(pose_, epsilon_m_, bounds, scratch_, near_, scope);
+  tables_.bounds.advance(odometer_, pose_.size_m);
+  tables_.near.clear();
+  return find_near_set(pose_, epsilon_m_, tables_.bounds, tables_.scratch, tables_.near, scope);
 }
 
-void PairBench::reset() { bounds.reset(pair_.marks); }
+void PairBench::reset() { tables_.bounds.reset(pair_.marks); }
 
 Real PairBench::exhaustive_d_near(NodeScope scope) const {
   Real best = -std::numeric_limits<Real>::max();

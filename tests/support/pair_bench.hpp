@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "host_sim/peers/pair_tables.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
 #include "tests/support/shapes.hpp"
@@ -27,7 +28,7 @@ class PairBench {
   /// Search at the last pose of `at`; odometers advance by the motion since the last search.
   NearResult search(NodeScope scope = NodeScope::kReachable);
   /// Near set of the last search.
-  [[nodiscard]] std::span<const NearNode> near() const { return near_.view(); }
+  [[nodiscard]] std::span<const NearNode> near() const { return tables_.near.view(); }
   /// Forgets all bounds.
   void reset();
 
@@ -40,16 +41,13 @@ class PairBench {
 
   [[nodiscard]] const PairView& pair() const { return pair_; }
   [[nodiscard]] const PairPose& pose() const { return pose_; }
-  FeatureBounds bounds;
+  [[nodiscard]] const FeatureBounds& bounds() const { return tables_.bounds; }
 
  private:
   LoadedScene scene_;
   PairView pair_;
+  sim::PairTables tables_;
   Real epsilon_m_;
-  std::vector<Real> lanes_;
-  std::vector<std::byte> memory_;
-  NearScratch scratch_;
-  BoundedList<NearNode> near_;
   PairPose pose_;
   Odometer odometer_;
   Vec3 last_y_ = Vec3::Zero();

@@ -6,23 +6,16 @@
 #include <cmath>
 #include <cstdint>
 
+#include "tools/common/split_mix.hpp"
+
 namespace haptic::test {
 
-/// SplitMix64.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    state_ += 0x9e3779b97f4a7c15ull;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
-  }
+  explicit Random(std::uint64_t seed) : words_(seed) {}
+  std::uint64_t next() { return words_.next(); }
   /// Uniform in [lo, hi).
-  double uniform(double lo, double hi) {
-    return lo + (hi - lo) * (static_cast<double>(next() >> 11) * 0x1.0p-53);
-  }
+  double uniform(double lo, double hi) { return lo + (hi - lo) * words_.uniform(); }
   /// Unit quaternion w, x, y, z, uniform over rotations.
   std::array<double, 4> rotation() {
     for (;;) {
@@ -39,7 +32,7 @@ class Random {
   }
 
  private:
-  std::uint64_t state_;
+  tools::SplitMix64 words_;
 };
 
 }  // namespace haptic::test

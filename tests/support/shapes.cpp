@@ -5,17 +5,9 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "tests/support/point_algebra.hpp"
+
 namespace haptic::test {
-namespace {
-
-Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
-
 tools::Body convex_body(const std::vector<Point>& vertices,
                         const std::vector<std::vector<std::uint32_t>>& faces) {
   tools::Body body;

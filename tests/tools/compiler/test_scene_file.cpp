@@ -14,8 +14,10 @@
 using namespace haptic;
 using namespace haptic::tools;
 using haptic::sim::test::ScratchFolder;
+using haptic::test::kAdditions;
 using haptic::test::kDefects;
 using haptic::test::kGood;
+using haptic::test::SceneFileAddition;
 using haptic::test::SceneFileDefect;
 
 namespace {
@@ -197,12 +199,18 @@ TEST_SUITE("tools.scene_file") {
   TEST_CASE("every defect is refused with its line, column and mend") {
     const ScratchFolder folder("scene_file");
     REQUIRE(message_of(kGood, folder) == "accepted");
-    for (const SceneFileDefect& edit : kDefects) {
-      const std::string message = message_of(replaced(kGood, edit.from, edit.to), folder);
-      CAPTURE(edit.to);
+    const auto check = [&](const std::string& text, const char* place, const char* says) {
+      const std::string message = message_of(text, folder);
+      CAPTURE(text);
       CAPTURE(message);
-      CHECK(message.rfind(edit.place, 0) == 0);
-      CHECK(message.find(edit.says) != std::string::npos);
+      CHECK(message.rfind(place, 0) == 0);
+      CHECK(message.find(says) != std::string::npos);
+    };
+    for (const SceneFileDefect& edit : kDefects) {
+      check(replaced(kGood, edit.from, edit.to), edit.place, edit.says);
+    }
+    for (const SceneFileAddition& added : kAdditions) {
+      check(kGood + std::string(added.lines) + "\n", added.place, added.says);
     }
   }
 

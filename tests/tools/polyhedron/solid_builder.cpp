@@ -25,16 +25,8 @@ AffineMap AffineMap::rotation(long w, long x, long y, long z, long size) {
   return map;
 }
 
-std::uint64_t TestRandom::next() {
-  state_ += 0x9e3779b97f4a7c15ULL;
-  std::uint64_t z = state_;
-  z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31U);
-}
-
 long TestRandom::between(long low, long high) {
-  return low + static_cast<long>(next() % static_cast<std::uint64_t>(high - low + 1));
+  return low + static_cast<long>(words_.next() % static_cast<std::uint64_t>(high - low + 1));
 }
 
 FlatBody empty_body() { return {}; }

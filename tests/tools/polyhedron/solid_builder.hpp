@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "tools/common/split_mix.hpp"
 #include "tools/graph_compiler/polyhedron/chain.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 
@@ -26,15 +27,16 @@ struct AffineMap {
   static AffineMap rotation(long w, long x, long y, long z, long size);
 };
 
-/// Small generator of its own: the same numbers on every platform.
+/// The same numbers on every platform.
 class TestRandom {
  public:
-  explicit TestRandom(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next();
+  explicit TestRandom(std::uint64_t seed) : words_(seed) {}
+  std::uint64_t next() { return words_.next(); }
+  double uniform() { return words_.uniform(); }  ///< in [0, 1)
   long between(long low, long high);
 
  private:
-  std::uint64_t state_;
+  SplitMix64 words_;
 };
 
 /// A body with an identity frame (local = file in metres) and no solids yet.

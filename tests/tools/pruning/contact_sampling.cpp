@@ -71,7 +71,7 @@ Point3 random_point_in(const std::vector<Point3>& vertices, TestRandom& random) 
   Point3 sum{0, 0, 0};
   double total = 0.0;
   for (const Point3& v : vertices) {
-    const double weight = std::pow(uniform(random), 4.0);
+    const double weight = std::pow(random.uniform(), 4.0);
     sum = vec::add(sum, vec::scaled(v, weight));
     total += weight;
   }
@@ -132,11 +132,9 @@ void follow(const PrunedScene& scene, const PairPlanes& planes, const Point3& fr
 
 }  // namespace
 
-double uniform(TestRandom& random) { return static_cast<double>(random.next() >> 11) * 0x1.0p-53; }
-
 Direction random_direction(TestRandom& random) {
   for (;;) {
-    const Direction v{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
+    const Direction v{2 * random.uniform() - 1, 2 * random.uniform() - 1, 2 * random.uniform() - 1};
     const double length = vec::norm(v);
     if (length > 0.1 && length < 1.0) return vec::scaled(v, 1.0 / length);
   }
@@ -144,7 +142,7 @@ Direction random_direction(TestRandom& random) {
 
 Rotation random_rotation(const Rotation& middle, double angle_rad, bool on_rim,
                          TestRandom& random) {
-  const double angle = on_rim ? angle_rad : angle_rad * std::cbrt(uniform(random));
+  const double angle = on_rim ? angle_rad : angle_rad * std::cbrt(random.uniform());
   return product(turn_about(random_direction(random), angle), middle);
 }
 

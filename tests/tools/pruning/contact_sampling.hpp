@@ -9,8 +9,6 @@
 
 namespace haptic::tools::test {
 
-/// Uniform in [0, 1).
-double uniform(TestRandom& random);
 Direction random_direction(TestRandom& random);
 /// Angle to the middle of the envelope at most `angle_rad`, or exactly that on the rim.
 Rotation random_rotation(const Rotation& middle, double angle_rad, bool on_rim, TestRandom& random);

@@ -28,7 +28,7 @@ SceneDescription l_over_plate(std::size_t corners) {
 Direction random_in(const std::vector<Direction>& corners, TestRandom& random) {
   Point3 sum{0, 0, 0};
   for (const Direction& c : corners) {
-    sum = vec::add(sum, vec::scaled(c, std::pow(uniform(random), 3.0)));
+    sum = vec::add(sum, vec::scaled(c, std::pow(random.uniform(), 3.0)));
   }
   return vec::unit(sum);
 }

@@ -105,7 +105,7 @@ Point3 random_mix(const std::vector<Point3>& points, TestRandom& random) {
   Point3 sum{0, 0, 0};
   double total = 0.0;
   for (const Point3& x : points) {
-    const double weight = uniform(random) + 1e-3;
+    const double weight = random.uniform() + 1e-3;
     sum = vec::add(sum, vec::scaled(x, weight));
     total += weight;
   }
@@ -141,7 +141,7 @@ void compare_edges(const SeamScene& scene, std::size_t i, TestRandom& random, Ag
     const EdgeRecord& edge = shape.topology.edges[e];
     const Point3 &a = shape.vertices[edge.vertex[0]], &b = shape.vertices[edge.vertex[1]];
     for (int k = 0; k < 40; ++k) {
-      const double t = uniform(random);
+      const double t = random.uniform();
       const Point3 p = vec::add(a, vec::scaled(vec::sub(b, a), t));
       if (!clear_of_planes(scene.shapes, p, {a, b})) continue;
       const Direction n =

@@ -41,7 +41,7 @@ Point3 random_place(const WorkspaceBox& box, TestRandom& random) {
   for (std::size_t i = 0; i < 3; ++i) {
     // A third of the coordinates on the faces of the box.
     const double share =
-        random.next() % 3 == 0 ? static_cast<double>(random.next() % 2) : uniform(random);
+        random.between(0, 2) == 0 ? static_cast<double>(random.between(0, 1)) : random.uniform();
     x[i] = box.min_m[i] + share * (box.max_m[i] - box.min_m[i]);
   }
   return x;
@@ -138,11 +138,11 @@ TEST_SUITE("tools.pruning_workspace") {
       FlatBody a = random_boxes(seed), b = random_boxes(seed + 100);
       SceneDescription description = scene_of(prepared(a, "a"), prepared(b, "b"));
       description.moving.quaternion_wxyz = {0.5, 0.5, -0.5, 0.5};
-      description.orientation = about_start(description, 0.1 + 0.3 * uniform(random));
+      description.orientation = about_start(description, 0.1 + 0.3 * random.uniform());
       WorkspaceBox box;
       for (std::size_t i = 0; i < 3; ++i) {
-        box.min_m[i] = 3 * uniform(random) - 1.5;
-        box.max_m[i] = box.min_m[i] + 0.5 * uniform(random);
+        box.min_m[i] = 3 * random.uniform() - 1.5;
+        box.max_m[i] = box.min_m[i] + 0.5 * random.uniform();
       }
       description.workspace = box;
       const PrunedScene scene = pruned(description);

@@ -6,6 +6,8 @@
 #include <set>
 #include <tuple>
 
+#include "tools/common/split_mix.hpp"
+
 namespace haptic::tools {
 
 namespace {
@@ -20,16 +22,9 @@ constexpr double kThinPenalty = 100.0;
 // Mitre planes through corners of more bits make every later sign expensive.
 constexpr std::size_t kMaxMitreBits = 1200;
 
-std::uint64_t hashed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
 // In [0, 1), the same on every machine and in every order of evaluation.
 double jitter_of(std::uint64_t seed, std::uint64_t part, std::uint64_t plane) {
-  return static_cast<double>(hashed(hashed(hashed(seed) ^ part) ^ plane) >> 11U) * 0x1.0p-53;
+  return unit_interval(hashed(hashed(hashed(seed) ^ part) ^ plane));
 }
 
 std::size_t content_hash(const Solid& solid) {

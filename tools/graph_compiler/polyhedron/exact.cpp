@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tools/common/split_mix.hpp"
+
 namespace haptic::tools {
 
 namespace {
@@ -29,10 +31,8 @@ std::size_t integer_bits(const Integer& value) {
 }
 
 std::size_t mix(std::size_t seed, std::uint64_t value) {
-  std::uint64_t x = static_cast<std::uint64_t>(seed) ^ (value + 0x9e3779b97f4a7c15ULL);
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return static_cast<std::size_t>(x ^ (x >> 31));
+  return static_cast<std::size_t>(
+      mixed(static_cast<std::uint64_t>(seed) ^ (value + kSplitMixStep)));
 }
 
 std::size_t mix(std::size_t seed, double value) {

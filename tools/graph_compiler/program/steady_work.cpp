@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tools/common/split_mix.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -19,19 +21,13 @@ constexpr double kProducts = 1.0e9;
 /// Directions tried on an arc, then steps of narrowing about the best of them.
 constexpr int kArcDirections = 17, kNarrowings = 12;
 
-/// SplitMix64.
 class Generator {
  public:
-  explicit Generator(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    state_ += 0x9e3779b97f4a7c15ull;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
+  explicit Generator(std::uint64_t seed) : words_(seed) {}
+  double uniform() { return words_.uniform(); }
+  std::uint32_t index(std::uint32_t count) {
+    return static_cast<std::uint32_t>(words_.next() % count);
   }
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
-  std::uint32_t index(std::uint32_t count) { return static_cast<std::uint32_t>(next() % count); }
   Vector direction() {
     for (;;) {
       const Vector v(2 * uniform() - 1, 2 * uniform() - 1, 2 * uniform() - 1);
@@ -47,7 +43,7 @@ class Generator {
   }
 
  private:
-  std::uint64_t state_;
+  SplitMix64 words_;
 };
 
 Vector vector_of(const Real* r) {
