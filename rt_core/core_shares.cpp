@@ -42,7 +42,12 @@ void HapticCore::State::begin_shares() noexcept {
   std::fill_n(node_shares.begin(), near.size(), NodeShare{});
   classes.clear();
   for (std::uint32_t i = 0; i < patches.size(); ++i) {
-    const ContactPatch& patch = patches[i];
+    ContactPatch& patch = patches[i];
+    Real nearest = 0;
+    for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
+      nearest = std::max(nearest, weight_of(near[k], patch.d_near_m, 0));
+    }
+    if (nearest > 0) patch.nearest = nearest;
     const auto add = [&](std::uint32_t k) {
       classes.add(k, i, patch.body_b, contact_identity(pairs[patch.pair].view, near[k]));
     };
@@ -52,12 +57,19 @@ void HapticCore::State::begin_shares() noexcept {
   classes.form();
 }
 
+/// Weight of a near node of the patch at the patch's own depth. What a patch is nearest to counts
+/// whole: depth and planes are rounded apart, and no remainder of a contact may be rounding.
+Real HapticCore::State::own_weight(const ContactPatch& patch, const NearNode& node,
+                                   Real outside_m) const noexcept {
+  return weight_of(node, patch.d_near_m, outside_m) / patch.nearest;
+}
+
 /// How much of what a patch is nearest to lies in its own features and not in the plane of `n`.
 Real HapticCore::State::holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept {
   Real most = 0;
   for (std::uint32_t k = patch.near_begin; k < patch.near_begin + patch.near_count; ++k) {
     const NearNode& m = near[k];
-    const Real weight = weight_of(m, patch.d_near_m, m.outside_m) * node_shares[k].left;
+    const Real weight = own_weight(patch, m, m.outside_m) * node_shares[k].left;
     if (weight > most) most = std::max(most, weight * (1 - alike(m.normal_w, n)));
   }
   return most;
@@ -65,10 +77,11 @@ Real HapticCore::State::holding_beside(const ContactPatch& patch, const Vec3& n)
 
 /// How much of a contact of this weight the patch with the same contact `k` has: it lies in its
 /// features.
-Real HapticCore::State::held_with(Real weight, std::uint32_t k, Real d_near_m) const noexcept {
+Real HapticCore::State::held_with(Real weight, std::uint32_t k,
+                                  const ContactPatch& patch) const noexcept {
   const NearNode& node = near[k];
   if (node.outside_m >= epsilon_o_m) return 0;
-  return weight * weight_of(node, d_near_m, node.outside_m) * node_shares[k].left;
+  return weight * own_weight(patch, node, node.outside_m) * node_shares[k].left;
 }
 
 /// Share 0 to 1 of the nearest contacts of each patch that `leader` has, or of the leader's that
@@ -79,7 +92,7 @@ void HapticCore::State::find_held(std::uint32_t first, const ContactPatch& leade
                                   StepCounters& counters) noexcept {
   counters.node_pairs += leader.near_count;  // for the group's own plane
   for (std::uint32_t l = leader.near_begin; l < leader.near_begin + leader.near_count; ++l) {
-    const Real nearest = weight_of(near[l], leader.d_near_m, 0) * node_shares[l].left;
+    const Real nearest = own_weight(leader, near[l], 0) * node_shares[l].left;
     node_shares[l].nearest = nearest;
     if (node_shares[l].left == 0) continue;
     Real led = -1;  // formed where another patch has the contact
@@ -94,9 +107,8 @@ void HapticCore::State::find_held(std::uint32_t first, const ContactPatch& leade
         led = nearest * (1 - holding_beside(leader, near[l].normal_w));
         counters.node_pairs += leader.near_count;
       }
-      const Real weight = weight_of(near[k], patch.d_near_m, 0) * node_shares[k].left;
-      const Real held =
-          std::max(held_with(weight, l, leader.d_near_m), held_with(led, k, patch.d_near_m));
+      const Real weight = own_weight(patch, near[k], 0) * node_shares[k].left;
+      const Real held = std::max(held_with(weight, l, leader), held_with(led, k, patch));
       shares[j].held = std::max(shares[j].held, held);
     }
   }
@@ -124,7 +136,6 @@ void HapticCore::State::share_nodes(const ContactPatch& patch, const ContactPatc
     counters.node_pairs += leader.near_count;
   };
   for (std::uint32_t k = patch.near_begin; k < patch.nodes_end(); ++k) give(k);
-  if (patch.is_of_neighbour()) give(patch.passed_node);
 }
 
 }  // namespace haptic

@@ -143,7 +143,10 @@ struct HapticCore::State {
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
   void begin_shares() noexcept;
   void find_held(std::uint32_t first, const ContactPatch& leader, StepCounters& counters) noexcept;
-  [[nodiscard]] Real held_with(Real weight, std::uint32_t k, Real d_near_m) const noexcept;
+  [[nodiscard]] Real own_weight(const ContactPatch& patch, const NearNode& node,
+                                Real outside_m) const noexcept;
+  [[nodiscard]] Real held_with(Real weight, std::uint32_t k,
+                               const ContactPatch& patch) const noexcept;
   [[nodiscard]] Real holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept;
   [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
   [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;

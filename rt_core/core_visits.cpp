@@ -121,8 +121,9 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
 /// part meets the piece beside.
 void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
                                      StepResult& result) noexcept {
-  const bool bears = is_fixed() ? has_force(pair.view.planes[found.support.a], PlaneForce::kBears)
-                                : pair.view.marks.node(NodeScope::kLive, found.best.node);
+  const bool bears = found.attained &&
+                     (is_fixed() ? has_force(pair.view.planes[found.support.a], PlaneForce::kBears)
+                                 : pair.view.marks.node(NodeScope::kLive, found.best.node));
   if (bears) {
     pair.lends = found.d_near_m > 0 && !has_law(LawId::kPaper);
     pair.lent_m = found.d_near_m;

@@ -224,6 +224,7 @@ void HapticCore::State::lead_with_passed(ContactPatch& group) noexcept {
   group.d_near_m = std::min(node.f_m, Real{0});
   group.near_begin = group.passed_node;
   group.near_count = 1;
+  group.nearest = 1;
   group.lent_count = 0;
   group.point_count = 0;
   if (has_law(LawId::kPaper)) static_cast<void>(merged_points.push(node.app_w));
@@ -266,7 +267,10 @@ Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) 
   contacts.clear();
   contact_classes.clear();
   const Real share = shares[first].left;
-  if (leader.is_of_neighbour()) lead_with_passed(leader);
+  if (leader.is_of_neighbour()) {
+    lead_with_passed(leader);
+    if (shares_nodes()) node_shares[leader.near_begin].left = share;  // no more than its patch
+  }
   const ContactPatch group = form_group(first, leader, result.counters);
   if (shares_nodes()) {
     for (std::uint32_t k = leader.near_begin; k < leader.near_begin + leader.near_count; ++k) {

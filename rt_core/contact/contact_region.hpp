@@ -32,7 +32,6 @@ struct ContactPatch {
   /// this patch then adds its points and no depth of its own. Else the contact is `passed_node`.
   std::array<FacePlane, 2> of_neighbour{};
   std::uint32_t passed_node = 0;  ///< in the list of all near nodes, where of_neighbour has any
-  bool lends = false;             ///< the pair is apart: it has no force of its own, only nodes
   std::uint32_t near_begin = 0;   ///< near set, in the list of all near nodes
   std::uint32_t near_count = 0;
   /// Nodes behind them in the planes of another piece's contact: near where that piece is deeper.
@@ -40,6 +39,8 @@ struct ContactPatch {
   std::uint32_t point_begin = 0;                         ///< in the list of points (paper's law)
   std::uint32_t point_count = 0;                         ///< K distinct application points
   ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
+  bool lends = false;         ///< the pair is apart: it has no force of its own, only nodes
+  Real nearest = 1;           ///< largest weight of its near set at d_near_m: 1 but for rounding
   Real size_m = 0;            ///< scale of rounding: sum of the pieces' radii
   Real merge_distance_m = 0;  ///< points closer than this are one
 

@@ -119,6 +119,8 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
   result.best.node = number_of(numbers, result.best.type, plane.i, plane.j);
   result.best.normal_w = ConstVec3Map(plane.normal);
   result.best.f_m = best.gap_m;
+  result.attained = result.d_near_m - best.gap_m <=
+                    height_rounding(*pair.a.record) + height_rounding(*pair.b.record);
   result.support.a = best.best;
   // A node with its value near D_near lies on a plane whose gap is less by its rise at most.
   const Real least = result.d_near_m - (kMaxRise + 1) * epsilon_m;

@@ -230,6 +230,7 @@ void NearSearch::count_pair(const NearNode& node, const PairHeights& h) noexcept
     result_.support_pairs += 1;
     support = support_pair(pose_, node.normal_w, support);
     value = std::min(value, gap_along(pose_, node.normal_w, support));
+    if (is_live() && !ties(node.f_m, value)) return;  // another node's, which may be hidden
   }
   if (value <= best_pair_value_) return;
   best_pair_value_ = value;

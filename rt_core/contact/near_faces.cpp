@@ -90,7 +90,7 @@ bool NearSearch::counts(bool of_a, std::uint32_t f, std::uint32_t support, const
   const auto height = [&](std::uint32_t v) {
     return of_a ? n.dot(pose_.vertex_b(v)) : -n.dot(pose_.vertex_a(v));
   };
-  const Real least = height(support) - tolerance_;
+  const Real least = height(support) - (of_a ? tie_b_ : tie_a_);
   for (const std::uint16_t e : piece.edges_at(support)) {
     if (height(piece.other_end(e, support)) < least) continue;
     for (const std::uint16_t side : piece.edges[e].face) {

@@ -143,6 +143,10 @@ class NearSearch {
   inline void forget_shortlists() noexcept;
   /// Among ties a face: its normal is exact.
   inline void choose_best() noexcept;
+  /// Two values differ by rounding alone.
+  [[nodiscard]] bool ties(Real l, Real r) const noexcept {
+    return std::abs(l - r) <= tie_a_ + tie_b_;
+  }
   [[nodiscard]] bool is_near(Real f, Real violation) const noexcept {
     return std::abs(f - best_) + std::max(violation, Real{0}) < epsilon_;
   }
@@ -155,6 +159,7 @@ class NearSearch {
   NodeScope scope_;
   Real epsilon_;
   Real tolerance_;          ///< of heights: below it a sign may be rounding [m]
+  Real tie_a_, tie_b_;      ///< rounding of a vertex's height over another of A, of B [m]
   Real relax_edges_;        ///< how far below D_near the bound of an edge of a near node can be [m]
   Real relax_a_, relax_b_;  ///< the same of the faces of A and B [m]
   FeatureBounds& bounds_;

@@ -40,6 +40,8 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
       scope_(scope),
       epsilon_(epsilon_m),
       tolerance_(64 * kRealEpsilon * pose.size_m),
+      tie_a_(height_rounding(*a_.record)),
+      tie_b_(height_rounding(*b_.record)),
       relax_edges_(2 * epsilon_m),
       relax_a_(std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
       relax_b_(std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
@@ -125,9 +127,11 @@ void NearSearch::choose_best() noexcept {
     start_.edge_a = best_pair_.i;
     start_.edge_b = best_pair_.j;
     result_.best = best_pair_;
+    result_.attained = ties(best_pair_.f_m, best_);
     result_.support = best_pair_support_;
     return;
   }
+  result_.attained = ties(is_of_a ? best_gap_a_ : best_gap_b_, best_);
   start_.is_of_a = is_of_a;
   NearNode& best = result_.best;
   if (!is_of_a) {

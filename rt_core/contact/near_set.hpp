@@ -64,9 +64,10 @@ struct PassedFace {
 
 /// What one search returns.
 struct NearResult {
-  Real d_near_m = 0;    ///< largest value: D_near, or a lower bound of it when edge pairs were cut
-  NearNode best;        ///< node of D_near; among ties a face, then the lowest number
-  SupportPair support;  ///< support vertices along its normal: with them d_near_m certifies itself
+  Real d_near_m = 0;     ///< largest value: D_near, or a lower bound of it when edge pairs were cut
+  NearNode best;         ///< node of D_near; among ties a face, then the lowest number
+  bool attained = true;  ///< D_near is the value of `best` to rounding, not one within a tolerance
+  SupportPair support;   ///< support vertices along its normal: with them d_near_m certifies itself
   /// Scope kLive: of the faces of A and of those of B the one with the largest gap, above d_near_m,
   /// that no live node attains; there the part goes on in another piece, which reaches farther.
   PassedFace passed_a, passed_b;
@@ -92,6 +93,13 @@ struct ActiveEdge {
   const EdgeArc* arc = nullptr;
   std::uint16_t edge = 0;
 };
+
+/// Rounding of the height of one vertex of a piece over another along a unit vector: each is
+/// stored, turned and projected, which rounds it by less than five epsilons of its distance from
+/// the reference [m].
+[[nodiscard]] inline Real height_rounding(const PieceRecord& piece) noexcept {
+  return 10 * kRealEpsilon * static_cast<Real>(piece.reach_m);
+}
 
 /// Memory of one search, shared by all pairs of a scene.
 struct NearScratch {

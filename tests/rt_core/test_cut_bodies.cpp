@@ -15,7 +15,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 2e-3 : 1e-9;
+constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 5e-4 : 1e-9;
 
 /// The half plate x < 0.003, its end there hidden as if it went on; nothing is beside it.
 tools::SceneDescription open_ended(LawId law) {
@@ -55,6 +55,15 @@ tools::SceneDescription hole_scene(bool reversed) {
     }
   }
   return d;
+}
+
+/// Torque of the tilts that the proxy's tolerance leaves the block: its corners lie between one
+/// tolerance behind a plane and the 1.5 up to which it is imposed, over 40 and 60 mm. In single
+/// precision the tolerance is 64 roundings of the scene, 1.4 um, and proxies rest all over it.
+double tilt_nm(const LoadedScene& scene) {
+  const CouplingParameters& c = scene.view.parameters().coupling;
+  return c.k_r_nm_per_rad * 2.5 * tolerance_n(scene) / c.k_t_n_per_m *
+         std::hypot(1 / 0.04, 1 / 0.06);
 }
 
 double xy(const Vec3& v) {
@@ -127,7 +136,7 @@ TEST_SUITE("rt_core.cut_bodies") {
                   << allowed_n << " N, torque " << d.torque_nm << " N m, largest force "
                   << d.largest_n << " N");
           CHECK(d.force_n <= allowed_n);
-          CHECK(d.torque_nm <= allowed_n * length_m);
+          CHECK(d.torque_nm <= (HAPTIC_REAL_IS_FLOAT ? tilt_nm(uncut) : allowed_n * length_m));
           CHECK(d.verdicts == 0);
           CHECK(d.largest_n > 1);
           CHECK(d.contacts > d.ticks / 2);

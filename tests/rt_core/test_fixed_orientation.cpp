@@ -199,6 +199,9 @@ TEST_SUITE("rt_core.fixed_orientation") {
           largest = std::max(largest, wrench_difference(a.wrench_w, b.wrench_w));
           depth = std::max(depth, std::abs(static_cast<double>(a.d_near_m - b.d_near_m)));
           contacts += b.wrench_w.force_w.norm() > 0;
+          for (const Wrench& w : {a.wrench_w, b.wrench_w}) {  // no lever beyond the block's corners
+            CHECK(w.torque_w.norm() <= 0.0413_r * w.force_w.norm());
+          }
           CHECK(a.situation == b.situation);
         }
         CHECK(largest <= (HAPTIC_REAL_IS_FLOAT ? 5e-3 : 1e-9));
