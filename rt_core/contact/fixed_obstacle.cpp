@@ -103,8 +103,9 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
   result.feature_evaluations = fixed.plane_count;
   const Real best_face = std::max(a.gap_m, b.gap_m);
   result.d_near_m = std::max(best_face, c.gap_m);
+  const Real tie = height_rounding(*pair.a.record) + height_rounding(*pair.b.record);
   for (PassedFace* passed : {&result.passed_a, &result.passed_b}) {
-    if (passed->gap_m <= result.d_near_m) *passed = PassedFace{};
+    if (passed->gap_m - result.d_near_m <= tie) *passed = PassedFace{};
   }
   if (result.d_near_m == kNoDepth) {
     collect_lent(pair, y_w, numbers, epsilon_m, scope, near, result);
@@ -119,8 +120,7 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
   result.best.node = number_of(numbers, result.best.type, plane.i, plane.j);
   result.best.normal_w = ConstVec3Map(plane.normal);
   result.best.f_m = best.gap_m;
-  result.attained = result.d_near_m - best.gap_m <=
-                    height_rounding(*pair.a.record) + height_rounding(*pair.b.record);
+  result.attained = result.d_near_m - best.gap_m <= tie;
   result.support.a = best.best;
   // A node with its value near D_near lies on a plane whose gap is less by its rise at most.
   const Real least = result.d_near_m - (kMaxRise + 1) * epsilon_m;

@@ -111,7 +111,7 @@ void NearSearch::forget_shortlists() noexcept {
 void NearSearch::choose_best() noexcept {
   result_.d_near_m = best_;
   for (PassedFace* passed : {&result_.passed_a, &result_.passed_b}) {
-    if (passed->gap_m <= best_) *passed = PassedFace{};
+    if (passed->gap_m - best_ <= tie_a_ + tie_b_) *passed = PassedFace{};
   }
   if (best_ == kNoDepth) return;
   const Real best_face = std::max(best_gap_a_, best_gap_b_);
