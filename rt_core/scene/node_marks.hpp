@@ -2,10 +2,11 @@
 #pragma once
 /// Marks of the basic contacts of one pair: which of them any pose of the scene's envelope can need
 /// (reachable), and which of those can carry a force (live; the others lie where the part goes on
-/// in another piece, and only ever separate). A face or edge is marked as any of its nodes is. In
-/// kNodeMarks a marked pair has four sets of bits, each from a word of its own: reachable nodes,
-/// live nodes, reachable features, live features. Features: faces of A, edges of A, faces of B,
-/// edges of B. Bits beyond a set are zero.
+/// in another piece, and only ever separate). A face or edge is marked as any of its nodes is, and
+/// a reachable face as live also where only nodes that are not reachable could carry a force: what
+/// a search passes over must not depend on the envelope. In kNodeMarks a marked pair has four sets
+/// of bits, each from a word of its own: reachable nodes, live nodes, reachable features, live
+/// features. Features: faces of A, edges of A, faces of B, edges of B. Bits beyond a set are zero.
 
 #include <cstddef>
 #include <cstdint>

@@ -59,7 +59,8 @@ bool ends_clean(const std::uint64_t* set, std::uint64_t bits) noexcept {
   return bits % 64 == 0 || (set[bits / 64] >> (bits % 64)) == 0;
 }
 
-/// Live nodes are reachable, some node is not live, and each feature is marked as its nodes are.
+/// Live nodes are reachable, some node is not live, and each feature is marked as its nodes are,
+/// reachable faces as live also without.
 RtStatus check_marks(const PairView& pair) noexcept {
   const PairRecord& r = *pair.record;
   const NodeMarks& m = pair.marks;
@@ -82,6 +83,10 @@ RtStatus check_marks(const PairView& pair) noexcept {
     const auto agrees = [&](std::uint32_t feature, bool any) {
       return m.feature(scope, feature) == any;
     };
+    const auto face_agrees = [&](std::uint32_t face, bool any) {
+      return agrees(face, any) ||
+             (scope == NodeScope::kLive && !any && m.feature(NodeScope::kReachable, face));
+    };
     const auto any_in_row = [&](std::uint32_t begin, std::uint32_t count) {
       return count_bits(nodes, begin, std::uint64_t{begin} + count) > 0;
     };
@@ -92,7 +97,7 @@ RtStatus check_marks(const PairView& pair) noexcept {
       return false;
     };
     for (std::uint32_t f = 0; f < n.nfa; ++f) {
-      if (!agrees(features.face_a(f), any_in_row(n.type_a(f, 0), n.nvb)))
+      if (!face_agrees(features.face_a(f), any_in_row(n.type_a(f, 0), n.nvb)))
         return RtStatus::kBlobBadGraph;
     }
     for (std::uint32_t e = 0; e < n.nea; ++e) {
@@ -100,7 +105,7 @@ RtStatus check_marks(const PairView& pair) noexcept {
         return RtStatus::kBlobBadGraph;
     }
     for (std::uint32_t f = 0; f < n.nfb; ++f) {
-      if (!agrees(features.face_b(f), any_in_column(n.type_b(0, f), n.nva, n.nfb)))
+      if (!face_agrees(features.face_b(f), any_in_column(n.type_b(0, f), n.nva, n.nfb)))
         return RtStatus::kBlobBadGraph;
     }
     for (std::uint32_t e = 0; e < n.neb; ++e) {

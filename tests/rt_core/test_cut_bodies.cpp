@@ -57,6 +57,35 @@ tools::SceneDescription hole_scene(bool reversed) {
   return d;
 }
 
+/// The block over a plate around a peg that goes on below it: only there has the peg vertices that
+/// a part can touch.
+tools::SceneDescription pegged_scene(LawId law) {
+  tools::SceneDescription d = scene_of(
+      block(),
+      {join({box({-0.1, -0.1, -0.03}, {-0.005, 0.1, 0}), box({0.005, -0.1, -0.03}, {0.1, 0.1, 0}),
+             box({-0.005, -0.1, -0.03}, {0.005, -0.005, 0}),
+             box({-0.005, 0.005, -0.03}, {0.005, 0.1, 0}),
+             box({-0.005, -0.005, -0.06}, {0.005, 0.005, 0})})});
+  d.parameters.law = law;
+  const LoadedScene all(d);
+  d.marks = all_marks(all.view);
+  mark_cuts(all.view, 1, plate(), d.marks);
+  const PairView peg = all.view.pair(4);
+  const auto is_top = [&](std::uint32_t f) { return peg.b.face_normal(f)[2] > 0.5_r; };
+  for (std::uint32_t node = 0; node < peg.record->node_count; ++node) {
+    const NodeFeatures of = node_features(peg, node);
+    bool open = true;
+    if (of.type == ContactType::kA) {
+      for_each_face_at(peg.b, of.j, [&](std::uint32_t f) { open = open && !is_top(f); });
+    } else if (of.type == ContactType::kC) {
+      const auto& side = peg.b.edges[of.j].face;
+      open = !is_top(side[0]) && !is_top(side[1]);
+    }
+    d.marks[4].exposed[node] = open;
+  }
+  return d;
+}
+
 /// Torque of the tilts that the proxy's tolerance leaves the block: its corners lie between one
 /// tolerance behind a plane and the 1.5 up to which it is imposed, over 40 and 60 mm. In single
 /// precision the tolerance is 64 roundings of the scene, 1.4 um, and proxies rest all over it.
@@ -141,6 +170,23 @@ TEST_SUITE("rt_core.cut_bodies") {
           CHECK(d.largest_n > 1);
           CHECK(d.contacts > d.ticks / 2);
         }
+      }
+    }
+  }
+
+  TEST_CASE("an envelope changes no bit of a cut body, though it keeps the open vertices away") {
+    const std::array<double, 4> middle_xyzw = {0, 0, std::sin(0.6), std::cos(0.6)};  // of the yaws
+    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy}) {
+      for (const double tilt : {0.0, 0.01, 0.05, 0.2}) {
+        CAPTURE(static_cast<int>(law));
+        CAPTURE(tilt);
+        const tools::SceneDescription pegged = pegged_scene(law);
+        LoadedScene free(pegged), inside(with_envelope(pegged, middle_xyzw, 1.5));
+        const SlideDifference d = compare(inside, free, {tilt});
+        CHECK(d.force_n == 0);
+        CHECK(d.torque_nm == 0);
+        CHECK(d.verdicts == 0);
+        CHECK(d.contacts > d.ticks / 4);
       }
     }
   }

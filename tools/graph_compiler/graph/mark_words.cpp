@@ -4,6 +4,7 @@
 #include <string>
 
 #include "rt_core/scene/graph_rule.hpp"
+#include "rt_core/scene/node_marks.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::tools {
@@ -11,6 +12,10 @@ namespace {
 
 void set_bit(std::vector<std::uint64_t>& words, std::uint64_t first_word, std::uint64_t k) {
   words[first_word + k / 64] |= std::uint64_t{1} << (k % 64);
+}
+
+bool bit(const std::vector<std::uint64_t>& words, std::uint64_t first_word, std::uint64_t k) {
+  return NodeMarks::bit(words.data() + first_word, k);
 }
 
 }  // namespace
@@ -41,13 +46,19 @@ std::vector<std::uint64_t> mark_words(const PieceView& a, const PieceView& b,
       set_bit(words, at, second);
     }
   };
+  const auto open_face = [&](std::uint32_t node, std::uint32_t face) {
+    const std::uint64_t at = 2 * node_words;
+    if (marks.exposed[node] && bit(words, at, face)) set_bit(words, at + feature_words, face);
+  };
   for (std::uint32_t f = 0; f < n.nfa; ++f) {
-    for (std::uint32_t v = 0; v < n.nvb; ++v)
-      mark(n.type_a(f, v), features.face_a(f), features.face_a(f));
+    const std::uint32_t face = features.face_a(f);
+    for (std::uint32_t v = 0; v < n.nvb; ++v) mark(n.type_a(f, v), face, face);
+    for (std::uint32_t v = 0; v < n.nvb; ++v) open_face(n.type_a(f, v), face);
   }
-  for (std::uint32_t v = 0; v < n.nva; ++v) {
-    for (std::uint32_t f = 0; f < n.nfb; ++f)
-      mark(n.type_b(v, f), features.face_b(f), features.face_b(f));
+  for (std::uint32_t f = 0; f < n.nfb; ++f) {
+    const std::uint32_t face = features.face_b(f);
+    for (std::uint32_t v = 0; v < n.nva; ++v) mark(n.type_b(v, f), face, face);
+    for (std::uint32_t v = 0; v < n.nva; ++v) open_face(n.type_b(v, f), face);
   }
   for (std::uint32_t e = 0; e < n.nea; ++e) {
     for (std::uint32_t g = 0; g < n.neb; ++g)

@@ -20,17 +20,18 @@ class NodeMarker {
  public:
   explicit NodeMarker(PairMarks& marks) : marks_(marks) {}
 
-  /// `cones`: of the features whole; `open`: what the body leaves of each, several or none.
-  /// `meets(i, cone of i, j, cone of j)`: some orientation brings the two together.
+  /// `of`: the features' whole cones; `open`: what the body leaves of each, several or none.
+  /// `meets(i, cone of i, j, cone of j)`: some orientation brings the two together. `anywhere`:
+  /// open features are exposed whatever the orientations.
   template <typename OfA, typename OfB, typename Meets>
   void add(const std::vector<OfA>& of_a, const std::vector<OfB>& of_b,
            const std::vector<std::vector<OfA>>& open_a, const std::vector<std::vector<OfB>>& open_b,
-           const Meets& meets) {
+           const Meets& meets, bool anywhere = false) {
     for (std::size_t i = 0; i < of_a.size(); ++i) {
       for (std::size_t j = 0; j < of_b.size(); ++j) {
         const bool reachable = meets(i, of_a[i], j, of_b[j]);
-        bool exposed = false;
-        for (std::size_t s = 0; reachable && !exposed && s < open_a[i].size(); ++s) {
+        bool exposed = anywhere && !open_a[i].empty() && !open_b[j].empty();
+        for (std::size_t s = 0; !anywhere && reachable && !exposed && s < open_a[i].size(); ++s) {
           for (std::size_t t = 0; !exposed && t < open_b[j].size(); ++t) {
             exposed = meets(i, open_a[i][s], j, open_b[j][t]);
           }
@@ -88,19 +89,24 @@ PairMarks near_marks(const PieceShape& a, const PieceShape& b, const NearCones& 
   PairMarks marks;
   NodeMarker marker(marks);
   const double angle_rad = max_angle_of(envelope);
-  marker.add(a.face_cones, b.vertex_cones, a.open_faces, near_b.open_vertices,
-             [&](std::size_t, const Direction& face, std::size_t v, const SphericalPolygon& cone) {
-               return within_envelope(face, cone, angle_rad + near_b.vertex_reach_rad[v]);
-             });
-  marker.add(a.vertex_cones, b.face_cones, near_a.open_vertices, b.open_faces,
-             [&](std::size_t v, const SphericalPolygon& cone, std::size_t, const Direction& face) {
-               return within_envelope(face, cone, angle_rad + near_a.vertex_reach_rad[v]);
-             });
-  marker.add(near_a.edges, near_b.edges, near_a.open_edges, near_b.open_edges,
-             [&](std::size_t, const NearArc& of_a, std::size_t, const NearArc& of_b) {
-               return of_a.all_round || of_b.all_round ||
-                      within_envelope(of_a.arc, of_b.arc, angle_rad);
-             });
+  marker.add(
+      a.face_cones, b.vertex_cones, a.open_faces, near_b.open_vertices,
+      [&](std::size_t, const Direction& face, std::size_t v, const SphericalPolygon& cone) {
+        return within_envelope(face, cone, angle_rad + near_b.vertex_reach_rad[v]);
+      },
+      true);
+  marker.add(
+      a.vertex_cones, b.face_cones, near_a.open_vertices, b.open_faces,
+      [&](std::size_t v, const SphericalPolygon& cone, std::size_t, const Direction& face) {
+        return within_envelope(face, cone, angle_rad + near_a.vertex_reach_rad[v]);
+      },
+      true);
+  marker.add(
+      near_a.edges, near_b.edges, near_a.open_edges, near_b.open_edges,
+      [&](std::size_t, const NearArc& of_a, std::size_t, const NearArc& of_b) {
+        return of_a.all_round || of_b.all_round || within_envelope(of_a.arc, of_b.arc, angle_rad);
+      },
+      true);
   return marks;
 }
 

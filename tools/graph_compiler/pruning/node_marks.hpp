@@ -26,8 +26,10 @@ PairMarks prune_pair(const PieceShape& a, const PieceShape& b,
                      const std::optional<OrientationEnvelope>& envelope);
 
 /// Marks of one pair for the loop, which weighs contacts that are near too: reachable are also
-/// nodes that some orientation of the envelope brings within epsilon of applicable, exposed also
-/// those of a vertex where an open edge ends in a corner. Cost: as prune_pair.
+/// nodes that some orientation of the envelope brings within epsilon of applicable. Exposed are
+/// nodes of open features in whatever orientation, also those of a vertex where an open edge ends
+/// in a corner: a scene with an envelope treats each of its nodes as the scene without does. Cost:
+/// as prune_pair.
 PairMarks near_marks(const PieceShape& a, const PieceShape& b, const NearCones& near_a,
                      const NearCones& near_b, const std::optional<OrientationEnvelope>& envelope);
 
