@@ -209,8 +209,8 @@ void Soak::hold_force(double end_s) {
   rest_after(*stage_, {});
 }
 
-/// Nothing goes wrong here but what the machine does: nothing latches, and where every thread was in
-/// time nobody allocates.
+/// Nothing goes wrong here but what the machine does: nothing latches, and where every thread was
+/// in time nobody allocates.
 void Soak::watch_hold(double end_s) {
   const ThreadHeap before = threads_ != nullptr ? threads_->heap() : ThreadHeap{};
   while (stage_->time_s() - begin_s_ < end_s && latched_ == 0) pass(1);
