@@ -35,16 +35,16 @@ function(haptic_foreign_peer name module source)
       set(haptic_foreign_found ${haptic_foreign_found} "${name} ${version}" PARENT_SCOPE)
     endif()
   endif()
-  set_property(SOURCE peers/peer_catalog.cpp APPEND PROPERTY COMPILE_DEFINITIONS
+  set_property(SOURCE lab/peers/peer_catalog.cpp APPEND PROPERTY COMPILE_DEFINITIONS
     HAPTIC_PEER_${name}=${found} "HAPTIC_PEER_${name}_VERSION=\"${version}\"")
 endfunction()
 
 if(HAPTIC_PEERS STREQUAL "AUTO")
   find_package(PkgConfig QUIET)
 endif()
-haptic_foreign_peer(CCD ccd peers/ccd_peer.cpp ccd)
-haptic_foreign_peer(FCL fcl peers/fcl_peer.cpp fcl ccd)
-haptic_foreign_peer(BULLET bullet-float64 peers/bullet_peer.cpp
+haptic_foreign_peer(CCD ccd lab/peers/ccd_peer.cpp ccd)
+haptic_foreign_peer(FCL fcl lab/peers/fcl_peer.cpp fcl ccd)
+haptic_foreign_peer(BULLET bullet-float64 lab/peers/bullet_peer.cpp
   BulletCollision-float64 LinearMath-float64)
-haptic_foreign_peer(ODE ode peers/ode_peer.cpp ode)
+haptic_foreign_peer(ODE ode lab/peers/ode_peer.cpp ode)
 message(STATUS "Collision libraries measured beside the core: ${haptic_foreign_found}")

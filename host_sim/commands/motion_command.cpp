@@ -5,8 +5,8 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/motion/motion_csv.hpp"
-#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/motion_script.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 

@@ -10,12 +10,12 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/commands/replay.hpp"
-#include "host_sim/report/contact_reference.hpp"
+#include "host_sim/session/replay.hpp"
+#include "host_sim/session/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/replay_plot.hpp"
-#include "host_sim/report/replay_summary.hpp"
-#include "host_sim/wcet/counters_check.hpp"
+#include "host_sim/commands/replay_plot.hpp"
+#include "host_sim/session/replay_summary.hpp"
+#include "host_sim/session/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

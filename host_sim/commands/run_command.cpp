@@ -18,9 +18,9 @@
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/replay_plot.hpp"
-#include "host_sim/report/stack_plot.hpp"
-#include "host_sim/wcet/counters_check.hpp"
+#include "host_sim/commands/replay_plot.hpp"
+#include "host_sim/commands/stack_plot.hpp"
+#include "host_sim/session/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/commands/golden_check.hpp"
+#include "host_sim/lab/golden/golden_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

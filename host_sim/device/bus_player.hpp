@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 

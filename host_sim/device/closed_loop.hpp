@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/simulated_device.hpp"
 
 namespace haptic::sim {

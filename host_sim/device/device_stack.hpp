@@ -14,7 +14,7 @@
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/bus_record.hpp"
 #include "hal/usb/usb_link.hpp"
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
 
 namespace haptic::sim {

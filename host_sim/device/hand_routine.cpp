@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host_sim/device/reference_model.hpp"
-#include "host_sim/motion/motion_csv.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "rt_core/base/workspace_map.hpp"
 
 namespace haptic::sim {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host_sim/device/closed_loop.hpp"
-#include "host_sim/report/tick_record.hpp"
+#include "host_sim/session/tick_record.hpp"
 
 namespace haptic::sim {
 

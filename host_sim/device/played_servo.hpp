@@ -10,7 +10,7 @@
 #include <string>
 
 #include "hal/usb/bus_record.hpp"
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/recorded_tracks.hpp"
 
 namespace haptic::sim {

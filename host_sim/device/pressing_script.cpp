@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "host_sim/reproduction/shapes.hpp"
+#include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::sim {
 namespace {

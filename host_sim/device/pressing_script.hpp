@@ -2,9 +2,9 @@
 #pragma once
 /// A motion of the hand for a scene that comes without a script.
 
-#include "host_sim/commands/core_session.hpp"
-#include "host_sim/motion/motion_script.hpp"
-#include "host_sim/reproduction/shapes.hpp"
+#include "host_sim/session/core_session.hpp"
+#include "host_sim/session/motion_script.hpp"
+#include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::sim {
 

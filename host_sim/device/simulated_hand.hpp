@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/reproduction/shapes.hpp"
+#include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::sim {
 

@@ -16,8 +16,8 @@ if(skip_image)
 endif()
 
 find_package(tomlplusplus REQUIRED)
-add_executable(motion_ticks motion_ticks.cpp ${PROJECT_SOURCE_DIR}/host_sim/motion/motion_csv.cpp
-  ${PROJECT_SOURCE_DIR}/host_sim/motion/motion_script.cpp)
+add_executable(motion_ticks motion_ticks.cpp ${PROJECT_SOURCE_DIR}/host_sim/session/motion_csv.cpp
+  ${PROJECT_SOURCE_DIR}/host_sim/session/motion_script.cpp)
 target_link_libraries(motion_ticks PRIVATE haptic::tools_common haptic::rt_core tomlplusplus::tomlplusplus haptic_warnings)
 set_target_properties(motion_ticks PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/motion/motion_csv.hpp"
-#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/motion_script.hpp"
 #include "rt_core/base/scalar.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"

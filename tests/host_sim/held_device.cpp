@@ -13,7 +13,7 @@
 #include "hal/device_limits.hpp"
 #include "hal/realtime/servo_clock.hpp"
 #include "hal/realtime/servo_loop.hpp"
-#include "host_sim/reproduction/shapes.hpp"
+#include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::test {
 namespace {

@@ -13,7 +13,7 @@
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/usb/usb_link.hpp"
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
 
 namespace haptic::test {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "host_sim/device/stack_run.hpp"
-#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/session/motion_script.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 namespace haptic::test {

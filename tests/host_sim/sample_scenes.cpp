@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/commands/golden_check.hpp"
+#include "host_sim/lab/golden/golden_check.hpp"
 
 namespace haptic::sim::test {
 

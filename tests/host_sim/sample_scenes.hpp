@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "host_sim/motion/motion_csv.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "host_sim/oracle/golden_file.hpp"
 #include "host_sim/oracle/oracle_piece.hpp"
 #include "tools/common/split_mix.hpp"

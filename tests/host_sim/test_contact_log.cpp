@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/commands/replay.hpp"
-#include "host_sim/motion/motion_script.hpp"
-#include "host_sim/report/contact_log.hpp"
+#include "host_sim/session/replay.hpp"
+#include "host_sim/session/motion_script.hpp"
+#include "host_sim/session/contact_log.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 

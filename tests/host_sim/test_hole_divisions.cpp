@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/stability/division_comparison.hpp"
-#include "host_sim/stability/stability_report.hpp"
+#include "host_sim/lab/stability/division_comparison.hpp"
+#include "host_sim/lab/stability/stability_report.hpp"
 #include "rt_core/base/scalar.hpp"
 
 using namespace haptic;

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/motion/motion_csv.hpp"
-#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/motion_script.hpp"
 #include "rt_core/base/scalar.hpp"
 #include "tools/common/error.hpp"
 

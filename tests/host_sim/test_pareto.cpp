@@ -7,11 +7,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "host_sim/pareto/log_panel.hpp"
-#include "host_sim/pareto/pareto_plot.hpp"
-#include "host_sim/pareto/pareto_table.hpp"
-#include "host_sim/peers/exhaustive_peer.hpp"
-#include "host_sim/wcet/tick_times.hpp"
+#include "host_sim/report/log_panel.hpp"
+#include "host_sim/lab/pareto/pareto_plot.hpp"
+#include "host_sim/lab/pareto/pareto_table.hpp"
+#include "host_sim/lab/peers/exhaustive_peer.hpp"
+#include "host_sim/timing/tick_times.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/pareto/pareto_measure.hpp"
+#include "host_sim/lab/pareto/pareto_measure.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host_sim/commands/golden_check.hpp"
-#include "host_sim/motion/motion_csv.hpp"
+#include "host_sim/lab/golden/golden_check.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 

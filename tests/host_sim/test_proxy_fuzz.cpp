@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "host_sim/proxy_fuzz/fuzz_run.hpp"
-#include "host_sim/proxy_fuzz/proxy_campaign.hpp"
+#include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic;

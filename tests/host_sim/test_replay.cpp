@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/commands/replay.hpp"
-#include "host_sim/report/replay_summary.hpp"
-#include "host_sim/wcet/tick_times.hpp"
+#include "host_sim/session/replay.hpp"
+#include "host_sim/session/replay_summary.hpp"
+#include "host_sim/timing/tick_times.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tools/common/error.hpp"
 

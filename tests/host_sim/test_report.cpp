@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/report/contact_reference.hpp"
+#include "host_sim/session/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/replay_plot.hpp"
-#include "host_sim/report/replay_summary.hpp"
+#include "host_sim/commands/replay_plot.hpp"
+#include "host_sim/session/replay_summary.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

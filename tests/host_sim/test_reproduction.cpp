@@ -10,19 +10,19 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/commands/core_session.hpp"
-#include "host_sim/reproduction/c_obstacle.hpp"
-#include "host_sim/reproduction/coherent_path.hpp"
-#include "host_sim/reproduction/figure_contacts.hpp"
-#include "host_sim/reproduction/figure_forces.hpp"
-#include "host_sim/reproduction/figure_insertion.hpp"
-#include "host_sim/reproduction/figure_motion.hpp"
-#include "host_sim/reproduction/figure_neighbors.hpp"
-#include "host_sim/reproduction/graph_table.hpp"
-#include "host_sim/reproduction/literal_table.hpp"
-#include "host_sim/reproduction/reproduction.hpp"
-#include "host_sim/reproduction/solid_union.hpp"
-#include "host_sim/reproduction/timing_table.hpp"
+#include "host_sim/session/core_session.hpp"
+#include "host_sim/shapes/c_obstacle.hpp"
+#include "host_sim/shapes/coherent_path.hpp"
+#include "host_sim/lab/reproduction/figure_contacts.hpp"
+#include "host_sim/lab/reproduction/figure_forces.hpp"
+#include "host_sim/lab/reproduction/figure_insertion.hpp"
+#include "host_sim/lab/reproduction/figure_motion.hpp"
+#include "host_sim/lab/reproduction/figure_neighbors.hpp"
+#include "host_sim/lab/reproduction/graph_table.hpp"
+#include "host_sim/lab/reproduction/literal_table.hpp"
+#include "host_sim/lab/reproduction/reproduction.hpp"
+#include "host_sim/lab/reproduction/solid_union.hpp"
+#include "host_sim/lab/reproduction/timing_table.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic;

@@ -8,7 +8,7 @@
 #include "hal/device_limits.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/servo_loop.hpp"
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 
 namespace haptic::sim {

@@ -13,8 +13,8 @@
 #include <string>
 #include <utility>
 
-#include "host_sim/motion/motion_csv.hpp"
-#include "host_sim/stability/division_comparison.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/lab/stability/division_comparison.hpp"
 #include "rt_core/base/scalar.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "host_sim/realtime/soak_run.hpp"
+#include "host_sim/lab/realtime/soak_run.hpp"
 
 namespace haptic::sim {
 namespace {

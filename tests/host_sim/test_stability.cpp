@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "host_sim/stability/stability_report.hpp"
-#include "host_sim/stability/stability_trial.hpp"
+#include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/lab/stability/stability_trial.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tools/common/error.hpp"
 

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host_sim/commands/law_comparison.hpp"
-#include "host_sim/stability/extreme_depth.hpp"
-#include "host_sim/stability/part_clearance.hpp"
-#include "host_sim/stability/part_extreme.hpp"
-#include "host_sim/stability/peg_insertion.hpp"
-#include "host_sim/stability/pressed_contact.hpp"
+#include "host_sim/lab/commands/law_comparison.hpp"
+#include "host_sim/lab/stability/extreme_depth.hpp"
+#include "host_sim/lab/stability/part_clearance.hpp"
+#include "host_sim/lab/stability/part_extreme.hpp"
+#include "host_sim/lab/stability/peg_insertion.hpp"
+#include "host_sim/lab/stability/pressed_contact.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "host_sim/device/matrix_exponential.hpp"
-#include "host_sim/stability/spectral_radius.hpp"
-#include "host_sim/stability/virtual_tool.hpp"
+#include "host_sim/lab/stability/spectral_radius.hpp"
+#include "host_sim/lab/stability/virtual_tool.hpp"
 
 using namespace haptic::sim;
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host_sim/verification/contact_poses.hpp"
-#include "host_sim/verification/verification.hpp"
+#include "host_sim/lab/verification/contact_poses.hpp"
+#include "host_sim/lab/verification/verification.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic;

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "host_sim/verification/deliberate_fault.hpp"
+#include "host_sim/lab/verification/deliberate_fault.hpp"
 #include "rt_core/base/scalar.hpp"
 #include "tests/host_sim/program_run.hpp"
 

@@ -9,10 +9,10 @@
 #include <sstream>
 #include <string>
 
-#include "host_sim/wcet/chrome_trace.hpp"
-#include "host_sim/wcet/flow_facts.hpp"
-#include "host_sim/wcet/scene_motion.hpp"
-#include "host_sim/wcet/wcet_table.hpp"
+#include "host_sim/lab/wcet/chrome_trace.hpp"
+#include "host_sim/lab/wcet/flow_facts.hpp"
+#include "host_sim/lab/wcet/scene_motion.hpp"
+#include "host_sim/lab/wcet/wcet_table.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/wcet_scene.hpp"
 #include "tools/common/error.hpp"

@@ -7,10 +7,10 @@
 #include <sstream>
 #include <string>
 
-#include "host_sim/wcet/core_stack.hpp"
-#include "host_sim/wcet/counters_check.hpp"
-#include "host_sim/wcet/flow_facts.hpp"
-#include "host_sim/wcet/instruction_counts.hpp"
+#include "host_sim/lab/wcet/core_stack.hpp"
+#include "host_sim/session/counters_check.hpp"
+#include "host_sim/lab/wcet/flow_facts.hpp"
+#include "host_sim/lab/wcet/instruction_counts.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/wcet_scene.hpp"

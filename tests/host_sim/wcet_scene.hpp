@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "host_sim/commands/core_session.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 
 namespace haptic::sim::test {

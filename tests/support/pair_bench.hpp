@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "host_sim/peers/pair_tables.hpp"
+#include "host_sim/lab/peers/pair_tables.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
 #include "tests/support/shapes.hpp"

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "host_sim/motion/motion_csv.hpp"
-#include "host_sim/motion/motion_script.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/motion_script.hpp"
 #include "linker/pose_drive.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"

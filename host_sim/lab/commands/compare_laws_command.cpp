@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim compare-laws --scene S.rtscene --motion M.csv --out DIR [--towards X,Y,Z]
+// [--k-r K]
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/law_comparison.hpp"
+#include "host_sim/commands/law_plot.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr const char* kColours[] = {"#d55e00", "#0072b2"};
+
+struct Options {
+  std::string scene, motion, out;
+  std::vector<double> towards{0, 0, -1};
+  double k_r_nm_per_rad = 0;
+};
+
+double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
+
+/// One curve per law of what `value` takes from a tick.
+template <typename Value>
+CurvePanel panel_of(const std::string& label, std::span<const LawRun> runs, Value value) {
+  CurvePanel panel{label, {}};
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    NamedCurve curve{law_title(runs[k].law), kColours[k % 2], {}};
+    for (const LawTick& tick : runs[k].ticks) curve.values.push_back(value(tick));
+    panel.curves.push_back(std::move(curve));
+  }
+  return panel;
+}
+
+std::string picture(std::span<const LawRun> runs, const std::string& title) {
+  std::vector<double> times;
+  for (const LawTick& tick : runs[0].ticks) times.push_back(tick.t_s);
+  std::vector<CurvePanel> panels;
+  panels.push_back(panel_of("|F| (N)", runs, [](const LawTick& t) { return length(t.force_n); }));
+  constexpr const char* kForces[] = {"Fx (N)", "Fy (N)", "Fz (N)"};
+  for (std::size_t i = 0; i < 3; ++i)
+    panels.push_back(panel_of(kForces[i], runs, [i](const LawTick& t) { return t.force_n[i]; }));
+  panels.push_back(
+      panel_of("|T| (mN m)", runs, [](const LawTick& t) { return 1e3 * length(t.torque_nm); }));
+  panels.push_back(panel_of("part from device (mm)", runs, [](const LawTick& t) {
+    return 1e3 * std::hypot(t.proxy_m[0] - t.goal_m[0], t.proxy_m[1] - t.goal_m[1],
+                            t.proxy_m[2] - t.goal_m[2]);
+  }));
+  return law_plot(title + ": reaction on the hand under two laws", times, panels);
+}
+
+int run(const Options& o) {
+  if (o.towards.size() != 3) throw tools::InputError("--towards needs three numbers");
+  double towards[3] = {o.towards[0], o.towards[1], o.towards[2]};
+  const double norm = length(towards);
+  if (!(norm > 0)) throw tools::InputError("--towards has no direction");
+  for (double& x : towards) x /= norm;
+  std::error_code error;
+  std::filesystem::create_directories(o.out, error);
+  if (error || !std::filesystem::is_directory(o.out)) {
+    throw tools::InputError(o.out + ": the folder cannot be made" +
+                            (error ? ": " + error.message() : "") + "; name another");
+  }
+  const CoreSession session(o.scene);
+  const std::vector<MotionSample> motion = read_motion_csv(o.motion);
+  std::vector<LawRun> runs;
+  for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
+    runs.push_back(
+        run_law(scene_with_law(session.view(), law, o.k_r_nm_per_rad), law, motion, towards));
+  }
+  const SceneParameters& p = session.view().parameters();
+  const std::string title(session.view().text(p.name_offset, p.name_bytes));
+  write_whole_file(o.out + "/compare_laws.csv", comparison_csv(runs));
+  write_whole_file(o.out + "/compare_laws.json", comparison_json(runs));
+  write_whole_file(o.out + "/compare_laws.svg", picture(runs, title));
+  write_whole_file(o.out + "/README.md", comparison_page(runs, title));
+  for (const LawRun& law : runs) {
+    std::printf(
+        "%-6s largest change of force %.4g N, of torque %.4g mN m; way in %.6g of %.6g mm\n",
+        law_title(law.law), law.force_steps[0].force_n, 1e3 * law.torque_steps[0].torque_nm,
+        1e3 * law.farthest_proxy_m, 1e3 * law.farthest_goal_m);
+  }
+  return tools::kExitDone;
+}
+
+}  // namespace
+
+Command add_compare_laws_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "compare-laws", "Runs a motion under the paper's law and the proxy law, side by side.");
+  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
+      ->required();
+  app->add_option("--out", o->out, "folder for the tables (CSV, JSON, Markdown) and the picture")
+      ->required();
+  app->add_option("--towards", o->towards, "direction of the insertion, W axes; default 0,0,-1")
+      ->delimiter(',')
+      ->expected(3);
+  app->add_option("--k-r", o->k_r_nm_per_rad,
+                  "rotational stiffness of the coupling in N m/rad instead of the scene's")
+      ->check(CLI::PositiveNumber);
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim faults --out DIR [--quick] [--carrier usb|direct] [--report-clocked] [--threads N]
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/faults/fault_report.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+struct Options {
+  std::string out;
+  FaultMatrixOptions matrix;
+};
+
+int run(const Options& o) {
+  make_output_folder(o.out);
+  const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
+  for (const OutputText& file : fault_files(verdicts, o.matrix))
+    write_whole_file(o.out + "/" + file.name, file.content);
+  std::size_t failed = 0;
+  for (const FaultVerdict& v : verdicts) {
+    if (!v.failures.empty()) ++failed;
+    for (const std::string& failure : v.failures)
+      std::printf("  %s, %s: %s\n", v.cell.fault->name, to_text(v.cell.state), failure.c_str());
+  }
+  std::printf("%s/faults.md: %zu of %zu cells hold\n", o.out.c_str(), verdicts.size() - failed,
+              verdicts.size());
+  return failed == 0 ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
+}  // namespace
+
+Command add_faults_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  o->matrix.threads = std::max(1u, std::thread::hardware_concurrency());
+  CLI::App* app = program.add_subcommand(
+      "faults", "Brings every fault of device, bus and servo loop about in every state.");
+  app->add_option("--out", o->out, "folder for faults.csv, faults.md and faults.svg")->required();
+  app->add_flag("--quick", o->matrix.quick, "only the states with force");
+  const std::map<std::string, StackCarrier> carriers{{"usb", StackCarrier::kUsb},
+                                                     {"direct", StackCarrier::kDirect}};
+  app->add_option("--carrier", o->matrix.run.carrier,
+                  "usb (default): through libusb; direct: no bus, and none of its faults")
+      ->transform(CLI::CheckedTransformer(carriers));
+  app->add_flag("--report-clocked", o->matrix.run.report_clocked,
+                "commands answer the report that they rest on");
+  app->add_option("--threads", o->matrix.threads, "default: one per processor")
+      ->check(CLI::Range(1u, 16u));
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim

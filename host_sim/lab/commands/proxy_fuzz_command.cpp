@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim proxy-fuzz [--ticks N] [--seed S] [--friction MU] [--out DIR] [--threads N]
+//                     [--fault certificate|spring|vertex]
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+struct Options {
+  std::string out, fault;
+  ProxyFuzzSize size;
+  double friction = -1;  ///< < 0: the default ones
+  std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+};
+
+void print(const ProxyFuzzResult& result, double seconds) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const ProxyFuzzTotals t = result.totals();
+  std::printf("seed %llu: %llu ticks (%llu held), %.0f ticks/s\n", number(result.size.seed),
+              number(t.ticks), number(t.held), static_cast<double>(t.ticks) / seconds);
+  std::printf(
+      "not free %llu, energy rises %llu, stalled %llu, invisible walls %llu, through plates %llu, "
+      "wrong wrenches %llu, "
+      "wrong goals %llu, over caps %llu, recoveries %llu\n",
+      number(t.deep), number(t.rises), number(t.stalls), number(t.walls), number(t.crossings),
+      number(t.wrenches), number(t.goals), number(t.over_caps), number(t.recoveries));
+  std::printf(
+      "worst gap %.4Lg um, largest rise %.3Lg J (%.3Lg of its bound), longest stall %llu, all "
+      "passes rejected for %llu ticks, %llu passes in all\n",
+      t.worst_gap_m * 1e6L, t.largest_rise_j, t.largest_rise_share, number(t.longest_stall),
+      number(t.longest_rejected), number(t.rejected_passes));
+  std::printf("peaks: rounds %u, rows %u, QP steps %u, plane gaps %u, valid nodes %u\n",
+              t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations, t.peaks.plane_gaps,
+              t.peaks.valid_nodes);
+  for (const std::string& line : t.failures.lines()) std::printf("  %s\n", line.c_str());
+}
+
+int run(const Options& o) {
+  if (!o.out.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(o.out, error);
+    if (error || !std::filesystem::is_directory(o.out)) {
+      throw tools::InputError(o.out + ": the folder cannot be made" +
+                              (error ? ": " + error.message() : "") + "; name another");
+    }
+  }
+  ProxyFuzzSize size = o.size;
+  if (o.friction >= 0) size.frictions = {o.friction};
+  if (!o.fault.empty()) size.fault = proxy_fault_named(o.fault);
+  const auto start = std::chrono::steady_clock::now();
+  const ProxyFuzzResult result = run_proxy_fuzz(size, {o.threads, true});
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  print(result, elapsed.count());
+  if (!o.out.empty()) write_proxy_fuzz(o.out, result);
+  const bool passed = result.totals().failed() == 0;
+  if (passed && size.fault) std::printf("  the fault was not caught\n");
+  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
+}  // namespace
+
+Command add_proxy_fuzz_command(CLI::App& program) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged.");
+  app->add_option("--ticks", o->size.ticks, "ticks over all scenes (default 1000000)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
+  app->add_option("--seed", o->size.seed, "of all random draws (default 1)");
+  app->add_option("--friction", o->friction, "Coulomb coefficient (default: 0 and 0.3)")
+      ->check(CLI::Range(0.0, 2.0));
+  app->add_option("--out", o->out, "folder for proxy_fuzz.md, .csv and .json");
+  app->add_option("--threads", o->threads, "threads (default: one per processor)")
+      ->check(CLI::Range(1, 256));
+  app->add_option("--fault", o->fault,
+                  "damage the core on purpose and check: exit 1 when the fault is caught")
+      ->check(CLI::IsMember({"certificate", "spring", "vertex"}));
+  return {app, [o] { return run(*o); }};
+}
+
+}  // namespace haptic::sim

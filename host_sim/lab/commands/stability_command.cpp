@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim stability --out DIR [--quick] [--parts 1,2] [--laws paper,proxy] [--threads N]
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/stability/stability_report.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+
+Command add_stability_command(CLI::App& program) {
+  struct Options {
+    std::string out;
+    std::vector<int> parts;
+    StabilityOptions run;
+  };
+  const auto o = std::make_shared<Options>();
+  o->run.threads = std::max(1u, std::thread::hardware_concurrency());
+  CLI::App* app = program.add_subcommand(
+      "stability", "Measures where the haptic loop is stable, beside the theory.");
+  app->add_option("--out", o->out, "folder for tables (Markdown, CSV) and pictures (SVG)")
+      ->required();
+  app->add_flag("--quick", o->run.quick, "fewer cells, shorter runs");
+  app->add_option("--parts", o->parts, "numbers of the parts to run; default: all")->delimiter(',');
+  const std::map<std::string, LawId> laws{
+      {law_name(LawId::kPaper), LawId::kPaper},
+      {law_name(LawId::kWeightedRegion), LawId::kWeightedRegion},
+      {law_name(LawId::kProxy), LawId::kProxy}};
+  app->add_option("--laws", o->run.laws, "laws to look at; default: all")
+      ->transform(CLI::CheckedTransformer(laws))
+      ->delimiter(',');
+  app->add_option("--threads", o->run.threads, "default: one per processor")
+      ->check(CLI::Range(1u, 256u));
+  return {app, [o] {
+            o->run.progress = isatty(STDERR_FILENO) == 1;
+            const bool passed = write_stability(o->out, o->parts, o->run);
+            std::printf("%s/README.md: %s\n", o->out.c_str(),
+                        passed ? "every stated limit holds" : "a stated limit is PASSED");
+            return static_cast<int>(passed ? tools::kExitDone : tools::kExitCheckFailed);
+          }};
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/faults/fault_run.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "host_sim/device/pressing_script.hpp"
+#include "host_sim/lab/faults/stack_stage.hpp"
+#include "host_sim/shapes/shape_scene.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr double kCubeHalf_m = 0.010, kWallHalf_m = 0.050;
+static_assert(kCubeHalf_m + kWallHalf_m == kTouchHeight_m);
+constexpr double kStiffness_n_per_m = 2000, kDamping_ns_per_m = 2;
+
+}  // namespace
+
+FaultPlace fault_place() {
+  FaultPlace place;
+  place.envelope.half_extent_m = Vec3(0, static_cast<Real>(kBoxHalfWidth_m), 0);
+  place.envelope.max_angle_rad = static_cast<Real>(kLargestAngle_rad);
+  return place;
+}
+
+FaultPlace fault_place(CoreSession& session) {
+  const PressedPoint touch = touched_point(session);
+  if (!(touch.way_m > 0)) {
+    throw tools::InputError(
+        "the scene's part does not touch anything on its way to the nearest fixed part, or does so "
+        "at once; choose another start pose");
+  }
+  // The sideways axis: near an axis of W, since the envelope's box has the axes of W.
+  const Vector up = -touch.along_w;
+  Eigen::Index side = 0;
+  up.cwiseAbs().minCoeff(&side);
+  const Vector y = (Vector::Unit(side) - up[side] * up).normalized();
+  Eigen::Matrix3d r_wd;
+  r_wd << y.cross(up), y, up;
+  const Rotation q_wd(r_wd);
+  FaultPlace place = fault_place();
+  place.map.q_wd = q_wd.cast<Real>();
+  place.map.q_ha = (q_wd.conjugate() * touch.q_wa).cast<Real>();
+  place.map.offset_w = (touch.grip_w - kTouchHeight_m * up).cast<Real>();
+  place.envelope.centre_w = touch.grip_w.cast<Real>();
+  place.envelope.half_extent_m.setZero();
+  place.envelope.half_extent_m[side] = static_cast<Real>(kBoxHalfWidth_m * y[side]);
+  place.envelope.q_wa = touch.q_wa.cast<Real>();
+  return place;
+}
+
+StackSettings fault_stack(const FaultSettings& settings, const FaultPlace& place) {
+  StackSettings stack = reference_stack(settings.carrier);
+  stack.report_clocked = settings.report_clocked;
+  stack.model.hand = *hand_named("firm");
+  stack.limits.slew_n_per_s *= static_cast<Real>(settings.slew_factor);
+  stack.limits.slew_nm_per_s *= static_cast<Real>(settings.slew_factor);
+  stack.limits.ramp_in_s *= static_cast<Real>(settings.ramp_in_factor);
+  stack.map = place.map;
+  stack.envelope = place.envelope;
+  return stack;
+}
+
+std::vector<std::byte> fault_scene() {
+  SceneParameters p = tools::default_parameters();
+  p.k_f_n_per_m = kStiffness_n_per_m;
+  p.rate_hz = 1000;
+  p.coupling.k_t_n_per_m = kStiffness_n_per_m;
+  p.coupling.k_r_nm_per_rad = kStiffness_n_per_m * kGripRadius_m * kGripRadius_m;
+  p.coupling.damping_ns_per_m = kDamping_ns_per_m;
+  p.coupling.damping_share = 1.0;
+  p.coupling.max_rotation_error_rad = 0.3;
+  p.coupling.max_window_s = 0.02;
+  const Solid cube = centred_box("cube", kCubeHalf_m, kCubeHalf_m, kCubeHalf_m);
+  const Solid wall = centred_box("wall", 0.1, 0.1, kWallHalf_m);
+  return scene_with(cube, {&wall, 1}, p);
+}
+
+FaultTrace run_fault(std::span<const std::byte> scene, const FaultCase& cell,
+                     const FaultSettings& settings) {
+  const bool usb = settings.carrier == StackCarrier::kUsb;
+  if (!usb && (!cell.fault->without_bus() || cell.state == FaultState::kAbsent))
+    throw tools::InputError(std::string(cell.fault->name) + ", " + to_text(cell.state) +
+                            ": there is no bus; use the carrier usb");
+  StackStage stage(scene, fault_stack(settings, fault_place()));
+  return play_fault(stage, cell);
+}
+
+}  // namespace haptic::sim

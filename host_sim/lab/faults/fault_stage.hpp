@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Where a cell of the fault matrix is played: a stack with the simulated hand on its device, in
+/// one thread and virtual time (stack_stage.hpp) or in its threads and real time
+/// (host_sim/lab/realtime/threaded_stage.hpp).
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <utility>
+
+#include "host_sim/device/reference_usb.hpp"
+#include "host_sim/lab/faults/fault_case.hpp"
+#include "host_sim/lab/faults/fault_trace.hpp"
+
+namespace haptic::sim {
+
+/// The hand goes from one target to the next by minimum jerk and holds switches; D axes.
+struct HandPlan {
+  HandTarget from, to;
+  double begin_s = 0, end_s = 0;  ///< of the device's time
+  std::uint32_t switches = 0;
+
+  [[nodiscard]] HandTarget at(double t_s) const {
+    if (t_s >= end_s) return to;
+    const double u = std::max(0.0, (t_s - begin_s) / (end_s - begin_s));
+    const double way = u * u * u * (10 + u * (6 * u - 15));
+    return {from.x0_w + way * (to.x0_w - from.x0_w), from.q_wa.slerp(way, to.q_wa)};
+  }
+  [[nodiscard]] HandAction action(double t_s) const { return {at(t_s), switches}; }
+};
+
+/// Owner: one thread, on which the device's periods pass. All that goes wrong does so between two
+/// periods.
+class FaultStage {
+ public:
+  virtual ~FaultStage() = default;
+
+  /// One period of the device, and what was seen of it.
+  FaultSample step() {
+    FaultSample sample = pass_period();
+    ++periods_;
+    if (watch_) watch_(sample);
+    return sample;
+  }
+  /// Called after each period; empty: nobody.
+  void watch(std::function<void(const FaultSample&)> watch) { watch_ = std::move(watch); }
+  [[nodiscard]] double period_s() const { return period_s_; }
+  [[nodiscard]] double time_s() const { return static_cast<double>(periods_) * period_s_; }
+  [[nodiscard]] HandPlan& hand() { return hand_; }
+
+  [[nodiscard]] virtual ReferenceUsb& bus() = 0;
+  virtual void emergency_stop() = 0;
+  /// No tick for so many periods from now on.
+  virtual void stall_servo(unsigned periods) = 0;
+  /// The servo thread says what the cause makes of its commands, until `release_servo`.
+  virtual void spoil_commands(FaultCause cause) = 0;
+  /// Its process ends, and the link is told.
+  virtual void lose_servo() = 0;
+  /// Nothing is wrong with the servo thread any more; not after lose_servo.
+  virtual void release_servo() = 0;
+  /// Another process, without history.
+  virtual void restart_servo() = 0;
+  /// Unplugged for good, or plugged in again (with `power`: the device was without power too).
+  virtual void unplug() = 0;
+  virtual void plug(bool power) = 0;
+
+ protected:
+  /// `hand`: at the start.
+  FaultStage(double period_s, const HandPlan& hand) : period_s_(period_s), hand_(hand) {}
+  virtual FaultSample pass_period() = 0;
+
+ private:
+  double period_s_;
+  std::uint64_t periods_ = 0;
+  HandPlan hand_;
+  std::function<void(const FaultSample&)> watch_;
+};
+
+}  // namespace haptic::sim

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Pictures of the report of error against run time (SVG). Both axes logarithmic.
+
+#include <string>
+
+#include "host_sim/lab/pareto/pareto_report.hpp"
+
+namespace haptic::sim {
+
+/// A panel for each pair: largest depth error in contact against the median time, a mark for each
+/// setting, the settings of one method joined.
+[[nodiscard]] std::string error_time_plot(const ParetoResult& result);
+
+/// Median time in contact against the pair's nodes, a line for each method in its drawn setting;
+/// dashed: 99.9 %.
+[[nodiscard]] std::string time_nodes_plot(const ParetoResult& result);
+
+/// Time over the share of the contact poses that take longer, for the first and the fourth pair
+/// class, or what there is of them.
+[[nodiscard]] std::string latency_plot(const ParetoResult& result);
+
+}  // namespace haptic::sim

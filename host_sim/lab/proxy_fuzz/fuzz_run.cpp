@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "rt_core/law/proxy_law.hpp"
+
+namespace haptic::sim {
+namespace {
+
+/// A run without a move may be this long though a move is possible.
+constexpr std::uint64_t kLongestStall = 10;
+/// From here on ticks without a move are looked at; shorter runs are not counted.
+constexpr std::uint64_t kFirstLook = 6;
+/// Smaller moves do not count, for a part of 50 mm.
+constexpr Wide kStill_m = 1e-9L, kRadius_m = 0.05L;
+/// Energy below which the proxy counts as at its goal [J].
+constexpr Wide kAtGoal_j = 1e-9L;
+
+constexpr std::uint32_t kPassCap = kDefaultProxyPasses;
+constexpr std::uint32_t kRoundCap = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+
+/// Overwrites the only place in the core's memory that holds exactly these numbers.
+template <std::size_t count>
+void replace(std::span<std::byte> memory, const Real (&from)[count], const Real (&to)[count]) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k + sizeof from <= memory.size(); k += sizeof(Real)) {
+    if (std::memcmp(memory.data() + k, from, sizeof from) != 0) continue;
+    std::memcpy(memory.data() + k, to, sizeof to);
+    ++found;
+  }
+  if (found == 0) throw tools::InputError("the numbers to damage are not in the core's memory");
+}
+
+void damage(CoreSession& session, ProxyFault fault) {
+  const SceneView& view = session.view();
+  const CouplingParameters& c = view.parameters().coupling;
+  if (fault == ProxyFault::kSpring) {
+    const Real k_t = static_cast<Real>(c.k_t_n_per_m), k_r = static_cast<Real>(c.k_r_nm_per_rad);
+    replace<2>(session.state(), {k_t, k_r}, {k_t, k_r * 1.25_r});
+    return;
+  }
+  if (fault == ProxyFault::kCertificate) {
+    // As the core computes them, so that the numbers are the same to the last bit.
+    const auto length = [](const double(&v)[3]) {
+      return Vec3(static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])).norm();
+    };
+    Real radius = 0, extent = length(view.parameters().start_p_wa_m);
+    for (const PairRecord& pair : view.pairs()) {
+      const PieceRecord& b = view.pieces()[pair.piece_b];
+      radius = std::max(radius, static_cast<Real>(view.pieces()[pair.piece_a].reach_m));
+      extent = std::max(extent,
+                        length(view.bodies()[b.body].reference_m) + static_cast<Real>(b.reach_m));
+    }
+    const ProxyScale scale = proxy_scale(radius, extent, 0);
+    replace<3>(session.state(), {scale.tolerance_m, scale.step_m, scale.turn_rad},
+               {20 * scale.tolerance_m, scale.step_m, scale.turn_rad});
+    return;
+  }
+  // The scene's bytes are the session's own, mutable memory; the view only promises not to write.
+  const PieceView a = view.piece(0);
+  std::memcpy(const_cast<Real*>(a.vertices) + 3, a.vertices, 3 * sizeof(Real));
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    Real* lane = const_cast<Real*>(a.lanes) + std::size_t{axis} * a.lane_count;
+    lane[1] = lane[0];
+  }
+}
+
+}  // namespace
+
+/// What one tick was given and returned, with the poses in long double.
+struct FuzzRun::Tick {
+  std::uint64_t number = 0;
+  Pose device;
+  StepResult result;
+  WidePose before, after, goal;
+  Wide start_j = 0, end_j = 0;
+};
+
+FuzzRun::FuzzRun(const FuzzScene& scene, double friction, std::span<const std::byte> blob,
+                 std::optional<ProxyFault> fault)
+    : scene_(scene),
+      friction_(friction),
+      session_(blob, scene.name),
+      judge_(scene, session_.view()) {
+  if (fault) damage(session_, *fault);
+}
+
+/// A free pose near the obstacle; the scene's own where none is found.
+void FuzzRun::start_pose(Seeded& random, Vector& p, Rotation& q) {
+  constexpr int kTrials = 60;
+  for (int k = 0; k < kTrials; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      p[i] = scene_.home[i] + 1.2 * random.uniform(-scene_.range[i], scene_.range[i]);
+    }
+    q = Rotation(
+        Eigen::AngleAxisd(random.uniform(-scene_.tilt_rad, scene_.tilt_rad), random.direction()));
+    if (judge_.free_gap_m(wide_pose(pose_at(p, q)), 1e-4L) >= 1e-4L) return;
+  }
+  p = scene_.start;
+  q = Rotation::Identity();
+}
+
+ProxyFuzzTotals FuzzRun::run(FuzzMotionKind kind, std::uint64_t ticks, std::uint64_t seed) {
+  ProxyFuzzTotals totals;
+  Seeded random(seed);
+  Vector p;
+  Rotation q;
+  start_pose(random, p, q);
+  FuzzMotion motion(scene_, kind, p, q, random.below(1u << 30));
+  HapticCore& core = session_.core();
+  core.reset();
+  goals_.clear();
+  still_ = possible_ = rejected_ = 0;
+  turned_ = false;
+  label_ = scene_.name + ", friction " + number_text(widen(friction_)) + ", " + to_text(kind) +
+           ", seed " + std::to_string(seed);
+  Tick tick;
+  StepInput input;
+  for (std::uint64_t t = 0; t < ticks; ++t) {
+    tick.number = t;
+    tick.device = t == 0 ? pose_at(p, q) : motion.next();
+    input.pose_wa = tick.device;
+    ++input.sequence;
+    tick.result = core.step(input);
+    tick.goal = wide_pose(tick.result.goal_pose_wa);
+    tick.before = t == 0 ? tick.goal : tick.after;
+    tick.after = wide_pose(tick.result.proxy_pose_wa);
+    tick.start_j = judge_.potential_j(wide_error(tick.goal, tick.before));
+    tick.end_j = judge_.potential_j(wide_error(tick.goal, tick.after));
+    ++totals.ticks;
+    if (tick.end_j > kAtGoal_j) ++totals.held;
+    check_free(tick, totals);
+    check_energy(tick, totals);
+    check_output(tick, totals);
+    check_caps(tick, totals);
+    check_still(tick, totals);
+  }
+  return totals;
+}
+
+void FuzzRun::fail(const Tick& tick, const char* kind, const std::string& what,
+                   std::uint64_t& count, ProxyFuzzTotals& totals) const {
+  ++count;
+  totals.failures.add(kind,
+                      failure_text(label_ + ", tick " + std::to_string(tick.number) + ", proxy",
+                                   tick.result.proxy_pose_wa,
+                                   failure_text("goal", tick.result.goal_pose_wa, what)));
+}
+
+void FuzzRun::check_free(const Tick& tick, ProxyFuzzTotals& totals) {
+  const Wide share = judge_.radius_m() / kRadius_m;
+  const Wide allowed = judge_.allowed_depth_m();
+  // Deeper than seen so far: then it is worth the search for the distance itself.
+  const Wide worst = std::max(totals.worst_gap_m * share, -allowed);
+  Wide gap = judge_.free_gap_m(tick.after, worst);
+  if (gap < worst) gap = judge_.exact_gap_m(tick.after, worst);
+  if (gap < totals.worst_gap_m * share) totals.worst_gap_m = gap / share;
+  if (gap < -allowed) {
+    fail(tick, "not free", "gap " + number_text(gap) + " m", totals.deep, totals);
+  }
+  if (judge_.crossed(tick.before, tick.after)) {
+    fail(tick, "through the plate", "a point of the part", totals.crossings, totals);
+  }
+}
+
+void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
+  const Wide rise = tick.end_j - tick.start_j;
+  const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
+  const Wide rounding = 64 * roundoff * (tick.start_j + 1e-6L);
+  const Wide bound = judge_.largest_rise_j(tick.start_j, tick.result.counters.proxy_passes);
+  const Wide said = widen(tick.result.allowed_rise_j);
+  if (tick.end_j > kAtGoal_j) {
+    const Wide unhindered = judge_.unhindered_j(tick.goal, tick.before);
+    if (tick.end_j > unhindered + rounding) {
+      fail(tick, "invisible wall",
+           number_text(tick.end_j) + " J is left, " + number_text(unhindered) +
+               " J after a tenth of a millimetre straight to the goal, and nothing is there",
+           totals.walls, totals);
+    }
+  }
+  if (rise > totals.largest_rise_j) totals.largest_rise_j = rise;
+  if (rise > rounding)
+    totals.largest_rise_share = std::max(totals.largest_rise_share, rise / bound);
+  if (said > bound + rounding) {
+    fail(tick, "bound of the energy",
+         "said " + number_text(said) + " J, bound " + number_text(bound), totals.rises, totals);
+  } else if (rise > said + rounding) {
+    fail(tick, "energy rises",
+         "by " + number_text(rise) + " J from " + number_text(tick.start_j) + ", said " +
+             number_text(said) + ", bound " + number_text(bound),
+         totals.rises, totals);
+  }
+}
+
+void FuzzRun::check_output(const Tick& tick, ProxyFuzzTotals& totals) {
+  const StepResult& r = tick.result;
+  if ((r.flags & kFlagRecovery) != 0) fail(tick, "recovery", "", totals.recoveries, totals);
+  const Wide error = judge_.wrench_error(r.wrench_w, tick.goal, tick.after);
+  constexpr std::uint32_t kRamped = kFlagRecovery | kFlagRamping | kFlagClutched;
+  if ((r.flags & kRamped) == 0) {
+    totals.largest_wrench_error = std::max(totals.largest_wrench_error, error);
+    if (!(error <= 1)) {
+      fail(tick, "wrench", "off by " + number_text(error) + " of rounding", totals.wrenches,
+           totals);
+    }
+  }
+  const bool anchored = (r.flags & kFlagAnchorMoved) != 0;
+  turned_ = turned_ || anchored;
+  if (anchored) ++totals.anchored;
+  const Wide turn = norm(wide_error(tick.goal, tick.before).rotation_rad);
+  const Wide limit = widen(session_.view().parameters().coupling.max_rotation_error_rad);
+  const WideError offset = wide_error(tick.goal, wide_pose(tick.device));
+  const Wide rounding = 64 * widen(std::numeric_limits<Real>::epsilon());
+  const bool in_place = norm(offset.translation_m) <= rounding;
+  const bool as_given = turned_ || norm(offset.rotation_rad) <= rounding;
+  if (!in_place || !as_given || turn > limit + rounding) {
+    fail(tick, "goal",
+         "off the device by " + number_text(norm(offset.translation_m)) + " m, " +
+             number_text(norm(offset.rotation_rad)) + " rad, off the proxy by " +
+             number_text(turn) + " rad",
+         totals.goals, totals);
+  }
+}
+
+void FuzzRun::check_caps(const Tick& tick, ProxyFuzzTotals& totals) {
+  const StepCounters& c = tick.result.counters;
+  const std::uint32_t pairs = session_.view().header().capacity.pair_count;
+  const std::uint32_t searches = kPassCap * std::min(pairs, kMaxValidSearches);
+  // Each pass: gathering, imposing, and a check of every pair along all its planes in each round.
+  const std::uint32_t checks = kRoundCap + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
+  const std::uint32_t gaps =
+      kPassCap * (checks * (pairs * (kMaxValidPlanes + 2) + 2) + 2 * kMaxImposedPlanes + 8 * pairs);
+  const struct {
+    const char* name;
+    std::uint32_t StepCounters::*field;
+    std::uint32_t cap;
+  } rules[] = {{"passes", &StepCounters::proxy_passes, kPassCap},
+               {"rejected", &StepCounters::proxy_rejected, kPassCap},
+               {"rounds", &StepCounters::proxy_rounds, kRoundCap},
+               {"rows", &StepCounters::proxy_rows, friction_ > 0 ? kMaxQpRows : kMaxProxyRows},
+               {"iterations", &StepCounters::qp_iterations, kMaxQpIterations},
+               {"plane gaps", &StepCounters::plane_gaps, gaps},
+               {"valid nodes", &StepCounters::valid_nodes, searches * kMaxValidVisits}};
+  for (const auto& rule : rules) {
+    std::uint32_t& peak = totals.peaks.*rule.field;
+    peak = std::max(peak, c.*rule.field);
+    if (c.*rule.field <= rule.cap) continue;
+    fail(tick, "cap", std::string(rule.name) + " " + std::to_string(c.*rule.field),
+         totals.over_caps, totals);
+  }
+  totals.rejected_passes += c.proxy_rejected;
+  if ((tick.result.flags & kFlagProxyLimited) != 0) ++totals.limited;
+}
+
+/// Runs of ticks in which the proxy stays where it is: whether it could have followed is asked of
+/// each tick of a long run, with the goals that it had. With friction it may rightly stick; then
+/// only ticks count of which every pass was rejected.
+void FuzzRun::check_still(const Tick& tick, ProxyFuzzTotals& totals) {
+  const Wide share = judge_.radius_m() / kRadius_m;
+  const WideError move = wide_error(tick.after, tick.before);
+  const bool held = tick.end_j > kAtGoal_j;
+  const bool rejected = tick.result.counters.proxy_rejected > 0 &&
+                        tick.result.counters.proxy_rejected == tick.result.counters.proxy_passes;
+  rejected_ = rejected && held ? rejected_ + 1 : 0;
+  totals.longest_rejected = std::max(totals.longest_rejected, rejected_);
+  const bool still =
+      norm(move.translation_m) + judge_.radius_m() * norm(move.rotation_rad) < 2 * kStill_m * share;
+  if (!held || !still) {
+    goals_.clear();
+    still_ = possible_ = 0;
+    return;
+  }
+  ++still_;
+  totals.longest_still = std::max(totals.longest_still, still_);
+  if (friction_ > 0) {
+    possible_ = rejected_;
+  } else {
+    goals_.push_back(tick.goal);
+    if (still_ < kFirstLook) return;
+    for (const WidePose& goal : goals_) {
+      possible_ = judge_.could_follow(goal, tick.after) ? possible_ + 1 : 0;
+    }
+    goals_.clear();
+  }
+  totals.longest_stall = std::max(totals.longest_stall, possible_);
+  if (possible_ > kLongestStall) {
+    fail(tick, "stall", std::to_string(possible_) + " ticks", totals.stalls, totals);
+  }
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
+
+namespace haptic::sim {
+namespace {
+
+/// Ticks of a run; each begins at a free pose of its own.
+constexpr std::uint64_t kShardTicks = 1000;
+
+struct Shard {
+  std::size_t row = 0, scene = 0, friction = 0;
+  FuzzMotionKind kind = FuzzMotionKind::kSlow;
+  std::uint64_t ticks = 0;
+};
+
+std::vector<Shard> cut(const ProxyFuzzSize& size, const std::vector<FuzzScene>& scenes,
+                       std::vector<ProxyFuzzRow>& rows) {
+  double shares = 0;
+  for (const FuzzScene& scene : scenes) shares += scene.share;
+  const double per_share =
+      static_cast<double>(size.ticks) / (shares * static_cast<double>(size.frictions.size()) *
+                                         static_cast<double>(std::size(kFuzzMotions)));
+  std::vector<Shard> shards;
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    for (std::size_t f = 0; f < size.frictions.size(); ++f) {
+      for (const FuzzMotionKind kind : kFuzzMotions) {
+        auto left = static_cast<std::uint64_t>(std::ceil(per_share * scenes[s].share));
+        for (; left > 0; left -= std::min(left, kShardTicks)) {
+          shards.push_back({rows.size(), s, f, kind, std::min(left, kShardTicks)});
+        }
+        rows.push_back({scenes[s].name, to_text(kind), size.frictions[f], {}});
+      }
+    }
+  }
+  return shards;
+}
+
+}  // namespace
+
+std::optional<ProxyFault> proxy_fault_named(const std::string& name) {
+  if (name == "certificate") return ProxyFault::kCertificate;
+  if (name == "spring") return ProxyFault::kSpring;
+  if (name == "vertex") return ProxyFault::kVertex;
+  return std::nullopt;
+}
+
+void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
+  using T = ProxyFuzzTotals;
+  for (const auto field : {&T::ticks, &T::held, &T::deep, &T::rises, &T::stalls, &T::walls,
+                           &T::crossings, &T::wrenches, &T::goals, &T::over_caps, &T::recoveries,
+                           &T::rejected_passes, &T::limited, &T::anchored}) {
+    this->*field += other.*field;
+  }
+  for (const auto field : {&T::longest_still, &T::longest_stall, &T::longest_rejected}) {
+    this->*field = std::max(this->*field, other.*field);
+  }
+  worst_gap_m = std::min(worst_gap_m, other.worst_gap_m);
+  for (const auto field : {&T::largest_rise_j, &T::largest_rise_share, &T::largest_wrench_error}) {
+    this->*field = std::max(this->*field, other.*field);
+  }
+  using C = StepCounters;
+  for (const auto field : {&C::proxy_passes, &C::proxy_rejected, &C::proxy_rounds, &C::proxy_rows,
+                           &C::qp_iterations, &C::plane_gaps, &C::valid_nodes}) {
+    peaks.*field = std::max(peaks.*field, other.peaks.*field);
+  }
+  failures.add(other.failures);
+}
+
+ProxyFuzzTotals ProxyFuzzResult::totals() const {
+  ProxyFuzzTotals sum;
+  for (const ProxyFuzzRow& row : rows) sum.add(row.totals);
+  return sum;
+}
+
+ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& options) {
+  ProxyFuzzResult result{size, {}};
+  const std::vector<FuzzScene> scenes = fuzz_scenes();
+  const std::vector<Shard> shards = cut(size, scenes, result.rows);
+  const std::size_t frictions = size.frictions.size();
+  std::vector<std::vector<std::byte>> blobs(scenes.size() * frictions);
+  run_shards(
+      blobs.size(), {options.threads, false}, "scenes", [] { return 0; },
+      [&](int, std::size_t k) {
+        blobs[k] = compiled(scenes[k / frictions], size.frictions[k % frictions]);
+      });
+  std::vector<ProxyFuzzTotals> totals(shards.size());
+  const auto make_worker = [&] { return std::vector<std::unique_ptr<FuzzRun>>(blobs.size()); };
+  run_shards(shards.size(), options, "proxy", make_worker, [&](auto& worker, std::size_t k) {
+    const Shard& shard = shards[k];
+    const std::size_t at = shard.scene * frictions + shard.friction;
+    if (!worker[at]) {
+      worker[at] = std::make_unique<FuzzRun>(scenes[shard.scene], size.frictions[shard.friction],
+                                             blobs[at], size.fault);
+    }
+    totals[k] = worker[at]->run(shard.kind, shard.ticks, seed_of(size.seed, k));
+  });
+  for (std::size_t k = 0; k < shards.size(); ++k) result.rows[shards[k].row].totals.add(totals[k]);
+  return result;
+}
+
+}  // namespace haptic::sim

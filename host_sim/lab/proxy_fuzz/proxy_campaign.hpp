@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The campaign against the proxy: every scene with and without friction under every motion, every
+/// tick judged. Sharded: equal sizes give equal results, whatever the number of threads.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_sim/lab/proxy_fuzz/fuzz_motion.hpp"
+#include "host_sim/report/failure_log.hpp"
+#include "host_sim/report/shard_run.hpp"
+#include "rt_core/haptic_core.hpp"
+
+namespace haptic::sim {
+
+/// Damage done to the core on purpose, to show that the checks can fail.
+enum class ProxyFault {
+  kCertificate,  ///< a step is certified that ends twenty tolerances deep, and rows follow
+  kSpring,       ///< the spring turns a quarter too stiff
+  kVertex        ///< one vertex of the part is where another is
+};
+[[nodiscard]] std::optional<ProxyFault> proxy_fault_named(const std::string& name);
+
+struct ProxyFuzzSize {
+  std::uint64_t ticks = 1000000;  ///< over all scenes, rounded up to whole shards
+  std::uint64_t seed = 1;
+  std::vector<double> frictions = {0.0, 0.3};
+  std::optional<ProxyFault> fault;
+};
+
+struct ProxyFuzzTotals {
+  std::uint64_t ticks = 0, held = 0;  ///< held: the proxy is kept from its goal
+  // Each of these must be zero.
+  std::uint64_t deep = 0;    ///< a pair is deeper than 0.2 um at 50 mm
+  std::uint64_t rises = 0;   ///< the energy rose by more than its bound
+  std::uint64_t stalls = 0;  ///< ticks beyond the tenth of a run without a move that was possible
+  std::uint64_t walls = 0;   ///< kept from the goal though nothing is near
+  std::uint64_t crossings = 0;   ///< through a plate
+  std::uint64_t wrenches = 0;    ///< not -K g
+  std::uint64_t goals = 0;       ///< not the device's pose, or beyond the anchor's limit
+  std::uint64_t over_caps = 0;   ///< a counter beyond its cap
+  std::uint64_t recoveries = 0;  ///< inside an obstacle, by the core's own account
+  // Figures.
+  Wide worst_gap_m = 0;                             ///< scaled to a part of 50 mm
+  Wide largest_rise_j = 0, largest_rise_share = 0;  ///< in J, and of its bound
+  Wide largest_wrench_error = 0;                    ///< of what rounding makes of it
+  std::uint64_t longest_still = 0;                  ///< run of ticks without a move, held
+  std::uint64_t longest_stall = 0;     ///< of them possible ones, where looked at (from the 6th on)
+  std::uint64_t longest_rejected = 0;  ///< run of ticks of which every pass was rejected
+  std::uint64_t rejected_passes = 0, limited = 0, anchored = 0;
+  StepCounters peaks;
+  FailureLog failures;
+
+  [[nodiscard]] std::uint64_t failed() const {
+    return deep + rises + stalls + walls + crossings + wrenches + goals + over_caps + recoveries;
+  }
+  void add(const ProxyFuzzTotals& other);
+};
+
+struct ProxyFuzzRow {
+  std::string scene, motion;
+  double friction = 0;
+  ProxyFuzzTotals totals;
+};
+
+struct ProxyFuzzResult {
+  ProxyFuzzSize size;
+  std::vector<ProxyFuzzRow> rows;
+  [[nodiscard]] ProxyFuzzTotals totals() const;
+};
+
+[[nodiscard]] ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& options);
+
+/// proxy_fuzz.csv, proxy_fuzz.json, proxy_fuzz.md in `folder`, which must exist.
+/// @throws tools::InputError naming the file.
+void write_proxy_fuzz(const std::string& folder, const ProxyFuzzResult& result);
+/// The page of proxy_fuzz.md.
+[[nodiscard]] std::string proxy_fuzz_page(const ProxyFuzzResult& result);
+
+}  // namespace haptic::sim

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What must hold of every tick of the proxy, judged in long double from poses and vertices alone:
+/// it is free, its energy does not rise, nothing comes through a plate, the wrench is the spring's
+/// pull, and it does not stand still where it could follow.
+
+#include <cstdint>
+#include <vector>
+
+#include "host_sim/lab/proxy_fuzz/free_witness.hpp"
+#include "host_sim/lab/proxy_fuzz/fuzz_scene.hpp"
+#include "rt_core/haptic_core.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+
+/// A pose in long double; the quaternion of unit length.
+struct WidePose {
+  WideVec p;
+  Wide q_wxyz[4] = {1, 0, 0, 0};
+  WideRotation r;
+};
+[[nodiscard]] WidePose wide_pose(const Pose& pose);
+
+/// (x_d - x, log(R_d R^T)) of goal against proxy.
+struct WideError {
+  WideVec translation_m, rotation_rad;
+};
+[[nodiscard]] WideError wide_error(const WidePose& goal, const WidePose& proxy);
+
+class ProxyJudge {
+ public:
+  /// `view` is only read here. Grip point at the part's origin.
+  ProxyJudge(const FuzzScene& scene, const SceneView& view);
+  ProxyJudge(const ProxyJudge&) = delete;
+  ProxyJudge& operator=(const ProxyJudge&) = delete;
+
+  /// Lower bound of the smallest signed distance of all pairs (infinite: all are far), as a rule
+  /// at least `wanted_m` where the distance is.
+  [[nodiscard]] Wide free_gap_m(const WidePose& pose, Wide wanted_m);
+  /// The smallest signed distance itself, by the exhaustive search of every pair with no gap of
+  /// `wanted_m` at hand.
+  [[nodiscard]] Wide exact_gap_m(const WidePose& pose, Wide wanted_m);
+
+  [[nodiscard]] Wide potential_j(const WideError& error) const;
+  /// Largest difference of the wrench to -K g, as a share of what rounding makes of it.
+  [[nodiscard]] Wide wrench_error(const Wrench& wrench, const WidePose& goal,
+                                  const WidePose& proxy) const;
+  /// What the passes of one tick may raise the energy by, at the most [J]: from the energy at its
+  /// start alone.
+  [[nodiscard]] Wide largest_rise_j(Wide start_j, std::uint32_t passes) const;
+  /// Whether a point of the part went through the plate, well inside its rim.
+  [[nodiscard]] bool crossed(const WidePose& before, const WidePose& after) const;
+  /// Energy after a move of 0.1 mm (of a part of 50 mm) straight towards the goal, when nothing is
+  /// within twice that; infinite else.
+  [[nodiscard]] Wide unhindered_j(const WidePose& goal, const WidePose& proxy);
+  /// Whether a small free move lowers the energy by clearly more than rounding: along the pull, or
+  /// at random, off what touches. Without friction only. Deterministic.
+  [[nodiscard]] bool could_follow(const WidePose& goal, const WidePose& proxy);
+
+  [[nodiscard]] Wide radius_m() const { return radius_m_; }
+  [[nodiscard]] Wide tolerance_m() const { return tolerance_m_; }  ///< of "free" in the core
+  /// Depth that the checks allow: twice the tolerance, 0.2 um for a part of 50 mm.
+  [[nodiscard]] Wide allowed_depth_m() const { return 2 * tolerance_m_; }
+
+ private:
+  struct Row {
+    WideVec n, moment;
+  };
+  [[nodiscard]] OraclePose in_frame(const WidePose& pose, std::size_t pair) const;
+  void touching_rows(const WidePose& proxy, std::vector<Row>& rows);
+  void push_out(const std::vector<Row>& rows, WideVec& dx, WideVec& dtheta) const;
+  [[nodiscard]] bool lowers(const WidePose& goal, const WidePose& proxy, const WideVec& dx,
+                            const WideVec& dtheta, Wide start_j, Wide least_j);
+
+  std::vector<OraclePiece> pieces_;
+  std::vector<FreeWitness> witnesses_;  ///< by pair
+  std::vector<WideVec> references_;     ///< of B's body, by pair
+  std::optional<FuzzPlate> plate_;
+  Wide k_t_, k_r_, length_m_;
+  Wide radius_m_ = 0, tolerance_m_ = 0;
+};
+
+}  // namespace haptic::sim

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/wcet/instruction_counts.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr const char* kTick = "haptic::HapticCore::step(haptic::StepInput const&)";
+constexpr std::size_t kShownFunctions = 12;
+
+/// A folder of its own, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "haptic_wcet_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw tools::InputError(name + ": the folder cannot be made: " + std::strerror(errno));
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] std::string file(const char* name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The last line that says something.
+std::string last_line(const std::string& text) {
+  std::istringstream lines(text);
+  std::string last;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find_first_not_of(" \t\r=") != std::string::npos) last = line;
+  }
+  return last;
+}
+
+/// Runs a command with its output in files. @return its wait status, or -1 and errno.
+int run(const std::vector<std::string>& command, const std::string& out, const std::string& err) {
+  std::vector<char*> arguments;
+  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out.c_str(), kFlags, 0600);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err.c_str(), kFlags, 0600);
+  pid_t child = 0;
+  const int error =
+      posix_spawnp(&child, arguments[0], &files, nullptr, arguments.data(), ::environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (error != 0) {
+    errno = error;
+    return -1;
+  }
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return -1;
+  }
+  return status;
+}
+
+std::vector<std::string> command_of(const InstructionQuestion& question,
+                                    const std::string& profile) {
+  // The tick alone is collected; each of its returns ends a part of the profile. What callgrind
+  // calls a function is matched as a whole, so that a cold part split from it does not switch.
+  std::vector<std::string> command = {"valgrind",
+                                      "--tool=callgrind",
+                                      "--callgrind-out-file=" + profile,
+                                      "--combine-dumps=yes",
+                                      "--dump-line=no",
+                                      "--toggle-collect=" + std::string(kTick),
+                                      "--dump-after=" + std::string(kTick),
+                                      "--dump-before=haptic::sim::run_once(*",
+                                      question.program};
+  command.insert(command.end(), question.arguments.begin(), question.arguments.end());
+  return command;
+}
+
+InstructionCounts not_measured(std::string why) {
+  InstructionCounts counts;
+  counts.why_not = std::move(why);
+  return counts;
+}
+
+void line_of(std::string& text, const char* name, const FunctionCost* whole,
+             const FunctionCost* dearest, const CallgrindProfile& p) {
+  const auto share = [](std::uint64_t part, std::uint64_t all) {
+    return 100.0 * static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(all, 1));
+  };
+  const double ticks = static_cast<double>(p.per_tick.size());
+  const FunctionCost none{};
+  const FunctionCost& w = whole != nullptr ? *whole : none;
+  const FunctionCost& d = dearest != nullptr ? *dearest : none;
+  char line[256];
+  std::snprintf(line, sizeof line, "  %-40.40s %9.0f %5.1f%% %10.0f %9llu %5.1f%% %10llu\n", name,
+                static_cast<double>(w.self) / ticks, share(w.self, p.total),
+                static_cast<double>(w.inclusive) / ticks, static_cast<unsigned long long>(d.self),
+                share(d.self, p.per_tick[p.dearest_tick]),
+                static_cast<unsigned long long>(d.inclusive));
+  text += line;
+}
+
+const FunctionCost* found(const std::vector<FunctionCost>& list, const std::string& name) {
+  const auto at = std::ranges::find(list, name, &FunctionCost::name);
+  return at == list.end() ? nullptr : &*at;
+}
+
+}  // namespace
+
+std::uint64_t run_once(CoreSession& session, std::span<const MotionSample> motion) {
+  session.core().reset();
+  std::uint64_t hash = 0;
+  for (std::size_t i = 0; i < motion.size(); ++i)
+    hash = session.core().step(input_of(motion[i], i)).state_hash;
+  return hash;
+}
+
+InstructionCounts count_instructions(const InstructionQuestion& question) {
+  if (question.program.empty()) return not_measured("not asked for");
+  const TemporaryFolder folder;
+  const std::string profile = folder.file("profile");
+  const int status = run(command_of(question, profile), folder.file("out"), folder.file("err"));
+  if (status == -1) {
+    return not_measured(errno == ENOENT ? "valgrind is missing, apt-get install valgrind"
+                                        : "valgrind: " + std::string(std::strerror(errno)));
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    return not_measured("the run under valgrind failed: " + last_line(text_of(folder.file("err"))));
+  char expected[80];
+  std::snprintf(expected, sizeof expected, "%zu ticks, final state hash %016llx", question.ticks,
+                static_cast<unsigned long long>(question.state_hash));
+  const std::string ended = last_line(text_of(folder.file("out")));
+  if (ended != expected) {
+    return not_measured("the run under valgrind ended in '" + ended + "' and not in '" + expected +
+                        "'");
+  }
+  InstructionCounts counts;
+  try {
+    std::ifstream stream(profile, std::ios::binary);
+    counts.profile = read_callgrind(stream, "callgrind's profile");
+  } catch (const tools::InputError& error) {
+    return not_measured(error.what());
+  }
+  std::vector<std::uint64_t> sorted = counts.profile.per_tick;
+  if (sorted.size() != question.ticks)
+    return not_measured("the profile has " + std::to_string(sorted.size()) + " ticks");
+  std::ranges::sort(sorted);
+  counts.median = sorted[sorted.size() / 2];
+  counts.largest = sorted.back();
+  counts.measured = true;
+  return counts;
+}
+
+std::string instruction_table(const InstructionCounts& counts) {
+  if (!counts.measured) return "instructions per tick: not measured: " + counts.why_not + "\n";
+  const CallgrindProfile& p = counts.profile;
+  char line[200];
+  std::snprintf(
+      line, sizeof line,
+      "instructions per tick, exact, of %zu ticks: median %llu, largest %llu in tick %zu\n",
+      p.per_tick.size(), static_cast<unsigned long long>(counts.median),
+      static_cast<unsigned long long>(counts.largest), p.dearest_tick);
+  std::string text = line;
+  std::snprintf(line, sizeof line, "  %-40s %9s %6s %10s %9s %6s %10s\n",
+                "mean tick | dearest tick", "self", "share", "with calls", "self", "share",
+                "with calls");
+  text += line;
+  std::vector<std::string> names;
+  for (const auto* list : {&p.dearest, &p.whole}) {
+    for (std::size_t k = 0; k < std::min(kShownFunctions, list->size()); ++k) {
+      const std::string& name = (*list)[k].name;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  for (const std::string& name : names) {
+    std::string shown = name;
+    if (shown.starts_with("haptic::")) shown.erase(0, std::strlen("haptic::"));
+    line_of(text, shown.c_str(), found(p.whole, name), found(p.dearest, name), p);
+  }
+  return text;
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/wcet/wcet_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/lab/wcet/chrome_trace.hpp"
+#include "host_sim/lab/wcet/core_stack.hpp"
+#include "host_sim/lab/wcet/wcet_plot.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+
+namespace haptic::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const TimeFigures& f) {
+  return {{"count", f.count},
+          {"median", f.median},
+          {"p99", f.p99},
+          {"p99.9", f.p999},
+          {"largest", f.largest}};
+}
+
+Json json_of(const hal::WakeupMeasurement& m) {
+  const hal::WakeupHistogram& h = m.lateness;
+  return {{"count", h.count()},
+          {"error", m.error},
+          {"fifo_priority", m.priority},
+          {"memory_locked", m.memory_locked},
+          {"idle_states_held", m.idle_states_held},
+          {"p50_ns", h.quantile_ns(0.5)},
+          {"p99_ns", h.quantile_ns(0.99)},
+          {"p99.9_ns", h.quantile_ns(0.999)},
+          {"largest_ns", h.largest_ns()},
+          {"periods_late", m.late_ticks}};
+}
+
+Json json_of(const AdversarialFinding& f, std::uint64_t seed) {
+  return {{"goal", to_text(f.goal)},
+          {"value", f.value},
+          {"unit", unit_of(f.goal)},
+          {"tick", f.tick},
+          {"evaluations", f.evaluations},
+          {"restarts", f.restarts},
+          {"spring_part", f.cause.spring},
+          {"damping_part", f.cause.damping},
+          {"goal_moved_m", f.cause.goal_m},
+          {"proxy_moved_m", f.cause.proxy_m},
+          {"wrenches_not_finite", f.not_finite},
+          {"final_state_hash", tools::hash_text(f.state_hash)},
+          {"motion", motion_file_name(f, seed)}};
+}
+
+Json json_of(const std::vector<FunctionCost>& functions) {
+  Json list = Json::array();
+  for (const FunctionCost& f : functions)
+    list.push_back({{"function", f.name}, {"self", f.self}, {"inclusive", f.inclusive}});
+  return list;
+}
+
+Json json_of(const InstructionCounts& counts) {
+  if (!counts.measured) return {{"measured", false}, {"why_not", counts.why_not}};
+  const CallgrindProfile& p = counts.profile;
+  return {{"measured", true},
+          {"method", "callgrind"},
+          {"ticks", p.per_tick.size()},
+          {"median", counts.median},
+          {"largest", counts.largest},
+          {"dearest_tick", p.dearest_tick},
+          {"total", p.total},
+          {"by_function", json_of(p.whole)},
+          {"by_function_of_dearest_tick", json_of(p.dearest)}};
+}
+
+Json json_of(const StackDepth& depth) {
+  Json chain = Json::array();
+  for (const StackFrame& frame : depth.chain)
+    chain.push_back({{"function", frame.function}, {"bytes", frame.bytes}});
+  return {{"bytes", depth.bytes}, {"chain", std::move(chain)}};
+}
+
+Json json_of(const CoreStack& stack) {
+  if (!stack.measured) return {{"measured", false}, {"why_not", stack.why_not}};
+  return {{"measured", true},
+          {"limit_bytes", stack.limit_bytes},
+          {"tick", json_of(stack.tick)},
+          {"servo_tick", json_of(stack.core)}};
+}
+
+InstructionCounts counted(CoreSession& session, std::span<const MotionSample> motion,
+                          InstructionQuestion question) {
+  if (!question.program.empty()) {
+    question.state_hash = run_once(session, motion);
+    question.ticks = motion.size();
+  }
+  return count_instructions(question);
+}
+
+hal::WakeupQuestion question_of(const SceneView& view, double seconds) {
+  hal::WakeupQuestion question;
+  question.period_ns = std::llround(1e9 / view.parameters().rate_hz);
+  question.duration_ns = std::llround(1e9 * seconds);
+  return question;
+}
+
+}  // namespace
+
+bool WcetReport::passed() const {
+  const bool finite =
+      std::ranges::all_of(findings, [](const AdversarialFinding& f) { return f.not_finite == 0; });
+  return all_held(bounds) && finite && same_state.same_result;
+}
+
+std::string motion_file_name(const AdversarialFinding& finding, std::uint64_t seed) {
+  return "adversarial_" + std::string(to_text(finding.goal)) + "_seed" + std::to_string(seed) +
+         ".csv";
+}
+
+WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> motion,
+                        const WcetPlan& plan) {
+  const SceneView& view = session.view();
+  SceneCapacity capacity = view.header().capacity;
+  if (!plan.fault.empty()) capacity = damaged_bounds(capacity, plan.fault);
+  WcetReport report;
+  report.plan = plan;
+  report.loop = measure(session, motion, plan.repeats, plan.exhaustive);
+  report.same_state =
+      same_state_times(session, motion, telling_ticks(report.loop, plan.most_same_state),
+                       std::max(plan.repeats, kLeastRepeats));
+  report.instructions = counted(session, motion, plan.instructions);
+  report.findings = adversarial_search(session, motion, plan.adversarial);
+  StepCounters peaks = report.loop.peaks;
+  for (const AdversarialFinding& f : report.findings) raise_peaks(f.peaks, peaks);
+  report.bounds = counter_bounds(peaks, capacity);
+  report.work_bound = work_bound(capacity);
+  report.proxy_bound = proxy_bound(capacity);
+  report.wakeups = std::make_unique<hal::WakeupMeasurement>();
+  if (plan.wakeup_seconds > 0)
+    hal::measure_wakeups(question_of(view, plan.wakeup_seconds), *report.wakeups);
+  return report;
+}
+
+std::string wcet_csv(const WcetReport& report, std::span<const MotionSample> motion) {
+  std::map<std::size_t, SameStateTick> same;
+  for (const SameStateTick& t : report.same_state.ticks) same[t.tick] = t;
+  std::string text =
+      "tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns,"
+      "proxy_work,instructions\n";
+  for (std::size_t i = 0; i < report.loop.ticks.size(); ++i) {
+    const TickTime& t = report.loop.ticks[i];
+    char line[240], exhaustive[40] = "", same_state[80] = ",", instructions[24] = "";
+    if (report.plan.exhaustive)
+      std::snprintf(exhaustive, sizeof exhaustive, "%.1f", t.exhaustive_ns);
+    if (const auto at = same.find(i); at != same.end()) {
+      std::snprintf(same_state, sizeof same_state, "%.1f,%.1f", at->second.warm_ns,
+                    at->second.flushed_ns);
+    }
+    if (report.instructions.measured) {
+      std::snprintf(instructions, sizeof instructions, "%llu",
+                    static_cast<unsigned long long>(report.instructions.profile.per_tick[i]));
+    }
+    std::snprintf(line, sizeof line, "%zu,%.6f,%.1f,%s,%d,%d,%llu,%s,%llu,%s\n", i, motion[i].t_s,
+                  t.core_ns, exhaustive, t.contact ? 1 : 0, t.relocalised ? 1 : 0,
+                  static_cast<unsigned long long>(work_units(t.counters)), same_state,
+                  static_cast<unsigned long long>(proxy_units(t.counters)), instructions);
+    text += line;
+  }
+  return text;
+}
+
+std::string wcet_json(const WcetReport& r) {
+  Json json;
+  json["scene"] = r.plan.scene;
+  json["motion"] = r.plan.motion;
+  json["seed"] = r.plan.adversarial.seed;
+  json["passed"] = r.passed();
+  for (const CounterBound& b : r.bounds) {
+    json["counters"][b.name] = {{"largest", b.peak}, {"bound", b.bound}, {"held", b.held()}};
+  }
+  json["work_bound"] = r.work_bound;
+  json["dearest_unit_ns"] = r.loop.dearest_unit_ns;
+  json["proxy_work_bound"] = r.proxy_bound;
+  json["dearest_proxy_unit_ns"] = r.loop.dearest_proxy_unit_ns;
+  json["instructions"] = json_of(r.instructions);
+  json["stack"] = json_of(core_stack());
+  Json& time = json["wall_time_ns"];
+  time["repeats"] = r.loop.repeats;
+  time["in_loop"] = json_of(r.loop.core);
+  time["every_bound_stale"] = json_of(r.loop.stale);
+  if (r.plan.exhaustive) time["exhaustive_search"] = json_of(r.loop.exhaustive);
+  time["warm"] = json_of(r.same_state.warm);
+  time["flushed"] = json_of(r.same_state.flushed);
+  time["worst_tick_warm"] = r.same_state.worst_warm;
+  time["worst_tick_flushed"] = r.same_state.worst_flushed;
+  time["repeats_gave_same_result"] = r.same_state.same_result;
+  Json& noise = json["machine_noise_ns"];
+  noise["in_loop_raw"] = json_of(r.loop.raw);
+  noise["warm_raw"] = json_of(r.same_state.warm_raw);
+  noise["flushed_raw"] = json_of(r.same_state.flushed_raw);
+  noise["repeat_less_the_least"] = json_of(r.loop.noise);
+  if (r.plan.wakeup_seconds > 0) json["machine_wakeups"] = json_of(*r.wakeups);
+  json["adversarial"] = Json::array();
+  for (const AdversarialFinding& f : r.findings)
+    json["adversarial"].push_back(json_of(f, r.plan.adversarial.seed));
+  // A name may hold bytes that are no UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_wcet(const std::string& folder, const WcetReport& report,
+                std::span<const MotionSample> motion) {
+  const std::string base = folder + "/";
+  write_whole_file(base + "wcet.csv", wcet_csv(report, motion));
+  write_whole_file(base + "wcet.json", wcet_json(report));
+  write_whole_file(base + "trace.json", chrome_trace(report.loop.ticks, motion, report.plan.scene));
+  const std::string title = "Worst case of " + report.plan.scene;
+  write_whole_file(base + "wcet.svg",
+                   wcet_plot(report.loop, report.same_state, *report.wakeups, title));
+  if (report.wakeups->lateness.count() > 0)
+    write_whole_file(base + "wakeups.txt", hal::cyclictest_text(report.wakeups->lateness));
+  for (const AdversarialFinding& f : report.findings)
+    write_motion_csv(base + motion_file_name(f, report.plan.adversarial.seed), f.motion);
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/session/contact_log.hpp"
+
+#include <algorithm>
+
+#include "host_sim/report/output_file.hpp"
+
+namespace haptic::sim {
+namespace {
+
+std::string number_text(std::int32_t source) {
+  return source == kMadeByCut ? "*" : std::to_string(source);
+}
+
+std::string feature_text(const MeshFeature& feature) {
+  switch (feature.kind) {
+    case FeatureKind::kVertex:
+      return "v" + number_text(feature.source[0]);
+    case FeatureKind::kEdge:
+      return "e" + number_text(feature.source[0]) + "-" + number_text(feature.source[1]);
+    case FeatureKind::kFace:
+      break;
+  }
+  return "f" + number_text(feature.source[0]);
+}
+
+void append_vector(std::string& text, const Vec3& v, char before) {
+  for (int k = 0; k < 3; ++k) {
+    if (before != '\0') text += before;
+    append_number(text, static_cast<double>(v[k]));
+    if (before == '\0') before = ' ';
+  }
+}
+
+}  // namespace
+
+std::string contact_text(const ContactId& id) {
+  const char type = static_cast<char>('A' + static_cast<int>(id.type));
+  return std::string(1, type) + ":" + feature_text(id.of_a) + "/" + feature_text(id.of_b);
+}
+
+ContactLog::ContactLog(const SceneView& scene) : csv_(std::string(kContactCsvHeader) + "\n") {
+  const double(&grip)[3] = scene.bodies()[0].reference_m;
+  grip_a_ = {static_cast<Real>(grip[0]), static_cast<Real>(grip[1]), static_cast<Real>(grip[2])};
+  const std::uint32_t room = scene.header().capacity.largest_near;
+  corners_.resize(room);
+  ids_.resize(room);
+  contact_.polygon_w = BoundedList<Vec3>(corners_);
+  contact_.ids = BoundedList<ContactId>(ids_);
+}
+
+void ContactLog::add(HapticCore& core, const StepInput& input, double t_s) {
+  for (std::uint32_t pair = 0; pair < core.pair_count(); ++pair) {
+    core.contact_geometry(pair, contact_);
+    if (!contact_.ids.empty()) append(input, t_s, pair);
+  }
+}
+
+void ContactLog::append(const StepInput& input, double t_s, std::uint32_t pair) {
+  const Vec3 x0_w = input.pose_wa.p_wa + input.pose_wa.q_wa.normalized() * grip_a_;
+  csv_ += std::to_string(input.sequence) + ',';
+  append_number(csv_, t_s);
+  csv_ += ',' + std::to_string(pair) + ',' + std::to_string(contact_.body_b) + ',' +
+          to_text(contact_.situation) + ',';
+  append_number(csv_, static_cast<double>(contact_.d_near_m));
+  for (const Vec3& v : {contact_.point_w, contact_.normal_w, contact_.e1_w})
+    append_vector(csv_, v, ',');
+  csv_ += ',';
+  for (std::uint32_t k = 0; k < contact_.polygon_w.size(); ++k) {
+    if (k > 0) csv_ += ';';
+    append_vector(csv_, x0_w + contact_.polygon_w[k], '\0');
+  }
+  csv_ += ',';
+  for (std::uint32_t k = 0; k < contact_.ids.size(); ++k) {
+    if (k > 0) csv_ += ';';
+    csv_ += contact_text(contact_.ids[k]);
+  }
+  csv_ += '\n';
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/session/core_session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "tools/common/error.hpp"
+#include "tools/common/simplified_bodies.hpp"
+
+namespace haptic::sim {
+
+CoreSession::CoreSession(const std::string& scene_path) {
+  std::ifstream stream(scene_path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
+  if (size < 0)
+    throw tools::InputError(scene_path +
+                            ": cannot be opened; compile the scene first or mend the name");
+  blob_ = AlignedBytes(static_cast<std::size_t>(size));
+  stream.seekg(0);
+  if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);
+  if (!stream) throw tools::InputError(scene_path + ": cannot be read to its end");
+  open(scene_path);
+  tools::tell_simplification("host_sim", scene_path, view_);
+}
+
+CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name)
+    : blob_(scene.size()) {
+  if (!scene.empty()) std::memcpy(blob_.bytes().data(), scene.data(), scene.size());
+  open(name);
+}
+
+void CoreSession::open(const std::string& name) {
+  const RtStatus opened = SceneView::open(blob_.bytes(), view_);
+  if (opened != RtStatus::kOk) {
+    throw tools::InputError(name + ": not a usable scene: " + to_text(opened) +
+                            "; compile it again");
+  }
+  state_ = AlignedBytes(static_cast<std::size_t>(view_.header().capacity.state_bytes));
+  const RtStatus created = HapticCore::create(state_.bytes(), view_, core_);
+  if (created != RtStatus::kOk) {
+    throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
+                            "; compile it again");
+  }
+}
+
+std::vector<std::uint32_t> near_nodes(const HapticCore& core, std::uint32_t pair) {
+  std::vector<std::uint32_t> nodes;
+  const PairReport report = core.pair_report(pair);
+  for (const NearNode& n : report.near) nodes.push_back(n.node);
+  std::ranges::sort(nodes);
+  return nodes;
+}
+
+std::vector<std::uint32_t> contact_nodes(const HapticCore& core, std::uint32_t pair) {
+  const std::span<const std::uint32_t> numbers = core.pair_report(pair).contact_nodes;
+  std::vector<std::uint32_t> nodes(numbers.begin(), numbers.end());
+  std::ranges::sort(nodes);
+  return nodes;
+}
+
+Pose pose_of(const MotionSample& sample) {
+  Pose pose;
+  pose.p_wa = Vec3(static_cast<Real>(sample.p[0]), static_cast<Real>(sample.p[1]),
+                   static_cast<Real>(sample.p[2]));
+  const double* q = sample.q_wxyz;
+  pose.q_wa = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]), static_cast<Real>(q[2]),
+                   static_cast<Real>(q[3]));
+  return pose;
+}
+
+StepInput input_of(const MotionSample& sample, std::uint64_t tick) {
+  StepInput input;
+  input.sequence = tick;
+  input.stamp_ns = std::llround(sample.t_s * 1e9);
+  input.pose_wa = pose_of(sample);
+  return input;
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/session/motion_csv.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <system_error>
+
+#include "tools/common/error.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr std::string_view kHeader = "t,x,y,z,qw,qx,qy,qz";
+constexpr std::array<std::string_view, 8> kColumns = {"t", "x", "y", "z", "qw", "qx", "qy", "qz"};
+
+[[noreturn]] void refuse(const std::string& path, std::size_t line, const std::string& defect) {
+  throw tools::InputError(path + ":" + std::to_string(line) + ": " + defect);
+}
+
+std::string read_whole_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw tools::InputError(path + ": cannot be opened; check the path and its permissions");
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (file.bad()) throw tools::InputError(path + ": reading failed; check the medium");
+  return text;
+}
+
+// Cuts the next line off `rest`, without its line end.
+std::string_view take_line(std::string_view& rest) {
+  const std::size_t end = rest.find('\n');
+  std::string_view line = rest.substr(0, end);
+  rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+std::array<double, 8> parse_line(const std::string& path, std::size_t number,
+                                 std::string_view line) {
+  std::array<double, 8> values{};
+  const char* at = line.data();
+  const char* const end = line.data() + line.size();
+  for (std::size_t column = 0; column < values.size(); ++column) {
+    const std::string name(kColumns[column]);
+    if (column > 0) {
+      if (at == end)
+        refuse(path, number, "the line ends before column " + name + "; give 8 numbers");
+      if (*at != ',') {
+        refuse(path, number,
+               "no comma before column " + name + "; separate 8 plain numbers by commas");
+      }
+      ++at;
+    }
+    const auto [next, error] = std::from_chars(at, end, values[column]);
+    if (error == std::errc::result_out_of_range) {
+      refuse(path, number, "column " + name + " is out of range of a double");
+    }
+    if (error != std::errc()) {
+      refuse(path, number, "column " + name + " is not a number; write it as 0.001 or 1e-3");
+    }
+    if (!std::isfinite(values[column])) {
+      refuse(path, number, "column " + name + " is not finite; drop or mend the sample");
+    }
+    at = next;
+  }
+  if (at != end) refuse(path, number, "text after column qz; give 8 numbers");
+  return values;
+}
+
+MotionSample make_sample(const std::string& path, std::size_t number,
+                         const std::array<double, 8>& values) {
+  MotionSample sample;
+  sample.t_s = values[0];
+  for (std::size_t i = 0; i < 3; ++i) sample.p[i] = values[1 + i];
+  double square = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) square += values[4 + i] * values[4 + i];
+  const double length = std::sqrt(square);
+  if (!(std::abs(length - 1.0) <= kMotionQuaternionTolerance)) {
+    refuse(path, number,
+           "the quaternion has length " + std::to_string(length) +
+               ", not 1; normalise it (order: qw,qx,qy,qz)");
+  }
+  for (std::size_t i = 0; i < 4; ++i) sample.q_wxyz[i] = values[4 + i] / length;
+  return sample;
+}
+
+void append_fixed(std::string& text, double value, int digits) {
+  // Longest: 309 digits before the point.
+  std::array<char, 340> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                          std::chars_format::fixed, digits);
+  if (error == std::errc()) text.append(buffer.data(), end);
+}
+
+}  // namespace
+
+std::vector<MotionSample> read_motion_csv(const std::string& path) {
+  const std::string text = read_whole_file(path);
+  std::string_view rest = text;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (rest.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    rest.remove_prefix(kByteOrderMark.size());
+  }
+  // Blank lines at the end are harmless; anywhere else they would hide a cut file.
+  const std::size_t last = rest.find_last_not_of("\r\n");
+  rest = rest.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  if (rest.empty())
+    throw tools::InputError(path + ": is empty; the first line must be " + std::string(kHeader));
+
+  std::size_t number = 1;
+  if (take_line(rest) != kHeader) {
+    refuse(path, number,
+           "the header is not " + std::string(kHeader) + "; name the columns so, without spaces");
+  }
+  std::vector<MotionSample> motion;
+  constexpr std::size_t kTypicalLineBytes = 90;
+  motion.reserve(rest.size() / kTypicalLineBytes + 1);
+  while (!rest.empty()) {
+    ++number;
+    const std::string_view line = take_line(rest);
+    if (line.empty()) refuse(path, number, "the line is blank; remove it");
+    const MotionSample sample = make_sample(path, number, parse_line(path, number, line));
+    if (!motion.empty() && !(sample.t_s > motion.back().t_s)) {
+      refuse(path, number, "the time does not increase; sort the samples and drop repeated ones");
+    }
+    motion.push_back(sample);
+  }
+  if (motion.empty()) refuse(path, number, "no sample follows the header");
+  return motion;
+}
+
+void write_motion_csv(const std::string& path, const std::vector<MotionSample>& motion) {
+  std::string text(kHeader);
+  text += '\n';
+  for (const MotionSample& sample : motion) {
+    append_fixed(text, sample.t_s, 6);
+    for (const double component : sample.p) {
+      text += ',';
+      append_fixed(text, component, 9);
+    }
+    for (const double component : sample.q_wxyz) {
+      text += ',';
+      append_fixed(text, component, 12);
+    }
+    text += '\n';
+  }
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file.close();
+  if (!file)
+    throw tools::InputError(path + ": cannot be written; check the folder and the free space");
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Runs a motion through the core, or through the paper's literal steps, optionally against the
+/// oracle.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_sim/session/core_session.hpp"
+#include "host_sim/oracle/literal_tracker.hpp"
+#include "host_sim/oracle/scene_oracle.hpp"
+#include "host_sim/session/tick_record.hpp"
+
+namespace haptic::sim {
+
+struct ReplayOptions {
+  bool check = false;                   ///< compare every pair of every tick with the oracle
+  std::optional<DeltaReading> literal;  ///< the paper's literal steps instead of the core
+  bool contacts = false;                ///< keep the contacts of every tick of the core
+  bool progress = false;                ///< a status line on stderr
+};
+
+struct ReplayResult {
+  std::vector<TickRecord> ticks;
+  std::optional<CheckTotals> check;
+  std::string contact_csv;  ///< report/contact_log.hpp; empty unless asked for
+};
+
+/// Starts from a forgotten contact history. Cost without a check: the ticks themselves; the check
+/// adds an exhaustive long double search per pair-tick.
+[[nodiscard]] ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
+                                  const ReplayOptions& options);
+
+}  // namespace haptic::sim

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/session/tick_record.hpp"
+
+#include "host_sim/report/output_file.hpp"
+
+namespace haptic::sim {
+
+TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
+  TickRecord record;
+  record.tick = tick;
+  record.t_s = t_s;
+  for (int i = 0; i < 3; ++i) {
+    record.force_n[i] = static_cast<double>(result.wrench_w.force_w[i]);
+    record.torque_nm[i] = static_cast<double>(result.wrench_w.torque_w[i]);
+  }
+  record.d_near_m = static_cast<double>(result.d_near_m);
+  record.situation = result.situation;
+  record.near_count = result.near_count;
+  record.nodes_evaluated = result.counters.feature_evaluations + result.counters.edge_pairs;
+  record.support_pairs = result.counters.support_pairs;
+  record.relocalised_pairs = result.counters.stale_pairs;
+  record.flags = result.flags;
+  record.status = result.status;
+  record.state_hash = result.state_hash;
+  record.proxy_gap_m = static_cast<double>(result.proxy_gap_m);
+  record.energy_j = static_cast<double>(result.energy_j);
+  return record;
+}
+
+void append_tick_row(std::string& csv, const TickRecord& t) {
+  constexpr char kHex[] = "0123456789abcdef";
+  csv += std::to_string(t.tick);
+  csv += ',';
+  append_number(csv, t.t_s);
+  for (const double value : t.force_n) append_number(csv += ',', value);
+  for (const double value : t.torque_nm) append_number(csv += ',', value);
+  append_number(csv += ',', t.d_near_m);
+  csv += ',';
+  csv += to_text(t.situation);
+  csv += ',' + std::to_string(t.near_count) + ',' + std::to_string(t.nodes_evaluated) + ',' +
+         std::to_string(t.flags) + ',';
+  for (int shift = 60; shift >= 0; shift -= 4) csv += kHex[(t.state_hash >> shift) & 15u];
+  append_number(csv += ',', t.proxy_gap_m);
+  append_number(csv += ',', t.energy_j);
+}
+
+std::string tick_csv(std::span<const TickRecord> ticks) {
+  std::string csv = kTickCsvHeader;
+  csv.reserve(200 + 220 * ticks.size());
+  csv += '\n';
+  for (const TickRecord& t : ticks) {
+    append_tick_row(csv, t);
+    csv += '\n';
+  }
+  return csv;
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The C-obstacle of one pair at one orientation as a polyhedron, built from its applicable basic
+/// contacts (paper Sec. II): P(R) = B (+) (-R A), in W, about the grip point x_0^A.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_sim/oracle/flat_pair.hpp"
+#include "host_sim/shapes/shapes.hpp"
+
+namespace haptic::sim {
+
+/// One face of P(R): the C-faces of basic contacts that share a plane. At a generic orientation it
+/// is the C-face of a single node; where edges or faces are parallel several nodes lie in it.
+struct CFace {
+  std::vector<std::uint32_t> nodes;  ///< ascending
+  Vector normal = Vector::Zero();    ///< outward unit, W axes
+  double offset_m = 0;               ///< normal . x of its points
+  std::vector<Vector> polygon;       ///< counter-clockwise seen from outside, W [m]
+};
+
+struct CObstacle {
+  std::vector<CFace> faces;
+
+  /// Face that holds `node`, or null.
+  [[nodiscard]] const CFace* face_of(std::uint32_t node) const;
+};
+
+/// P(R) of pair number `pair` at the orientation of `pose_wa`.
+[[nodiscard]] CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair,
+                                        const Pose& pose_wa);
+
+/// Convex hull of coplanar points, counter-clockwise about `normal`, corners only. Two points or
+/// fewer are returned as they are; collinear points give the two ends.
+[[nodiscard]] std::vector<Vector> planar_hull(std::span<const Vector> points, const Vector& normal);
+
+/// Applicable nodes of the pair as placed (method section 2), ascending; tolerance in m.
+[[nodiscard]] std::vector<std::uint32_t> applicable_nodes(const FlatPair& pair, double tolerance_m);
+
+/// A node with its type and features: "44 B (v2, f0)"; of A first.
+[[nodiscard]] std::string node_text(const PairView& pair, std::uint32_t node);
+
+/// Tolerance of applicability for pictures and counts: far above rounding, far below any feature.
+inline constexpr double kApplicable_m = HAPTIC_REAL_IS_FLOAT ? 1e-7 : 1e-9;
+
+[[nodiscard]] inline Vector vector_of(const Point& p) { return {p[0], p[1], p[2]}; }
+
+}  // namespace haptic::sim
