@@ -30,8 +30,8 @@ function(haptic_foreign_peer name module source)
       # Their headers' templates and macros are judged by their makers.
       target_compile_options(${target} PRIVATE -Wno-old-style-cast -Wno-conversion
         -Wno-sign-conversion -Wno-undef -Wno-double-promotion)
-      target_sources(haptic_host_sim PRIVATE $<TARGET_OBJECTS:${target}>)
-      target_link_libraries(haptic_host_sim PRIVATE ${ARGN})
+      target_sources(haptic_host_lab PRIVATE $<TARGET_OBJECTS:${target}>)
+      target_link_libraries(haptic_host_lab PRIVATE ${ARGN})
       set(haptic_foreign_found ${haptic_foreign_found} "${name} ${version}" PARENT_SCOPE)
     endif()
   endif()

@@ -4,19 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace haptic::hal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRadPerDeg = kPi / 180.0;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kLongestStep_m = 0.020;
 constexpr int kMostHalvings = 8;
 /// Below this share the rows of the Jacobian are taken to lie in a plane.
 constexpr double kLeastShare = 1.0e-6;
 
 double rad_per_count(const FalconGeometry& g) noexcept {
-  return 2.0 * kPi / g.counts_per_turn * g.motor_shaft_m / g.pulley_m;
+  return 2.0 * std::numbers::pi / g.counts_per_turn * g.motor_shaft_m / g.pulley_m;
 }
 
 }  // namespace

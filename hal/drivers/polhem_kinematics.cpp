@@ -3,11 +3,11 @@
 
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace haptic::hal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 using Turn = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 bool is_positive(double x) noexcept { return std::isfinite(x) && x > 0.0; }
@@ -43,9 +43,9 @@ PolhemAngles PolhemKinematics::angles_of(const std::array<std::int16_t, 6>& coun
   const PolhemGeometry& g = geometry_;
   PolhemAngles angles{};
   for (std::size_t i = 0; i < 3; ++i) {
-    angles[i] = 2.0 * kPi * counts[i] / g.motor_counts_per_turn[i] * ratio(g, i);
+    angles[i] = 2.0 * std::numbers::pi * counts[i] / g.motor_counts_per_turn[i] * ratio(g, i);
     const double wrist = counts[g.wrist_channel[i]];
-    angles[i + 3] = 2.0 * kPi * wrist / g.wrist_counts_per_turn[i] * g.wrist_sign[i];
+    angles[i + 3] = 2.0 * std::numbers::pi * wrist / g.wrist_counts_per_turn[i] * g.wrist_sign[i];
   }
   return angles;
 }
@@ -58,7 +58,7 @@ Column3 PolhemKinematics::position_at(const PolhemAngles& angles) const noexcept
 }
 
 Turn PolhemKinematics::orientation_at(const PolhemAngles& angles) const noexcept {
-  Turn q = turn_about(2, angles[0]) * turn_about(1, 0.5 * kPi - angles[2]) *
+  Turn q = turn_about(2, angles[0]) * turn_about(1, 0.5 * std::numbers::pi - angles[2]) *
            turn_about(0, angles[3]) * turn_about(1, angles[4]) * turn_about(0, angles[5]);
   q.normalize();
   return q;

@@ -9,8 +9,7 @@
 namespace haptic::hal {
 namespace {
 
-constexpr unsigned kControl_ms = 500;
-constexpr std::uint16_t k3Dconnexion = 0x256f;
+constexpr unsigned kDescriptor_ms = 500;
 
 /// The setting where it is usable, else its default.
 Real usable(Real value, Real least, Real most, Real otherwise) noexcept {
@@ -50,7 +49,7 @@ Vec3 in_d(const Vec3& device, const SpaceMouseAxes& axes) noexcept {
 SpaceMouseDriver::SpaceMouseDriver(const SpaceMouseSettings& settings) noexcept
     : settings_(usable(settings)), axes_(kCurrentAxes) {
   const SpaceMouseModel* model = find_spacemouse(settings_.vendor_id, settings_.product_id);
-  fit_ = (model != nullptr || settings_.vendor_id == k3Dconnexion) &&
+  fit_ = (model != nullptr || settings_.vendor_id == k3DconnexionId) &&
          !is_refused_spacemouse(settings_.vendor_id, settings_.product_id);
   profile_.name = model != nullptr ? model->name : "3Dconnexion device of unknown model";
   profile_.vendor_id = settings_.vendor_id;
@@ -82,7 +81,7 @@ HalStatus SpaceMouseDriver::start(UsbPort& port) noexcept {
   std::size_t moved = 0;
   const std::uint16_t interface_number = profile_.interface_number;
   const HalStatus fetched =
-      port.control({0x81, 0x06, 0x2200, interface_number}, descriptor, moved, kControl_ms);
+      port.control({0x81, 0x06, 0x2200, interface_number}, descriptor, moved, kDescriptor_ms);
   if (fetched == HalStatus::kDeviceGone) return fetched;
   if (fetched == HalStatus::kOk) {
     take_descriptor(std::span(descriptor).first(std::min(moved, descriptor.size())));
@@ -91,8 +90,9 @@ HalStatus SpaceMouseDriver::start(UsbPort& port) noexcept {
   // SET_REPORT, type 2: output.
   std::array<std::uint8_t, 2> light{kSpaceMouseLightReport,
                                     static_cast<std::uint8_t>(settings_.light ? 1 : 0)};
-  const HalStatus lit = port.control(
-      {0x21, 0x09, 0x0200 | kSpaceMouseLightReport, interface_number}, light, moved, kControl_ms);
+  const HalStatus lit =
+      port.control({0x21, 0x09, 0x0200 | kSpaceMouseLightReport, interface_number}, light, moved,
+                   kDescriptor_ms);
   if (lit == HalStatus::kDeviceGone) return lit;
   return port.cancelled() ? HalStatus::kTimeout : HalStatus::kOk;
 }

@@ -9,6 +9,8 @@
 
 namespace haptic::hal {
 
+inline constexpr std::uint16_t k3DconnexionId = 0x256f;  ///< USB vendor
+
 /// How the device's own axes become those of D: x right, y away from the operator, z up. First the
 /// exchange, then the signs; turns about the axes alike.
 struct SpaceMouseAxes {

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
 // How long a look may take where no descriptor tells of the end.
-constexpr int kBlindLook_ms = 5;
+constexpr int kBlindWait_ms = 5;
 
 // As exec does: what is handled in the parent is handled with what the parent has.
 void reset_handlers() noexcept {
@@ -89,7 +89,7 @@ ProcessEnd ServoProcess::poll(int timeout_ms) noexcept {
   if (pid_ <= 0 || end_.ended) return end_;
   if (timeout_ms > 0) {
     pollfd watched{descriptor_, POLLIN, 0};  // a negative one is left out
-    ::poll(&watched, 1, descriptor_ >= 0 ? timeout_ms : std::min(timeout_ms, kBlindLook_ms));
+    ::poll(&watched, 1, descriptor_ >= 0 ? timeout_ms : std::min(timeout_ms, kBlindWait_ms));
   }
   int status = 0;
   const int result = reap(pid_, status, WNOHANG);
@@ -113,7 +113,7 @@ ProcessEnd ServoProcess::finish(int timeout_ms) noexcept {
   // Bounded: nothing outlives SIGKILL but a call that the kernel does not interrupt.
   while (pid_ > 0 && !end_.ended) {
     kill(pid_, SIGKILL);
-    static_cast<void>(poll(kBlindLook_ms));
+    static_cast<void>(poll(kBlindWait_ms));
   }
   return end_;
 }

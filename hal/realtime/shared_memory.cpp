@@ -6,7 +6,7 @@
 namespace haptic::hal {
 namespace {
 
-constexpr std::size_t kPageBytes = 4096;  // the smallest there is
+constexpr std::size_t kMapPageBytes = 4096;  // the smallest there is
 
 }  // namespace
 
@@ -23,7 +23,7 @@ bool SharedMemory::enter() noexcept {
   locked_ = !bytes_.empty() && mlock(bytes_.data(), bytes_.size()) == 0;
   // A refused lock maps nothing.
   const volatile std::byte* const bytes = bytes_.data();
-  for (std::size_t at = 0; at < bytes_.size(); at += kPageBytes) {
+  for (std::size_t at = 0; at < bytes_.size(); at += kMapPageBytes) {
     [[maybe_unused]] const std::byte touched = bytes[at];
   }
   return locked_;

@@ -5,18 +5,18 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/report/output_file.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/motion_script.hpp"
-#include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 
 Command add_motion_command(CLI::App& program) {
-  struct Options {
+  struct MotionArguments {
     std::string script, out;
   };
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MotionArguments>();
   CLI::App* app = program.add_subcommand("motion", "Makes a motion from a script of way points.");
   app->add_option("script", options->script, "motion script (TOML)")->required();
   app->add_option("--out", options->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();

@@ -12,12 +12,12 @@
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct PlayArguments {
   std::string file, scene;
   bool json = false;
 };
 
-nlohmann::ordered_json account(const Options& o, const PlayResult& played) {
+nlohmann::ordered_json account(const PlayArguments& o, const PlayResult& played) {
   nlohmann::ordered_json json;
   json["recording"] = o.file;
   json["scene"] = o.scene;
@@ -37,7 +37,7 @@ nlohmann::ordered_json account(const Options& o, const PlayResult& played) {
   return json;
 }
 
-void print(const Options& o, const PlayResult& played) {
+void print(const PlayArguments& o, const PlayResult& played) {
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf("%s: %.3f s, %llu ticks, %llu reports, %llu sends, %llu connections\n",
               o.file.c_str(), played.duration_s, number(played.ticks), number(played.reports),
@@ -53,7 +53,7 @@ void print(const Options& o, const PlayResult& played) {
               number(played.record), number(played.offset), played.text.c_str());
 }
 
-int run(const Options& o) {
+int do_play(const PlayArguments& o) {
   CoreSession session(o.scene);
   const PlayResult played = play_session(session, read_recording(o.file), o.file);
   if (o.json) {
@@ -70,7 +70,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_play_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<PlayArguments>();
   CLI::App* app = program.add_subcommand(
       "play", "Plays a recorded session through link, guard, servo tick and core: same bits?");
   app->add_option("file", o->file, "recording (.hrec) of run --record or a device program")
@@ -78,7 +78,7 @@ Command add_play_command(CLI::App& program) {
   app->add_option("--scene", o->scene, "compiled scene (.rtscene) that it was recorded with")
       ->required();
   app->add_flag("--json", o->json, "account as JSON on stdout");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_play(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -10,18 +10,18 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/session/replay.hpp"
-#include "host_sim/session/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/commands/replay_plot.hpp"
-#include "host_sim/session/replay_summary.hpp"
+#include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/replay.hpp"
+#include "host_sim/session/replay_plot.hpp"
+#include "host_sim/session/replay_summary.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct ReplayArguments {
   std::string scene, motion, out, plot, contacts, reference;
   bool json = false, check = false, literal = false;
   DeltaReading delta = DeltaReading::kTranslationAndRotation;
@@ -35,7 +35,7 @@ double half_period_s(const std::vector<MotionSample>& motion) {
   return 0.5 * period;
 }
 
-int run(const Options& o) {
+int do_replay(const ReplayArguments& o) {
   for (const std::string* path : {&o.out, &o.plot, &o.contacts}) {
     if (!path->empty()) require_writable_folder(*path);
   }
@@ -91,7 +91,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_replay_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ReplayArguments>();
   CLI::App* app = program.add_subcommand(
       "replay", "Runs a motion through the core: force, torque, contact situation.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -115,7 +115,7 @@ Command add_replay_command(CLI::App& program) {
   app->add_option("--delta", o->delta, "reading of delta in step 2: dx or dx-rotation (default)")
       ->transform(CLI::CheckedTransformer(readings))
       ->needs(literal);
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_replay(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -17,10 +17,10 @@
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/pressing_script.hpp"
+#include "host_sim/device/stack_plot.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/commands/replay_plot.hpp"
-#include "host_sim/commands/stack_plot.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/replay_plot.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -28,7 +28,7 @@ namespace {
 
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 
-struct Options {
+struct RunArguments {
   std::string scene, out, hand = "light", device, script, carrier = "none", faults, record;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
@@ -37,7 +37,7 @@ struct Options {
 
 /// The hand's motion at the loop's rate, `seconds` long when that is given: cut, or held at its
 /// end.
-std::vector<MotionSample> hand_motion(const Options& o, CoreSession& session, double rate_hz) {
+std::vector<MotionSample> hand_motion(const RunArguments& o, CoreSession& session, double rate_hz) {
   MotionScript script = o.script.empty()
                             ? pressing_script(session, rate_hz, o.seconds.value_or(kDefaultSeconds))
                             : read_motion_script(o.script);
@@ -55,14 +55,14 @@ std::vector<MotionSample> hand_motion(const Options& o, CoreSession& session, do
   return motion;
 }
 
-std::string title_of(const Options& o, const CoreSession& session) {
+std::string title_of(const RunArguments& o, const CoreSession& session) {
   const SceneParameters& p = session.view().parameters();
   const std::string name(session.view().text(p.name_offset, p.name_bytes));
   return name + ", " + o.hand + " hand";
 }
 
 /// Writes the files, and the account to stdout where that is asked for.
-void keep(const Options& o, const std::string& csv, const std::string& svg,
+void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
           const nlohmann::ordered_json& json) {
   if (!o.out.empty()) {
     write_whole_file(o.out + "/run.csv", csv);
@@ -72,7 +72,7 @@ void keep(const Options& o, const std::string& csv, const std::string& svg,
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
 
-bool run_alone(const Options& o, CoreSession& session, const RunSubject& subject,
+bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& subject,
                const HandModel& hand) {
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
   const std::vector<LoopRecord> records = run_loop(loop, hand_motion(o, session, subject.rate_hz));
@@ -88,7 +88,7 @@ bool run_alone(const Options& o, CoreSession& session, const RunSubject& subject
 }
 
 /// The run, and its session in a file where that is asked for.
-std::vector<StackRecord> run_recorded(const Options& o, DeviceStack& stack,
+std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
                                       std::span<const MotionSample> motion) {
   if (o.record.empty()) return run_stack(stack, motion);
   hal::BusRecorder recorder(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
@@ -108,7 +108,7 @@ std::vector<StackRecord> run_recorded(const Options& o, DeviceStack& stack,
 }
 
 /// Without a fault script nothing may go wrong; with one, the hand must be let go in the end.
-bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
+bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& run,
                 const HandModel& hand) {
   const bool usb = o.carrier == "usb";
   const SceneParameters& parameters = session.view().parameters();
@@ -137,7 +137,7 @@ bool run_device(const Options& o, CoreSession& session, const RunSubject& run,
   return passed;
 }
 
-int run(const Options& o) {
+int do_run(const RunArguments& o) {
   if (!o.out.empty()) {
     std::error_code error;
     std::filesystem::create_directories(o.out, error);
@@ -158,7 +158,7 @@ int run(const Options& o) {
 }
 
 /// What CLI11 cannot say by itself. @throws CLI::ValidationError.
-void check_carrier(const Options& o) {
+void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
     throw CLI::ValidationError("--report-clocked", "needs --carrier direct or usb");
   if (o.carrier != "usb" && !o.faults.empty())
@@ -174,7 +174,7 @@ void check_carrier(const Options& o) {
 }  // namespace
 
 Command add_run_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<RunArguments>();
   CLI::App* app = program.add_subcommand(
       "run", "Closes the haptic loop with a simulated device and a simulated hand.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -201,7 +201,7 @@ Command add_run_command(CLI::App& program) {
                   "file for the session: every report, send and tick, for `play`; carrier usb");
   app->add_flag("--json", o->json, "account as JSON on stdout");
   app->final_callback([o] { check_carrier(*o); });
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_run(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -28,7 +28,7 @@ namespace {
 
 constexpr double kPressing_s = 6.0;  // one round of the motion without a script
 
-struct Options {
+struct UsbDeviceArguments {
   std::string faults, hand = "light", scene, script;
   std::optional<double> seconds;
   double rate_hz = 1000, regrip_s = 2;
@@ -61,7 +61,7 @@ void take_priority(int priority) {
 
 /// Without a scene the handle itself follows the script, or rests at the origin; with one, the
 /// scene's part does, or it presses on what is nearest.
-std::function<HandAction(double)> hand_of(const Options& o) {
+std::function<HandAction(double)> hand_of(const UsbDeviceArguments& o) {
   WorkspaceMap map;
   MotionScript script;
   if (!o.script.empty()) script = read_motion_script(o.script);
@@ -81,7 +81,7 @@ std::function<HandAction(double)> hand_of(const Options& o) {
   return hand_routine(std::move(motion), o.rate_hz, map, o.regrip_s);
 }
 
-int run(const Options& o) {
+int do_usb_device(const UsbDeviceArguments& o) {
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   ReferenceModelSettings settings;
@@ -117,7 +117,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_usb_device_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<UsbDeviceArguments>();
   CLI::App* app = program.add_subcommand(
       "usb-device",
       "Plugs the reference device, with a hand on it, into this machine's virtual USB controller.");
@@ -141,7 +141,7 @@ Command add_usb_device_command(CLI::App& program) {
          "SCHED_FIFO priority of the device and of the kernel's threads for it, below those "
          "of the loop; default 0: ordinary")
       ->check(CLI::Range(0, 98));
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_usb_device(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -13,7 +13,7 @@ constexpr double kPress_m = 0.003, kSlide_m = 0.005;
 constexpr double kMarch_m = 0.0005;  ///< steps in which the way to a piece is searched
 constexpr int kMarchSteps = 4000;
 
-Vector vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+Vector point_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 /// Centre of the fixed piece nearest to `from`, in W.
 Vector nearest_piece(const SceneView& view, const Vector& from) {
@@ -22,7 +22,7 @@ Vector nearest_piece(const SceneView& view, const Vector& from) {
   for (const PieceRecord& piece : view.pieces()) {
     if (piece.body == 0) continue;
     const Vector centre =
-        vector_of(view.bodies()[piece.body].reference_m) + vector_of(piece.centre_m);
+        point_of(view.bodies()[piece.body].reference_m) + point_of(piece.centre_m);
     const double gap = (centre - from).norm() - piece.radius_m;
     if (gap < least) {
       least = gap;
@@ -49,8 +49,8 @@ PressedPoint touched_point(CoreSession& session) {
   const double* q = parameters.start_q_wa_xyzw;
   PressedPoint point;
   point.q_wa = Rotation(q[3], q[0], q[1], q[2]).normalized();
-  point.start_w = vector_of(parameters.start_p_wa_m);
-  const Vector grip = point.q_wa * vector_of(session.view().bodies()[0].reference_m);
+  point.start_w = point_of(parameters.start_p_wa_m);
+  const Vector grip = point.q_wa * point_of(session.view().bodies()[0].reference_m);
   const Vector way = nearest_piece(session.view(), point.start_w + grip) - (point.start_w + grip);
   point.along_w = way.norm() > 0 ? Vector(way.normalized()) : Vector(-Vector::UnitZ());
   session.core().reset();

@@ -22,7 +22,7 @@ constexpr std::uint8_t kSelfPowered = 0x40;  // in bmAttributes of a configurati
   throw tools::InputError("USB descriptors: byte " + std::to_string(offset) + ": " + defect);
 }
 
-std::size_t little_endian(std::uint8_t low, std::uint8_t high) {
+std::size_t descriptor_word(std::uint8_t low, std::uint8_t high) {
   return low | static_cast<std::size_t>(high) << 8;
 }
 
@@ -38,7 +38,7 @@ UsbDescriptors::UsbDescriptors(std::vector<std::uint8_t> bytes) : bytes_(std::mo
   const std::size_t begin = kDeviceBytes;
   if (d[begin] != kConfigurationBytes || d[begin + 1] != kDescriptorConfiguration)
     refuse(begin, "a configuration descriptor of 9 bytes must stand here");
-  const std::size_t end = begin + little_endian(d[begin + 2], d[begin + 3]);
+  const std::size_t end = begin + descriptor_word(d[begin + 2], d[begin + 3]);
   if (end > d.size()) refuse(begin + 2, "wTotalLength goes beyond the bytes given");
   configuration_ = d[begin + 5];
   unsigned interface = 0;
@@ -56,7 +56,7 @@ UsbDescriptors::UsbDescriptors(std::vector<std::uint8_t> bytes) : bytes_(std::mo
 
 std::span<const std::uint8_t> UsbDescriptors::active() const {
   return bytes().subspan(kDeviceBytes,
-                         little_endian(bytes_[kDeviceBytes + 2], bytes_[kDeviceBytes + 3]));
+                         descriptor_word(bytes_[kDeviceBytes + 2], bytes_[kDeviceBytes + 3]));
 }
 
 long UsbDescriptors::answer(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,

@@ -21,7 +21,7 @@
 namespace haptic::sim {
 namespace {
 
-std::uint16_t little_endian(std::uint8_t low, std::uint8_t high) {
+std::uint16_t setup_word(std::uint8_t low, std::uint8_t high) {
   return static_cast<std::uint16_t>(low | (high << 8));
 }
 
@@ -174,10 +174,9 @@ void UsbipCarrier::Bus::carry(const UsbipSubmit& submit, Lock& lock) {
 
 int UsbipCarrier::Bus::control(const UsbipSubmit& submit) {
   const auto& setup = submit.setup;
-  const std::uint16_t value = little_endian(setup[2], setup[3]);
-  const std::uint16_t index = little_endian(setup[4], setup[5]);
-  const std::size_t length =
-      std::min<std::size_t>(bytes_.size(), little_endian(setup[6], setup[7]));
+  const std::uint16_t value = setup_word(setup[2], setup[3]);
+  const std::uint16_t index = setup_word(setup[4], setup[5]);
+  const std::size_t length = std::min<std::size_t>(bytes_.size(), setup_word(setup[6], setup[7]));
   const std::span<std::uint8_t> bytes = std::span(bytes_).first(length);
   const long said = descriptors_.answer(setup[0], setup[1], value, index, bytes);
   if (said >= 0) return static_cast<int>(said);

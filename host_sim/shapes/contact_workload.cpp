@@ -12,7 +12,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kTick_s = 1e-3;
 constexpr double kCubicPeak = 1.5;      // largest speed of the cubic over its mean
 constexpr double kWantedShare = 0.29;   // of the poses in contact
 constexpr std::size_t kLookEvery = 10;  // poses
@@ -246,7 +246,7 @@ std::size_t ticks_between(const WorkloadPose& from, const WorkloadPose& to, doub
   const double least_s =
       kCubicPeak / kLimitShare *
       std::max(length_m / kWorkloadSpeed_m_per_s, angle_rad / kWorkloadTurn_rad_per_s);
-  return static_cast<std::size_t>(std::ceil(slowness * least_s / kPeriod_s)) + 2;
+  return static_cast<std::size_t>(std::ceil(slowness * least_s / kTick_s)) + 2;
 }
 
 void record(KeySequence& keys, std::size_t length, Seeded& random, ContactShare& share,

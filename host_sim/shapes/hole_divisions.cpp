@@ -11,7 +11,6 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// Of the block around the hole, as five_piece_hole has it.
 constexpr double kBlock_m = 0.025, kHoleDepth_m = 0.040, kBlockDepth_m = 0.050;
 constexpr double kClearance_m = 1e-4;
@@ -28,7 +27,7 @@ constexpr double kPocketDepth_m = 0.016, kPocketBlockDepth_m = 0.024;
 constexpr double kKnee_m = -0.006, kEllHalfHeight_m = 0.005;
 constexpr std::uint64_t kWanderSeed = 20260607;
 
-tools::Body one(const Solid& solid) { return united_body({&solid, 1}); }
+tools::Body body_of(const Solid& solid) { return united_body({&solid, 1}); }
 
 std::vector<Division> fixed_divisions(const tools::Body& moving,
                                       const std::vector<tools::Body>& fixed) {
@@ -59,7 +58,7 @@ TimedPath way(double duration_s, const Vector& retreat_w, TimedPose pose) {
 DivisionCase hole_case(const char* name, const char* title, DivisionContact contact,
                        const Solid& moving, TimedPath path) {
   DivisionCase result{name, title, contact, {}, {}, std::move(path), {}};
-  result.divisions = fixed_divisions(one(moving), square_hole_divisions(kHoleHalf_m));
+  result.divisions = fixed_divisions(body_of(moving), square_hole_divisions(kHoleHalf_m));
   result.scene.k_r_nm_per_rad = 0.5;
   return result;
 }
@@ -170,20 +169,21 @@ void add_ell_cases(std::vector<DivisionCase>& cases) {
                  floor - push + 0.001 * std::sin(1.7 * t)},
                 Rotation::Identity()};
       })));
-  DivisionCase insertion =
-      ell_case("ell_insertion", "L wobbling into its pocket", DivisionContact::kMixed, kSnug_m,
-               way(5, {0, 0, 0.010}, [=](double t) -> PathPose {
-                 // 3 mm above the rim at first, 2 mm beyond the floor after 3.5 s; it wobbles once
-                 // its lower face is in.
-                 const double height = kEllHalfHeight_m + 0.003;
-                 const double z = height - (height - floor + push) * std::min(t / 3.5, 1.0);
-                 const double share = std::clamp(t - 0.7, 0.0, 1.0);
-                 return {{kKnee_m + share * 0.0015 * std::sin(kPi * t),
-                          kKnee_m + share * 0.0015 * std::sin(0.8 * kPi * t), z},
-                         turn_about(share * 0.05 * std::sin(0.9 * kPi * t), Vector::UnitZ()) *
-                             turn_about(share * 0.04 * std::sin(kPi * t), Vector::UnitY()) *
-                             turn_about(share * 0.03 * std::sin(0.7 * kPi * t), Vector::UnitX())};
-               }));
+  DivisionCase insertion = ell_case(
+      "ell_insertion", "L wobbling into its pocket", DivisionContact::kMixed, kSnug_m,
+      way(5, {0, 0, 0.010}, [=](double t) -> PathPose {
+        // 3 mm above the rim at first, 2 mm beyond the floor after 3.5 s; it wobbles once
+        // its lower face is in.
+        const double height = kEllHalfHeight_m + 0.003;
+        const double z = height - (height - floor + push) * std::min(t / 3.5, 1.0);
+        const double share = std::clamp(t - 0.7, 0.0, 1.0);
+        return {
+            {kKnee_m + share * 0.0015 * std::sin(std::numbers::pi * t),
+             kKnee_m + share * 0.0015 * std::sin(0.8 * std::numbers::pi * t), z},
+            turn_about(share * 0.05 * std::sin(0.9 * std::numbers::pi * t), Vector::UnitZ()) *
+                turn_about(share * 0.04 * std::sin(std::numbers::pi * t), Vector::UnitY()) *
+                turn_about(share * 0.03 * std::sin(0.7 * std::numbers::pi * t), Vector::UnitX())};
+      }));
   Seeded random(kWanderSeed);
   Wander shape;
   shape.centre = {kKnee_m, kKnee_m, -0.009};

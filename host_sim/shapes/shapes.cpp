@@ -10,7 +10,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kHoleDepth_m = 0.040, kBlockHalf_m = 0.025, kBlockDepth_m = 0.050;
+constexpr double kSocketDepth_m = 0.040, kBlockHalf_m = 0.025, kSocketBlockDepth_m = 0.050;
 
 std::uint32_t count_of(std::size_t n) { return static_cast<std::uint32_t>(n); }
 
@@ -198,11 +198,11 @@ Solid ellipsoid_hull(std::uint32_t count, const Vector& half_axes, std::uint64_t
 
 std::vector<Solid> five_piece_hole(double half_width_m) {
   const double w = half_width_m, b = kBlockHalf_m;
-  return {box_solid("wall -x", {-b, -b, -kHoleDepth_m}, {-w, b, 0}),
-          box_solid("wall +x", {w, -b, -kHoleDepth_m}, {b, b, 0}),
-          box_solid("wall -y", {-w, -b, -kHoleDepth_m}, {w, -w, 0}),
-          box_solid("wall +y", {-w, w, -kHoleDepth_m}, {w, b, 0}),
-          box_solid("floor", {-b, -b, -kBlockDepth_m}, {b, b, -kHoleDepth_m})};
+  return {box_solid("wall -x", {-b, -b, -kSocketDepth_m}, {-w, b, 0}),
+          box_solid("wall +x", {w, -b, -kSocketDepth_m}, {b, b, 0}),
+          box_solid("wall -y", {-w, -b, -kSocketDepth_m}, {w, -w, 0}),
+          box_solid("wall +y", {-w, w, -kSocketDepth_m}, {w, b, 0}),
+          box_solid("floor", {-b, -b, -kSocketBlockDepth_m}, {b, b, -kSocketDepth_m})};
 }
 
 Solid square_peg() { return centred_box("peg", 0.010, 0.010, 0.030); }

@@ -7,10 +7,10 @@ namespace haptic {
 namespace {
 
 constexpr Real kSmallestScale = 1.0e-6_r, kLargestScale = 1.0e6_r;
-constexpr Real kUnitTolerance = 1.0e-6_r;
+constexpr Real kRotationTolerance = 1.0e-6_r;
 
 bool is_unit(const Quat& q) noexcept {
-  return std::abs(std::sqrt(q.squaredNorm()) - 1.0_r) <= kUnitTolerance;  // false for NaN
+  return std::abs(std::sqrt(q.squaredNorm()) - 1.0_r) <= kRotationTolerance;  // false for NaN
 }
 
 }  // namespace

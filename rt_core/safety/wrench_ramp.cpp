@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-Real non_negative(Real value) noexcept {
+Real at_least_zero(Real value) noexcept {
   return std::isfinite(value) && value > 0.0_r ? value : 0.0_r;
 }
 
@@ -17,10 +17,10 @@ constexpr Real kAtOnce_per_s = std::numeric_limits<Real>::max();
 }  // namespace
 
 WrenchRamp::WrenchRamp(const WrenchRampLimits& limits) noexcept {
-  limits_.slew_n_per_s = non_negative(limits.slew_n_per_s);
-  limits_.slew_nm_per_s = non_negative(limits.slew_nm_per_s);
-  limits_.ramp_out_s = non_negative(limits.ramp_out_s);
-  const Real ramp_in_s = non_negative(limits.ramp_in_s);
+  limits_.slew_n_per_s = at_least_zero(limits.slew_n_per_s);
+  limits_.slew_nm_per_s = at_least_zero(limits.slew_nm_per_s);
+  limits_.ramp_out_s = at_least_zero(limits.ramp_out_s);
+  const Real ramp_in_s = at_least_zero(limits.ramp_in_s);
   limits_.ramp_in_s = ramp_in_s > kMinRampIn_s ? ramp_in_s : kMinRampIn_s;
 }
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/contact_reference.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/commands/replay_plot.hpp"
+#include "host_sim/session/contact_reference.hpp"
+#include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
 #include "tools/common/error.hpp"
 

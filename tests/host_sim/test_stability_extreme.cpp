@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host_sim/lab/commands/law_comparison.hpp"
+#include "host_sim/lab/laws/law_comparison.hpp"
 #include "host_sim/lab/stability/extreme_depth.hpp"
 #include "host_sim/lab/stability/part_clearance.hpp"
 #include "host_sim/lab/stability/part_extreme.hpp"

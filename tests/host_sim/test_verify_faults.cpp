@@ -17,7 +17,7 @@ namespace {
 /// A micrometre is within the rounding that bounds are widened by in single precision.
 constexpr bool kMicrometreCounts = sizeof(haptic::Real) == sizeof(double);
 
-void check_caught(Fault fault) {
+void check_caught(DeliberateFault fault) {
   constexpr std::uint64_t kSeed = 3;
   const FaultOutcome outcome = run_with_fault(fault, kSeed);
   INFO("seed " << kSeed << ": " << outcome.first_failure);
@@ -32,15 +32,15 @@ void check_caught(Fault fault) {
 
 TEST_SUITE("host_sim.verify_faults") {
   TEST_CASE("a face's bound one micrometre too low hides the face: nodes are missing") {
-    if (kMicrometreCounts) check_caught(Fault::kKey);
+    if (kMicrometreCounts) check_caught(DeliberateFault::kKey);
   }
 
   TEST_CASE("an arc removed from the graph: the walk over a face misses nodes") {
-    check_caught(Fault::kArc);
+    check_caught(DeliberateFault::kArc);
   }
 
   TEST_CASE("a support table with a wrong entry: certificates and verdicts fail") {
-    check_caught(Fault::kSupport);
+    check_caught(DeliberateFault::kSupport);
   }
 
   TEST_CASE("program: a caught fault is exit 1, with the case that failed") {

@@ -18,7 +18,7 @@
 namespace haptic::tools {
 namespace {
 
-struct Options {
+struct RunOptions {
   std::string config, device;
   RunLength length;
   double status_every_s = 1.0;
@@ -52,7 +52,7 @@ void tell_crash(const RunCrash& crash, const std::filesystem::path& file) {
   }
 }
 
-int run(const Options& o) {
+int run(const RunOptions& o) {
   const DeviceConfig config = read_device_config(o.config, o.device);
   const SceneBytes scene = read_usable_scene(config);
   const bool told = o.json || isatty(STDERR_FILENO) == 1;
@@ -83,7 +83,7 @@ std::string check_driver(const std::string& name) {
 }  // namespace
 
 Command add_run_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<RunOptions>();
   CLI::App* app = program.add_subcommand(
       "run",
       "Runs the servo loop on a device until SIGINT or SIGTERM, which ramp the force down and "

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kShownRows = 20;
+constexpr std::size_t kPrunedRows = 20;
 
 double percent(std::size_t part, std::size_t all) {
   return all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0.0;
@@ -126,9 +126,9 @@ std::string piece_label(const SceneFacts& facts, std::uint32_t piece) {
   return (several ? std::to_string(body) + ":" : "") + std::to_string(piece);
 }
 
-std::string rest_line(std::size_t count) {
-  if (count <= kShownRows) return "";
-  return "    ... and " + std::to_string(count - kShownRows) + " more (--json lists all)\n";
+std::string unshown_rows(std::size_t count) {
+  if (count <= kPrunedRows) return "";
+  return "    ... and " + std::to_string(count - kPrunedRows) + " more (--json lists all)\n";
 }
 
 }  // namespace
@@ -174,7 +174,7 @@ std::string pruning_tables_as_text(const Inspection& inspection) {
   const PruningRecheck& p = inspection.pruning;
   std::string text = formatted("    %-15s %-22s %-22s %-22s %s\n", "moving, static", "all (A B C)",
                                "can occur", "exposed", "live");
-  for (std::size_t i = 0; i < std::min(p.pairs.size(), kShownRows); ++i) {
+  for (std::size_t i = 0; i < std::min(p.pairs.size(), kPrunedRows); ++i) {
     const PairPruning& pair = p.pairs[i];
     text +=
         formatted("    %-15s %-22s %-22s %-22s %s\n",
@@ -185,16 +185,16 @@ std::string pruning_tables_as_text(const Inspection& inspection) {
                   counts_cell(pair.counts.reachable).c_str(), counts_cell(pair.counts.open).c_str(),
                   pair.in_scene ? counts_cell(pair.counts.live).c_str() : "never near");
   }
-  text += rest_line(p.pairs.size());
+  text += unshown_rows(p.pairs.size());
   text += "    hidden in other pieces: faces, edges, vertices; faces covered in part\n";
-  for (std::size_t i = 0; i < std::min(p.pieces.size(), kShownRows); ++i) {
+  for (std::size_t i = 0; i < std::min(p.pieces.size(), kPrunedRows); ++i) {
     const PieceHidden& h = p.pieces[i];
     text += formatted("    %s: %s, %s, %s; %zu\n",
                       piece_name(inspection.facts, static_cast<std::uint32_t>(i)).c_str(),
                       of_all(h.faces).c_str(), of_all(h.edges).c_str(), of_all(h.vertices).c_str(),
                       h.partly_covered_faces);
   }
-  return text + rest_line(p.pieces.size());
+  return text + unshown_rows(p.pieces.size());
 }
 
 Json pruning_as_json(const Inspection& inspection) {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
-#include "host_sim/lab/commands/law_comparison.hpp"
-#include "host_sim/commands/law_plot.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/lab/laws/law_comparison.hpp"
+#include "host_sim/lab/laws/law_plot.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kColours[] = {"#d55e00", "#0072b2"};
 
-struct Options {
+struct CompareLawsArguments {
   std::string scene, motion, out;
   std::vector<double> towards{0, 0, -1};
   double k_r_nm_per_rad = 0;
@@ -55,7 +55,7 @@ std::string picture(std::span<const LawRun> runs, const std::string& title) {
   return law_plot(title + ": reaction on the hand under two laws", times, panels);
 }
 
-int run(const Options& o) {
+int do_compare_laws(const CompareLawsArguments& o) {
   if (o.towards.size() != 3) throw tools::InputError("--towards needs three numbers");
   double towards[3] = {o.towards[0], o.towards[1], o.towards[2]};
   const double norm = length(towards);
@@ -92,7 +92,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_compare_laws_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<CompareLawsArguments>();
   CLI::App* app = program.add_subcommand(
       "compare-laws", "Runs a motion under the paper's law and the proxy law, side by side.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -106,7 +106,7 @@ Command add_compare_laws_command(CLI::App& program) {
   app->add_option("--k-r", o->k_r_nm_per_rad,
                   "rotational stiffness of the coupling in N m/rad instead of the scene's")
       ->check(CLI::PositiveNumber);
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_compare_laws(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/continuity/continuity_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/output_folder.hpp"
@@ -13,12 +13,12 @@
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct ContinuityArguments {
   std::string out;
   bool quick = false;
 };
 
-int run(const Options& o) {
+int do_continuity(const ContinuityArguments& o) {
   make_output_folder(o.out);
   const std::vector<PathResult> results = run_paths(o.quick);
   for (const OutputText& file : continuity_files(results))
@@ -39,13 +39,13 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_continuity_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ContinuityArguments>();
   CLI::App* app = program.add_subcommand(
       "continuity", "Measures the jumps of both contact laws on smooth paths.");
   app->add_option("--out", o->out, "folder for tables (Markdown, CSV, JSON) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->quick, "only the two step sizes per path that decide");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_continuity(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/delay_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/output_folder.hpp"
@@ -13,7 +13,7 @@
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct DelayArguments {
   std::string scene, out;
   DelayQuestion question;
 };
@@ -36,7 +36,7 @@ void print_mode(const DelayOfMode& mode) {
   }
 }
 
-int run(const Options& o) {
+int do_delay(const DelayArguments& o) {
   if (!o.out.empty()) make_output_folder(o.out);
   std::vector<DelayOfMode> modes;
   for (const bool report_clocked : {false, true}) {
@@ -62,7 +62,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_delay_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<DelayArguments>();
   CLI::App* app = program.add_subcommand(
       "delay", "Measures the time from a motion to the force that answers it, in both modes.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -74,7 +74,7 @@ Command add_delay_command(CLI::App& program) {
                   "of the timer after the report, in virtual time; default 20")
       ->check(CLI::Range(1u, 1000u));
   app->add_option("--out", o->out, "folder for delay.csv, delay.json and delay.svg");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_delay(*o); }};
 }
 
 }  // namespace haptic::sim

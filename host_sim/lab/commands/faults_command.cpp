@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/faults/fault_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/output_folder.hpp"
@@ -16,12 +16,12 @@
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct FaultsArguments {
   std::string out;
   FaultMatrixOptions matrix;
 };
 
-int run(const Options& o) {
+int do_faults(const FaultsArguments& o) {
   make_output_folder(o.out);
   const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
   for (const OutputText& file : fault_files(verdicts, o.matrix))
@@ -40,7 +40,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_faults_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<FaultsArguments>();
   o->matrix.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
       "faults", "Brings every fault of device, bus and servo loop about in every state.");
@@ -55,7 +55,7 @@ Command add_faults_command(CLI::App& program) {
                 "commands answer the report that they rest on");
   app->add_option("--threads", o->matrix.threads, "default: one per processor")
       ->check(CLI::Range(1u, 16u));
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_faults(*o); }};
 }
 
 }  // namespace haptic::sim

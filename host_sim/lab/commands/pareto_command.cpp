@@ -6,15 +6,15 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
-#include "host_sim/commands/heap_interposer.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/pareto/pareto_report.hpp"
+#include "host_sim/timing/heap_interposer.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct ParetoArguments {
   ParetoOptions pareto;
   std::string out;
 };
@@ -31,7 +31,7 @@ void pin_to_this_core() {
 #endif
 }
 
-int run(const Options& o) {
+int do_pareto(const ParetoArguments& o) {
   for (const PeerLibrary& library : peer_libraries()) {
     std::printf("%-8s %s\n", library.name.c_str(),
                 library.built ? (library.version + ", " + library.licence).c_str()
@@ -47,7 +47,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_pareto_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ParetoArguments>();
   o->pareto.progress = true;
   if (heap_calls_are_counted()) o->pareto.heap_calls = heap_calls_of_this_thread;
   CLI::App* app = program.add_subcommand(
@@ -60,7 +60,7 @@ Command add_pareto_command(CLI::App& program) {
       ->delimiter(',')
       ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kFieldName, kRenderingName}));
   app->add_option("--seed", o->pareto.seed, "of bodies and motions (default 1)");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_pareto(*o); }};
 }
 
 }  // namespace haptic::sim

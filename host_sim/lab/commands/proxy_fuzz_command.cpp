@@ -9,14 +9,14 @@
 #include <string>
 #include <thread>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct ProxyFuzzArguments {
   std::string out, fault;
   ProxyFuzzSize size;
   double friction = -1;  ///< < 0: the default ones
@@ -45,7 +45,7 @@ void print(const ProxyFuzzResult& result, double seconds) {
   for (const std::string& line : t.failures.lines()) std::printf("  %s\n", line.c_str());
 }
 
-int run(const Options& o) {
+int do_proxy_fuzz(const ProxyFuzzArguments& o) {
   if (!o.out.empty()) {
     std::error_code error;
     std::filesystem::create_directories(o.out, error);
@@ -70,7 +70,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_proxy_fuzz_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ProxyFuzzArguments>();
   CLI::App* app = program.add_subcommand(
       "proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged.");
   app->add_option("--ticks", o->size.ticks, "ticks over all scenes (default 1000000)")
@@ -84,7 +84,7 @@ Command add_proxy_fuzz_command(CLI::App& program) {
   app->add_option("--fault", o->fault,
                   "damage the core on purpose and check: exit 1 when the fault is caught")
       ->check(CLI::IsMember({"certificate", "spring", "vertex"}));
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_proxy_fuzz(*o); }};
 }
 
 }  // namespace haptic::sim

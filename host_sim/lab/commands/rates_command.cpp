@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/loop_rates.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/output_folder.hpp"
@@ -17,23 +17,23 @@ namespace {
 using Results = std::vector<std::unique_ptr<RateResult>>;
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct RatesArguments {
   std::string scene, out;
   RateQuestion question;
 };
 
-double us(std::int64_t ns) { return 1e-3 * static_cast<double>(ns); }
+double microseconds(std::int64_t ns) { return 1e-3 * static_cast<double>(ns); }
 unsigned long long whole(std::uint64_t count) { return count; }
 
 Json json_of(const hal::WakeupHistogram& h) {
   return {{"count", h.count()},
-          {"p50_us", us(h.quantile_ns(0.5))},
-          {"p99_us", us(h.quantile_ns(0.99))},
-          {"p99.9_us", us(h.quantile_ns(0.999))},
-          {"max_us", us(h.largest_ns())}};
+          {"p50_us", microseconds(h.quantile_ns(0.5))},
+          {"p99_us", microseconds(h.quantile_ns(0.99))},
+          {"p99.9_us", microseconds(h.quantile_ns(0.999))},
+          {"max_us", microseconds(h.largest_ns())}};
 }
 
-std::string account(const Options& o, const Results& results) {
+std::string account(const RatesArguments& o, const Results& results) {
   Json json;
   json["scene"] = o.scene;
   json["seconds"] = o.question.seconds;
@@ -66,21 +66,21 @@ void print_rate(const RateResult& r) {
   std::printf(
       "%7.0f  %8llu %7llu %7llu  %7.0f  %6.1f %7.1f %8.1f  %7.1f %8.1f  %7.1f %8.1f %6llu  %s\n",
       r.rate_hz, whole(r.ticks), whole(r.held), whole(r.beyond), r.reports_per_s,
-      us(r.tick.quantile_ns(0.5)), us(r.tick.quantile_ns(0.999)), us(r.tick.largest_ns()),
-      us(r.lateness.quantile_ns(0.999)), us(r.lateness.largest_ns()),
-      us(r.machine.lateness.quantile_ns(0.999)), us(r.machine.lateness.largest_ns()),
-      whole(r.machine.late_ticks),
+      microseconds(r.tick.quantile_ns(0.5)), microseconds(r.tick.quantile_ns(0.999)),
+      microseconds(r.tick.largest_ns()), microseconds(r.lateness.quantile_ns(0.999)),
+      microseconds(r.lateness.largest_ns()), microseconds(r.machine.lateness.quantile_ns(0.999)),
+      microseconds(r.machine.lateness.largest_ns()), whole(r.machine.late_ticks),
       r.holds()     ? "holds"
       : r.ticks_fit ? "LATER THAN THE MACHINE"
                     : "NO ROOM");
   std::fflush(stdout);
 }
 
-int run(const Options& o) {
+int do_rates(const RatesArguments& o) {
   if (!o.out.empty()) make_output_folder(o.out);
   std::printf(
       "servo loop by timer, USB thread, simulated device on the bus in this process with "
-      "reports at the same rate; us\n");
+      "reports at the same rate; microseconds\n");
   std::printf("%7s  %8s %7s %7s  %7s  %6s %7s %8s  %7s %8s  %7s %8s %6s\n", "rate", "ticks", "held",
               "beyond", "reports", "tick", "p99.9", "max", "wake-up", "max", "machine", "max",
               "late");
@@ -104,7 +104,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_rates_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<RatesArguments>();
   CLI::App* app = program.add_subcommand(
       "rates", "Finds the highest rate of the servo loop that holds on this machine.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -115,7 +115,7 @@ Command add_rates_command(CLI::App& program) {
       ->delimiter(',')
       ->check(CLI::Range(100.0, 10000.0));
   app->add_option("--out", o->out, "folder for rates.json");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_rates(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -4,19 +4,19 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/reproduction/reproduction.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct ReproducePaperArguments {
   std::string out;
   bool quick = false;
 };
 
-int run(const Options& o) {
+int do_reproduce_paper(const ReproducePaperArguments& o) {
   const bool passed = reproduce_paper(o.out, {o.quick, true});
   std::printf("%s/README.md: %s\n", o.out.c_str(),
               passed ? "everything that must hold does" : "something that must hold does not");
@@ -26,14 +26,14 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_reproduce_paper_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ReproducePaperArguments>();
   CLI::App* app = program.add_subcommand(
       "reproduce-paper", "Makes every table and figure of the paper, ours beside the paper's.");
   app->add_option("--out", o->out,
                   "folder for the index, tables (Markdown, CSV) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->quick, "small counts, a few seconds");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_reproduce_paper(*o); }};
 }
 
 }  // namespace haptic::sim

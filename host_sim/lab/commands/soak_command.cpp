@@ -8,11 +8,11 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
-#include "host_sim/commands/heap_interposer.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/soak_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/output_folder.hpp"
+#include "host_sim/timing/heap_interposer.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/simplified_bodies.hpp"
@@ -22,13 +22,13 @@ namespace {
 
 constexpr double kMega = 1024.0 * 1024;
 
-struct Options {
+struct SoakArguments {
   std::string scene, out;
   SoakSettings soak;
 };
 
 /// One line per fault; on a terminal always the same one.
-void print_progress(const Options& o, const SoakAccount& a) {
+void print_progress(const SoakArguments& o, const SoakAccount& a) {
   const SoakCell& cell = a.cells.back();
   const SoakSample& now = a.samples.back();
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
@@ -47,7 +47,7 @@ void print_level(const char* name, const SoakLevel& level, double unit, const ch
               unit_name, level.least / unit, level.largest / unit);
 }
 
-void print_summary(const Options& o, const SoakAccount& a) {
+void print_summary(const SoakArguments& o, const SoakAccount& a) {
   std::size_t stated = 0;
   for (const SoakCell& cell : a.cells) stated += cell.failures.empty() ? 1u : 0u;
   std::printf("soak of %g min in %s time, %.1f s\n", o.soak.minutes,
@@ -75,7 +75,7 @@ void print_summary(const Options& o, const SoakAccount& a) {
   std::printf("  result           %s\n", a.failures.empty() ? "passed" : "FAILED");
 }
 
-int run(Options o) {
+int do_soak(SoakArguments o) {
   if (!o.out.empty()) make_output_folder(o.out);
   if (heap_calls_are_counted()) o.soak.heap_calls = heap_calls_of_this_thread;
   std::vector<std::byte> scene = fault_scene();
@@ -102,7 +102,7 @@ int run(Options o) {
 }  // namespace
 
 Command add_soak_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<SoakArguments>();
   CLI::App* app = program.add_subcommand(
       "soak", "Runs the stack for long with a fault every few seconds, and watches what it holds.");
   app->add_option("--scene", o->scene,
@@ -119,7 +119,7 @@ Command add_soak_command(CLI::App& program) {
                                                 {"ignore-fault", SoakProbe::kIgnoreFault}};
   app->add_option("--fault", o->soak.probe, "something wrong with the soak itself: must exit 1")
       ->transform(CLI::CheckedTransformer(probes));
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_soak(*o); }};
 }
 
 }  // namespace haptic::sim

@@ -9,19 +9,19 @@
 #include <string>
 #include <thread>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 
 Command add_stability_command(CLI::App& program) {
-  struct Options {
+  struct StabilityArguments {
     std::string out;
     std::vector<int> parts;
     StabilityOptions run;
   };
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<StabilityArguments>();
   o->run.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
       "stability", "Measures where the haptic loop is stable, beside the theory.");

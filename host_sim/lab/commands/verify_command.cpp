@@ -8,16 +8,16 @@
 #include <string>
 #include <thread>
 
-#include "host_sim/commands/commands.hpp"
-#include "host_sim/report/output_folder.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/verification/deliberate_fault.hpp"
 #include "host_sim/lab/verification/verification.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
 
-struct Options {
+struct VerifyArguments {
   std::string out, fault;
   VerificationSize size;
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
@@ -25,7 +25,7 @@ struct Options {
 };
 
 /// Exit 1 is right here: the checks must fail on a core with a fault in it.
-int run_fault(const Options& o) {
+int run_fault(const VerifyArguments& o) {
   const FaultOutcome outcome = run_with_fault(fault_named(o.fault).value(), o.size.seed);
   std::printf("fault %s, seed %llu: %llu checks, %llu fail without it, %llu with it\n",
               o.fault.c_str(), static_cast<unsigned long long>(o.size.seed),
@@ -61,7 +61,7 @@ void print(const VerificationResult& result) {
       number(n.subset_missing), number(n.ambiguous), number(n.cut));
 }
 
-int run(const Options& o) {
+int do_verify(const VerifyArguments& o) {
   if (!o.fault.empty()) return run_fault(o);
   if (o.out.empty()) {
     std::fprintf(stderr, "host_sim: verify needs --out or --fault\n");
@@ -81,7 +81,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_verify_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<VerifyArguments>();
   CLI::App* app = program.add_subcommand(
       "verify", "Checks certificates, D_near and near sets of the core by independent code.");
   app->add_option("--out", o->out, "folder for verify.json, verify.md and tables (CSV)");
@@ -107,7 +107,7 @@ Command add_verify_command(CLI::App& program) {
               o->size = VerificationSize::quick();
               o->size.seed = seed;
             }
-            return run(*o);
+            return do_verify(*o);
           }};
 }
 

@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/commands/commands.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/wcet/flow_facts.hpp"
 #include "host_sim/lab/wcet/scene_motion.hpp"
 #include "host_sim/lab/wcet/wcet_table.hpp"
+#include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -23,7 +23,7 @@ constexpr double kMotionSeconds = 8, kQuickMotionSeconds = 2;
 constexpr double kQuickSearchSeconds = 2, kQuickWakeupSeconds = 0.5;
 constexpr std::size_t kQuickSameState = 200;
 
-struct Options {
+struct WcetArguments {
   std::string scene, motion, out, flow_facts, fault;
   std::uint32_t repeats = 7;
   AdversarialLimits search;
@@ -31,7 +31,7 @@ struct Options {
 };
 
 /// This program on the same motion, for counting its instructions.
-InstructionQuestion instruction_question(const Options& o) {
+InstructionQuestion instruction_question(const WcetArguments& o) {
   InstructionQuestion question;
   std::error_code error;
   question.program = std::filesystem::read_symlink("/proc/self/exe", error).string();
@@ -60,7 +60,7 @@ void show(const AdversarialProgress& p) {
                static_cast<unsigned long long>(p.evaluations), terminal ? "\r" : "\n");
 }
 
-WcetPlan plan_of(const Options& o) {
+WcetPlan plan_of(const WcetArguments& o) {
   WcetPlan plan;
   if (!o.no_instructions) plan.instructions = instruction_question(o);
   plan.scene = o.scene;
@@ -79,7 +79,7 @@ WcetPlan plan_of(const Options& o) {
   return plan;
 }
 
-int run(const Options& o) {
+int do_wcet(const WcetArguments& o) {
   CoreSession session(o.scene);
   if (!o.flow_facts.empty()) write_whole_file(o.flow_facts, flow_facts(session.view(), o.scene));
   const std::vector<MotionSample> motion =
@@ -106,7 +106,7 @@ int run(const Options& o) {
 }  // namespace
 
 Command add_wcet_command(CLI::App& program) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<WcetArguments>();
   CLI::App* app = program.add_subcommand(
       "wcet", "Looks for the worst tick: counted work, time, and a search for bad motions.");
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
@@ -147,7 +147,7 @@ Command add_wcet_command(CLI::App& program) {
       "  adversarial_GOAL_seedN.csv  the motions found, for replay\n"
       "Exit codes: 0 every bound holds, 1 one is passed, a wrench is not finite or a repeat\n"
       "differs, 2 usage, 3 bad input.");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return do_wcet(*o); }};
 }
 
 }  // namespace haptic::sim

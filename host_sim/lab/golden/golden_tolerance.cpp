@@ -15,7 +15,7 @@ struct FamilyRow {
 /// "-" where the near set of every case is closer than the rounding and nothing is compared. Where
 /// an error is far below half a rounding (6e-8) the floor is 5e-8 for depth and force, 1e-8 for
 /// torque: such luck depends on the order of additions.
-constexpr FamilyRow kSingle[] = {
+constexpr FamilyRow kSingleRows[] = {
     {"box_box_edge_edge", 1.0e-7, 1.0e-7, 2.0e-8},      // 2.4e-8, 2.4e-8, 4.3e-9
     {"box_box_edge_face", 6.0e-8, 5.0e-8, 1.0e-8},      // 1.5e-8, 7.8e-9, 8.1e-10
     {"box_box_face_face", 1.0e-7, 1.0e-7, 6.0e-8},      // 2.5e-8, 2.5e-8, 1.4e-8 (weighted)
@@ -45,7 +45,7 @@ GoldenTolerance golden_tolerance(const std::string& family, bool far_away) {
     const Wide share = far_away ? 1e-10L : 1e-12L;
     return {share, share, share, 1e-9L, far_away ? 1e-5L : 1e-9L};
   }
-  for (const FamilyRow& row : kSingle) {
+  for (const FamilyRow& row : kSingleRows) {
     if (family == row.family) return {widen(row.depth), widen(row.force), widen(row.torque), 0, 0};
   }
   const Wide share = far_away ? 2e-2L : 1e-6L;

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/golden/golden_check.hpp"
 #include "host_sim/oracle/oracle_piece.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "rt_core/contact/basic_contact.hpp"
 #include "rt_core/law/weighted_region_law.hpp"
 
@@ -18,7 +18,7 @@ using Weights = std::map<std::uint32_t, Wide>;
 /// Weights that are known no better than this say nothing: the case is not compared.
 constexpr Wide kVagueWeight = 0.05L;
 
-WideVec wide(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
+WideVec widened(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 
 /// The weights that the law gives the near set of the last tick; zeros are left out.
 Weights weights_of(const HapticCore& core, const SceneParameters& p) {
@@ -89,7 +89,8 @@ class RegionRun {
     const Wide force_tolerance = k * std::max(relative * depth, tolerance_.force * size_);
     const Wide torque_tolerance =
         k * lever_ * std::max(relative * depth, tolerance_.torque * size_);
-    const WideVec force = wide(result.wrench_w.force_w), torque = wide(result.wrench_w.torque_w);
+    const WideVec force = widened(result.wrench_w.force_w),
+                  torque = widened(result.wrench_w.torque_w);
     compare_.within(c, GoldenQuantity::kWeightedForce, norm(force - c.weighted->force_n),
                     force_tolerance, text_of(c.weighted->force_n), text_of(force), k * size_);
     compare_.within(c, GoldenQuantity::kWeightedTorque, norm(torque - c.weighted->torque_nm),

@@ -12,13 +12,13 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFineBand_m = 1e-9;
 
 /// Angle to the nearest of the normals that attain D_near [deg]; NaN when the method gave none.
 double normal_error_deg(const PeerVector& n, const std::vector<WideVec>& normals) {
   const WideVec given{widen(n[0]), widen(n[1]), widen(n[2])};
-  if (norm(given) < 0.5L) return kNoValue;
+  if (norm(given) < 0.5L) return kUndefined;
   Wide least = std::numeric_limits<Wide>::infinity();
   for (const WideVec& truth : normals)  // atan2 keeps the digits of small angles
     least = std::min(least, std::atan2(norm(cross(given, truth)), dot(given, truth)));
@@ -27,10 +27,10 @@ double normal_error_deg(const PeerVector& n, const std::vector<WideVec>& normals
 
 /// Error of the depth at one pose [m]; NaN when the method gave no value that D_near is.
 double depth_error_m(const PeerAnswer& answer, const PairTruth& truth) {
-  if (std::isnan(answer.depth_m)) return kNoValue;
+  if (std::isnan(answer.depth_m)) return kUndefined;
   const Wide d = widen(answer.depth_m);
   if (truth.reference_m <= 0) return static_cast<double>(std::abs(d - truth.reference_m));
-  if (answer.separated != SeparatedValue::kPlane) return kNoValue;
+  if (answer.separated != SeparatedValue::kPlane) return kUndefined;
   if (d < truth.lower_m) return static_cast<double>(truth.lower_m - d);
   return d > truth.upper_m ? static_cast<double>(d - truth.upper_m) : 0.0;
 }
@@ -42,13 +42,13 @@ bool wrong(const PeerAnswer& answer, const PairTruth& truth, double band_m) {
 }
 
 double largest_of(const std::vector<double>& values) {
-  return values.empty() ? kNoValue : *std::max_element(values.begin(), values.end());
+  return values.empty() ? kUndefined : *std::max_element(values.begin(), values.end());
 }
 
 double mean_of(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
-  return values.empty() ? kNoValue : sum / static_cast<double>(values.size());
+  return values.empty() ? kUndefined : sum / static_cast<double>(values.size());
 }
 
 ParetoRow row_of(std::span<const PoseSample> samples, std::span<const NearTruth> truths,
@@ -72,7 +72,8 @@ ParetoRow row_of(std::span<const PoseSample> samples, std::span<const NearTruth>
     }
     const bool comparable =
         state == PairState::kContact || s.answer.separated == SeparatedValue::kPlane;
-    const double angle = comparable ? normal_error_deg(s.answer.normal_w, truth.normals) : kNoValue;
+    const double angle =
+        comparable ? normal_error_deg(s.answer.normal_w, truth.normals) : kUndefined;
     if (!std::isnan(angle)) angles.push_back(angle);
   }
   row.poses = tick.size();
@@ -84,7 +85,7 @@ ParetoRow row_of(std::span<const PoseSample> samples, std::span<const NearTruth>
   row.max_ns = times.largest;
   row.max_error_m = largest_of(shallow);
   row.max_error_deep_m = largest_of(deep);
-  row.median_error_m = errors.empty() ? kNoValue : figures(std::move(errors)).median;
+  row.median_error_m = errors.empty() ? kUndefined : figures(std::move(errors)).median;
   row.normal_error_deg = largest_of(angles);
   row.patch_points = mean_of(points);
   row.heap_calls = mean_of(heap);

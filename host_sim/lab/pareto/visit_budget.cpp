@@ -6,9 +6,9 @@
 #include <memory>
 #include <numbers>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/oracle/near_reference.hpp"
 #include "host_sim/lab/peers/core_peer.hpp"
+#include "host_sim/oracle/near_reference.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::uint32_t kSide = 6;
 static_assert(kSide * kSide == kFieldPosts);
 constexpr double kPitch_m = 0.010, kHalfPost_m = 0.003;
 
-OraclePiece oracle_piece(const Solid& solid) {
+OraclePiece post_piece(const Solid& solid) {
   std::vector<WideVec> vertices;
   for (const Vector& v : solid.vertices) vertices.push_back({v[0], v[1], v[2]});
   return make_oracle_piece(std::move(vertices), solid.loops);
@@ -131,9 +131,9 @@ TruthfulWorkload field_workload(const PostField& field, std::size_t pose_count,
     return std::sin(2.0 * std::numbers::pi * hertz * t_s + phase[k]);
   };
   std::vector<std::unique_ptr<NearReference>> references;
-  const OraclePiece block = oracle_piece(field.block);
+  const OraclePiece block = post_piece(field.block);
   for (const Solid& post : field.posts)
-    references.push_back(std::make_unique<NearReference>(block, oracle_piece(post)));
+    references.push_back(std::make_unique<NearReference>(block, post_piece(post)));
   std::vector<NearTruth> posts(field.posts.size());
   for (std::size_t i = 0; i < pose_count; ++i) {
     const double t_s = 1e-3 * static_cast<double>(i);

@@ -9,7 +9,7 @@ namespace {
 
 /// Farther pairs cannot be the nearest that is looked for.
 constexpr Wide kFar_m = 1e-3L;
-constexpr Wide kRadius_m = 0.05L, kTolerance_m = 1e-7L;
+constexpr Wide kJudgedRadius_m = 0.05L, kTolerance_m = 1e-7L;
 constexpr Wide kStep_m = 2e-3L, kMargin_m = 1e-4L, kTurn_rad = 0.02L;  // of a pass
 constexpr Wide kMaxPasses = 3;
 
@@ -87,7 +87,7 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   }
   const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
   tolerance_m_ =
-      std::max(kTolerance_m * radius_m_ / kRadius_m, 64.5L * roundoff * (radius_m_ + extent));
+      std::max(kTolerance_m * radius_m_ / kJudgedRadius_m, 64.5L * roundoff * (radius_m_ + extent));
   k_t_ = widen(kFuzzStiffness_n_per_m);
   length_m_ = widen(tools::kDefaultLengthShare) * radius_m_;
   k_r_ = k_t_ * length_m_ * length_m_;
@@ -151,7 +151,7 @@ Wide ProxyJudge::largest_rise_j(Wide start_j, std::uint32_t passes) const {
 
 bool ProxyJudge::crossed(const WidePose& before, const WidePose& after) const {
   if (!plate_) return false;
-  const Wide share = radius_m_ / kRadius_m;
+  const Wide share = radius_m_ / kJudgedRadius_m;
   const Wide rim = kMaxPasses * ((kStep_m + kMargin_m) * share + kTurn_rad * radius_m_);
   const auto goes_through = [&](const WideVec& point) {
     const WideVec from = at(before, point), to = at(after, point);
@@ -167,7 +167,7 @@ bool ProxyJudge::crossed(const WidePose& before, const WidePose& after) const {
 
 Wide ProxyJudge::unhindered_j(const WidePose& goal, const WidePose& proxy) {
   constexpr Wide kMove_m = 1e-4L;
-  const Wide far = kMove_m * radius_m_ / kRadius_m;
+  const Wide far = kMove_m * radius_m_ / kJudgedRadius_m;
   if (!(free_gap_m(proxy, 2 * far) >= 2 * far)) return std::numeric_limits<Wide>::infinity();
   const WideError error = wide_error(goal, proxy);
   const Wide length = norm(error.translation_m) + radius_m_ * norm(error.rotation_rad);

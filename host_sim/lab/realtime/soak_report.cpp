@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kWidth = 1200, kLeft = 90, kPlotWidth = 1070, kHeight = 860;
+constexpr double kSoakWidth = 1200, kSoakLeft = 90, kPlotWidth = 1070, kHeight = 860;
 constexpr double kMega = 1024.0 * 1024;
 constexpr const char *kForce = "#0072b2", *kHolds = "#009e73", *kFails = "#d55e00",
                      *kSpoiled = "#e69f00", *kHeap = "#cc79a7";
@@ -85,7 +85,7 @@ std::string account_json(const std::string& scene, const SoakSettings& settings,
 }
 
 Panel panel_at(double top, double height, double end_s, double high) {
-  return {kLeft, top, kPlotWidth, height, 0, end_s, 0, high > 0 ? 1.1 * high : 1};
+  return {kSoakLeft, top, kPlotWidth, height, 0, end_s, 0, high > 0 ? 1.1 * high : 1};
 }
 
 std::string force_panel(const SoakAccount& account, double end_s) {
@@ -125,10 +125,10 @@ std::string level_panel(const SoakAccount& account, double top, double end_s, co
 
 std::string picture(const SoakSettings& settings, const SoakAccount& a) {
   const double end_s = a.samples.empty() ? 1 : a.samples.back().t_s;
-  std::string svg = svg_head(kWidth, kHeight);
-  svg += text_at(kLeft, 30, "Soak: a fault every " + mark_label(settings.every_s, 1) + " s",
+  std::string svg = svg_head(kSoakWidth, kHeight);
+  svg += text_at(kSoakLeft, 30, "Soak: a fault every " + mark_label(settings.every_s, 1) + " s",
                  "start", 18, "font-weight=\"bold\"");
-  svg += text_at(kLeft, 54,
+  svg += text_at(kSoakLeft, 54,
                  std::string("Marks: a fault, answered as stated (green), so in a repeated run "
                              "(yellow), otherwise (red). Time of the device in s, ") +
                      (settings.virtual_time ? "virtual." : "real."),

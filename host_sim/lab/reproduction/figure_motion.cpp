@@ -4,22 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr double kEpsilon_m = 1e-4;
-constexpr double kGap_m = 0.010;        // of x_0 over the C-faces
-constexpr double kTurn_rad = 0.35;      // of A during the walk
-constexpr std::size_t kLegTicks = 400;  // between two anchors
-constexpr std::size_t kAnchors = 7;     // middles of the four C-faces and of the edges between them
+constexpr double kWalkEpsilon_m = 1e-4;
+constexpr double kWalkGap_m = 0.010;        // of x_0 over the C-faces
+constexpr double kTurn_rad = 0.35;          // of A during the walk
+constexpr std::size_t kWalkLegTicks = 400;  // between two anchors
+constexpr std::size_t kAnchors = 7;  // middles of the four C-faces and of the edges between them
 constexpr std::uint32_t kOrientationsTried = 4000;
 
 std::vector<std::byte> walk_scene() {
   const Solid box = paper_box();
-  return scene_of(paper_tetrahedron(), {&box, 1}, 1000.0, kEpsilon_m);
+  return scene_of(paper_tetrahedron(), {&box, 1}, 1000.0, kWalkEpsilon_m);
 }
 
 Vector middle(const std::vector<Vector>& points) {
@@ -59,12 +59,12 @@ std::vector<Vector> anchors_at(const SceneView& view, const Rotation& q, double&
   }
   std::vector<Vector> anchors;
   for (std::size_t k = 0; k < faces.size(); ++k) {
-    anchors.emplace_back(middle(faces[k]->polygon) + kGap_m * faces[k]->normal);
+    anchors.emplace_back(middle(faces[k]->polygon) + kWalkGap_m * faces[k]->normal);
     if (k + 1 == faces.size()) break;
     const std::vector<Vector> edge = common_corners(*faces[k], *faces[k + 1]);
     if (edge.size() != 2) return {};
     anchors.emplace_back(middle(edge) +
-                         kGap_m * (faces[k]->normal + faces[k + 1]->normal).normalized());
+                         kWalkGap_m * (faces[k]->normal + faces[k + 1]->normal).normalized());
   }
   return anchors;
 }
@@ -190,20 +190,20 @@ FaceWalk make_face_walk() {
     axis = about;
   }
   FaceWalk walk;
-  constexpr std::size_t kTicks = (kAnchors - 1) * kLegTicks;
+  constexpr std::size_t kTicks = (kAnchors - 1) * kWalkLegTicks;
   for (std::size_t tick = 0; tick <= kTicks; ++tick) {
-    const double along = static_cast<double>(tick) / kLegTicks;
+    const double along = static_cast<double>(tick) / kWalkLegTicks;
     const Rotation q = turned(start, axis, along / (kAnchors - 1));
     double unused = 0;
     const std::vector<Vector> anchors = anchors_at(session.view(), q, unused);
     if (anchors.empty()) break;  // a C-face vanished between the orientations looked at
-    const std::size_t leg = std::min(kAnchors - 2, tick / kLegTicks);
+    const std::size_t leg = std::min(kAnchors - 2, tick / kWalkLegTicks);
     const double share = along - static_cast<double>(leg);
     walk.motion.push_back(sample_at(static_cast<double>(tick) * 1e-3,
                                     (1 - share) * anchors[leg] + share * anchors[leg + 1], q));
   }
   for (std::size_t k = 0; k < 4; ++k)
-    walk.instants[k] = std::min(walk.motion.size() - 1, 2 * k * kLegTicks);
+    walk.instants[k] = std::min(walk.motion.size() - 1, 2 * k * kWalkLegTicks);
   for (std::size_t tick = 0; tick < walk.motion.size(); ++tick) {
     const StepResult result = session.core().step(input_of(walk.motion[tick], tick));
     if (tick > 0) walk.relocalised += result.counters.stale_pairs;

@@ -4,19 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/oracle/node_set.hpp"
 #include "host_sim/lab/reproduction/pose_sweep.hpp"
+#include "host_sim/oracle/node_set.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr double kEpsilon_m = 1e-4;
-constexpr const char* kTypes[3] = {"A", "B", "C"};
+constexpr double kGraphEpsilon_m = 1e-4;
+constexpr const char* kTypeNames[3] = {"A", "B", "C"};
 
 std::vector<std::byte> paper_scene() {
   const Solid box = paper_box();
-  return scene_of(paper_tetrahedron(), {&box, 1}, 1000.0, kEpsilon_m);
+  return scene_of(paper_tetrahedron(), {&box, 1}, 1000.0, kGraphEpsilon_m);
 }
 
 /// Two ticks at one pose: the first searches all nodes, the second tracks from its near set.
@@ -32,7 +32,7 @@ std::string situation_name(const CoreSession& session, const HapticCore& core) {
   const auto near = near_nodes(core, 0);
   if (near.size() == 1) {
     const auto type = contact_type(*session.view().pair(0).record, near[0]);
-    return std::string("one node of type ") + kTypes[static_cast<std::size_t>(type)];
+    return std::string("one node of type ") + kTypeNames[static_cast<std::size_t>(type)];
   }
   switch (core.pair_report(0).situation) {
     case ContactSituation::kEdgeFace:

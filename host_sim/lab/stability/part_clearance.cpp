@@ -6,16 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/lab/stability/peg_insertion.hpp"
 #include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/svg_canvas.hpp"
-#include "host_sim/lab/stability/peg_insertion.hpp"
 
 namespace haptic::sim {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
-constexpr const char* kColours[] = {"#0072b2", "#e69f00", "#d55e00"};
+constexpr const char* kFrictionColours[] = {"#0072b2", "#e69f00", "#d55e00"};
 constexpr double kFloor_m = -0.040;
 
 struct Cell {
@@ -72,7 +72,7 @@ std::vector<Cell> all_cells(bool quick) {
   std::vector<Cell> cells;
   for (const double clearance : clearances) {
     for (const double friction : frictions) {
-      const std::vector<std::byte> scene = peg_scene(clearance, friction);
+      const std::vector<std::byte> scene = inserted_peg_scene(clearance, friction);
       Cell cell;
       cell.clearance_m = clearance;
       cell.friction = friction;
@@ -86,7 +86,7 @@ std::vector<Cell> all_cells(bool quick) {
   return cells;
 }
 
-double ratio(double coarse, double fine) { return fine > 0 ? coarse / fine : 0; }
+double halving(double coarse, double fine) { return fine > 0 ? coarse / fine : 0; }
 
 std::string csv_of(const std::vector<Cell>& cells) {
   std::string csv =
@@ -101,9 +101,9 @@ std::string csv_of(const std::vector<Cell>& cells) {
       append_number(csv += ',', cell.friction);
       csv += wobble ? ",wobble" : ",tilted";
       for (const double value :
-           {run.largest_force_step_n, ratio(run.largest_force_step_n, half.largest_force_step_n),
+           {run.largest_force_step_n, halving(run.largest_force_step_n, half.largest_force_step_n),
             run.largest_torque_step_nm,
-            ratio(run.largest_torque_step_nm, half.largest_torque_step_nm), run.worst_gap_m,
+            halving(run.largest_torque_step_nm, half.largest_torque_step_nm), run.worst_gap_m,
             reach_aside_m(run.end.proxy), run.deepest_m, run.end.proxy.p[2] - run.end.device.p[2],
             run.slip.force_n[2], wobble ? 0.0 : cell.held_n(false), run.end.force_n[2],
             wobble ? 0.0 : cell.held_n(true), run.advance_m})
@@ -116,17 +116,17 @@ std::string csv_of(const std::vector<Cell>& cells) {
 
 std::string wobble_table(const std::vector<Cell>& cells) {
   std::string text = table_head({"clearance, mm", "friction", "deepest, mm", "way - clearance, um",
-                                 "largest dF, N", "ratio", "of what friction held",
-                                 "largest dT, N m", "ratio", "worst gap, um"});
+                                 "largest dF, N", "halving", "of what friction held",
+                                 "largest dT, N m", "halving", "worst gap, um"});
   for (const Cell& c : cells) {
     text += table_row(
         {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
          fixed(1e3 * c.wobble.deepest_m, 4), short_number(1e6 * c.offset_error_m(), 3),
          short_number(c.wobble.largest_force_step_n, 3),
-         fixed(ratio(c.wobble.largest_force_step_n, c.wobble_half.largest_force_step_n), 2),
+         fixed(halving(c.wobble.largest_force_step_n, c.wobble_half.largest_force_step_n), 2),
          c.friction > 0 ? fixed(c.slip_share(), 2) : "-",
          short_number(c.wobble.largest_torque_step_nm, 3),
-         fixed(ratio(c.wobble.largest_torque_step_nm, c.wobble_half.largest_torque_step_nm), 2),
+         fixed(halving(c.wobble.largest_torque_step_nm, c.wobble_half.largest_torque_step_nm), 2),
          short_number(1e6 * c.wobble.worst_gap_m, 3)});
   }
   return text;
@@ -136,7 +136,7 @@ std::string tilted_table(const std::vector<Cell>& cells) {
   std::string text =
       table_head({"clearance, mm", "friction", "slips at, N", "friction gives, N",
                   "pull at the end, N", "friction gives, N", "lag, mm", "advance, mm",
-                  "largest dF, N", "ratio", "largest dT, N m", "ratio"});
+                  "largest dF, N", "halving", "largest dT, N m", "halving"});
   for (const Cell& c : cells) {
     text += table_row(
         {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
@@ -144,9 +144,9 @@ std::string tilted_table(const std::vector<Cell>& cells) {
          short_number(c.pull_n(true), 3), short_number(c.held_n(true), 3),
          fixed(1e3 * c.lag_m(), 3), fixed(1e3 * c.tilted.advance_m, 3),
          short_number(c.tilted.largest_force_step_n, 3),
-         fixed(ratio(c.tilted.largest_force_step_n, c.tilted_half.largest_force_step_n), 2),
+         fixed(halving(c.tilted.largest_force_step_n, c.tilted_half.largest_force_step_n), 2),
          short_number(c.tilted.largest_torque_step_nm, 3),
-         fixed(ratio(c.tilted.largest_torque_step_nm, c.tilted_half.largest_torque_step_nm), 2)});
+         fixed(halving(c.tilted.largest_torque_step_nm, c.tilted_half.largest_torque_step_nm), 2)});
   }
   return text;
 }
@@ -172,7 +172,7 @@ std::string picture(const std::vector<Cell>& cells) {
                   "#808080", 1, "5 4");
   std::size_t colour = 0;
   for (const Cell& c : cells) {
-    const auto shade = kColours[c.friction == 0 ? 0 : c.friction < 0.4 ? 1 : 2];
+    const auto shade = kFrictionColours[c.friction == 0 ? 0 : c.friction < 0.4 ? 1 : 2];
     svg += mark_at(offset.x_of(c.clearance_m), offset.y_of(reach_aside_m(c.wobble.end.proxy)),
                    {shade, 'x'});
     if (c.clearance_m != narrow) continue;
@@ -213,7 +213,7 @@ void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
       "within " + short_number(100 * limits.friction_share, 3) + " %", friction ? "all" : "NOT all",
       friction, "sliding on two points, at the first slip and at the end");
   add("clearance sweep: largest steps of force and torque when the step is halved",
-      "ratio at least " + short_number(limits.least_ratio, 3), smooth ? "all" : "NOT all", smooth,
+      "halving at least " + short_number(limits.least_ratio, 3), smooth ? "all" : "NOT all", smooth,
       "swaying without friction, tilted with any");
   add("clearance sweep: largest force step where the swaying peg sticks and slips",
       "at most " + fixed(limits.slip_share, 2) + " of what friction held", fixed(slip, 2),

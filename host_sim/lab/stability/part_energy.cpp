@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <limits>
 
+#include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/svg_canvas.hpp"
 #include "host_sim/shapes/contact_case.hpp"
-#include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/shapes/wander.hpp"
 
 namespace haptic::sim {
@@ -20,7 +20,7 @@ constexpr double kLeastLoopWork_j = -1e-8;
 /// that it has held: what the tolerance of the planes lets the energy rise.
 constexpr double kSessionShare = 1e-5;
 
-constexpr const char* kLawColours[] = {"#d55e00", "#0072b2", "#009e73"};
+constexpr const char* kEnergyColours[] = {"#d55e00", "#0072b2", "#009e73"};
 constexpr std::uint64_t kSessionSeed = 20260604;
 
 struct LoopWork {
@@ -149,7 +149,7 @@ std::string picture(const std::vector<Session>& sessions) {
   svg += panel_frame(panel, "work (J)", true);
   for (std::size_t k = 0; k < sessions.size(); ++k) {
     const Session& s = sessions[k];
-    const char* colour = kLawColours[static_cast<std::size_t>(s.law) - 1];
+    const char* colour = kEnergyColours[static_cast<std::size_t>(s.law) - 1];
     svg += curve(panel, s.t_s, s.work_j, colour, 1.6);
     const double x = 90 + 180 * static_cast<double>(k);
     svg += "<line x1=\"" + pixel(x) + "\" y1=\"516\" x2=\"" + pixel(x + 24) +

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/lab/stability/extreme_depth.hpp"
+#include "host_sim/lab/stability/pressed_contact.hpp"
 #include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/svg_canvas.hpp"
-#include "host_sim/lab/stability/extreme_depth.hpp"
-#include "host_sim/lab/stability/pressed_contact.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -237,9 +237,9 @@ std::string press_panel(const std::vector<PressRow>& presses) {
               "start", 18, "font-weight=\"bold\"");
   const LogPanel panel{80, 530, 650, 260, 1e-6, 1e3, 1e-18, 1e-1};
   svg += log_panel_frame(panel, "", "size (m)", "error / force", 3);
-  constexpr const char* kColours[] = {"#d55e00", "#0072b2", "#009e73"};
+  constexpr const char* kKindColours[] = {"#d55e00", "#0072b2", "#009e73"};
   for (const PressKind kind : {PressKind::kFace, PressKind::kVertex, PressKind::kEdges}) {
-    const char* colour = kColours[static_cast<std::size_t>(kind)];
+    const char* colour = kKindColours[static_cast<std::size_t>(kind)];
     std::vector<double> error, limit;
     for (const PressRow& row : presses) {
       const PressErrors& e = row.errors;

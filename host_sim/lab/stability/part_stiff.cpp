@@ -5,17 +5,17 @@
 #include <cmath>
 #include <vector>
 
+#include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/lab/stability/virtual_tool.hpp"
 #include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/svg_canvas.hpp"
-#include "host_sim/lab/stability/stability_report.hpp"
-#include "host_sim/lab/stability/virtual_tool.hpp"
 
 namespace haptic::sim {
 namespace {
 
 constexpr double kRatio = 0.7;  ///< damping ratio of the coupling
-constexpr const char* kColours[] = {"#d55e00", "#e69f00", "#0072b2", "#009e73"};
+constexpr const char* kStiffColours[] = {"#d55e00", "#e69f00", "#0072b2", "#009e73"};
 constexpr double kToolInertias_kg_m2[] = {1e-4, 1e-5, 1e-6};
 constexpr double kRotorInertia_kg_m2 = 1e-4, kRotorDamping_nms = 1e-3;
 
@@ -87,7 +87,7 @@ std::vector<StiffCell> all_cells(const StabilityOptions& options) {
   return cells;
 }
 
-std::string short_number(double value) {
+std::string stiffness_text(double value) {
   if (value == kNoLimit) return "no limit";
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -120,7 +120,7 @@ std::string alone_table() {
     for (const double ratio : {0.0, 0.1, 0.5, 1.0}) {
       const double limit = tool_limit(integrator, ratio);
       // Undamped, the exact step has modulus 1 and only rounding decides.
-      row.push_back(limit < 1e-3 ? "0" : limit > 1e6 ? "no limit" : short_number(limit));
+      row.push_back(limit < 1e-3 ? "0" : limit > 1e6 ? "no limit" : stiffness_text(limit));
     }
     text += table_row(row);
   }
@@ -137,13 +137,14 @@ std::string coupled_table(const std::vector<StiffCell>& all, bool rotation) {
   }
   std::vector<std::string> head{"rate, Hz", "delay", rotation ? "tool, kg m^2" : "tool, kg",
                                 "integrator"};
-  for (const double wall : shown) head.push_back(short_number(wall));
+  for (const double wall : shown) head.push_back(stiffness_text(wall));
   std::string text = table_head(head);
   for (std::size_t k = 0; k < cells.size(); k += shown.size()) {  // walls vary fastest
     const StiffCell& c = cells[k];
-    std::vector<std::string> row{fixed(c.rate_hz, 0), std::to_string(c.delay), short_number(c.tool),
-                                 to_text(c.integrator)};
-    for (std::size_t w = 0; w < shown.size(); ++w) row.push_back(short_number(cells[k + w].limit));
+    std::vector<std::string> row{fixed(c.rate_hz, 0), std::to_string(c.delay),
+                                 stiffness_text(c.tool), to_text(c.integrator)};
+    for (std::size_t w = 0; w < shown.size(); ++w)
+      row.push_back(stiffness_text(cells[k + w].limit));
     text += table_row(row);
   }
   return text;
@@ -170,10 +171,10 @@ std::string picture(const std::vector<StiffCell>& cells) {
         points.push_back(panel.x_of(c.wall));
         points.push_back(panel.y_of(std::clamp(c.limit, 1e1, 1e7)));
       }
-      svg += polyline(points, kColours[i], 2.2);
+      svg += polyline(points, kStiffColours[i], 2.2);
       if (delay == 0) {
         const double x = 120 + 190 * static_cast<double>(i);
-        svg += polyline({x, 426, x + 24, 426}, kColours[i], 3);
+        svg += polyline({x, 426, x + 24, 426}, kStiffColours[i], 3);
         svg += text_at(x + 30, 430, to_text(kIntegrators[i]), "start", 13);
       }
     }
@@ -207,9 +208,9 @@ void add_findings(const std::vector<StiffCell>& cells, PartReport& report) {
       const bool holds = std::abs(c.limit / s.limit - 1) <= 0.01;
       report.passed = report.passed && holds;
       report.findings.push_back({std::string("coupling, ") + to_text(s.integrator) + ", wall " +
-                                     short_number(s.wall) + " N/m, " + fixed(s.rate_hz, 0) +
+                                     stiffness_text(s.wall) + " N/m, " + fixed(s.rate_hz, 0) +
                                      " Hz, delay " + std::to_string(s.delay),
-                                 short_number(s.limit) + " N/m", short_number(c.limit) + " N/m",
+                                 stiffness_text(s.limit) + " N/m", stiffness_text(c.limit) + " N/m",
                                  yes_or_no(holds), "within 1 %"});
     }
   }

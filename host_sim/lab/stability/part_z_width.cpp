@@ -6,11 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/stability_trial.hpp"
+#include "host_sim/report/output_file.hpp"
 #include "host_sim/report/shard_run.hpp"
+#include "host_sim/report/svg_canvas.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -88,15 +88,15 @@ WallCell wall_cell(const TrialSetting& setting, double seconds) {
 /// is stated.
 double stated_peg(const TrialSetting& s) {
   if (s.law != LawId::kProxy || s.rate_hz != 1000 || s.delay_samples != 1) return 0;
-  struct Row {
+  struct StatedRow {
     double damping, loose, light, firm;
   };
-  constexpr Row kRows[] = {{0, 700, 2000, 5000},
-                           {0.5, 1000, 3000, 5000},
-                           {1, 1400, 3000, 5000},
-                           {2, 2000, 3000, 5000},
-                           {4, 3000, 4000, 5000}};
-  for (const Row& row : kRows) {
+  constexpr StatedRow kRows[] = {{0, 700, 2000, 5000},
+                                 {0.5, 1000, 3000, 5000},
+                                 {1, 1400, 3000, 5000},
+                                 {2, 2000, 3000, 5000},
+                                 {4, 3000, 4000, 5000}};
+  for (const StatedRow& row : kRows) {
     if (row.damping != s.damping_ns_per_m) continue;
     return s.hand == "loose" ? row.loose : s.hand == "light" ? row.light : row.firm;
   }

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/lab/stability/proxy_cases.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr double kFree_m = -2e-7;
+constexpr double kPegFree_m = -2e-7;
 constexpr double kHoleDepth_m = 0.040;
 
 std::string with_clearance(const std::string& words, double clearance_m) {
@@ -27,7 +27,7 @@ std::vector<Figure> insertion_figures(double clearance_m, double force_n) {
       at_most("dtau (N m)", 1e-4, steps.torque_nm),
       near_to("height over the floor (m)", 0, end.p.z() - kPegHalfLength_m + kHoleDepth_m, 1e-6),
       near_to("offset at the end (m)", clearance_m, end.p.x(), 1e-6),
-      {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
+      {"gap (m)", 0, worst_gap_m(trace.ticks), kPegFree_m, 1}};
 }
 
 /// Tilt phi of a peg of width w in a hole of width w + 2 c, `depth` along the peg in it:

@@ -52,8 +52,8 @@ PathPose path_pose_of(const Pose& pose) {
 
 double lowest_corner_m(const PathPose& peg) {
   double lowest = peg.p[2];
-  for (const double x : {-kPegHalfWidth_m, kPegHalfWidth_m}) {
-    for (const double y : {-kPegHalfWidth_m, kPegHalfWidth_m})
+  for (const double x : {-kPegHalf_m, kPegHalf_m}) {
+    for (const double y : {-kPegHalf_m, kPegHalf_m})
       lowest = std::min(lowest, (peg.p + peg.q * Vector(x, y, -kPegHalfLength_m))[2]);
   }
   return lowest;
@@ -67,13 +67,13 @@ PathPose device_on(PegPath path, double s) {
 
 double duration_s(PegPath path) { return path == PegPath::kWobble ? kWobbleEnd : kTiltedEnd; }
 
-std::vector<std::byte> peg_scene(double clearance_m, double friction) {
+std::vector<std::byte> inserted_peg_scene(double clearance_m, double friction) {
   tools::SceneDescription scene;
   scene.name = "peg in a hole of five pieces";
-  const Solid peg = centred_box("peg", kPegHalfWidth_m, kPegHalfWidth_m, kPegHalfLength_m);
+  const Solid peg = centred_box("peg", kPegHalf_m, kPegHalf_m, kPegHalfLength_m);
   scene.moving.body = united_body({&peg, 1});
   tools::PlacedBody hole;
-  hole.body = united_body(five_piece_hole(kPegHalfWidth_m + clearance_m));
+  hole.body = united_body(five_piece_hole(kPegHalf_m + clearance_m));
   hole.friction = friction;
   scene.statics.push_back(hole);
   scene.parameters.law = LawId::kProxy;
@@ -126,8 +126,8 @@ PegRun run_peg(std::span<const std::byte> scene, PegPath path, double period_s, 
 
 double reach_aside_m(const PathPose& peg) {
   double reach = -kPegHalfLength_m;
-  for (const double y : {-kPegHalfWidth_m, kPegHalfWidth_m}) {
-    for (const double x : {-kPegHalfWidth_m, kPegHalfWidth_m}) {
+  for (const double y : {-kPegHalf_m, kPegHalf_m}) {
+    for (const double x : {-kPegHalf_m, kPegHalf_m}) {
       const Vector low = peg.p + peg.q * Vector(x, y, -kPegHalfLength_m);
       Vector high = peg.p + peg.q * Vector(x, y, kPegHalfLength_m);
       if (low[2] > 0) continue;
@@ -135,7 +135,7 @@ double reach_aside_m(const PathPose& peg) {
       reach = std::max({reach, low[0], high[0]});
     }
   }
-  return reach - kPegHalfWidth_m;
+  return reach - kPegHalf_m;
 }
 
 double two_point_force_n(const PegState& state, double clearance_m, double friction) {
@@ -143,8 +143,8 @@ double two_point_force_n(const PegState& state, double clearance_m, double frict
   const Vector axis = state.proxy.q * Vector::UnitZ();
   const double side = axis[0] > 0 ? -1.0 : 1.0;  // the lower end leans to this side
   const Vector corner =
-      state.proxy.p + state.proxy.q * Vector(side * kPegHalfWidth_m, 0, -kPegHalfLength_m);
-  const Vector rim(-side * (kPegHalfWidth_m + clearance_m), 0, 0);
+      state.proxy.p + state.proxy.q * Vector(side * kPegHalf_m, 0, -kPegHalfLength_m);
+  const Vector rim(-side * (kPegHalf_m + clearance_m), 0, 0);
   const Vector at_corner = Vector(-side, 0, 0) + friction * Vector::UnitZ();
   const Vector at_rim = side * (state.proxy.q * Vector::UnitX()) + friction * axis;
   // The spring pulls the peg with the opposite of what the hand feels. Moments about the corner,

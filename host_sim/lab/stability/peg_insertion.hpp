@@ -8,11 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/contact_path.hpp"
 
 namespace haptic::sim {
 
-inline constexpr double kPegHalfWidth_m = 0.005, kPegHalfLength_m = 0.030;
 /// Stiffness of the spring between device and proxy.
 inline constexpr double kPegStiffness_n_per_m = 1000.0, kPegTurnStiffness_nm_per_rad = 1.0;
 
@@ -33,7 +33,7 @@ inline constexpr double kPegTilt_rad = 0.08, kPegPush_m = 0.008;
 [[nodiscard]] double duration_s(PegPath path);
 
 /// Bytes of peg and hole; clearance per side. @throws tools::InputError when refused.
-[[nodiscard]] std::vector<std::byte> peg_scene(double clearance_m, double friction);
+[[nodiscard]] std::vector<std::byte> inserted_peg_scene(double clearance_m, double friction);
 
 /// Where device and proxy are, and the wrench on the hand.
 struct PegState {

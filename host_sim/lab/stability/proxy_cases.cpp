@@ -13,7 +13,7 @@ namespace haptic::sim {
 namespace {
 
 /// Depth that a free proxy may show.
-constexpr double kFree_m = -2e-7;
+constexpr double kProxyFree_m = -2e-7;
 /// A change of the wrench beyond this is a release, not a slope of the slow paths.
 constexpr double kRelease_n = 0.05, kRelease_nm = 0.005;
 
@@ -23,7 +23,7 @@ std::vector<Figure> step_figures(const ContactCase& c, double force_n, double to
   const WrenchSteps steps = largest_steps(trace.path());
   std::vector<Figure> figures = {at_most("dF (N)", force_n, steps.force_n),
                                  at_most("dtau (N m)", torque_nm, steps.torque_nm),
-                                 {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
+                                 {"gap (m)", 0, worst_gap_m(trace.ticks), kProxyFree_m, 1}};
   if (trace_out != nullptr) *trace_out = std::move(trace);
   return figures;
 }
@@ -41,7 +41,7 @@ std::vector<Figure> release_figures(const ContactCase& c, double force_n, double
           at_most("dF of the release (N)", release_n, after.force_n),
           at_most("dtau of the release (N m)", release_nm, after.torque_nm),
           near_to("force after it (N)", 0, path.back().force_n.norm(), 1e-6),
-          {"gap (m)", 0, worst_gap_m(trace.ticks), kFree_m, 1}};
+          {"gap (m)", 0, worst_gap_m(trace.ticks), kProxyFree_m, 1}};
 }
 
 std::vector<Figure> push_figures(double depth_m, double force_n) {
@@ -102,7 +102,7 @@ std::vector<Figure> fast_figures() {
     for (const TraceTick& tick : trace.ticks) lowest_m = std::min(lowest_m, tick.proxy.p.z());
   }
   return {at_most("dF (N)", 1.03, step_n),
-          {"gap (m)", 0, gap_m, kFree_m, 1},
+          {"gap (m)", 0, gap_m, kProxyFree_m, 1},
           {"lowest grip point (m)", 0.024, lowest_m, 0.024 - 1e-6, 1}};
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host_sim/device/closed_loop.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/shape_scene.hpp"
 #include "tools/common/error.hpp"
 
@@ -19,7 +20,7 @@ constexpr double kBlock_s = 0.1;
 constexpr std::size_t kReferenceBlock = 2;  ///< what the hand damps at once is gone by then
 constexpr double kGrown = 9.0, kGone = 1.0e-5;
 
-constexpr double kClearance_m = 1.0e-4, kPegDepth_m = 0.020, kPegHalfLength_m = 0.030;
+constexpr double kClearance_m = 1.0e-4, kPegDepth_m = 0.020;
 constexpr double kPegMotion_s = 1.0;
 /// Close to the boundary a stable loop takes long to settle: what still falls is waited for.
 constexpr int kPegStages = 8;

@@ -156,20 +156,20 @@ FaultOutcome run_support(std::uint64_t seed) {
 
 }  // namespace
 
-std::optional<Fault> fault_named(const std::string& name) {
-  if (name == "key") return Fault::kKey;
-  if (name == "arc") return Fault::kArc;
-  if (name == "support") return Fault::kSupport;
+std::optional<DeliberateFault> fault_named(const std::string& name) {
+  if (name == "key") return DeliberateFault::kKey;
+  if (name == "arc") return DeliberateFault::kArc;
+  if (name == "support") return DeliberateFault::kSupport;
   return std::nullopt;
 }
 
-FaultOutcome run_with_fault(Fault fault, std::uint64_t seed) {
+FaultOutcome run_with_fault(DeliberateFault fault, std::uint64_t seed) {
   switch (fault) {
-    case Fault::kKey:
+    case DeliberateFault::kKey:
       return compare(rise_past_top(false), rise_past_top(true));
-    case Fault::kArc:
+    case DeliberateFault::kArc:
       return run_arc(seed);
-    case Fault::kSupport:
+    case DeliberateFault::kSupport:
       break;
   }
   return run_support(seed);

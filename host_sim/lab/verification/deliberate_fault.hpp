@@ -9,14 +9,14 @@
 
 namespace haptic::sim {
 
-enum class Fault {
+enum class DeliberateFault {
   kKey,     ///< the stored bound of a face, lowered by one micrometre
   kArc,     ///< one arc of the contact graph, removed in both directions
   kSupport  ///< one entry of the table that supports are searched in, overwritten
 };
 
 /// "key", "arc", "support".
-[[nodiscard]] std::optional<Fault> fault_named(const std::string& name);
+[[nodiscard]] std::optional<DeliberateFault> fault_named(const std::string& name);
 
 struct FaultOutcome {
   std::uint64_t checks = 0;          ///< near sets or verdicts compared, each time
@@ -28,6 +28,6 @@ struct FaultOutcome {
 };
 
 /// Runs the checks without and with the fault. Seconds.
-[[nodiscard]] FaultOutcome run_with_fault(Fault fault, std::uint64_t seed);
+[[nodiscard]] FaultOutcome run_with_fault(DeliberateFault fault, std::uint64_t seed);
 
 }  // namespace haptic::sim

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <memory>
 
-#include "host_sim/shapes/coherent_path.hpp"
 #include "host_sim/lab/verification/contact_poses.hpp"
+#include "host_sim/shapes/coherent_path.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr double kEpsilon_m = 1e-4;
+constexpr double kDepthEpsilon_m = 1e-4;
 constexpr std::uint64_t kShardTicks = 2500;
 constexpr std::uint64_t kTicksBetweenJumps = 100;
 constexpr PathSpeed kSpeeds[] = {{1.0, 10.0}, {0.3, 3.0}};
@@ -128,7 +128,7 @@ std::vector<DepthRow> run_depths(const DepthCampaign& campaign,
   const auto make_worker = [&] { return std::vector<std::unique_ptr<VerifiedPair>>(pairs.size()); };
   run_shards(shards.size(), options, "D_near", make_worker, [&](auto& worker, std::size_t k) {
     const std::size_t p = shards[k].pair;
-    if (!worker[p]) worker[p] = std::make_unique<VerifiedPair>(pairs[p], kEpsilon_m);
+    if (!worker[p]) worker[p] = std::make_unique<VerifiedPair>(pairs[p], kDepthEpsilon_m);
     sizes[k] = static_cast<double>(worker[p]->size_m());
     results[k] =
         run_depths_on(*worker[p], pairs[p], shards[k].ticks, seed_of(campaign.seed, 1000000 + k));

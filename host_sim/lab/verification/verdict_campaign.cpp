@@ -6,13 +6,13 @@
 #include <memory>
 #include <numbers>
 
-#include "host_sim/shapes/coherent_path.hpp"
 #include "host_sim/lab/verification/contact_poses.hpp"
+#include "host_sim/shapes/coherent_path.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr double kEpsilon_m = 1e-4;
+constexpr double kVerdictEpsilon_m = 1e-4;
 constexpr std::uint64_t kShardQueries = 20000;
 constexpr std::uint32_t kPathTicks = 1000;
 constexpr QueryMode kModes[] = {QueryMode::kPath, QueryMode::kFirstTick, QueryMode::kJump};
@@ -319,7 +319,7 @@ std::vector<VerdictRow> run_verdicts(const VerdictCampaign& campaign,
   run_shards(shards.size(), options, "verdicts", make_worker, [&](auto& worker, std::size_t k) {
     const Shard& shard = shards[k];
     std::unique_ptr<VerifiedPair>& pair = worker[shard.pair];
-    if (!pair) pair = std::make_unique<VerifiedPair>(pairs[shard.pair], kEpsilon_m);
+    if (!pair) pair = std::make_unique<VerifiedPair>(pairs[shard.pair], kVerdictEpsilon_m);
     const VerdictRow& row = rows[shard.row];
     QueryRun run(*pair, pairs[shard.pair], row.aligned, row.noise_rad, shard.judged_one_in,
                  seed_of(campaign.seed, k));

@@ -14,7 +14,7 @@ namespace {
 
 using WideMatrix = std::array<Wide3, 3>;
 
-Wide3 operator*(const WideMatrix& m, const Wide3& v) {
+Wide3 product(const WideMatrix& m, const Wide3& v) {
   return {dot(m[0], v), dot(m[1], v), dot(m[2], v)};
 }
 
@@ -37,7 +37,7 @@ PieceGeometry piece_geometry(const ConvexPiece& piece, const PieceTopology& topo
   std::vector<Wide3> exact;
   Wide3 sum{0, 0, 0};
   for (const auto& v : piece.vertices) {
-    const Wide3 x = r * widen(v) + shift;
+    const Wide3 x = product(r, widen(v)) + shift;
     exact.push_back(x);
     sum = sum + x;
     g.vertices.push_back({round_to_real(x[0]), round_to_real(x[1]), round_to_real(x[2])});
@@ -78,7 +78,7 @@ BodyGeometry place_body(const Body& body, const std::vector<PieceTopology>& topo
                         const WideMatrix& r, const Wide3& shift) {
   BodyGeometry g;
   for (const BodyPlane& plane : body.planes) {
-    const Wide3 n = r * widen(plane.normal);
+    const Wide3 n = product(r, widen(plane.normal));
     PlaneRecord record{};
     for (std::size_t k = 0; k < 3; ++k) record.normal[k] = round_to_real(n[k]);
     record.offset_m = round_to_real(static_cast<Wide>(plane.offset_m) + dot(n, shift));
@@ -122,12 +122,12 @@ BodyGeometry moving_geometry(const PlacedBody& placed, const std::array<double, 
 BodyGeometry static_geometry(const PlacedBody& placed,
                              const std::vector<PieceTopology>& topologies) {
   const WideMatrix r = rotation_matrix(unit_quaternion(placed.quaternion_wxyz, placed.body.name));
-  const Wide3 origin = r * widen(placed.mesh_origin_m) + widen(placed.position_m);
+  const Wide3 origin = product(r, widen(placed.mesh_origin_m)) + widen(placed.position_m);
   Wide3 low{}, high{};
   bool first = true;
   for (const ConvexPiece& piece : placed.body.pieces) {
     for (const auto& v : piece.vertices) {
-      const Wide3 x = r * widen(v);
+      const Wide3 x = product(r, widen(v));
       for (std::size_t k = 0; k < 3; ++k) {
         low[k] = first ? x[k] : std::min(low[k], x[k]);
         high[k] = first ? x[k] : std::max(high[k], x[k]);

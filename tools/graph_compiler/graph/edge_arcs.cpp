@@ -12,11 +12,12 @@ constexpr Wide kMargin_rad = HAPTIC_REAL_IS_FLOAT ? 2.0e-6L : 4.0e-15L;
 /// An angle as its cosine and sine; sums without trigonometry, so that the bits are defined.
 struct Turn {
   Wide cosine = 1, sine = 0;
+
+  friend Turn operator+(const Turn& a, const Turn& b) {
+    return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
+  }
+  friend Turn operator-(const Turn& a) { return {a.cosine, -a.sine}; }
 };
-Turn operator+(const Turn& a, const Turn& b) {
-  return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
-}
-Turn operator-(const Turn& a) { return {a.cosine, -a.sine}; }
 
 /// Half of a turn in [0, pi / 2].
 Turn half(const Turn& a) {

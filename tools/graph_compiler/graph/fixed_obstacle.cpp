@@ -14,7 +14,7 @@ namespace {
 /// Edges closer to parallel than this have no plane, as in the core's search.
 constexpr Wide kParallelSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-5L : 1.0e-12L;
 
-Real to_real(Wide x) { return static_cast<Real>(x); }
+Real nearest_real(Wide x) { return static_cast<Real>(x); }
 
 /// n . v of every vertex.
 std::vector<Wide> heights(const WidePiece& piece, const Wide3& n) {
@@ -84,8 +84,8 @@ class ObstacleBuilder {
   /// Begins a plane with normal n; its offset is the height of the supports.
   Plane& begin_plane(ContactType type, const Wide3& n, Wide offset) {
     Plane plane;
-    for (std::size_t k = 0; k < 3; ++k) plane.record.normal[k] = to_real(n[k]);
-    plane.record.offset_m = to_real(offset);
+    for (std::size_t k = 0; k < 3; ++k) plane.record.normal[k] = nearest_real(n[k]);
+    plane.record.offset_m = nearest_real(offset);
     plane.record.type = static_cast<std::uint8_t>(type);
     plane.normal = n;
     plane.offset = offset;
@@ -117,8 +117,8 @@ class ObstacleBuilder {
     node.i = static_cast<std::uint16_t>(i);
     node.j = static_cast<std::uint16_t>(j);
     node.type = static_cast<std::uint32_t>(type);
-    node.rise_m = to_real(rise);
-    node.violation_m = to_real(violation);
+    node.rise_m = nearest_real(rise);
+    node.violation_m = nearest_real(violation);
     plane.nodes.push_back(node);
   }
 

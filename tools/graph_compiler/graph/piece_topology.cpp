@@ -8,11 +8,10 @@
 #include <tuple>
 
 #include "tools/common/error.hpp"
+#include "tools/graph_compiler/graph/wide3.hpp"
 
 namespace haptic::tools {
 namespace {
-
-using Wide3 = std::array<long double, 3>;
 
 /// One side of an edge: the face that walks it, forward (low to high vertex) or not.
 struct HalfEdge {
@@ -124,10 +123,6 @@ Wide3 minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
     result[k] = static_cast<long double>(a[k]) - static_cast<long double>(b[k]);
   }
   return result;
-}
-
-Wide3 cross(const Wide3& a, const Wide3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 /// Vertex of `face` farthest from the line of the edge: its height over a contact plane tells on

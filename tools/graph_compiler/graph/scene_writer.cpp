@@ -134,7 +134,7 @@ SceneParameters finished_parameters(const SceneDescription& description,
   return p;
 }
 
-std::string metres(double value) {
+std::string metres_text(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.2g m", value);
   return text;
@@ -158,9 +158,9 @@ void check_resolution(const SceneTables& t, const std::string& scene) {
   const double apart_m = static_cast<double>(kRealEpsilon) * coordinate_m;
   if (apart_m <= static_cast<double>(scale.tolerance_m)) return;
   throw InputError("scene '" + scene + "' is refused: a static part reaches " +
-                   metres(coordinate_m) + " from the origin, where numbers lie " + metres(apart_m) +
-                   " apart and the proxy must know depths to " +
-                   metres(static_cast<double>(scale.tolerance_m)) +
+                   metres_text(coordinate_m) + " from the origin, where numbers lie " +
+                   metres_text(apart_m) + " apart and the proxy must know depths to " +
+                   metres_text(static_cast<double>(scale.tolerance_m)) +
                    "; move the scene towards the origin" +
                    (HAPTIC_REAL_IS_FLOAT ? ", use double" : "") + " or choose another law");
 }

@@ -17,7 +17,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr Range kPosition{-1e5, 1e5};
 constexpr Range kPositive{0.0, kNoLimit, true};
 constexpr Range kNotNegative{0.0, kNoLimit};
-constexpr Range kStiffness{0.0, kMaxStiffness_n_per_m, true};
+constexpr Range kContactStiffness{0.0, kMaxStiffness_n_per_m, true};
 /// The paper's epsilon is a width of a set of nearly equal depths, not a size of a part.
 constexpr Range kEpsilon{0.0, 0.1, true};
 constexpr Range kBand{0.0, kMaxSceneLength_m, true};
@@ -86,7 +86,7 @@ FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
     rendering->fail("law", "no law '" + law + "'; the laws are: proxy, weighted_region, paper");
   }
   p.law = law == "proxy" ? LawId::kProxy : law == "paper" ? LawId::kPaper : LawId::kWeightedRegion;
-  const auto stiffness = rendering->number("k_f_n_per_m", kStiffness);
+  const auto stiffness = rendering->number("k_f_n_per_m", kContactStiffness);
   if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
   p.k_f_n_per_m = *stiffness;
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);

@@ -12,9 +12,9 @@
 namespace haptic::tools {
 namespace {
 
-constexpr double kLeastSineSquare = 1.0e-5;   // two planes: about a fifth of a degree
-constexpr double kLeastDeterminant = 1.0e-3;  // three planes; below, least squares decides
-constexpr double kOpenDirection = 1.0e-4;     // of the largest eigenvalue of the sum of n n^T
+constexpr double kLeastSineSquare = 1.0e-5;         // two planes: about a fifth of a degree
+constexpr double kLeastCornerDeterminant = 1.0e-3;  // three planes; below, least squares decides
+constexpr double kOpenDirection = 1.0e-4;           // of the largest eigenvalue of the sum of n n^T
 
 double largest_residual(const std::vector<HessePlane>& planes, const Point3& x) {
   double largest = 0.0;
@@ -74,7 +74,7 @@ PlaneCorner nearest_corner(const std::vector<HessePlane>& planes, const Point3& 
     const HessePlane& c = planes[2];
     const Point3 bc = vec::cross(b.normal, c.normal);
     const double det = vec::dot(a.normal, bc);
-    if (std::abs(det) > kLeastDeterminant) {
+    if (std::abs(det) > kLeastCornerDeterminant) {
       const Point3 ca = vec::cross(c.normal, a.normal), ab = vec::cross(a.normal, b.normal);
       const double ra = a.offset - vec::dot(a.normal, from);
       const double rb = b.offset - vec::dot(b.normal, from);

@@ -17,7 +17,7 @@ constexpr double kLargestTurnCosine = 0.25881904510252074;  // cos 75 degrees
 constexpr double kLargestMove = 6.0;  // of the distance: along the surface, at acute corners
 constexpr double kLikeSize = 0.2;     // areas: from here on the two take a new plane
 
-std::vector<vec::Box> boxes_of(const std::vector<FaceTriangle>& triangles) {
+std::vector<vec::Box> triangle_boxes(const std::vector<FaceTriangle>& triangles) {
   std::vector<vec::Box> boxes;
   for (const FaceTriangle& t : triangles) {
     vec::Box box;
@@ -50,7 +50,7 @@ UnionJudge::UnionJudge(const Surface& surface, SurfaceRegions& map,
       distance_(distance_m),
       allowance_(allowance_m),
       triangles_(triangles_of(surface)),
-      tree_(boxes_of(triangles_)),
+      tree_(triangle_boxes(triangles_)),
       trial_stamp_(surface.vertices.size(), 0),
       trial_position_(surface.vertices) {}
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/commands/law_plot.hpp"
+#include "host_sim/lab/laws/law_plot.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/commands/stack_plot.hpp"
+#include "host_sim/device/stack_plot.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kWidth = 1200, kHeight = 820, kLeft = 90, kRight = 170;
-constexpr double kPlotWidth = kWidth - kLeft - kRight;
+constexpr double kStackWidth = 1200, kStackHeight = 820, kStackLeft = 90, kStackRight = 170;
+constexpr double kStackPlotWidth = kStackWidth - kStackLeft - kStackRight;
 
 // Colours that stay apart for colour-blind readers (Okabe and Ito).
 struct Stroke {
@@ -157,11 +157,11 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
     torque[2].push_back(r.acting_w.torque_w.norm());
   }
   const auto panel = [&](double top, double height) {
-    return time_panel(times, kLeft, top, kPlotWidth, height);
+    return time_panel(times, kStackLeft, top, kStackPlotWidth, height);
   };
-  std::string svg = svg_head(kWidth, kHeight);
-  svg += text_at(kLeft, 28, title, "start", 18, "font-weight=\"bold\"");
-  svg += text_at(kLeft, 48,
+  std::string svg = svg_head(kStackWidth, kStackHeight);
+  svg += text_at(kStackLeft, 28, title, "start", 18, "font-weight=\"bold\"");
+  svg += text_at(kStackLeft, 48,
                  std::to_string(records.size()) + " periods, " + std::to_string(contact) +
                      " in contact; from the core to the handle",
                  "start", 13, "fill=\"#505050\"");
@@ -172,7 +172,7 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
               [](const StackRecord& r) { return static_cast<int>(r.arming); });
   svg += lane(panel(680, 24), "link", true, 782, kLinks, records,
               [](const StackRecord& r) { return static_cast<int>(r.link); });
-  svg += text_at(kLeft + kPlotWidth / 2, 746, "time (s)", "middle", 13);
+  svg += text_at(kStackLeft + kStackPlotWidth / 2, 746, "time (s)", "middle", 13);
   return svg + "</svg>\n";
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/commands/commands.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/golden/golden_check.hpp"
 #include "tools/common/error.hpp"
 
@@ -58,7 +58,7 @@ nlohmann::ordered_json to_json(const GoldenReport& report) {
   return json;
 }
 
-int run(const std::vector<std::string>& files, bool as_json) {
+int do_vectors(const std::vector<std::string>& files, bool as_json) {
   bool passed = true;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   std::vector<std::string> failures;
@@ -88,15 +88,15 @@ int run(const std::vector<std::string>& files, bool as_json) {
 }  // namespace
 
 Command add_vectors_command(CLI::App& program) {
-  struct Options {
+  struct VectorsArguments {
     std::vector<std::string> files;
     bool json = false;
   };
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<VectorsArguments>();
   CLI::App* app = program.add_subcommand("vectors", "Compares the core with golden vectors.");
   app->add_option("files", o->files, "golden files (JSON)")->required();
   app->add_flag("--json", o->json, "result as JSON on stdout");
-  return {app, [o] { return run(o->files, o->json); }};
+  return {app, [o] { return do_vectors(o->files, o->json); }};
 }
 
 }  // namespace haptic::sim

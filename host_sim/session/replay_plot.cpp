@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/commands/replay_plot.hpp"
+#include "host_sim/session/replay_plot.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kWidth = 1200, kHeight = 820, kLeft = 90, kRight = 170;
-constexpr double kPlotWidth = kWidth - kLeft - kRight;
+constexpr double kReplayWidth = 1200, kReplayHeight = 820, kReplayLeft = 90, kRight = 170;
+constexpr double kReplayPlotWidth = kReplayWidth - kReplayLeft - kRight;
 // Colours that stay apart for colour-blind readers (Okabe and Ito).
 constexpr std::array<const char*, 4> kCurveColours = {"#d55e00", "#009e73", "#0072b2", "#000000"};
 constexpr std::array<const char*, 7> kSituationColours = {
@@ -148,12 +148,13 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
     contact += tick.d_near_m <= 0 ? 1u : 0u;
   }
   const auto panel = [&](double top, double height) {
-    return time_panel(times, kLeft, top, kPlotWidth, height);
+    return time_panel(times, kReplayLeft, top, kReplayPlotWidth, height);
   };
-  std::string svg = svg_head(kWidth, kHeight);
-  svg += text_at(kLeft, 28, title + ": reaction on the hand", "start", 18, "font-weight=\"bold\"");
+  std::string svg = svg_head(kReplayWidth, kReplayHeight);
+  svg += text_at(kReplayLeft, 28, title + ": reaction on the hand", "start", 18,
+                 "font-weight=\"bold\"");
   svg +=
-      text_at(kLeft, 48,
+      text_at(kReplayLeft, 48,
               std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " in contact",
               "start", 13, "fill=\"#505050\"");
   svg += vector_panel(panel(62, 210), times, "force (N)", {"Fx", "Fy", "Fz", "|F|"}, ticks,
@@ -162,7 +163,7 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
                       &TickRecord::torque_nm);
   svg += depth_panel(panel(518, 150), times, ticks);
   svg += situation_band(panel(686, 36), ticks);
-  svg += text_at(kLeft + kPlotWidth / 2, 758, "time (s)", "middle", 13);
+  svg += text_at(kReplayLeft + kReplayPlotWidth / 2, 758, "time (s)", "middle", 13);
   return svg + "</svg>\n";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/commands/heap_interposer.hpp"
+#include "host_sim/timing/heap_interposer.hpp"
 
 #include <cerrno>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/commands/law_comparison.hpp"
+#include "host_sim/lab/laws/law_comparison.hpp"
 
 #include <algorithm>
 #include <cmath>

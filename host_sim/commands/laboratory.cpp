@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/commands/laboratory.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <system_error>
+
+namespace haptic::sim {
+namespace {
+
+struct LaboratoryCommand {
+  std::string_view name, does;
+};
+constexpr LaboratoryCommand kLaboratory[] = {
+    {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
+    {"continuity", "Measures the jumps of both contact laws on smooth paths."},
+    {"delay", "Measures the time from a motion to the force that answers it, in both modes."},
+    {"faults", "Brings every fault of device, bus and servo loop about in every state."},
+    {"pareto", "Error against run time of the core and of other collision methods."},
+    {"proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged."},
+    {"rates", "Finds the highest rate of the servo loop that holds on this machine."},
+    {"reproduce-paper", "Makes every table and figure of the paper, ours beside the paper's."},
+    {"soak", "Runs the stack for long with a fault every few seconds, and watches what it holds."},
+    {"stability", "Measures where the haptic loop is stable, beside the theory."},
+    {"vectors", "Compares the core with golden vectors."},
+    {"verify", "Checks certificates, D_near and near sets of the core by independent code."},
+    {"wcet", "Looks for the worst tick: counted work, time, and a search for bad motions."}};
+
+}  // namespace
+
+bool is_laboratory_command(std::string_view name) {
+  return std::ranges::any_of(kLaboratory, [&](const auto& c) { return c.name == name; });
+}
+
+std::string laboratory_help() {
+  std::string text = "Subcommands of the laboratory (program host_lab, beside this one):\n";
+  for (const LaboratoryCommand& command : kLaboratory) {
+    std::string line = "  " + std::string(command.name);
+    line.resize(std::max<std::size_t>(line.size() + 1, 30), ' ');
+    text += line + std::string(command.does) + "\n";
+  }
+  return text;
+}
+
+void become_laboratory(char** argv) {
+  char self[PATH_MAX];
+  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+  if (length < 0) throw std::system_error(errno, std::generic_category(), "/proc/self/exe");
+  std::string path(self, static_cast<std::size_t>(length));
+  path.replace(path.rfind('/') + 1, std::string::npos, "host_lab");
+  execv(path.c_str(), argv);
+  throw std::system_error(errno, std::generic_category(),
+                          path + " does '" + argv[1] + "'; build the target host_lab");
+}
+
+}  // namespace haptic::sim

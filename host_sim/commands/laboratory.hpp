@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The commands that host_sim hands on to host_lab, the program beside it.
+
+#include <string>
+#include <string_view>
+
+namespace haptic::sim {
+
+[[nodiscard]] bool is_laboratory_command(std::string_view name);
+
+/// The names with what each does, for --help.
+[[nodiscard]] std::string laboratory_help();
+
+/// Becomes host_lab with the same arguments; returns only where that program cannot be started.
+/// @throws std::system_error, with what to build
+void become_laboratory(char** argv);
+
+}  // namespace haptic::sim

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The commands of host_lab, the laboratory.
+
+#include "host_sim/commands/command_line.hpp"
+
+namespace haptic::sim {
+
+[[nodiscard]] Command add_compare_laws_command(CLI::App& program);
+[[nodiscard]] Command add_continuity_command(CLI::App& program);
+[[nodiscard]] Command add_delay_command(CLI::App& program);
+[[nodiscard]] Command add_faults_command(CLI::App& program);
+[[nodiscard]] Command add_pareto_command(CLI::App& program);
+[[nodiscard]] Command add_proxy_fuzz_command(CLI::App& program);
+[[nodiscard]] Command add_rates_command(CLI::App& program);
+[[nodiscard]] Command add_reproduce_paper_command(CLI::App& program);
+[[nodiscard]] Command add_soak_command(CLI::App& program);
+[[nodiscard]] Command add_stability_command(CLI::App& program);
+[[nodiscard]] Command add_vectors_command(CLI::App& program);
+[[nodiscard]] Command add_verify_command(CLI::App& program);
+[[nodiscard]] Command add_wcet_command(CLI::App& program);
+
+}  // namespace haptic::sim
