@@ -8,7 +8,7 @@
 
 #include "hal/device.hpp"
 #include "hal/device_mailbox.hpp"
-#include "hal/usb/link_counters.hpp"
+#include "hal/link_counters.hpp"
 
 namespace haptic::hal {
 

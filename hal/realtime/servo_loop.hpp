@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "hal/device_mailbox.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "rt_core/servo_tick.hpp"
 
 namespace haptic::hal {

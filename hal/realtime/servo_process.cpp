@@ -15,7 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 
 namespace haptic::hal {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "hal/realtime/linux_process.hpp"
+#include "hal/clock/linux_process.hpp"
 #include "hal/realtime/wakeup_histogram.hpp"
 
 namespace haptic::hal {

@@ -3,7 +3,7 @@
 
 #include <sched.h>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 
 namespace haptic::hal {
 namespace {

@@ -8,7 +8,7 @@
 #include <exception>
 #include <mutex>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "hal/usb/report_flow.hpp"
 #include "hal/usb/usb_connection.hpp"
 #include "hal/usb/usb_transfers.hpp"

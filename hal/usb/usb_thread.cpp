@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "hal/realtime/linux_process.hpp"
+#include "hal/clock/linux_process.hpp"
 
 namespace haptic::hal {
 namespace {

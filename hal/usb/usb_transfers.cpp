@@ -7,7 +7,7 @@
 #include <array>
 #include <limits>
 
-#include "hal/usb/link_counters.hpp"
+#include "hal/link_counters.hpp"
 #include "hal/usb/link_tape.hpp"
 
 namespace haptic::hal {

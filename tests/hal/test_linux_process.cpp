@@ -12,7 +12,7 @@
 #include <memory>
 #include <thread>
 
-#include "hal/realtime/linux_process.hpp"
+#include "hal/clock/linux_process.hpp"
 #include "hal/realtime/system_probes.hpp"
 #include "hal/realtime/system_tree.hpp"
 #include "tests/host_sim/program_run.hpp"

@@ -8,7 +8,7 @@
 #include "hal/device_limits.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/local/local_link.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;

@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_text.hpp"
 #include "hal/usb/usb_thread.hpp"

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "hal/device_limits.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "host_sim/shapes/shapes.hpp"
 

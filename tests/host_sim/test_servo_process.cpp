@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "hal/realtime/flight_report.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tests/host_sim/held_device.hpp"
 #include "tests/support/signal_process.hpp"

@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "hal/local/local_link.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/usb/link_counters.hpp"
+#include "hal/link_counters.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/link_watch.hpp"
 #include "tools/run_device/servo_program.hpp"

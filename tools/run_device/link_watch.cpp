@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic::tools {

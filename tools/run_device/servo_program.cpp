@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cmath>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"

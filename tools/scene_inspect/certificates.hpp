@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tools/scene_inspect/pruning_recheck.hpp"
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 namespace haptic::tools {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tools/common/formatted.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {

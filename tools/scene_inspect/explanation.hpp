@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "tools/scene_inspect/budget_text.hpp"
+#include "tools/scene_facts/budget_text.hpp"
 #include "tools/scene_inspect/certificates.hpp"
 
 namespace haptic::tools {

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "tools/common/formatted.hpp"
-#include "tools/scene_inspect/coupling_text.hpp"
+#include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 
 namespace haptic::tools {

@@ -16,7 +16,7 @@
 #include "tools/scene_inspect/explanation.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 #include "tools/scene_inspect/exploded_svg.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {

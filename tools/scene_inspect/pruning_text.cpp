@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "tools/common/formatted.hpp"
-#include "tools/scene_inspect/bounds_text.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/bounds_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {

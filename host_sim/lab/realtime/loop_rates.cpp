@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/realtime/pressed_scene.hpp"
 
 namespace haptic::sim {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "hal/drivers/reference_codec.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/realtime/pressed_scene.hpp"
 #include "tools/common/error.hpp"
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <memory>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/faults/stack_stage.hpp"
 #include "tools/common/error.hpp"
 

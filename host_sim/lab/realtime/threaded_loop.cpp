@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 
 namespace haptic::sim {
 namespace {

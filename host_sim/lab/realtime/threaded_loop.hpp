@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "hal/drivers/reference_driver.hpp"
-#include "hal/realtime/linux_process.hpp"
+#include "hal/clock/linux_process.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"

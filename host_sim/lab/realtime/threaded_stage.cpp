@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "hal/drivers/reference_codec.hpp"
-#include "hal/realtime/servo_clock.hpp"
+#include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/faults/fault_script.hpp"
 #include "host_sim/lab/faults/stack_stage.hpp"
 

@@ -12,7 +12,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/report.hpp"
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;

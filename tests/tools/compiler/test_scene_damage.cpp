@@ -12,7 +12,7 @@
 #include "rt_core/haptic_core.hpp"
 #include "tests/support/shapes.hpp"
 #include "tools/common/scene_bytes.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 using namespace haptic;
 using namespace haptic::test;

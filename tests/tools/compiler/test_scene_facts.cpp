@@ -5,8 +5,8 @@
 
 #include "rt_core/scene/graph_rule.hpp"
 #include "tests/support/shapes.hpp"
-#include "tools/scene_inspect/bounds_text.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/bounds_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -12,7 +12,7 @@
 #include "tools/scene_inspect/exploded_obj.hpp"
 #include "tools/scene_inspect/exploded_svg.hpp"
 #include "tools/scene_inspect/piece_exposure.hpp"
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -11,7 +11,7 @@
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
-#include "tools/scene_inspect/bounds_text.hpp"
+#include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_inspect/explanation.hpp"
 
 using namespace haptic;

@@ -18,7 +18,7 @@
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
-#include "tools/scene_inspect/coupling_text.hpp"
+#include "tools/scene_facts/coupling_text.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -13,8 +13,8 @@
 #include "rt_core/scene/capacity.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
-#include "tools/scene_inspect/budget_text.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/budget_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -8,10 +8,10 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/epsilon_warnings.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
-#include "tools/scene_inspect/bounds_text.hpp"
-#include "tools/scene_inspect/budget_text.hpp"
-#include "tools/scene_inspect/coupling_text.hpp"
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/bounds_text.hpp"
+#include "tools/scene_facts/budget_text.hpp"
+#include "tools/scene_facts/coupling_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {

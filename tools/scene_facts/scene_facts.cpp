@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 #include <algorithm>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 #include <algorithm>
 
 #include "tools/common/formatted.hpp"
-#include "tools/scene_inspect/bounds_text.hpp"
-#include "tools/scene_inspect/coupling_text.hpp"
+#include "tools/scene_facts/bounds_text.hpp"
+#include "tools/scene_facts/coupling_text.hpp"
 
 namespace haptic::tools {
 namespace {

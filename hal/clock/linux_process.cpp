@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/realtime/linux_process.hpp"
+#include "hal/clock/linux_process.hpp"
 
 #include <fcntl.h>
 #include <malloc.h>

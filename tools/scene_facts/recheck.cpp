@@ -9,7 +9,7 @@
 #include <set>
 
 #include "rt_core/scene/scene_check.hpp"
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 namespace haptic::tools {
 namespace {

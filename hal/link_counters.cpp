@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/usb/link_counters.hpp"
+#include "hal/link_counters.hpp"
 
 namespace haptic::hal {
 

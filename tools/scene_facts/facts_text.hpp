@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/scene_inspect/scene_facts.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 
 namespace haptic::tools {
 

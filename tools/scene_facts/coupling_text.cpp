@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene_inspect/coupling_text.hpp"
+#include "tools/scene_facts/coupling_text.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene_inspect/budget_text.hpp"
+#include "tools/scene_facts/budget_text.hpp"
 
 #include <cstdio>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "tools/scene_inspect/facts_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
