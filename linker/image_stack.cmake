@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Holds an image's core to its stack budget, by the rule of tests/build_checks/stack_bound.cmake for the whole core.
+# Holds an image's core to its stack budget, by the rule of linker/stack_bound.cmake for the whole core.
 # cmake -DOBJECTS=<objects of the core> -DIMAGE=<folder of the image> -P image_stack.cmake
 cmake_minimum_required(VERSION 3.25)
 

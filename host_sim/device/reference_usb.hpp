@@ -27,7 +27,7 @@ namespace haptic::sim {
 
 enum class DevicePace : std::uint8_t { kLockStep = 0, kRealTime };
 
-/// PROTOCOL.md, section 1: device, configuration, interface, the two endpoints.
+/// hal/drivers/PROTOCOL.md section 1: device, configuration, interface, the two endpoints.
 [[nodiscard]] std::vector<std::uint8_t> reference_descriptors();
 
 /// Makes the bus for a plug, which holds `room` reports; called with the device's lock held.

@@ -2,7 +2,7 @@
 #pragma once
 /// The certificates of a verdict, checked in long double from the vertices alone. A verdict needs
 /// no trust in what found it: a direction with a gap over all vertices separates two convex pieces;
-/// a point in a tetrahedron of points of the C-obstacle lies in the C-obstacle (method
+/// a point in a tetrahedron of points of the C-obstacle lies in the C-obstacle (rt_core/METHOD.md
 /// section 7.3). Nothing of rt_core/contact is used.
 
 #include <array>

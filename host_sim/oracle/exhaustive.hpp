@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Exhaustive search over all basic contacts of a pair in long double (method sections 2 and 6).
+/// Exhaustive search over all basic contacts of a pair in long double (rt_core/METHOD.md sections 2
+/// and 6).
 
 #include <cstdint>
 #include <vector>
@@ -15,14 +16,16 @@ namespace haptic::sim {
                                                const OraclePose& pose);
 
 /// Largest of n.(x-c)/(h(n)-n.c) over `applicable` , c = vertex mean of B minus R times that of A
-/// (method 7.2). `pose` as given to all_nodes. Dimensionless; at most 1: the bodies meet.
+/// (rt_core/METHOD.md section 7.2). `pose` as given to all_nodes. Dimensionless; at most 1: the
+/// bodies meet.
 [[nodiscard]] Wide largest_ratio(const OraclePiece& a, const OraclePiece& b, const OraclePose& pose,
                                  const std::vector<NodeValue>& nodes, Wide violation_tolerance_m);
 
 /// How coarse the arithmetic under test is.
 struct Precision {
-  Wide unit_roundoff = 0;   ///< distance from 1 to the next number of its scalar
-  Wide optional_sine = 0;   ///< method section 11, s_min: outside, type C may be left out below it
+  Wide unit_roundoff = 0;  ///< distance from 1 to the next number of its scalar
+  /// s_min of rt_core/METHOD.md section 11: outside, type C may be left out below it.
+  Wide optional_sine = 0;
   Wide parallel_sine = 0;   ///< edges with a smaller sine of their angle carry no type C node
   Wide relative_depth = 0;  ///< allowed error of D_near, in sizes
 };
@@ -37,8 +40,8 @@ struct Precision {
 /// is the verdict and inside it *is* D_near.
 /// Outside, D_near (a plane value, not the distance) depends on which nearly parallel edge pairs
 /// are applicable: it jumps from the face value to the edge-edge distance when exact parallelism is
-/// left (performance section 3), and the normal of such a pair turns by roundoff/sine along its
-/// arc. `lower_m` counts only pairs that must count - sine above s_min, applicable by more than
+/// left (rt_core/METHOD.md section 11), and the normal of such a pair turns by roundoff/sine along
+/// its arc. `lower_m` counts only pairs that must count - sine above s_min, applicable by more than
 /// rounding - less the change of their value; `upper_m` counts all that may, plus it. Elsewhere,
 /// and always inside, lower = upper = reference.
 struct PairTruth {

@@ -35,9 +35,9 @@ class FlatPair {
     double depth_m = 0;      ///< f
     double violation_m = 0;  ///< <= 0: applicable
   };
-  /// Plane value and applicability of a node (method section 2). Edge pairs whose sine is below
-  /// kParallelSine are never applicable. Cost: O(degree of the vertex) for types A and B, O(1) for
-  /// type C.
+  /// Plane value and applicability of a node (rt_core/METHOD.md section 2). Edge pairs whose sine
+  /// is below kParallelSine are never applicable. Cost: O(degree of the vertex) for types A and B,
+  /// O(1) for type C.
   [[nodiscard]] Value evaluate(std::uint32_t node) const;
 
   /// Largest plane value over all nodes applicable within `tolerance_m`; -infinity when there is
@@ -57,7 +57,7 @@ class FlatPair {
   [[nodiscard]] double largest_lever_m() const;
 
   static constexpr double kParallelSine =
-      1.5e-8;  ///< method section 11: square root of the unit roundoff
+      1.5e-8;  ///< rt_core/METHOD.md section 11: square root of the unit roundoff
 
  private:
   [[nodiscard]] Value evaluate_c(std::uint32_t e, std::uint32_t g, Point& normal) const;

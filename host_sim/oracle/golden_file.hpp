@@ -20,7 +20,7 @@ struct GoldenBody {
   std::vector<std::vector<std::uint32_t>> loops;  ///< counter-clockwise seen from outside
 };
 
-/// The weighted contact region of one configuration (method section 8.2).
+/// The weighted contact region of one configuration (rt_core/METHOD.md section 8.2).
 struct GoldenRegion {
   WideVec force_n, torque_nm;
   std::vector<std::pair<std::uint32_t, Wide>> weights;  ///< of nodes that have one, ascending

@@ -61,7 +61,7 @@ void LiteralTracker::update(const Pose& pose_wa) {
 
 void LiteralTracker::update_pair(std::size_t index, double delta_m) {
   Track& track = tracks_[index];
-  if (!started_) {  // nothing to track from: all nodes (method section 6, row 12)
+  if (!started_) {  // nothing to track from: all nodes (rt_core/METHOD.md section 6, row 12)
     track.neighbor.resize(track.pair.node_count());
     for (std::uint32_t n = 0; n < track.pair.node_count(); ++n) track.neighbor[n] = n;
   }
@@ -73,8 +73,8 @@ void LiteralTracker::update_pair(std::size_t index, double delta_m) {
     if (value.violation_m <= tolerance_m_ && kept) local.push_back({node, value.depth_m});
   }
   if (local.empty()) {
-    // Nothing left: keep the near set (method section 6, row 5) with the values its planes have
-    // now, so that the next tick's pruning does not start from a stale D_Near.
+    // Nothing left: keep the near set (rt_core/METHOD.md section 6, row 5) with the values its
+    // planes have now, so that the next tick's pruning does not start from a stale D_Near.
     ++empty_local_sets_;
     for (const std::uint32_t node : track.near)
       local.push_back({node, track.pair.evaluate(node).depth_m});

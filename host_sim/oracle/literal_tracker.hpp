@@ -2,7 +2,8 @@
 #pragma once
 /// The steps of the paper's Sec. III as printed, for comparison: one hop in the contact graph,
 /// pruning by delta with the previous D_Near, plane values without supports, no certificate, no
-/// second search. Method section 7.1 says what to expect of it. Not real-time: host only.
+/// second search. rt_core/METHOD.md section 7.1 says what to expect of it. Not real-time: host
+/// only.
 
 #include <cstdint>
 #include <span>

@@ -2,8 +2,8 @@
 #pragma once
 /// A convex polyhedron as the oracle sees it: vertices and face loops in long double, edges derived
 /// here from the loops. Numbering of vertices and faces is the caller's; edges are pairs (i, j), i
-/// < j, in lexicographic order (method section 3), so node numbers are those of the compiled scene
-/// without reading its edge table.
+/// < j, in lexicographic order (rt_core/METHOD.md section 3), so node numbers are those of the
+/// compiled scene without reading its edge table.
 
 #include <cstdint>
 #include <vector>

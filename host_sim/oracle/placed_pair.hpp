@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Two pieces at one pose in long double, and single basic contacts of theirs by the definition
-/// (method section 2).
+/// (rt_core/METHOD.md section 2).
 
 #include <cstdint>
 #include <limits>

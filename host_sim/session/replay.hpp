@@ -25,7 +25,7 @@ struct ReplayOptions {
 struct ReplayResult {
   std::vector<TickRecord> ticks;
   std::optional<CheckTotals> check;
-  std::string contact_csv;  ///< report/contact_log.hpp; empty unless asked for
+  std::string contact_csv;  ///< session/contact_log.hpp; empty unless asked for
 };
 
 /// Starts from a forgotten contact history. Cost without a check: the ticks themselves; the check

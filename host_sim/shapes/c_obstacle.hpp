@@ -37,7 +37,7 @@ struct CObstacle {
 /// fewer are returned as they are; collinear points give the two ends.
 [[nodiscard]] std::vector<Vector> planar_hull(std::span<const Vector> points, const Vector& normal);
 
-/// Applicable nodes of the pair as placed (method section 2), ascending; tolerance in m.
+/// Applicable nodes of the pair as placed (rt_core/METHOD.md section 2), ascending; tolerance in m.
 [[nodiscard]] std::vector<std::uint32_t> applicable_nodes(const FlatPair& pair, double tolerance_m);
 
 /// A node with its type and features: "44 B (v2, f0)"; of A first.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Planes, values and applicability of basic contacts (paper Sec. II; method section 2).
+/// Planes, values and applicability of basic contacts (paper Sec. II; METHOD section 2).
 
 #include <cstdint>
 
@@ -12,7 +12,7 @@ namespace haptic {
 
 /// A type-C node whose unit edge directions have |u x v| below this is skipped: sqrt of the unit
 /// roundoff balances the rounding of its normal against the width of the strip that its C-face is
-/// (method section 11).
+/// (METHOD section 11).
 inline constexpr Real kMinEdgeSine = HAPTIC_REAL_IS_FLOAT ? 2.4e-4_r : 1.5e-8_r;
 
 /// Below this sine a type-C value is taken from supports: the plane's own value could lie, a
@@ -20,7 +20,7 @@ inline constexpr Real kMinEdgeSine = HAPTIC_REAL_IS_FLOAT ? 2.4e-4_r : 1.5e-8_r;
 inline constexpr Real kWellConditionedSine = 1.0e-3_r;
 
 /// Tolerance of applicability [m] for a pair of the given size: ties are accepted, values then come
-/// from supports, so the tolerance never makes a separation (method section 6, row 6).
+/// from supports, so the tolerance never makes a separation (METHOD section 6, row 6).
 [[nodiscard]] constexpr Real applicability_tolerance(Real size_m) noexcept {
   constexpr Real kShare = 64 * kRealEpsilon > 1.0e-8_r ? 64 * kRealEpsilon : 1.0e-8_r;
   return kShare * size_m;
@@ -40,7 +40,7 @@ struct NodePlane {
 [[nodiscard]] NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i,
                                    std::uint32_t j) noexcept;
 
-/// Largest height [m] of a neighbouring vertex over the plane: 0 or less means applicable (method
+/// Largest height [m] of a neighbouring vertex over the plane: 0 or less means applicable (METHOD
 /// section 2). Cost: the degree of the vertex (types A and B), nothing for type C.
 [[nodiscard]] Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i,
                                   std::uint32_t j, const NodePlane& plane) noexcept;
@@ -62,7 +62,7 @@ struct ContactPoint {
 [[nodiscard]] Vec3 application_point(const PairPose& pose, ContactType type, std::uint32_t i,
                                      std::uint32_t j, const NodePlane& plane) noexcept;
 
-/// App of a node and how far it lies outside its features (method section 8.2, o_k). Cost: the
+/// App of a node and how far it lies outside its features (METHOD section 8.2, o_k). Cost: the
 /// edges of its face.
 [[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i,
                                          std::uint32_t j, const NodePlane& plane) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The contact of one pair as geometry for whoever shows or records it: plane, frame, polygon H and
-/// the basic contacts by the numbers of the user's mesh (paper Sec. IV; method section 5). Formed
+/// the basic contacts by the numbers of the user's mesh (paper Sec. IV; METHOD section 5). Formed
 /// on demand from what a tick has left behind; no law uses it.
 
 #include <cstdint>

@@ -28,7 +28,7 @@ Real measure(const NearNode& n, Real d_near_m) noexcept {
 }
 
 /// The node that names the plane: its point lies in both features. At exact ties the rounding
-/// winner may be a type-C node of nearly parallel edges, whose crossing point is far away (method
+/// winner may be a type-C node of nearly parallel edges, whose crossing point is far away (METHOD
 /// section 6, row 15); faces go first, for their normals are exact.
 const NearNode* leader_of(std::span<const NearNode> near, Real d_near_m,
                           Real tolerance_m) noexcept {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// From a near set to what touches: application points, the basic contacts whose point lies in both
-/// features, their common plane and the contact situation (paper Sec. IV; method section 6, rows
+/// features, their common plane and the contact situation (paper Sec. IV; METHOD section 6, rows
 /// 7-9 and 15).
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace haptic {
 
 /// Near C-faces whose normals differ by less than this angle are one contact plane, the others
-/// several planes (method section 6, row 7). [rad], squared chord used.
+/// several planes (METHOD section 6, row 7). [rad], squared chord used.
 inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 
 /// The contact of one pair, or the merged contact of several pairs that share a plane. Points are
@@ -63,7 +63,7 @@ struct ContactPatch {
 void locate_contacts(const PairPose& pose, std::span<NearNode> near, bool complete = true) noexcept;
 
 /// The node of a located near set whose C-face is the contact plane: its point lies in both
-/// features where any does (method section 6, row 15). `size_m`: sum of the pieces' radii. Null
+/// features where any does (METHOD section 6, row 15). `size_m`: sum of the pieces' radii. Null
 /// when `near` is empty. Cost: near nodes.
 [[nodiscard]] const NearNode* plane_node(std::span<const NearNode> near, Real d_near_m,
                                          Real size_m) noexcept;
@@ -77,7 +77,7 @@ void locate_contacts(const PairPose& pose, std::span<NearNode> near, bool comple
                                               bool& several_planes) noexcept;
 
 /// Appends the distinct application points of the patch's basic contacts to `points` and counts
-/// them in the patch (method section 6, row 9). Cost: near nodes x points.
+/// them in the patch (METHOD section 6, row 9). Cost: near nodes x points.
 void collect_points(std::span<const NearNode> near, Real epsilon_m, BoundedList<Vec3>& points,
                     ContactPatch& patch) noexcept;
 

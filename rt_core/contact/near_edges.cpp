@@ -6,7 +6,7 @@ namespace haptic {
 namespace {
 
 /// Edges closer to parallel than this carry no type-C value: their C-face is a strip narrower than
-/// the rounding of its neighbours (method section 11).
+/// the rounding of its neighbours (METHOD section 11).
 constexpr Real kParallelSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-12_r;
 /// Below this sine an applicable normal is taken from the two face normals of B's edge, between
 /// which it lies, instead of the cross product, which has lost its digits.

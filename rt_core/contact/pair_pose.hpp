@@ -2,7 +2,7 @@
 #pragma once
 /// Geometry of one pair at the current pose. A's vertices are turned into W axes once a tick for
 /// each of its pieces that is near something, its normals and edges only where they are asked for;
-/// every formula uses differences about local points, never absolute coordinates (method section
+/// every formula uses differences about local points, never absolute coordinates (METHOD section
 /// 11).
 
 #include <cstdint>

@@ -85,7 +85,7 @@ class PortalSearch {
     return false;
   }
 
-  /// Refines the portal until x is decided (method 7.3).
+  /// Refines the portal until x is decided (METHOD section 7.3).
   [[nodiscard]] VerdictResult refine() noexcept {
     VerdictResult result;
     while (!separated_) {

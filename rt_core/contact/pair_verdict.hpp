@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Separated or colliding, with a certificate that is checked before it is returned and that anyone
-/// can check again (method section 7.3). Separated: a direction along which the supports of the two
+/// can check again (METHOD section 7.3). Separated: a direction along which the supports of the two
 /// pieces leave a gap. Colliding: three points b - R a of the C-obstacle that span, with its
 /// interior point c, a tetrahedron that holds x.
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Points of a contact region in the contact plane, their convex hull H and the point of H closest
-/// to the origin, which is pi(x_0^A) (paper Sec. IV; method sections 5 and 8.2).
+/// to the origin, which is pi(x_0^A) (paper Sec. IV; METHOD sections 5 and 8.2).
 
 #include <cstdint>
 #include <span>
@@ -28,7 +28,7 @@ struct NearestSide {
   bool inside = false;  ///< the origin lies in the polygon; never in a segment
 };
 /// `hull`: two corners or more, counter-clockwise. At a corner both sides are equally near within
-/// `width_m`: the one whose line is farther from the origin (method section 6, row 10). Cost: a
+/// `width_m`: the one whose line is farther from the origin (METHOD section 6, row 10). Cost: a
 /// root per side.
 [[nodiscard]] NearestSide nearest_side(std::span<const PlanePoint> hull, Real width_m) noexcept;
 

@@ -42,7 +42,7 @@ struct SupportPair {
   return {lowest_vertex_a(pose, n_w, start.a), highest_vertex_b(pose, n_w, start.b)};
 }
 
-/// Signed gap along the unit direction n between the two pieces: n.x - h(n) of method section 1, h
+/// Signed gap along the unit direction n between the two pieces: n.x - h(n) of METHOD section 1, h
 /// the support function of the C-obstacle. For every unit n a lower bound of the signed distance.
 /// [m]
 [[nodiscard]] inline Real gap_along(const PairPose& pose, const Vec3& n_w, SupportPair s) noexcept {

@@ -4,7 +4,7 @@
 namespace haptic {
 namespace {
 
-/// Sign class of a value: zero has its own (method section 6, row 11).
+/// Sign class of a value: zero has its own (METHOD section 6, row 11).
 int sign_class(Real value, Real zero) noexcept { return value > zero ? 1 : value < -zero ? -1 : 0; }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The published force and torque: paper Sec. IV, eqs. (1)-(6), with the open points settled as in
-/// method section 6.
+/// METHOD section 6.
 
 #include <span>
 

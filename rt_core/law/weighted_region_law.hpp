@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The weighted contact region (method section 8.2): the published wrench made continuous. Each
+/// The weighted contact region (METHOD section 8.2): the published wrench made continuous. Each
 /// near C-face counts by how near it is and how far its application point lies in its features, so
 /// that contacts come and go at zero weight; the torque is the least one of the region.
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Nodes and arcs of the contact graph of one pair (paper Sec. II-A and Appendix; method section
+/// Nodes and arcs of the contact graph of one pair (paper Sec. II-A and Appendix; METHOD section
 /// 3). Nodes: type A (face of A, vertex of B) `f nVB + v`; type B (vertex of A, face of B) `nFA nVB
 /// + v nFB + f`; type C (edge of A, edge of B) `nFA nVB + nVA nFB + e nEB + g`. The Appendix's arcs
 /// are taken both ways.
@@ -164,7 +164,7 @@ void for_each_graph_neighbor(const PairView& pair, ContactType type, std::uint32
 
 /// Calls `visit(vertex)` for the neighbors of node (type, i, j) on the same face: type A, the
 /// vertices of B next to its vertex; type B, the vertices of A next to its vertex; type C has none.
-/// The node applies when none of them rises over its plane (method section 2). Each once; ascending
+/// The node applies when none of them rises over its plane (METHOD section 2). Each once; ascending
 /// where the graph is stored. Cost: the degree of the vertex; type B of a stored graph passes its
 /// face's neighbors too.
 template <typename Visit>

@@ -49,3 +49,7 @@ haptic_tree_probe(licence_line other_licence linker/a.ld "/* SPDX-License-Identi
 
 haptic_tree_probe(top_level stray_folder utils/a.cpp "" "utils: not at the top level")
 haptic_tree_probe(top_level stray_file notes.txt "" "notes.txt: not at the top level")
+
+haptic_build_check(include_circles ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/include_circles.cmake)
+haptic_build_check(references ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/references.cmake)
+include(reference_probes.cmake)

@@ -52,7 +52,7 @@ class AnsweringPort : public UsbPort {
   unsigned last_timeout_ms = 0;
 };
 
-/// A device of sections 7 to 9 of the protocol, without mechanics.
+/// A device of hal/drivers/PROTOCOL.md sections 7-9, without mechanics.
 class ReferenceBench {
  public:
   ReferenceBench() { REQUIRE(driver.start(port) == HalStatus::kOk); }

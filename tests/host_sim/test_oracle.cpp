@@ -112,7 +112,7 @@ TEST_SUITE("host_sim.oracle") {
         largest = std::max(largest, n.depth_m);
         ++applicable;
       }
-      CHECK(applicable >= 19);  // method section 2: 19 to 22 at a generic orientation
+      CHECK(applicable >= 19);  // rt_core/METHOD.md section 2: 19 to 22 at a generic orientation
       CHECK(applicable <= 22);
       const PairTruth truth = search_pair(a, b, {r, x}, 0.3L, kDouble);
       CHECK(truth.lower_m - 1e-17L <= largest);

@@ -111,7 +111,7 @@ TEST_SUITE("host_sim.replay") {
     std::vector<MotionSample> jumps;
     for (std::size_t i = 0; i < path.size(); i += 60) jumps.push_back(path[i]);
     // 60 ms at a time at 1 m/s: the verdict must be right; the depth of a deep penetration may be a
-    // local maximum (method section 7.3), seldom.
+    // local maximum (rt_core/METHOD.md section 7.3), seldom.
     ReplayOptions options;
     options.check = true;
     const CheckTotals check = *replay(session, jumps, options).check;

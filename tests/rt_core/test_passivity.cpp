@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The observer against work summed by other means, the controller against its definition (method
-// section 9).
+// The observer against work summed by other means, the controller against its definition
+// (rt_core/METHOD.md section 9).
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Observer and controller in a loop that is unstable without them (method section 9).
+// Observer and controller in a loop that is unstable without them (rt_core/METHOD.md section 9).
 
 #include <doctest/doctest.h>
 
@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kEpsilon = static_cast<double>(kRealEpsilon);
 
-// The case of method section 9: device of 0.1 kg and 1 N s/m at 1 ms, one sample of delay, wall of
-// 5000 N/m: 7.5 times its limit b / (1.5 T). The section leaves open what bounds the oscillation
-// and how it starts; here the amplifier gives 3 N, the hand (100 N/m, 1 N s/m) wants to be 10 mm
-// inside the wall, and the device is let go 1.5 mm inside. 9 s.
+// The case of rt_core/METHOD.md section 9: device of 0.1 kg and 1 N s/m at 1 ms, one sample of
+// delay, wall of 5000 N/m: 7.5 times its limit b / (1.5 T). The section leaves open what bounds the
+// oscillation and how it starts; here the amplifier gives 3 N, the hand (100 N/m, 1 N s/m) wants to
+// be 10 mm inside the wall, and the device is let go 1.5 mm inside. 9 s.
 constexpr double kMass_kg = 0.1, kDamping = 1.0, kPeriod_s = 1.0e-3, kWall_n_per_m = 5000.0;
 constexpr double kHand_n_per_m = 100.0, kHandDamping = 1.0, kHandAt_m = 0.010, kStart_m = 0.0015;
 constexpr double kAmplifier_n = 3.0, kLever_m = 0.05;

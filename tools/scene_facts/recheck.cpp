@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points 1 and 3 of the certificate (decomposition section 7) once more, from the bytes of the
-// scene alone.
+// Points 1 and 3 of the certificate (tools/graph_compiler/METHOD.md section 7) once more, from the
+// bytes of the scene alone.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -54,8 +54,8 @@ struct PairFacts {
   std::uint64_t graph_bytes = 0;  ///< that its stored graph takes, or would take
 };
 
-/// How the pieces of a body lie to each other and to their planes, in doubles (decomposition
-/// section 7).
+/// How the pieces of a body lie to each other and to their planes, in doubles
+/// (tools/graph_compiler/METHOD.md section 7).
 struct BodyRecheck {
   double largest_outside_m = 0.0;  ///< largest height of a vertex over a plane of its own piece
   double largest_off_m = 0.0;  ///< largest distance of a vertex from the plane of a face it bounds

@@ -20,7 +20,7 @@ SceneProof convexity(const SceneFacts& facts) {
   SceneProof proof{"convex",
                    "No vertex lies outside a face plane of its own piece, and every vertex of a "
                    "face lies in its plane: each piece is the convex body that its faces say, "
-                   "which the search for contacts rests on (decomposition section 7, point 1).",
+                   "which the search for contacts rests on.",
                    "", ProofResult::kHolds};
   for (const BodyFacts& body : facts.bodies) {
     const BodyRecheck& r = body.recheck;
@@ -37,7 +37,7 @@ SceneProof disjointness(const SceneFacts& facts) {
   SceneProof proof{
       "disjoint",
       "Between every two pieces of a part lies a plane, of a face or along edges: no two "
-      "share volume, so that a depth is never counted twice (section 7, point 3).",
+      "share volume, so that a depth is never counted twice.",
       "", ProofResult::kHolds};
   for (const BodyFacts& body : facts.bodies) {
     const BodyRecheck& r = body.recheck;
@@ -79,8 +79,7 @@ SceneProof completeness(const Inspection& inspection) {
       "complete",
       "No basic contact that can occur is missing, and none that can carry a force "
       "is marked as unable to: which features other pieces hide and which orientations "
-      "are allowed was decided again from these bytes, with other arithmetic "
-      "(decomposition section 11).",
+      "are allowed was decided again from these bytes, with other arithmetic.",
       "", ProofResult::kHolds};
   if (p.holds()) {
     proof.figures = grouped(p.needed) + " contacts are needed by the second decision, " +

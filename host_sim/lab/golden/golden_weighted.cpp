@@ -100,7 +100,7 @@ class RegionRun {
 
  private:
   /// A weight is a length over eps, so a rounding of lengths enters it over eps; that of a crossing
-  /// point of edges also over the sine of their angle (method section 11).
+  /// point of edges also over the sine of their angle (rt_core/METHOD.md section 11).
   [[nodiscard]] Wide weight_tolerance(const GoldenCase& c, const Weights& expected) const {
     const Wide rounding = widen(kRealEpsilon);
     const Wide eps = std::min(file_.epsilon_m, file_.epsilon_o_m);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -17,8 +17,8 @@ Vector nearest_on(const Vector& from, const Vector& to, const Vector& p) {
   return from + std::clamp(side.dot(p - from) / side.squaredNorm(), 0.0, 1.0) * side;
 }
 
-/// Basic contacts of the last tick as application points; contacts of one point are one (method
-/// section 6, row 9).
+/// Basic contacts of the last tick as application points; contacts of one point are one
+/// (rt_core/METHOD.md section 6, row 9).
 void collect_points(CoreSession& session, ContactScene& scene) {
   FlatPair flat(session.view(), 0);
   flat.place(place_moving(session.view(), pose_at(scene.x, Rotation::Identity())));

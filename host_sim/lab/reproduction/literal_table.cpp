@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/oracle/literal_tracker.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
 
 constexpr PathSpeed kSlow{0.2, 2.0}, kFast{1.0, 10.0};
 
-/// The pairs of method 7.1 with the entries printed there: wrong D_near / false collision / longest
-/// run.
+/// Pairs and speeds, with the entries of an earlier measurement by other code on other paths: wrong
+/// D_near / false collision / longest run.
 struct Entry {
   const char* name;
   Solid a, b;

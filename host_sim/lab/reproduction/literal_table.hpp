@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The paper's steps as printed against the exhaustive search, in both readings of delta, and the
-/// core beside them on the same paths (method section 7.1).
+/// core beside them on the same paths (rt_core/METHOD.md section 7.1).
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "host_sim/oracle/scene_oracle.hpp"
-#include "host_sim/shapes/coherent_path.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/shapes/coherent_path.hpp"
 
 namespace haptic::sim {
 

@@ -14,7 +14,7 @@ namespace haptic::sim {
 struct DepthErrors {
   std::uint32_t poses = 0;
   std::uint32_t wrong_verdicts = 0, wrong_depths = 0, wrong_normals = 0, refused_poses = 0;
-  double limit_m = 0;             ///< that the scalar of the core is held to (method section 11)
+  double limit_m = 0;  ///< that the scalar of the core is held to (rt_core/METHOD.md section 11)
   double depth_error_m = 0;       ///< largest, beyond what D_near may be
   double normal_shortfall_m = 0;  ///< largest depth that the reported normal loses to the best one
   double normal_angle_rad = 0;    ///< largest angle to the nearest normal that attains D_near

@@ -191,7 +191,7 @@ void add_findings(const std::vector<StiffCell>& cells, PartReport& report) {
     Integrator integrator;
     double wall, limit;
   };
-  // Method section 9.
+  // rt_core/METHOD.md section 9.
   constexpr Stated kStated[] = {{1000, 0, Integrator::kExplicit, 1e2, 992},
                                 {1000, 0, Integrator::kSemiImplicit, 1e4, 6040},
                                 {1000, 0, Integrator::kExponential, 1e6, 67400},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Linear theory of the haptic loop (method section 9): the device with the hand on a virtual wall,
-/// exactly discretised, and the largest gains at which its state does not grow. One axis, in
-/// translation or rotation.
+/// Linear theory of the haptic loop (rt_core/METHOD.md section 9): the device with the hand on a
+/// virtual wall, exactly discretised, and the largest gains at which its state does not grow. One
+/// axis, in translation or rotation.
 ///
 /// At each sample the rendering gives f = -K x - B w, w the filtered backward difference of x;
 /// d samples later it acts, held for one period.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A virtual tool between device and wall, and the integrators it may be stepped with (method
-/// section 9): the tool alone, and coupled to the device by a spring and a damper. One axis, linear
-/// (the wall pulls as well as it pushes). The rendering core has no such tool: this is the account
-/// of why, or of which one it would take.
+/// A virtual tool between device and wall, and the integrators it may be stepped with
+/// (rt_core/METHOD.md section 9): the tool alone, and coupled to the device by a spring and a
+/// damper. One axis, linear (the wall pulls as well as it pushes). The rendering core has no such
+/// tool: this is the account of why, or of which one it would take.
 
 #include <Eigen/Core>
 #include <array>

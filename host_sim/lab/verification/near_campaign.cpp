@@ -39,7 +39,7 @@ Rises rises_of(const OraclePiece& a, const OraclePiece& b, const OraclePose& pos
   return rises;
 }
 
-/// Numbers of nodes: type A, type B, type C (method section 3).
+/// Numbers of nodes: type A, type B, type C (rt_core/METHOD.md section 3).
 struct Numbers {
   std::size_t nfa, nva, nfb, nvb, neb;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Families of parts on which the decomposition is tested (decomposition section 8).
+/// Families of parts on which the decomposition is tested (tools/graph_compiler/METHOD.md section
+/// 8).
 
 #include "tests/tools/polyhedron/solid_builder.hpp"
 

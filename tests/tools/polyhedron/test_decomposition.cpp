@@ -68,7 +68,7 @@ TEST_SUITE("tools.decomposition") {
   }
 
   TEST_CASE("decompose: plates with k x k square holes need no more pieces than measured before") {
-    // decomposition section 8: 16, 36, 64 reflex edges.
+    // tools/graph_compiler/METHOD.md section 8: 16, 36, 64 reflex edges.
     const std::array<std::size_t, 3> at_most{7, 12, 23};
     for (int k = 2; k <= 4; ++k) {
       CAPTURE(k);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Real parts from file to certified pieces: the table of decomposition section 10.
+/// Real parts from file to certified pieces: see tools/graph_compiler/METHOD.md section 10.
 #include <doctest/doctest.h>
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Basic contacts at sampled poses, by heights of vertices over planes alone (method section 2): an
-/// oracle that knows nothing of cones, arcs or seams.
+/// Basic contacts at sampled poses, by heights of vertices over planes alone (rt_core/METHOD.md
+/// section 2): an oracle that knows nothing of cones, arcs or seams.
 
 #include <vector>
 

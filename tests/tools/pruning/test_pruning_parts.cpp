@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Real parts at 30 degrees about their assembled pose: the table of decomposition section 11.
+/// Real parts at 30 degrees about their assembled pose: counts of needed contacts
+/// (tools/graph_compiler/METHOD.md section 11).
 #include <doctest/doctest.h>
 
 #include <numbers>

@@ -38,8 +38,8 @@ double stiffness_boundary(const SampledAxis& axis, double virtual_damping_ns_per
 /// stretch counts.
 double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m);
 
-/// Closed forms of method section 9, first order in b T / m: K = b / (T / 2 + delay), and at K = 0,
-/// b = 0: B = 2 (m / T) tan(pi / (4 (d + 1))), d = delay / T.
+/// Closed forms of rt_core/METHOD.md section 9, first order in b T / m: K = b / (T / 2 + delay),
+/// and at K = 0, b = 0: B = 2 (m / T) tan(pi / (4 (d + 1))), d = delay / T.
 double first_order_stiffness(const SampledAxis& axis);
 double first_order_damping(const SampledAxis& axis);
 

@@ -126,8 +126,8 @@ Wide3 minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
 }
 
 /// Vertex of `face` farthest from the line of the edge: its height over a contact plane tells on
-/// which side of the plane the face leaves the edge with the best conditioning (method section 2,
-/// type C). First of equals in the loop.
+/// which side of the plane the face leaves the edge with the best conditioning (rt_core/METHOD.md
+/// section 2, type C). First of equals in the loop.
 std::uint16_t farthest_from_edge(const ConvexPiece& piece, std::uint32_t face,
                                  const EdgeRecord& edge) {
   const auto& origin = piece.vertices[edge.vertex[0]];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the compiler knows about the basic contacts that a scene needs (decomposition section 11):
+/// What the compiler knows about the basic contacts that a scene needs (METHOD section 11):
 /// plain data from the pruning to the writer. Lists are by piece in the order of the scene (pieces
 /// of the moving body, then of every static body) and by pair in the writer's order; an empty list
 /// says that nothing is known, hence nothing may be left out.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From a mesh as read to a closed, oriented polygon surface (decomposition sections 3, steps 1-3,
+/// From a mesh as read to a closed, oriented polygon surface (METHOD sections 3, steps 1-3,
 /// and 6).
 ///
 /// Order: check sizes; recentre; find the parts that the file keeps apart (weld.hpp) and weld each;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Which shell lies in which: solids, their voids, and the final orientation (decomposition section
-/// 3, step 3).
+/// Which shell lies in which: solids, their voids, and the final orientation (METHOD section 3,
+/// step 3).
 
 #include <cstdint>
 #include <vector>

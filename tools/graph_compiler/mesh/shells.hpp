@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// From a closed set of faces to shells: pairing at edges with more than two faces, orientation,
-/// splitting of touching solids (decomposition section 3, step 3).
+/// splitting of touching solids (METHOD section 3, step 3).
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// T-junctions and open edges (decomposition section 3, step 2).
+/// T-junctions and open edges (METHOD section 3, step 2).
 
 #include "tools/graph_compiler/mesh/work_mesh.hpp"
 

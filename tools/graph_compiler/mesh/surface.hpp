@@ -66,7 +66,7 @@ struct Surface {
   std::string file;
   Point3 centre_m{0, 0, 0};        ///< file frame (scaled) = local + centre_m
   double diagonal_m = 0.0;         ///< diagonal of the bounding box
-  double plane_tolerance_m = 0.0;  ///< tol of decomposition section 3
+  double plane_tolerance_m = 0.0;  ///< tol of METHOD section 3
   std::vector<Point3> vertices;    ///< local [m]
   std::vector<std::uint32_t>
       source_vertex;  ///< 0-based index in the file of one vertex welded into this one

@@ -21,7 +21,7 @@ struct WorkMesh {
   const RawMesh* raw = nullptr;
   Point3 centre_m{0, 0, 0};
   double diagonal_m = 0.0;
-  double tolerance_m = 0.0;    ///< `tol` of decomposition section 3
+  double tolerance_m = 0.0;    ///< `tol` of METHOD section 3
   std::vector<Point3> points;  ///< local [m]
   std::vector<std::uint32_t> source_vertex;
   std::vector<WorkFace> faces;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The proof that pieces and solid are the same set (decomposition section 7). It takes nothing
+/// The proof that pieces and solid are the same set (METHOD section 7). It takes nothing
 /// from the search: only the exact planes and vertices of the pieces and of the cleaned solid.
 #include <algorithm>
 #include <bit>

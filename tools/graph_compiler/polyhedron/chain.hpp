@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Boundary chains of solids: sums with cancellation, canonical form, loops (decomposition
-/// section 4). A chain is a multiset of directed edges; a face's chain has zero boundary and its
-/// interior on the left.
+/// Boundary chains of solids: sums with cancellation, canonical form, loops (METHOD section 4). A
+/// chain is a multiset of directed edges; a face's chain has zero boundary and its interior on the
+/// left.
 
 #include "tools/graph_compiler/polyhedron/exact.hpp"
 

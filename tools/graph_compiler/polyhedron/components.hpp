@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Connected parts of a boundary (decomposition section 4, "components").
+/// Connected parts of a boundary (METHOD section 4, "components").
 
 #include "tools/graph_compiler/polyhedron/chain.hpp"
 

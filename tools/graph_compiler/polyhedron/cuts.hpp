@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Where to cut: reflex edges, candidate planes, their order and score, and the component-wise
-/// recursion (decomposition section 5).
+/// recursion (METHOD section 5).
 
 #include <map>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Exact convex decomposition of solids on boundary chains, with its certificate (decomposition
-/// sections 4-8).
+/// Exact convex decomposition of solids on boundary chains, with its certificate (METHOD sections
+/// 4-8).
 
 #include <functional>
 
@@ -17,7 +17,7 @@ struct DecompositionLimits {
   bool disjoint = false;  ///< solids that overlap are cut apart; otherwise they stay a cover
 };
 
-/// Section 7: what was proved about the pieces, exactly.
+/// METHOD section 7: what was proved about the pieces, exactly.
 struct Certificate {
   bool convex = false;        ///< every vertex of a piece on the inner side of all its planes
   bool partition = false;     ///< all (plane, line, vertex) counts zero, per solid

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Pieces of solids that overlap, cut until no two of them do (decomposition section 6, option
+/// Pieces of solids that overlap, cut until no two of them do (METHOD section 6, option
 /// "disjoint").
 
 #include "tools/graph_compiler/polyhedron/chain.hpp"

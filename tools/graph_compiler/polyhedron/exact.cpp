@@ -19,7 +19,7 @@ constexpr double kFilterRelative = 1.2e-15;
 constexpr double kTurnRelative = 2.0e-15;
 constexpr double kFilterAbsolute = 1.0e-280;
 
-// Work units of decomposition section 2.
+// Work units of METHOD section 2.
 constexpr double kFilteredSignWork = 1.0;
 constexpr double kExactSignWork = 20.0;
 constexpr double kNewPointWork = 200.0;

@@ -2,7 +2,7 @@
 #pragma once
 /// From a cleaned surface in double to exact solids: planes fitted by vertex distance, coplanar
 /// faces merged into polygons, planes and corners realised as rationals such that every incidence
-/// holds exactly (decomposition section 3, steps 4-6, and "Corners on more than three planes").
+/// holds exactly (METHOD section 3, steps 4-6, and "Corners on more than three planes").
 
 #include <optional>
 
@@ -39,8 +39,7 @@ struct FlatBody {
   std::vector<std::string> warnings;
 };
 
-/// @throws InputError with file, element, place in metres (file frame) and mend (decomposition
-/// section 9).
+/// @throws InputError with file, element, place in metres (file frame) and mend (METHOD section 9).
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits);
 
 /// The same with planes and polygons that were found already. Vertices, `merged.vertex_planes` and

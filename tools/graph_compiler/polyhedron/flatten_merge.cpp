@@ -130,7 +130,7 @@ void FaceMerger::add_chain(const std::vector<std::uint32_t>& chain, std::uint32_
   merged_.largest_gone_m = std::max(merged_.largest_gone_m, farthest);
 }
 
-/// A vertex on two planes only lies inside an edge and goes (decomposition section 3, step 6).
+/// A vertex on two planes only lies inside an edge and goes (METHOD section 3, step 6).
 void FaceMerger::straighten() {
   const std::vector<MergedEdge> all = std::move(merged_.edges);
   merged_.edges.clear();
@@ -222,8 +222,8 @@ MergedSurface merge_faces(const Surface& surface, const FaceNeighbors& neighbors
   return FaceMerger(surface, neighbors, fit).run();
 }
 
-/// Edge (u, v) of faces f (runs it) and g is reflex iff (N_f x N_g).(x_v - x_u) < 0 (decomposition
-/// section 5).
+/// Edge (u, v) of faces f (runs it) and g is reflex iff (N_f x N_g).(x_v - x_u) < 0 (METHOD section
+/// 5).
 std::size_t count_reflex(const Surface& s, const PlaneFit& fit, const MergedSurface& merged) {
   const auto normal = [&](std::uint32_t face) {
     const MergedFace& f = merged.faces[face];

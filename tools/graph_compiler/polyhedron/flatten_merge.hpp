@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Faces of a surface that lie in one plane joined to polygons, still in double (decomposition
-/// section 3, step 6), and the count of reflex edges by which too curved parts are refused before
-/// anything exact is computed (step 5).
+/// Faces of a surface that lie in one plane joined to polygons, still in double (METHOD section 3,
+/// step 6), and the count of reflex edges by which too curved parts are refused before anything
+/// exact is computed (step 5).
 
 #include <cstddef>
 #include <cstdint>

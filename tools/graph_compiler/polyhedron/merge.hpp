@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Unites convex pieces whose union is convex (decomposition section 5, "Merging").
+/// Unites convex pieces whose union is convex (METHOD section 5, "Merging").
 
 #include "tools/graph_compiler/polyhedron/chain.hpp"
 

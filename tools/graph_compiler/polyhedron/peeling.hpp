@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Order in which corners and planes can be placed such that each meets at most three earlier ones,
-/// in good condition (decomposition section 3, "Corners on more than three planes").
+/// in good condition (METHOD section 3, "Corners on more than three planes").
 
 #include <array>
 #include <cstddef>

@@ -2,7 +2,7 @@
 #pragma once
 /// Planes of a cleaned surface, found by the distance of vertices to the plane and never by the
 /// angle between normals alone: rounding tilts narrow faces by degrees on one and the same plane
-/// (decomposition section 3, step 4).
+/// (METHOD section 3, step 4).
 
 #include <cstdint>
 #include <vector>

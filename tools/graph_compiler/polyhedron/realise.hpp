@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Exact planes and corners such that every incidence between them holds exactly, also at corners
-/// that lie on more than three planes (decomposition section 3, "Corners on more than three
+/// that lie on more than three planes (METHOD section 3, "Corners on more than three
 /// planes"). Local units: about 1 wide.
 
 #include <cstddef>

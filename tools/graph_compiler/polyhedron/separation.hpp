@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Exact test whether the interiors of two convex pieces are disjoint (decomposition section 7,
+/// Exact test whether the interiors of two convex pieces are disjoint (METHOD section 7,
 /// part 3).
 
 #include "tools/graph_compiler/polyhedron/chain.hpp"

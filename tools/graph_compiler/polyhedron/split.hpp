@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Cuts a solid along a plane of the table, exactly, on its boundary chains (decomposition section
-/// 4).
+/// Cuts a solid along a plane of the table, exactly, on its boundary chains (METHOD section 4).
 
 #include <optional>
 

@@ -2,8 +2,9 @@
 #pragma once
 /// Which faces, edges and vertices of the pieces of one body lie on its surface, and with which
 /// normals: at every point the normal cones of all pieces that contain it are intersected
-/// (decomposition section 11, "Seams"; method section 10). Planes and vertices are the exact ones,
-/// so containment is decided without a tolerance; only the cones of vertices are weighed in double.
+/// (METHOD section 11, "Seams"; rt_core/METHOD.md section 10). Planes and vertices are the exact
+/// ones, so containment is decided without a tolerance; only the cones of vertices are weighed in
+/// double.
 
 #include <vector>
 

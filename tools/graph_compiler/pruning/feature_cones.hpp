@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Outward normals of every feature of one piece: S(face) a point, S(edge) an arc, S(vertex) a
-/// convex polygon of the sphere (decomposition section 11), as the piece alone has them and as the
+/// convex polygon of the sphere (METHOD section 11), as the piece alone has them and as the
 /// other pieces of its body leave them.
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Points, arcs and convex polygons of the unit sphere, and the angles between them: the sets of
-/// outward normals of faces, edges and vertices (decomposition section 11).
+/// outward normals of faces, edges and vertices (METHOD section 11).
 
 #include <array>
 #include <vector>
