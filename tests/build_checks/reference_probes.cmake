@@ -37,3 +37,14 @@ haptic_trees_probe(references link "link to 'b.md'" rt_core/README.md "See [this
 haptic_trees_probe(references anchor "there is no such heading" rt_core/README.md "See [this](#limits).\n\n## Limit")
 haptic_trees_probe(references function "rt_core/a.cpp has no 'step'" rt_core/a.cpp "void steps() {}"
   rt_core/README.md "It is `a.cpp:step`.")
+
+# The C++ example of the README, and one that names a function that is not there.
+set(readme_example ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DCOMPILER=${CMAKE_CXX_COMPILER}
+  "-DDEFINITIONS=$<JOIN:$<TARGET_PROPERTY:rt_core,INTERFACE_COMPILE_DEFINITIONS>,|>" -DEIGEN=${EIGEN3_INCLUDE_DIR})
+haptic_build_check(readme_example ${readme_example} -DREADME=${PROJECT_SOURCE_DIR}/README.md
+  -DFOLDER=${samples}/readme_example -P ${checks}/readme_example.cmake)
+file(WRITE ${samples}/readme_example_probe/README.md
+  "```cpp\n#include \"rt_core/haptic_core.hpp\"\nauto tick(haptic::HapticCore& core) { return core.render({}); }\n```\n")
+haptic_build_probe(readme_example.probe_other_name "does not compile" ${readme_example}
+  -DREADME=${samples}/readme_example_probe/README.md -DFOLDER=${samples}/readme_example_probe
+  -P ${checks}/readme_example.cmake)
