@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Golden vectors as they stand in their JSON files (format: tests/golden/README.md): decimals are
+/// Golden vectors as they stand in their JSON files (format: tests/golden/FORMAT.md): decimals are
 /// parsed in long double.
 
 #include <array>

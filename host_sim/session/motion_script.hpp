@@ -3,7 +3,7 @@
 /// Scripted hand motions: way points in a TOML file, joined by minimum-jerk segments, with a seeded
 /// tremor on top. The same script and seed give the same samples, bit for bit, with every compiler
 /// (for one choice of HAPTIC_REAL: the rotations go through rt_core's own functions). The file
-/// format is described in README.md of this folder. All poses are of the moving part's frame A in
+/// format is described in MOTION.md of this folder. All poses are of the moving part's frame A in
 /// the workspace W: p_wa [m], q_wa unit.
 
 #include <cstdint>

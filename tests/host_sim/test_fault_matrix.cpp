@@ -188,11 +188,11 @@ TEST_SUITE("host_sim.fault_matrix") {
                     tools::InputError);
   }
 
-  TEST_CASE("README of hal: its table of failure semantics is the matrix's") {
-    const std::string readme = text_of(HAPTIC_TEST_DIR "/../hal/README.md");
-    const std::size_t at = readme.find("## Failure semantics");
+  TEST_CASE("FAULTS.md of hal: its table is the matrix's") {
+    const std::string page = text_of(HAPTIC_TEST_DIR "/../hal/FAULTS.md");
+    const std::size_t at = page.find("| fault |");
     REQUIRE(at != std::string::npos);
-    std::istringstream lines(readme.substr(at));
+    std::istringstream lines(page.substr(at));
     std::set<std::string> seen;
     for (std::string line; std::getline(lines, line);) {
       const std::vector<std::string> cells = cells_of(line);
