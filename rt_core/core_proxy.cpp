@@ -147,6 +147,8 @@ Wrench HapticCore::State::proxy_wrench(const GripPose& goal, std::int64_t stamp_
   if (done.recovering) result.flags |= kFlagRecovery;
   result.proxy_pose_wa = mesh_pose(proxy.pose());
   result.proxy_gap_m = done.gap_m;
+  result.situation = proxy.felt().situation;
+  result.near_count = proxy.felt().point_count;
   result.potential_j = done.end_potential_j;
   result.allowed_rise_j = done.allowed_rise_j;
   if (done.passes == done.rejected) result.flags |= kFlagProxyStuck;

@@ -183,7 +183,7 @@ void HapticCore::State::forget() noexcept {
   left = false;
   motion = MotionSum{};
   has_last = false;
-  tick = 0;
+  tick = searched_at = 0;
   hash = kHashStart;
   peaks = StepPeaks{};
 }

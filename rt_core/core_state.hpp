@@ -90,6 +90,7 @@ struct HapticCore::State {
   GripPose last;
   bool has_last = false;
   std::uint64_t tick = 0, hash = kHashStart;
+  std::uint64_t searched_at = 0;  ///< tick in which the goal pose was searched last
   StepPeaks peaks;
 
   /// Places everything in `arena`; with a counting arena only the size is computed.
@@ -124,6 +125,9 @@ struct HapticCore::State {
                               const StepInput& input, StepResult& result) noexcept;
   [[nodiscard]] Pose mesh_pose(const GripPose& grip) const noexcept;
   void advance(const GripPose& grip, StepResult& result) noexcept;
+  void search_goal(const GripPose& grip, StepResult& result) noexcept;
+  void report_contact(StepResult& result) const noexcept;
+  void felt_geometry(std::uint32_t index, ContactGeometry& out) noexcept;
   void remember(const GripPose& grip) noexcept;
   [[nodiscard]] Odometer odometer(const PairGateState& gate) const noexcept;
   void pass_gate(const GripPose& grip, StepResult& result) noexcept;

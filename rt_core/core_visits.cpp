@@ -6,6 +6,23 @@
 
 namespace haptic {
 
+/// The contact at the goal pose: D_near, verdicts, near sets and patches of all pairs.
+void HapticCore::State::search_goal(const GripPose& grip, StepResult& result) noexcept {
+  searched_at = tick;
+  result.has_goal_contact = true;
+  result.d_near_m = std::numeric_limits<Real>::max();
+  pass_gate(grip, result);
+  spend_budget(grip, result);
+}
+
+/// Laws that measure at the goal: what is felt is the contact of the nearest pair there.
+void HapticCore::State::report_contact(StepResult& result) const noexcept {
+  const PairState& nearest = pairs[result.nearest_pair];
+  if (nearest.visited_at != tick) return;
+  result.situation = nearest.situation;
+  result.near_count = nearest.near_count;
+}
+
 /// Sorts the pairs into those that a plane proves to be far and the candidates for a visit.
 void HapticCore::State::pass_gate(const GripPose& grip, StepResult& result) noexcept {
   candidates.clear();

@@ -296,10 +296,24 @@ Wrench HapticCore::State::group_wrench(std::uint32_t first, StepResult& result) 
   return wrench;
 }
 
+/// Nothing that a caller may ask for or not is part of it: of law kProxy neither D_near nor the
+/// work of the search at the goal pose.
 void HapticCore::State::chain_hash(const StepResult& result) noexcept {
   StateHash chain(hash);
   chain.add(result.wrench_w.force_w);
   chain.add(result.wrench_w.torque_w);
+  if (has_law(LawId::kProxy)) {
+    const StepCounters& n = result.counters;
+    chain.add(result.proxy_pose_wa.p_wa);
+    for (int k = 0; k < 4; ++k) chain.add(result.proxy_pose_wa.q_wa.coeffs()[k]);
+    chain.add(result.proxy_gap_m);
+    chain.add(std::uint64_t{result.flags & ~kGoalContactFlags} << 32 |
+              static_cast<std::uint32_t>(result.situation));
+    chain.add(std::uint64_t{n.plane_gaps} << 32 | n.valid_nodes);
+  chain.add(std::uint64_t{n.full_searches} << 32 | n.qp_steps);
+    hash = chain.value();
+    return;
+  }
   chain.add(result.d_near_m);
   chain.add(std::uint64_t{result.flags} << 32 | result.nearest_pair);
   chain.add(std::uint64_t{result.counters.feature_evaluations} << 32 | result.counters.edge_pairs);

@@ -102,15 +102,8 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   s.contact_nodes.clear();
   s.patches.clear();
   s.points.clear();
-  result.d_near_m = std::numeric_limits<Real>::max();
   s.advance(grip, result);
-  s.pass_gate(grip, result);
-  s.spend_budget(grip, result);
-  const PairState& nearest = s.pairs[result.nearest_pair];
-  if (nearest.visited_at == s.tick) {
-    result.situation = nearest.situation;
-    result.near_count = nearest.near_count;
-  }
+  if (!s.has_law(LawId::kProxy) || input.report_goal_contact) s.search_goal(grip, result);
   Wrench wrench;
   if (s.has_law(LawId::kProxy)) {
     wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
@@ -118,6 +111,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
     wrench = s.total_wrench(result);
     result.spring_w = wrench;
     result.proxy_pose_wa = result.goal_pose_wa;
+    s.report_contact(result);
   }
   result.wrench_w = s.finish(wrench, device, input, result);
   s.chain_hash(result);
@@ -132,13 +126,16 @@ std::uint32_t HapticCore::pair_count() const noexcept {
 
 const StepPeaks& HapticCore::peaks() const noexcept { return state_->peaks; }
 
+const FeltContact& HapticCore::felt_contact() const noexcept { return state_->proxy.felt(); }
+
 const MotionEnvelope& HapticCore::envelope() const noexcept { return state_->envelope; }
 
 PairReport HapticCore::pair_report(std::uint32_t index) const noexcept {
   const State& s = *state_;
   const PairState& pair = s.pairs[index];
   PairReport report;
-  if (s.tick == 0) return report;
+  if (s.tick == 0 || s.searched_at != s.tick) return report;
+  report.searched = true;
   report.visited = pair.visited_at == s.tick;
   if (report.visited) {
     report.verdict = pair.verdict.verdict;
@@ -173,7 +170,9 @@ void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noe
   State& s = *state_;
   const PairState& pair = s.pairs[index];
   forget_contact(out);
-  if (!kSceneTraits.contact_geometry || s.tick == 0 || pair.visited_at == 0) return;
+  if (!kSceneTraits.contact_geometry || s.tick == 0) return;
+  if (s.has_law(LawId::kProxy)) return s.felt_geometry(index, out);
+  if (pair.visited_at == 0) return;
   const PairGateState& gate = s.gates[index];
   const bool looked_at = pair.visited_at == s.tick || !is_far(gate.plane.gap_m(s.odometer(gate)),
                                                               gate.plane.face, s.exact_band_m);
@@ -185,6 +184,35 @@ void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noe
   contact.situation = pair.situation;
   contact.epsilon_m = s.epsilon_m;
   describe_contact(pair.view, contact, s.last.x0_w, s.hull, out);
+}
+
+/// Geometry of a pair that holds the proxy, from its near set there.
+void HapticCore::State::felt_geometry(std::uint32_t index, ContactGeometry& out) noexcept {
+  const FeltContact& felt = proxy.felt();
+  const auto end = felt.planes.begin() + felt.plane_count;
+  if (std::none_of(felt.planes.begin(), end, [&](const FeltPlane& p) { return p.pair == index; }))
+    return;
+  const std::uint32_t near_begin = near.size(), nodes_begin = contact_nodes.size();
+  PairPose pose;
+  const NearResult found = proxy.near_set_of(index, scratch, near, pose);
+  const std::span<NearNode> nodes(near.begin() + near_begin,
+                                  near.size() - near_begin - found.lent_count);
+  if (!nodes.empty()) {
+    locate_contacts(pose, nodes, false);
+    bool several_planes = false;
+    static_cast<void>(make_contact_patch(pose, nodes, found.d_near_m, epsilon_m, contact_nodes,
+                                         several_planes));
+    ContactNodes contact;
+    contact.near = nodes;
+    contact.nodes = contact_nodes.view().subspan(nodes_begin);
+    contact.d_near_m = found.d_near_m;
+    contact.situation = situation_of(nodes, found.d_near_m, epsilon_m, 1);
+    contact.epsilon_m = epsilon_m;
+    describe_contact(*pose.pair, contact, proxy.pose().x0_w, hull, out);
+    out.cut = out.cut || (found.flags & kNearSetCut) != 0;
+  }
+  near.truncate(near_begin);
+  contact_nodes.truncate(nodes_begin);
 }
 
 void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {

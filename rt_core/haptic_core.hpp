@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "rt_core/base/motion_envelope.hpp"
@@ -17,6 +18,7 @@
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/law/felt_contact.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
@@ -39,7 +41,13 @@ struct StepInput {
   bool accepted_valid = false;
   std::uint32_t switches = 0;       ///< device buttons, bit set = pressed
   std::uint32_t device_faults = 0;  ///< device faults, bit set = present
+  /// Law kProxy: search the contact at the goal pose too (D_near, verdicts and near sets there).
+  /// Neither the wrench nor the state hash depends on it. The other laws always search it.
+  bool report_goal_contact = false;
 };
+
+/// D_near and depth where the goal pose was not searched.
+inline constexpr Real kNotSearched = std::numeric_limits<Real>::quiet_NaN();
 
 /// Flags of one tick; several may be set. "Pair" stands for at least one pair.
 enum StepFlag : std::uint32_t {
@@ -65,6 +73,11 @@ enum StepFlag : std::uint32_t {
   kFlagOutsideEnvelope = 1u << 19   ///< the scene's envelope was left, or was about to be: the
                                     ///< wrench is ramped out; latched until reset()
 };
+
+/// Those that the search at the goal pose sets: never set in a tick that does without it.
+inline constexpr std::uint32_t kGoalContactFlags =
+    kFlagFirstTick | kFlagRelocalised | kFlagFarBand | kFlagVerdictTouching |
+    kFlagVerdictUndecided | kFlagNearSetCut | kFlagInexact | kFlagBudgetUsedUp | kFlagSeveralPlanes;
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
 struct StepCounters {
@@ -96,18 +109,23 @@ struct StepResult {
   /// coupling's, and what the passivity controller added. Laws without a coupling are spring as a
   /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
   Wrench spring_w;
-  /// Smallest D_near over all pairs at the device pose, <= 0: collision. A pair that is apart has
-  /// it over all of its nodes, one that collides over those that carry force.
-  Real d_near_m = 0;
+  /// Contact of the part as it is felt. Law kProxy: of the free configuration proxy_pose_wa, over
+  /// the planes that hold it (HapticCore::felt_contact). Other laws: of nearest_pair at the goal.
+  ContactSituation situation = ContactSituation::kNone;
+  std::uint32_t near_count = 0;  ///< law kProxy: contact points; others: nodes of the near set
+  /// The goal pose was searched: by StepInput::report_goal_contact, or because the law needs it.
+  /// Only then are d_near_m, nearest_pair, kGoalContactFlags and the counters of the search given.
+  bool has_goal_contact = false;
+  /// Smallest D_near over all pairs at the goal pose, <= 0: collision. A pair that is apart has it
+  /// over all of its nodes, one that collides over those that carry force. Else kNotSearched.
+  Real d_near_m = kNotSearched;
   std::uint32_t nearest_pair = 0;  ///< the pair it belongs to (lowest index at ties)
-  ContactSituation situation = ContactSituation::kNone;  ///< of that pair
-  std::uint32_t near_count = 0;                          ///< nodes of that pair's near set
   RtStatus status = RtStatus::kOk;
   std::uint32_t flags = 0;    ///< StepFlag
   std::uint32_t outside = 0;  ///< EnvelopeSide of the scene's envelope, in this tick
   StepCounters counters;
   /// The device's pose with the offsets that clutch and anchor have added, and of law kProxy held
-  /// inside the scene's envelope: D_near, situation and wrench are those of this pose.
+  /// inside the scene's envelope: D_near is that of this pose.
   Pose goal_pose_wa;
   /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
   /// the goal, which is the device's pose after clutch and anchor.
@@ -121,9 +139,10 @@ struct StepResult {
   std::uint64_t state_hash = 0;
 };
 
-/// What the last tick found out about one pair, for reports, checks and pictures. Spans hold until
-/// the next tick.
+/// What the last tick found out about one pair at the goal pose, for reports, checks and pictures.
+/// Spans hold until the next tick.
 struct PairReport {
+  bool searched = false;  ///< as StepResult::has_goal_contact; else the fields below say nothing
   Verdict verdict = Verdict::kUndecided;
   /// Separated: direction in which the gap is positive. Else: outward normal of the nearest C-face.
   Vec3 normal_w = Vec3::Zero();
@@ -134,7 +153,7 @@ struct PairReport {
   /// itself.
   std::array<SupportPair, 3> portal;
   /// As in StepResult; exact where `exact`; else a lower bound of the distance.
-  Real d_near_m = 0;
+  Real d_near_m = kNotSearched;
   bool exact = false;  ///< D_near and near set are those of this pose
   bool visited = false;
   std::uint32_t best_node = 0;  ///< node of D_near, when exact
@@ -175,14 +194,18 @@ class HapticCore {
   // Read-only views of the last tick for reports and pictures; not needed by the loop.
   [[nodiscard]] std::uint32_t pair_count() const noexcept;
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
+  /// Law kProxy: the planes that hold the part. Other laws: none.
+  [[nodiscard]] const FeltContact& felt_contact() const noexcept;
   [[nodiscard]] const StepPeaks& peaks() const noexcept;
   /// What the scene says about where the part goes.
   [[nodiscard]] const MotionEnvelope& envelope() const noexcept;
   /// Contact plane, frame, polygon and ids of one pair in the last tick, formed when asked for:
-  /// `step` does nothing for it. `pair` < pair_count(). The lists of `out` bring their room, as
-  /// many as the pair's near_capacity always suffice; where the pair does not touch they end empty.
-  /// Uses memory of the tick: between ticks, on their thread. Cost: near nodes, and
-  /// O(K log K) of the K contact points.
+  /// `step` does nothing for it. Of the part as it is felt: law kProxy at proxy_pose_wa, where the
+  /// pair has one of the planes of felt_contact; other laws at the goal. `pair` < pair_count(). The
+  /// lists of `out` bring their room, as many as the pair's near_capacity always suffice; where the
+  /// pair does not touch they end empty. Uses memory of the tick: between ticks, on their thread.
+  /// Cost: near nodes, and O(K log K) of the K contact points; law kProxy: and a search of the pair
+  /// without history.
   void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
 
  private:

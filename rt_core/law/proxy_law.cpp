@@ -56,7 +56,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const std::uint32_t searches = std::min(c.pair_count, kMaxValidSearches);
   valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
   imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
-  active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(6));
+  active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
   rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
   row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
   if (fixed) return;  // planes need neither turned vertices nor searches
@@ -83,6 +83,8 @@ void Proxy::reset() noexcept {
   }
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
+  choose_anew_ = false;
+  felt_ = FeltContact{};
   path_m_ = turn_rad_ = 0;
   version_ = 1;
 }
@@ -259,6 +261,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     const bool accepted = pair.gap_version == version_;
     tick.gap_m = std::min(tick.gap_m, accepted ? pair.gap_m : reached.gap_q_m);
   }
+  feel(tick);
   return tick;
 }
 

@@ -21,6 +21,7 @@
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/valid_planes.hpp"
 #include "rt_core/law/coupling.hpp"
+#include "rt_core/law/felt_contact.hpp"
 #include "rt_core/law/proxy_qp.hpp"
 #include "rt_core/law/proxy_scale.hpp"
 
@@ -112,6 +113,12 @@ class Proxy {
   [[nodiscard]] bool started() const noexcept { return started_; }
   /// Planes that hold the proxy: those with a multiplier in the last pass.
   [[nodiscard]] std::span<const ImposedPlane> active() const noexcept { return active_.view(); }
+  /// Those of them that the proxy touches, at the end of the last tick.
+  [[nodiscard]] const FeltContact& felt() const noexcept { return felt_; }
+  /// Appends the near set of pair `index` at the proxy to `near`, by a search without history that
+  /// leaves the proxy as it is; for reports between ticks. `pose`: the pair's.
+  [[nodiscard]] NearResult near_set_of(std::uint32_t index, NearScratch& scratch,
+                                       BoundedList<NearNode>& near, PairPose& pose) noexcept;
 
  private:
   struct Step;
@@ -138,6 +145,7 @@ class Proxy {
                              const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
   [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick) const noexcept;
   void remember_active() noexcept;
+  void feel(ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
@@ -145,6 +153,7 @@ class Proxy {
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
   void accept(const Step& step) noexcept;
   [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;
+  [[nodiscard]] PairPose fixed_pose_of(const ProxyPair& pair) const noexcept;
   [[nodiscard]] bool is_fixed() const noexcept {
     return kSceneTraits.is_fixed(parameters_.never_turns);
   }
@@ -168,6 +177,8 @@ class Proxy {
   BoundedList<ReachedPair> reached_;
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
+  bool choose_anew_ = false;  ///< the last pass was rejected: the next starts without its planes
+  FeltContact felt_;
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;  ///< index of the imposed plane of each row
   std::span<Real> lanes_;              ///< A's vertices turned to p_

@@ -83,7 +83,7 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   if (!ok) {
     // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
     // anew.
-    active_.clear();
+    choose_anew_ = true;
     tick.rejected += 1;
     tick.limited = true;
     return;
@@ -123,13 +123,14 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       continue;
     }
     // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
-    if (is_fixed()) continue;
+    if (is_fixed() || choose_anew_) continue;
     for (const ImposedPlane& last : active_) {
       if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
         take(last.id, last.support);
       }
     }
   }
+  choose_anew_ = false;
 }
 
 /// The point of the rows that is closest to the origin, and its work counted.

@@ -69,7 +69,8 @@ constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) no
   const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
   const std::uint64_t rows =
       (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
-  return {passes * (pairs + kChecks * check + rows),
+  const std::uint64_t felt = passes > 0 ? kMaxFeltPlanes : 0;
+  return {passes * (pairs + kChecks * check + rows) + felt,
           passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
 }
 

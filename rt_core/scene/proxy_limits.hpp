@@ -15,6 +15,8 @@ inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRe
 inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
 /// Planes in one quadratic program; its rows without friction.
 inline constexpr std::uint32_t kMaxImposedPlanes = 32;
+/// Planes that hold the proxy: a program has no more rows with a multiplier than unknowns.
+inline constexpr std::uint32_t kMaxFeltPlanes = 6;
 /// Rows of one program: without friction, and the most of all; iterations after which it ends with
 /// what it has.
 inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the proxy touches at the end of a tick, from the planes of its last quadratic program.
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/contact/contact_region.hpp"
+#include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/law/proxy_law.hpp"
+
+namespace haptic {
+namespace {
+
+/// A point of a contact region, and how far it lies over the plane's support.
+struct FeltPoint {
+  Vec3 app_w;
+  Real above_m = 0;
+};
+
+/// The contact points of all planes.
+struct FeltPoints {
+  std::array<FeltPoint, kMaxFeltPlanes * kMaxManifoldPoints> points;
+  std::uint32_t count = 0;
+
+  void add(const Vec3& app_w, Real above_m) noexcept {
+    if (count < points.size()) points[count++] = {app_w, above_m};
+  }
+};
+
+ContactSituation single_contact(ContactType type) noexcept {
+  return type == ContactType::kA   ? ContactSituation::kFaceVertex
+         : type == ContactType::kB ? ContactSituation::kVertexFace
+                                   : ContactSituation::kEdgeEdge;
+}
+
+/// The basic contacts of a plane of a part that never turns.
+void add_fixed_points(const PairView& pair, const PairPose& pose, const FeltPlane& felt,
+                      const FixedPlane& plane, Real epsilon_m, FeltPoints& points) noexcept {
+  NodePlane at;
+  at.normal_w = felt.normal_w;
+  for (std::uint32_t k = 0; k < plane.node_count; ++k) {
+    const FixedNode& node = pair.plane_nodes[plane.node_begin + k];
+    at.f_m = felt.gap_m + node.rise_m;
+    const ContactPoint point =
+        contact_point(pose, static_cast<ContactType>(node.type), node.i, node.j, at);
+    if (point.outside_m <= epsilon_m) points.add(point.app_w, std::abs(node.rise_m));
+  }
+}
+
+/// Which features touch, with the width `share` epsilon of a contact.
+ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Real epsilon_m,
+                              Real share) noexcept {
+  const Real tolerance = share * epsilon_m;
+  const Real chord = share * kCoplanarAngle_rad;
+  for (std::uint32_t k = 1; k < felt.plane_count; ++k) {
+    const Vec3 between = felt.planes[k].normal_w - felt.planes[0].normal_w;
+    if (between.squaredNorm() >= chord * chord) return ContactSituation::kSeveralPlanes;
+  }
+  // The first point that touches, the one farthest from it, then one beside the line through both.
+  const FeltPoint* first = nullptr;
+  Vec3 span = Vec3::Zero();
+  for (std::uint32_t k = 0; k < points.count; ++k) {
+    const FeltPoint& p = points.points[k];
+    if (!(p.above_m < tolerance)) continue;
+    if (first == nullptr) first = &p;
+    const Vec3 way = p.app_w - first->app_w;
+    if (way.squaredNorm() > span.squaredNorm()) span = way;
+  }
+  const Real length = std::sqrt(span.squaredNorm());
+  if (first == nullptr || length <= tolerance) return single_contact(felt.planes[0].type);
+  for (std::uint32_t k = 0; k < points.count; ++k) {
+    const FeltPoint& p = points.points[k];
+    if (!(p.above_m < tolerance)) continue;
+    const Vec3 aside = span.cross(p.app_w - first->app_w);
+    if (aside.squaredNorm() > tolerance * tolerance * length * length) {
+      return ContactSituation::kFaceFace;
+    }
+  }
+  return ContactSituation::kEdgeFace;
+}
+
+}  // namespace
+
+/// Keeps those planes of the last program that p_ touches: a step that was cut short may have ended
+/// before it reached them.
+void Proxy::feel(ProxyTick& tick) noexcept {
+  const ContactSituation last = felt_.situation;
+  const Real epsilon = parameters_.epsilon_m;
+  felt_.plane_count = felt_.point_count = 0;
+  felt_.situation = ContactSituation::kNone;
+  FeltPoints points;
+  for (const ImposedPlane& active : active_) {
+    const ProxyPair& pair = pairs_[active.pair];
+    const Vec3 y_w = p_.x0_w - pair.reference_w;
+    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, active.id, active.support);
+    tick.plane_gaps += 1;
+    if (!gap.defined || !(gap.gap_m < epsilon)) continue;
+    const std::uint32_t before = points.count;
+    FeltPlane& felt = felt_.planes[felt_.plane_count++];
+    felt = {active.pair, active.id.type, gap.normal_w, gap.gap_m, 0};
+    if (is_fixed()) {
+      const FixedPlane& plane = pair.view->planes[plane_number(active.id)];
+      felt.type = static_cast<ContactType>(plane.type);
+      add_fixed_points(*pair.view, fixed_pose_of(pair), felt, plane, epsilon, points);
+    } else {
+      std::array<ManifoldPoint, kMaxManifoldPoints> region;
+      const std::uint32_t count =
+          contact_manifold(*pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m,
+                           manifold_scratch_, region);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const Real above = region[k].gap_m - gap.gap_m;
+        if (above < epsilon) points.add(region[k].app_w, above);
+      }
+    }
+    felt.point_count = points.count - before;
+  }
+  felt_.point_count = points.count;
+  if (felt_.plane_count == 0) return;
+  // Only the label waits, so that tremor does not make it chatter.
+  felt_.situation = label_of(felt_, points, epsilon, 1);
+  if (felt_.situation != last && label_of(felt_, points, epsilon, 0.5_r) == last) {
+    felt_.situation = last;
+  }
+}
+
+/// As pose_of, of a part that never turns.
+PairPose Proxy::fixed_pose_of(const ProxyPair& pair) const noexcept {
+  return make_pair_pose(*pair.view, pair.view->a.lanes, p_.r_wa, p_.x0_w - pair.reference_w);
+}
+
+NearResult Proxy::near_set_of(std::uint32_t index, NearScratch& scratch,
+                              BoundedList<NearNode>& near, PairPose& pose) noexcept {
+  const ProxyPair& pair = pairs_[index];
+  FeatureBounds bounds;
+  if (is_fixed()) {
+    pose = fixed_pose_of(pair);
+  } else {
+    pose = pose_of(pair);
+    Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
+    bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
+    bounds.reset(pair.view->marks);
+  }
+  return find_near_set(pose, parameters_.epsilon_m, bounds, scratch, near, NodeScope::kLive);
+}
+
+}  // namespace haptic
