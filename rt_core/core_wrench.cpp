@@ -310,7 +310,7 @@ void HapticCore::State::chain_hash(const StepResult& result) noexcept {
     chain.add(std::uint64_t{result.flags & ~kGoalContactFlags} << 32 |
               static_cast<std::uint32_t>(result.situation));
     chain.add(std::uint64_t{n.plane_gaps} << 32 | n.valid_nodes);
-  chain.add(std::uint64_t{n.full_searches} << 32 | n.qp_steps);
+    chain.add(std::uint64_t{n.full_searches} << 32 | n.qp_steps);
     hash = chain.value();
     return;
   }

@@ -200,8 +200,8 @@ void HapticCore::State::felt_geometry(std::uint32_t index, ContactGeometry& out)
   if (!nodes.empty()) {
     locate_contacts(pose, nodes, false);
     bool several_planes = false;
-    static_cast<void>(make_contact_patch(pose, nodes, found.d_near_m, epsilon_m, contact_nodes,
-                                         several_planes));
+    static_cast<void>(
+        make_contact_patch(pose, nodes, found.d_near_m, epsilon_m, contact_nodes, several_planes));
     ContactNodes contact;
     contact.near = nodes;
     contact.nodes = contact_nodes.view().subspan(nodes_begin);

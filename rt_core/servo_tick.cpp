@@ -233,6 +233,7 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
   in.accepted_valid = true;
   in.switches = state.switches;
   in.device_faults = state.faults;
+  in.report_goal_contact = input.report_goal_contact;
   last_rendered_ = core_.step(in);
   result.rendered_new = true;
   const std::uint32_t faults = check_rendered();

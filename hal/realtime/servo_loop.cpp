@@ -19,6 +19,7 @@ const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_perio
   input_.state = mailbox_.state.newest(&is_new);
   input_.now_ns = now_ns;
   input_.late_periods = late_periods;
+  input_.report_goal_contact = settings_.report_goal_contact;
   input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
   result_ = tick_.step(input_);
   mailbox_.command.publish(result_.command);

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "hal/device_mailbox.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/device_mailbox.hpp"
 #include "rt_core/servo_tick.hpp"
 
 namespace haptic::hal {
@@ -22,6 +22,7 @@ struct ServoLoopSettings {
   /// always go by the monotonic clock.
   std::int64_t (*clock)(void* context) = nullptr;
   void* clock_context = nullptr;
+  bool report_goal_contact = false;  ///< as in StepInput, of every tick
 };
 
 /// Ticks by what was found, since the start. Written by the servo thread alone.

@@ -54,6 +54,7 @@ StepInput ClosedLoop::input() const {
   input.pose_wa = mesh_pose(device_.sensed());
   input.accepted_wrench_w = {accepted_.force_w.cast<Real>(), accepted_.torque_w.cast<Real>()};
   input.accepted_valid = true;
+  input.report_goal_contact = true;
   return input;
 }
 

@@ -165,6 +165,7 @@ void DeviceStack::restart_servo() {
   tick_ = std::make_unique<ServoTick>(session_.core(), servo_parameters(),
                                       session_.view().header().capacity, recorder_.get());
   hal::ServoLoopSettings loop;
+  loop.report_goal_contact = true;
   loop.period_ns = period_ns_;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
   loop_->watch(&DeviceStack::saw, this);

@@ -56,6 +56,7 @@ PressedPoint touched_point(CoreSession& session) {
   session.core().reset();
   for (int k = 0; k <= kMarchSteps && point.way_m < 0; ++k) {
     StepInput input;
+    input.report_goal_contact = true;
     input.pose_wa = pose_at(point.start_w + k * kMarch_m * point.along_w, point.q_wa);
     if (session.core().step(input).d_near_m <= 0) point.way_m = k * kMarch_m;
   }

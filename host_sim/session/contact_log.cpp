@@ -40,8 +40,6 @@ std::string contact_text(const ContactId& id) {
 }
 
 ContactLog::ContactLog(const SceneView& scene) : csv_(std::string(kContactCsvHeader) + "\n") {
-  const double(&grip)[3] = scene.bodies()[0].reference_m;
-  grip_a_ = {static_cast<Real>(grip[0]), static_cast<Real>(grip[1]), static_cast<Real>(grip[2])};
   const std::uint32_t room = scene.header().capacity.largest_near;
   corners_.resize(room);
   ids_.resize(room);
@@ -57,7 +55,6 @@ void ContactLog::add(HapticCore& core, const StepInput& input, double t_s) {
 }
 
 void ContactLog::append(const StepInput& input, double t_s, std::uint32_t pair) {
-  const Vec3 x0_w = input.pose_wa.p_wa + input.pose_wa.q_wa.normalized() * grip_a_;
   csv_ += std::to_string(input.sequence) + ',';
   append_number(csv_, t_s);
   csv_ += ',' + std::to_string(pair) + ',' + std::to_string(contact_.body_b) + ',' +
@@ -68,7 +65,7 @@ void ContactLog::append(const StepInput& input, double t_s, std::uint32_t pair) 
   csv_ += ',';
   for (std::uint32_t k = 0; k < contact_.polygon_w.size(); ++k) {
     if (k > 0) csv_ += ';';
-    append_vector(csv_, x0_w + contact_.polygon_w[k], '\0');
+    append_vector(csv_, contact_.x0_w + contact_.polygon_w[k], '\0');
   }
   csv_ += ',';
   for (std::uint32_t k = 0; k < contact_.ids.size(); ++k) {

@@ -39,7 +39,6 @@ class ContactLog {
  private:
   void append(const StepInput& input, double t_s, std::uint32_t pair);
 
-  Vec3 grip_a_;
   std::vector<Vec3> corners_;
   std::vector<ContactId> ids_;
   ContactGeometry contact_;

@@ -70,11 +70,12 @@ Pose pose_of(const MotionSample& sample) {
   return pose;
 }
 
-StepInput input_of(const MotionSample& sample, std::uint64_t tick) {
+StepInput input_of(const MotionSample& sample, std::uint64_t tick, GoalContact goal) {
   StepInput input;
   input.sequence = tick;
   input.stamp_ns = std::llround(sample.t_s * 1e9);
   input.pose_wa = pose_of(sample);
+  input.report_goal_contact = goal == GoalContact::kAsked;
   return input;
 }
 

@@ -61,7 +61,12 @@ class CoreSession {
 /// The pose that the core is given for a sample: rounded to Real once.
 [[nodiscard]] Pose pose_of(const MotionSample& sample);
 
+/// Whether a tick of law proxy also searches the contact at the goal pose; the other laws always
+/// do.
+enum class GoalContact : bool { kLeftOut, kAsked };
+
 /// Input of tick number `tick`.
-[[nodiscard]] StepInput input_of(const MotionSample& sample, std::uint64_t tick);
+[[nodiscard]] StepInput input_of(const MotionSample& sample, std::uint64_t tick,
+                                 GoalContact goal = GoalContact::kLeftOut);
 
 }  // namespace haptic::sim

@@ -60,7 +60,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   std::vector<PairVerdict> verdicts;
   std::vector<PairValue> values(view.pairs().size());
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const StepInput input = input_of(motion[i], i);
+    const StepInput input = input_of(motion[i], i, GoalContact::kAsked);
     const double t_s = motion[i].t_s;
     Pose goal_wa = input.pose_wa;
     TickRecord record =

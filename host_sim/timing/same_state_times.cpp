@@ -8,9 +8,9 @@
 #include <set>
 #include <string>
 
+#include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/timing/cache_flush.hpp"
-#include "host_sim/session/counters_check.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -81,7 +81,8 @@ class Repeater {
 }  // namespace
 
 SameStateTimes same_state_times(CoreSession& session, std::span<const MotionSample> motion,
-                                std::span<const std::size_t> chosen, std::uint32_t repeats) {
+                                std::span<const std::size_t> chosen, std::uint32_t repeats,
+                                GoalContact goal) {
   if (repeats < kLeastRepeats) {
     throw tools::InputError("the least of " + std::to_string(repeats) +
                             " repeats is still noise; take " + std::to_string(kLeastRepeats));
@@ -97,7 +98,7 @@ SameStateTimes same_state_times(CoreSession& session, std::span<const MotionSamp
   session.core().reset();
   std::size_t next = 0;
   for (std::size_t i = 0; i <= chosen.back(); ++i) {
-    const StepInput input = input_of(motion[i], i);
+    const StepInput input = input_of(motion[i], i, goal);
     if (chosen[next] != i) {
       static_cast<void>(session.core().step(input));
       continue;

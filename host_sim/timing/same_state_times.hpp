@@ -37,7 +37,8 @@ struct SameStateTimes {
 [[nodiscard]] SameStateTimes same_state_times(CoreSession& session,
                                               std::span<const MotionSample> motion,
                                               std::span<const std::size_t> chosen,
-                                              std::uint32_t repeats);
+                                              std::uint32_t repeats,
+                                              GoalContact goal = GoalContact::kLeftOut);
 
 /// At most `most` of all ticks: the first, the `most / 4` slowest and the `most / 4` with most work
 /// of an earlier measurement, and others evenly over the motion. Ascending.

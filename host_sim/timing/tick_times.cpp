@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "host_sim/oracle/flat_pair.hpp"
-#include "host_sim/session/tick_clock.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/tick_clock.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -82,7 +82,7 @@ TimeFigures figures(std::vector<double> values) {
 }
 
 WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
-                   std::uint32_t repeats, bool exhaustive_too) {
+                   std::uint32_t repeats, bool exhaustive_too, GoalContact goal) {
   if (motion.empty() || repeats == 0)
     throw tools::InputError("nothing to time: no ticks or no repeats");
   WcetResult result;
@@ -93,7 +93,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   for (std::uint32_t k = 0; exhaustive_too && k < session.view().pairs().size(); ++k)
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
-    const StepInput input = input_of(motion[i], i);
+    const StepInput input = input_of(motion[i], i, goal);
     const std::uint64_t begin = TickClock::now();
     step = session.core().step(input);
     const std::uint64_t end = TickClock::now();
@@ -108,13 +108,18 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     for (std::size_t i = 0; i < motion.size(); ++i) {
       StepResult step;
       repeated[r][i] = time_core(i, step);
-      result.ticks[i].contact = step.status == RtStatus::kOk && step.d_near_m <= 0;
+      result.ticks[i].contact = step.situation != ContactSituation::kNone;
       result.ticks[i].relocalised = step.counters.stale_pairs > 0;
       result.ticks[i].situation = step.situation;
-      result.ticks[i].d_near_m = static_cast<double>(step.d_near_m);
       result.ticks[i].flags = step.flags;
       result.ticks[i].counters = step.counters;
     }
+  }
+  raise_peaks(session.core().peaks(), result.peaks);
+  session.core().reset();
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const StepResult step = session.core().step(input_of(motion[i], i, GoalContact::kAsked));
+    result.ticks[i].d_near_m = static_cast<double>(step.d_near_m);
   }
   raise_peaks(session.core().peaks(), result.peaks);
   volatile double sink = 0;

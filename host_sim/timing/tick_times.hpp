@@ -51,11 +51,13 @@ struct WcetResult {
 
 [[nodiscard]] TimeFigures figures(std::vector<double> values);
 
-/// Every repeat is a whole run from the reset core; the same input gives the same state, so the
+/// `goal`: what the timed ticks search; D_near of each comes from a run of its own that asks for
+/// it. Every repeat is a whole run from the reset core; the same input gives the same state, so the
 /// repeats of a tick do the same work. The exhaustive search evaluates every node of every pair in
 /// plain double and returns D_near alone; without `exhaustive_too` it is left out and its figures
 /// stay empty. @throws tools::InputError: no ticks or no repeats.
 [[nodiscard]] WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
-                                 std::uint32_t repeats, bool exhaustive_too = true);
+                                 std::uint32_t repeats, bool exhaustive_too = true,
+                                 GoalContact goal = GoalContact::kLeftOut);
 
 }  // namespace haptic::sim

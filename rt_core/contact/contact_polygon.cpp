@@ -106,6 +106,7 @@ void describe_contact(const PairView& pair, const ContactNodes& contact, const V
   out.body_b = pair.b.record->body;
   out.d_near_m = contact.d_near_m;
   out.normal_w = n;
+  out.x0_w = x0_w;
   out.pi_w = n.dot(plane->app_w) * n;
   out.point_w = x0_w + out.pi_w;
 

@@ -43,6 +43,7 @@ struct ContactGeometry {
   std::uint32_t body_b = 0;                              ///< static body of the pair
   Real d_near_m = 0;                                     ///< <= 0 in contact
   Vec3 normal_w = Vec3::Zero();                          ///< n, unit, out of B
+  Vec3 x0_w = Vec3::Zero();                              ///< x_0^A of this configuration, in W [m]
   Vec3 pi_w = Vec3::Zero();     ///< pi(x_0^A), a point of the plane, about x_0^A [m]
   Vec3 point_w = Vec3::Zero();  ///< the same point in W [m]
   /// Contact frame, right-handed with n as z: e1 along the contact edge or the side of H nearest to

@@ -21,7 +21,7 @@ struct StepTrace {
   double pose_p_m[3] = {}, pose_q_xyzw[4] = {};  ///< handle in D
   double command_force_n[3] = {}, command_torque_nm[3] = {};
   double rendered_force_n[3] = {}, rendered_torque_nm[3] = {};  ///< before safety, W axes
-  double d_near_m = 0;
+  double d_near_m = 0;  ///< at the goal pose; NaN where it was not searched
   std::uint32_t step_flags = 0, limiter_flags = 0, faults = 0, device_faults = 0;
   std::uint32_t switches = 0, late_periods = 0;
   std::uint8_t link = 0, arming = 0, situation = 0, reserved = 0;

@@ -48,7 +48,7 @@ void add_fixed_points(const PairView& pair, const PairPose& pose, const FeltPlan
 
 /// Which features touch, with the width `share` epsilon of a contact.
 ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Real epsilon_m,
-                              Real share) noexcept {
+                          Real share) noexcept {
   const Real tolerance = share * epsilon_m;
   const Real chord = share * kCoplanarAngle_rad;
   for (std::uint32_t k = 1; k < felt.plane_count; ++k) {
@@ -103,9 +103,8 @@ void Proxy::feel(ProxyTick& tick) noexcept {
       add_fixed_points(*pair.view, fixed_pose_of(pair), felt, plane, epsilon, points);
     } else {
       std::array<ManifoldPoint, kMaxManifoldPoints> region;
-      const std::uint32_t count =
-          contact_manifold(*pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m,
-                           manifold_scratch_, region);
+      const std::uint32_t count = contact_manifold(
+          *pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m, manifold_scratch_, region);
       for (std::uint32_t k = 0; k < count; ++k) {
         const Real above = region[k].gap_m - gap.gap_m;
         if (above < epsilon) points.add(region[k].app_w, above);

@@ -84,7 +84,7 @@ class TickWatcher {
     TickCounts& c = status_.counts;
     c.ticks += 1;
     c.armed_ticks += armed ? 1u : 0u;
-    c.contact_ticks += armed && result.rendered.d_near_m <= 0 ? 1u : 0u;
+    c.contact_ticks += armed && result.rendered.situation != ContactSituation::kNone ? 1u : 0u;
     c.late[static_cast<std::size_t>(degree_of(input.late_periods, late_ns))] += 1;
     c.safety_faults |= result.faults;
     c.device_faults |= input.state.faults;

@@ -27,7 +27,11 @@ struct WcetArguments {
   std::string scene, motion, out, flow_facts, fault;
   std::uint32_t repeats = 7;
   AdversarialLimits search;
-  bool once = false, quick = false, no_instructions = false;
+  bool once = false, quick = false, no_instructions = false, goal_contact = false;
+
+  [[nodiscard]] GoalContact goal() const {
+    return goal_contact ? GoalContact::kAsked : GoalContact::kLeftOut;
+  }
 };
 
 /// This program on the same motion, for counting its instructions.
@@ -38,6 +42,7 @@ InstructionQuestion instruction_question(const WcetArguments& o) {
   if (error) throw tools::InputError("/proc/self/exe: " + error.message());
   question.arguments = {"wcet", "--once", "--scene", o.scene};
   const auto add = [&](const std::string& word) { question.arguments.push_back(word); };
+  if (o.goal_contact) add("--goal-contact");
   if (!o.motion.empty()) {
     add("--motion");
     add(o.motion);
@@ -66,6 +71,7 @@ WcetPlan plan_of(const WcetArguments& o) {
   plan.scene = o.scene;
   plan.motion = o.motion.empty() ? "made from the scene" : o.motion;
   plan.repeats = o.repeats;
+  plan.goal = o.goal();
   plan.adversarial = o.search;
   plan.adversarial.progress = show;
   plan.fault = o.fault;
@@ -88,7 +94,7 @@ int do_wcet(const WcetArguments& o) {
           : read_motion_csv(o.motion);
   if (o.once) {
     std::printf("%zu ticks, final state hash %016llx\n", motion.size(),
-                static_cast<unsigned long long>(run_once(session, motion)));
+                static_cast<unsigned long long>(run_once(session, motion, o.goal())));
     return tools::kExitDone;
   }
   if (!o.out.empty()) {
@@ -131,6 +137,8 @@ Command add_wcet_command(CLI::App& program) {
                   "takes this bound of the header for 0, so that the check must fail");
   app->add_flag("--no-instructions", o->no_instructions,
                 "leave out the count of instructions under valgrind");
+  app->add_flag("--goal-contact", o->goal_contact,
+                "law proxy: time and count ticks that also search the contact at the goal pose");
   app->add_flag("--once", o->once,
                 "run the motion once without timing: ticks and final state hash alone");
   app->footer(

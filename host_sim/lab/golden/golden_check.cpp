@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/oracle/exhaustive.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -240,6 +240,7 @@ StepInput input_of_case(const GoldenCase& c) {
   const auto& q = c.q_wxyz;
   const Wide s = 1.0L / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   StepInput in;
+  in.report_goal_contact = true;
   in.pose_wa.p_wa =
       Vec3(static_cast<Real>(c.x.x), static_cast<Real>(c.x.y), static_cast<Real>(c.x.z));
   in.pose_wa.q_wa = Quat(static_cast<Real>(s * q[0]), static_cast<Real>(s * q[1]),

@@ -127,7 +127,7 @@ LawRun run_law(std::span<const std::byte> scene, LawId law, std::span<const Moti
   run.k_t_n_per_m = coupling.k_t_n_per_m;
   run.k_r_nm_per_rad = coupling.k_r_nm_per_rad;
   for (std::size_t k = 0; k < motion.size(); ++k) {
-    const StepResult result = session.core().step(input_of(motion[k], k));
+    const StepResult result = session.core().step(input_of(motion[k], k, GoalContact::kAsked));
     if (result.status != RtStatus::kOk) {
       throw tools::InputError("tick " + std::to_string(k) +
                               ": the pose is refused: " + to_text(result.status));

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/oracle/literal_tracker.hpp"
 #include "host_sim/lab/peers/geometric_query.hpp"
+#include "host_sim/oracle/literal_tracker.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -29,6 +29,7 @@ class CorePeer final : public PeerQuery {
     input_.pose_wa = pose_of(pose);
     ++input_.sequence;
     input_.stamp_ns += 1'000'000;
+    input_.report_goal_contact = true;
   }
   void query() override { result_ = core_.step(input_); }
   void query_only() override { sink_ = search_.query(input_.pose_wa); }

@@ -34,7 +34,7 @@ struct TickCount {
     result->tick.add(counters.last_tick_ns);  // of the tick before
     const std::uint32_t late = input.late_periods;
     (late == 0 ? result->in_time : late <= lost_periods ? result->held : result->beyond) += 1;
-    result->contact_ticks += servo.rendered.d_near_m <= 0 ? 1u : 0u;
+    result->contact_ticks += servo.rendered.situation != ContactSituation::kNone ? 1u : 0u;
     result->safety_faults |= servo.faults;
   }
 };

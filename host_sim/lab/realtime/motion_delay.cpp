@@ -7,8 +7,8 @@
 #include <cmath>
 #include <thread>
 
-#include "hal/drivers/reference_codec.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/drivers/reference_codec.hpp"
 #include "host_sim/lab/realtime/pressed_scene.hpp"
 #include "tools/common/error.hpp"
 
@@ -144,7 +144,7 @@ class DelayWatch final : public hal::LinkObserver {
     std::int64_t handed_ns = 0, acts_ns = 0;
   };
   void note(const ServoInput& input, const ServoResult& result) noexcept {
-    contact_ += result.rendered.d_near_m <= 0 ? 1u : 0u;
+    contact_ += result.rendered.situation != ContactSituation::kNone ? 1u : 0u;
     if (tick_count_ < ticks_.size())
       ticks_[tick_count_++] = {result.command.tick, input.state.sequence, input.now_ns,
                                hal::monotonic_ns()};

@@ -98,6 +98,7 @@ ContactScene touch(const Solid& a, const Solid& b, const Vector& x) {
   const std::vector<std::byte> bytes = scene_of(a, {&b, 1}, kStiffness, kEpsilon_m);
   CoreSession session(bytes, a.name + " on " + b.name);
   StepInput input;
+  input.report_goal_contact = true;
   input.pose_wa = pose_at(x, Rotation::Identity());
   const StepResult result = session.core().step(input);
   scene.situation = result.situation;

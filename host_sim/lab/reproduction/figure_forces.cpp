@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/report/svg_canvas.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
+#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -124,7 +124,7 @@ ForceRun make_force_run() {
   ForceRun run;
   for (std::uint64_t tick = 0; tick <= 2600; ++tick) {
     const MotionSample sample = pose_of_run(static_cast<double>(tick) * 1e-3);
-    const StepResult result = session.core().step(input_of(sample, tick));
+    const StepResult result = session.core().step(input_of(sample, tick, GoalContact::kAsked));
     run.ticks.push_back(record_of(tick, sample.t_s, result));
     run.contacts.push_back(
         static_cast<std::uint32_t>(session.core().pair_report(0).contact_nodes.size()));

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
 #include "host_sim/lab/reproduction/solid_union.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -144,7 +144,8 @@ PartReport insertion_part() {
   report.markdown = table_head(
       {"instant", "z of x0 (mm)", "D_near (mm)", "nearest piece", "situation", "force (N)"});
   for (std::size_t tick = 0; tick < motion.size(); ++tick) {
-    const StepResult result = session.core().step(input_of(motion[tick], tick));
+    const StepResult result =
+        session.core().step(input_of(motion[tick], tick, GoalContact::kAsked));
     if (tick % kLegTicks != 0) continue;
     const MotionSample& s = motion[tick];
     Seen now;

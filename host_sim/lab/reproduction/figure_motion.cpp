@@ -205,7 +205,8 @@ FaceWalk make_face_walk() {
   for (std::size_t k = 0; k < 4; ++k)
     walk.instants[k] = std::min(walk.motion.size() - 1, 2 * k * kWalkLegTicks);
   for (std::size_t tick = 0; tick < walk.motion.size(); ++tick) {
-    const StepResult result = session.core().step(input_of(walk.motion[tick], tick));
+    const StepResult result =
+        session.core().step(input_of(walk.motion[tick], tick, GoalContact::kAsked));
     if (tick > 0) walk.relocalised += result.counters.stale_pairs;
     const auto near = near_nodes(session.core(), 0);
     if (near.size() == 1 && (walk.sequence.empty() || walk.sequence.back() != near[0]))

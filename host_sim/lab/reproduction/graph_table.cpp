@@ -22,6 +22,7 @@ std::vector<std::byte> paper_scene() {
 /// Two ticks at one pose: the first searches all nodes, the second tracks from its near set.
 StepResult settle(CoreSession& session, const SweepPose& pose) {
   StepInput input;
+  input.report_goal_contact = true;
   input.pose_wa = pose_at(pose.x, pose.q);
   session.core().reset();
   static_cast<void>(session.core().step(input));

@@ -93,6 +93,7 @@ LiteralRow literal_row(const Solid& a, const Solid& b, const PathSpeed& speed, s
     double d_near = 0;
     for (std::uint32_t tick = 0; tick < ticks; ++tick) {
       StepInput input;
+      input.report_goal_contact = true;
       input.pose_wa = path.next(d_near);
       input.sequence = tick;
       oracle.evaluate(input.pose_wa, verdicts);

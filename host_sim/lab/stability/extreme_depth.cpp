@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -105,6 +105,7 @@ DepthErrors measure_depth(const ExtremeScene& scene, std::uint32_t poses, std::u
     const Rotation q = scene.rotation ? scene.rotation(random) : random.rotation();
     const double share = (k % 4 == 0 ? 0.1 : 0.01) * random.uniform(-1, 1);
     StepInput input;
+    input.report_goal_contact = true;
     input.sequence = k;
     input.pose_wa = pose_at_depth(scene, oracle, q, random.direction(),
                                   share * static_cast<double>(oracle.size_m()));

@@ -84,6 +84,7 @@ DepthTotals run_depths_on(VerifiedPair& pair, const VerifiedBodies& bodies, std:
   const ContactPoses poses(bodies.a, bodies.b);
   pair.core().reset();
   StepInput input;
+  input.report_goal_contact = true;
   const auto step = [&](const Pose& pose_wa) {
     input.pose_wa = pose_wa;
     ++input.sequence;

@@ -211,6 +211,7 @@ NearTotals run_near_sets_on(VerifiedPair& pair, const VerifiedBodies& bodies, st
   const auto epsilon_m = static_cast<double>(pair.epsilon_m());
   pair.core().reset();
   StepInput input;
+  input.report_goal_contact = true;
   while (totals.poses < poses) {
     const Placement start = draw_contact(draws, epsilon_m, random);
     // A jump, then a few ticks of small motion: bounds of different ages.

@@ -78,6 +78,7 @@ class QueryRun {
 
   void query(const Pose& pose_wa) {
     StepInput input;
+    input.report_goal_contact = true;
     input.pose_wa = pose_wa;
     input.sequence = totals_.queries;
     const StepResult result = pair_.core().step(input);

@@ -5,8 +5,8 @@
 #include <chrono>
 #include <limits>
 
-#include "host_sim/session/tick_clock.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/tick_clock.hpp"
 #include "host_sim/timing/same_state_times.hpp"
 #include "rt_core/law/proxy_law.hpp"
 #include "tools/common/error.hpp"
@@ -221,12 +221,15 @@ void evaluate(CoreSession& session, std::span<const MotionSample> motion,
       finding.goal == AdversarialGoal::kWork || finding.goal == AdversarialGoal::kProxyWork;
   const bool is_step =
       finding.goal == AdversarialGoal::kForceStep || finding.goal == AdversarialGoal::kTorqueStep;
+  // The work of the search at the goal pose: only where it is asked for is there any.
+  const GoalContact asked =
+      finding.goal == AdversarialGoal::kWork ? GoalContact::kAsked : GoalContact::kLeftOut;
   session.core().reset();
   StepResult before;
   Worst worst;
   std::uint64_t changes = 0;
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const StepResult now = session.core().step(input_of(as_read(motion[i]), i));
+    const StepResult now = session.core().step(input_of(as_read(motion[i]), i, asked));
     const bool finite = now.wrench_w.force_w.allFinite() && now.wrench_w.torque_w.allFinite();
     finding.not_finite += finite ? 0u : 1u;
     if ((i > 0 || first_counts) && worst.offer(value_of_tick(finding.goal, now, before), i) &&

@@ -132,11 +132,12 @@ const FunctionCost* found(const std::vector<FunctionCost>& list, const std::stri
 
 }  // namespace
 
-std::uint64_t run_once(CoreSession& session, std::span<const MotionSample> motion) {
+std::uint64_t run_once(CoreSession& session, std::span<const MotionSample> motion,
+                       GoalContact goal) {
   session.core().reset();
   std::uint64_t hash = 0;
   for (std::size_t i = 0; i < motion.size(); ++i)
-    hash = session.core().step(input_of(motion[i], i)).state_hash;
+    hash = session.core().step(input_of(motion[i], i, goal)).state_hash;
   return hash;
 }
 

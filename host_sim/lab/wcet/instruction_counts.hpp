@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/wcet/callgrind_profile.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 
 /// Runs a motion from the reset core. @return the state hash after it. The count begins with its
 /// call: a program may have used its core before, to make the motion.
-[[gnu::noinline]] std::uint64_t run_once(CoreSession& session,
-                                         std::span<const MotionSample> motion);
+[[gnu::noinline]] std::uint64_t run_once(CoreSession& session, std::span<const MotionSample> motion,
+                                         GoalContact goal = GoalContact::kLeftOut);
 
 /// A program that gives the motion to run_once and prints its ticks and hash, as `host_sim wcet
 /// --once` does.

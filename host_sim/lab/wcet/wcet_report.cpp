@@ -7,10 +7,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/report/output_file.hpp"
 #include "host_sim/lab/wcet/chrome_trace.hpp"
 #include "host_sim/lab/wcet/core_stack.hpp"
 #include "host_sim/lab/wcet/wcet_plot.hpp"
+#include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 
@@ -94,9 +94,9 @@ Json json_of(const CoreStack& stack) {
 }
 
 InstructionCounts counted(CoreSession& session, std::span<const MotionSample> motion,
-                          InstructionQuestion question) {
+                          InstructionQuestion question, GoalContact goal) {
   if (!question.program.empty()) {
-    question.state_hash = run_once(session, motion);
+    question.state_hash = run_once(session, motion, goal);
     question.ticks = motion.size();
   }
   return count_instructions(question);
@@ -129,11 +129,11 @@ WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> moti
   if (!plan.fault.empty()) capacity = damaged_bounds(capacity, plan.fault);
   WcetReport report;
   report.plan = plan;
-  report.loop = measure(session, motion, plan.repeats, plan.exhaustive);
+  report.loop = measure(session, motion, plan.repeats, plan.exhaustive, plan.goal);
   report.same_state =
       same_state_times(session, motion, telling_ticks(report.loop, plan.most_same_state),
-                       std::max(plan.repeats, kLeastRepeats));
-  report.instructions = counted(session, motion, plan.instructions);
+                       std::max(plan.repeats, kLeastRepeats), plan.goal);
+  report.instructions = counted(session, motion, plan.instructions, plan.goal);
   report.findings = adversarial_search(session, motion, plan.adversarial);
   StepCounters peaks = report.loop.peaks;
   for (const AdversarialFinding& f : report.findings) raise_peaks(f.peaks, peaks);

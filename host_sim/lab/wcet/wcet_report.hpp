@@ -11,8 +11,8 @@
 
 #include "hal/realtime/wakeup_measurement.hpp"
 #include "host_sim/lab/wcet/adversarial_search.hpp"
-#include "host_sim/session/counters_check.hpp"
 #include "host_sim/lab/wcet/instruction_counts.hpp"
+#include "host_sim/session/counters_check.hpp"
 #include "host_sim/timing/same_state_times.hpp"
 
 namespace haptic::sim {
@@ -20,9 +20,10 @@ namespace haptic::sim {
 struct WcetPlan {
   std::string scene, motion;  ///< names, for the report
   std::uint32_t repeats = 7;
-  std::size_t most_same_state = 2000;  ///< ticks that are repeated warm and flushed
-  bool exhaustive = true;              ///< time the plain search beside the core
-  double wakeup_seconds = 2;           ///< 0: not measured
+  std::size_t most_same_state = 2000;        ///< ticks that are repeated warm and flushed
+  bool exhaustive = true;                    ///< time the plain search beside the core
+  double wakeup_seconds = 2;                 ///< 0: not measured
+  GoalContact goal = GoalContact::kLeftOut;  ///< what the ticks that are timed and counted search
   AdversarialLimits adversarial;
   std::string fault;  ///< name of the bound that the check takes for 0; empty: none
   /// Program that runs the same motion once; state hash and ticks are filled in here.

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <limits>
 
+#include "host_sim/lab/wcet/core_stack.hpp"
 #include "host_sim/session/replay_summary.hpp"
 #include "host_sim/timing/cache_flush.hpp"
-#include "host_sim/lab/wcet/core_stack.hpp"
 #include "tools/common/formatted.hpp"
 
 namespace haptic::sim {
@@ -36,12 +36,14 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
       text, "  %u pairs, %llu bytes of state, %llu bytes of scene; %s", c.pair_count,
       ull{c.state_bytes}, ull{view.header().byte_count},
       c.unproven == 0 ? "exact at every pose" : "a tick may have to give up exactness, flagged");
-  append_line(
-      text,
-      "  bound %llu units of work, dearest unit %.1f ns: at most %.0f ns, %.1f %% of the period "
-      "of %.0f ns%s",
-      ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns,
-      view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
+  const bool searched = view.parameters().law != LawId::kProxy || r.loop.dearest_unit_ns > 0;
+  if (searched)
+    append_line(
+        text,
+        "  bound %llu units of work, dearest unit %.1f ns: at most %.0f ns, %.1f %% of the period "
+        "of %.0f ns%s",
+        ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns,
+        view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
   if (view.parameters().law != LawId::kProxy) return;
   const double proxy_ns = r.loop.dearest_proxy_unit_ns * static_cast<double>(r.proxy_bound);
   append_line(
