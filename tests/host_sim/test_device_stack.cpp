@@ -44,7 +44,7 @@ StackBits bits_of(const StackTick& t) {
   add(t.device.q_wa.vec());
   add(t.device.velocity_w);
   add(t.device.angular_velocity_w);
-  bits.contact = t.servo.rendered_new && t.servo.rendered.d_near_m <= 0;
+  bits.contact = t.servo.rendered_new && t.servo.rendered.situation != ContactSituation::kNone;
   bits.inside = t.servo.rendered.proxy_pose_wa.p_wa.z() < -5.0e-3_r;
   bits.ran = t.servo_ran;
   bits.force_n = static_cast<double>(t.handed_d.force_w.norm());

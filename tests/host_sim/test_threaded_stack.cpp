@@ -41,7 +41,7 @@ SingleRun run_in_one_thread(std::size_t ticks) {
   SingleRun run;
   for (std::size_t k = 0; k < ticks; ++k) {
     const StackTick tick = stack.step();
-    run.contact += tick.servo.rendered.d_near_m <= 0 ? 1u : 0u;
+    run.contact += tick.servo.rendered.situation != ContactSituation::kNone ? 1u : 0u;
     run.bits.push_back(bits_of(tick.state, tick.servo));
     run.states.push_back(tick.state);
   }

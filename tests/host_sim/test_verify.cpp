@@ -113,6 +113,7 @@ TEST_SUITE("host_sim.verify") {
     const ContactPoses poses(bodies.a, bodies.b);
     Seeded random(9);
     StepInput input;
+    input.report_goal_contact = true;
     input.pose_wa =
         poses.meet(FeatureKind::kFace, FeatureKind::kFace, false, 0, -1e-3, random).pose();
     static_cast<void>(pair.core().step(input));

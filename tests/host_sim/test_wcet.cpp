@@ -170,7 +170,7 @@ TEST_SUITE("host_sim.wcet") {
     s.session.core().reset();
     std::size_t contact = 0;
     for (std::size_t i = 0; i < motion.size(); ++i)
-      contact += s.session.core().step(input_of(motion[i], i)).d_near_m <= 0 ? 1u : 0u;
+      contact += s.session.core().step(input_of(motion[i], i, GoalContact::kAsked)).d_near_m <= 0;
     CHECK(contact > 10);
     // The scene starts in contact; the wander leaves the start pose all the same.
     const Vector gone(motion.back().p[0] - motion[0].p[0], motion.back().p[1] - motion[0].p[1],

@@ -3,6 +3,7 @@
 // passes. Parts of 2 to 6 cm, k_t = 1000 N/m.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -345,6 +346,90 @@ TEST_SUITE("rt_core.proxy_law") {
       REQUIRE(again.wrench_w.force_w == then.wrench_w.force_w);
       REQUIRE(again.wrench_w.torque_w == then.wrench_w.torque_w);
     }
+  }
+
+  TEST_CASE("contact is that of the felt part: on the block, not as deep as the goal") {
+    LoadedScene scene(proxy_scene_of(part(), {block()}));
+    std::vector<Vec3> corners(64);
+    std::vector<ContactId> ids(64);
+    ContactGeometry contact;
+    contact.polygon_w = BoundedList<Vec3>(corners);
+    contact.ids = BoundedList<ContactId>(ids);
+    StepResult r;
+    for (int k = 0; k < 40; ++k) r = step(*scene.core, {0, 0, 0.055 - 0.0002 * k}, {1, 0, 0, 0});
+    CHECK_FALSE(r.has_goal_contact);
+    CHECK(std::isnan(r.d_near_m));
+    CHECK((r.flags & kGoalContactFlags) == 0);
+    CHECK_FALSE(scene.core->pair_report(0).searched);
+    CHECK(r.situation == ContactSituation::kFaceFace);
+    CHECK(r.near_count == 4);
+    const FeltContact& felt = scene.core->felt_contact();
+    REQUIRE(felt.plane_count == 1);
+    CHECK(felt.planes[0].pair == 0);
+    CHECK(length_of(felt.planes[0].normal_w - Vec3(0, 0, 1)) < (kSingle ? 1e-6 : 1e-12));
+    CHECK(std::abs(felt.planes[0].gap_m) < 1e-5_r);
+    scene.core->contact_geometry(0, contact);
+    CHECK(contact.situation == ContactSituation::kFaceFace);
+    CHECK(contact.ids.size() == 4);
+    REQUIRE(contact.polygon_w.size() == 4);
+    for (const Vec3& corner : contact.polygon_w) {
+      const Vec3 at = contact.x0_w + corner;
+      CHECK(std::abs(at[2] - 0.04_r) < 1e-5_r);
+      CHECK(std::abs(std::abs(at[0]) - 0.02_r) < 1e-5_r);
+      CHECK(std::abs(std::abs(at[1]) - 0.015_r) < 1e-5_r);
+    }
+    r = step(*scene.core, {0, 0, 0.08}, {1, 0, 0, 0});
+    for (int k = 0; k < 20; ++k) r = step(*scene.core, {0, 0, 0.08}, {1, 0, 0, 0});
+    CHECK(r.situation == ContactSituation::kNone);
+    CHECK(r.near_count == 0);
+    CHECK(scene.core->felt_contact().plane_count == 0);
+    scene.core->contact_geometry(0, contact);
+    CHECK(contact.polygon_w.size() == 0);
+  }
+
+  TEST_CASE("held from two sides: several planes, and the geometry of each pair") {
+    const tools::Body wall = box({0.06, -0.05, -0.04}, {0.08, 0.05, 0.12});
+    LoadedScene scene(proxy_scene_of(part(), {block(), wall}));
+    StepResult r;
+    for (int k = 0; k < 60; ++k)
+      r = step(*scene.core, {0.03 + 0.0003 * k, 0, 0.055 - 0.0002 * k}, {1, 0, 0, 0});
+    CHECK(r.situation == ContactSituation::kSeveralPlanes);
+    const FeltContact& felt = scene.core->felt_contact();
+    REQUIRE(felt.plane_count == 2);
+    CHECK(felt.planes[0].pair + felt.planes[1].pair == 1);
+    CHECK(std::abs(felt.planes[0].normal_w.dot(felt.planes[1].normal_w)) < 1e-6_r);
+    CHECK(felt.point_count == 8);
+  }
+
+  TEST_CASE("asking for the contact at the goal changes neither wrench, proxy nor hash") {
+    LoadedScene one(proxy_scene_of(part(), {block()}, 0.3)),
+        two(proxy_scene_of(part(), {block()}, 0.3));
+    Random random(75);
+    int asked = 0;
+    for (int k = 0; k < 800; ++k) {
+      const Point p = {0.03 * std::sin(0.011 * k), 0.02 * std::sin(0.007 * k),
+                       0.056 + 0.012 * std::cos(0.013 * k)};
+      const Wxyz q = turn(0.4 * std::sin(0.01 * k), 0.3 * std::sin(0.017 * k), 0);
+      const StepResult plain = step(*one.core, p, q);
+      StepInput input;
+      const GripPose grip = grip_pose(p, q);
+      input.pose_wa = {grip.x0_w, grip.q_wa};
+      input.report_goal_contact = random.uniform(0, 1) < 0.4;  // now and then, or always
+      const StepResult other = two.core->step(input);
+      asked += input.report_goal_contact ? 1 : 0;
+      REQUIRE(other.has_goal_contact == input.report_goal_contact);
+      REQUIRE(other.wrench_w.force_w == plain.wrench_w.force_w);
+      REQUIRE(other.wrench_w.torque_w == plain.wrench_w.torque_w);
+      REQUIRE(other.proxy_pose_wa.p_wa == plain.proxy_pose_wa.p_wa);
+      REQUIRE(other.situation == plain.situation);
+      REQUIRE(other.state_hash == plain.state_hash);
+      if (!input.report_goal_contact) continue;
+      // What was asked now and then is what a core that is always asked finds.
+      LoadedScene fresh(proxy_scene_of(part(), {block()}, 0.3));
+      const StepResult found = fresh.core->step(input);
+      REQUIRE(std::abs(found.d_near_m - other.d_near_m) < (kSingle ? 1e-6_r : 1e-12_r));
+    }
+    CHECK(asked > 100);
   }
 
   TEST_CASE("a floor of 144 pieces is one floor: more pairs than valid sets have room") {

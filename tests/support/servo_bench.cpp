@@ -37,6 +37,7 @@ ServoBench::ServoBench(const tools::SceneDescription& description,
       limits(usable(parameters.limits)),
       servo(*scene.core, parameters, scene.view.header().capacity, nullptr) {
   input.now_ns = 1000 * kMs;
+  input.report_goal_contact = true;
   input.state.link = LinkState::kReady;
   place(0, 0, 0.012);
 }

@@ -177,6 +177,7 @@ StepResult LoadedScene::step(const Point& p, const std::array<double, 4>& q) {
       Vec3(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
   input.pose_wa.q_wa = Quat(static_cast<Real>(q[0]), static_cast<Real>(q[1]),
                             static_cast<Real>(q[2]), static_cast<Real>(q[3]));
+  input.report_goal_contact = true;
   return core->step(input);
 }
 

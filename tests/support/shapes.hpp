@@ -52,7 +52,7 @@ class LoadedScene {
   SceneView view;
   HapticCore* core = nullptr;
 
-  /// Steps the core at position p and quaternion (w, x, y, z).
+  /// Steps the core at position p and quaternion (w, x, y, z), and asks for the contact there.
   StepResult step(const Point& p, const std::array<double, 4>& q_wxyz = {1, 0, 0, 0});
 
  private:
