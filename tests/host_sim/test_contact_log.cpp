@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/replay.hpp"
-#include "host_sim/session/motion_script.hpp"
 #include "host_sim/session/contact_log.hpp"
+#include "host_sim/session/motion_script.hpp"
+#include "host_sim/session/replay.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
@@ -181,9 +181,9 @@ Tally run(const std::string& name, bool shuffled) {
   Tally tally;
   for (std::size_t t = 0; t < motion.size(); ++t) {
     const StepInput input = input_of(motion[t], t);
-    static_cast<void>(session.core().step(input));
-    a.position = input.pose_wa.p_wa.cast<double>();
-    a.turn = input.pose_wa.q_wa.cast<double>().normalized();
+    const StepResult result = session.core().step(input);
+    a.position = result.proxy_pose_wa.p_wa.cast<double>();  // where the part is felt
+    a.turn = result.proxy_pose_wa.q_wa.cast<double>().normalized();
     const double(&grip)[3] = session.view().bodies()[0].reference_m;
     const Vector3 x0_w = a.position + a.turn * Vector3(grip[0], grip[1], grip[2]);
     for (std::uint32_t pair = 0; pair < session.core().pair_count(); ++pair) {
@@ -247,8 +247,9 @@ TEST_SUITE("host_sim.contact_log") {
     const ReplayResult without = replay(session, motion, {});
     CHECK(without.contact_csv.empty());
     CHECK(tick_csv(with.ticks) == tick_csv(without.ticks));
-    const auto touching = std::count_if(with.ticks.begin(), with.ticks.end(),
-                                        [](const TickRecord& t) { return t.d_near_m <= 0; });
+    const auto touching =
+        std::count_if(with.ticks.begin(), with.ticks.end(),
+                      [](const TickRecord& t) { return t.situation != ContactSituation::kNone; });
     CHECK(with.contact_csv.starts_with(std::string(kContactCsvHeader) + "\n"));
     const auto columns = std::count(kContactCsvHeader,
                                     kContactCsvHeader + std::string(kContactCsvHeader).size(), ',');
