@@ -63,6 +63,7 @@ function(haptic_add_image_core name folder)
   target_compile_options(${name} PUBLIC $<TARGET_PROPERTY:rt_core,INTERFACE_COMPILE_OPTIONS>
     PRIVATE $<TARGET_PROPERTY:rt_core,COMPILE_OPTIONS>)
   target_link_libraries(${name} PUBLIC Eigen3::Eigen PRIVATE haptic_warnings)
+  haptic_unity(${name})
 endfunction()
 
 # Stops the build when the deepest chain of calls of the core needs more than the stack budget. Only g++ writes the graphs.

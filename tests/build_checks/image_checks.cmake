@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Images of scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system; as hosted programs
-# without what no scene asks for the peg's, that of a tetrahedron that never turns, on a device, and that of a needle of which
-# pruning has left the point.
+# Images of scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system; the peg's as a
+# hosted program without what the scene does not ask for. Each image is one more core to compile; with
+# HAPTIC_THOROUGH_CHECKS also that of a tetrahedron that never turns, on a device, and that of a needle of which pruning has
+# left the point.
 # Each must compute the bits of the general program along the scene's motion, and stop at any other scene.
 
 set(skip_image "${skip_link}")
@@ -15,10 +16,8 @@ if(skip_image)
   return()
 endif()
 
-find_package(tomlplusplus REQUIRED)
-add_executable(motion_ticks motion_ticks.cpp ${PROJECT_SOURCE_DIR}/host_sim/session/motion_csv.cpp
-  ${PROJECT_SOURCE_DIR}/host_sim/session/motion_script.cpp)
-target_link_libraries(motion_ticks PRIVATE haptic::tools_common haptic::rt_core tomlplusplus::tomlplusplus haptic_warnings)
+add_executable(motion_ticks motion_ticks.cpp)
+target_link_libraries(motion_ticks PRIVATE haptic::host_sim haptic_warnings)
 set_target_properties(motion_ticks PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 
 # haptic_motion_ticks(<name> <script or csv>): <name>.ticks in this folder.
@@ -28,10 +27,9 @@ function(haptic_motion_ticks name motion)
 endfunction()
 
 # haptic_general_program(<name> <scene> <state bytes> <motion>): what an image is compared with.
-set(runner ${checks}/hosted_run.cpp ${PROJECT_SOURCE_DIR}/linker/image_run.cpp)
 function(haptic_general_program name scene state motion)
-  add_executable(${name} ${runner})
-  target_link_libraries(${name} PRIVATE haptic::rt_core haptic_warnings)
+  add_executable(${name})
+  target_link_libraries(${name} PRIVATE haptic_hosted_run)
   haptic_place_rt(${name})
   haptic_embed_scene(${name} ${scene})
   haptic_embed_state(${name} ${state})
@@ -55,37 +53,23 @@ haptic_add_scene_image(image_tetrahedron FREESTANDING SCENE ${scenes}/tetrahedro
   MOTION ${images}/tetrahedron.ticks BUDGET CODE 163840 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
 haptic_add_scene_image(image_peg SCENE ${scenes}/square_peg_five/scene.toml SOURCES ${runner}
   MOTION ${images}/peg.ticks WITHOUT clutch contact_geometry)
-haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
-haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
-  MOTION ${images}/tetrahedron_fixed.ticks WITHOUT clutch contact_geometry BUDGET CODE 81920 STATE 16384)
-haptic_motion_ticks(needle ${checks}/needle/motion.toml)
-haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
-  MOTION ${images}/needle.ticks WITHOUT clutch contact_geometry)
-haptic_general_program(general_needle ${images}/image_needle_image/scene.rtscene 1048576 ${images}/needle.ticks)
-haptic_general_program(general_fixed ${images}/image_fixed_image/scene.rtscene 1048576
-  ${images}/tetrahedron_fixed.ticks)
 haptic_general_program(general_tetrahedron ${images}/image_tetrahedron_image/scene.rtscene 1048576
   ${images}/tetrahedron.ticks)
 haptic_general_program(general_peg ${images}/image_peg_image/scene.rtscene 1048576 ${images}/peg.ticks)
-set_target_properties(image_tetrahedron image_peg image_fixed image_needle
-  general_tetrahedron general_peg general_fixed general_needle PROPERTIES
+set_target_properties(image_tetrahedron image_peg general_tetrahedron general_peg PROPERTIES
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 
 haptic_image_check(image_bits.tetrahedron ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_tetrahedron>
   -DHOSTED=$<TARGET_FILE:general_tetrahedron> -P ${checks}/same_bits.cmake)
 haptic_image_check(image_bits.peg ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_peg>
   -DHOSTED=$<TARGET_FILE:general_peg> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
-haptic_image_check(image_bits.fixed ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_fixed>
-  -DHOSTED=$<TARGET_FILE:general_fixed> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
-haptic_image_check(image_bits.needle ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_needle>
-  -DHOSTED=$<TARGET_FILE:general_needle> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
 haptic_image_refusal(image_bits.probe_other_scene "same bits: the two differ" ${CMAKE_COMMAND}
   -DIMAGE=$<TARGET_FILE:image_peg> -DHOSTED=$<TARGET_FILE:general_tetrahedron> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
 haptic_image_check(image_placement ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:image_peg>
   -DARCHIVE=$<TARGET_FILE:image_peg_core> -DNM=${HAPTIC_NM} -P ${checks}/placement.cmake)
 haptic_image_refusal(image_placement.probe_other_core "lies outside .rt_text" ${CMAKE_COMMAND}
   "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${images}/image_peg_scene.o|${images}/image_peg_image/state.o|${images}/image_peg_motion.o|$<JOIN:$<TARGET_OBJECTS:image_peg>,|>"
-  -DARCHIVE=$<TARGET_FILE:image_peg_core> -DLOOSE=rotation.cpp.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
+  -DARCHIVE=$<TARGET_FILE:image_peg_core> -DLOOSE=unity_in_rt_core_base_cxx.cxx.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
   -DFOLDER=${samples}/image_loose_object -P ${checks}/placement_probe.cmake)
 
 # What the program of an image is linked from, without its scene.
@@ -119,9 +103,6 @@ haptic_traits_probe(image_peg no_hidden "hidden_nodes = true" "hidden_nodes = fa
 haptic_traits_probe(image_peg no_turn "device_turns = true" "device_turns = false")
 haptic_traits_probe(image_peg less_room "qp_rows = [0-9]+" "qp_rows = 95")
 haptic_traits_probe(image_peg other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
-haptic_traits_probe(image_needle no_faces_of_static "type_b = true" "type_b = false")
-haptic_traits_probe(image_needle no_workspace "workspace_limits = true" "workspace_limits = false")
-haptic_traits_probe(image_needle no_orientation "orientation_limits = true" "orientation_limits = false")
 
 # Budgets that nothing keeps, given as an argument and by the scene's report.
 foreach(region CODE CONST STATE)
@@ -154,4 +135,24 @@ endfunction()
 haptic_closed_image_probe(heap_malloc "undefined reference to `malloc'")
 haptic_closed_image_probe(image_heap "bare metal: a heap is linked" -fno-builtin)
 haptic_closed_image_probe(image_constructor "bare metal: a static constructor or destructor is linked")
+if(HAPTIC_THOROUGH_CHECKS)
+  haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
+  haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
+    MOTION ${images}/tetrahedron_fixed.ticks WITHOUT clutch contact_geometry BUDGET CODE 81920 STATE 16384)
+  haptic_motion_ticks(needle ${checks}/needle/motion.toml)
+  haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
+    MOTION ${images}/needle.ticks WITHOUT clutch contact_geometry)
+  haptic_general_program(general_needle ${images}/image_needle_image/scene.rtscene 1048576 ${images}/needle.ticks)
+  haptic_general_program(general_fixed ${images}/image_fixed_image/scene.rtscene 1048576
+    ${images}/tetrahedron_fixed.ticks)
+  set_target_properties(image_fixed image_needle general_fixed general_needle PROPERTIES
+    RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  haptic_image_check(image_bits.fixed ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_fixed>
+    -DHOSTED=$<TARGET_FILE:general_fixed> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
+  haptic_image_check(image_bits.needle ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_needle>
+    -DHOSTED=$<TARGET_FILE:general_needle> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
+  haptic_traits_probe(image_needle no_faces_of_static "type_b = true" "type_b = false")
+  haptic_traits_probe(image_needle no_workspace "workspace_limits = true" "workspace_limits = false")
+  haptic_traits_probe(image_needle no_orientation "orientation_limits = true" "orientation_limits = false")
+endif()
 include(image_report.cmake)

@@ -23,8 +23,13 @@ add_custom_command(OUTPUT ${scene} COMMAND image_scene ${scene} DEPENDS image_sc
 
 haptic_add_freestanding(core_freestanding ${scene})
 
-add_executable(core_hosted hosted_run.cpp ${PROJECT_SOURCE_DIR}/linker/image_run.cpp)
-target_link_libraries(core_hosted PRIVATE haptic::rt_core haptic_warnings)
+# What a hosted program of the general core runs; images compile the same files for their own scenes.
+set(runner ${checks}/hosted_run.cpp ${PROJECT_SOURCE_DIR}/linker/image_run.cpp)
+add_library(haptic_hosted_run OBJECT ${runner})
+target_link_libraries(haptic_hosted_run PUBLIC haptic::rt_core PRIVATE haptic_warnings)
+
+add_executable(core_hosted)
+target_link_libraries(core_hosted PRIVATE haptic_hosted_run)
 haptic_place_rt(core_hosted)
 haptic_embed_scene(core_hosted ${scene})
 haptic_embed_state(core_hosted 1048576)
@@ -38,7 +43,7 @@ haptic_link_check(placement ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:core_hosted
 
 # What both kinds of link share: the program's own objects and scene, without the archive.
 set(hosted_scene ${CMAKE_CURRENT_BINARY_DIR}/core_hosted_scene.o ${CMAKE_CURRENT_BINARY_DIR}/core_hosted_state.o)
-set(hosted_objects $<TARGET_OBJECTS:core_hosted> ${hosted_scene})
+set(hosted_objects $<TARGET_OBJECTS:haptic_hosted_run> ${hosted_scene})
 list(JOIN hosted_scene "|" hosted_scene_line)
 set(image_objects $<TARGET_OBJECTS:core_freestanding> ${CMAKE_CURRENT_BINARY_DIR}/core_freestanding_scene.o
   ${CMAKE_CURRENT_BINARY_DIR}/core_freestanding_state.o)
@@ -57,8 +62,8 @@ endforeach()
 
 # One object of the core given by itself, as an application's sources would be, falls out of the region.
 haptic_link_refusal(placement.probe_loose_object ": lies outside .rt_text" ${CMAKE_COMMAND}
-  "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${hosted_scene_line}|$<JOIN:$<TARGET_OBJECTS:core_hosted>,|>"
-  -DARCHIVE=$<TARGET_FILE:rt_core> -DLOOSE=rotation.cpp.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
+  "-DLINK=${CMAKE_CXX_COMPILER}|-Wl,-T,${haptic_linker_dir}/rt_sections.ld|${hosted_scene_line}|$<JOIN:$<TARGET_OBJECTS:haptic_hosted_run>,|>"
+  -DARCHIVE=$<TARGET_FILE:rt_core> -DLOOSE=unity_in_rt_core_base_cxx.cxx.o -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM}
   -DFOLDER=${samples}/loose_object -P ${checks}/placement_probe.cmake)
 haptic_link_refusal(placement.probe_not_placed "link it through haptic_place_rt" ${CMAKE_COMMAND}
   -DPROGRAM=$<TARGET_FILE:image_scene> -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${HAPTIC_NM} -P ${checks}/placement.cmake)

@@ -4,6 +4,28 @@ foreach(rule include_direction core_words licence_line top_level)
   haptic_build_check(${rule} ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/${rule}.cmake)
 endforeach()
 
+haptic_build_check(compiled_once ${CMAKE_COMMAND} -DCOMMANDS=${PROJECT_BINARY_DIR}/compile_commands.json
+  -P ${checks}/compiled_once.cmake)
+file(WRITE ${samples}/compiled_twice.json "[
+{
+  \"command\": \"g++ -O1 -o a/one.o -c /p/one.cpp\",
+  \"file\": \"/p/one.cpp\"
+},
+{
+  \"command\": \"g++ -O1 -o b/one.o -c /p/one.cpp\",
+  \"file\": \"/p/one.cpp\"
+}
+]
+")
+haptic_build_probe(compiled_once.probe_twice "/p/one.cpp: compiled twice with" ${CMAKE_COMMAND}
+  -DCOMMANDS=${samples}/compiled_twice.json -P ${checks}/compiled_once.cmake)
+
+set(embedding ${CMAKE_COMMAND} -DPROJECT=${checks}/probes/embedding -DROOT=${PROJECT_SOURCE_DIR}
+  -DCOMPILER=${CMAKE_CXX_COMPILER})
+haptic_build_check(embedding ${embedding} -DFOLDER=${samples}/embedding -P ${checks}/embedding.cmake)
+haptic_build_probe(embedding.probe_leak "own.cpp is compiled with -D" ${embedding} -DFOLDER=${samples}/embedding_leak
+  -DLEAK=ON -P ${checks}/embedding.cmake)
+
 function(haptic_tree_probe rule what path text expected)
   set(tree ${samples}/${rule}_${what})
   file(REMOVE_RECURSE ${tree})

@@ -136,14 +136,14 @@ TEST_SUITE("host_sim.stability_extreme") {
   }
 
   TEST_CASE("clearance: the force of two sliding points tells one friction from another") {
-    const PegRun run = run_peg(peg_scene(1e-5, 0.2), PegPath::kTilted, 1e-3, false);
+    const PegRun run = run_peg(inserted_peg_scene(1e-5, 0.2), PegPath::kTilted, 1e-3, false);
     const double pull = run.end.force_n[2];
     CHECK(two_point_force_n(run.end, 1e-5, 0.2) == doctest::Approx(pull).epsilon(0.02));
     CHECK(std::abs(two_point_force_n(run.end, 1e-5, 0.3) - pull) > 0.2 * pull);
   }
 
   TEST_CASE("clearance: below the force at which it slips the tilted peg is jammed") {
-    const PegRun run = run_peg(peg_scene(1e-5, 0.5), PegPath::kTilted, 1e-3, true);
+    const PegRun run = run_peg(inserted_peg_scene(1e-5, 0.5), PegPath::kTilted, 1e-3, true);
     // 2.5 mm of push, 2.5 N, do not move it by a tenth of that.
     const double push_mm = 2.5;
     std::size_t begin = 0;
@@ -156,12 +156,12 @@ TEST_SUITE("host_sim.stability_extreme") {
     while (top_mm - device_mm(end) < push_mm) end += 1;
     CHECK(push_mm - (run.lag_mm[end] - run.lag_mm[begin]) < 0.1 * push_mm);
     CHECK(run.slip.force_n[2] > kPegStiffness_n_per_m * 1e-3 * push_mm);
-    const PegRun free = run_peg(peg_scene(1e-5, 0), PegPath::kTilted, 1e-3, true);
+    const PegRun free = run_peg(inserted_peg_scene(1e-5, 0), PegPath::kTilted, 1e-3, true);
     CHECK(free.lag_mm[end] - free.lag_mm[begin] < 0.1 * push_mm);
   }
 
   TEST_CASE("laws compared: the peg goes in under the proxy law, the scene changes law alone") {
-    const std::vector<std::byte> bytes = peg_scene(1e-4, 0);
+    const std::vector<std::byte> bytes = inserted_peg_scene(1e-4, 0);
     const CoreSession session(bytes, "peg");
     const std::vector<std::byte> same = scene_with_law(session.view(), LawId::kProxy);
     CHECK(std::equal(same.begin(), same.end(), bytes.begin(), bytes.end()));

@@ -140,7 +140,7 @@ TEST_SUITE("host_sim.wcet_counts") {
     write_motion_csv(csv, short_motion());
     const std::vector<MotionSample> motion = read_motion_csv(csv);
     InstructionQuestion question;
-    question.program = HAPTIC_HOST_SIM;
+    question.program = HAPTIC_HOST_LAB;
     question.arguments = {"wcet", "--once", "--scene", scene, "--motion", csv};
     WcetScene again;
     question.state_hash = run_once(again.session, motion);

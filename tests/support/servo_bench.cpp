@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kRounding = 64.0 * static_cast<double>(kRealEpsilon);
 
-double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
+double length(const Vec3& v) { return static_cast<double>(v.norm()); }
 
 /// A step from `last` to `now` within slew and limit.
 bool is_calm(const Vec3& last, const Vec3& now, Real limit, Real slew_per_s, double elapsed_s) {
   const double most = static_cast<double>(limit);
-  return is_finite(now) && norm(now) <= most &&
-         norm(now - last) <= static_cast<double>(slew_per_s) * elapsed_s + kRounding * most;
+  return is_finite(now) && length(now) <= most &&
+         length(now - last) <= static_cast<double>(slew_per_s) * elapsed_s + kRounding * most;
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ PressingBench::PressingBench(const ServoParameters& parameters)
   tick();
   descend();
   const ServoResult r = arm();
-  if (r.arming != ArmingState::kArmed || norm(force_of(r) - Vec3(0, 0, 1)) > 1.0e-3) {
+  if (r.arming != ArmingState::kArmed || length(force_of(r) - Vec3(0, 0, 1)) > 1.0e-3) {
     throw std::runtime_error("the bench does not press on the floor");
   }
 }

@@ -98,10 +98,20 @@ configure() {
   cmake "${fresh[@]}" --preset "$preset" "$@"
 }
 
-# build <preset> [cmake --build options]
+# minutes <for two cores>: said at the start, scaled to this machine.
+minutes() {
+  local cores halves
+  cores="$(nproc)"
+  halves=$(( ($1 * 4 + cores - 1) / cores ))
+  printf 'This takes about %d.%d minutes on %d cores the first time, much less again; packages to install aside.\n' \
+    $((halves / 2)) $((halves % 2 * 5)) "$cores"
+}
+
+# build <preset> [cmake --build options]: each line says how much is done, and the seconds so far.
 build() {
   local preset="$1"
   shift
   step "build preset $preset on $(nproc) cores"
+  export NINJA_STATUS='[%f of %t, %e s] '
   cmake --build --preset "$preset" --parallel "$(nproc)" "$@"
 }
