@@ -29,7 +29,7 @@ struct Examination {
 /// Processors in use; {0} where the tree does not say.
 [[nodiscard]] std::vector<int> online_cpus(const SystemTree& tree);
 /// Where the loop's threads go: those asked for, else the last two of four or more, the last one of
-/// fewer: what a mend proposes.
+/// fewer: what a fix proposes.
 [[nodiscard]] std::vector<int> proposed_cpus(const Examination& e);
 
 // doctor_checks_kernel.cpp: what the kernel is and what it grants.

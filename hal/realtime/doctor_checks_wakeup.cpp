@@ -35,7 +35,7 @@ DoctorLine wakeup_line(const DoctorQuestions& q, const WakeupMeasurement& m) {
       std::to_string(m.missed_periods) + " periods missed); " + conditions_text(m);
   if (h.largest_ns() <= limit_ns) return passed(kWakeups, found);
   return refused(kWakeups, found + "; limit " + microseconds(limit_ns) + " us",
-                 "mend the lines above, PREEMPT_RT first; then look for the kernel's own "
+                 "fix the lines above, PREEMPT_RT first; then look for the kernel's own "
                  "latencies:\n    sudo hwlatdetect --duration=60");
 }
 
@@ -64,7 +64,7 @@ std::vector<DoctorLine> check_wakeups(const Examination& e, WakeupMeasurement& m
   if (!q.cpus.empty()) question.cpu = q.cpus.front();
   e.probes.measure(question, measurement);
   if (measurement.error != 0) {
-    const std::string mend = "mend the lines above";
+    const std::string mend = "fix the lines above";
     return {failed(kWakeups, "could not be measured: " + errno_text(measurement.error), mend),
             skipped(kPageFaults, "not measured", mend)};
   }

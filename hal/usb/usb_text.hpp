@@ -31,7 +31,7 @@ struct UsbName {
 /// Status of a libusb code met while doing `action`.
 [[nodiscard]] HalStatus status_of_libusb(int code, UsbAction action) noexcept;
 
-/// One or more lines: which device, what was tried, libusb's name of the code, and the mend (udev
+/// One or more lines: which device, what was tried, libusb's name of the code, and the fix (udev
 /// rule, module to load, program to close).
 [[nodiscard]] std::string usb_trouble(const UsbName& device, UsbAction action, int code,
                                       HalStatus status);

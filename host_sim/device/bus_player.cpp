@@ -346,7 +346,7 @@ PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file
 std::vector<std::uint8_t> read_recording(const std::string& path) {
   std::ifstream stream(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
-  if (size < 0) throw tools::InputError(path + ": cannot be opened; mend the name");
+  if (size < 0) throw tools::InputError(path + ": cannot be opened; check the path");
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (size > 0) stream.read(reinterpret_cast<char*>(bytes.data()), size);

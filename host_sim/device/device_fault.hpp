@@ -59,7 +59,7 @@ struct DeviceFaultRule {
 [[nodiscard]] const char* to_text(DeviceFaultKind kind);
 
 /// Events of a script in the order of their periods. `rate_hz`: reports per second, for t_s.
-/// @throws tools::InputError  "file:line: defect; mend".
+/// @throws tools::InputError  "file:line: defect; fix".
 [[nodiscard]] std::vector<DeviceFaultEvent> read_fault_script(const std::string& path,
                                                               double rate_hz);
 

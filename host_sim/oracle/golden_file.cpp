@@ -187,7 +187,7 @@ GoldenFile read_golden_file(const std::string& path) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     const auto line = 1 + std::count(text.begin(), end, '\n');
     throw tools::InputError(path + ":" + std::to_string(line) + ": byte " +
-                            std::to_string(error.byte) + ": not JSON here; mend the syntax");
+                            std::to_string(error.byte) + ": not JSON here; fix the syntax");
   }
   const Place top{root, path, ""};
   GoldenFile file;

@@ -62,7 +62,7 @@ OraclePiece make_oracle_piece(std::vector<WideVec> vertices,
       if (loop.size() < 3 || from >= vertices.size() || to >= vertices.size()) {
         throw tools::InputError(
             "face " + std::to_string(f) +
-            " names a vertex that does not exist or has fewer than three; mend its loop");
+            " names a vertex that does not exist or has fewer than three; fix its loop");
       }
       faces_of_edge[std::minmax(from, to)].push_back(static_cast<std::uint32_t>(f));
     }

@@ -16,7 +16,7 @@ CoreSession::CoreSession(const std::string& scene_path) {
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0)
     throw tools::InputError(scene_path +
-                            ": cannot be opened; compile the scene first or mend the name");
+                            ": cannot be opened; compile the scene first, or check the path");
   blob_ = AlignedBytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);

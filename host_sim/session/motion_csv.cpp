@@ -64,7 +64,7 @@ std::array<double, 8> parse_line(const std::string& path, std::size_t number,
       refuse(path, number, "column " + name + " is not a number; write it as 0.001 or 1e-3");
     }
     if (!std::isfinite(values[column])) {
-      refuse(path, number, "column " + name + " is not finite; drop or mend the sample");
+      refuse(path, number, "column " + name + " is not finite; drop or fix the sample");
     }
     at = next;
   }

@@ -10,7 +10,7 @@
 
 namespace haptic::sim {
 
-/// Largest | |q| - 1 | that is taken for rounding and mended by normalising.
+/// Largest | |q| - 1 | that is taken for rounding and removed by normalising.
 constexpr double kMotionQuaternionTolerance = 1.0e-3;
 
 /// Reads a motion; quaternions are normalised. Lines may end in LF or CRLF, a UTF-8 byte order mark

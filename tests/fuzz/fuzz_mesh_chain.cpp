@@ -56,7 +56,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   } catch (const haptic::tools::InputError& error) {
     const std::string_view text = error.what();
     require(text.starts_with("fuzz:"), "a refusal begins with the file");
-    require(text.find("; ") != std::string_view::npos, "a refusal names the mend");
+    require(text.find("; ") != std::string_view::npos, "a refusal names the fix");
     // Only where the surface may be at fault too.
     require(text.find("internal error") == std::string_view::npos ||
                 text.find("passes through") != std::string_view::npos,

@@ -44,7 +44,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   } catch (const haptic::tools::InputError& error) {
     const std::string_view text = error.what();
     require(text.starts_with("fuzz:"), "a refusal begins with the file");
-    require(text.find("; ") != std::string_view::npos, "a refusal names the mend");
+    require(text.find("; ") != std::string_view::npos, "a refusal names the fix");
   }
   return 0;
 }

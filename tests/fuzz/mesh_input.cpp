@@ -44,7 +44,7 @@ std::optional<tools::RawMesh> parse_input(const std::uint8_t* data, std::size_t 
   } catch (const tools::InputError& error) {
     const std::string_view text = error.what();
     require(text.starts_with("fuzz:"), "a refusal begins with the file");
-    require(text.find("; ") != std::string_view::npos, "a refusal names the mend");
+    require(text.find("; ") != std::string_view::npos, "a refusal names the fix");
     require(text.size() < 1000, "a refusal is readable");
     return std::nullopt;
   }

@@ -67,16 +67,16 @@ TEST_SUITE("hal.doctor") {
     CHECK(machine.probes.last_question.priority == 80);
   }
 
-  TEST_CASE("kernel: each defect is seen, with its mend") {
+  TEST_CASE("kernel: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::kernel_cases()) check_case(c);
   }
-  TEST_CASE("cores: each defect is seen, with its mend") {
+  TEST_CASE("cores: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::core_cases()) check_case(c);
   }
-  TEST_CASE("USB: each defect is seen, with its mend") {
+  TEST_CASE("USB: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::usb_cases()) check_case(c);
   }
-  TEST_CASE("measured: each defect is seen, with its mend") {
+  TEST_CASE("measured: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::measured_cases()) check_case(c);
   }
 
@@ -98,7 +98,7 @@ TEST_SUITE("hal.doctor") {
     }
   }
 
-  TEST_CASE("examine: an empty tree gives the same lines, none without found and mend") {
+  TEST_CASE("examine: an empty tree gives the same lines, none without found and fix") {
     FakeMachine machine;
     std::vector<std::string> names;
     for (const DoctorLine& line : machine.examine()) names.push_back(line.name);

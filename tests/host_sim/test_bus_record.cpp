@@ -184,7 +184,7 @@ TEST_SUITE("host_sim.bus_record") {
       const std::string text = refusal(changed);
       CHECK(text.find("record " + std::to_string(report.number) + " at byte " +
                       std::to_string(report.offset)) != std::string::npos);
-      // The record's check sum mended: the driver refuses the report.
+      // The record's check sum recomputed: the driver refuses the report.
       put_check(changed, report.offset, kFrame + report.payload.size());
       const PlayResult refused = play(changed);
       CHECK(refused.diverged);
@@ -192,7 +192,8 @@ TEST_SUITE("host_sim.bus_record") {
       CHECK(refused.offset == report.offset);
       CHECK(refused.tick > 0);
     }
-    // The report's own check sum mended too: it is the position that is another, by a micrometre.
+    // The report's own check sum recomputed too: it is the position that is another, by a
+    // micrometre.
     Bytes moved = file;
     moved[bytes_at + 16] ^= 0x01;
     put_check(moved, bytes_at, count - 4);
@@ -242,7 +243,7 @@ TEST_SUITE("host_sim.bus_record") {
     CHECK(refusal(std::span(file).first(100)).find("ends within the header") != std::string::npos);
   }
 
-  TEST_CASE("another scene is refused with the mend") {
+  TEST_CASE("another scene is refused with the fix") {
     const test::ScratchFolder folder("bus_record_scene");
     const Bytes file = record_stack(folder.file("s.hrec"), 0.1, false).file;
     CoreSession other(scene_bytes(0.011), "other");

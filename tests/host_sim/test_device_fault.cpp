@@ -86,7 +86,7 @@ TEST_SUITE("host_sim.device_fault") {
     CHECK(script("format = 1\n").empty());
   }
 
-  TEST_CASE("script: what is wrong is named with file, line and mend") {
+  TEST_CASE("script: what is wrong is named with file, line and fix") {
     const std::string head = "format = 1\n[[fault]]\n";
     const std::pair<std::string, std::string> cases[] = {
         {"[[fault]]\n", "toml:1: not a fault script of this format; begin with format = 1"},

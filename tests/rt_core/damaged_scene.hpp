@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Compiled scenes that a test damages, with the hash mended, and opens.
+/// Compiled scenes that a test damages, with the hash recomputed, and opens.
 
 #include <doctest/doctest.h>
 
@@ -42,7 +42,8 @@ class DamagedCopy {
   std::size_t size_;
 };
 
-/// Opens the blob with one section changed and the hash mended; `change` gets its first element.
+/// Opens the blob with one section changed and the hash recomputed; `change` gets its first
+/// element.
 template <typename Element, typename Change>
 RtStatus changed_section(const std::vector<std::byte>& blob, SectionId id, const Change& change) {
   DamagedCopy copy(blob, blob.size());

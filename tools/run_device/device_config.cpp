@@ -184,7 +184,7 @@ toml::table parsed(const std::filesystem::path& path) {
   } catch (const toml::parse_error& error) {
     throw InputError(path.string() + ":" + std::to_string(error.source().begin.line) + ":" +
                      std::to_string(error.source().begin.column) +
-                     ": not valid TOML: " + std::string(error.description()) + "; mend the line");
+                     ": not valid TOML: " + std::string(error.description()) + "; fix the line");
   }
 }
 

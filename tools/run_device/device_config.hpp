@@ -38,7 +38,7 @@ struct DeviceConfig {
 
 /// Paths in the file count from its folder.
 /// @param device  instead of the file's [device] driver; empty: as the file says.
-/// @throws InputError "file:line:column: defect; mend" for what is missing, unknown, of the wrong
+/// @throws InputError "file:line:column: defect; fix" for what is missing, unknown, of the wrong
 ///   type, out of its range, or beyond the limits of the device.
 [[nodiscard]] DeviceConfig read_device_config(const std::filesystem::path& path,
                                               const std::string& device);

@@ -37,7 +37,7 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t columns) {
 void append_mend(std::string& text, const std::string& mend, std::size_t indent) {
   std::istringstream parts(mend);
   std::string part;
-  const char* lead = "mend: ";
+  const char* lead = "fix: ";
   while (std::getline(parts, part)) {
     if (part.starts_with("    ")) {
       text += part + "\n";
@@ -82,7 +82,7 @@ std::string doctor_text(const std::vector<DoctorLine>& lines, bool strict) {
       text += head + part + "\n";
       head = std::string(indent, ' ');
     }
-    // Lines that were skipped for one reason have their mend once, below the last.
+    // Lines that were skipped for one reason have their fix once, below the last.
     const bool repeated = line.level == DoctorLevel::kSkipped && i + 1 < lines.size() &&
                           lines[i + 1].mend == line.mend;
     if (line.level != DoctorLevel::kPass && !repeated) append_mend(text, line.mend, indent);
@@ -98,7 +98,7 @@ nlohmann::json doctor_json(const std::vector<DoctorLine>& lines, bool strict,
                      {"level", hal::to_text(line.level)},
                      {"refuses_in_strict", line.refuses_in_strict},
                      {"found", line.found},
-                     {"mend", line.mend}});
+                     {"fix", line.mend}});
   }
   nlohmann::json wakeups;
   if (measurement != nullptr && measurement->error == 0) {

@@ -15,7 +15,7 @@ namespace haptic::tools {
 /// {"kind": "status", ...}
 [[nodiscard]] nlohmann::ordered_json status_json(const RunStatus& status);
 
-/// A line for each, and one with the mend.
+/// A line for each, and one with the fix.
 [[nodiscard]] std::string refusals_text(const std::vector<Refusal>& refusals, bool strict);
 
 /// Several lines.

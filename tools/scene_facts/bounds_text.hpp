@@ -23,7 +23,7 @@ std::string pair_name(const SceneFacts& facts, std::size_t pair);
 /// MB". With a budget, given where it is known, its size is said too.
 std::string graph_form(const PairFacts& pair, std::optional<std::uint64_t> graph_budget_bytes);
 
-/// One sentence for every bound that cannot be defended, with names, numbers and a mend; empty when
+/// One sentence for every bound that cannot be defended, with names, numbers and a fix; empty when
 /// the scene can be certified. Agrees with SceneCapacity::unproven.
 std::vector<std::string> unproven_reasons(const SceneFacts& facts);
 

@@ -9,7 +9,7 @@
 
 namespace haptic::sim {
 
-/// Watched from the fault on, before anything is mended [periods].
+/// Watched from the fault on, before anything is repaired [periods].
 inline constexpr std::size_t kFaultWatch = 300;
 /// Height of the handle's point in D where the part touches, z upwards, the wall below.
 inline constexpr double kTouchHeight_m = 0.010 + 0.050;

@@ -26,7 +26,7 @@ SceneView opened(const SceneBytes& bytes) {
   return view;
 }
 
-/// Status of the scene after a change to its simplified bodies, hash mended.
+/// Status of the scene after a change to its simplified bodies, hash recomputed.
 template <typename Change>
 RtStatus after(const SceneBytes& good, Change change, SceneFault& fault) {
   SceneBytes bytes(good.span());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limits of the decomposition as a user meets them: refused with count, limit and mend and with
+// The limits of the decomposition as a user meets them: refused with count, limit and fix and with
 // nothing written, or a scene that scene_inspect finds sound.
 #include <doctest/doctest.h>
 
@@ -155,14 +155,14 @@ doctest::Approx about(double value, double relative) {
 }  // namespace
 
 TEST_SUITE("tools.limit_options") {
-  TEST_CASE("--max-reflex: count, limit and mend; at the limit it is accepted") {
+  TEST_CASE("--max-reflex: count, limit and fix; at the limit it is accepted") {
     Bench bench({{filleted_l(8)}});
     bench.refuses("--max-reflex 8",
                   {"9 reflex edges, limit 8", "--simplify DISTANCE", "raise --max-reflex"});
     CHECK(bench.accepts("--max-reflex 9")["reflex_edges"] == 9);
   }
 
-  TEST_CASE("--max-pieces: limit and mend; at the limit it is accepted") {
+  TEST_CASE("--max-pieces: limit and fix; at the limit it is accepted") {
     Bench bench({{filleted_l(4)}});
     const std::size_t needed = bench.accepts("")["pieces"].size();
     CHECK(needed > 2);

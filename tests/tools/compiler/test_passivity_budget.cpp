@@ -220,7 +220,7 @@ TEST_SUITE("tools.served_size") {
           doctest::Approx(sizeof(Real) == sizeof(float) ? 131.07 : 7.037e10).epsilon(1e-3));
   }
 
-  TEST_CASE("sizes and offsets that are not served are refused with range and mend") {
+  TEST_CASE("sizes and offsets that are not served are refused with range and fix") {
     tools::ServedSize size;
     size.radius_m = 2e-8;
     size.largest_offset_m = 1.0;

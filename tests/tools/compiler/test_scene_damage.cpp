@@ -218,7 +218,7 @@ void flip_everywhere(std::size_t per_region) {
 }  // namespace
 
 TEST_SUITE("tools.scene_damage") {
-  TEST_CASE("a flipped bit is refused by the hash; with the hash mended, refused or visible") {
+  TEST_CASE("a flipped bit is refused by the hash; with the hash recomputed, refused or visible") {
     flip_everywhere(200);
   }
 

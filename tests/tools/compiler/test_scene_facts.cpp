@@ -138,7 +138,7 @@ TEST_SUITE("tools.scene_facts") {
     }
   }
 
-  TEST_CASE("what cannot be defended is named with its pair, its numbers and a mend") {
+  TEST_CASE("what cannot be defended is named with its pair, its numbers and a fix") {
     const LoadedScene sound(scene_of(box({0, 0, 0}, {1, 1, 1}), {box({2, 0, 0}, {3, 1, 1})}));
     CHECK(tools::unproven_reasons(tools::facts_of(sound.view)).empty());
     tools::SceneDescription large =

@@ -196,7 +196,7 @@ TEST_SUITE("tools.scene_file") {
     CHECK(!friction_of(scene.friction, "steel", "steel"));
   }
 
-  TEST_CASE("every defect is refused with its line, column and mend") {
+  TEST_CASE("every defect is refused with its line, column and fix") {
     const ScratchFolder folder("scene_file");
     REQUIRE(message_of(kGood, folder) == "accepted");
     const auto check = [&](const std::string& text, const char* place, const char* says) {

@@ -79,7 +79,7 @@ TEST_SUITE("tools.steady_work") {
     const std::vector<std::string> thin = warnings_for("[0.1, 0.1, 0.00005]", 1e-4);
     REQUIRE(thin.size() == 2);
     CHECK(thin[0].find("cube.obj: epsilon_m 0.1 mm exceeds the width of face") == 0);
-    CHECK(thin[0].find("of piece 0, 0.05 mm; the tracker stays exact but is slower; mend: "
+    CHECK(thin[0].find("of piece 0, 0.05 mm; the tracker stays exact but is slower; fix: "
                        "epsilon_m below 0.025 mm") != std::string::npos);
     CHECK(thin[1].find("the height of vertex") != std::string::npos);
   }

@@ -103,7 +103,7 @@ TEST_SUITE("tools.mesh_reader") {
     }
   }
 
-  TEST_CASE("obj: defects are refused with the line and a mend") {
+  TEST_CASE("obj: defects are refused with the line and a fix") {
     CHECK(starts(refusal(kTriangle + "f 1 2\n"), "part:4: a face with 2 corners"));
     CHECK(starts(refusal(kTriangle + "f 0 1 2\n"), "part:4: vertex index 0; OBJ counts from 1"));
     CHECK(starts(refusal(kTriangle + "f 1 2 4\n"), "part:4: vertex index 4 but the file has 3"));

@@ -18,7 +18,7 @@ using parts::Random;
 using parts::refusal;
 
 TEST_SUITE("tools.flatten_refusals") {
-  TEST_CASE("flatten: too many reflex edges are refused with count, limit and mend") {
+  TEST_CASE("flatten: too many reflex edges are refused with count, limit and fix") {
     const Surface s = parts::surface_of({parts::prism(parts::star_outline(301, 1.0, 0.9), 0, 0.3)});
     const std::string text = refusal(s);
     CHECK(contains(text, "part.obj: 301 reflex edges, limit 300"));

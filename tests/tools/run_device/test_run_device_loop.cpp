@@ -22,7 +22,7 @@ void check_message(const ProgramResult& r, int line, const std::string& part) {
   CHECK(r.out.empty());
   CHECK(r.err.find("run.toml:" + std::to_string(line) + ":") != std::string::npos);
   CHECK(r.err.find(part) != std::string::npos);
-  CHECK(r.err.find("; ") != std::string::npos);  // a mend
+  CHECK(r.err.find("; ") != std::string::npos);  // a fix
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ TEST_SUITE("tools.run_device.loop") {
       CHECK(r.out.find(part) != std::string::npos);
   }
 
-  TEST_CASE("configuration errors exit 3, with line, defect and mend") {
+  TEST_CASE("configuration errors exit 3, with line, defect and fix") {
     const Bench bench;
     struct Row {
       int line;

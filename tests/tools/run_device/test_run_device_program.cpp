@@ -43,7 +43,7 @@ int code_of(const json& report, bool strict) {
 }  // namespace
 
 TEST_SUITE("tools.run_device") {
-  TEST_CASE("doctor --json: every line has found and mend, and the exit code follows from them") {
+  TEST_CASE("doctor --json: every line has found and fix, and the exit code follows from them") {
     for (const bool strict : {false, true}) {
       CAPTURE(strict);
       const ProgramResult r =
@@ -56,7 +56,7 @@ TEST_SUITE("tools.run_device") {
         CAPTURE(line["name"].get<std::string>());
         names.insert(line["name"]);
         CHECK_FALSE(line["found"].get<std::string>().empty());
-        CHECK_FALSE(line["mend"].get<std::string>().empty());
+        CHECK_FALSE(line["fix"].get<std::string>().empty());
         const std::string level = line["level"];
         CHECK((level == "pass" || level == "warning" || level == "failure" || level == "skipped"));
       }

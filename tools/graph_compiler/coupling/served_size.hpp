@@ -36,7 +36,7 @@ struct ServedSize {
 /// Cost: O(pieces).
 ServedSize served_size(const SceneView& scene);
 
-/// Defect, range and mend, or nothing when the proxy law serves this size.
+/// Defect, range and fix, or nothing when the proxy law serves this size.
 std::string size_refusal(const ServedSize& size);
 
 }  // namespace haptic::tools

@@ -37,7 +37,7 @@ double plane_tolerance(double diagonal_m, double resolution_m);
 /// file coordinate to within 4 ulp of the largest coordinate of the part, because the centre is on
 /// a coarse binary grid. Solids that share a face wall to wall in one part (an STL without groups)
 /// become one solid.
-/// @throws InputError with file, element, place in metres (scaled file frame) and mend: open, edge
+/// @throws InputError with file, element, place in metres (scaled file frame) and fix: open, edge
 /// with K faces, one-sided, thinner than the tolerance, bow-tie, diagonal out of range, nothing
 /// left. Cost: O(n log n), about 0.1 s for 20 000 triangles.
 Surface clean_surface(const RawMesh& raw, const CleaningOptions& options);

@@ -37,7 +37,7 @@ RawMesh read_mesh(const std::filesystem::path& path);
 /// which are refused. STL: binary iff 84 + 50 n == size, whatever the header says. OFF: OFF and
 /// COFF, colours skipped. Text may have LF, CRLF or CR line ends and a UTF-8 byte order mark.
 /// @param file  name used in messages and stored in the result.
-/// @throws InputError with file:line or "file: byte N", the defect and how to mend it.
+/// @throws InputError with file:line or "file: byte N", the defect and how to fix it.
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file);
 
 }  // namespace haptic::tools

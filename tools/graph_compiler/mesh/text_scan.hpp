@@ -13,13 +13,13 @@
 
 namespace haptic::tools {
 
-/// Throws InputError "file:line: defect; mend".
+/// Throws InputError "file:line: defect; fix".
 [[noreturn]] void refuse_line(const std::string& file, std::size_t line, const std::string& defect,
                               const std::string& mend);
-/// Throws InputError "file: byte N: defect; mend".
+/// Throws InputError "file: byte N: defect; fix".
 [[noreturn]] void refuse_byte(const std::string& file, std::size_t byte, const std::string& defect,
                               const std::string& mend);
-/// Throws InputError "file: defect; mend".
+/// Throws InputError "file: defect; fix".
 [[noreturn]] void refuse_file(const std::string& file, const std::string& defect,
                               const std::string& mend);
 

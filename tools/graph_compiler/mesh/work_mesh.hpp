@@ -35,7 +35,7 @@ std::string place_text(const WorkMesh& mesh, const Point3& local);
 std::string face_text(const WorkMesh& mesh, std::uint32_t source_face);
 /// A length for a message: "2.1e-03 m".
 std::string length_text(double length_m);
-/// Throws InputError "file: defect; mend".
+/// Throws InputError "file: defect; fix".
 [[noreturn]] void refuse_mesh(const WorkMesh& mesh, const std::string& defect,
                               const std::string& mend);
 

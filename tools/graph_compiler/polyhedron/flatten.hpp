@@ -39,7 +39,7 @@ struct FlatBody {
   std::vector<std::string> warnings;
 };
 
-/// @throws InputError with file, element, place in metres (file frame) and mend (METHOD section 9).
+/// @throws InputError with file, element, place in metres (file frame) and fix (METHOD section 9).
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits);
 
 /// The same with planes and polygons that were found already. Vertices, `merged.vertex_planes` and

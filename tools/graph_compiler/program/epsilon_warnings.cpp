@@ -34,7 +34,7 @@ std::string sentence(const std::string& mesh, const Shortfall& shortfall,
   if (shortfall.pieces > 1) {
     text += " (and so in " + std::to_string(shortfall.pieces - 1) + " more pieces)";
   }
-  return text + "; the tracker stays exact but is slower; mend: epsilon_m below " +
+  return text + "; the tracker stays exact but is slower; fix: epsilon_m below " +
          millimetres(shortfall.least_m / 2) + ", or a part without such features";
 }
 

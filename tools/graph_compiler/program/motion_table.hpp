@@ -9,7 +9,7 @@ namespace haptic::tools {
 
 /// Reads speeds (both or neither), `orientation` and `workspace` of the scene, whose start pose has
 /// been read. Nothing changes where the table is absent.
-/// @throws InputError "file:line:column: defect; mend".
+/// @throws InputError "file:line:column: defect; fix".
 void read_motion_table(const TomlTable& top, SceneFile& scene);
 
 }  // namespace haptic::tools

@@ -63,7 +63,7 @@ struct SceneFile {
 inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 20;
 
 /// Reads and checks a scene file; meshes are not opened, but must exist.
-/// @throws InputError "scene.toml:LINE:COLUMN: defect; mend", columns counted in characters from 1.
+/// @throws InputError "scene.toml:LINE:COLUMN: defect; fix", columns counted in characters from 1.
 SceneFile read_scene_file(const std::filesystem::path& path);
 
 /// The same from text; mesh paths count from `folder`.

@@ -39,7 +39,7 @@ struct Simplified {
 
 /// The flat body of a simplified surface. The result goes through the same exact realisation and
 /// certificate as any other part. It has the shells, cavities and holes of the original.
-/// @throws InputError naming file and mend: no simplification stays within the distance; too many
+/// @throws InputError naming file and fix: no simplification stays within the distance; too many
 /// reflex edges are left; any refusal of `flatten`.
 /// Cost: about 1 ms per 100 faces for the merging, 2 us per part of a triangle for the distance.
 Simplified simplify(const Surface& surface, const SimplifyOptions& options,
