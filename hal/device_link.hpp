@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One device as the thread that holds it sees it, whatever lies between: a bus (usb/usb_link.hpp)
+/// One device as the thread that holds it sees it, over any connection: a bus (usb/usb_link.hpp)
 /// or the same process (local/local_link.hpp).
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class DeviceLink {
   virtual HalStatus poll(std::int64_t timeout_ns) noexcept = 0;
 
   /// Orderly end: ramp to zero and its delivery (bounded: 0.3 s), then the device is closed. A poll
-  /// after it opens anew.
+  /// after it opens again.
   virtual void close() noexcept = 0;
 
   /// From any thread: makes poll return soon; until `close` nothing is opened any more.
@@ -37,7 +37,7 @@ class DeviceLink {
   /// From any thread: the servo process ended; ramp to zero, latch kLinkServoLost.
   virtual void servo_lost() noexcept = 0;
   /// From any thread: another servo process has taken over and has its own mailbox, since what a
-  /// killed one left half done in its own can not be told. `mailbox` outlives the link, and so does
+  /// killed one left half done in its own cannot be known. `mailbox` outlives the link, and so does
   /// the one before.
   virtual void use_mailbox(DeviceMailbox& mailbox) noexcept = 0;
 

@@ -55,7 +55,7 @@ struct ServoResult {
   bool rendered_new = false;        ///< a new state was rendered; else the last wrench was kept
 };
 
-/// A pose may differ from the last by this much whatever the time between: stamps jitter, encoders
+/// A pose may differ from the last by this much after any time: stamps jitter, encoders
 /// have steps.
 inline constexpr Real kJumpFloor_m = 2.0e-3_r, kJumpFloor_rad = 0.05_r;
 /// After this long without a state the hand can be anywhere: no jump is looked for.

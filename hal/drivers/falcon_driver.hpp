@@ -43,9 +43,9 @@ class FalconDriver : public Driver {
   /// @retval kStartFailed      loading failed, or what was loaded does not answer.
   [[nodiscard]] HalStatus start(UsbPort& port) noexcept override;
 
-  /// One transfer from the bridge: status bytes and whatever of the stream came with them. The
+  /// One transfer from the bridge: status bytes and what came of the stream with them. The
   /// newest whole packet is the state. kBadNumber: homed, but no position fits the counts; three
-  /// such in a row begin anew from the middle.
+  /// such in a row start again from the middle.
   [[nodiscard]] ReportVerdict read(std::span<const std::uint8_t> report, std::int64_t stamp_ns,
                                    DeviceState& state) noexcept override;
 

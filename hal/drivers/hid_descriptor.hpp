@@ -38,9 +38,9 @@ enum class HidVerdict : std::uint8_t {
 };
 
 /// Finds the axes. Items that are not understood are skipped, as the class demands; an axis whose
-/// range is empty, or whose size is not 1 to 32 bits, is not found. Of an axis declared twice the
-/// first counts. `axes` is set whatever the verdict: what was found before the trouble.
-/// Cost: linear in the bytes; reports of more than 2^20 bits are not followed further.
+/// range is empty, or whose size is not 1 to 32 bits, is not found. If an axis is declared twice,
+/// the first counts. `axes` is set with every verdict: what was found before the trouble. Cost:
+/// linear in the bytes; reports of more than 2^20 bits are not followed further.
 [[nodiscard]] HidVerdict find_hid_axes(std::span<const std::uint8_t> descriptor,
                                        HidAxes& axes) noexcept;
 

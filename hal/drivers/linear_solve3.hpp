@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Three linear equations in three unknowns, in double whatever the scalar of the core: a device's
+/// Three linear equations in three unknowns, in double for every scalar of the core: a device's
 /// kinematics need residuals that single precision does not have.
 
 #include <Eigen/Core>

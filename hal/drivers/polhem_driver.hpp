@@ -9,7 +9,7 @@
 /// The encoders count from where they were at power-up. The operator puts the arm into its
 /// calibration pose and presses the switch; the driver answers by setting the counts and waits
 /// until they arrive. Until then, and after every further press, the link is kStarting and the
-/// currents are zero. A program that starts anew cannot know that an earlier one had calibrated.
+/// currents are zero. A program that starts again cannot know that an earlier one had calibrated.
 
 #include "hal/drivers/driver.hpp"
 #include "hal/drivers/polhem_codec.hpp"
@@ -24,7 +24,7 @@ namespace haptic::hal {
 
 struct PolhemSettings {
   PolhemGeometry geometry;
-  double max_current_a = 2.0;  ///< what the usual drives bear; at most 3
+  double max_current_a = 2.0;  ///< what the usual drives can carry; at most 3
   DeviceCapabilities capabilities = polhem_capabilities();
 };
 

@@ -62,7 +62,7 @@ class PolhemKinematics {
   [[nodiscard]] Column3 currents_for(const Square3& jacobian,
                                      const Column3& force_p) const noexcept;
   /// The force that currents exert, of least size where the arm is singular and the direction is
-  /// borne by its structure. Zero where it cannot be told.
+  /// carried by its structure. Zero where it cannot be known.
   [[nodiscard]] Column3 force_of(const Square3& jacobian, const Column3& currents_a) const noexcept;
 
  private:

@@ -33,7 +33,7 @@ struct ReferenceSettings {
 /// When a wrench acts. The drives are asked for once reports say "calibrated" and neither e-stop
 /// nor watchdog cut. A wrench is passed on from the first command on that finds the drives
 /// confirmed and is itself zero; until then zero is sent and `delivered_d` is zero. After a cut, an
-/// e-stop, a lost calibration or drives that dropped by themselves that begins anew, and the fault
+/// e-stop, a lost calibration or drives that dropped by themselves that starts again, and the fault
 /// bit stays in the state until then: a cause that was there for one report only is not missed, and
 /// force never comes back in one step.
 class ReferenceDriver final : public Driver {

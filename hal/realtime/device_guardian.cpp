@@ -36,7 +36,7 @@ struct alignas(64) DeviceGuardian::Control {
     stop.store(true, std::memory_order_release);
     call();
   }
-  /// Returns false when told to stop instead.
+  /// Returns false when asked to stop instead.
   [[nodiscard]] bool wait_for_go() noexcept {
     for (;;) {
       const std::uint32_t seen = calls.load(std::memory_order_acquire);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The parent process holds the device, a child computes the force. Whatever ends the child, the
+/// The parent process holds the device, a child computes the force. However the child ends, the
 /// parent's USB thread ramps the force to zero, the last ticks are read out of shared memory, and a
 /// spare child can take over.
 ///
@@ -37,7 +37,7 @@ struct GuardianSettings {
   /// USB thread has begun would copy its locks, and the device's descriptor.
   unsigned spares = 1;
   std::size_t recorded_ticks = 4096;  ///< of each process's flight recorder
-  int stop_wait_ms = 500;             ///< for a servo process that was told to stop; then killed
+  int stop_wait_ms = 500;             ///< for a servo process that was asked to stop; then killed
   UsbThreadSettings thread;
 };
 
@@ -93,18 +93,19 @@ class DeviceGuardian {
   UsbThreadGrant hold(DeviceLink& link);
 
   /// Waits at most `timeout_ms` (negative: without end) for news; may return without any before.
-  /// At the end of the process at work, which is told once, the ramp is begun first of all.
+  /// At the end of the process at work, which is reported once, the ramp is begun first of all.
   [[nodiscard]] GuardianNews wait(int timeout_ms);
   [[nodiscard]] const ServoEnd& servo_end() const noexcept { return end_; }
 
   /// A spare goes to work in place of a process that has ended. Its ticks count from 1 and it knows
-  /// of no arming: the output stays at zero until the operator lets go and presses anew.
+  /// of no arming: the output stays at zero until the operator releases the deadman switch and
+  /// presses it again.
   /// @return false: no spare is left, or the process at work has not ended.
   bool take_over();
 
-  /// Orderly end: the processes are told to stop, the force ramps to zero, the device is closed,
+  /// Orderly end: the processes are asked to stop, the force ramps to zero, the device is closed,
   /// and who still runs is killed. Bounded: UsbThread::stop and stop_wait_ms. Again: nothing.
-  /// @return whether all of them ended when told, without being killed.
+  /// @return whether all of them ended when asked, without being killed.
   bool stop();
 
   /// `wait`, `take_over` and at last `stop`, until a signal, a servo process that returned, or no

@@ -23,7 +23,7 @@ std::string identity(const DoctorQuestions& q) {
 }
 
 // The device's folder below /sys/bus/usb/devices ("1-2.4": bus 1, port 2, port 4 of the hub there);
-// empty: not found. `twins`: how many have its identity, whatever their serial number.
+// empty: not found. `twins`: how many have its identity, with any serial number.
 std::string find_device(const Examination& e, int& twins) {
   const DoctorQuestions& q = e.questions;
   std::string found;
@@ -132,7 +132,7 @@ DoctorLine check_access(const Examination& e, const std::string& device) {
   const UsbName name{"", e.questions.vendor_id, e.questions.product_id};
   return failed(
       kNames[3], std::string(node) + ": " + errno_text(error),
-      "put this line into /etc/udev/rules.d/60-haptic.rules, then plug it in anew:\n    " +
+      "put this line into /etc/udev/rules.d/60-haptic.rules, then plug it in again:\n    " +
           udev_rule(name) + "\n    sudo udevadm control --reload && sudo udevadm trigger");
 }
 

@@ -18,7 +18,7 @@ struct ServoLoopSettings {
   /// longer, so that the output decays and ramps on its own.
   bool report_clocked = false;
   std::int64_t report_wait_ns = 1'500'000;
-  /// Time that the ticks are told; null: CLOCK_MONOTONIC. A simulated device brings its own. Sleeps
+  /// Time that the ticks get; null: CLOCK_MONOTONIC. A simulated device brings its own. Sleeps
   /// always go by the monotonic clock.
   std::int64_t (*clock)(void* context) = nullptr;
   void* clock_context = nullptr;

@@ -37,7 +37,7 @@ void reset_handlers() noexcept {
   }
 }
 
-// Nothing of the parent's stack is unwound in the child, whatever the body throws.
+// Nothing of the parent's stack is unwound in the child, also when the body throws.
 [[noreturn]] void run_child(const std::function<int()>& body) noexcept { _exit(body()); }
 
 int reap(int pid, int& status, int options) noexcept {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The servo loop in a process of its own, so that a crash of it leaves somebody who holds the
-/// device: the parent keeps the USB thread and ramps the force down, whatever killed the child.
+/// device: the parent keeps the USB thread and ramps the force down, however the child ended.
 
 #include <functional>
 #include <string>

@@ -95,7 +95,7 @@ struct BusRecord {
   [[nodiscard]] bool is_event() const noexcept { return kind <= kMostLinkEventKind; }
 };
 
-/// Goes through the records of a file that outlives it. Whatever the bytes are, nothing outside
+/// Goes through the records of a file that outlives it. With any bytes, nothing outside
 /// them is touched. Cost of a record: one pass over its bytes.
 class BusRecordReader {
  public:

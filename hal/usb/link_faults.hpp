@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Which faults of the link the servo thread is told, and for how long: while their cause is there,
+/// Which faults of the link the servo thread learns, and for how long: while their cause is there,
 /// and until a command has answered a state that carried them. A fault that comes and goes between
 /// two ticks is thus never missed, and none stays when there is nothing left to arm against.
 

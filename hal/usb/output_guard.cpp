@@ -77,7 +77,7 @@ void OutputGuard::restart() noexcept {
 
 void OutputGuard::follow_arming(const DeviceCommand& command) noexcept {
   if (command.tick == 0) return;
-  if (command.tick < tick_) {  // a new servo process counts its ticks and its armings anew
+  if (command.tick < tick_) {  // a new servo process counts its ticks and its armings from zero
     arming_ = command.arming;
     latch(kLinkServoLost);
   }
@@ -89,7 +89,7 @@ void OutputGuard::follow_arming(const DeviceCommand& command) noexcept {
   }
 }
 
-// Of the newest command that could be used. One that lies more than the held periods in the future
+// The newest command that could be used. One that lies more than the held periods in the future
 // is no sign of life: its age would not grow for as long.
 std::uint64_t OutputGuard::command_age_ns(std::int64_t now_ns,
                                           const DeviceCommand& command) noexcept {
@@ -139,7 +139,7 @@ GuardedOutput OutputGuard::update(std::int64_t now_ns, const DeviceCommand& comm
 
   blocked_ ? output_.ramp.ramp_out() : output_.ramp.ramp_in();
   const Wrench ramped_d = output_.ramp.update(now_ns, wanted_d).wrench_w;
-  // Whatever the stages before made of it, this bounds the change.
+  // This bounds the change, no matter what the stages before computed.
   Wrench& sent_d = output_.sent_d;
   sent_d.force_w = slewed(sent_d.force_w, ramped_d.force_w, limits_.slew_n_per_s * elapsed_s);
   sent_d.torque_w = slewed(sent_d.torque_w, ramped_d.torque_w, limits_.slew_nm_per_s * elapsed_s);

@@ -2,7 +2,7 @@
 #pragma once
 /// The last stage before the bus, owned by the USB thread: it does not trust the servo thread. It
 /// keeps its own copy of the last wrench sent, answers an old command by a decay and then a ramp to
-/// zero, and stays at zero until the operator arms anew.
+/// zero, and stays at zero until the operator arms again.
 
 #include <cstdint>
 
@@ -41,7 +41,7 @@ class OutputGuard {
   void latch(std::uint32_t faults) noexcept;
 
   /// Ramps to zero until the arming count grows beyond that of `newest`: the device can not be
-  /// driven now, whatever the servo thread thinks.
+  /// driven now, no matter what the servo thread assumes.
   void hold_back(const DeviceCommand& newest) noexcept;
 
   /// After the device was away: what is sent first is exactly zero, and stays so until

@@ -13,8 +13,8 @@ constexpr std::uint32_t kDeviceBits = 0xffff;  // of DeviceFault: what the devic
 // A clock that stands still must not hold the thread while it waits for an answer.
 constexpr int kMostAnswerLooks = 100'000;
 
-// Sends in a row that may fail before the servo thread is told: a single one is made good by the
-// next.
+// Sends in a row that may fail before the servo thread is informed: a single one is made good by
+// the next.
 constexpr unsigned kMostLostSends = 3;
 
 bool is_zero(const Wrench& w) noexcept {

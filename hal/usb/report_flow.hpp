@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What happens to a report and to a command between driver and mailbox, whatever the bus: checks,
-/// stamps, faults, the output guard, and when to send.
+/// What happens to a report and to a command between driver and mailbox, regardless of the bus:
+/// checks, stamps, faults, the output guard, and when to send.
 
 #include <atomic>
 #include <cstdint>
@@ -29,7 +29,7 @@ class ReportFlow final : public TransferSink {
 
   /// The device is there, its driver starts it: publishes kStarting.
   void begin_start() noexcept;
-  /// Reports flow from now on; the output is zero until armed anew.
+  /// Reports flow from now on; the output is zero until armed again.
   void begin_reports() noexcept;
   /// The device is away: publishes kAbsent, and kLinkLost where `lost`.
   void end(bool lost, HalStatus why) noexcept;

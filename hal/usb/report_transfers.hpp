@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Between the report flow and what carries its bytes: what ends on the carrier is told to the
+/// Between the report flow and what carries its bytes: what ends on the carrier is reported to the
 /// sink, what is to be sent is handed to the carrier.
 
 #include <cstddef>

@@ -197,7 +197,8 @@ HalStatus UsbConnection::read(std::span<std::uint8_t> bytes, std::size_t& moved,
                               unsigned timeout_ms) noexcept {
   if (bytes.size() >= in_.packet_bytes)
     return status_of_libusb(move(in_, bytes, moved, timeout_ms), UsbAction::kStart);
-  // A shorter buffer than a packet may get would end as an overflow whatever the device sends.
+  // A shorter buffer than a packet may get would end as an overflow with anything that the device
+  // sends.
   std::uint8_t packet[kMostPacketBytes];
   int code = move(in_, {packet, in_.packet_bytes}, moved, timeout_ms);
   if (moved > bytes.size()) code = LIBUSB_ERROR_OVERFLOW;

@@ -35,7 +35,7 @@ struct LinkSettings {
   UsbAddress address;
   SafetyLimits limits;
   /// Switches that must all be pressed by the device's own report, or the output ramps to zero
-  /// until the servo thread arms anew, whatever it says; 0: none is looked at.
+  /// until the servo thread arms again, no matter what it says; 0: none is looked at.
   std::uint32_t deadman = 0;
   int in_transfers = 3;                  ///< queued at any time, 2 to 4
   std::int64_t silence_ns = 20'000'000;  ///< no valid report for this long: kLinkSilent
@@ -89,7 +89,7 @@ class UsbLink final : public DeviceLink {
 
   /// Orderly end, in this order: ramp to zero, zero command and its completion (bounded: 0.3 s), no
   /// resubmission, cancel, handle events until every callback has run, release, close. A poll after
-  /// it opens anew.
+  /// it opens again.
   void close() noexcept override;
 
   /// From any thread: makes a blocking start give up and poll return soon; until `close` nothing is
@@ -98,7 +98,7 @@ class UsbLink final : public DeviceLink {
   /// The servo process ended: ramp to zero, latch kLinkServoLost.
   void servo_lost() noexcept override;
   /// Another servo process has taken over: its own mailbox from now on, since what a killed one
-  /// left half done in its own can not be told. From any thread; `mailbox` outlives the link, and
+  /// left half done in its own cannot be known. From any thread; `mailbox` outlives the link, and
   /// so does the one before.
   void use_mailbox(DeviceMailbox& mailbox) noexcept override;
 

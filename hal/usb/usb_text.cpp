@@ -44,7 +44,7 @@ std::string mend_of(const UsbName& device, HalStatus status) {
              udev_rule(device) +
              "\n  then: sudo udevadm control --reload; sudo udevadm trigger; and plug the device "
              "in "
-             "anew.";
+             "again.";
     case HalStatus::kDeviceBusy:
       return "Mend: close the other program that uses the device; `lsusb -t` shows a kernel driver "
              "that holds it.";

@@ -29,8 +29,8 @@ class UsbFunction {
 };
 
 /// One end of the bus. Reports are pushed; an IN transfer that waits is completed by the next; a
-/// report is a whole transfer, whatever the packet size. All members but the destructor and `close`
-/// may be called from any thread. The function outlives the carrier's last call of it.
+/// report is a whole transfer, regardless of the packet size. All members but the destructor and
+/// `close` may be called from any thread. The function outlives the carrier's last call of it.
 class BusCarrier {
  public:
   /// Reports kept on each IN endpoint while no transfer waits: the newest.

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/simulated_device.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 
@@ -15,7 +15,7 @@ struct LoopTick {
   std::uint64_t tick = 0;
   double t_s = 0;
   DeviceState device;  ///< true state at the sample
-  Pose sensed_wa;      ///< A's mesh frame as the core is told
+  Pose sensed_wa;      ///< A's mesh frame as the core gets it
   StepResult result;   ///< of the core
   Load acting;         ///< on the device from this sample to the next, after delay and amplifier
   double delivered_j = 0;  ///< work of the rendering on the device up to the next sample

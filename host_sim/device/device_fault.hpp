@@ -20,7 +20,7 @@ enum class DeviceFaultKind : std::uint8_t {
   // Of the bus.
   kUnplug,            ///< transfers in flight end without a device
   kUnplugAtResubmit,  ///< between a completion and the resubmit in its callback
-  kReplug,            ///< amount 1: the power was away too, counters begin anew
+  kReplug,            ///< amount 1: the power was away too, counters start again
   kStall,
   kBabble,         ///< the device talks beyond the end of its packet
   kBusError,       ///< -EPROTO

@@ -14,8 +14,8 @@
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/bus_record.hpp"
 #include "hal/usb/usb_link.hpp"
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 
@@ -92,7 +92,7 @@ class DeviceStack final : private hal::LinkObserver {
     instead_ = std::move(command);
   }
   void servo_lost();
-  /// The servo loop and its history begin anew, as after a restart of its process.
+  /// The servo loop and its history start again, as after a restart of its process.
   void restart_servo();
   /// Unplugged for good, or plugged in again (with `power`: the device was without power too).
   void unplug();

@@ -18,8 +18,8 @@ inline constexpr std::uint32_t kDeadmanBit = 1u << 0;
 inline constexpr double kLetGo_s = 0.1;
 
 /// The handle follows `motion`, poses of the part's mesh frame at `rate_hz`, through the inverse of
-/// `map`; begins anew where it ends where it began, else stays at its end. The deadman is let go
-/// for kLetGo_s at 0, `regrip_s`, 2 `regrip_s`, ...: an operator that arms again whatever happened.
+/// `map`; starts again where it ends where it began, else stays at its end. The deadman is let go
+/// for kLetGo_s at 0, `regrip_s`, 2 `regrip_s`, ...: an operator that arms again after anything.
 /// `motion` must not be empty; `regrip_s` > kLetGo_s.
 [[nodiscard]] std::function<HandAction(double t_s)> hand_routine(std::vector<MotionSample> motion,
                                                                  double rate_hz,

@@ -54,7 +54,8 @@ Vector vector_of(const std::array<std::int32_t, 3>& v, double unit) {
   return unit * Vector(v[0], v[1], v[2]);
 }
 
-// Of the two quaternions of an orientation the one with w >= 0: equal orientations, equal bytes.
+// The one of the two quaternions of an orientation that has w >= 0: equal orientations, equal
+// bytes.
 std::array<std::int32_t, 4> quaternion_units(const Rotation& q) {
   const double sign = std::signbit(q.w()) ? -1 : 1;
   std::array<std::int32_t, 4> out{};

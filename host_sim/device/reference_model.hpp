@@ -3,7 +3,7 @@
 /// The reference device as bytes: a simulated device and hand behind the protocol of
 /// hal/drivers/PROTOCOL.md. It is a device, not an echo: it rejects wrong check sums and replayed
 /// sequences, cuts its drives when commands stop, quantises, saturates and delays. One model serves
-/// every carrier; there is no clock in it but the one that it is told.
+/// every carrier; there is no clock in it but the one that it is given.
 
 #include <cstdint>
 #include <functional>

@@ -148,7 +148,7 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
     times.push_back(r.loop.tick.t_s);
     contact += r.loop.tick.d_near_m <= 0 ? 1u : 0u;
     force[0].push_back(length(r.loop.tick.force_n));
-    // Without a device nothing is handed over, whatever the last command was.
+    // Without a device nothing is handed over, with any last command.
     const Wrench handed_d = r.link == LinkState::kAbsent ? Wrench{} : r.handed_d;
     force[1].push_back(static_cast<double>(handed_d.force_w.norm()));
     force[2].push_back(r.acting_w.force_w.norm());

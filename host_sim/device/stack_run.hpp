@@ -33,7 +33,7 @@ inline constexpr double kDeadmanAfter_s = 0.1, kDeadmanBefore_s = 0.1;
 
 /// What a run keeps of every period of the device.
 struct StackRecord {
-  LoopRecord loop;  ///< wrench as rendered, before the safety stages; device: as the core was told
+  LoopRecord loop;  ///< wrench as rendered, before the safety stages; device: as the core got it
   ArmingState arming = ArmingState::kDisarmed;
   std::uint32_t faults = 0;         ///< SafetyFault, latched
   std::uint32_t device_faults = 0;  ///< DeviceFault, of the state that the tick saw

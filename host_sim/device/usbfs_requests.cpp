@@ -82,7 +82,7 @@ long UsbfsBus::on_rare_ioctl(unsigned long request, void* argument) {
     case USBDEVFS_SETCONFIGURATION:
       if (as<unsigned>(argument) != descriptors_.configuration()) return -EINVAL;
       [[fallthrough]];
-    case USBDEVFS_RESET:  // after which the kernel configures the device anew
+    case USBDEVFS_RESET:  // after which the kernel configures the device again
       return std::min(
           function_.control(0x00, kSetConfiguration, descriptors_.configuration(), 0, {}), 0);
     case USBDEVFS_SETINTERFACE: {

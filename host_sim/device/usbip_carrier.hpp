@@ -14,7 +14,7 @@ namespace haptic::sim {
 
 /// A thread of its own serves the host; the function is called on it. As on a wire:
 /// - An IN transfer is held until there is a report, which is how a device NAKs.
-/// - A refused submit cannot be told apart from a transfer that failed: it ends with that errno.
+/// - A refused submit cannot be distinguished from a transfer that failed: it ends with that errno.
 /// - unplug_at_next_resubmit: off the bus right behind the next report; transfers that were already
 ///   queued end without a device, and so does the resubmit.
 /// A host that sends what is no USB/IP, or does not take what it is sent, is cut off: unplugged.

@@ -24,7 +24,8 @@ struct PortalVertices {
 
 /// x in the tetrahedron of c and the three points, the C-obstacle's own.
 struct CollisionCertificate {
-  /// All four barycentric coordinates are 0 or more: x is inside, whatever the tetrahedron's shape.
+  /// All four barycentric coordinates are 0 or more: x is inside, regardless of the tetrahedron's
+  /// shape.
   bool inside = false;
   /// Distance of x from the tetrahedron, which may be flat [m]: 0 inside; infinite for vertices
   /// that do not exist.

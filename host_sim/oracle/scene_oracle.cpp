@@ -67,7 +67,7 @@ void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdic
   const WideVec p{widen(pose_wa.p_wa[0]), widen(pose_wa.p_wa[1]), widen(pose_wa.p_wa[2])};
   const WideVec grip_w = p + pose.r * references_[0];
   const Precision precision = precision_of_real();
-  // Coordinates far from the origin carry their own rounding, whatever the size of the bodies.
+  // Coordinates far from the origin carry their own rounding, regardless of the size of the bodies.
   const Wide coordinates = norm(p) + norm(references_[0]);
   verdicts.resize(pairs_.size());
   for (std::size_t k = 0; k < pairs_.size(); ++k) {

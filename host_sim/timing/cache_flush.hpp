@@ -11,8 +11,8 @@ namespace haptic::sim {
 
 /// What is out of the caches afterwards: on x86-64, by a line flush of each, the given memory, the
 /// program's own code and constants, and 64 KiB of stack below the caller; elsewhere, by a walk
-/// over a buffer twice the last-level cache, whatever the caches held. Address translations and
-/// learnt branches stay as they are.
+/// over a buffer twice the last-level cache, with any former content of the caches. Address
+/// translations and learnt branches stay as they are.
 class CacheFlush {
  public:
   /// `memory` must outlive this.

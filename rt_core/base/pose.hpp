@@ -49,7 +49,7 @@ struct Wrench {
   const Real largest = v.cwiseAbs().maxCoeff();
   return largest > 0.0_r ? largest * (v / largest).norm() : 0.0_r;
 }
-/// True where `q`, of whatever length, stands for a rotation: finite and not zero.
+/// True where `q`, of any length, stands for a rotation: finite and not zero.
 [[nodiscard]] inline bool is_orientation(const Quat& q) noexcept {
   const Real square = q.squaredNorm();
   return std::isfinite(square) && square > 0.0_r;

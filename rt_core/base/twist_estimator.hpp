@@ -65,7 +65,7 @@ class TwistEstimator {
   /// used. A report that is refused changes nothing but the count of refusals.
   /// Cost: at most kTwistSamples - 1 rotation logarithms and as many tests of six intervals.
   TwistEstimate update(const TwistSample& sample) noexcept;
-  /// The same of a device that only translates: its angular velocity is zero, whatever it says.
+  /// The same of a device that only translates: its angular velocity is zero.
   /// Cost: no logarithms, half of the tests.
   TwistEstimate update_place(const TwistSample& sample) noexcept;
 

@@ -46,7 +46,7 @@ struct NodePlane {
                                   std::uint32_t j, const NodePlane& plane) noexcept;
 
 /// Value that may count for D_near: f itself where the node is applicable beyond doubt, else the
-/// support gap of its normal, which is a lower bound of the signed distance whatever the normal
+/// support gap of its normal, which is a lower bound of the signed distance for any normal
 /// [m].
 [[nodiscard]] Real node_value(const PairPose& pose, ContactType type, std::uint32_t i,
                               std::uint32_t j, const NodePlane& plane, Real violation_m) noexcept;

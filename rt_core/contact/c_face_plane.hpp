@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// A C-face plane of a pair, whatever vertex or edge supports it at present.
+/// A C-face plane of a pair, with any vertex or edge as its support.
 struct PlaneId {
   ContactType type = ContactType::kA;
   std::uint16_t i = 0;   ///< kA: face of A; kC: edge of A; kB: 0

@@ -68,7 +68,7 @@ void locate_contacts(const PairPose& pose, std::span<NearNode> near, bool comple
 [[nodiscard]] const NearNode* plane_node(std::span<const NearNode> near, Real d_near_m,
                                          Real size_m) noexcept;
 
-/// Of the located near set of a colliding pair: the contact plane, and appended to `nodes` the
+/// The contact plane of the located near set of a colliding pair; appends to `nodes` the
 /// numbers of the basic contacts whose point lies in both features. Cost: near nodes.
 /// `several_planes` is set when near nodes of other planes were left out.
 [[nodiscard]] ContactPatch make_contact_patch(const PairPose& pose, std::span<const NearNode> near,

@@ -69,7 +69,7 @@ void rebase_keys(FeatureKeys& keys, Real odometer) noexcept {
     if (keys.key[k] < kStaleKey && keys.key[k] > kDeadKey)
       keys.key[k] = sum_up(keys.key[k], odometer);
   }
-  keys.listed_above = kStaleKey;  // listed anew at the next search
+  keys.listed_above = kStaleKey;  // listed again at the next search
 }
 
 void rebase(PieceKeys& keys) noexcept {

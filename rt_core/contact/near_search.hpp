@@ -117,7 +117,7 @@ class NearSearch {
   [[nodiscard]] inline Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
                                  const EdgeArc& arc_b) noexcept;
   /// The value of an applicable pair: f itself where the heights leave no doubt, for then the edges
-  /// are the supports; else the gap along n, which is a lower bound whatever n is.
+  /// are the supports; else the gap along n, which is a lower bound for any n.
   inline void count_pair(const NearNode& node, const PairHeights& h) noexcept;
   inline void collect_edge_pair(const NearNode& node) noexcept;
   /// D_near is known now: the candidates that are not near leave.
@@ -139,7 +139,7 @@ class NearSearch {
   }
   /// Lists every feature with key >= above.
   static void make_list(FeatureKeys& keys, Real above) noexcept;
-  /// The lists of a tick in which everything was evaluated hold everything: made anew next time.
+  /// The lists of a tick in which everything was evaluated hold everything: made again next time.
   inline void forget_shortlists() noexcept;
   /// Among ties a face: its normal is exact.
   inline void choose_best() noexcept;

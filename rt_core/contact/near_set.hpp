@@ -124,7 +124,7 @@ struct NearScratch {
 /// bounds.
 ///
 /// `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
-/// every pose of the envelope that the marks were made for, whatever the motion since the last
+/// every pose of the envelope that the marks were made for, regardless of the motion since the last
 /// call. Cost: at most every face and edge of the scope once, the pair's edge_pair_capacity edge
 /// pairs and near_capacity near nodes; typically a handful of each.
 [[nodiscard]] NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,

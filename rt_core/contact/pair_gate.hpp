@@ -52,7 +52,7 @@ struct GatePlane {
 [[nodiscard]] GatePlane sphere_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                                     const Odometer& now) noexcept;
 
-/// Computes the gap along the plane anew if it may lie beyond the band; false: it cannot, nothing
+/// Computes the gap along the plane again if it may lie beyond the band; false: it cannot, nothing
 /// was computed. Cost: one support pair.
 [[nodiscard]] bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                               const Odometer& now, double exact_band_m, GatePlane& plane) noexcept;

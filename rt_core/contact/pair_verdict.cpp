@@ -204,7 +204,7 @@ class PortalSearch {
 /// edge pair's is confirmed by both supports.
 bool separates(const PairPose& pose, const NearResult& near, VerdictResult& result) noexcept {
   result.normal_w = near.best.normal_w;
-  // Of two tied faces the reported one may have the smaller gap: its own value is what it
+  // The reported one of two tied faces may have the smaller gap: its own value is what it
   // certifies.
   result.separation_bound_m = near.best.f_m;
   if (compiled_type(near.best.type) == ContactType::kC) {
@@ -261,7 +261,7 @@ VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
     result.separation_bound_m = 0;
     if (result.verdict == Verdict::kSeparated) result.verdict = Verdict::kUndecided;
     // Without a certificate x is as near to the boundary as D_near says; within a tolerance of it
-    // that is touching, whatever stopped the portal.
+    // that is touching, however the portal ended.
     if (result.verdict != Verdict::kColliding) {
       result.thickness_m = std::max(result.thickness_m, -near.d_near_m);
       if (result.thickness_m <= kTouchingShare * pose.size_m) result.verdict = Verdict::kTouching;

@@ -56,7 +56,7 @@ class StampedRecord {
     // Acquire: a word of a later record brings that record's kNoStamp with it.
     for (std::size_t i = 0; i < word_count; ++i)
       words[i] = words_[i].load(std::memory_order_acquire);
-    // Relaxed: the loads above have already ordered it behind whatever they saw.
+    // Relaxed: the loads above have already ordered it behind all that they saw.
     return stamp_.load(std::memory_order_relaxed) == stamp;
   }
 

@@ -13,7 +13,7 @@
 namespace haptic {
 
 /// What the recorder keeps of a tick. Plain numbers, no pointers: it is read from another process
-/// after the one that wrote it has died. All in double, whatever the scalar of the build.
+/// after the one that wrote it has died. All in double, regardless of the scalar of the build.
 struct StepTrace {
   std::uint64_t tick = 0, sequence = 0;          ///< 1, 2, ...; of the state that was rendered
   std::int64_t stamp_ns = 0, now_ns = 0;         ///< of the state, and begin of the tick
@@ -50,7 +50,7 @@ class FlightRecorder {
   [[nodiscard]] std::size_t capacity() const noexcept;
 
   /// Copies the newest records of a recorder's memory into `out`, oldest first; returns how many.
-  /// `memory` is what a FlightRecorder was built over; whatever its bytes are, nothing outside it
+  /// `memory` is what a FlightRecorder was built over; with any bytes, nothing outside it
   /// is touched. Cost: O(capacity).
   [[nodiscard]] static std::size_t copy_newest(std::span<const std::byte> memory,
                                                std::span<StepTrace> out) noexcept;

@@ -29,7 +29,7 @@ const char* fault_text(std::uint32_t fault) noexcept {
 }
 
 ArmingState Arming::update(const ArmingInput& input) noexcept {
-  // Of the switch itself: held from the start is no press, and a press that finds a cause present
+  // The switch itself: held from the start is no press, and a press that finds a cause present
   // is used up.
   const bool pressed = input.deadman && was_released_;
   was_released_ = !input.deadman;

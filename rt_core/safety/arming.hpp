@@ -28,7 +28,7 @@ enum SafetyFault : std::uint32_t {
 [[nodiscard]] const char* fault_text(std::uint32_t fault) noexcept;
 
 enum class ArmingState : std::uint8_t {
-  kDisarmed = 0,  ///< no force; deadman not held, or not held anew
+  kDisarmed = 0,  ///< no force; deadman switch not held, or not pressed again
   kArming,        ///< deadman held, force ramps in
   kArmed,         ///< deadman held, full force
   kDisarming,     ///< ramping out, because the deadman was let go or a fault came: a press now
@@ -50,7 +50,7 @@ struct ArmingInput {
 ///     disarmed --deadman pressed, ready, no cause present: latch cleared--> arming --> armed
 ///     arming, armed --deadman let go--> disarming --> disarmed
 ///     any --cause present--> (latched) disarming --> faulted
-///     faulted --deadman let go and pressed anew, ready, no cause present--> arming
+///     faulted --deadman released and pressed again, ready, no cause present--> arming
 class Arming {
  public:
   ArmingState update(const ArmingInput& input) noexcept;

@@ -53,7 +53,7 @@ Real largest_share(const Vec3& spring, const Vec3& damping, const VectorLimit& l
     const Real discriminant = ad * ad - aa * rest;
     if (discriminant < 0.0_r) return -1.0_r;
     const Real root = std::sqrt(discriminant);
-    // Of two forms of each root the one without cancellation.
+    // The form of each root without cancellation.
     low = std::max(low, ad > 0.0_r || rest <= 0.0_r ? (-ad - root) / aa : rest / (root - ad));
     high = std::min(high, ad > 0.0_r ? -rest / (ad + root) : (root - ad) / aa);
   } else if (rest > 0.0_r) {

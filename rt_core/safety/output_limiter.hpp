@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The last stage of the servo thread before the device: whatever the rendering asks for, what
+/// The last stage of the servo thread before the device: for any command of the rendering, what
 /// leaves is finite, within the limits and never a jump.
 
 #include <cstdint>
@@ -52,7 +52,7 @@ class OutputLimiter {
 
   /// The output differs from the last one by at most slew times the time since, of which at most
   /// kLongestRampTick_s counts; its norms and components are within the limits. So it is for every
-  /// input whatever, numbers that are not finite and stamps that do not advance included (then the
+  /// any input, numbers that are not finite and stamps that do not advance included (then the
   /// output stays). Cost: constant.
   [[nodiscard]] LimitedOutput update(const LimiterInput& input) noexcept;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Passivity observer and controller (METHOD section 9). The force held over an interval does
-/// exactly F.dx + tau.dphi on the device, whatever the device is; the observer sums what the hand
+/// exactly F.dx + tau.dphi on the device, for any device; the observer sums what the hand
 /// has put in and not got back. Where that falls below zero the rendering has made energy, and the
 /// controller takes it out again with a damper over the next interval. Fixed cost, no loops.
 

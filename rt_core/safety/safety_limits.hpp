@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Every number of the safety stages in one table, with where it comes from. A device's defaults
-/// are made of its capabilities (hal/device_limits.hpp); whatever is not usable is replaced by the
+/// are made of its capabilities (hal/device_limits.hpp); what is not usable is replaced by the
 /// safest value here, never by "no limit".
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct SafetyLimits {
   Real max_torque_nm = 0.05_r;
   Vec3 max_axis_force_n = Vec3::Zero();  ///< per axis of D; 0: the norm's limit
   Vec3 max_axis_torque_nm = Vec3::Zero();
-  Real slew_n_per_s = 600.0_r;      ///< largest change of force, whatever the reason
+  Real slew_n_per_s = 600.0_r;      ///< largest change of force, for any reason
   Real slew_nm_per_s = 10.0_r;      ///< largest change of torque
   Real ramp_in_s = 100.0e-3_r;      ///< after arming; at least 50 ms
   std::uint32_t driven_dof = 0x3f;  ///< bits x y z rx ry rz; the rest of a wrench becomes zero

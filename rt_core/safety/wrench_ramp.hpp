@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A gain in [0, 1] on a wrench that leaves and enters without a jump: for the clutch, for recovery
-/// and for whatever else has to let go of the hand and take it up again. Ramping out, it holds the
+/// and for all else that has to release the hand and take it up again. Ramping out, it holds the
 /// last wrench and lets it fade, because the one behind it may no longer mean anything; ramping in,
 /// it follows the wrench of each tick.
 

@@ -45,8 +45,8 @@ constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, con
   return bounds;
 }
 
-/// The same where the part never turns: a scan of the planes, and another for those that bear where
-/// some basic contact only separates.
+/// The same where the part never turns: a scan of the planes, and another for those that can carry
+/// a force where some basic contact only separates.
 constexpr PairBounds pair_bounds(const FixedPairRecord& fixed) noexcept {
   const std::uint64_t scans = fixed.hidden != 0 ? 2 : 1;
   return {scans * fixed.plane_count, 0, 0, fixed.node_count, fixed.hidden != 0};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C-obstacles of a scene whose part never turns, against its pieces: every number of every
 // plane and node is that of its basic contact within rounding. That the edge pairs are complete is
-// the compiler's work; whatever they are, each plane is a true bound.
+// the compiler's work; with any content, each plane is a true bound.
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Where the work of law kProxy ends in one tick, whatever the scene.
+/// Where the work of law kProxy ends in one tick, for any scene.
 
 #include <cstdint>
 

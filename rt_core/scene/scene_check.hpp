@@ -50,7 +50,7 @@ template <typename T>
 /// before.
 inline constexpr double kGeometryTolerance = 256.0 * static_cast<double>(kRealEpsilon);
 
-/// Vectors of the checks: double whatever the scene's scalar.
+/// Vectors of the checks: double for every scalar of the scene.
 struct Double3 {
   double x, y, z;
 };

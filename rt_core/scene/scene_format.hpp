@@ -95,7 +95,7 @@ struct BodyRecord {
 };
 
 /// A body that is not the solid of its mesh: bevels, fillets and rounds gave way. For people, who
-/// are told when the scene is loaded; no tick reads it.
+/// are reported when the scene is loaded; no tick reads it.
 struct SimplifiedBody {
   std::uint32_t body;
   std::uint32_t reserved;

@@ -11,9 +11,9 @@ namespace haptic {
 /// force, torque or square of a length leaves the range of Real, single precision included.
 inline constexpr double kMaxSceneLength_m = 1.0e6;
 inline constexpr double kMaxStiffness_n_per_m = 1.0e12;
-/// Of the coupling: least stiffness and length L = sqrt(k_r / k_t), which must stay apart from zero
-/// in single precision; damping [N s/m], rotation error [rad] and window [s] at most; coefficient
-/// of friction at most.
+/// Limits of the coupling: least stiffness and length L = sqrt(k_r / k_t), which must stay apart
+/// from zero in single precision; damping [N s/m], rotation error [rad] and window [s] at most;
+/// coefficient of friction at most.
 inline constexpr double kMinStiffness_n_per_m = 1.0e-12;
 inline constexpr double kMinCouplingLength_m = 1.0e-9;
 inline constexpr double kMaxCouplingDamping_ns_per_m = 1.0e12;

@@ -23,7 +23,7 @@ struct PieceView {
   const PieceRecord* record = nullptr;
   const Real* vertices = nullptr;  ///< 3 per vertex [m]
   /// The same, by coordinate: x at lanes[0 .. lane_count), y and z one lane_count on each [m]. What
-  /// is beyond vertex_count repeats vertex 0. Of a moving part that never turns: in W axes.
+  /// is beyond vertex_count repeats vertex 0. If the moving part never turns: in W axes.
   const Real* lanes = nullptr;
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;

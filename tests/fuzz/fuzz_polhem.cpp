@@ -57,7 +57,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     counts_were_set = counts_were_set || command.set_counts;
     require(is_finite(delivered) && delivered.torque_w.isZero(), "a finite force is delivered");
     for (const std::int16_t ma : command.currents_ma) {
-      require(std::abs(int{ma}) <= 2000, "currents are within what the drives bear");
+      require(std::abs(int{ma}) <= 2000, "currents are within what the drives can carry");
       if (state.link != LinkState::kReady) require(ma == 0, "no current before calibration");
     }
     if (command.set_counts) require(delivered.force_w.isZero(), "setting counts is no force");

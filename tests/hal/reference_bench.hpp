@@ -15,7 +15,7 @@
 
 namespace haptic::hal::test {
 
-/// A control pipe that answers as it is told.
+/// A control pipe that answers as it is set.
 class AnsweringPort : public UsbPort {
  public:
   HalStatus control(const ControlRequest& request, std::span<std::uint8_t> bytes,

@@ -108,7 +108,7 @@ TEST_SUITE("hal.falcon_driver") {
     CHECK(device.last_command().homing);
   }
 
-  TEST_CASE("start: a file that is no image is told, and nothing is loaded") {
+  TEST_CASE("start: a file that is no image is reported, and nothing is loaded") {
     const TestImage small(kFalconLeastImageBytes - 1), large(kFalconMostImageBytes + 1);
     for (const std::string& path :
          {std::string(), std::string("/nonexistent/image.bin"), std::string("/tmp"),

@@ -96,7 +96,7 @@ TEST_SUITE("hal.hid_descriptor") {
     CHECK(!with_main(0x81, 0x02, 0x00).axes[0].found);  // nothing between least and most
   }
 
-  TEST_CASE("find_hid_axes: damage is told, and what was found before it stays") {
+  TEST_CASE("find_hid_axes: damage is reported, and what was found before it stays") {
     const Bytes good = spacemouse_descriptor(350, false);
     CHECK(verdict_of(good) == HidVerdict::kOk);
     CHECK(verdict_of({}) == HidVerdict::kOk);

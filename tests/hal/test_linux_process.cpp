@@ -128,7 +128,7 @@ TEST_SUITE("hal.linux_process") {
       const PageFaults after = page_faults_of_thread();
       return PageFaults{after.minor - before.minor, after.major - before.major};
     };
-    // Not std::thread: the stack is mapped anew here, and no earlier thread has touched it.
+    // Not std::thread: the stack is mapped again here, and no earlier thread has touched it.
     struct Run {
       decltype(faults_of_use)& measure;
       PageFaults& result;

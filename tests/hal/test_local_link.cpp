@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
+#include "hal/clock/servo_clock.hpp"
 #include "hal/device_limits.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/local/local_link.hpp"
-#include "hal/clock/servo_clock.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;
@@ -113,7 +113,7 @@ TEST_SUITE("hal.local_link") {
     CHECK(counters.sent == b.peer.commands);
   }
 
-  TEST_CASE("a peer that does not start is told of and tried again") {
+  TEST_CASE("a peer that does not start is reported and tried again") {
     Bench b;
     b.peer.answers = false;
     CHECK(b.link.poll(kPeriod_ns) == HalStatus::kTimeout);
@@ -125,7 +125,7 @@ TEST_SUITE("hal.local_link") {
     CHECK(b.link.trouble().empty());
   }
 
-  TEST_CASE("cancelled, nothing is opened until the link was closed; then anew") {
+  TEST_CASE("cancelled, nothing is opened until the link was closed; then again") {
     Bench b;
     b.link.cancel();
     (void)b.link.poll(kPeriod_ns);
@@ -135,7 +135,7 @@ TEST_SUITE("hal.local_link") {
     CHECK(b.peer.plugs == 1);
   }
 
-  TEST_CASE("a servo process that is lost: to zero, until another has armed anew") {
+  TEST_CASE("a servo process that is lost: to zero, until another has armed again") {
     Bench b;
     for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
     REQUIRE(b.force_n() >= 1.9);

@@ -161,7 +161,7 @@ TEST_SUITE("hal.output_guard") {
     CHECK(is_zero(s.guard.last()));
   }
 
-  TEST_CASE("update: another servo process, whose counts start anew, must arm by itself") {
+  TEST_CASE("update: another servo process, whose counts start again, must arm by itself") {
     Session s;
     s.run(300, kForce_d, 9);
     s.tick = 0;

@@ -168,7 +168,7 @@ TEST_SUITE("hal.polhem_kinematics") {
     CHECK(regular > 4500);
   }
 
-  TEST_CASE("force_of: in a singular posture finite, and without the part that the arm bears") {
+  TEST_CASE("force_of: in a singular posture finite, and without the part that the arm carries") {
     const PolhemKinematics arm;
     const double quarter = std::acos(0.0);
     // Stretched out level: a push along x finds no lever.

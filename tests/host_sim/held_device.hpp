@@ -13,8 +13,8 @@
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/usb/usb_link.hpp"
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/device/reference_usb.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::test {
 
@@ -85,7 +85,7 @@ class HeldDevice final : private hal::LinkObserver {
   void crash_servo() { flags().crash.store(true); }
   /// The USB thread hangs, as if this process were dead; or goes on.
   void hang_usb(bool hangs) { hangs_.store(hangs); }
-  /// Hashes of the servo process, as many as it has told.
+  /// Hashes of the servo process, as many as it has reported.
   [[nodiscard]] std::vector<HashNote> hash_notes();
 
   [[nodiscard]] hal::DeviceGuardian& guardian() { return guardian_; }

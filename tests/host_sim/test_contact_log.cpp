@@ -220,7 +220,7 @@ TEST_SUITE("host_sim.contact_log") {
     }
   }
 
-  TEST_CASE("a mesh with its vertices numbered otherwise is told apart") {
+  TEST_CASE("a mesh with its vertices numbered otherwise is distinguished") {
     CHECK(run("square_peg_five", true).wrong > 100);
   }
 

@@ -74,7 +74,7 @@ MinuteRun run_minute(StackCarrier carrier, bool report_clocked, std::size_t tick
   return run;
 }
 
-/// Of the first tick that differs; the number of ticks where none does.
+/// The first tick that differs; the number of ticks where none does.
 std::size_t first_difference(const std::vector<StackBits>& a, const std::vector<StackBits>& b) {
   const auto [at, other] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
   return static_cast<std::size_t>(at - a.begin());

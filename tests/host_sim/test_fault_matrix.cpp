@@ -165,7 +165,7 @@ TEST_SUITE("host_sim.fault_matrix") {
     CHECK(judged("lost 1", "lost 1").failures.empty());
     const FaultVerdict felt = judged("lost 1", "lost 50");
     CHECK(some_failure_says(felt, "latched"));
-    CHECK(some_failure_says(felt, "told"));
+    CHECK(some_failure_says(felt, "reported"));
     CHECK(some_failure_says(felt, "without the fault"));
     CHECK(some_failure_says(judged("lost 50", "lost 1"), "zero after"));
     CHECK(some_failure_says(judged("overheated", "drive fault"), "cuts by the device"));

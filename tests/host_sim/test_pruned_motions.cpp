@@ -257,7 +257,8 @@ TEST_SUITE("host_sim.pruned_motions") {
 
   TEST_CASE("weighted region: hidden seams bring hardly larger steps than open ones") {
     if (HAPTIC_REAL_IS_FLOAT) {
-      MESSAGE("skipped: steps are told from slopes by finer parts of a tick than float has");
+      MESSAGE(
+          "skipped: steps are distinguished from slopes by finer parts of a tick than float has");
       return;
     }
     for (const Task& task : tasks()) {

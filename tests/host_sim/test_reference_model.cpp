@@ -119,7 +119,7 @@ TEST_SUITE("host_sim.reference_model") {
     CHECK(r.accepted_sequence == 1);
     CHECK(r.accepted_tick == 1001);
     CHECK(r.rejected == 0);
-    // Bit clear: off, whatever the wrench.
+    // Bit clear: off, with any wrench.
     CHECK(model.command(push(2, {123456, 0, 0}, false)));
     model.advance();
     CHECK(model.acting().force_w.norm() == 0);
@@ -276,7 +276,7 @@ TEST_SUITE("host_sim.reference_model") {
     }
   }
 
-  TEST_CASE("equal calls give equal bytes, whatever the commands") {
+  TEST_CASE("equal calls give equal bytes, regardless of the commands") {
     constexpr unsigned kSeed = 20240611;
     CAPTURE(kSeed);
     std::vector<Bytes> runs[2];

@@ -219,7 +219,7 @@ TEST_SUITE("host_sim.reference_usb") {
     CHECK(bench.turn() == LIBUSB_ERROR_OVERFLOW);
   }
 
-  TEST_CASE("unplug and replug: the device keeps its power, or begins anew") {
+  TEST_CASE("unplug and replug: the device keeps its power, or starts again") {
     for (const double power_lost : {0.0, 1.0}) {
       CAPTURE(power_lost);
       Bench bench;

@@ -10,9 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/shapes/c_obstacle.hpp"
-#include "host_sim/shapes/coherent_path.hpp"
 #include "host_sim/lab/reproduction/figure_contacts.hpp"
 #include "host_sim/lab/reproduction/figure_forces.hpp"
 #include "host_sim/lab/reproduction/figure_insertion.hpp"
@@ -23,6 +20,9 @@
 #include "host_sim/lab/reproduction/reproduction.hpp"
 #include "host_sim/lab/reproduction/solid_union.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
+#include "host_sim/session/core_session.hpp"
+#include "host_sim/shapes/c_obstacle.hpp"
+#include "host_sim/shapes/coherent_path.hpp"
 #include "tests/host_sim/program_run.hpp"
 
 using namespace haptic;
@@ -33,7 +33,7 @@ namespace {
 
 constexpr double kExact_m = HAPTIC_REAL_IS_FLOAT ? 1e-6 : 1e-12;
 
-/// How the polygons of a polyhedron fit together, corners told apart by their place.
+/// How the polygons of a polyhedron fit together, corners distinguished by their place.
 struct SurfaceFacts {
   std::size_t corners = 0, edges = 0, faces = 0;
   bool closed = true;  ///< every edge in two faces, once in each direction

@@ -14,7 +14,7 @@
 namespace haptic::sim {
 
 TEST_SUITE("host_sim.servo_loop_watch") {
-  TEST_CASE("servo loop: a watch is told lateness and length of the ticks") {
+  TEST_CASE("servo loop: a watch gets lateness and length of the ticks") {
     CoreSession session(test::scene_of(test::tetrahedron(), test::box(0.1, 0.06, 0.05)), "scene");
     ServoParameters parameters;
     parameters.limits = hal::limits_of(hal::reference_capabilities(), 1'000'000);

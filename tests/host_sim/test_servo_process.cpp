@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/realtime/flight_report.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/realtime/flight_report.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tests/host_sim/held_device.hpp"
 #include "tests/support/signal_process.hpp"
@@ -197,7 +197,7 @@ std::unique_ptr<HeldDevice> harmed(unsigned spares, Onset onset,
   return nullptr;
 }
 
-/// Flight records of a dead process: without a gap, to the last tick that it told of.
+/// Flight records of a dead process: without a gap, to the last tick that it reported.
 void check_flight(HeldDevice& held, const std::vector<StepTrace>& records) {
   REQUIRE(records.size() > 2 * kHashEvery);
   const StepTrace &first = records.front(), &last = records.back();
@@ -217,7 +217,7 @@ void check_flight(HeldDevice& held, const std::vector<StepTrace>& records) {
   CHECK(compared > 2);
 }
 
-/// The spare at work renders nothing until the operator has let go and pressed anew.
+/// The spare at work renders nothing until the operator has released and pressed again.
 void check_takes_over(HeldDevice& held) {
   const std::size_t before = held.sent().size();
   const std::uint64_t last = held.sent().back().tick;
@@ -241,7 +241,8 @@ void check_takes_over(HeldDevice& held) {
 }  // namespace
 
 TEST_SUITE("host_sim.servo_process") {
-  TEST_CASE("killed: the force ramps to zero; a spare takes over, without force until armed anew") {
+  TEST_CASE(
+      "killed: the force ramps to zero; a spare takes over, without force until armed again") {
     std::int64_t killed_ns = 0;
     const auto kill_servo = [](HeldDevice& h) {
       signal_process(h.guardian().pid(), SIGKILL);
@@ -263,7 +264,7 @@ TEST_SUITE("host_sim.servo_process") {
     check_steps(*held);
   }
 
-  TEST_CASE("fault: the last record is the tick before it, with the hashes that were told") {
+  TEST_CASE("fault: the last record is the tick before it, with the hashes that were reported") {
     std::int64_t crashed_ns = 0;
     const auto crash = [](HeldDevice& h) {
       h.crash_servo();
@@ -338,7 +339,7 @@ TEST_SUITE("host_sim.servo_process") {
     MESSAGE("holder dead: the watchdog cut after " << acted << " periods of 1 ms");
   }
 
-  TEST_CASE("run: a process that dies is told of and replaced; without a spare it is the end") {
+  TEST_CASE("run: a process that dies is reported and replaced; without a spare it is the end") {
     HeldDevice held(1);
     REQUIRE(held.pass(300));
     held.crash_servo();  // the spare, too, before its first tick

@@ -104,7 +104,7 @@ TEST_SUITE("host_sim.simulated_device") {
     CHECK(loose_at == doctest::Approx(0.3 / (100 * 0.05)).epsilon(0.02));  // k_h v t = F_c
   }
 
-  TEST_CASE("axis: Coulomb friction never gives energy, whatever the forces") {
+  TEST_CASE("axis: Coulomb friction never gives energy, regardless of the forces") {
     Seeded random(7);
     for (int run = 0; run < 50; ++run) {
       const AxisParameters p{random.uniform(0.01, 1), 0, random.uniform(0.01, 1),

@@ -71,7 +71,7 @@ TEST_SUITE("host_sim.usb_link") {
   }
 
   TEST_CASE(
-      "OUT that the device never takes: said after the silence limit, ramped out, armed anew") {
+      "OUT that the device never takes: said after the silence limit, ramped out, armed again") {
     Bench b;
     b.work();
     b.carrier->hold_out(true);

@@ -62,7 +62,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
       CHECK(b.run(10) == HalStatus::kOk);
       CHECK(b.link->counters().send_failed == 2u);
       CHECK(b.device.halts_cleared == (error == -EPIPE ? 2u : 0u));
-      // Whatever happened to the transfers, the first that arrives is one allowed step away, by the
+      // With any fate of the transfers, the first that arrives is one allowed step away, by the
       // time since the last that did.
       REQUIRE(b.device.forces_n.size() > before);
       CHECK(b.device.forces_n[before - 1] - b.device.forces_n[before] <= 3 * kStep_n + kUnit_n);
@@ -106,7 +106,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
     b.run(5);
     CHECK((b.state().faults & kLinkSendFailed) != 0u);
     b.run(20);
-    CHECK(b.force() == 0.0);  // until armed anew
+    CHECK(b.force() == 0.0);  // until armed again
     CHECK(b.largest_step() <= 5 * kStep_n);
   }
 
@@ -122,7 +122,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
     CHECK(b.state().link == LinkState::kAbsent);
   }
 
-  TEST_CASE("unplug in flight, and re-plug: zero until armed anew") {
+  TEST_CASE("unplug in flight, and re-plug: zero until armed again") {
     LinkSettings settings;
     settings.limits.slew_n_per_s = 100.0_r;  // a ramp from where it was would show
     Bench b(settings);
@@ -225,7 +225,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
     CHECK((b.state().faults & kLinkServoLost) != 0u);
     b.run(10, true, false);
     CHECK(b.force() == 0.0);
-    b.tick = 0;  // the new one counts anew
+    b.tick = 0;  // the new one counts from zero again
     b.arming = 0;
     b.run(10);
     CHECK(b.force() == 0.0);
@@ -265,10 +265,10 @@ TEST_SUITE("host_sim.usb_link_faults") {
     b.link->poll(0);
     CHECK(b.link->counters().bad_length == 1u);
     b.run(10);
-    CHECK(b.force() == 0.0);  // until armed anew
+    CHECK(b.force() == 0.0);  // until armed again
   }
 
-  TEST_CASE("not calibrated any more: no force until it is, and armed anew") {
+  TEST_CASE("not calibrated any more: no force until it is, and armed again") {
     Bench b;
     b.work();
     b.ready = false;
@@ -283,7 +283,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
     CHECK(b.force() > 0.0);
   }
 
-  TEST_CASE("faults at random: whatever happens, what the device gets never jumps") {
+  TEST_CASE("faults at random: what the device gets never jumps") {
     const std::uint64_t seed = 20240612;
     INFO("seed ", seed);
     std::mt19937_64 random(seed);

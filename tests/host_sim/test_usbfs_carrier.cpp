@@ -77,7 +77,7 @@ TEST_SUITE("host_sim.usbfs_carrier") {
     CHECK(gadget.requests[0] == std::array<std::uint8_t, 4>{0x02, 1, 0, kIn});
     CHECK(gadget.requests[1] == std::array<std::uint8_t, 4>{0x01, 11, 0, 0});
     CHECK(gadget.requests[2] == std::array<std::uint8_t, 4>{0x00, 9, 1, 0});
-    CHECK(gadget.requests[3] == gadget.requests[2]);  // a reset configures anew
+    CHECK(gadget.requests[3] == gadget.requests[2]);  // a reset configures again
   }
 
   TEST_CASE("sync: reports and commands pass; a report ends the transfer that waits for it") {

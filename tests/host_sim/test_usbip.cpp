@@ -282,7 +282,7 @@ TEST_SUITE("host_sim.usbip_carrier") {
     }
   }
 
-  TEST_CASE("hostile host: cut off, whatever it sends or does not take") {
+  TEST_CASE("hostile host: cut off, for anything that it sends or does not take") {
     SUBCASE("not a command") {
       Bench bench;
       bench.client.send_raw(Bytes(kUsbipHeaderBytes, 0xff));

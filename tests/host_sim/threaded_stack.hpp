@@ -102,7 +102,7 @@ class ThreadedStack {
     return s;
   }
 
-  // The link asks for the time before whatever it does next, so this is where it waits until the
+  // The link asks for the time before its next action, so this is where it waits until the
   // servo thread has seen all that was published.
   static std::int64_t usb_clock(void* self) {
     auto& stack = *static_cast<ThreadedStack*>(self);

@@ -57,8 +57,8 @@ RtStatus changed_section(const std::vector<std::byte>& blob, SectionId id, const
   return copy.open();
 }
 
-/// A few ticks over whatever has been accepted, down into the static bodies; the sanitizers see
-/// what is read. The results, none where no core was made.
+/// A few ticks over anything that has been accepted, down into the static bodies; the sanitizers
+/// see what is read. The results, none where no core was made.
 inline std::vector<StepResult> step_a_little(const SceneView& view) {
   std::vector<StepResult> results;
   const std::size_t bytes = HapticCore::state_bytes(view);

@@ -178,7 +178,7 @@ TEST_SUITE("rt_core.arming") {
     CHECK(arming.count() == 2);
   }
 
-  TEST_CASE("a fault: latched with its first cause, cleared by letting go and pressing anew only") {
+  TEST_CASE("a fault: latched with its first cause, cleared by releasing and pressing again only") {
     Arming arming;
     (void)arming.update(input(false));
     (void)arming.update(input(true));

@@ -238,7 +238,7 @@ TEST_SUITE("rt_core.contact_classes") {
     check_against_comparison(bench, found);
   }
 
-  TEST_CASE("different contacts with equal keys are told apart") {
+  TEST_CASE("different contacts with equal keys are distinguished") {
     // The key begins as body and type: the first word of A can undo what they differ in.
     const Found plane_of_one = {0, 0, {ContactType::kA, {0, 0}, {0, 3}}};
     const Found plane_of_other = {1, 1, {ContactType::kA, {0x100, 0}, {0, 3}}};
@@ -256,7 +256,7 @@ TEST_SUITE("rt_core.contact_classes") {
     check_against_comparison(bench, found);
   }
 
-  TEST_CASE("many contacts: as by comparing all pairs, in whatever order they come") {
+  TEST_CASE("many contacts: as by comparing all pairs, in any order they come") {
     for (const std::uint32_t kinds : {1u, 2u, 5u, 40u}) {
       const std::vector<Found> found = drawn(11 + kinds, 400, kinds);
       Bench bench(found.size());

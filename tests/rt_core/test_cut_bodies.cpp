@@ -207,7 +207,7 @@ TEST_SUITE("rt_core.cut_bodies") {
     CHECK(compare(apart, uncut, {2e-3}).torque > 1e-5);
   }
 
-  TEST_CASE("contacts of several pieces share their nodes alike in whatever order they stand") {
+  TEST_CASE("contacts of several pieces share their nodes alike in any order they stand") {
     for (const double depth_m : {0.0004, 0.002}) {
       LoadedScene one(hole_scene(false)), other(hole_scene(true));
       double difference = 0, step = 0, largest = 0;

@@ -103,7 +103,7 @@ TEST_SUITE("rt_core.envelope") {
     }
   }
 
-  TEST_CASE("the proxy never leaves, whatever the hand does and the obstacles ask") {
+  TEST_CASE("the proxy never leaves, for any motion of the hand and any obstacles") {
     tools::SceneDescription d = enclosed(LawId::kProxy, true);
     d.statics.push_back({box({0.005, -0.1, 0}, {0.1, 0.1, 0.05}), {0, 0, 0}, {1, 0, 0, 0}});
     d.marks.clear();
@@ -165,7 +165,7 @@ TEST_SUITE("rt_core.envelope") {
     CHECK_FALSE(is_usable(e));
   }
 
-  TEST_CASE("the servo tick takes the scene's envelope: fault, no force, armed anew inside") {
+  TEST_CASE("the servo tick takes the scene's envelope: fault, no force, armed again inside") {
     tools::SceneDescription d = cube_on_floor();
     d.orientation = tools::OrientationEnvelope{kUpright, kMax_rad};
     ServoBench b(d);

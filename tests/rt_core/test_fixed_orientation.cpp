@@ -211,7 +211,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
     }
   }
 
-  TEST_CASE("proxy: slides into a hole without turning, whatever the device's orientation") {
+  TEST_CASE("proxy: slides into a hole without turning, regardless of the device's orientation") {
     tools::SceneDescription d = scene_of(peg(), {socket()});
     d.parameters.law = LawId::kProxy;
     for (const double friction : {0.0, 0.3}) {

@@ -148,7 +148,7 @@ TEST_SUITE("rt_core.flight_recorder") {
         CHECK(ticks_in(memory.at_end(), room) == range(tick - count + 1, tick));
       }
     }
-    // Another recorder over the same memory begins anew.
+    // Another recorder over the same memory starts again.
     FlightRecorder again(memory.at_end());
     CHECK(ticks_in(memory.at_end(), 10).empty());
     again.write(trace_of(3));
@@ -191,7 +191,7 @@ TEST_SUITE("rt_core.flight_recorder") {
     CHECK(ticks_in(memory, 99).size() == recorder.capacity());
   }
 
-  TEST_CASE("copy_newest: whatever the bytes are, nothing outside the memory is touched") {
+  TEST_CASE("copy_newest: with any bytes, nothing outside the memory is touched") {
     constexpr std::uint32_t kSeed = 20;
     CAPTURE(kSeed);
     std::mt19937 random(kSeed);
@@ -251,7 +251,7 @@ TEST_SUITE("rt_core.flight_recorder") {
     MESSAGE(in_the_middle, " of 60 writers died within a record");
   }
 
-  TEST_CASE("two threads: no record torn or twice, in order, whatever is overwritten meanwhile") {
+  TEST_CASE("two threads: no record torn or twice, in order, also while records are overwritten") {
     constexpr std::size_t kRecords = 16;
     const FencedMemory memory(FlightRecorder::bytes_for(kRecords));
     FlightRecorder recorder(memory.at_end());

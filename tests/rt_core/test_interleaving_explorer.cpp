@@ -164,7 +164,7 @@ TEST_SUITE("support.interleaving_explorer") {
     }
   }
 
-  TEST_CASE("one atomic: never back, whatever the order; after the end the last store") {
+  TEST_CASE("one atomic: never back, in any order; after the end the last store") {
     CHECK(explore<Coherence>(MemoryModel::kInterleaving).complete);
     CHECK(explore<Coherence>(MemoryModel::kReleaseAcquire).complete);
     CHECK(explore<ReleaseSequence>(MemoryModel::kReleaseAcquire).complete);
@@ -180,7 +180,7 @@ TEST_SUITE("support.interleaving_explorer") {
     CHECK(explore<WordUnderFlag<0, Half::kRelease>>(MemoryModel::kInterleaving).complete);
   }
 
-  TEST_CASE("a thread that waits for the other is told from one that ends") {
+  TEST_CASE("a thread that waits for the other is distinguished from one that ends") {
     const Exploration e = explore<Endless>(MemoryModel::kInterleaving);
     CHECK(e.violation == "does not end");
     CHECK(e.schedule.size() == 1000);

@@ -117,7 +117,7 @@ TEST_SUITE("rt_core.latest_value") {
     }
   }
 
-  TEST_CASE("newest: what the reader holds stays as it is whatever is published") {
+  TEST_CASE("newest: what the reader holds stays as it is while others are published") {
     LatestValue<DerivedValue> exchange;
     exchange.publish(DerivedValue::of(1));
     const DerivedValue& held = exchange.newest();

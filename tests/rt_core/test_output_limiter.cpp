@@ -174,7 +174,7 @@ TEST_SUITE("rt_core.output_limiter") {
     CHECK(r.tick(other, {}, false).wrench_d.force_w == Vec3::Zero());
     CHECK(r.tick(other, {}, false).wrench_d.torque_w == Vec3::Zero());  // less a rounding margin
     CHECK(longest_ramp_s(l) >= 0.005_r);
-    // Taken up again, it ramps in anew.
+    // Taken up again, it ramps in again.
     for (int k = 0; k <= 40; ++k) {
       CHECK(static_cast<double>(r.tick(spring).wrench_d.force_w.z()) == doctest::Approx(k / 80.0));
     }

@@ -85,7 +85,7 @@ TEST_SUITE("rt_core.passivity") {
     CHECK(passivity.update(in).energy_j == 0.0);
   }
 
-  TEST_CASE("observer: the sum of F.dx + tau.dphi over random motion, whatever the stamps") {
+  TEST_CASE("observer: the sum of F.dx + tau.dphi over random motion, regardless of the stamps") {
     CAPTURE(kSeed);
     Random random(kSeed);
     for (int run = 0; run < 20; ++run) {
@@ -212,7 +212,7 @@ TEST_SUITE("rt_core.passivity") {
     CHECK(out.energy_j == doctest::Approx(-4.0e-3).epsilon(1e-5));
     CHECK(is_finite(out.wrench_w));
     CHECK(static_cast<double>(out.alpha_ns_per_m) <= 1.0e6);
-    // At rest there is nothing to damp, whatever the debt.
+    // At rest there is nothing to damp, regardless of the debt.
     in.stamp_ns = 5;
     (void)passivity.update(in);
     in.stamp_ns = 1'000'005;

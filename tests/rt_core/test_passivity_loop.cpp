@@ -42,7 +42,7 @@ struct LoopOutcome {
   double oscillation_m = 0;  // peak to peak over the last half second
   double returned_j = 0;     // most that the loop has given out so far, at its worst moment
   double observer_error_j =
-      0;  // energy told, against the work of a fine integration; uncapped loop
+      0;  // energy reported, against the work of a fine integration; uncapped loop
   int acted = 0;
 };
 
@@ -170,7 +170,7 @@ TEST_SUITE("rt_core.passivity_loop") {
     LoopSetup guessing;
     guessing.tell_accepted = false;
     const LoopOutcome guessed = run_loop(guessing, 1.0e6);
-    MESSAGE("error of the balance: " << 1e3 * told.observer_error_j << " mJ told, "
+    MESSAGE("error of the balance: " << 1e3 * told.observer_error_j << " mJ reported, "
                                      << 1e3 * guessed.observer_error_j << " mJ guessed");
     CHECK(guessed.observer_error_j > 10.0e-3);
   }

@@ -69,7 +69,7 @@ bool same_bits(const QpResult& l, const QpResult& r) {
          l.skipped == r.skipped && l.capped == r.capped;
 }
 
-/// What every result has to be, whatever the problem: the closest point of its active rows, which
+/// What every result has to be, for any problem: the closest point of its active rows, which
 /// push and hold.
 void check_held(const std::vector<QpRow>& rows, const QpResult& result) {
   REQUIRE(result.active_count <= 6);

@@ -154,7 +154,7 @@ TEST_SUITE("rt_core.servo_tick") {
     }
   }
 
-  TEST_CASE("armed far in a wall that the device cannot feel: nothing to start anew for") {
+  TEST_CASE("armed far in a wall that the device cannot feel: nothing to start again for") {
     ServoParameters parameters = bench_parameters();
     for (const bool driven : {true, false}) {
       parameters.limits.driven_dof = driven ? 0x3fu : 0x38u;
@@ -172,7 +172,7 @@ TEST_SUITE("rt_core.servo_tick") {
     }
   }
 
-  TEST_CASE("after a long pause of the loop no jump is looked for, and the core starts anew") {
+  TEST_CASE("after a long pause of the loop no jump is looked for, and the core starts again") {
     ServoParameters parameters = bench_parameters();
     parameters.limits.jump_speed_m_per_s = 0.3_r;
     PressingBench b(parameters);
@@ -217,7 +217,7 @@ TEST_SUITE("rt_core.servo_tick") {
     CHECK(b.kept);
   }
 
-  TEST_CASE("armed with the hand far in or beyond a wall: the proxy starts anew, without a kick") {
+  TEST_CASE("armed with the hand far in or beyond a wall: the proxy starts again, without a kick") {
     // 8 mm in: brought out, then the spring at most at the limit.
     PressingBench in;
     in.press(false);

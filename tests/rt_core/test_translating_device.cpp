@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A device of three degrees of freedom: twist and energy are those of a six degree one whose
-// orientation stands still, bit for bit, whatever it tells about its turns.
+// orientation stands still, bit for bit, for any reported turns.
 
 #include <doctest/doctest.h>
 

@@ -118,7 +118,7 @@ TEST_SUITE("rt_core.weighted_region_law") {
     CHECK(weight(d, 0, 2 * eps_o) == 0);
   }
 
-  TEST_CASE("one contact: eqs. (2) and (3), whatever its weight") {
+  TEST_CASE("one contact: eqs. (2) and (3), regardless of its weight") {
     for (const Real weight : {1.0_r, 0.25_r}) {
       const WeightedContact contact{Vec3(0.6_r, 0, 0.8_r), Vec3(0.03_r, -0.01_r, -0.04_r), weight};
       const Wrench w = wrench_of({&contact, 1});

@@ -87,7 +87,7 @@ TEST_SUITE("rt_core.wrench_ramp") {
     }
   }
 
-  TEST_CASE("ramp in: at least 50 ms of real time whatever is asked for, following the wrench") {
+  TEST_CASE("ramp in: at least 50 ms of real time for any command, following the wrench") {
     for (const double asked_s : {0.0, 0.001, 0.050, 0.200}) {
       for (const std::int64_t period_ns : {250'000, 1'000'000, 4'000'000, 40'000'000}) {
         WrenchRampLimits limits;

@@ -2,7 +2,7 @@
 #pragma once
 /// A second way to the closest point of a polyhedron: its dual as a problem of non-negative least
 /// squares (Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23: LDP by NNLS), with
-/// Householder factors computed afresh in every step. Double precision whatever Real is.
+/// Householder factors computed afresh in every step. Double precision for any Real.
 
 #include <array>
 #include <span>

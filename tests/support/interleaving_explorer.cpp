@@ -142,7 +142,7 @@ class Explorer {
     append(index, value, order, {});
   }
 
-  // Reads the last store whatever the order is; the new one hands on what that one handed over, for
+  // Reads the last store in any order; the new one hands on what that one handed over, for
   // it continues its release sequence.
   std::uint64_t exchange(std::size_t index, std::uint64_t value, std::memory_order order) {
     step();

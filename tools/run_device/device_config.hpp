@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What `run_device run` is told in its file: scene, device, loop, workspace, limits, switches,
+/// What `run_device run` reads from its file: scene, device, loop, workspace, limits, switches,
 /// recorder. The table of keys is in README.md.
 
 #include <filesystem>

@@ -8,8 +8,8 @@
 #include <new>
 #include <system_error>
 
-#include "hal/local/local_link.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/local/local_link.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 
@@ -170,7 +170,7 @@ void Run::tell_status() {
                  link_->trouble()});
 }
 
-// Of a servo process that nobody told to end. @return whether a spare goes on.
+// Reports a servo process that nobody asked to end. @return whether a spare goes on.
 bool Run::take_end() {
   const hal::ServoEnd& end = guardian_.servo_end();
   watch_.crash({end.number, end.pid, hal::to_text(end.end), end.records});

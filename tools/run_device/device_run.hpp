@@ -38,7 +38,7 @@ struct RunStatus {
   std::string trouble;  ///< of the link; empty: none
 };
 
-/// Of a servo process that ended without being told to.
+/// Reports a servo process that ended without being asked to.
 struct RunCrash {
   unsigned number = 0;
   int pid = -1;

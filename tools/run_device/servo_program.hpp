@@ -7,9 +7,9 @@
 #include <atomic>
 #include <cstdint>
 
+#include "hal/clock/linux_process.hpp"
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/realtime/interval_histogram.hpp"
-#include "hal/clock/linux_process.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "rt_core/exchange/latest_value.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -66,10 +66,10 @@ struct ServoClose {
 /// In shared memory, one for each servo process: what a killed one has left half done is not used.
 struct ServoBoard {
   LatestValue<ServoStatus> status;
-  std::atomic<bool> ready{false};  ///< grants are told, the loop begins
+  std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
   ServoGrants grants;
   ServoClose close;
-  std::atomic<std::uint64_t> ticks_wanted{0};  ///< told before the process begins; 0: all
+  std::atomic<std::uint64_t> ticks_wanted{0};  ///< set before the process begins; 0: all
   std::atomic<CountWindow> window{CountWindow::kNotYet};
   ServoTimes times;  ///< read once the process has ended
 };

@@ -78,7 +78,7 @@ std::string memory_as_text(const SceneFacts& facts, const BudgetLimits& limits) 
   }
   text += "    stack: " +
           (limits.stack ? "limit " + grouped(*limits.stack) + " bytes; " : std::string()) +
-          "told and checked where an image of the scene is linked\n";
+          "reported and checked where an image of the scene is linked\n";
   if (limits.file.empty()) return text;
   const bool any = limits.constants || limits.state || limits.stack;
   return text + "    " + limits.file + (any ? "" : " has no limits: [budget] names none") +

@@ -30,7 +30,7 @@ nlohmann::ordered_json state_as_json(const SceneFacts& facts);
 bool within_budget(const SceneFacts& facts, const BudgetLimits& limits);
 
 /// The whole table. The stack is a property of code, compiler and scene together: it is measured
-/// where an image is linked, here only its limit is told.
+/// where an image is linked, here only its limit is printed.
 std::string memory_as_text(const SceneFacts& facts, const BudgetLimits& limits);
 nlohmann::ordered_json memory_as_json(const SceneFacts& facts, const BudgetLimits& limits);
 

@@ -96,14 +96,15 @@ SceneProof completeness(const Inspection& inspection) {
 
 SceneProof boundedness(const SceneFacts& facts) {
   SceneProof proof{"bounded",
-                   "Whatever the hand does, no tick exceeds the bounds below, and within them "
+                   "For any motion of the hand, no tick exceeds the bounds below, and within them "
                    "every tick is exact: the scene can be certified.",
                    "no list of a tick can overflow", ProofResult::kHolds};
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) return proof;
   proof.result = ProofResult::kLimited;
   proof.proves =
-      "Whatever the hand does, no tick exceeds the bounds below. The scene can NOT be certified: "
+      "For any motion of the hand, no tick exceeds the bounds below. The scene can NOT be "
+      "certified: "
       "to "
       "keep to them a tick may have to give up exactness, with a flag.";
   proof.figures = std::to_string(reasons.size()) +

@@ -10,7 +10,7 @@
 
 namespace haptic::tools {
 
-/// SVG 1.1, self-contained; the same bytes for the same scene. `factor` is told in the caption.
+/// SVG 1.1, self-contained; the same bytes for the same scene. `factor` is stated in the caption.
 std::string exploded_svg(const std::string& scene, const std::vector<ExplodedBody>& bodies,
                          double factor);
 

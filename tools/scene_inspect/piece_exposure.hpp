@@ -3,7 +3,7 @@
 /// Which features of a body's pieces lie on its surface, from the tables of a compiled scene alone
 /// (tools/graph_compiler/METHOD.md section 11, "Seams"). The compiler decides this with exact
 /// numbers before it rounds; here the rounded tables decide, in double with a tolerance, so that
-/// the two answers check each other. Planes that pieces share are still told by their number, not
+/// the two answers check each other. Planes that pieces share are still known by their number, not
 /// by their digits.
 
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The pruning of a compiled scene, told and repeated: which basic contacts each pair has, which
-/// can occur, which can carry a force, and what leaving out the rest has saved. Counts come from
-/// the marks of the scene; what hides a feature is found again from the geometry, and the whole
-/// decision is made again to see that nothing is missing.
+/// The pruning of a compiled scene, reported and repeated: which basic contacts each pair has,
+/// which can occur, which can carry a force, and what leaving out the rest has saved. Counts come
+/// from the marks of the scene; what hides a feature is found again from the geometry, and the
+/// whole decision is made again to see that nothing is missing.
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,8 @@
 
 namespace haptic::tools {
 
-/// Basic contacts of one pair by type. `open`: neither feature is hidden, whatever the envelope.
+/// Basic contacts of one pair by type. `open`: neither feature is hidden, regardless of the
+/// envelope.
 struct PairPruning {
   std::uint32_t piece_a = 0, piece_b = 0;
   bool in_scene = true;  ///< false: the workspace never brings the two together

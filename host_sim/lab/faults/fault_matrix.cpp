@@ -17,7 +17,7 @@
 namespace haptic::sim {
 namespace {
 
-/// Of each of two commands half a unit per axis, and as much for what the stages round.
+/// Half a unit of each of two commands per axis, and as much for what the stages round.
 constexpr double kRounding_n = 2 * hal::kReferenceForceUnit_n;
 constexpr double kRounding_nm = 2 * hal::kReferenceTorqueUnit_nm;
 /// A tolerated fault leaves the force within this of the run without it.
@@ -199,7 +199,8 @@ void FaultJudge::judge_outcome() {
     fail("latched " + safety_fault_names(f.safety) + " instead of " + safety_fault_names(e.safety));
   }
   if (f.device != e.device) {
-    fail("told " + device_fault_names(f.device) + " instead of " + device_fault_names(e.device));
+    fail("reported " + device_fault_names(f.device) + " instead of " +
+         device_fault_names(e.device));
   }
   // A cut counts where there is force to be cut.
   const bool may_cut = e.output == FaultOutput::kCut;
@@ -246,7 +247,8 @@ void FaultJudge::judge_recovery() {
   if (f.ramp_in_s < static_cast<double>(kMinRampIn_s))
     fail(failure_text("ramp in of %.3f s, at least %.3f", f.ramp_in_s,
                       static_cast<double>(kMinRampIn_s)));
-  // Whatever was plugged in, calibrated or started meanwhile gets zero until the operator arms.
+  // A device or process that was plugged in, calibrated or started meanwhile gets zero until the
+  // operator arms.
   bool connected = false;
   for (std::size_t k = t_.mended; k < t_.pressed; ++k) {
     connected = connected || t_.samples[k - 1].link != LinkState::kReady;

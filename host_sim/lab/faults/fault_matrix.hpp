@@ -24,8 +24,8 @@ struct FaultFigures {
   unsigned cuts = 0;        ///< by the device, with force on
   double zero_after_s = -1;  ///< from the fault until nothing acts; -1: it does at the end
   std::uint32_t safety = 0;  ///< SafetyFault, latched at the end of the watch
-  std::uint32_t device = 0;  ///< DeviceFault that the servo tick was told
-  double ramp_in_s = 0;      ///< of the force after the deadman is pressed anew
+  std::uint32_t device = 0;  ///< DeviceFault that the servo tick got
+  double ramp_in_s = 0;      ///< of the force after the deadman switch is pressed again
   double recovered_n = 0;    ///< at the end of the run
 };
 
@@ -37,8 +37,8 @@ struct FaultVerdict {
   FaultTrace trace;
 };
 
-/// Of one run, by the limits of the reference device, whatever the stack of `settings` was given.
-/// `unharmed`: the run of the same state with no fault.
+/// Verdict on one run, by the limits of the reference device, regardless of the stack of `settings`
+/// was given. `unharmed`: the run of the same state with no fault.
 [[nodiscard]] FaultVerdict judge_fault(const FaultCase& cell, FaultTrace trace,
                                        const FaultTrace& unharmed, const FaultSettings& settings);
 

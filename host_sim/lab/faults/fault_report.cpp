@@ -12,7 +12,7 @@ std::string csv_of(const std::vector<FaultVerdict>& verdicts) {
   std::string csv =
       "fault,state,holds,output,handed_before_n,handed_after_n,acting_before_n,acting_after_n,"
       "largest_n,limit_share,send_share,acting_share,dip_n,device_cuts,zero_after_s,zero_within_s,"
-      "latched,told,ramp_in_s,recovered_n,failures\n";
+      "latched,reported,ramp_in_s,recovered_n,failures\n";
   for (const FaultVerdict& v : verdicts) {
     const FaultFigures& f = v.found;
     std::string why;
@@ -80,7 +80,7 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
       (options.run.carrier == StackCarrier::kUsb ? "usb" : "direct") +
       ". A cube of 20 mm is pressed on a wall by a simulated hand through the whole stack; virtual "
       "time, same bits each time. At each fault 300 ms are watched, then the cause is taken away, "
-      "the deadman let go and pressed anew.\n\n";
+      "the deadman released and pressed again.\n\n";
   page += table_head({"stated for every cell", "limit", "largest found"});
   page += table_row({"change of force from one command to the next",
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
@@ -89,7 +89,7 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
                      fixed(acting, 4) + " of it"});
   page +=
-      table_row({"ramp in after arming anew", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
+      table_row({"ramp in after arming again", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
   page += table_row({"cells that hold", std::to_string(verdicts.size()), std::to_string(held)});
   page +=
       "\nWhere a command did not arrive, the change counts from the last that did, and as much "

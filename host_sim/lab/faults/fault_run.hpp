@@ -30,7 +30,7 @@ struct FaultPlace {
 };
 /// Of fault_scene().
 [[nodiscard]] FaultPlace fault_place();
-/// Of another scene: from its start pose straight to the nearest fixed part. The part must not
+/// In another scene: from its start pose straight to the nearest fixed part. The part must not
 /// touch at the start, and have room to slide sideways. @throws tools::InputError  nothing is
 /// touched that way.
 [[nodiscard]] FaultPlace fault_place(CoreSession& session);

@@ -207,7 +207,7 @@ void FaultScript::inject() {
   pass(kFaultWatch - lasts);
 }
 
-/// The cause goes, whatever it was; the operator lets go and comes to where force can be taken.
+/// The cause goes; the operator releases the switch and comes to where force can be taken.
 void FaultScript::mend() {
   const Fault& fault = *cell_.fault;
   // The clutch is held on the way: the goal stays where it was pressed in.

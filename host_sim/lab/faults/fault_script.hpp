@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The script of a cell of the fault matrix, on whatever stage: the state is reached, the fault
+/// The script of a cell of the fault matrix, on any stage: the state is reached, the fault
 /// comes, its cause goes, and the operator takes force again.
 
 #include <cstddef>

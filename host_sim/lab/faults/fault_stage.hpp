@@ -55,7 +55,7 @@ class FaultStage {
   virtual void stall_servo(unsigned periods) = 0;
   /// The servo thread says what the cause makes of its commands, until `release_servo`.
   virtual void spoil_commands(FaultCause cause) = 0;
-  /// Its process ends, and the link is told.
+  /// Its process ends, and the link is informed.
   virtual void lose_servo() = 0;
   /// Nothing is wrong with the servo thread any more; not after lose_servo.
   virtual void release_servo() = 0;

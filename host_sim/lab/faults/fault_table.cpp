@@ -30,7 +30,7 @@ constexpr const char* kCommandAge = "output guard: age of the command over lost_
 
 constexpr const char* kNothing = "-";
 constexpr const char* kPlugged = "plugged in again";
-constexpr const char* kReconnected = "the link connects anew by itself";
+constexpr const char* kReconnected = "the link reconnects by itself";
 constexpr const char* kGoodReport = "a good report";
 constexpr const char* kGoodCommand = "a good command";
 
@@ -100,7 +100,7 @@ constexpr FaultRule kRules[] = {
     {"drive fault", "the device; its report", Out::kCut, kFaultDevice, kDeviceDriveFault, 0,
      "the device"},
     {"calibration lost", "the device; its report", Out::kCut, kGone, kDeviceNotHomed, 0,
-     "calibrated anew"},
+     "calibrated again"},
     {"servo stalled 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"servo stalled 3", kShortGap, Out::kDips, 0, 0, 0, kNothing},
     {"servo stalled 10", "output guard: age of the command; the late tick itself",

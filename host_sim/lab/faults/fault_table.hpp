@@ -16,8 +16,8 @@ enum class FaultOutput : std::uint8_t {
   kUnchanged = 0,  ///< but for an output that is missed or comes late
   kDips,           ///< then comes back within the slew limit
   kBounded,        ///< follows what is asked, within force and slew limits
-  kRampsToZero,    ///< and stays there until armed anew
-  kCut             ///< the device takes its drives off itself; zero until armed anew
+  kRampsToZero,    ///< and stays there until armed again
+  kCut             ///< the device takes its drives off itself; zero until armed again
 };
 [[nodiscard]] const char* to_text(FaultOutput output);
 
@@ -27,9 +27,9 @@ struct FaultRule {
   const char* noticed_by;
   FaultOutput output = FaultOutput::kUnchanged;
   std::uint32_t safety = 0;  ///< SafetyFault that latch
-  std::uint32_t device = 0;  ///< DeviceFault that the servo tick is told, at any time
+  std::uint32_t device = 0;  ///< DeviceFault that the servo tick gets, at any time
   unsigned noticed_ms = 0;   ///< from the fault to the begin of the ramp, or to the device's cut
-  const char* cleared_by;    ///< beside letting the deadman go and pressing it anew
+  const char* cleared_by;    ///< beside releasing the deadman switch and pressing it again
 };
 /// One rule for each of faults(), in their order.
 [[nodiscard]] std::span<const FaultRule> fault_rules();
@@ -39,7 +39,7 @@ struct FaultExpectation {
   FaultOutput output = FaultOutput::kUnchanged;
   std::uint32_t safety = 0;      ///< latched at the end of the watch
   std::uint32_t safety_may = 0;  ///< and these too, or not
-  std::uint32_t device = 0;      ///< told during the watch
+  std::uint32_t device = 0;      ///< reported during the watch
   double zero_within_s = 0;      ///< of what acts at the device; outputs that end at zero
 };
 /// `linked`: there is a bus, and a link that tells of its own faults.
@@ -51,7 +51,7 @@ struct FaultExpectation {
 [[nodiscard]] std::string device_fault_names(std::uint32_t faults);
 
 /// fault_rules() as a Markdown table; faults with equal rules share a row. Latched: SafetyFault, in
-/// brackets what the servo tick is told (DeviceFault).
+/// brackets what the servo tick gets (DeviceFault).
 [[nodiscard]] std::string failure_semantics();
 
 }  // namespace haptic::sim

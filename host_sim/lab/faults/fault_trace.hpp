@@ -21,7 +21,7 @@ struct FaultSample {
   std::uint32_t watchdog_cuts = 0;
   ArmingState arming = ArmingState::kDisarmed;
   std::uint32_t safety = 0;  ///< SafetyFault, latched
-  std::uint32_t device = 0;  ///< DeviceFault, as the servo tick was told
+  std::uint32_t device = 0;  ///< DeviceFault, as the servo tick got
   LinkState link = LinkState::kAbsent;
   /// How late the machine let the slowest of device, USB thread and servo thread be in this period
   /// [ns]; in virtual time 0. Delays that the fault itself brings about do not count.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The campaign against the proxy: every scene with and without friction under every motion, every
-/// tick judged. Sharded: equal sizes give equal results, whatever the number of threads.
+/// tick judged. Sharded: equal sizes give equal results, regardless of the number of threads.
 
 #include <cstdint>
 #include <optional>

@@ -10,7 +10,7 @@
 
 namespace haptic::sim {
 
-/// Of one clock of the servo loop.
+/// Delays with one clock of the servo loop.
 struct DelayOfMode {
   bool report_clocked = false;
   std::vector<VirtualDelay> exact;

@@ -19,7 +19,7 @@ struct RateQuestion {
 };
 
 /// A rate holds when both are so:
-/// 1. Of a thousand ticks 999 leave room for the machine: the time of the tick that 99.9 % keep,
+/// 1. 999 of a thousand ticks leave room for the machine: the time of the tick that 99.9 % keep,
 ///    with the lateness of the machine's own wake-ups that 99.9 % keep, is below the period.
 /// 2. Ticks of ours that begin a whole period late or more are not more than the machine's own
 ///    wake-ups: not above their share of the ticks by more than three standard deviations of such a

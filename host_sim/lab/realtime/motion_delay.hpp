@@ -28,7 +28,7 @@ inline constexpr std::size_t kDelayStages = static_cast<std::size_t>(DelayStage:
 /// One motion and its answer; ends of the stages [ns] after the sampling.
 using DelayTimes = std::array<std::int64_t, kDelayStages>;
 
-/// Of a step of the hand in contact at a phase of the timer, all exact.
+/// Delays of a step of the hand in contact at a phase of the timer, all exact.
 struct VirtualDelay {
   double phase = 0;  ///< ticks come this share of a period after the report
   DelayTimes at_ns{};

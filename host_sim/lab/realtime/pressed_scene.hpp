@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A scene as the measurements in real time use it: the reference device in a firm hand, which
-/// presses the part on the nearest fixed one at whatever rate.
+/// presses the part on the nearest fixed one at any rate.
 
 #include <functional>
 

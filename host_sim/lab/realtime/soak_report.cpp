@@ -30,7 +30,7 @@ std::string samples_csv(const SoakAccount& account) {
 std::string faults_csv(const SoakAccount& account) {
   std::string csv =
       "t_s,fault,state,holds,runs,late_ms,acting_before_n,acting_after_n,largest_n,send_share,"
-      "zero_after_s,latched,told,ramp_in_s,recovered_n,failures\n";
+      "zero_after_s,latched,reported,ramp_in_s,recovered_n,failures\n";
   for (const SoakCell& c : account.cells) {
     std::string why;
     for (const std::string& failure : c.failures) why += (why.empty() ? "" : "; ") + failure;

@@ -12,8 +12,8 @@
 #include <memory>
 #include <thread>
 
-#include "hal/drivers/reference_driver.hpp"
 #include "hal/clock/linux_process.hpp"
+#include "hal/drivers/reference_driver.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
@@ -61,7 +61,7 @@ class ThreadedLoop {
   /// Ends them in order; the force ramps to zero where the device's periods still pass.
   void stop();
 
-  /// Another servo process after the one that ended: its loop, history and mailbox begin anew.
+  /// Another servo process after the one that ended: its loop, history and mailbox start again.
   /// `release` is called when the link listens to the new one and the old thread may go.
   void restart_servo(const std::function<void()>& release);
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "hal/drivers/reference_codec.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/drivers/reference_codec.hpp"
 #include "host_sim/lab/faults/fault_script.hpp"
 #include "host_sim/lab/faults/stack_stage.hpp"
 
@@ -212,7 +212,7 @@ void ThreadedStage::note_tick(const ServoInput& input, const ServoResult& result
   servo_calls_before_ = calls;
 }
 
-// When this is called the report's own transfer is not yet submitted anew; when something is sent,
+// When this is called the report's own transfer is not yet submitted again; when something is sent,
 // it is.
 void ThreadedStage::on_report(std::int64_t /*stamp_ns*/, std::span<const std::uint8_t> /*report*/,
                               hal::ReportVerdict /*verdict*/, std::uint64_t /*sequence*/) noexcept {

@@ -75,7 +75,7 @@ class ThreadedStage final : public FaultStage, private hal::LinkObserver {
   ThreadedLoop loop_;
   std::int64_t next_ns_ = 0;     ///< of the device's next period
   std::uint32_t acts_ = 0;       ///< sequence of the command that acts in this period
-  std::uint32_t last_sent_ = 0;  ///< sequence of the newest command told of
+  std::uint32_t last_sent_ = 0;  ///< sequence of the newest command reported
   int priority_error_ = 0;
 
   // Of the servo thread, read by the device's.

@@ -11,7 +11,7 @@
 namespace haptic::sim {
 namespace {
 
-/// Of the way to a pose: its depth needs to be near the one drawn, not at it.
+/// On the way to a pose: its depth needs to be near the one drawn, not at it.
 constexpr int kHalvings = 24;
 
 WideVec wide(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }

@@ -149,7 +149,7 @@ const char* to_text(PressKind kind) {
 }
 
 PressWrench proxy_press(const PressedContact& c, const WideVec& x_d, Wide k_t, Wide k_r) {
-  if (c.kind == PressKind::kFace) {  // lies flat: the turn is the tilt, whatever it costs
+  if (c.kind == PressKind::kFace) {  // lies flat: the turn is the tilt, at any cost
     return {k_t * flat_depth(c, x_d) * normal_at(c, 0), {0, k_r * widen(c.tilt_rad), 0}};
   }
   // V(phi) = k_t depth^2 / 2 + k_r phi^2 / 2; V' < 0 at -limit and > 0 at limit.

@@ -36,7 +36,7 @@ struct VerificationResult {
   [[nodiscard]] bool passed() const;
 };
 
-/// Runs all three campaigns. Equal sizes give equal results, whatever the number of threads.
+/// Runs all three campaigns. Equal sizes give equal results, regardless of the number of threads.
 [[nodiscard]] VerificationResult run_verification(const VerificationSize& size,
                                                   const RunOptions& options);
 

@@ -37,7 +37,7 @@ class AdversarialSpace {
   [[nodiscard]] AdversarialMotion drawn(Seeded& random) const;
 
   /// Like `motion`, with its start shifted or turned, or a segment's velocity changed or drawn
-  /// anew; by how much is drawn over six powers of ten.
+  /// again; by how much is drawn over six powers of ten.
   [[nodiscard]] AdversarialMotion changed(const AdversarialMotion& motion, Seeded& random) const;
 
   /// Samples at the scene's rate, exactly as a motion file has them: what read_motion_csv gives of

@@ -48,7 +48,7 @@ std::string stack_text(const CoreStack& stack) {
   if (!stack.measured) return "stack of a tick: not measured: " + std::string(stack.why_not) + "\n";
   char line[200];
   std::snprintf(line, sizeof line,
-                "stack in bytes, at most, whatever the input: a tick %u, servo tick with its "
+                "stack in bytes, at most, for any input: a tick %u, servo tick with its "
                 "safety stages %u, limit %u\n",
                 stack.tick.bytes, stack.core.bytes, stack.limit_bytes);
   std::string text = line;

@@ -29,8 +29,8 @@ struct CoreStack {
   std::uint32_t limit_bytes = 0;  ///< that the build refuses to pass
 };
 
-/// Of the core that this program was built with. Not measured with other compilers than g++, at
-/// -O0, with a sanitizer, and in a build without its checks.
+/// Stack of the core that this program was built with. Not measured with other compilers than g++,
+/// at -O0, with a sanitizer, and in a build without its checks.
 [[nodiscard]] const CoreStack& core_stack();
 
 /// Lines of the report: both figures, and the deepest chain of a tick.

@@ -89,7 +89,7 @@ TEST_SUITE("tools.coupling_choice") {
   TEST_CASE("a derived stiffness is reduced to the budget, with L kept, and the report says so") {
     const CouplingChoice made = choice("20000", kDevice);
     REQUIRE(made.notes.size() == 2);
-    CHECK(has(made.notes[0], "instead of 20000 (k_F), which is all that [device] bears"));
+    CHECK(has(made.notes[0], "instead of 20000 (k_F), which is all that [device] can hold"));
     CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(made.coupling.k_t_n_per_m * 0.03 * 0.03));
     // Two N s/m in all: about twice the undamped 2000 N/m, less the margin.
     CHECK(made.coupling.k_t_n_per_m > 2800.0);

@@ -54,7 +54,7 @@ TEST_SUITE("tools.programs") {
     CHECK(text_of_file(folder.file("a.rtscene")) == text_of_file(folder.file("b.rtscene")));
   }
 
-  TEST_CASE("the needed basic contacts are told, and all of them kept with --no-prune") {
+  TEST_CASE("the needed basic contacts are reported, and all of them kept with --no-prune") {
     const ScratchFolder folder("programs");
     const std::string scene = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
     const std::string out =

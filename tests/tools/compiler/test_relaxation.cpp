@@ -163,7 +163,7 @@ TEST_SUITE("tools.relaxation") {
       CHECK(half == doctest::Approx(std::acos(-1.0) / 4 + std::asin(epsilon / side)));
       CHECK(static_cast<double>(arc.width_m[0]) == doctest::Approx(side));
     }
-    // Wider than the box: no face can rise by epsilon, whatever the turn.
+    // Wider than the box: no face can rise by epsilon, regardless of the turn.
     for (const tools::WideArc& arc : piece.arcs(1.0)) {
       CHECK(arc.full);
       CHECK(arc.cosine == -1);

@@ -58,7 +58,7 @@ TEST_SUITE("tools.scene_facts") {
     CHECK(recheck(box({1 - 1e-4, 0, 0}, {2, 1, 1})).separated_pairs == 0);
   }
 
-  TEST_CASE("crossed wedges that no face plane separates are told apart by their edges") {
+  TEST_CASE("crossed wedges that no face plane separates are distinguished by their edges") {
     const tools::Body low =
         tetrahedron({-1, 0, 0}, {1, 0, 0}, {0.03, 0.2, -1}, {-0.02, -0.2, -1.1});
     const auto separated = [&](double gap_m) {

@@ -208,7 +208,7 @@ TEST_SUITE("tools.pruning_recheck") {
     CHECK(!is_sound(certificates_of(inspection)));
   }
 
-  TEST_CASE("a piece lost is found by the volumes, a cover is told and allowed") {
+  TEST_CASE("a piece lost is found by the volumes, a cover is reported and allowed") {
     SceneDescription description = description_of(Compiled(own_scene("ell_insert")).view);
     Body& fixed = description.statics[0].body;
     const double whole_m3 = fixed.volume_m3;

@@ -249,8 +249,8 @@ TEST_SUITE("tools.mesh_cleaning") {
     mesh.box({0, 0, 0}, {1, 1, 1});
     mesh.box({3, 0, 0}, {4, 1, 1});
     CHECK(clean(mesh.raw()).solid_count == 2);
-    // These share half of an edge and part of a face with the first: welded they could not be told
-    // apart.
+    // These share half of an edge and part of a face with the first: welded, they could not be
+    // distinguished.
     mesh.box({0, 0, 0}, {0.5, 2, 1});
     mesh.box({0.5, 0.5, 0.5}, {3.5, 0.75, 0.75});
     const Surface surface = clean(mesh.raw());

@@ -97,7 +97,7 @@ std::vector<Row> stl_text_rows() {
         "t.stl:27: coordinate '1,0'", "decimal point");
   t.bad("a comment", with_last("# the last one\n" + last), "t.stl:26: found '#'", kAgain);
   t.bad("text after the end", all + "the end\n", "t.stl:31: found 'the'", "delete");
-  // Which of the two forms such a file should be is told by its first 512 bytes.
+  // Which of the two forms such a file should be is decided by its first 512 bytes.
   const std::string long_text =
       all.substr(0, all.find("endsolid")) + all.substr(all.find('\n') + 1);
   t.bad("a zero byte far from the start", long_text + std::string(1, '\0'),

@@ -32,7 +32,8 @@ long TestRandom::between(long low, long high) {
 FlatBody empty_body() { return {}; }
 
 void add_face(FlatBody& body, Solid& solid, const std::vector<std::vector<Rational3>>& loops) {
-  // Newell's sum over the outer loop: along the outward normal whatever corners are reflex.
+  // Newell's sum over the outer loop: along the outward normal with any number of corners that are
+  // reflex.
   Rational3 n{0, 0, 0};
   const std::vector<Rational3>& outer = loops.front();
   for (std::size_t i = 0; i < outer.size(); ++i) {

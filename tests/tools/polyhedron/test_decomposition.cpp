@@ -182,7 +182,7 @@ TEST_SUITE("tools.decomposition") {
     CHECK(contains(result.warnings[0], "(1 and 2)"));
   }
 
-  TEST_CASE("decompose: crossed beams that no face separates are told apart exactly") {
+  TEST_CASE("decompose: crossed beams that no face separates are distinguished exactly") {
     // Edge against edge: a gap of 2^-40 that only a plane along both edges shows.
     for (const bool overlap : {false, true}) {
       FlatBody body = test::empty_body();

@@ -90,7 +90,8 @@ TEST_SUITE("tools.exact") {
     CHECK(world.turn(p, q, u, w) == 0);
   }
 
-  TEST_CASE("tables: equal planes and points have equal indices, whatever their scale and sign") {
+  TEST_CASE(
+      "tables: equal planes and points have equal indices, regardless of their scale and sign") {
     ExactWorld world;
     int sign = 0;
     const std::uint32_t a =

@@ -33,7 +33,7 @@ Surface finned(double thickness_m, double tolerance_m) {
 }
 
 TEST_SUITE("tools.thin_warnings") {
-  TEST_CASE("planes within ten tolerances that were not joined are told, with places and fix") {
+  TEST_CASE("planes within ten tolerances that were not joined are reported, with places and fix") {
     const double tolerance = 1.0e-6;
     FlatBody body = flatten(stepped(5 * tolerance, tolerance), {});
     const std::string told = joined(body.warnings);
@@ -45,7 +45,7 @@ TEST_SUITE("tools.thin_warnings") {
     CHECK(flatten(stepped(0.5 * tolerance, tolerance), {}).merged_plane_count == 6);
   }
 
-  TEST_CASE("a piece below 1e-5 of the size is told, with its thickness and the fix") {
+  TEST_CASE("a piece below 1e-5 of the size is reported, with its thickness and the fix") {
     FlatBody body = flatten(finned(5.0e-6, 1.0e-8), {});
     const Decomposition thin = decompose(body, "part.obj", {});
     CHECK(thin.certificate.holds());

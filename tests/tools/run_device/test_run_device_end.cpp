@@ -30,7 +30,7 @@ struct Ended {
 };
 
 /// `run` with 60 s to go, unless its ticks are done before. Killed and reaped with this object if
-/// it is still there, whatever has failed.
+/// it is still there, after any failure.
 class RunningProgram {
  public:
   RunningProgram(const Bench& bench, const char* ticks)
@@ -138,7 +138,7 @@ TEST_SUITE("tools.run_device.end") {
     }
   }
 
-  TEST_CASE("a killed servo process: told, written down, and a spare goes on until the end") {
+  TEST_CASE("a killed servo process: reported, written down, and a spare goes on until the end") {
     const Bench bench;
     write(bench.config,
           std::string(kHead) + kWorkspace + "[recorder]\ncrash_file = \"crash.csv\"\n");

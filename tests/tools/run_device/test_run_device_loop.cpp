@@ -184,7 +184,7 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(run_program(HAPTIC_RUN_DEVICE, "run --help").exit_code == 0);
   }
 
-  TEST_CASE("a device that is not there is waited for, told of, and exit 4 when time is over") {
+  TEST_CASE("a device that is not there is waited for, reported, and exit 4 when time is over") {
     const Bench bench;
     // The upper end of the test range; no device may use it.
     write(bench.config,
@@ -199,7 +199,7 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(summary["largest_force_n"] == 0.0);
   }
 
-  TEST_CASE("a core that is not there: told and gone on without, or with strict exit 4") {
+  TEST_CASE("a core that is not there: reported and gone on without, or with strict exit 4") {
     const Bench bench;
     for (const bool strict : {false, true}) {
       CAPTURE(strict);
@@ -231,7 +231,7 @@ TEST_SUITE("tools.run_device.loop") {
                               "[loop]\nstrict = " + (strict ? "true" : "false") + "\n");
       const std::string program = std::string("'") + HAPTIC_RUN_DEVICE + "' run '" + bench.config +
                                   "' --seconds 0.2 --json";
-      // No right to any real-time priority, whatever the limits of this session are.
+      // No right to any real-time priority, with any limits of this session.
       const std::string command = "--reuid=65534 --regid=65534 --clear-groups --inh-caps=-all " +
                                   std::string("prlimit --rtprio=0:0 ") + program;
       const ProgramResult r = root ? run_program("setpriv", command)

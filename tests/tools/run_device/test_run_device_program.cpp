@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// run_device as a user runs it, on whatever machine this is: exit codes, files, streams.
+// run_device as a user runs it, on this machine: exit codes, files, streams.
 #include <doctest/doctest.h>
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The largest gains that a device bears, by contact state, with nobody's hand on it and without
+/// The largest gains that a device can hold, by contact state, with nobody's hand on it and without
 /// its Coulomb friction (either only helps). Linear model, sampled, delayed and held, solved
 /// exactly, then divided by a margin: gains at the budget are stable, 1.5 times the budget is not.
 
@@ -18,8 +18,8 @@ inline constexpr double kBudgetMargin = 1.25;
 inline constexpr double kBudgetRounding = 1.0e-6;
 
 /// A contact state and what it allows. Law proxy: the spring to a proxy that contact holds in any
-/// way is never stiffer than k_t and k_r, whatever the state, since the proxy's freedom only lies
-/// in series. Other laws add the stiffness k_F of every plane in contact.
+/// way is never stiffer than k_t and k_r, regardless of the state, since the proxy's freedom only
+/// lies in series. Other laws add the stiffness k_F of every plane in contact.
 struct ContactStateBudget {
   const char* state = "";  ///< "one plane"
   const char* gain = "";   ///< key of the gain that it bounds: "k_t_n_per_m"

@@ -14,7 +14,7 @@
 
 namespace haptic::tools {
 
-/// A turn by a quaternion x, y, z, w, of whatever length.
+/// A turn by a quaternion x, y, z, w, of any length.
 class WideTurn {
  public:
   explicit WideTurn(const std::array<double, 4>& q_xyzw);

@@ -42,7 +42,7 @@ using FragmentPolygon = std::vector<std::array<double, 3>>;
 /// hidden feature may still hold the only plane that separates its piece.
 struct PieceExposure {
   std::vector<bool> face_hidden, edge_hidden, vertex_hidden;  ///< numbered as in PieceTopology
-  /// Of each vertex: hidden, but an open edge of the piece ends there in the corner with another
+  /// For each vertex: hidden, but an open edge of the piece ends there in the corner with another
   /// piece. What presses on the edge as far as its end also goes into that other piece; its contact
   /// reaches to the vertex.
   std::vector<bool> edge_end;

@@ -30,8 +30,8 @@ class VertexRise {
  public:
   VertexRise(const WidePiece& piece, std::uint32_t vertex);
 
-  /// g(t) [m], t >= 0; rises with t. Of more than kHeldNeighbors neighbors some are left out, which
-  /// only makes it larger. Cost: V times degree dot products, mostly.
+  /// g(t) [m], t >= 0; rises with t. With more than kHeldNeighbors neighbors some are left out,
+  /// which only makes it larger. Cost: V times degree dot products, mostly.
   [[nodiscard]] Wide largest(Wide t_m) const;
   /// Smallest distance of the vertex from a plane through three neighbors that has all others on
   /// its side [m]; from this t on, n may point into the piece and g is of the size of its width.
@@ -57,7 +57,7 @@ inline constexpr std::uint32_t kFineVertices = 2000;
 /// epsilon plus the largest excess g(t_{i+1}) - t_i over the steps of t in [0, epsilon], over all
 /// vertices: since g rises, no t in between has more. Rounded up. Cost: O(V^2 degree) and up to
 /// kRiseSteps times that at vertices that may be the largest: seconds for thousands of vertices.
-/// `progress` is told the fraction done.
+/// `progress` gets the fraction done.
 VertexRelaxation vertex_relaxation(const WidePiece& piece, double epsilon_m,
                                    const std::function<void(double)>& progress = {});
 

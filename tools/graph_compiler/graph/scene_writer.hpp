@@ -73,7 +73,7 @@ struct SceneDescription {
   /// What is known of the motion: orientations and places of the grip; absent: free.
   std::optional<OrientationEnvelope> orientation;
   std::optional<WorkspaceBox> workspace;
-  bool prune = true;  ///< false: every basic contact is kept, whatever the marks could say
+  bool prune = true;  ///< false: every basic contact is kept, with any marks
   /// By pair in the order of the written pairs (pieces of A first, the pieces of all statics
   /// within); empty: nothing pruned.
   std::vector<PairMarks> marks;
@@ -82,7 +82,7 @@ struct SceneDescription {
 
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has
 /// accepted them). Byte-identical for equal input on every compiler. Geometry is rounded to Real
-/// once, at the end. `account`, where given, is filled; `progress` is told the fraction of the
+/// once, at the end. `account`, where given, is filled; `progress` gets the fraction of the
 /// pieces done. Cost: see vertex_relaxation.
 /// @throws InputError when a limit of the format is passed (names piece, count and limit).
 std::vector<std::byte> write_scene(const SceneDescription& description,

@@ -34,7 +34,7 @@ RawMesh read_mesh(const std::filesystem::path& path);
 /// Parses the bytes of a file; pure, so that a fuzzer can drive it.
 /// OBJ: `v`, `f` (all forms of corners, n-gons, negative indices, continuation lines), `o` and `g`
 /// as groups; anything else is skipped, except free-form surfaces and lines without a keyword,
-/// which are refused. STL: binary iff 84 + 50 n == size, whatever the header says. OFF: OFF and
+/// which are refused. STL: binary iff 84 + 50 n == size, with any header. OFF: OFF and
 /// COFF, colours skipped. Text may have LF, CRLF or CR line ends and a UTF-8 byte order mark.
 /// @param file  name used in messages and stored in the result.
 /// @throws InputError with file:line or "file: byte N", the defect and how to fix it.

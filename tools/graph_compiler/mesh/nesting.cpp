@@ -123,9 +123,9 @@ std::vector<Shell> nest_shells(WorkMesh& mesh, std::vector<WorkShell>& work_shel
     WorkShell& shell = work_shells[s];
     shells[s].faces = shell.faces;
     outward_in_file[s] = file_points_outward(shell, flipped) ? 1 : 0;
-    // Depth of material around the shell, and the shells that orientation is told against: a part
-    // that is inside-out as a whole is turned as a whole, so a shell is inverted if it differs from
-    // the outermost one around it.
+    // Depth of material around the shell, and the shells against which orientation is decided: a
+    // part that is inside-out as a whole is turned as a whole, so a shell is inverted if it differs
+    // from the outermost one around it.
     int material = 0;
     std::size_t outermost = s;
     std::size_t innermost_solid = count;

@@ -73,7 +73,7 @@ struct CompileOptions {
 };
 
 /// @throws InputError from any step, BudgetError (program/memory_budget.hpp) when the scene exceeds
-/// its budget, InputError when a gain exceeds what the device bears, or when law proxy does not
+/// its budget, InputError when a gain exceeds what the device can hold, or when law proxy does not
 /// serve the size.
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options);
 

@@ -15,7 +15,8 @@ namespace {
 
 /// Coupling damping for an unknown hand [N s/m], where there is a device.
 constexpr double kDefaultDamping_ns_per_m = 1.0;
-/// A derived damping stays at half of what the device bears, so that it leaves room for a spring.
+/// A derived damping stays at half of what the device can hold, so that it leaves room for a
+/// spring.
 constexpr double kDerivedDampingShare = 0.5;
 
 std::string number(double x) {
@@ -115,7 +116,7 @@ class Choice {
   }
 
   void note(const std::string& words) {
-    notes_.push_back("[coupling] " + words + ", which is all that [device] bears");
+    notes_.push_back("[coupling] " + words + ", which is all that [device] can hold");
   }
 
   [[noreturn]] void fail(const FilePlace& at, const std::string& key,

@@ -16,7 +16,7 @@ struct CouplingChoice {
 };
 
 /// @param radius_m  of the moving part about its grip point.
-/// @throws InputError with the place of a gain that the file gives and the device does not bear,
+/// @throws InputError with the place of a gain that the file gives and the device cannot hold,
 /// unless it allows active gains.
 CouplingChoice choose_coupling(const SceneFile& scene, double radius_m);
 

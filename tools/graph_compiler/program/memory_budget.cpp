@@ -28,7 +28,7 @@ std::uint64_t offset_of(const SceneView& scene, SectionId id) {
 }
 
 /// State of the scene with other parameters or another budget of visits: the same blob with its
-/// capacities made anew.
+/// capacities made again.
 std::uint64_t state_of(const SceneView& scene, std::uint32_t visits,
                        const std::function<void(SceneParameters&)>& change) {
   SceneBytes bytes(scene.blob().size());

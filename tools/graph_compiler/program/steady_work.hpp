@@ -36,7 +36,7 @@ struct SteadyWork {
 };
 
 /// Samples random orientations with the pieces of each pair in contact, half of them vertex on
-/// vertex, half on a random point of a random face. Of every pose it counts the faces and edges
+/// vertex, half on a random point of a random face. In every pose it counts the faces and edges
 /// whose best plane lies within relaxation + 2 age motion of the best of all. Same scene, same
 /// figures. Empty when the scene has no motion limits, or its part never turns: then a tick goes
 /// over the planes of a pair, all of them. Cost: seconds at most for pieces of hundreds of

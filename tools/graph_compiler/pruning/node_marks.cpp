@@ -22,7 +22,7 @@ class NodeMarker {
 
   /// `of`: the features' whole cones; `open`: what the body leaves of each, several or none.
   /// `meets(i, cone of i, j, cone of j)`: some orientation brings the two together. `anywhere`:
-  /// open features are exposed whatever the orientations.
+  /// open features are exposed regardless of the orientations.
   template <typename OfA, typename OfB, typename Meets>
   void add(const std::vector<OfA>& of_a, const std::vector<OfB>& of_b,
            const std::vector<std::vector<OfA>>& open_a, const std::vector<std::vector<OfB>>& open_b,

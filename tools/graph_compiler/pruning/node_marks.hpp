@@ -27,13 +27,14 @@ PairMarks prune_pair(const PieceShape& a, const PieceShape& b,
 
 /// Marks of one pair for the loop, which weighs contacts that are near too: reachable are also
 /// nodes that some orientation of the envelope brings within epsilon of applicable. Exposed are
-/// nodes of open features in whatever orientation, also those of a vertex where an open edge ends
+/// nodes of open features in any orientation, also those of a vertex where an open edge ends
 /// in a corner: a scene with an envelope treats each of its nodes as the scene without does. Cost:
 /// as prune_pair.
 PairMarks near_marks(const PieceShape& a, const PieceShape& b, const NearCones& near_a,
                      const NearCones& near_b, const std::optional<OrientationEnvelope>& envelope);
 
-/// Counts of one pair. `open`: nodes of which neither feature is hidden, whatever the envelope.
+/// Counts of one pair. `open`: nodes of which neither feature is hidden, regardless of the
+/// envelope.
 struct PairCounts {
   NodeCounts nodes, reachable, open, live;
 };

@@ -9,11 +9,11 @@ namespace haptic::tools {
 
 /// Every corner of `merged` with four to eight faces around it, of which some plane misses the
 /// vertex by more than `tolerance_m`, becomes corners of three planes: the polygon of its faces is
-/// cut into triangles, a triangle is a corner, a diagonal is a new edge. Of the ways to do so that
-/// keep the borders of the faces free of crossings the one with the least movement is taken; where
-/// there is none within `max_move_m`, the corner stays. New vertices are appended to `surface`, new
-/// edges to `merged`. Returns, for each vertex appended, the vertex that it was part of.
-/// Cost: at most 132 ways per corner.
+/// cut into triangles, a triangle is a corner, a diagonal is a new edge. Among the ways to do so
+/// that keep the borders of the faces free of crossings the one with the least movement is taken;
+/// where there is none within `max_move_m`, the corner stays. New vertices are appended to
+/// `surface`, new edges to `merged`. Returns, for each vertex appended, the vertex that it was part
+/// of. Cost: at most 132 ways per corner.
 std::vector<std::uint32_t> split_corners(Surface& surface, const PlaneFit& fit,
                                          MergedSurface& merged, double tolerance_m,
                                          double max_move_m);

@@ -22,7 +22,7 @@ struct SimplifyOptions {
 struct SimplifyAccount {
   double limit_m = 0.0;  ///< the distance asked for
   double share = 1.0;    ///< of it, which was left to single steps
-  /// Of the cleaned surface and that of the result: proved, no point of either is farther from the
+  /// Distance of the cleaned surface and the result. Proved: no point of either is farther from the
   /// other; and a point of one of them that is that far. At most 1e-3 of the distance apart, or
   /// 1e-3 of the plane tolerance, unless the work limit of the measurement is passed.
   double hausdorff_m = 0.0, hausdorff_at_least_m = 0.0;
