@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a haptic device is to the host: its capabilities, beside the state and the command that it
-/// exchanges with the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by
+/// What a haptic device is to the host: its capabilities, apart from the state and the command that
+/// it exchanges with the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by
 /// value. SI units; frame D is the device's base frame, H the handle.
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Collision libraries that `host_sim pareto` measures beside the core: each adapter is built where its
+# Collision libraries that `host_sim pareto` measures next to the core: each adapter is built where its
 # library is found, and nothing else depends on any of them.
 set(HAPTIC_PEERS AUTO CACHE STRING
   "Foreign collision libraries in `host_sim pareto`: AUTO (those that are found) or OFF")
@@ -47,4 +47,4 @@ haptic_foreign_peer(FCL fcl lab/peers/fcl_peer.cpp fcl ccd)
 haptic_foreign_peer(BULLET bullet-float64 lab/peers/bullet_peer.cpp
   BulletCollision-float64 LinearMath-float64)
 haptic_foreign_peer(ODE ode lab/peers/ode_peer.cpp ode)
-message(STATUS "Collision libraries measured beside the core: ${haptic_foreign_found}")
+message(STATUS "Collision libraries measured next to the core: ${haptic_foreign_found}")

@@ -2,7 +2,7 @@
 # Rule: every function of the core has a static frame of at most LIMIT bytes, no function reaches itself, none is called
 # through a pointer, and the deepest chain of calls needs at most TOTAL bytes.
 # cmake -DFOLDER=<objects> -DLIMIT=<bytes> -DTOTAL=<bytes> -P stack_bound.cmake
-# Reads the call graphs (*.ci) that g++ writes beside the objects under -fcallgraph-info=su; frames include the return
+# Reads the call graphs (*.ci) that g++ writes next to the objects under -fcallgraph-info=su; frames include the return
 # address. Calls that leave the core (memcpy and its kin) are leaves of the C library and count nothing.
 # With -DHEADER=<file>, what was found is also written as a C++ header, for reports.
 cmake_minimum_required(VERSION 3.25)

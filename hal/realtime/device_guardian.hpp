@@ -33,7 +33,7 @@ namespace haptic::hal {
 inline constexpr int kGuardianDone = 0, kGuardianServoFailed = 1, kGuardianOsRefused = 4;
 
 struct GuardianSettings {
-  /// Processes forked beside the first, asleep until one of them has to take over. A fork after the
+  /// Processes forked after the first, asleep until one of them has to take over. A fork after the
   /// USB thread has begun would copy its locks, and the device's descriptor.
   unsigned spares = 1;
   std::size_t recorded_ticks = 4096;  ///< of each process's flight recorder

@@ -57,7 +57,7 @@ class ServoLoop {
   /// Ticks until `stop`. Returns 0, or the errno of a sleep that failed.
   int run(const std::atomic<bool>& stop) noexcept;
 
-  /// From any thread: the call beside the device's own e-stop input; latches.
+  /// From any thread: the call in addition to the device's own e-stop input; latches.
   void emergency_stop() noexcept { emergency_stop_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] const ServoLoopCounters& counters() const noexcept { return counters_; }

@@ -16,7 +16,7 @@
 
 namespace haptic::hal {
 
-/// What a session depends on beside what is on its tape.
+/// What a session depends on, apart from its tape.
 struct BusSession {
   std::uint64_t scene_hash = 0;  ///< content hash of the scene
   std::string driver;            ///< UsbProfile::name, at most kMostDriverName bytes

@@ -35,7 +35,7 @@ struct RecorderEnd {
 
 /// Begins with the link's first poll and the servo loop's first tick; after an orderly end of the
 /// link nothing more of it is recorded. Bounded memory: two rings, about 4 MB. The file grows
-/// beside its name (.part) and takes it in `finish`; what was written before a crash can be read
+/// next to its name (.part) and takes it in `finish`; what was written before a crash can be read
 /// up to its last whole record.
 class BusRecorder final : public LinkTape {
  public:

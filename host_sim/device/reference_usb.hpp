@@ -72,7 +72,7 @@ class ReferenceUsb final : public UsbFunction {
   void step();
   [[nodiscard]] std::uint64_t periods() const;
 
-  /// Something goes wrong at event.report, or at the next period where that is 0 or over.
+  /// Something fails at event.report, or at the next period where that is 0 or over.
   void add(const DeviceFaultEvent& event);
 
   /// Calls `work(model)` while nothing else touches the model.

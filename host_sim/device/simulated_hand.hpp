@@ -20,7 +20,7 @@ struct HandModel {
   std::string name = "none";
   double stiffness_n_per_m = 0, damping_ns_per_m = 0;        ///< >= 0
   double stiffness_nm_per_rad = 0, damping_nms_per_rad = 0;  ///< >= 0
-  Vector push_w = Vector::Zero();  ///< constant force beside the springs [N]
+  Vector push_w = Vector::Zero();  ///< constant force in addition to the springs [N]
 };
 
 /// A hand of these values in translation, and k L^2, b L^2 in rotation.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernel's usbfs answers beside transfers: descriptors, interfaces, control requests.
+// What the kernel's usbfs answers, apart from transfers: descriptors, interfaces, control requests.
 #include "host_sim/device/usbfs_bus.hpp"
 
 // This order: the kernel's header of usbfs needs the types and macros of the first two.

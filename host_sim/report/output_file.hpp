@@ -7,7 +7,7 @@
 
 namespace haptic::sim {
 
-/// Writes `content` beside `path` and renames it there; an existing file stays as it was until
+/// Writes `content` next to `path` and renames it there; an existing file stays as it was until
 /// then, and on failure.
 /// @throws tools::InputError naming the file.
 void write_whole_file(const std::string& path, std::string_view content);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// What each part of the reproduction hands back: its files, its section of the index, and its
-/// findings beside the paper's.
+/// findings next to the paper's.
 
 #include <cstdint>
 #include <string>
@@ -23,7 +23,7 @@ struct ReproductionSize {
   }
 };
 
-/// One number or fact of the paper beside ours.
+/// One number or fact of the paper next to ours.
 struct Finding {
   std::string topic, paper, ours;
   std::string same;    ///< "yes", "no", or in what sense

@@ -33,7 +33,7 @@ struct CoupledScene {
 /// Where the device stands at a time.
 using TimedPose = std::function<PathPose(double t_s)>;
 
-/// From `retreat_w` beside its first pose, which must be free, the device comes to it in
+/// From `retreat_w` from its first pose, which must be free, the device comes to it in
 /// `approach_s` along a straight line and then follows the path.
 struct TimedPath {
   TimedPose pose;

@@ -29,7 +29,7 @@ class NearSearch {
   void seed_face() noexcept;
   void search_faces() noexcept;
   /// Where the climb for a face's support starts: its own last one, or, before it has one, that of
-  /// a face beside it.
+  /// a face next to it.
   [[nodiscard]] static inline std::uint32_t support_start(const PieceView& piece,
                                                           const PieceKeys& keys,
                                                           std::uint32_t f) noexcept;

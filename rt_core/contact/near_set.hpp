@@ -120,8 +120,8 @@ struct NearScratch {
 /// in the order in which the search met them. Scope kLive measures what carries force: of a face
 /// only where its support is a live node, or a live one ties with it; where no live node applies,
 /// d_near_m is kNoDepth; behind the near set stand the live nodes within epsilon of the gap of a
-/// face that did not count: they are near where the piece beside touches. Both scopes keep the same
-/// bounds.
+/// face that did not count: they are near where the neighbouring piece touches. Both scopes keep
+/// the same bounds.
 ///
 /// `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
 /// every pose of the envelope that the marks were made for, regardless of the motion since the last

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// Reasons to let go of the hand, as bits. Each latches.
+/// Reasons to release the hand, as bits. Each latches.
 enum SafetyFault : std::uint32_t {
   kFaultNotFinite = 1u << 0,      ///< a wrench was NaN or infinite
   kFaultBadPose = 1u << 1,        ///< the device's pose or twist was not finite or not unit
@@ -31,9 +31,9 @@ enum class ArmingState : std::uint8_t {
   kDisarmed = 0,  ///< no force; deadman switch not held, or not pressed again
   kArming,        ///< deadman held, force ramps in
   kArmed,         ///< deadman held, full force
-  kDisarming,     ///< ramping out, because the deadman was let go or a fault came: a press now
-                  ///< does not count
-  kFaulted        ///< no force; a fault is latched
+  kDisarming,     ///< ramping out, because the deadman switch was released or a fault came: a press
+               ///< now does not count
+  kFaulted  ///< no force; a fault is latched
 };
 
 struct ArmingInput {
@@ -45,10 +45,10 @@ struct ArmingInput {
 };
 
 /// Owner: the servo thread. Starts disarmed; a deadman that is held from the start does not count
-/// until it has been let go once.
+/// until it has been released once.
 ///
 ///     disarmed --deadman pressed, ready, no cause present: latch cleared--> arming --> armed
-///     arming, armed --deadman let go--> disarming --> disarmed
+///     arming, armed --deadman released--> disarming --> disarmed
 ///     any --cause present--> (latched) disarming --> faulted
 ///     faulted --deadman released and pressed again, ready, no cause present--> arming
 class Arming {

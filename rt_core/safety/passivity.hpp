@@ -12,7 +12,7 @@
 namespace haptic {
 
 /// alpha_max as a share of m / T. The damper acts after sampling and delay itself: with one sample
-/// of delay m / T diverges, 0.25 to 0.5 m / T hold beside a stiff contact.
+/// of delay m / T diverges, 0.25 to 0.5 m / T hold next to a stiff contact.
 inline constexpr Real kControllerShare = 0.25_r;
 
 /// Parameters. A value that is not finite or negative counts as 0.

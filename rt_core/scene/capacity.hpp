@@ -97,7 +97,7 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
 
 /// Pairs of near nodes that a tick compares where pieces meet, at most. A patch leads at most one
 /// group. Its nodes are compared with those of every other patch for what contact they are, with
-/// each other for what holds beside it, and with those of every other patch for their planes, its
+/// each other for what holds next to it, and with those of every other patch for their planes, its
 /// own for the group's. A pair that is held for want of budget adds one node.
 constexpr std::uint64_t node_pairs_bound(const SceneCapacity& c) noexcept {
   const std::uint64_t nodes = std::uint64_t{c.max_near_nodes} + c.pair_count;

@@ -31,7 +31,7 @@ void need_types(const PairView& pair, SceneTraits& needs) noexcept {
   needs.type_a |= !faces || count_bits(reachable, 0, a) > 0;  // no contact at all has that type
   needs.type_b |= count_bits(reachable, a, b) > 0;
   needs.type_c |= count_bits(reachable, b, pair.record->node_count) > 0;
-  needs.type_b |= needs.type_c;  // beside last tick's edge pair a search tries a face of B
+  needs.type_b |= needs.type_c;  // in addition to last tick's edge pair a search tries a face of B
 }
 
 /// Whether some node of a pair only separates.

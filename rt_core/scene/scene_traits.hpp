@@ -51,7 +51,8 @@ struct SceneTraits {
   // What no scene asks for; an image may be built without.
   bool clutch = true;            ///< without it a clutched tick is refused
   bool contact_geometry = true;  ///< HapticCore::contact_geometry
-  bool table_checks = true;      ///< SceneView::open checks every table, beside the content hash
+  bool table_checks =
+      true;  ///< SceneView::open checks every table, in addition to the content hash
 
   // Room.
   std::uint32_t qp_rows = kMaxFrictionRows;      ///< of one quadratic program of the proxy

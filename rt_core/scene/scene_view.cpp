@@ -45,8 +45,8 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kFixedNodes, sizeof(FixedNode)},
     {SectionId::kSimplified, sizeof(SimplifiedBody)},
 };
-/// What a scene has beside the tables that every scene has: those of a part that turns, and those
-/// of one that never does.
+/// What a scene has in addition to the tables that every scene has: those of a part that turns, and
+/// those of one that never does.
 constexpr SectionId kOfTurning[] = {SectionId::kNodes, SectionId::kNeighborBegin,
                                     SectionId::kNeighbors, SectionId::kEdgeArcs};
 constexpr SectionId kOfFixed[] = {SectionId::kFixedPairs, SectionId::kFixedPlanes,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Target image_report: the general program beside the image of each scene, and the image with each omitted feature alone
+# Target image_report: the general program next to the image of each scene, and the image with each omitted feature alone
 # compiled in again: bytes of code, constants and state, instructions per tick (callgrind), the same bits in every row.
 # Some ten cores per scene are compiled, hence an option of its own:
 #   cmake -DHAPTIC_IMAGE_REPORT=ON .. && cmake --build .. --target image_report

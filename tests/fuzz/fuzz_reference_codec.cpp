@@ -72,7 +72,7 @@ class BlockPort : public UsbPort {
   std::vector<std::uint8_t> answer_;
 };
 
-/// A driver, and beside it what its header says about when a wrench may act.
+/// A driver, and with it what its header says about when a wrench may act.
 class Session {
  public:
   /// False when the device is not started.

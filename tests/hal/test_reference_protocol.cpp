@@ -134,7 +134,7 @@ unsigned u16_at(const std::vector<std::uint8_t>& bytes, std::size_t at) {
 }  // namespace
 
 TEST_SUITE("hal.reference_protocol") {
-  TEST_CASE("PROTOCOL.md: each example decodes to the values beside it and back") {
+  TEST_CASE("PROTOCOL.md: each example decodes to the values next to it and back") {
     check_example<kReferenceReportBytes, ReferenceReport>("report");
     check_example<kReferenceCommandBytes, ReferenceCommand>("command");
     check_example<kReferenceBlockBytes, ReferenceBlock>("block");

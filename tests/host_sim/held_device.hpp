@@ -59,7 +59,7 @@ class Log {
   std::atomic<std::size_t> size_{0};
 };
 
-/// What a servo process tells beside its flight recorder.
+/// What a servo process reports in addition to its flight recorder.
 struct HashNote {
   std::uint64_t tick = 0, hash = 0;
 };
@@ -69,9 +69,9 @@ class HeldDevice final : private hal::LinkObserver {
   explicit HeldDevice(unsigned spares);
   ~HeldDevice() override;
 
-  /// The operator lets go, lifts the cube off the wall, presses the deadman and then the cube into
-  /// the wall until kFullForce_n act; again when the scheduler of this machine lets ticks be so
-  /// late that the servo lets go. False: not within the patience.
+  /// The operator releases the switch, lifts the cube off the wall, presses the deadman and then
+  /// the cube into the wall until kFullForce_n act; again when the scheduler of this machine lets
+  /// ticks be so late that the servo lets go. False: not within the patience.
   [[nodiscard]] bool press();
   /// Lets go of everything, until no force acts.
   [[nodiscard]] bool lift();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A minute of work for a device: the peg taken into its hole and out again, over and over, with a
-/// hand that never lets go of the deadman; and what a tick of it must have in common with the same
-/// tick of another carrier.
+/// hand that never releases the deadman switch; and what a tick of it must have in common with the
+/// same tick of another carrier.
 
 #include <array>
 #include <cstdint>

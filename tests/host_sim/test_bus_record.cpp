@@ -32,7 +32,7 @@ std::vector<std::byte> scene_bytes(double half_m = 0.01) {
   return scene_of(centred_box("cube", half_m, half_m, half_m), {&wall, 1}, 800, 1e-4);
 }
 
-/// Presses 3 mm into the wall every second; the deadman is let go for 0.2 s of every two.
+/// Presses 3 mm into the wall every second; the deadman switch is released for 0.2 s of every two.
 HandAction pressing_hand(double t_s) {
   HandAction action;
   action.target.x0_w = Vector(0.004 * std::sin(1.3 * t_s), 0.003 * std::sin(2.1 * t_s),

@@ -83,7 +83,7 @@ TEST_SUITE("host_sim.replay") {
   }
 
   TEST_CASE(
-      "box beside a parallel edge of a box, rotation noise from 0 to 1e-3 rad: agrees with the "
+      "box next to a parallel edge of a box, rotation noise from 0 to 1e-3 rad: agrees with the "
       "exhaustive search") {
     CoreSession session(scene_of(box(0.03, 0.04, 0.05), box(0.1, 0.06, 0.05)), "box on box");
     for (const double noise : kNoises_rad) {

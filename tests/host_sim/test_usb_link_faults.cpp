@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The link through the real libusb to a device in this process: what goes wrong, and what the servo
+// The link through the real libusb to a device in this process: what fails, and what the servo
 // thread and the device get of it.
 #include <doctest/doctest.h>
 

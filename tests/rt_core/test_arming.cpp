@@ -54,9 +54,9 @@ struct Watched {
     if (armed_now && arming.count() != count + 1) return "the count grows by one";
     if (armed_now && after != ArmingState::kArming) return "an arming starts by ramping in";
     if (arming.wants_force() && (!in.deadman || in.present != 0)) {
-      return "no force without the deadman, nor beside a cause";
+      return "no force without the deadman, nor with a cause";
     }
-    if (arming.wants_force() && arming.latched() != 0) return "no force beside a latched fault";
+    if (arming.wants_force() && arming.latched() != 0) return "no force with a latched fault";
     if (arming.wants_force() && idle && !armed_now) return "force only by arming";
     const std::uint32_t expected = armed_now ? 0 : latched | in.present;
     if (arming.latched() != expected) return "faults latch until an arming clears them";
@@ -85,7 +85,7 @@ struct Explored {
   std::string broken;
 };
 
-/// From every state there is a way to force: let go until nothing is left, then press.
+/// From every state there is a way to force: release until nothing is left, then press.
 bool can_arm(Watched watched) {
   for (int k = 0; k < 4; ++k) {
     if (watched.step_on(input(false)) != nullptr) return false;
@@ -152,7 +152,7 @@ TEST_SUITE("rt_core.arming") {
     CHECK(found.steps == 32u + 32u * 32 + 32u * 32 * 32 + 32u * 32 * 32 * 32);
   }
 
-  TEST_CASE("a session: press, ramp in, hold, let go") {
+  TEST_CASE("a session: press, ramp in, hold, release") {
     Arming arming;
     CHECK(arming.state() == ArmingState::kDisarmed);
     CHECK(arming.update(input(true)) == ArmingState::kDisarmed);  // held from the start

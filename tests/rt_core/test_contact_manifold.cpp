@@ -94,7 +94,7 @@ TEST_SUITE("rt_core.contact_manifold") {
         CHECK(m.has(reference + Vec3(s * near, t * 0.05_r, 0.05_r)));
       }
     }
-    m.bench.at({0.2, 0, 0.101}, {1, 0, 0, 0});  // beside it: all corners of A's lower face
+    m.bench.at({0.2, 0, 0.101}, {1, 0, 0, 0});  // next to it: all corners of A's lower face
     CHECK(m.make(kTop) == 4);
     CHECK_FALSE(m.scratch.overlap);
     for (std::uint32_t k = 0; k < 4; ++k) CHECK(std::abs(m.points[k].gap_m - 1e-3_r) < kRounding);

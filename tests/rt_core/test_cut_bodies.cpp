@@ -19,7 +19,7 @@ namespace {
 /// up to 6.2e-4 of the force where that is seen on these slides.
 constexpr double kEqual = HAPTIC_REAL_IS_FLOAT ? 1e-3 : 1e-9;
 
-/// The half plate x < 0.003, its end there hidden as if it went on; nothing is beside it.
+/// The half plate x < 0.003, its end there hidden as if it went on; nothing is next to it.
 tools::SceneDescription open_ended(LawId law) {
   tools::SceneDescription d = scene_of(block(), {box({-0.1, -0.1, -0.03}, {0.003, 0.1, 0})});
   d.parameters.law = law;

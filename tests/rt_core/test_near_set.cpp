@@ -151,7 +151,8 @@ TEST_SUITE("rt_core.near_set") {
     PairBench bench(paper_box(), paper_box());
     int wrong = 0;
     for (int k = 0; k < 200; ++k) {
-      // Box A drifts from resting on the top of B to beside it: another face becomes the nearest.
+      // Box A drifts from resting on the top of B to a place next to it: another face becomes the
+      // nearest.
       const double s = k * 1e-4;
       bench.at({0.1185 + s, 0, 0.0797 - s}, {1, 0, 0, 0});
       if (k == 3) {

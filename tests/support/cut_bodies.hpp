@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A block on a plate, each whole or cut into pieces with its seams hidden, led over the middle of
-/// the plate: what the cut bodies feel, beside the uncut ones.
+/// the plate: what the cut bodies feel, next to the uncut ones.
 
 #include <array>
 #include <string>

@@ -17,7 +17,7 @@
 
 namespace haptic::test {
 
-/// What goes wrong; the default is a good device.
+/// Faults; the default is a good device.
 struct FalconFaults {
   bool silent = false;          ///< the bridge works, nothing behind it answers
   int deaf_greetings = 0;       ///< first messages that get no answer

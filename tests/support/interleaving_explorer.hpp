@@ -14,7 +14,8 @@
 
 namespace haptic::test {
 
-/// What a load may return, and what counts as a violation beside the scenario's own demands.
+/// What a load may return, and what counts as a violation in addition to the scenario's own
+/// demands.
 enum class MemoryModel : std::uint8_t {
   /// One memory, every operation on an atomic and every copy of a word a step of its own. Orders
   /// of atomics mean nothing, races of words only what they do to the values.

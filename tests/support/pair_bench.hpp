@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One pair of convex bodies at any pose, searched directly, beside a brute force over all its
+/// One pair of convex bodies at any pose, searched directly, and by a brute force over all its
 /// basic contacts.
 
 #include <array>

@@ -16,7 +16,7 @@ namespace haptic::test {
 
 class PolhemCounterpart : public hal::UsbPort {
  public:
-  // What goes wrong; the default is a good device.
+  // Faults; the default is a good device.
   bool silent = false;        ///< never reports
   int old_reports = 0;        ///< reports already under way: sent with the counts before
   int lost_set_commands = 0;  ///< commands to set the counts that do not arrive

@@ -12,8 +12,8 @@ constexpr double kMass_kg = 0.2, kDamping_ns_per_m = 2.0;
 // The hand: a spring and a damper to where it wants to be.
 constexpr double kHandSpring_n_per_m = 300.0, kHandDamping_ns_per_m = 10.0;
 
-// The hand's cycle [s]: it rests with the deadman let go, goes down with it held, presses, comes
-// up, lets go.
+// The hand's cycle [s]: it rests with the deadman switch released, goes down with it held, presses,
+// comes up, releases it.
 constexpr double kRest_s = 0.5, kDown_s = 1.0, kPress_s = 2.0, kUp_s = 1.0;
 constexpr double kCycle_s = kRest_s + kDown_s + kPress_s + kUp_s;
 constexpr double kStroke_m = 0.03;

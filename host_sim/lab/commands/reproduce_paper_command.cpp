@@ -28,7 +28,7 @@ int do_reproduce_paper(const ReproducePaperArguments& o) {
 Command add_reproduce_paper_command(CLI::App& program) {
   const auto o = std::make_shared<ReproducePaperArguments>();
   CLI::App* app = program.add_subcommand(
-      "reproduce-paper", "Makes every table and figure of the paper, ours beside the paper's.");
+      "reproduce-paper", "Makes every table and figure of the paper, ours next to the paper's.");
   app->add_option("--out", o->out,
                   "folder for the index, tables (Markdown, CSV) and pictures (SVG)")
       ->required();

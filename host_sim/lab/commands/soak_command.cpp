@@ -61,7 +61,7 @@ void print_summary(const SoakArguments& o, const SoakAccount& a) {
   print_level("descriptors", a.descriptors, 1, "");
   print_level("threads", a.threads, 1, "");
   if (!o.soak.virtual_time) {
-    std::printf("  heap calls       servo thread %llu, USB thread beside libusb %lld%s\n",
+    std::printf("  heap calls       servo thread %llu, USB thread apart from libusb %lld%s\n",
                 static_cast<unsigned long long>(a.servo_heap_calls),
                 static_cast<long long>(a.usb_heap_calls),
                 o.soak.heap_calls == nullptr ? " (not counted in this build)" : "");

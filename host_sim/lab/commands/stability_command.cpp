@@ -24,7 +24,7 @@ Command add_stability_command(CLI::App& program) {
   const auto o = std::make_shared<StabilityArguments>();
   o->run.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
-      "stability", "Measures where the haptic loop is stable, beside the theory.");
+      "stability", "Measures where the haptic loop is stable, compared with the theory.");
   app->add_option("--out", o->out, "folder for tables (Markdown, CSV) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->run.quick, "fewer cells, shorter runs");

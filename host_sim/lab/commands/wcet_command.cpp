@@ -142,8 +142,9 @@ Command add_wcet_command(CLI::App& program) {
   app->add_flag("--once", o->once,
                 "run the motion once without timing: ticks and final state hash alone");
   app->footer(
-      "Printed: work per tick beside its bounds; stack of a tick; instructions per tick and by\n"
-      "function; time per tick beside the exhaustive search, the worst tick with its input; noise\n"
+      "Printed: work per tick against its bounds; stack of a tick; instructions per tick and by\n"
+      "function; time per tick against the exhaustive search, the worst tick with its input; "
+      "noise\n"
       "of the machine; its wake-ups; what the adversarial search found. On stderr: how far the\n"
       "search is.\n"
       "Files in --out:\n"

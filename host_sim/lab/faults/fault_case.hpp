@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One cell of the fault matrix: a state of the operator and the device, and what then goes wrong.
+/// One cell of the fault matrix: a state of the operator and the device, and what then fails.
 
 #include <cstdint>
 #include <span>
@@ -46,7 +46,7 @@ enum class FaultCause : std::uint8_t {
   kDeadmanReleased
 };
 
-/// What goes wrong.
+/// What fails.
 struct Fault {
   const char* name;  ///< of files, tables and the README; no comma
   FaultCause cause = FaultCause::kNothing;

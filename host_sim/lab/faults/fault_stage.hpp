@@ -30,7 +30,7 @@ struct HandPlan {
   [[nodiscard]] HandAction action(double t_s) const { return {at(t_s), switches}; }
 };
 
-/// Owner: one thread, on which the device's periods pass. All that goes wrong does so between two
+/// Owner: one thread, on which the device's periods pass. Everything that fails does so between two
 /// periods.
 class FaultStage {
  public:

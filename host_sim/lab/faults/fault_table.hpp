@@ -29,7 +29,7 @@ struct FaultRule {
   std::uint32_t safety = 0;  ///< SafetyFault that latch
   std::uint32_t device = 0;  ///< DeviceFault that the servo tick gets, at any time
   unsigned noticed_ms = 0;   ///< from the fault to the begin of the ramp, or to the device's cut
-  const char* cleared_by;    ///< beside releasing the deadman switch and pressing it again
+  const char* cleared_by;    ///< apart from releasing the deadman switch and pressing it again
 };
 /// One rule for each of faults(), in their order.
 [[nodiscard]] std::span<const FaultRule> fault_rules();

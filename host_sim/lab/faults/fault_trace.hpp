@@ -34,7 +34,7 @@ struct FaultTrace {
   double period_s = 0;
   std::vector<FaultSample> samples;
   std::size_t injected = 0;  ///< the fault
-  std::size_t mended = 0;    ///< its cause gone, plugged in again, the deadman let go
+  std::size_t mended = 0;    ///< its cause gone, plugged in again, the deadman switch released
   std::size_t pressed = 0;   ///< the deadman, on the wall
 };
 

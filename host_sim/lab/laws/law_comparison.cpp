@@ -169,7 +169,7 @@ std::string comparison_page(std::span<const LawRun> runs, const std::string& tit
       " ticks. Coupling " + short_number(runs[0].k_t_n_per_m, 4) + " N/m, " +
       short_number(runs[0].k_r_nm_per_rad, 4) + " N m/rad.\n\n" +
       table_head({"law", "largest change of force, N", "at, s", "largest change of torque, mN m",
-                  "at, s", "way in, device, mm", "way in, part, mm", "part beside device there, mm",
+                  "at, s", "way in, device, mm", "way in, part, mm", "part from device there, mm",
                   "part to device at the end, mm", "worst gap, um"});
   for (const LawRun& run : runs) {
     const LawStep &force = run.force_steps[0], &torque = run.torque_steps[0];

@@ -37,7 +37,7 @@ struct LawRun {
   double k_t_n_per_m = 0, k_r_nm_per_rad = 0;  ///< of the coupling
   double worst_gap_m = 0;
   double farthest_goal_m = 0, farthest_proxy_m = 0;  ///< along the direction asked for
-  double proxy_there_m = 0;   ///< proxy beside goal, across that direction, where it is farthest
+  double proxy_there_m = 0;   ///< proxy from goal, across that direction, where it is farthest
   double end_distance_m = 0;  ///< proxy to goal in the last tick
 };
 inline constexpr std::size_t kListedSteps = 8;

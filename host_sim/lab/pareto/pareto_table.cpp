@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/report/part_report.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
+#include "host_sim/report/part_report.hpp"
 
 #ifndef HAPTIC_BUILD_FLAGS
 #define HAPTIC_BUILD_FLAGS "unknown"
@@ -49,7 +49,7 @@ const ParetoRow* row_in(const PairMeasure& pair, const std::string& method,
   return nullptr;
 }
 
-/// Largest figure beside the median: "median / p99 / p99.9 / largest".
+/// Largest figure next to the median: "median / p99 / p99.9 / largest".
 std::string times(const ParetoRow* row) {
   if (row == nullptr) return "-";
   return nanoseconds(row->median_ns) + " / " + nanoseconds(row->p99_ns) + " / " +

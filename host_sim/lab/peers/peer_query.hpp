@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a collision method has to offer to be measured beside the others: one pair of convex
+/// What a collision method has to offer to be measured next to the others: one pair of convex
 /// bodies, one pose at a time. Plain types only, so that an adapter of a foreign library sees
 /// nothing of ours. Lengths in m; B's frame is W.
 

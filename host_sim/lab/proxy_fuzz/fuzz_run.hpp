@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One run of the proxy under one motion: a core over its scene, the judge beside it.
+/// One run of the proxy under one motion: a core over its scene, and the judge.
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_judge.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Which rates of the servo loop hold on this machine: the stack in its threads, timer-clocked, at
-/// each rate, beside the machine's own wake-ups at that rate with nothing to do.
+/// each rate, compared with the machine's own wake-ups at that rate with nothing to do.
 
 #include <cstdint>
 #include <memory>

@@ -209,7 +209,7 @@ void Soak::hold_force(double end_s) {
   rest_after(*stage_, {});
 }
 
-/// Nothing goes wrong here but what the machine does: nothing latches, and where every thread was
+/// Nothing fails here except what the machine does: nothing latches, and where every thread was
 /// in time nobody allocates.
 void Soak::watch_hold(double end_s) {
   const ThreadHeap before = threads_ != nullptr ? threads_->heap() : ThreadHeap{};
@@ -252,7 +252,7 @@ void Soak::judge_levels() {
   if (!account_.descriptors.holds()) fail("the number of open descriptors changes");
   if (!account_.threads.holds()) fail("the number of threads changes");
   if (account_.servo_heap_calls != 0) fail("the servo thread allocates");
-  if (account_.usb_heap_calls != 0) fail("the USB thread allocates beside libusb");
+  if (account_.usb_heap_calls != 0) fail("the USB thread allocates apart from libusb");
 }
 
 SoakAccount Soak::run() {

@@ -148,7 +148,7 @@ void draw_contact(SvgPage& page, const Camera& camera, const ContactScene& scene
     draw_arrow(page, camera, scene.x, scale.torque_m_per_nm * scene.torque_nm, kTorqueColour, 3.5,
                "\u03c4");
   for (const auto& axis : std::span(axes).subspan(
-           first_axis)) {  // beside the shaft: force and torque may lie along an axis
+           first_axis)) {  // next to the shaft: force and torque may lie along an axis
     const Pixel at = camera.project(scene.x + 0.75 * scale.axis_m * axis.along);
     const double dx = at.x - x0.x, dy = at.y - x0.y, length = std::hypot(dx, dy);
     page.label({at.x + 13 * dy / length, at.y - 13 * dx / length + 5}, axis.name, "#404040", 13,

@@ -106,7 +106,7 @@ NeighborhoodTable neighborhood_table(std::uint32_t poses) {
     const SweepPose pose = k % 3 == 0   ? sweep.generic(-depth)
                            : k % 3 == 1 ? sweep.edge_face(depth, 0)
                                         : sweep.face_face(depth, 0);
-    if (settle(session, pose).d_near_m > 0) continue;  // the offset lay beside the other body
+    if (settle(session, pose).d_near_m > 0) continue;  // the offset lay next to the other body
     const HapticCore& core = session.core();
     NeighborhoodRange& range = table[situation_name(session, core)];
     range.poses += 1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The paper's steps as printed against the exhaustive search, in both readings of delta, and the
-/// core beside them on the same paths (rt_core/METHOD.md section 7.1).
+/// core next to them on the same paths (rt_core/METHOD.md section 7.1).
 
 #include <cstdint>
 #include <string>

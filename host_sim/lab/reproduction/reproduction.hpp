@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Every table and figure of the paper, ours beside the paper's: the parts in their order and the
+/// Every table and figure of the paper, ours next to the paper's: the parts in their order and the
 /// index that shows them all.
 
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace haptic::sim {
 
-/// The index page: findings beside the paper's, then the section of every part.
+/// The index page: findings next to the paper's, then the section of every part.
 [[nodiscard]] std::string index_page(std::span<const PartReport> parts, bool quick);
 
 /// Makes all parts and writes their files and README.md into `folder`, which is made when absent.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Time of one tick of the core beside the 0.1 to 0.6 ms of the paper (Sec. IV-B).
+/// Time of one tick of the core against the 0.1 to 0.6 ms of the paper (Sec. IV-B).
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The same path felt in two divisions of the same bodies: the difference of the wrench tick by
-/// tick, and how strong the wrench is beside the paper's.
+/// tick, and how strong the wrench is compared with the paper's.
 
 #include "host_sim/shapes/hole_divisions.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Part 2: stiff walls and light tools. How far each integrator of a virtual tool carries the loop,
-// beside the direct spring.
+// against the direct spring.
 #include <algorithm>
 #include <cmath>
 #include <vector>

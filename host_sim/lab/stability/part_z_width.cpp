@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Part 1: Z-width. Where the loop is stable over stiffness and damping, on a wall and in a hole,
-// by law, rate, delay and hand: the core in the closed loop beside the spectral radius of the
+// by law, rate, delay and hand: the core in the closed loop against the spectral radius of the
 // linear loop and the closed forms.
 #include <algorithm>
 #include <cmath>
@@ -331,7 +331,7 @@ PartReport z_width_part(const StabilityOptions& options) {
       "Device 0.1 kg and 1 N s/m, rotor 1e-4 kg m^2 and 1e-3 N m s, zero-order hold, no Coulomb "
       "friction; k_r = k_t (15 mm)^2; no passivity controller. Hands: loose 100 N/m and 0.2 N s/m, "
       "light 300 and 3, firm 800 and 10.\n\nA cube pressed into a wall, largest stable stiffness "
-      "(N/m) by bisection to 0.1 %, beside the spectral radius of the linear loop with the hand "
+      "(N/m) by bisection to 0.1 %, against the spectral radius of the linear loop with the hand "
       "and "
       "the closed form (b + b_h) / (T (1/2 + d)), which is of first order in the damping and knows "
       "neither B nor the hand's spring. The budget is b / (T (1/2 + d)) of the device "

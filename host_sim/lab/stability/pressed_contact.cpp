@@ -92,7 +92,7 @@ PressedContact contact_of(PressKind kind, double size_m) {
                {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}};
     for (auto& loop : scene.a.loops) std::swap(loop[1], loop[2]);
   } else {
-    c.lever_m = 0.2 * s;  // x_0 stands that far beside B's edge
+    c.lever_m = 0.2 * s;  // x_0 stands that far from B's edge
     c.height_m = 0.4 * s;
     scene.a = ridge_below(s, c.height_m, 0.4 * s);
     scene.b = ridge_above(0.8 * s, 0.7 * s);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One contact pressed by a known depth, at every size: the wrench in closed form beside the
+/// One contact pressed by a known depth, at every size: the wrench in closed form against the
 /// core's. A spring k_t, k_r between device and proxy under the one constraint that the contact is:
 /// what is left is a minimum over one angle.
 
@@ -8,22 +8,22 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/oracle/wide.hpp"
 #include "host_sim/lab/stability/extreme_scene.hpp"
+#include "host_sim/oracle/wide.hpp"
 
 namespace haptic::sim {
 
 /// What touches: A above, B below, the device `depth` too low.
 enum class PressKind : std::uint8_t {
   kFace,    ///< face on face, B tilted by `tilt_rad` about y, contact stays flat
-  kVertex,  ///< A's vertex on B's face, `lever_m` beside x_0
-  kEdges    ///< A's edge along x on B's edge along y, `lever_m` beside x_0
+  kVertex,  ///< A's vertex on B's face, `lever_m` from x_0
+  kEdges    ///< A's edge along x on B's edge along y, `lever_m` from x_0
 };
 
 struct PressedContact {
   ExtremeScene scene;
   PressKind kind = PressKind::kFace;
-  double lever_m = 0;   ///< of the contact beside x_0, along x
+  double lever_m = 0;   ///< of the contact from x_0, along x
   double height_m = 0;  ///< of x_0 over the contact
   double tilt_rad = 0;
   double depth_m = 0;

@@ -9,7 +9,7 @@
 
 namespace haptic::sim {
 
-/// A measured number beside the one that the design gives, and where it must lie.
+/// A measured number against the one that the design gives, and where it must lie.
 struct Figure {
   std::string what;  ///< with its unit
   double design = 0, measured = 0;

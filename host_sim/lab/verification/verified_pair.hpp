@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The pairs of bodies that the verification runs on, and one of them under test: a core over its
-/// compiled scene beside everything that judges what the core returns.
+/// compiled scene with everything that judges what the core returns.
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/oracle/certificate_check.hpp"
 #include "host_sim/oracle/sifted_pair.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::sim {

@@ -10,7 +10,7 @@
 namespace haptic::sim {
 
 /// An SVG with two panels, counts and times logarithmic, twenty bins per power of ten: above the
-/// least times of the ticks, in the loop and with flushed caches, beside all repeats as they were;
+/// least times of the ticks, in the loop and with flushed caches, and all repeats as they were;
 /// below how late the machine woke a thread.
 [[nodiscard]] std::string wcet_plot(const WcetResult& loop, const SameStateTimes& same_state,
                                     const hal::WakeupMeasurement& wakeups,

@@ -64,7 +64,7 @@ void input_row(std::string& text, const MotionSample& s, std::size_t tick) {
               s.q_wxyz[3]);
 }
 
-/// The plain search of all nodes in the same run, beside the core.
+/// The plain search of all nodes in the same run, against the core.
 void add_ratio(std::string& text, const WcetReport& r) {
   const WcetResult& loop = r.loop;
   if (loop.exhaustive.count == 0 || !(loop.core.median > 0)) {

@@ -183,8 +183,8 @@ TEST_SUITE("tools.flatten") {
                         [](const auto& entry) { return entry.second == 0; }) == 1);
   }
 
-  TEST_CASE("flatten: a corner beside the extension of another face is put onto it") {
-    // The slope (0,0)-(2,1) extended passes 0.3 tolerances beside the corner (4,2).
+  TEST_CASE("flatten: a corner next to the extension of another face is put onto it") {
+    // The slope (0,0)-(2,1) extended passes 0.3 tolerances from the corner (4,2).
     const double tolerance = 1e-5;
     Part part = parts::prism(
         {{0, 0}, {0, -2}, {6, -2}, {6, 5}, {4, 2 + 0.3 * tolerance}, {4, 0.5}, {2, 1}}, 0, 1);

@@ -115,7 +115,7 @@ TEST_SUITE("tools.split") {
     CHECK(halves.below[0].faces.size() == 11);
   }
 
-  TEST_CASE("split: beside a cavity the cavity stays with its solid") {
+  TEST_CASE("split: next to a cavity the cavity stays with its solid") {
     FlatBody body = test::empty_body();
     std::set<Cell> cells = block(5, 3, 3);
     cells.erase({1, 1, 1});

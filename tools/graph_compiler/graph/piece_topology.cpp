@@ -182,7 +182,7 @@ void fill_loops(const ConvexPiece& piece, PieceTopology& t) {
   }
 }
 
-/// A closed surface with V - E + F = 2 could still be a sphere beside a torus: one component
+/// A closed surface with V - E + F = 2 could still be a sphere next to a torus: one component
 /// settles it.
 void check_sphere(const PieceTopology& t, const std::string& place) {
   for (std::uint32_t v = 0; v < t.vertex_count; ++v) {

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kTrials = 64;
 constexpr std::size_t kTrialsOfLargeParts = 12;
 constexpr std::size_t kLargePart = 60;
-// A cut beside a corner makes a sliver: behind all others.
+// A cut next to a corner makes a sliver: behind all others.
 constexpr double kThinPenalty = 100.0;
 // Mitre planes through corners of more bits make every later sign expensive.
 constexpr std::size_t kMaxMitreBits = 1200;

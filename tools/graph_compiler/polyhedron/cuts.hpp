@@ -50,7 +50,7 @@ class PieceLimitReached : public std::runtime_error {
 /// have in common are computed once.
 class Cutter {
  public:
-  /// @param thin  distance [local units] below which a cut beside a corner is avoided
+  /// @param thin  distance [local units] below which a cut next to a corner is avoided
   Cutter(ExactWorld& world, double thin);
 
   /// Canonical convex pieces of a solid given as its connected parts (canonical), unmerged.

@@ -9,7 +9,7 @@
 namespace haptic::tools {
 namespace {
 
-constexpr int kOffsetBits = 4;  // offsets are finer than normals: 2^-36 beside 2^-32
+constexpr int kOffsetBits = 4;  // offsets are finer than normals: 2^-36 against 2^-32
 
 std::size_t largest_component(const Point3& v) {
   std::size_t best = 0;

@@ -23,7 +23,7 @@ struct WantedPlane {
 };
 
 /// A corner within the tolerance of a plane that it does not bound. Where such wishes hold, a plane
-/// that is extended by a cut meets the corner exactly, instead of leaving a sliver beside it.
+/// that is extended by a cut meets the corner exactly, instead of leaving a sliver next to it.
 struct WishedIncidence {
   std::uint32_t corner = 0;
   std::uint32_t plane = 0;

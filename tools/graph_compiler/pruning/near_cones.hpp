@@ -2,7 +2,7 @@
 #pragma once
 /// Normals with which a feature can be near, not only touch. The loop weighs basic contacts that
 /// are not applicable by less than epsilon (rt_core/contact/near_set.hpp): no neighbour of a vertex
-/// rises higher than that over the plane of contact, no apex of a face beside an edge. Their
+/// rises higher than that over the plane of contact, no apex of a face next to an edge. Their
 /// normals lie in the feature's own cone or a little way beyond it, farther where edges are short.
 
 #include <vector>
