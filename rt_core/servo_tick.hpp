@@ -32,7 +32,7 @@ struct ServoParameters {
   SafetyLimits limits;
   SwitchMap switches;
   /// Outside, or about to be there by the next tick if the part goes on as in the last, the wrench
-  /// is ramped out and a fault latched. What the scene limits, place or turn, is the scene's: the
+  /// is ramped out and a fault latched. Limits of place or turn are the scene's: the
   /// core watches it, and this is not looked at.
   MotionEnvelope envelope;
 };

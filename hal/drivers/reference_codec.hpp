@@ -114,7 +114,7 @@ void encode(const ReferenceBlock& block,
 
 /// Refuses wrong length, magic, version, check sum, reserved bytes that are not zero, unknown bits,
 /// and an orientation whose length is off by more than 1e-3; the second argument is unchanged then.
-/// What is accepted encodes to the same bytes. Cost: one pass over the bytes.
+/// An accepted block encodes to the same bytes. Cost: one pass over the bytes.
 [[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
                                   ReferenceReport& report) noexcept;
 [[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,

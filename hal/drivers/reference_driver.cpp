@@ -238,7 +238,7 @@ std::size_t ReferenceDriver::write(const Wrench& wrench_d, std::uint64_t tick,
   command.drives_on = may_drive_;
   if (command.drives_on && !asked_on_) asked_since_ = sequence_;
   asked_on_ = command.drives_on;
-  // What has no drives to confirm needs a host that has seen the fault all the same.
+  // A device without drives to confirm needs a host that has seen the fault all the same.
   if (nothing && (confirmed_ || (may_drive_ && capabilities_.driven_dof == 0))) {
     acting_ = true;
     held_faults_ = 0;

@@ -99,7 +99,7 @@ HalStatus SpaceMouseDriver::start(UsbPort& port) noexcept {
 
 void SpaceMouseDriver::take_descriptor(std::span<const std::uint8_t> descriptor) noexcept {
   HidAxes found;
-  // What was found before an error is as good as the rest: ranges that make no sense are not used.
+  // Axes found before an error are as good as the rest: ranges that make no sense are not used.
   static_cast<void>(find_hid_axes(descriptor, found));
   for (std::size_t i = 0; i < kHidAxes; ++i) {
     const double declared = full_scale(found.axes[i]);

@@ -41,7 +41,7 @@ static_assert(kLinkTexts.size() == static_cast<std::size_t>(LinkState::kReady) +
 constexpr std::array kArmingTexts = {"disarmed", "arming", "armed", "disarming", "faulted"};
 static_assert(kArmingTexts.size() == static_cast<std::size_t>(ArmingState::kFaulted) + 1);
 
-// What a crashed process wrote is not taken on trust.
+// Data of a crashed process are checked.
 template <std::size_t count>
 const char* text_of(const std::array<const char*, count>& texts, std::uint8_t value) {
   return value < count ? texts[value] : "?";

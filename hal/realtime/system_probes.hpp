@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What can only be found out by trying it: each probe does the thing, puts it back, and tells the
+/// Facts that only a try can find: each probe does the thing, puts it back, and tells the
 /// errno. Tests answer in the system's place.
 
 #include <string>

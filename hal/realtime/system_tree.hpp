@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What Linux tells of itself in files: /sys and /proc below a root, which is "/" or, in tests, a
-/// folder that stands for another machine.
+/// What Linux states about itself in files: /sys and /proc below a root, which is "/" or, in tests,
+/// a folder that stands for another machine.
 
 #include <cstdint>
 #include <filesystem>

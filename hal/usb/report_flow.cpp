@@ -251,7 +251,7 @@ void ReportFlow::turn() noexcept {
     out_since_ns_ = now;
     transfers_->cancel_out();
   }
-  // What the link finds wrong does not wait for the servo thread to see it.
+  // A fault of the link does not wait for the servo thread to see it.
   const std::uint32_t wrong = faults_.present() & ~guard_.faults();
   if (wrong != 0) {
     guard_.latch(wrong);

@@ -257,7 +257,7 @@ void UsbLink::Inside::lose() {
   tell(why, usb_trouble(connection.name(), UsbAction::kTransfer, code, why));
 }
 
-// What is in flight belongs to the kernel: it is waited for until every callback has run.
+// Transfers in flight belong to the kernel: they are waited for until every callback has run.
 void UsbLink::Inside::put_away() {
   transfers.stop();
   const std::int64_t end_ns = monotonic_ns() + kLongestDrain_ns;

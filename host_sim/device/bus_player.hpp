@@ -2,7 +2,7 @@
 #pragma once
 /// Plays a recorded session (hal/usb/bus_record.hpp) back: the recorded reports go through the bus
 /// in this process, the real libusb, link, driver, guard, servo tick and core, in one thread and in
-/// the recorded time. What comes out must be what was recorded, bit for bit.
+/// the recorded time. The output must be what was recorded, bit for bit.
 
 #include <cstdint>
 #include <span>

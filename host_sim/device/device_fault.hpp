@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What can go wrong with a device and its bus, as events at periods of the device: given on
+/// Faults of a device and its bus, as events at periods of the device: given on
 /// command, or by a script. The same events over the same device give the same bytes.
 ///
 /// Script: TOML, `format = 1` and [[fault]] tables with

@@ -61,7 +61,7 @@ class ReferenceModel {
   /// What the device says of itself on request.
   [[nodiscard]] hal::ReferenceBlock block() const;
 
-  // What really happens, for tests and reports.
+  // The true state, for tests and reports.
   [[nodiscard]] const DeviceState& state() const { return device_.state(); }
   /// Wrench on the handle in the last period.
   [[nodiscard]] const Load& acting() const { return acting_; }

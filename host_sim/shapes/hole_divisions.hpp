@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A blind square hole and an L-shaped pocket, each in several convex divisions that share their
-/// planes to the last bit, and the paths of a part in them. What the hand feels must not depend on
+/// planes to the last bit, and the paths of a part in them. The force must not depend on
 /// the division.
 
 #include "host_sim/shapes/contact_case.hpp"

@@ -155,7 +155,7 @@ Sum<S> cosine_kernel(Sum<S> x) {
   const S z = x.hi * x.hi;
   const S half_z = S(0.5) * z;
   const S head = S(1) - half_z;
-  // What the rounding of `head` lost joins the small terms; d cos = -x lo.
+  // The rounding error of `head` joins the small terms; d cos = -x lo.
   return fast_two_sum(
       head, ((S(1) - head) - half_z) + (z * z * polynomial(Constants<S>::kCos, z) - x.hi * x.lo));
 }

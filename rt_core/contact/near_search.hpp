@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// One search. What is marked inline is defined, and called, in one of those files alone.
+/// One search. Functions marked inline are defined, and called, in one of those files alone.
 class NearSearch {
  public:
   NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds, NearScratch& scratch,

@@ -123,7 +123,7 @@ PlanePoint closest_of_hull(std::span<const PlanePoint> points, Real width_m) noe
   std::uint32_t idle = 0;
   for (std::size_t pass = 0; pass < passes; ++pass) {
     if (foot.distance2 <= width_m * width_m) return {0, 0};
-    // What lies on the origin's side of the line through the foot, square to its direction:
+    // The part on the origin's side of the line through the foot, square to its direction:
     // differences first, so that the test is as sharp as the points are close.
     std::size_t s = a;
     Real farthest = 0;

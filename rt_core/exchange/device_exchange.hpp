@@ -92,8 +92,8 @@ struct DeviceCommand {
   std::int64_t stamp_ns = 0;   ///< host monotonic clock when it was made
   std::uint64_t sequence = 0;  ///< of the state that it answers
   WrenchRecord wrench_d;
-  /// Counts how often the operator has armed. What ramped down on the device side stays down until
-  /// this has grown.
+  /// Counts how often the operator has armed. A force ramped down on the device side stays down
+  /// until this has grown.
   std::uint32_t arming = 0;
 };
 

@@ -111,7 +111,7 @@ std::size_t FlightRecorder::copy_newest(std::span<const std::byte> memory,
   const RecordWord newest = newest_stamp(slots, count);
   const RecordWord wanted = std::min<RecordWord>(newest, std::min(count, out.size()));
   std::size_t copied = 0;
-  // What is written from here on is newer than `newest` and, where it overwrites, left out.
+  // Records written from here on are newer than `newest` and, where it overwrites, left out.
   for (RecordWord left = wanted; left > 0; --left) {
     const RecordWord stamp = newest - (left - 1);
     Words words;

@@ -2,8 +2,8 @@
 #pragma once
 /// C-obstacles of a scene whose part never turns: it has one orientation, so every C-face keeps its
 /// normal, and each C-obstacle is a list of half spaces of the positions y = x_0^A minus the
-/// reference of B's body. What an orientation could change is constant and stored: offsets,
-/// violations, rises. Sections kFixedPairs, kFixedPlanes and kFixedNodes; vertices of A in
+/// reference of B's body. Quantities that depend on the orientation are constant and stored:
+/// offsets, violations, rises. Sections kFixedPairs, kFixedPlanes and kFixedNodes; vertices of A in
 /// kVertexLanes are turned already. Such a scene has no arcs, relaxations, stored graphs or marks.
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace haptic {
   return (e.given & kOrientationGiven) != 0 && e.max_angle_rad == 0;
 }
 
-/// What of a plane can carry a force.
+/// Which part of a plane can carry a force.
 enum class PlaneForce : std::uint8_t {
   kHidden = 0,    ///< nothing: a cut has made it, or the part goes on in another piece all along it
   kBears = 1,     ///< some basic contact that has the gap

@@ -34,8 +34,8 @@ template <typename T>
 /// format state. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus coupling(const CouplingParameters& c) noexcept;
 
-/// What is given of the envelope is a unit quaternion, an angle up to pi, a box that is not empty;
-/// the rest is zero. Answers kOk or kBlobBadNumber.
+/// The given parts of the envelope are a unit quaternion, an angle up to pi, a box that is not
+/// empty; the rest is zero. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;
 
 /// Bodies ascending and in range, distances up to kMaxSceneLength_m, a mesh of

@@ -48,7 +48,7 @@ struct SceneTraits {
   bool passivity = true;
   bool device_twist = true;  ///< estimate of the device's twist
 
-  // What no scene asks for; an image may be built without.
+  // Not needed by any scene; an image may be built without.
   bool clutch = true;            ///< without it a clutched tick is refused
   bool contact_geometry = true;  ///< HapticCore::contact_geometry
   bool table_checks =

@@ -64,7 +64,7 @@ struct RunAccount {
   bool refused = false;  ///< in strict: nothing was armed for the refusals
 };
 
-/// What a run tells while it goes on; called on the thread that runs it.
+/// What a run reports while it goes on; called on the thread that runs it.
 struct RunWatch {
   double status_every_s = 1.0;
   std::function<void(const RunStatus&)> status;

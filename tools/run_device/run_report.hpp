@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a run says, for people and for programs.
+/// Summary of a run, for people and for programs.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>

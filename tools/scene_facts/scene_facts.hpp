@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What can be said about a compiled scene by looking at it: counts, sizes, distances. One source
+/// Facts about a compiled scene: counts, sizes, distances. One source
 /// of facts for scene_inspect and for the compiler's report.
 
 #include <array>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What can be proved again of a scene from its bytes, each with what it means, its figures, and
+/// Proofs repeated from the bytes of a scene, each with what it means, its figures, and
 /// whether it holds.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "tools/scene_inspect/pruning_recheck.hpp"
 #include "tools/scene_facts/scene_facts.hpp"
+#include "tools/scene_inspect/pruning_recheck.hpp"
 
 namespace haptic::tools {
 

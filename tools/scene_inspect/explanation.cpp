@@ -97,11 +97,10 @@ std::string explanation(const Inspection& inspection, const BudgetLimits& limits
   const std::vector<SceneProof> certificates = certificates_of(inspection);
   std::string text = "scene '" + facts.name + "': " + grouped(facts.bytes) + " bytes, " +
                      (facts.scalar_bytes == 8 ? "double" : "float") + " numbers\n\n";
-  text += "What is in it\n" + contents(inspection) + "\n";
-  text += "What is proved of it, once more from these bytes alone\n" +
-          certificates_as_text(certificates) + "\n";
-  text += "What a tick may cost\n" + tick_cost(facts) + "\n";
-  text += "What was left out, and what that saved\n" + left_out_as_text(inspection) + "\n";
+  text += "Contents\n" + contents(inspection) + "\n";
+  text += "Proved again from these bytes alone\n" + certificates_as_text(certificates) + "\n";
+  text += "Cost of a tick\n" + tick_cost(facts) + "\n";
+  text += "Left out, and the saving\n" + left_out_as_text(inspection) + "\n";
   text += "Basic contacts by pair\n" + pruning_tables_as_text(inspection) + "\n";
   return text + "Where the memory goes\n" + memory_as_text(facts, limits);
 }

@@ -15,7 +15,7 @@
 namespace haptic::tools {
 
 /// Exposure of the pieces of `body` in their order, features numbered as in the tables; coordinates
-/// in the body's geometry frame. What is thinner than some `tolerance_m` counts as covered.
+/// in the body's geometry frame. Anything thinner than `tolerance_m` counts as covered.
 /// Cost: pairs of pieces that meet, times their faces times vertices.
 std::vector<PieceExposure> exposure_of_body(const SceneView& view, std::uint32_t body,
                                             double tolerance_m);

@@ -77,7 +77,7 @@ std::vector<CostRow> cost_rows(const Inspection& inspection) {
 std::string savings_text(const Inspection& inspection) {
   const PruningRecheck& p = inspection.pruning;
   if (!p.unpruned) {
-    return p.left_something_out() ? wrapped("What it saved cannot be stated: " + p.not_compared, 2)
+    return p.left_something_out() ? wrapped("The saving cannot be stated: " + p.not_compared, 2)
                                   : wrapped("Nothing was left out, so nothing was saved.", 2);
   }
   const std::vector<CostRow> rows = cost_rows(inspection);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What was left out of a scene and what that saved, as text and as JSON.
+/// Contacts left out of a scene and the saving, as text and as JSON.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>

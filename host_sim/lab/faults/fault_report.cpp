@@ -93,9 +93,9 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
   page += table_row({"cells that hold", std::to_string(verdicts.size()), std::to_string(held)});
   page +=
       "\nWhere a command did not arrive, the change counts from the last that did, and as much "
-      "of the time since as is below 5 ms.\n\n## What is stated\n\n" +
+      "of the time since as is below 5 ms.\n\n## Expected\n\n" +
       failure_semantics() +
-      "\n## What was found\n\nForce on the hand after 300 ms, or the time until there was "
+      "\n## Found\n\nForce on the hand after 300 ms, or the time until there was "
       "none.\n\n" +
       matrix_of(verdicts) + "\n" +
       picture_line("faults.svg", "force handed to the bus and force at the device");

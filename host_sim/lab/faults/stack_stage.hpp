@@ -10,7 +10,7 @@
 
 namespace haptic::sim {
 
-/// What a servo thread gone wrong says.
+/// Commands of a faulty servo thread.
 [[nodiscard]] DeviceCommand spoiled(FaultCause cause, DeviceCommand command);
 
 class StackStage final : public FaultStage {

@@ -19,7 +19,7 @@ struct DivisionDifference {
   double worst_gap_m = 0;         ///< of the proxy in this division
   /// Share of ticks that differ by more than two minima of one contact may: depth that counts as
   /// free, t, lets each lie |F| t above the least energy, and so sqrt(2 k_t |F| t) of wrench away
-  /// where the contact leaves a freedom. What lies beyond rests on another contact.
+  /// where the contact leaves a freedom. The part beyond rests on another contact.
   double other_contact_share = 0;
   [[nodiscard]] double quantile_n(double share) const;
   /// Share of ticks in which the wrenches differ by more than `limit_n`.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Looks for the worst that a scene can do in one tick: seeded hill climbing, one climb per kind of
-/// worst, over short motions. What a measurement over given motions never meets.
+/// worst, over short motions. A measurement over given motions never meets these.
 
 #include <cstdint>
 #include <functional>

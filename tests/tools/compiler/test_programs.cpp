@@ -248,8 +248,8 @@ TEST_SUITE("tools.programs") {
     const ProgramResult page = inspect(scene + " --brief --explode " + folder.file("view"));
     CHECK(page.exit_code == 0);
     for (const char* word :
-         {"What is in it", "was made of 5 convex", "  convex      [holds]", "  bounded     [holds]",
-          "What a tick may cost", "664 more stay to tell", "this scene       all kept",
+         {"Contents", "was made of 5 convex", "  convex      [holds]", "  bounded     [holds]",
+          "Cost of a tick", "664 more stay to tell", "this scene       all kept",
           "piece 0 of 'socket.obj': 3 of 6, 10 of 12, 8 of 8; 0", "Where the memory goes",
           "bounds of the search"}) {
       CAPTURE(word);

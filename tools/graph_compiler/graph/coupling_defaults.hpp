@@ -31,7 +31,7 @@ inline constexpr double kDefaultMaxWindow_s = 0.02;
 
 /// Fills every number of the coupling that is zero but may not be: k_t with k_F, k_r with k_t L^2,
 /// L by default_length_share, the largest rotation error, the passes, both windows of the estimator
-/// (only together). What is given stays.
+/// (only together). Given values stay.
 void complete_coupling(SceneParameters& parameters, double radius_m);
 
 }  // namespace haptic::tools

@@ -43,7 +43,7 @@ using FragmentPolygon = std::vector<std::array<double, 3>>;
 struct PieceExposure {
   std::vector<bool> face_hidden, edge_hidden, vertex_hidden;  ///< numbered as in PieceTopology
   /// For each vertex: hidden, but an open edge of the piece ends there in the corner with another
-  /// piece. What presses on the edge as far as its end also goes into that other piece; its contact
+  /// piece. A contact on the edge up to its end also goes into that other piece; its contact
   /// reaches to the vertex.
   std::vector<bool> edge_end;
   /// Exposed fragments of each face that is covered in part: convex polygons, counter-clockwise

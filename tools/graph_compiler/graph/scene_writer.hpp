@@ -22,7 +22,7 @@
 
 namespace haptic::tools {
 
-/// What a simplification made of a body; as in SimplifiedBody.
+/// Result of a simplification of a body; as in SimplifiedBody.
 struct BodySimplification {
   double distance_m = 0.0, volume_change_m3 = 0.0;
 };

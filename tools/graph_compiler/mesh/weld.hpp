@@ -5,8 +5,8 @@
 /// A file may hold several closed solids that overlap or touch (boxes of a collision model). Welded
 /// together they get edges with four faces that no geometry can sort out, so parts which the file
 /// keeps apart stay apart. On the other hand one solid is often cut into groups (materials) or
-/// repeats its vertices for every face or normal, and must be welded. What tells the two cases
-/// apart is whether a candidate is **closed by itself**:
+/// repeats its vertices for every face or normal, and must be welded. What distinguishes the two
+/// cases apart is whether a candidate is **closed by itself**:
 ///   1. a set of faces that is connected by vertex indices (OBJ, OFF) and has exactly two faces at
 ///   each edge;
 ///   2. of the remaining faces, a group of the file (OBJ `o`/`g`, STL `solid`) that is closed once

@@ -7,7 +7,7 @@
 
 namespace haptic::tools {
 
-/// Convex pieces without common interior. What an earlier solid covers already is taken from the
+/// Convex pieces without common interior. Parts that an earlier solid covers are taken from the
 /// later ones and kept in `removed`, for the certificate: pieces and removed parts of a solid
 /// together are the solid, and every removed part lies in a piece.
 struct DisjointPieces {

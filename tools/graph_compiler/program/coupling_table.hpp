@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// `[coupling]` of a scene file: what the scene says about the spring between proxy and device, and
-/// where it says so. What it leaves open is chosen once the size of the part is known
+/// where it says so. Open values are chosen once the size of the part is known
 /// (coupling_choice.hpp).
 
 #include <optional>

@@ -25,8 +25,9 @@ struct BudgetProposal {
   std::uint64_t constants_saved = 0, state_saved = 0;
 };
 
-/// What can be left out of the scene, most saved bytes first. `state_budget`: the state that must
-/// fit, 0: none (then the fewest visits are proposed). Cost: that of a few openings of the blob.
+/// Parts of the scene that can be left out, most saved bytes first. `state_budget`: the state that
+/// must fit, 0: none (then the fewest visits are proposed). Cost: that of a few openings of the
+/// blob.
 std::vector<BudgetProposal> budget_proposals(const SceneView& scene, std::uint64_t state_budget);
 
 /// Bytes of a blob of `scene` whose stored graphs hold `nodes` nodes and `neighbors` list entries

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the pruning of a scene came to: the figures of METHOD section 11, for a report.
+/// Results of the pruning of a scene: the figures of METHOD section 11, for a report.
 
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>

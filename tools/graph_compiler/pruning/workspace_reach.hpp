@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a box around the grip point rules out. A pair of pieces: when it always stays apart. A
-/// basic contact: when, at every place in the box and every orientation of the envelope, its C-face
-/// has the grip behind it and lies below another C-face that could carry the force. It is then
-/// never near, however deep the pieces overlap, and never a plane that separates them, so neither
-/// the search nor the walk over separating planes ever stands on it. Every bound is conservative:
-/// what is ruled out is proved, what is kept may still never occur.
+/// Contacts that a box around the grip point rules out. A pair of pieces: when it always stays
+/// apart. A basic contact: when, at every place in the box and every orientation of the envelope,
+/// its C-face has the grip behind it and lies below another C-face that could carry the force. It
+/// is then never near, however deep the pieces overlap, and never a plane that separates them, so
+/// neither the search nor the walk over separating planes ever stands on it. Every bound is
+/// conservative: what is ruled out is proved, what is kept may still never occur.
 
 #include <optional>
 
