@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Is this machine fit for a servo loop with a device on USB? One line per question, with what was
-/// found and how to fix it. Looks and tries; changes nothing that stays.
+/// Checks whether this machine can run a servo loop with a device on USB: one line per question,
+/// with what was found and how to fix it. Looks and tries; changes nothing that stays.
 
 #include <cstdint>
 #include <string>

@@ -82,10 +82,10 @@ std::string check_device(const std::string& text) {
 
 Command add_doctor_command(CLI::App& program) {
   const auto o = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "doctor",
-      "Is this machine fit for a servo loop, and what would make it so? Changes nothing.\n"
-      "Exit codes: 0 fit, 2 usage, 4 not fit.");
+  CLI::App* app = program.add_subcommand("doctor",
+                                         "Checks whether this machine can run a servo loop, and "
+                                         "says how to fix what fails. Changes nothing.\n"
+                                         "Exit codes: 0 it can, 2 usage, 4 it cannot.");
   app->add_flag("--json", o->json, "every line as JSON");
   app->add_flag("--strict", o->strict,
                 "some warnings refuse too: no PREEMPT_RT, limited memory lock, page faults, late "

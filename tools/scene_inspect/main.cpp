@@ -12,11 +12,11 @@
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
 #include "tools/scene_inspect/explanation.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 #include "tools/scene_inspect/exploded_svg.hpp"
-#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -108,10 +108,10 @@ int main(int argc, char** argv) {
   haptic::tools::Arguments arguments;
   app.add_option("scene", arguments.scene, "compiled scene (.rtscene)")->required();
   CLI::Option* json = app.add_flag("--json", arguments.json, "all facts as JSON");
-  app.add_flag("--brief", arguments.brief, "the page alone, without the tables behind it")
+  app.add_flag("--brief", arguments.brief, "only the page, without the tables behind it")
       ->excludes(json);
   app.add_option("--budget", arguments.budget,
-                 "scene file whose [budget] the scene is held against");
+                 "scene file with the [budget] to check the scene against");
   CLI::Option* explode =
       app.add_option("--explode", arguments.explode,
                      "folder for a drawing of the pieces pushed apart: exploded.svg, exploded.obj, "

@@ -43,7 +43,7 @@ Command add_faults_command(CLI::App& program) {
   const auto o = std::make_shared<FaultsArguments>();
   o->matrix.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
-      "faults", "Brings every fault of device, bus and servo loop about in every state.");
+      "faults", "Makes every fault of device, bus and servo loop happen in every state.");
   app->add_option("--out", o->out, "folder for faults.csv, faults.md and faults.svg")->required();
   app->add_flag("--quick", o->matrix.quick, "only the states with force");
   const std::map<std::string, StackCarrier> carriers{{"usb", StackCarrier::kUsb},

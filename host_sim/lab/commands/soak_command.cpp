@@ -103,8 +103,9 @@ int do_soak(SoakArguments o) {
 
 Command add_soak_command(CLI::App& program) {
   const auto o = std::make_shared<SoakArguments>();
-  CLI::App* app = program.add_subcommand(
-      "soak", "Runs the stack for long with a fault every few seconds, and watches what it holds.");
+  CLI::App* app = program.add_subcommand("soak",
+                                         "Runs the stack for a long time with a fault every few "
+                                         "seconds, and watches memory and descriptors.");
   app->add_option("--scene", o->scene,
                   "compiled scene (.rtscene); default: the cube on a wall of the fault matrix");
   app->add_option("--minutes", o->soak.minutes, "of the device's time; default 10")

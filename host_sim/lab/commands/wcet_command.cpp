@@ -133,8 +133,7 @@ Command add_wcet_command(CLI::App& program) {
   app->add_option("--seed", o->search.seed, "of the search and of a motion made (default 1)");
   app->add_option("--flow-facts", o->flow_facts,
                   "file for the loop bounds of the scene, for static analysis");
-  app->add_option("--fault", o->fault,
-                  "takes this bound of the header for 0, so that the check must fail");
+  app->add_option("--fault", o->fault, "self-test: treats this bound as 0, so the check must fail");
   app->add_flag("--no-instructions", o->no_instructions,
                 "leave out the count of instructions under valgrind");
   app->add_flag("--goal-contact", o->goal_contact,
@@ -154,7 +153,7 @@ Command add_wcet_command(CLI::App& program) {
       "  trace.json    a bar per tick with its counts, for Perfetto or chrome://tracing\n"
       "  wakeups.txt   as cyclictest writes it\n"
       "  adversarial_GOAL_seedN.csv  the motions found, for replay\n"
-      "Exit codes: 0 every bound holds, 1 one is passed, a wrench is not finite or a repeat\n"
+      "Exit codes: 0 every bound holds, 1 one is exceeded, a wrench is not finite or a repeat\n"
       "differs, 2 usage, 3 bad input.");
   return {app, [o] { return do_wcet(*o); }};
 }

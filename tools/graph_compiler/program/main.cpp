@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
   haptic::tools::Arguments arguments;
   app.add_option("scene", arguments.scene, "scene file (TOML)")->required();
   app.add_option("-o,--output", arguments.output, "compiled scene (.rtscene)")->required();
-  app.add_option("--report", arguments.report, "write an account of the compilation (JSON)");
+  app.add_option("--report", arguments.report, "write a report of the compilation (JSON)");
   app.add_option(
       "--traits", arguments.traits,
       "write the header that makes an image of this scene (rt_core/scene/scene_image.hpp)");
@@ -175,7 +175,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(haptic::tools::trait_names()));
   CLI::Option* tolerance =
       app.add_option("--plane-tolerance", arguments.plane_tolerance_m,
-                     "distance within which a vertex lies on a plane [m]; default: from the mesh")
+                     "distance [m] within which a vertex lies on a plane; default: from the mesh")
           ->check(CLI::PositiveNumber);
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
                                        "reflex edges allowed per part (default 300)")
@@ -195,9 +195,9 @@ int main(int argc, char** argv) {
   app.add_flag("--disjoint", arguments.disjoint,
                "cut overlapping solids of a part apart instead of keeping them as a cover");
   app.add_flag("--progress", arguments.progress,
-               "show what is being done, also where standard error is no terminal");
+               "show progress, also if standard error is not a terminal");
   app.add_flag("--certified", arguments.certified,
-               "refuse a scene of which a tick may have to give up exactness");
+               "refuse a scene if one of its ticks may have to give up exactness");
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
