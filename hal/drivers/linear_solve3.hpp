@@ -18,7 +18,7 @@ using Square3 = Eigen::Matrix<double, 3, 3, Eigen::DontAlign>;
 }
 
 /// Solves m x = b by Cramer's rule. False, `x` unchanged, where the determinant is below
-/// `least_share` of the product of the rows' lengths (the rows then lie in a plane but for that
+/// `least_share` of the product of the rows' lengths (the rows then lie in a plane except for that
 /// share), or where a number is not finite. Cost: constant.
 [[nodiscard]] inline bool solve3(const Square3& m, const Column3& b, double least_share,
                                  Column3& x) noexcept {

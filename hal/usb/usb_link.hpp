@@ -62,8 +62,8 @@ class LinkObserver {
 };
 
 /// Owner: the USB thread (construction and destruction may be elsewhere, before and after it runs).
-/// Allocates in the constructor and while connecting, not while reports flow (but for what libusb
-/// allocates itself).
+/// Allocates in the constructor and while connecting, not while reports flow (except for what
+/// libusb allocates itself).
 class UsbLink final : public DeviceLink {
  public:
   UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings);

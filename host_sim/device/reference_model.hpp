@@ -21,8 +21,8 @@ struct HandAction {
   std::uint32_t switches = 0;  ///< bits pressed
 };
 
-/// Encoder steps: the coarser of these and those of `device` (0: exact, but for the protocol's own
-/// units); limits: the smaller. The device's W is D here.
+/// Encoder steps: the coarser of these and those of `device` (0: exact, except for the protocol's
+/// own units); limits: the smaller. The device's W is D here.
 struct ReferenceModelSettings {
   DeviceModel device;
   HandModel hand;

@@ -45,7 +45,7 @@ struct CounterBound {
 /// Whether every peak is within its bound in the header.
 [[nodiscard]] bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity);
 
-/// One line per counter: peak, bound, and in capitals where it is passed.
+/// One line per counter: peak, bound, and in capitals where it is exceeded.
 [[nodiscard]] std::string counters_text(const std::vector<CounterBound>& bounds, bool proxy);
 
 }  // namespace haptic::sim

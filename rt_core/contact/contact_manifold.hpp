@@ -42,10 +42,10 @@ struct ManifoldScratch {
 /// Each piece gives its support_feature within `height_m` of its support, the face of a kA or kB
 /// plane being given; the region is the intersection of the two as seen along n. Where that is
 /// empty (scratch.overlap tells), the corners of the feature across from the face of a kA or kB
-/// plane, and of a kC plane the support pair's point. No gap is below the plane's but for rounding.
-/// Points closer than a millionth of the smaller piece's radius are one, with the smaller gap. Of
-/// more than kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the farthest
-/// outside the hull of the kept.
+/// plane, and of a kC plane the support pair's point. No gap is below the plane's except for
+/// rounding. Points closer than a millionth of the smaller piece's radius are one, with the smaller
+/// gap. Of more than kMaxManifoldPoints the one with the smallest gap is kept and, one by one, the
+/// farthest outside the hull of the kept.
 /// @param y_w  as for plane_gap [m].
 /// @param gap  of the plane at this pose, defined.
 /// @param height_m  > 0 [m].

@@ -40,7 +40,7 @@ struct ContactPatch {
   std::uint32_t point_count = 0;                         ///< K distinct application points
   ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
   bool lends = false;         ///< the pair is apart: it has no force of its own, only nodes
-  Real nearest = 1;           ///< largest weight of its near set at d_near_m: 1 but for rounding
+  Real nearest = 1;           ///< largest weight of its near set at d_near_m: 1 except for rounding
   Real size_m = 0;            ///< scale of rounding: sum of the pieces' radii
   Real merge_distance_m = 0;  ///< points closer than this are one
 

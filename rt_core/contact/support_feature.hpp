@@ -31,7 +31,7 @@ struct PieceShadow {
     const Vec3 p = piece->vertex(v) - origin;
     return {at.x + e1.dot(p), at.y + e2.dot(p)};
   }
-  /// How far a vertex lies behind the support vertex; never below 0 but for rounding. [m]
+  /// How far a vertex lies behind the support vertex; never below 0 except for rounding. [m]
   [[nodiscard]] Real drop_m(std::uint32_t v) const noexcept {
     return outward.dot(origin - piece->vertex(v));
   }

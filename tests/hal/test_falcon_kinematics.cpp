@@ -14,8 +14,9 @@ namespace {
 constexpr std::uint64_t kSeed = 77001;
 constexpr double kPi = 3.14159265358979323846;
 
-/// Evenly inside the ball of 40 mm about the middle, but for the part beyond the legs: with these
-/// lengths they are stretched 35 mm in front of the middle, and near that no angle is met well.
+/// Evenly inside the ball of 40 mm about the middle, except for the part beyond the legs: with
+/// these lengths they are stretched 35 mm in front of the middle, and near that no angle is met
+/// well.
 Column3 point_in_workspace(Random& random) {
   const FalconKinematics arm;
   for (;;) {

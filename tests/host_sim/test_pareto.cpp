@@ -7,10 +7,10 @@
 #include <numbers>
 #include <sstream>
 
-#include "host_sim/report/log_panel.hpp"
 #include "host_sim/lab/pareto/pareto_plot.hpp"
 #include "host_sim/lab/pareto/pareto_table.hpp"
 #include "host_sim/lab/peers/exhaustive_peer.hpp"
+#include "host_sim/report/log_panel.hpp"
 #include "host_sim/timing/tick_times.hpp"
 #include "tools/common/error.hpp"
 
@@ -19,7 +19,7 @@ using namespace haptic::sim;
 
 namespace {
 
-/// A method that answers right but for a constant shift of the depth, a turned normal, and the
+/// A method that answers right except for a constant shift of the depth, a turned normal, and the
 /// wrong verdict at every n-th query.
 class LyingPeer final : public PeerQuery {
  public:

@@ -112,7 +112,7 @@ TEST_SUITE("host_sim.reference_model") {
     CHECK(model.command(push(1, {123456, -7, 40000})));
     model.advance();
     CHECK((model.acting().force_w - Vector(1.23456, -0.00007, 0.4)).norm() < 1e-12);
-    // From rest: x = F/m t^2 / 2 but for the damping.
+    // From rest: x = F/m t^2 / 2 except for the damping.
     CHECK(model.state().x0_w.x() == doctest::Approx(1.23456 / 0.1 * 0.5e-6).epsilon(0.01));
     const hal::ReferenceReport r = read(model);
     CHECK((r.status & hal::kReferenceDrivesOn) != 0);

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "host_sim/lab/wcet/core_stack.hpp"
-#include "host_sim/session/counters_check.hpp"
 #include "host_sim/lab/wcet/flow_facts.hpp"
 #include "host_sim/lab/wcet/instruction_counts.hpp"
+#include "host_sim/session/counters_check.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/wcet_scene.hpp"
@@ -65,7 +65,7 @@ TEST_SUITE("host_sim.wcet_counts") {
     CHECK(program_bounds(625, 3, false).rows == kMaxFrictionRows);
   }
 
-  TEST_CASE("a profile: ticks, functions, and the dearest tick; what prepares is left out") {
+  TEST_CASE("a profile: ticks, functions, and the most expensive tick; what prepares is left out") {
     const std::string part_of_callers =
         "fn=(1) main\ncfn=(2) haptic::HapticCore::step(haptic::StepInput const&)\ncalls=1 0 \n";
     const auto tick = [&](int own, int below) {

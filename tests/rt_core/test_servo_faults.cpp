@@ -148,7 +148,8 @@ TEST_SUITE("rt_core.servo_faults") {
     }
   }
 
-  TEST_CASE("workspace and envelope: out before the limit is passed, with the tick's own motion") {
+  TEST_CASE(
+      "workspace and envelope: out before the limit is exceeded, with the tick's own motion") {
     ServoParameters parameters;
     parameters.envelope.half_extent_m = Vec3(0.02_r, 0, 0);
     parameters.envelope.max_angle_rad = 0.2_r;

@@ -28,7 +28,7 @@ struct DeviceConfig {
   hal::UsbAddress address;
   std::unique_ptr<hal::Driver> driver;
   LoopConfig loop;
-  ServoParameters servo;  ///< but for the grip point, which the scene has
+  ServoParameters servo;  ///< except for the grip point, which the scene has
   double flight_seconds = 4.0;
   std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
 };

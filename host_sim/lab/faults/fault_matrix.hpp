@@ -19,7 +19,7 @@ struct FaultFigures {
   double largest_n = 0;     ///< handed or acting
   double limit_share = 0;   ///< largest force or torque
   double send_share = 0;    ///< largest change from one command to the next
-  double acting_share = 0;  ///< largest change at the device but for its own cuts
+  double acting_share = 0;  ///< largest change at the device except for its own cuts
   double dip_n = 0;         ///< largest loss of force at the device against the run without a fault
   unsigned cuts = 0;        ///< by the device, with force on
   double zero_after_s = -1;  ///< from the fault until nothing acts; -1: it does at the end

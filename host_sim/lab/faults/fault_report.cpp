@@ -85,7 +85,7 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
   page += table_row({"change of force from one command to the next",
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
                      fixed(send, 4) + " of it"});
-  page += table_row({"change of what acts on the hand, but for the device's own cuts",
+  page += table_row({"change of what acts on the hand, except for the device's own cuts",
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
                      fixed(acting, 4) + " of it"});
   page +=

@@ -13,7 +13,7 @@ namespace haptic::sim {
 
 /// What the hand feels of a fault at full force.
 enum class FaultOutput : std::uint8_t {
-  kUnchanged = 0,  ///< but for an output that is missed or comes late
+  kUnchanged = 0,  ///< except for an output that is missed or comes late
   kDips,           ///< then comes back within the slew limit
   kBounded,        ///< follows what is asked, within force and slew limits
   kRampsToZero,    ///< and stays there until armed again

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kErrorFloor_m = 1e-18;  // errors below, zero among them, are drawn here
 
-/// Methods of the result but for the empty one, each once, in order; ours last, hence on top.
+/// Methods of the result except for the empty one, each once, in order; ours last, hence on top.
 std::vector<std::string> drawn_methods(std::span<const PairMeasure> pairs) {
   std::vector<std::string> names;
   for (const PairMeasure& pair : pairs) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/lab/stability/proxy_cases.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/wander.hpp"
 
 namespace haptic::sim {
@@ -129,7 +129,7 @@ std::vector<Figure> loop_figures(const ContactLoop& loop, double design_1000, do
     const Trace trace = run_trace(loop.scene, LawId::kProxy, loop.path_of(ticks));
     const double work_j = hand_work_j(trace.path().last(static_cast<std::size_t>(ticks) + 1));
     const double design_j = ticks < 2000 ? design_1000 : design_4000;
-    // Not less than nothing but for the rule's own error; not more than the design lost.
+    // Not less than nothing except for the rule's own error; not more than the design lost.
     figures.push_back({"work, " + std::to_string(std::lround(ticks)) + " ticks (J)", design_j,
                        work_j, -1e-8, 2 * std::abs(design_j)});
   }

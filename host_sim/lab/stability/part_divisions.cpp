@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
 #include "host_sim/lab/stability/division_comparison.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/svg_canvas.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -182,7 +182,7 @@ PartReport divisions_part(const StabilityOptions& options) {
       "tol F), and what differs by more rests on another contact. Beside it the "
       "mean force of both laws in the first division over the ticks in which both push and less "
       "than 45 degrees apart: it must agree "
-      "within 20 %, but for these.\n\n" +
+      "within 20 %, except for these.\n\n" +
       exceptions(rows) + "\n" + table_of(rows) + "\n" +
       picture_line("divisions.svg", "Difference between divisions, by path");
   report.files = {{"divisions.csv", csv_of(rows)},

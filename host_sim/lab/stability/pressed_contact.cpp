@@ -241,8 +241,8 @@ PressErrors press(const PressedContact& c, LawId law, double fault) {
   errors.force_n = static_cast<double>(norm(truth.force_n));
   errors.force_error_n = distance(last.wrench_w.force_w, truth.force_n);
   errors.torque_error_nm = distance(last.wrench_w.torque_w, truth.torque_nm);
-  // A proxy at rest has converged but for moves that it does not make; D_near has its rounding; far
-  // from the origin the coordinates have theirs.
+  // A proxy at rest has converged except for moves that it does not make; D_near has its rounding;
+  // far from the origin the coordinates have theirs.
   const double unit_roundoff = static_cast<double>(kRealEpsilon);
   const double coordinates_m = 8 * unit_roundoff * (place.norm() + radius_m + extent_m);
   const double relative = HAPTIC_REAL_IS_FLOAT ? 1e-5 : 1e-12;

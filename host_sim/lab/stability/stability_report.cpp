@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "host_sim/lab/stability/part_clearance.hpp"
 #include "host_sim/lab/stability/part_extreme.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -34,7 +34,7 @@ std::string index_page(std::span<const PartReport> reports, bool quick) {
   }
   for (const PartReport& report : reports) {
     page += "\n## " + report.title + "\n\n" + report.markdown;
-    if (!report.passed) page += "\n**A stated limit is passed: see the table above.**\n";
+    if (!report.passed) page += "\n**A stated limit is exceeded: see the table above.**\n";
   }
   return page;
 }

@@ -188,7 +188,7 @@ std::string instruction_table(const InstructionCounts& counts) {
       static_cast<unsigned long long>(counts.largest), p.dearest_tick);
   std::string text = line;
   std::snprintf(line, sizeof line, "  %-40s %9s %6s %10s %9s %6s %10s\n",
-                "mean tick | dearest tick", "self", "share", "with calls", "self", "share",
+                "mean tick | largest tick", "self", "share", "with calls", "self", "share",
                 "with calls");
   text += line;
   std::vector<std::string> names;

@@ -41,8 +41,8 @@ struct InstructionCounts {
 /// temporary file per tick.
 [[nodiscard]] InstructionCounts count_instructions(const InstructionQuestion& question);
 
-/// Lines of the report: median and largest, and by function of the whole run and of the dearest
-/// tick, the functions with the largest share first. Or why they were not measured.
+/// Lines of the report: median and largest, and by function of the whole run and of the most
+/// expensive tick, the functions with the largest share first. Or why they were not measured.
 [[nodiscard]] std::string instruction_table(const InstructionCounts& counts);
 
 }  // namespace haptic::sim

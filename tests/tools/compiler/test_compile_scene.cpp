@@ -191,7 +191,7 @@ TEST_SUITE("tools.compile_scene") {
     CHECK(state.find("bytes of state") != std::string::npos);
   }
 
-  TEST_CASE("the report holds the promised keys and repeats but for its timing") {
+  TEST_CASE("the report holds the promised keys and repeats except for its timing") {
     const std::string path = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
     Json first = Json::parse(report_as_json(compile_file(path)));
     Json second = Json::parse(report_as_json(compile_file(path)));

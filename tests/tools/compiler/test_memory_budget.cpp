@@ -155,7 +155,7 @@ TEST_SUITE("tools.memory_budget") {
     }
   }
 
-  TEST_CASE("a stack below that of the whole core is refused, but for an image") {
+  TEST_CASE("a stack below that of the whole core is refused, except for an image") {
     SceneFile file = peg();
     file.budget.stack = BudgetLimit{core_stack_bytes(), 5, 2};
     CHECK(refusal(file) == "accepted");

@@ -176,8 +176,8 @@ TEST_SUITE("tools.split") {
     const Solid plug =
         test::prism(body, {{{0, 0}, {4, 0}, {8, 0}, {12, 0}, {12, 8}, {0, 8}}}, -6, 0, {});
     solid.faces.insert(solid.faces.end(), plug.faces.begin(), plug.faces.end());
-    // The common wall z = 0: opposite faces cancel, but for the mouth of the groove, which becomes
-    // its end.
+    // The common wall z = 0: opposite faces cancel, except for the mouth of the groove, which
+    // becomes its end.
     std::vector<ExactFace> kept;
     Chain wall;
     std::uint32_t wall_plane = plane_of(world, 0, 0, 1, 0);

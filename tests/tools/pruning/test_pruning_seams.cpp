@@ -74,7 +74,7 @@ bool may_touch(const std::vector<PieceShape>& pieces, const Point3& p, const Dir
   return true;
 }
 
-/// Smallest height of p over any face plane of any piece, in absolute value but for planes that
+/// Smallest height of p over any face plane of any piece, in absolute value except for planes that
 /// hold the whole of `own`: points near a plane are left out of the comparison.
 bool clear_of_planes(const std::vector<PieceShape>& pieces, const Point3& p,
                      const std::vector<Point3>& own) {

@@ -93,7 +93,7 @@ class ObstacleBuilder {
     return planes_.back();
   }
 
-  /// A plane begun before that is this one but for the rounding of normals, or null.
+  /// A plane begun before that is this one except for the rounding of normals, or null.
   [[nodiscard]] Plane* same_plane(const Wide3& n, Wide offset, PlaneForce force) {
     constexpr Wide kSame = 8 * static_cast<Wide>(kRealEpsilon);
     for (Plane& plane : planes_) {

@@ -23,9 +23,9 @@ EdgeRelaxation edge_relaxation(const WidePiece& piece, const std::vector<WideArc
                                double epsilon_m, double radius_m);
 
 /// A vertex b and its neighbors b_k: g(t) = the largest n.(v - b) over all vertices v and all unit
-/// n with n.(b_k - b) <= t for every k. Exact but for rounding, which goes upwards: on the region
-/// of the sphere that is left of t-circles about the neighbors, n.(v - b) is largest where n points
-/// to v, or at the point of one circle nearest to that, or where two circles cross.
+/// n with n.(b_k - b) <= t for every k. Exact except for rounding, which goes upwards: on the
+/// region of the sphere that is left of t-circles about the neighbors, n.(v - b) is largest where n
+/// points to v, or at the point of one circle nearest to that, or where two circles cross.
 class VertexRise {
  public:
   VertexRise(const WidePiece& piece, std::uint32_t vertex);

@@ -57,7 +57,8 @@ std::uint32_t add_text(SceneTables& t, const std::string& words);
 /// Appends a body with its pieces; the parameters and the bodies before it stand already.
 /// @param grip_m    null for a static body.
 /// @param progress  gets the fraction of the piece done.
-/// @throws InputError when the body is empty, a limit of the format is passed, or the pieces do not
+/// @throws InputError when the body is empty, a limit of the format is exceeded, or the pieces do
+/// not
 ///         make up the volume that is stated.
 void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double, 3>* grip_m,
               const std::function<void(double)>& progress);

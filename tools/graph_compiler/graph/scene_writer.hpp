@@ -27,7 +27,7 @@ struct BodySimplification {
   double distance_m = 0.0, volume_change_m3 = 0.0;
 };
 
-/// A body and where it stands. Static: pose of the body frame in W. Moving: ignored but for the
+/// A body and where it stands. Static: pose of the body frame in W. Moving: ignored except for the
 /// start pose.
 struct PlacedBody {
   Body body;
@@ -84,7 +84,7 @@ struct SceneDescription {
 /// accepted them). Byte-identical for equal input on every compiler. Geometry is rounded to Real
 /// once, at the end. `account`, where given, is filled; `progress` gets the fraction of the
 /// pieces done. Cost: see vertex_relaxation.
-/// @throws InputError when a limit of the format is passed (names piece, count and limit).
+/// @throws InputError when a limit of the format is exceeded (names piece, count and limit).
 std::vector<std::byte> write_scene(const SceneDescription& description,
                                    SceneAccount* account = nullptr,
                                    const std::function<void(double)>& progress = {});

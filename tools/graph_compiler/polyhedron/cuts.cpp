@@ -13,7 +13,7 @@ namespace haptic::tools {
 namespace {
 
 // Best-ranked candidates that are tried in full; fewer where there are many reflex edges and each
-// trial is dear.
+// trial is expensive.
 constexpr std::size_t kTrials = 64;
 constexpr std::size_t kTrialsOfLargeParts = 12;
 constexpr std::size_t kLargePart = 60;

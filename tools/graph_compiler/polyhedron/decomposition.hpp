@@ -43,7 +43,7 @@ struct Decomposition {
 /// Progress of the long part: fraction of the work in [0, 1].
 using Progress = std::function<void(double)>;
 
-/// @throws InputError when a limit is passed or the certificate fails; `file` names the mesh in
+/// @throws InputError when a limit is exceeded or the certificate fails; `file` names the mesh in
 /// messages.
 Decomposition decompose(FlatBody& body, const std::string& file, const DecompositionLimits& limits,
                         const Progress& progress = {});

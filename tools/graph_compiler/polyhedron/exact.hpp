@@ -68,7 +68,7 @@ struct Solid {
   std::vector<ExactFace> faces;
 };
 
-/// Thrown when the work or bit limit of a body is passed (METHOD section 8); caught by the
+/// Thrown when the work or bit limit of a body is exceeded (METHOD section 8); caught by the
 /// decomposition.
 class WorkLimitReached : public std::runtime_error {
  public:

@@ -6,8 +6,8 @@
 
 namespace haptic::tools {
 
-/// Exact volume; negative for an inward boundary. Sums of many unlike fractions: dear for large
-/// solids.
+/// Exact volume; negative for an inward boundary. Sums of many unlike fractions: expensive for
+/// large solids.
 Rational volume(const ExactWorld& world, const Solid& solid);
 
 /// Sign of the volume; in double where that is safe.

@@ -28,8 +28,8 @@ SphericalPolygon spherical_polygon(const std::vector<Direction>& sides);
 
 /// Angle [rad] between two directions, accurate for small ones too.
 double angle_between(const Direction& a, const Direction& b);
-/// Least angle [rad] between a point of either set; 0 where they meet. Exact but for rounding, at
-/// most 1e-7.
+/// Least angle [rad] between a point of either set; 0 where they meet. Exact except for rounding,
+/// at most 1e-7.
 double angle_to(const Direction& p, const SphericalArc& arc);
 double angle_to(const Direction& p, const SphericalPolygon& polygon);
 double angle_to(const SphericalArc& a, const SphericalArc& b);

@@ -24,7 +24,7 @@ struct SimplifyAccount {
   double share = 1.0;    ///< of it, which was left to single steps
   /// Distance of the cleaned surface and the result. Proved: no point of either is farther from the
   /// other; and a point of one of them that is that far. At most 1e-3 of the distance apart, or
-  /// 1e-3 of the plane tolerance, unless the work limit of the measurement is passed.
+  /// 1e-3 of the plane tolerance, unless the work limit of the measurement is exceeded.
   double hausdorff_m = 0.0, hausdorff_at_least_m = 0.0;
   std::size_t planes_before = 0, planes_after = 0;
   std::size_t reflex_before = 0, reflex_after = 0;
