@@ -83,8 +83,7 @@ std::string bounds_as_text(const SceneFacts& facts) {
   const SceneCapacity& c = facts.capacity;
   std::string text = "  state of the loop " + grouped(c.state_bytes) + " bytes\n";
   text +=
-      "  in one tick at most, for any motion:
-      ";
+      "  in one tick at most, for any motion:\n";
       text += line("  pairs searched", c.max_pair_visits);
   text += line("  faces and edges evaluated", c.max_feature_evaluations);
   text += line("  pairs of edges tested", c.max_edge_pairs);
