@@ -82,9 +82,8 @@ std::vector<std::string> unproven_reasons(const SceneFacts& facts) {
 std::string bounds_as_text(const SceneFacts& facts) {
   const SceneCapacity& c = facts.capacity;
   std::string text = "  state of the loop " + grouped(c.state_bytes) + " bytes\n";
-  text +=
-      "  in one tick at most, for any motion:\n";
-      text += line("  pairs searched", c.max_pair_visits);
+  text += "  in one tick at most, for any motion:\n";
+  text += line("  pairs searched", c.max_pair_visits);
   text += line("  faces and edges evaluated", c.max_feature_evaluations);
   text += line("  pairs of edges tested", c.max_edge_pairs);
   text += line("  support pairs", c.max_support_pairs);
