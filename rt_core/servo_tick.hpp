@@ -37,12 +37,12 @@ struct ServoParameters {
   MotionEnvelope envelope;
 };
 
-/// What a tick is given beside the device's state.
+/// What a tick is given in addition to the device's state.
 struct ServoInput {
   DeviceState state;                 ///< the newest there is; the same again when none is newer
   std::int64_t now_ns = 0;           ///< host monotonic clock, at the begin of the tick
   std::uint32_t late_periods = 0;    ///< whole periods that the loop missed before this tick
-  bool emergency_stop = false;       ///< the call beside the device's own input; latches
+  bool emergency_stop = false;       ///< the call in addition to the device's own input; latches
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
 };
 

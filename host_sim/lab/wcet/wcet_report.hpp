@@ -21,7 +21,7 @@ struct WcetPlan {
   std::string scene, motion;  ///< names, for the report
   std::uint32_t repeats = 7;
   std::size_t most_same_state = 2000;        ///< ticks that are repeated warm and flushed
-  bool exhaustive = true;                    ///< time the plain search beside the core
+  bool exhaustive = true;                    ///< time the plain search against the core
   double wakeup_seconds = 2;                 ///< 0: not measured
   GoalContact goal = GoalContact::kLeftOut;  ///< what the ticks that are timed and counted search
   AdversarialLimits adversarial;

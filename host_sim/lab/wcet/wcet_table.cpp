@@ -38,23 +38,24 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
       c.unproven == 0 ? "exact at every pose" : "a tick may have to give up exactness, flagged");
   const bool searched = view.parameters().law != LawId::kProxy || r.loop.dearest_unit_ns > 0;
   if (searched)
-    append_line(
-        text,
-        "  bound %llu units of work, dearest unit %.1f ns: at most %.0f ns, %.1f %% of the period "
-        "of %.0f ns%s",
-        ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns, period_ns,
-        view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
+    append_line(text,
+                "  bound %llu units of work, most expensive unit %.1f ns: at most %.0f ns, %.1f %% "
+                "of the period "
+                "of %.0f ns%s",
+                ull{r.work_bound}, r.loop.dearest_unit_ns, bound_ns, 100 * bound_ns / period_ns,
+                period_ns, view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
   if (view.parameters().law != LawId::kProxy) return;
   const double proxy_ns = r.loop.dearest_proxy_unit_ns * static_cast<double>(r.proxy_bound);
-  append_line(
-      text,
-      "  bound %llu units of the proxy's work, dearest %.1f ns: at most %.0f ns, %.1f %% of the "
-      "period;",
-      ull{r.proxy_bound}, r.loop.dearest_proxy_unit_ns, proxy_ns, 100 * proxy_ns / period_ns);
+  append_line(text,
+              "  bound %llu units of the proxy's work, largest unit %.1f ns: at most %.0f ns, %.1f "
+              "%% of the "
+              "period;",
+              ull{r.proxy_bound}, r.loop.dearest_proxy_unit_ns, proxy_ns,
+              100 * proxy_ns / period_ns);
   append_line(
       text,
       "  a unit of the proxy is no unit of the search: the two bounds are of different things, "
-      "each dearest unit pays its whole tick");
+      "each most expensive unit pays its whole tick");
 }
 
 /// A row of the motion as its file has it; the header is line 1.
