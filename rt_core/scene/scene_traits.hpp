@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// What the program must be able to do. The general program opens any scene: everything is on. An
-/// image is compiled for one scene (linker/README.md): what the scene lacks is not compiled, and
+/// image is compiled for one scene (linker/IMAGES.md): what the scene lacks is not compiled, and
 /// both compute the same bits. The core asks `kSceneTraits` before it asks the scene, so that the
 /// compiler drops the branch that no scene of the image can take.
 

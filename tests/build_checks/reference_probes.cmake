@@ -33,6 +33,8 @@ haptic_trees_probe(references document "no such document" rt_core/METHOD.md "${m
 haptic_trees_probe(references absent "a document that is not in the tree" rt_core/METHOD.md "${method}"
   hal/a.hpp "/// Distance (decomposition\n/// section 3).")
 haptic_trees_probe(references comment_file "names 'contact/near_sets.hpp'" rt_core/a.hpp "/// As in contact/near_sets.hpp.")
+haptic_trees_probe(references text_file "names 'linker/IMAGE.md'" rt_core/a.cpp
+  "const char* text = \"build an image (linker/IMAGE.md)\"\\;")
 haptic_trees_probe(references link "link to 'b.md'" rt_core/README.md "See [this](b.md).")
 haptic_trees_probe(references anchor "there is no such heading" rt_core/README.md "See [this](#limits).\n\n## Limit")
 haptic_trees_probe(references function "rt_core/a.cpp has no 'step'" rt_core/a.cpp "void steps() {}"
