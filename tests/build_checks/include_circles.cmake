@@ -4,7 +4,7 @@
 include(${CMAKE_CURRENT_LIST_DIR}/source_tree.cmake)
 
 # For each folder: the folders that its files include, and for messages one such line each.
-haptic_source_files(files "\\.(hpp|cpp|h|c|S|in|inc)$" rt_core hal tools host_sim linker)
+haptic_source_files(files "\\.(hpp|cpp|h|c|S|in|inc)$" ${haptic_folders})
 set(rooms)
 foreach(path IN LISTS files)
   get_filename_component(from ${path} DIRECTORY)

@@ -15,7 +15,7 @@
 #include "hal/clock/linux_process.hpp"
 #include "hal/realtime/system_probes.hpp"
 #include "hal/realtime/system_tree.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic::hal;
 

@@ -17,7 +17,7 @@
 #include "host_sim/device/bus_player.hpp"
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/shapes/shape_scene.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -9,7 +9,7 @@
 #include "hal/drivers/reference_codec.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/report_fault_filter.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

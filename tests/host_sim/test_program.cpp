@@ -10,8 +10,8 @@
 
 #include "host_sim/lab/golden/golden_check.hpp"
 #include "host_sim/session/motion_csv.hpp"
-#include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic::sim;
 using namespace haptic::sim::test;

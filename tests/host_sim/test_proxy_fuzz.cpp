@@ -11,7 +11,7 @@
 
 #include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

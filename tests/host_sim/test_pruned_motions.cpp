@@ -17,7 +17,7 @@
 
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/motion_script.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tests/support/proxy_bench.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 

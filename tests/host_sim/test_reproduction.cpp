@@ -23,7 +23,7 @@
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/shapes/c_obstacle.hpp"
 #include "host_sim/shapes/coherent_path.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

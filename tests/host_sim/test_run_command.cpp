@@ -14,7 +14,7 @@
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/shapes/shape_scene.hpp"
 #include "rt_core/safety/arming.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

@@ -13,10 +13,10 @@
 #include <string>
 #include <utility>
 
-#include "host_sim/session/motion_csv.hpp"
 #include "host_sim/lab/stability/division_comparison.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "rt_core/base/scalar.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <string>
 
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic::sim::test;
 

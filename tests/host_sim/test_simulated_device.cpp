@@ -7,7 +7,7 @@
 #include "host_sim/device/closed_loop.hpp"
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/loop_run.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

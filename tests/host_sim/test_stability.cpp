@@ -7,7 +7,7 @@
 
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/stability_trial.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -11,8 +11,8 @@
 #include "host_sim/device/reference_usb.hpp"
 #include "host_sim/device/usbip_carrier.hpp"
 #include "host_sim/device/vhci_port.hpp"
-#include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/usbip_client.hpp"
+#include "tests/support/program_run.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "host_sim/lab/verification/contact_poses.hpp"
 #include "host_sim/lab/verification/verification.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

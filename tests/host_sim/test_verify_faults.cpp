@@ -7,7 +7,7 @@
 
 #include "host_sim/lab/verification/deliberate_fault.hpp"
 #include "rt_core/base/scalar.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using namespace haptic::sim;
 using namespace haptic::sim::test;

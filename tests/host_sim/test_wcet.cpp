@@ -13,8 +13,8 @@
 #include "host_sim/lab/wcet/flow_facts.hpp"
 #include "host_sim/lab/wcet/scene_motion.hpp"
 #include "host_sim/lab/wcet/wcet_table.hpp"
-#include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/wcet_scene.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

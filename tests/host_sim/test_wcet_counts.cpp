@@ -12,8 +12,8 @@
 #include "host_sim/lab/wcet/instruction_counts.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "rt_core/scene/capacity.hpp"
-#include "tests/host_sim/program_run.hpp"
 #include "tests/host_sim/wcet_scene.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "hal/realtime/doctor.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 namespace haptic::test {
 

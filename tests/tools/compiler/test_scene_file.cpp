@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tests/tools/compiler/scene_file_defects.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/toml_table.hpp"

@@ -12,7 +12,7 @@
 #include <limits>
 #include <set>
 
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tests/tools/mesh_table/mesh_row.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 namespace haptic::tools::test {
 

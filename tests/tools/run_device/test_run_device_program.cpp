@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "hal/realtime/deploy_text.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 
 using haptic::sim::test::ProgramResult;
 using haptic::sim::test::run_program;
