@@ -44,6 +44,8 @@ class ClosedLoop {
   [[nodiscard]] double period_s() const { return period_s_; }
   [[nodiscard]] const SimulatedDevice& device() const { return device_; }
 
+  /// Grip point in A's mesh frame [m].
+  [[nodiscard]] Vec3 grip_in_part() const { return grip_a_.cast<Real>(); }
   /// The grip point and orientation of a pose of A's mesh frame, and back.
   [[nodiscard]] HandTarget grip_of(const Vector& p_wa, const Rotation& q_wa) const;
   [[nodiscard]] HandTarget grip_of(const MotionSample& sample) const;

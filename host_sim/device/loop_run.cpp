@@ -30,7 +30,7 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
     if (k + 1 < motion.size()) stroke.to = loop.grip_of(motion[k + 1]);
     const LoopTick tick = loop.step(stroke);
     LoopRecord record;
-    record.tick = record_of(tick.tick, tick.t_s, tick.result);
+    record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.grip_in_part());
     record.device_wa = tick.sensed_wa;
     record.proxy_wa = tick.result.proxy_pose_wa;
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());

@@ -202,7 +202,8 @@ def main():
         if picture.faces_us(goal, f):
             picture.path([goal[i] for i in f],
                          'fill="none" stroke="#3367a8" stroke-width="1.6" stroke-dasharray="6 4"')
-    for polygon in contacts_at(given.contacts, given.tick):
+    contacts = list(contacts_at(given.contacts, given.tick))
+    for polygon in contacts:
         if len(polygon) > 1:
             picture.path(polygon, 'fill="#c2185b" fill-opacity="0.3" stroke="#c2185b" stroke-width="3.5"', len(polygon) > 2)
         for p in polygon:
@@ -220,7 +221,7 @@ def main():
     far = math.dist(goal_grip, felt_grip)
     notes = [("#a06a1b", "the part where it is felt:", "always outside the block"),
              ("#3367a8", "the pose that the hand asks for:", f"{1e3 * far:.1f} mm away"),
-             ("#c2185b", "the contacts that hold the part:", "an edge on the floor, an edge on the rim"),
+             ("#c2185b", "the contacts that hold the part:", f"{len(contacts)} regions, drawn through the part"),
              ("#1b7f3b", "the pull of the spring", "between the two, at the grip point")]
     for k, (colour, first, second) in enumerate(notes):
         y = 130 + 66 * k

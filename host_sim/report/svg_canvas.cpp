@@ -78,7 +78,7 @@ Panel time_panel(std::span<const double> times, double left, double top, double 
   return {left, top, width, height, low, high, 0, 1};
 }
 
-void fit_range(Panel& panel, std::span<const NamedCurve> curves) {
+void fit_range(Panel& panel, std::span<const NamedCurve> curves, double floor) {
   double low = 0, high = 0;
   for (const NamedCurve& c : curves) {
     for (const double v : c.values) {
@@ -86,6 +86,7 @@ void fit_range(Panel& panel, std::span<const NamedCurve> curves) {
       high = std::max(high, v);
     }
   }
+  if (high - low < floor) high = low + floor;
   const double margin = high > low ? 0.06 * (high - low) : 1.0;
   panel.low = low - (low < 0 || high == 0 ? margin : 0);
   panel.high = high + margin;
@@ -114,6 +115,12 @@ std::string curve(const Panel& panel, std::span<const double> times, std::span<c
          pixel(stroke_width) + "\" points=\"" + points + "\"/>\n";
 }
 
+std::string panel_box(const Panel& p) {
+  return "<rect x=\"" + pixel(p.left) + "\" y=\"" + pixel(p.top) + "\" width=\"" + pixel(p.width) +
+         "\" height=\"" + pixel(p.height) +
+         "\" fill=\"none\" stroke=\"#404040\" stroke-width=\"1\"/>\n";
+}
+
 std::string panel_frame(const Panel& p, const std::string& label, bool time_labels) {
   std::string svg;
   const auto rule = [&](double x1, double y1, double x2, double y2, const char* colour) {
@@ -135,9 +142,7 @@ std::string panel_frame(const Panel& p, const std::string& label, bool time_labe
       svg += text_at(p.left - 6, p.y_of(m) + 4, mark_label(m, step), "end", 12);
     }
   }
-  svg += "<rect x=\"" + pixel(p.left) + "\" y=\"" + pixel(p.top) + "\" width=\"" + pixel(p.width) +
-         "\" height=\"" + pixel(p.height) +
-         "\" fill=\"none\" stroke=\"#404040\" stroke-width=\"1\"/>\n";
+  svg += panel_box(p);
   if (!label.empty()) {
     const double x = p.left - 62, y = p.top + p.height / 2;
     const std::string turn = "transform=\"rotate(-90 " + pixel(x) + " " + pixel(y) + ")\"";

@@ -50,8 +50,9 @@ struct NamedCurve {
   std::vector<double> values;  ///< one per time
 };
 
-/// Gives the panel a range that holds all values and zero, with a margin; never empty.
-void fit_range(Panel& panel, std::span<const NamedCurve> curves);
+/// Gives the panel a range that holds all values and zero, with a margin; never empty. A range
+/// below `floor` is widened to it, so that rounding noise is drawn as zero.
+void fit_range(Panel& panel, std::span<const NamedCurve> curves, double floor = 0);
 
 /// One curve's points after reduction: a polyline through the least and largest value of each
 /// column, in their order. Values outside the panel are cut at its edge. `times` ascend; sizes
@@ -63,6 +64,8 @@ void fit_range(Panel& panel, std::span<const NamedCurve> curves);
 /// Box, grid, marks and axis label of a panel; `time_labels`: write the times below it.
 [[nodiscard]] std::string panel_frame(const Panel& panel, const std::string& label,
                                       bool time_labels);
+/// The box alone, to close what was drawn over the grid.
+[[nodiscard]] std::string panel_box(const Panel& panel);
 
 [[nodiscard]] std::string text_at(double x, double y, const std::string& text, const char* anchor,
                                   int size, const char* extra = "");

@@ -10,15 +10,15 @@ namespace haptic::sim {
 namespace {
 
 /// One tick of the core; `values` gets one per pair, `goal_wa` the pose that they belong to.
-TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, Pose& goal_wa,
-                     std::vector<PairValue>& values) {
+TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, const Vec3& grip_a,
+                     Pose& goal_wa, std::vector<PairValue>& values) {
   const StepResult result = core.step(input);
   for (std::uint32_t k = 0; k < core.pair_count(); ++k) {
     const PairReport report = core.pair_report(k);
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
   }
   goal_wa = result.goal_pose_wa;
-  return record_of(input.sequence, t_s, result);
+  return record_of(input.sequence, t_s, result, grip_a);
 }
 
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
@@ -56,6 +56,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   if (options.check) oracle.emplace(view);
   std::optional<ContactLog> contacts;
   if (options.contacts && !literal) contacts.emplace(view);
+  const Vec3 grip_a = grip_in_part(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
   std::vector<PairValue> values(view.pairs().size());
@@ -65,7 +66,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
     Pose goal_wa = input.pose_wa;
     TickRecord record =
         literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, values)
-                : core_tick(session.core(), input, t_s, goal_wa, values);
+                : core_tick(session.core(), input, t_s, grip_a, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
     if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Picture of a replay: force, torque, d_near and contact situation over time.
+/// Picture of a replay over time: force, torque, distance of the part from the device's pose,
+/// d_near and contact situation; sudden releases are marked.
 
 #include <span>
 #include <string>

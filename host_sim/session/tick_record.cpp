@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/session/tick_record.hpp"
 
+#include <cmath>
+
 #include "host_sim/report/output_file.hpp"
 
 namespace haptic::sim {
 
-TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
+Vec3 grip_in_part(const SceneView& view) {
+  const double* at = view.bodies()[0].reference_m;
+  return {static_cast<Real>(at[0]), static_cast<Real>(at[1]), static_cast<Real>(at[2])};
+}
+
+TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, const Vec3& grip_a) {
   TickRecord record;
   record.tick = tick;
   record.t_s = t_s;
@@ -24,6 +31,9 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result) {
   record.state_hash = result.state_hash;
   record.proxy_gap_m = static_cast<double>(result.proxy_gap_m);
   record.energy_j = static_cast<double>(result.energy_j);
+  const auto grip_w = [&](const Pose& pose) -> Vec3 { return pose.p_wa + pose.q_wa * grip_a; };
+  record.apart_m = static_cast<double>(
+      std::sqrt((grip_w(result.goal_pose_wa) - grip_w(result.proxy_pose_wa)).squaredNorm()));
   return record;
 }
 

@@ -30,10 +30,17 @@ struct TickRecord {
   std::uint64_t state_hash = 0;
   double proxy_gap_m = 0;  ///< law proxy: smallest gap of the proxy
   double energy_j = 0;     ///< of the passivity observer
+  /// Law proxy: distance of the part as it is felt from the goal that the device asks for, at the
+  /// grip point. Other laws: 0.
+  double apart_m = 0;
 };
 
-/// The record of tick number `tick` from the core's result.
-[[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result);
+/// The record of tick number `tick` from the core's result. `grip_a`: grip point in A's mesh frame
+/// [m].
+[[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result,
+                                   const Vec3& grip_a = Vec3::Zero());
+/// Grip point of the scene's moving part in A's mesh frame [m].
+[[nodiscard]] Vec3 grip_in_part(const SceneView& view);
 
 /// Header of the replay's CSV, without the end of line.
 inline constexpr const char* kTickCsvHeader =
