@@ -48,14 +48,15 @@ double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
 
 using StageValues = std::array<std::vector<double>, kStages.size()>;
 
+/// `floor`: what stays below it is rounding noise.
 std::string stage_panel(Panel panel, std::span<const double> times, const char* label,
-                        const StageValues& stages) {
+                        const StageValues& stages, double floor) {
   double high = 0;
   for (const std::vector<double>& values : stages) {
     for (const double v : values) high = std::max(high, std::isfinite(v) ? v : 0.0);
   }
   panel.low = 0;
-  panel.high = high > 0 ? 1.06 * high : 1.0;
+  panel.high = 1.06 * std::max(high, floor);
   std::string svg = panel_frame(panel, label, false);
   for (std::size_t k = 0; k < kStages.size(); ++k) {
     const double x = panel.left + panel.width + 14,
@@ -119,14 +120,14 @@ std::string lane(const Panel& panel, const char* label, bool time_labels, double
     }
     shown[column] = shown[column] == table.size() ? rank : std::max(shown[column], rank);
   }
-  std::string svg;
+  std::string svg = panel_frame(panel, "", time_labels);  // the grid lies below the band
   for (std::size_t begin = 0, end = 0; begin < columns; begin = end) {
     while (end < columns && shown[end] == shown[begin]) ++end;
     if (shown[begin] == table.size()) continue;
     svg += rectangle(panel.left + static_cast<double>(begin), panel.top,
                      static_cast<double>(end - begin), panel.height, table[shown[begin]].colour);
   }
-  svg += panel_frame(panel, "", time_labels);
+  svg += panel_box(panel);
   svg += text_at(panel.left - 8, panel.top + panel.height / 2 + 4, label, "end", 13);
   svg += text_at(panel.left, key_y + 11, label, "start", 13);
   double x = panel.left + 70;
@@ -165,8 +166,8 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
                  std::to_string(records.size()) + " periods, " + std::to_string(contact) +
                      " in contact; from the core to the handle",
                  "start", 13, "fill=\"#505050\"");
-  svg += stage_panel(panel(62, 210), times, "|force| (N)", force);
-  svg += stage_panel(panel(290, 190), times, "|torque| (N m)", torque);
+  svg += stage_panel(panel(62, 210), times, "|force| (N)", force, 1.0e-3);
+  svg += stage_panel(panel(290, 190), times, "|torque| (N m)", torque, 1.0e-4);
   svg += depth_panel(panel(498, 130), times, records);
   svg += lane(panel(646, 24), "arming", false, 758, kArmings, records,
               [](const StackRecord& r) { return static_cast<int>(r.arming); });

@@ -6,6 +6,8 @@ namespace {
 
 constexpr double kWidth = 1200, kLeft = 90, kPlotWidth = 940;
 constexpr double kTop = 56, kHeight = 170, kGap = 34;
+/// Below it a force in N, a torque in mN m or a length in mm is rounding noise.
+constexpr double kFloor = 1.0e-3;
 
 }  // namespace
 
@@ -17,7 +19,7 @@ std::string law_plot(const std::string& title, std::span<const double> times,
   double top = kTop;
   for (const CurvePanel& source : panels) {
     Panel panel = time_panel(times, kLeft, top, kPlotWidth, kHeight);
-    fit_range(panel, source.curves);
+    fit_range(panel, source.curves, kFloor);
     svg += panel_frame(panel, source.label, &source == &panels.back());
     double y = top + 16;
     for (const NamedCurve& c : source.curves) {
