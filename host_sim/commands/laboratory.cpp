@@ -18,13 +18,15 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
     {"continuity", "Measures the jumps of both contact laws on smooth paths."},
     {"delay", "Measures the time from a motion to the force that answers it, in both modes."},
-    {"faults", "Brings every fault of device, bus and servo loop about in every state."},
+    {"faults", "Makes every fault of device, bus and servo loop happen in every state."},
     {"pareto", "Error against run time of the core and of other collision methods."},
     {"proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged."},
     {"rates", "Finds the highest rate of the servo loop that holds on this machine."},
-    {"reproduce-paper", "Makes every table and figure of the paper, ours beside the paper's."},
-    {"soak", "Runs the stack for long with a fault every few seconds, and watches what it holds."},
-    {"stability", "Measures where the haptic loop is stable, beside the theory."},
+    {"reproduce-paper", "Makes every table and figure of the paper, ours next to the paper's."},
+    {"soak",
+     "Runs the stack for a long time with a fault every few seconds, and watches memory and "
+     "descriptors."},
+    {"stability", "Measures where the haptic loop is stable, compared with the theory."},
     {"vectors", "Compares the core with golden vectors."},
     {"verify", "Checks certificates, D_near and near sets of the core by independent code."},
     {"wcet", "Looks for the worst tick: counted work, time, and a search for bad motions."}};
@@ -36,7 +38,7 @@ bool is_laboratory_command(std::string_view name) {
 }
 
 std::string laboratory_help() {
-  std::string text = "Subcommands of the laboratory (program host_lab, beside this one):\n";
+  std::string text = "Subcommands of the laboratory (program host_lab, next to this one):\n";
   for (const LaboratoryCommand& command : kLaboratory) {
     std::string line = "  " + std::string(command.name);
     line.resize(std::max<std::size_t>(line.size() + 1, 30), ' ');

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The commands that host_sim hands on to host_lab, the program beside it.
+/// The commands that host_sim hands on to host_lab, the program next to it.
 
 #include <string>
 #include <string_view>

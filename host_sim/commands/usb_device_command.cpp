@@ -134,7 +134,7 @@ Command add_usb_device_command(CLI::App& program) {
   app->add_option("--script", o->script,
                   "motion script (TOML), of the handle, or of the part where a scene is given");
   app->add_option("--regrip", o->regrip_s,
-                  "the deadman is let go for 0.1 s each so many seconds; default 2")
+                  "the deadman switch is released for 0.1 s every so many seconds; default 2")
       ->check(CLI::Range(0.2, 1.0e6));
   app->add_option(
          "--priority", o->priority,
