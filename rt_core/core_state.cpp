@@ -64,13 +64,11 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
     lanes_turned_at = arena.take<std::uint64_t>(moving_pieces);
   }
   NearScratch::Size size;
-  bool seams = false;
   arena.enter(StatePart::kBounds);
   for (std::uint32_t i = 0; i < c.pair_count; ++i) {
     const PairRecord& record = view.pairs()[i];
     const PieceRecord& a = view.pieces()[record.piece_a];
     const PieceRecord& b = view.pieces()[record.piece_b];
-    seams = seams || pair_has_hidden(view.pair(i));
     if (view.is_fixed()) continue;  // planes need no history
     size.fit(a, b);
     FeatureBounds bounds;
@@ -87,7 +85,7 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   candidates = BoundedList<Candidate>(arena.take<Candidate>(c.pair_count));
   const std::uint32_t patch_count = kMergesPatches ? c.pair_count : 0;
   patches = BoundedList<ContactPatch>(arena.take<ContactPatch>(patch_count));
-  shares = arena.take<PatchShare>(patch_count);
+  joined = arena.take<bool>(patch_count);
   const std::size_t hull_points = kFormsHulls ? near_nodes : 0;
   hull.points = arena.take<PlanePoint>(hull_points);
   hull.hull = arena.take<PlanePoint>(2 * hull_points);
@@ -95,9 +93,6 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
   output.twist = arena.take<TwistEstimator>(view.parameters().device.given != 0 ? 1 : 0);
   const LawId id = view.parameters().law;
   arena.enter(StatePart::kLaw);
-  if (seams && !view.is_fixed() && !kSceneTraits.is_law(id, LawId::kProxy)) {
-    edge_reach = arena.take<EdgeReach>(edge_count_of(view));
-  }
   if (kSceneTraits.is_law(id, LawId::kProxy)) {
     place_proxy(arena, view);
   } else if (kSceneTraits.is_law(id, LawId::kPaper)) {
@@ -105,12 +100,6 @@ void HapticCore::State::place(Arena& arena, const SceneView& view) noexcept {
     merged_points = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
   } else {
     contacts = BoundedList<WeightedContact>(arena.take<WeightedContact>(near_nodes));
-    if (seams) {
-      contact_classes = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(near_nodes));
-      contact_at = arena.take<std::uint32_t>(near_nodes);
-      classes.place(arena, near_nodes);
-      node_shares = arena.take<NodeShare>(near_nodes);
-    }
   }
 }
 
@@ -123,7 +112,6 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
   epsilon_m = static_cast<Real>(p.epsilon_m);
   epsilon_o_m = static_cast<Real>(p.epsilon_o_m);
   exact_band_m = p.exact_band_m;
-  lending_m = law == LawId::kProxy ? Real{0} : std::max(epsilon_m, epsilon_o_m);
   max_visits = scene.header().capacity.max_pair_visits;
   envelope = envelope_of(p);
   never_turns = scene.is_fixed();
@@ -147,17 +135,6 @@ void HapticCore::State::read_scene(const SceneView& view) noexcept {
     gates[i].reach_a_m = pairs[i].view.a.record->reach_m;
     gates[i].reach_b_m = pairs[i].view.b.record->reach_m;
     gates[i].body_b = pairs[i].view.b.record->body;
-  }
-  // A pair is looked at before it lends, or its share would come at once.
-  if (has_seams) exact_band_m = std::max(exact_band_m, static_cast<double>(lending_m));
-  if (!edge_reach.empty()) {
-    measure_edge_reach(scene, edge_reach);
-    for (PairState& pair : pairs) {
-      pair.bounds.a.reach =
-          edge_reach.subspan(pair.view.a.record->edge_begin, pair.view.a.edge_count);
-      pair.bounds.b.reach =
-          edge_reach.subspan(pair.view.b.record->edge_begin, pair.view.b.edge_count);
-    }
   }
   if (has_law(LawId::kProxy)) configure_proxy();
   configure_output();

@@ -10,7 +10,6 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
-#include "rt_core/contact/contact_classes.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
@@ -45,8 +44,6 @@ struct HapticCore::State {
   Real k_f_n_per_m = 0;
   Real epsilon_m = 0, epsilon_o_m = 0;
   double exact_band_m = 0;
-  /// Pairs that are farther apart lend no nodes to a contact of the piece beside.
-  Real lending_m = 0;
   Real max_step_m = 0, max_turn_rad = 0;  ///< motion per tick of the speed certificate; 0: none
   std::uint32_t max_visits = 0;
 
@@ -63,13 +60,8 @@ struct HapticCore::State {
   BoundedList<ContactPatch> patches;
   BoundedList<Vec3> points, merged_points;  ///< paper's law: of all patches; of those in one plane
   BoundedList<WeightedContact> contacts;
-  ContactClasses classes;                           ///< of the near nodes, where bodies have seams
-  BoundedList<std::uint32_t> contact_classes;       ///< of the contacts, where bodies have seams
-  std::span<std::uint32_t> contact_at;              ///< by class: where its contact is, if it has
   SceneFlag<&SceneTraits::hidden_nodes> has_seams;  ///< some pair has nodes that only separate
-  std::span<PatchShare> shares;                     ///< per patch
-  std::span<NodeShare> node_shares;                 ///< per near node, where bodies have seams
-  std::span<EdgeReach> edge_reach;  ///< per edge of the scene, where bodies have seams
+  std::span<bool> joined;                           ///< per patch: a contact has it
   HullScratch hull;
 
   Proxy proxy;  ///< law kProxy only
@@ -136,41 +128,15 @@ struct HapticCore::State {
   void visit(std::uint32_t pair, const GripPose& grip, StepResult& result) noexcept;
   void measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
                     StepResult& result) noexcept;
-  [[nodiscard]] Real keep_passed(PairState& pair, const PairPose& pose,
-                                 const NearResult& live) noexcept;
   void hold(const Candidate& candidate, const GripPose& grip, StepResult& result) noexcept;
   void touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept;
   void report_nearest(std::uint32_t pair, Real d_near_m, StepResult& result) const noexcept;
   [[nodiscard]] Wrench total_wrench(StepResult& result) noexcept;
-  /// Groups of patches share nodes, not patches.
-  [[nodiscard]] bool shares_nodes() const noexcept { return has_seams && !has_law(LawId::kPaper); }
-  [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& group) const noexcept;
-  void begin_shares() noexcept;
-  void find_held(std::uint32_t first, const ContactPatch& leader, StepCounters& counters) noexcept;
-  [[nodiscard]] Real own_weight(const ContactPatch& patch, const NearNode& node,
-                                Real outside_m) const noexcept;
-  [[nodiscard]] Real held_with(Real weight, std::uint32_t k,
-                               const ContactPatch& patch) const noexcept;
-  [[nodiscard]] Real holding_beside(const ContactPatch& patch, const Vec3& n) const noexcept;
-  [[nodiscard]] Real past_end(const NearNode& node) const noexcept;
-  [[nodiscard]] Real past_ends(const ContactPatch& patch) const noexcept;
-  [[nodiscard]] std::uint32_t next_leader() const noexcept;
-  [[nodiscard]] Real coplanar_in(const ContactPatch& leader, const Vec3& n) const noexcept;
-  void share_nodes(const ContactPatch& patch, const ContactPatch& leader, Real share,
-                   StepCounters& counters) noexcept;
-  [[nodiscard]] Real weight_of(const NearNode& node, Real d_near_m, Real outside_m) const noexcept;
-  [[nodiscard]] Real joining_weight(const ContactPatch& patch, std::uint32_t k, Real outside_m,
-                                    Real weight) const noexcept;
-  void add_to_group(const ContactPatch& patch, const ContactPatch& group) noexcept;
+  [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
+  [[nodiscard]] Real weight_of(const NearNode& node, Real d_near_m) const noexcept;
+  void add_to_contact(const ContactPatch& patch, const ContactPatch& contact) noexcept;
   void add_points(const ContactPatch& patch) noexcept;
-  void add_past_ends(const ContactPatch& patch, const ContactPatch& group) noexcept;
-  void add_contact(std::uint32_t k, Real weight) noexcept;
-  [[nodiscard]] ContactPatch form_group(std::uint32_t first, const ContactPatch& leader,
-                                        StepCounters& counters) noexcept;
-  [[nodiscard]] Wrench group_wrench(std::uint32_t first, StepResult& result) noexcept;
-  void hold_on(const ContactPatch& leader, const ContactPatch& group, Real share,
-               Wrench& wrench) noexcept;
-  void lead_with_passed(ContactPatch& group) noexcept;
+  [[nodiscard]] Wrench contact_wrench(std::uint32_t first, StepResult& result) noexcept;
   void chain_hash(const StepResult& result) noexcept;
 };
 

@@ -101,24 +101,19 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   if (pair.verdict.verdict == Verdict::kSeparated) {
     pair.d_near_m = std::max(pair.d_near_m, pair.verdict.separation_bound_m);
   }
-  pair.full_m = pair.d_near_m;
   pair.best = found.best;
   pair.bears = found.d_near_m != kNoDepth;  // marks that fit the envelope leave some node
-  pair.of_neighbour = {};
   pair.visited_at = tick;
   gates[index].plane = gate_plane(pose, found, now);
-  pair.lends = false;
-  pair.lent_count = 0;
-  if (pair.has_hidden && pair.d_near_m <= lending_m) measure_live(pair, pose, found, result);
-  pair.near_count = near.size() - pair.near_begin - pair.lent_count;
-  if (pair.is_of_neighbour()) pair.near_count -= 1;  // the passed node is the last
+  if (pair.has_hidden && pair.d_near_m <= 0) measure_live(pair, pose, found, result);
+  pair.near_count = near.size() - pair.near_begin;
 
   StepCounters& counters = result.counters;
   counters.pair_visits += 1;
   counters.feature_evaluations += found.feature_evaluations;
   counters.edge_pairs += found.edge_pairs;
   counters.support_pairs += found.support_pairs + pair.verdict.support_pairs;
-  counters.near_nodes += pair.near_count + pair.lent_count;
+  counters.near_nodes += pair.near_count;
   if (is_fixed() && first) result.flags |= kFlagFirstTick;
   if ((found.flags & kNearAllStale) != 0) {
     counters.stale_pairs += first ? 0 : 1;
@@ -132,20 +127,14 @@ void HapticCore::State::visit(std::uint32_t index, const GripPose& grip,
   touch(pair, pose, result);
 }
 
-/// Of a colliding pair: the depth, nearest C-face and near set that carry its force. They are those
-/// of the search before where its nearest C-face carries force itself. A pair that is apart by less
-/// than the width of a contact has them too: some of its nodes may be near the depth at which the
-/// part meets the piece beside.
+/// Depth, nearest C-face and near set of a colliding pair over the nodes that carry force. They are
+/// those of the search before where its nearest C-face carries force itself.
 void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, const NearResult& found,
                                      StepResult& result) noexcept {
   const bool bears = found.attained &&
                      (is_fixed() ? has_force(pair.view.planes[found.support.a], PlaneForce::kBears)
                                  : pair.view.marks.node(NodeScope::kLive, found.best.node));
-  if (bears) {
-    pair.lends = found.d_near_m > 0 && !has_law(LawId::kPaper);
-    pair.lent_m = found.d_near_m;
-    return;
-  }
+  if (bears) return;
   near.truncate(pair.near_begin);
   const NearResult live =
       find_near_set(pose, epsilon_m, pair.bounds, scratch, near, NodeScope::kLive);
@@ -156,40 +145,9 @@ void HapticCore::State::measure_live(PairState& pair, const PairPose& pose, cons
   if ((live.flags & kNearSetCut) != 0) result.flags |= kFlagNearSetCut;
   pair.exact = pair.exact && (live.flags & kNearEdgePairsCut) == 0;
   pair.bears = live.d_near_m != kNoDepth;
-  pair.lent_count = live.lent_count;
-  const Real passed_m = keep_passed(pair, pose, live);
-  if (!pair.bears && !pair.is_of_neighbour()) return;
-  const Real depth_m = pair.bears ? live.d_near_m : passed_m;
-  if (pair.d_near_m > 0) {
-    pair.lends = depth_m < 0 || !has_law(LawId::kPaper);
-    pair.lent_m = depth_m;
-    return;
-  }
-  pair.d_near_m = depth_m;
-  if (pair.bears) pair.best = live.best;
-}
-
-/// Keeps the face with the largest gap that did not count, as a node behind those of the pair; its
-/// gap.
-Real HapticCore::State::keep_passed(PairState& pair, const PairPose& pose,
-                                    const NearResult& live) noexcept {
-  const bool of_a = live.passed_a.plane.sign != 0 &&
-                    (live.passed_b.plane.sign == 0 || live.passed_a.gap_m >= live.passed_b.gap_m);
-  const PassedFace& passed = of_a ? live.passed_a : live.passed_b;
-  if (passed.plane.sign == 0) return 0;
-  NearNode node;
-  node.type = of_a ? ContactType::kA : ContactType::kB;
-  node.i = of_a ? passed.face : passed.support;
-  node.j = of_a ? passed.support : passed.face;
-  node.normal_w = passed.normal_w;
-  node.f_m = passed.gap_m;
-  NodePlane plane;
-  plane.normal_w = passed.normal_w;
-  plane.f_m = passed.gap_m;
-  node.app_w = application_point(pose, node.type, node.i, node.j, plane);
-  pair.passed_node = near.size();
-  if (near.push(node)) pair.of_neighbour = {live.passed_a.plane, live.passed_b.plane};
-  return passed.gap_m;
+  if (!pair.bears) return;
+  pair.d_near_m = live.d_near_m;
+  pair.best = live.best;
 }
 
 /// No budget is left for this pair: its last nearest C-face is taken to be the nearest still.
@@ -198,9 +156,6 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
   const std::uint32_t index = candidate.pair;
   PairState& pair = pairs[index];
   pair.exact = false;
-  pair.lends = false;
-  pair.lent_count = 0;
-  pair.of_neighbour = {};
   if (pair.visited_at == 0) {
     report_nearest(index, static_cast<Real>(candidate.gap_m), result);
     return;
@@ -211,7 +166,6 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
     pair.best.normal_w = plane.normal_w;
     pair.best.f_m = plane.f_m;
     pair.d_near_m = plane.f_m;
-    pair.full_m = plane.f_m;
   }
   pair.near_begin = near.size();
   pair.near_count = pair.bears && near.push(pair.best) ? 1 : 0;
@@ -223,43 +177,35 @@ void HapticCore::State::hold(const Candidate& candidate, const GripPose& grip,
 void HapticCore::State::touch(PairState& pair, const PairPose& pose, StepResult& result) noexcept {
   pair.contact_begin = contact_nodes.size();
   pair.contact_count = 0;
-  const bool lends = pair.lends;
-  if ((pair.d_near_m > 0 && !lends) || !(pair.bears || pair.is_of_neighbour())) {
+  if (pair.d_near_m > 0 || !pair.bears) {
     pair.situation = ContactSituation::kNone;
     return;
   }
-  const Real depth_m = lends ? pair.lent_m : pair.d_near_m;
-  NearNode* const first = near.begin() + pair.near_begin;
-  locate_contacts(pose, {first, pair.near_count + pair.lent_count}, !pair.has_hidden);
-  const std::span<NearNode> nodes(first, pair.near_count);
+  const std::span<NearNode> nodes(near.begin() + pair.near_begin, pair.near_count);
+  locate_contacts(pose, nodes, !pair.has_hidden);
   bool several_planes = false;
   ContactPatch patch =
-      make_contact_patch(pose, nodes, depth_m, epsilon_m, contact_nodes, several_planes);
-  patch.lends = lends;
-  patch.full_m = std::min(pair.full_m, Real{0});
-  patch.pair = static_cast<std::uint32_t>(&pair - pairs.data());
-  patch.of_neighbour = pair.of_neighbour;
-  patch.passed_node = pair.passed_node;
+      make_contact_patch(pose, nodes, pair.d_near_m, epsilon_m, contact_nodes, several_planes);
   patch.near_begin = pair.near_begin;
   patch.near_count = pair.near_count;
-  patch.lent_count = pair.lent_count;
   // Where pieces meet, all nodes may lie past the ends of their features: another piece touches.
   const bool elsewhere =
       pair.has_hidden && std::none_of(nodes.begin(), nodes.end(), [&](const NearNode& n) {
         return n.outside_m <= patch.merge_distance_m;
       });
-  if (lends || elsewhere) {
+  if (elsewhere) {
     contact_nodes.truncate(pair.contact_begin);
     pair.situation = ContactSituation::kNone;
+    if (has_law(LawId::kPaper)) return;
   } else {
     pair.contact_count = contact_nodes.size() - pair.contact_begin;
-    pair.situation = settled_situation(nodes, depth_m, epsilon_m, pair.situation);
+    pair.situation = settled_situation(nodes, pair.d_near_m, epsilon_m, pair.situation);
   }
   if (has_law(LawId::kPaper)) {
-    if (several_planes && !lends) result.flags |= kFlagSeveralPlanes;
+    if (several_planes) result.flags |= kFlagSeveralPlanes;
     collect_points(nodes, epsilon_m, points, patch);
     patch.situation = several_planes ? ContactSituation::kSeveralPlanes
-                                     : situation_of(nodes, depth_m, epsilon_m, 1);
+                                     : situation_of(nodes, pair.d_near_m, epsilon_m, 1);
   }
   if (kMergesPatches) static_cast<void>(patches.push(patch));
 }

@@ -195,8 +195,7 @@ void HapticCore::State::felt_geometry(std::uint32_t index, ContactGeometry& out)
   const std::uint32_t near_begin = near.size(), nodes_begin = contact_nodes.size();
   PairPose pose;
   const NearResult found = proxy.near_set_of(index, scratch, near, pose);
-  const std::span<NearNode> nodes(near.begin() + near_begin,
-                                  near.size() - near_begin - found.lent_count);
+  const std::span<NearNode> nodes(near.begin() + near_begin, near.size() - near_begin);
   if (!nodes.empty()) {
     locate_contacts(pose, nodes, false);
     bool several_planes = false;
@@ -219,11 +218,11 @@ void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
   for (const auto field :
        {&StepCounters::pair_visits, &StepCounters::support_pairs,
         &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::node_pairs, &StepCounters::stale_pairs,
-        &StepCounters::proxy_passes, &StepCounters::proxy_rejected, &StepCounters::proxy_rounds,
-        &StepCounters::proxy_rows, &StepCounters::qp_iterations, &StepCounters::plane_gaps,
-        &StepCounters::valid_nodes, &StepCounters::full_searches, &StepCounters::search_work,
-        &StepCounters::qp_programs, &StepCounters::qp_steps}) {
+        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
+        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
+        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
+        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
+        &StepCounters::qp_steps}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

@@ -87,7 +87,6 @@ struct StepCounters {
   std::uint32_t edge_pairs = 0;
   std::uint32_t near_nodes = 0;
   std::uint32_t hull_points = 0;
-  std::uint32_t node_pairs = 0;   ///< near nodes of two patches compared: do they share a contact
   std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
   std::uint32_t proxy_passes = 0;
   std::uint32_t proxy_rejected = 0;  ///< passes that found no step to certify
@@ -157,8 +156,7 @@ struct PairReport {
   bool exact = false;  ///< D_near and near set are those of this pose
   bool visited = false;
   std::uint32_t best_node = 0;  ///< node of D_near, when exact
-  /// Near set, in no particular order; empty unless exact. Of a pair that a hidden face alone keeps
-  /// apart, by less than the width of a contact: near the depth of its other nodes.
+  /// Near set, in no particular order; empty unless exact.
   std::span<const NearNode> near;
   std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
   ContactSituation situation = ContactSituation::kNone;

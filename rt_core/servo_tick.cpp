@@ -44,12 +44,12 @@ bool is_within(const StepCounters& n, const SceneCapacity& c) noexcept {
   return n.pair_visits <= c.max_pair_visits && n.support_pairs <= c.max_support_pairs &&
          n.feature_evaluations <= c.max_feature_evaluations && n.edge_pairs <= c.max_edge_pairs &&
          n.near_nodes <= c.max_near_nodes && n.hull_points <= c.max_hull_points &&
-         n.node_pairs <= c.max_node_pairs && n.plane_gaps <= c.max_plane_gaps &&
-         n.valid_nodes <= c.max_valid_nodes && n.full_searches <= c.max_full_searches &&
-         n.search_work <= c.max_search_work && n.proxy_passes <= c.max_proxy_passes &&
-         n.proxy_rejected <= c.max_proxy_rejected && n.proxy_rounds <= c.max_proxy_rounds &&
-         n.proxy_rows <= c.max_qp_rows && n.qp_iterations <= c.max_qp_iterations &&
-         n.qp_programs <= c.max_qp_programs && n.qp_steps <= c.max_qp_steps;
+         n.plane_gaps <= c.max_plane_gaps && n.valid_nodes <= c.max_valid_nodes &&
+         n.full_searches <= c.max_full_searches && n.search_work <= c.max_search_work &&
+         n.proxy_passes <= c.max_proxy_passes && n.proxy_rejected <= c.max_proxy_rejected &&
+         n.proxy_rounds <= c.max_proxy_rounds && n.proxy_rows <= c.max_qp_rows &&
+         n.qp_iterations <= c.max_qp_iterations && n.qp_programs <= c.max_qp_programs &&
+         n.qp_steps <= c.max_qp_steps;
 }
 
 Wrench difference(const Wrench& l, const Wrench& r) noexcept {

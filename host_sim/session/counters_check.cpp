@@ -29,8 +29,6 @@ constexpr Counter kCounters[] = {
     {"near_nodes", "near nodes", &StepCounters::near_nodes, &SceneCapacity::max_near_nodes, false},
     {"hull_points", "points of one contact region", &StepCounters::hull_points,
      &SceneCapacity::max_hull_points, false},
-    {"node_pairs", "pairs of near nodes compared", &StepCounters::node_pairs,
-     &SceneCapacity::max_node_pairs, false},
     {"plane_gaps", "gaps along planes", &StepCounters::plane_gaps, &SceneCapacity::max_plane_gaps,
      true},
     {"valid_nodes", "nodes of valid sets", &StepCounters::valid_nodes,

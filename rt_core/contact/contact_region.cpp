@@ -106,10 +106,7 @@ void collect_points(std::span<const NearNode> near, Real epsilon_m, BoundedList<
                     ContactPatch& patch) noexcept {
   const Real tolerance = patch.merge_distance_m;
   patch.point_begin = points.size();
-  // Where the contact is another piece's, the nearest node may cross metres beyond its edges' ends.
-  const bool is_own = !patch.lends && !patch.is_of_neighbour();
-  const NearNode* const leader =
-      is_own ? leader_of(near, patch.d_near_m, rounding_of(epsilon_m)) : nullptr;
+  const NearNode* const leader = leader_of(near, patch.d_near_m, rounding_of(epsilon_m));
   for (const NearNode& n : near) {
     const Real chord2 = (n.normal_w - patch.normal_w).squaredNorm();
     if ((n.outside_m > tolerance && &n != leader) ||

@@ -18,43 +18,28 @@ namespace haptic {
 /// several planes (METHOD section 6, row 7). [rad], squared chord used.
 inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 
+/// A face's plane within the planes of its body.
+struct FacePlane {
+  std::uint32_t plane = 0;
+  std::int32_t sign = 0;  ///< 0: none
+  bool of_a = false;
+  bool operator==(const FacePlane&) const = default;
+};
+
 /// The contact of one pair, or the merged contact of several pairs that share a plane. Points are
 /// about x_0^A in W axes.
 struct ContactPatch {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the contact plane
-  Real d_near_m = 0;             ///< <= 0, or of a patch that lends
-  /// Depth by all nodes, 0 of a pair that is apart; never deeper than d_near_m.
-  Real full_m = 0;
-  std::uint32_t body_b = 0;  ///< static body
-  std::uint32_t pair = 0;
-  FacePlane plane;  ///< of the leader's face; none of an edge pair
-  /// The contact is one of another piece along one of these planes, where a patch there has it:
-  /// this patch then adds its points and no depth of its own. Else the contact is `passed_node`.
-  std::array<FacePlane, 2> of_neighbour{};
-  std::uint32_t passed_node = 0;  ///< in the list of all near nodes, where of_neighbour has any
-  std::uint32_t near_begin = 0;   ///< near set, in the list of all near nodes
+  Real d_near_m = 0;             ///< <= 0
+  std::uint32_t body_b = 0;      ///< static body
+  FacePlane plane;               ///< of the leader's face; none of an edge pair
+  std::uint32_t near_begin = 0;  ///< near set, in the list of all near nodes
   std::uint32_t near_count = 0;
-  /// Nodes behind them in the planes of another piece's contact: near where that piece is deeper.
-  std::uint32_t lent_count = 0;
   std::uint32_t point_begin = 0;                         ///< in the list of points (paper's law)
   std::uint32_t point_count = 0;                         ///< K distinct application points
   ContactSituation situation = ContactSituation::kNone;  ///< exact, without hysteresis
-  bool lends = false;         ///< the pair is apart: it has no force of its own, only nodes
-  Real nearest = 1;           ///< largest weight of its near set at d_near_m: 1 except for rounding
   Real size_m = 0;            ///< scale of rounding: sum of the pieces' radii
   Real merge_distance_m = 0;  ///< points closer than this are one
-
-  [[nodiscard]] bool is_of_neighbour() const noexcept {
-    return kSceneTraits.hidden_nodes && (of_neighbour[0].sign != 0 || of_neighbour[1].sign != 0);
-  }
-  /// End of the near set and the lent nodes.
-  [[nodiscard]] std::uint32_t nodes_end() const noexcept {
-    return near_begin + near_count + lent_count;
-  }
-  /// A neighbour has the contact along `other`.
-  [[nodiscard]] bool is_of(const FacePlane& other) const noexcept {
-    return other.sign != 0 && (of_neighbour[0] == other || of_neighbour[1] == other);
-  }
 };
 
 /// Fills App and its distance from its features in every node of a near set. `complete`: the set is

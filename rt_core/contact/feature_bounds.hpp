@@ -15,7 +15,6 @@
 #include <span>
 
 #include "rt_core/base/arena.hpp"
-#include "rt_core/contact/edge_reach.hpp"
 #include "rt_core/contact/pair_pose.hpp"
 
 namespace haptic {
@@ -49,10 +48,9 @@ struct FeatureKeys {
 struct PieceKeys {
   FeatureKeys faces, edges;
   std::span<std::uint16_t>
-      face_support;                  ///< per face: last known support vertex of the other piece
-  std::span<Real> edge_stamp;        ///< odometer at the last evaluation of an edge's bound
-  std::span<const EdgeReach> reach;  ///< of the edges of this piece; none: no edge goes on
-  Real odometer = 0;                 ///< since the reference; the bound now is key + odometer
+      face_support;            ///< per face: last known support vertex of the other piece
+  std::span<Real> edge_stamp;  ///< odometer at the last evaluation of an edge's bound
+  Real odometer = 0;           ///< since the reference; the bound now is key + odometer
 };
 
 /// Features a shortlist keeps beyond those that matter now, in metres of odometer.

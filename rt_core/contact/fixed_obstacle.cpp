@@ -21,30 +21,12 @@ struct Run {
   Real gap_m = kNoDepth;
 };
 
-/// Keeps the face with the largest gap that no live node attains.
-void pass_over(const PairView& pair, const FixedPlane& plane, Real gap_m,
-               PassedFace& passed) noexcept {
-  if (passed.plane.sign != 0 && gap_m <= passed.gap_m) return;
-  const bool of_a = static_cast<ContactType>(plane.type) == ContactType::kA;
-  const std::uint16_t f = of_a ? plane.i : plane.j;
-  const FaceRecord& face = (of_a ? pair.a : pair.b).faces[f];
-  passed.plane = {face.plane, face.sign, of_a};
-  passed.gap_m = gap_m;
-  passed.normal_w = ConstVec3Map(plane.normal);
-  passed.face = f;
-  passed.support = of_a ? plane.j : plane.i;
-}
-
-void scan(const PairView& pair, const Vec3& y_w, NodeScope scope, Run& run,
-          NearResult& result) noexcept {
+void scan(const PairView& pair, const Vec3& y_w, NodeScope scope, Run& run) noexcept {
   for (std::uint32_t k = run.begin; k < run.end; ++k) {
     const FixedPlane& plane = pair.planes[k];
     const Real gap = gap_at(plane, y_w);
-    if (scope == NodeScope::kLive && !has_force(plane, PlaneForce::kBears)) {
-      const auto type = static_cast<ContactType>(plane.type);
-      if (type == ContactType::kC || has_force(plane, PlaneForce::kHidden)) continue;
-      pass_over(pair, plane, gap, type == ContactType::kA ? result.passed_a : result.passed_b);
-    } else if (gap > run.gap_m) {
+    if (scope == NodeScope::kLive && !has_force(plane, PlaneForce::kBears)) continue;
+    if (gap > run.gap_m) {
       run.gap_m = gap;
       run.best = k;
     }
@@ -69,27 +51,6 @@ NearNode node_at(const NodeNumbering& numbers, const FixedPlane& plane, const Fi
   return node;
 }
 
-/// Of the faces above D_near, which no live node attains: the nodes that another piece may be near.
-void collect_lent(const PairView& pair, const Vec3& y_w, const NodeNumbering& numbers,
-                  Real epsilon_m, NodeScope scope, BoundedList<NearNode>& near,
-                  NearResult& result) noexcept {
-  if (scope != NodeScope::kLive) return;
-  const std::uint32_t near_end = near.size();
-  const std::uint32_t faces = pair.a.face_count + pair.b.face_count;
-  for (std::uint32_t k = 0; k < faces; ++k) {
-    const FixedPlane& plane = pair.planes[k];
-    const Real gap = gap_at(plane, y_w);
-    if (!has_force(plane, PlaneForce::kElsewhere) || !(gap > result.d_near_m)) continue;
-    for (std::uint32_t l = 0; l < plane.node_count; ++l) {
-      const FixedNode& at = pair.plane_nodes[plane.node_begin + l];
-      if (!(at.rise_m < epsilon_m && at.violation_m < epsilon_m)) continue;
-      if (is_near(at, gap + at.rise_m, result.d_near_m, epsilon_m)) continue;
-      if (!near.push(node_at(numbers, plane, at, gap))) result.flags |= kNearSetCut;
-    }
-  }
-  result.lent_count = near.size() - near_end;
-}
-
 }  // namespace
 
 NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_m, Real epsilon_m,
@@ -99,18 +60,12 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
   const std::uint32_t faces = pair.a.face_count + pair.b.face_count;
   Run a{0, pair.a.face_count}, b{pair.a.face_count, faces}, c{faces, fixed.bounding_count};
   NearResult result;
-  for (Run* const run : {&a, &b, &c}) scan(pair, y_w, scope, *run, result);
+  for (Run* const run : {&a, &b, &c}) scan(pair, y_w, scope, *run);
   result.feature_evaluations = fixed.plane_count;
   const Real best_face = std::max(a.gap_m, b.gap_m);
   result.d_near_m = std::max(best_face, c.gap_m);
   const Real tie = height_rounding(*pair.a.record) + height_rounding(*pair.b.record);
-  for (PassedFace* passed : {&result.passed_a, &result.passed_b}) {
-    if (passed->gap_m - result.d_near_m <= tie) *passed = PassedFace{};
-  }
-  if (result.d_near_m == kNoDepth) {
-    collect_lent(pair, y_w, numbers, epsilon_m, scope, near, result);
-    return result;
-  }
+  if (result.d_near_m == kNoDepth) return result;
   const Real tolerance = 64 * kRealEpsilon * size_m;  // as the search without planes has it
   const Run& best = c.gap_m > best_face + tolerance ? c : b.gap_m > a.gap_m + tolerance ? b : a;
   const FixedPlane& plane = pair.planes[best.best];
@@ -135,7 +90,6 @@ NearResult find_fixed_near_set(const PairView& pair, const Vec3& y_w, Real size_
       if (!near.push(node_at(numbers, other, at, gap))) result.flags |= kNearSetCut;
     }
   }
-  collect_lent(pair, y_w, numbers, epsilon_m, scope, near, result);
   return result;
 }
 

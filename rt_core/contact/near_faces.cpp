@@ -60,17 +60,7 @@ void NearSearch::take_face(PieceKeys& keys, std::uint32_t f, std::uint32_t suppo
   keys.face_support[f] = static_cast<std::uint16_t>(support);
   store_key(keys, keys.faces.key[f], gap);
   static_cast<void>(scratch_.touched.push({gap, static_cast<std::uint16_t>(f), of_a}));
-  if (is_live() && !counts(of_a, f, support, n)) {
-    PassedFace& passed = of_a ? result_.passed_a : result_.passed_b;
-    if (passed.plane.sign != 0 && gap <= passed.gap_m) return;
-    const FaceRecord& face = (of_a ? a_ : b_).faces[f];
-    passed = {{face.plane, face.sign, of_a},
-              gap,
-              n,
-              static_cast<std::uint16_t>(f),
-              static_cast<std::uint16_t>(support)};
-    return;
-  }
+  if (is_live() && !counts(of_a, f, support, n)) return;
   Real& best = of_a ? best_gap_a_ : best_gap_b_;
   std::uint32_t& best_face = of_a ? best_face_a_ : best_face_b_;
   if (gap > best || (gap == best && f < best_face)) {
@@ -103,22 +93,8 @@ bool NearSearch::counts(bool of_a, std::uint32_t f, std::uint32_t support, const
 }
 
 template <typename ValueAt>
-Real NearSearch::lowest_uncut(ContactType type, std::uint32_t v, Real f, Real lowest,
-                              const ValueAt& value_at) const noexcept {
-  const bool of_b = type == ContactType::kA;
-  const std::span<const EdgeReach> reach = of_b ? bounds_.b.reach : bounds_.a.reach;
-  if (reach.empty() || f <= lowest) return lowest;
-  const PieceView& piece = of_b ? b_ : a_;
-  for (const std::uint16_t e : piece.edges_at(v)) {
-    const Real ratio = reach[e].from[piece.edges[e].vertex[0] == v ? 0 : 1];
-    if (ratio > 1) lowest = std::min(lowest, f - ratio * (f - value_at(piece.other_end(e, v))));
-  }
-  return lowest;
-}
-
-template <typename ValueAt>
 void NearSearch::walk(ContactType type, const TouchedFace& touched, const ValueAt& value_at,
-                      const Vec3& n, Real below, bool lent) noexcept {
+                      const Vec3& n, Real below) noexcept {
   const std::uint32_t face = touched.face;
   const Real limit = std::min(below, touched.gap_m + kMaxRise * epsilon_);
   if (touched.gap_m >= limit) return;
@@ -142,9 +118,7 @@ void NearSearch::walk(ContactType type, const TouchedFace& touched, const ValueA
                              lowest = std::min(lowest, value);
                              if (value < limit) enter(other);
                            });
-    lowest = lowest_uncut(type, v, f, lowest, value_at);
-    const bool taken = lent ? is_lent(touched, f, f - lowest) : is_near(f, f - lowest);
-    if (taken) push_face_node(type, touched, v, n, f, f - lowest);
+    if (is_near(f, f - lowest)) push_face_node(type, touched, v, n, f, f - lowest);
   }
   for (std::uint32_t k = 0; k < count; ++k) scratch_.marks[scratch_.queue[k] / 64] = 0;
 }
@@ -159,44 +133,29 @@ void NearSearch::collect_near_faces() noexcept {
       continue;
     }
     if (compiled_type(touched.of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
-      walk_face_a(touched, best_ + epsilon_, false);
+      walk_face_a(touched, best_ + epsilon_);
     } else {
-      walk_face_b(touched, best_ + epsilon_, false);
+      walk_face_b(touched, best_ + epsilon_);
     }
   }
 }
 
-void NearSearch::collect_passed_faces() noexcept {
-  const std::uint32_t near_end = near_.size();
-  for (const TouchedFace& touched : scratch_.touched) {
-    if (!(touched.gap_m > best_)) continue;
-    if (compiled_type(touched.of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
-      walk_face_a(touched, touched.gap_m + epsilon_, true);
-    } else {
-      walk_face_b(touched, touched.gap_m + epsilon_, true);
-    }
-  }
-  result_.lent_count = near_.size() - near_end;
-}
-
-void NearSearch::walk_face_a(const TouchedFace& touched, Real below, bool lent) noexcept {
+void NearSearch::walk_face_a(const TouchedFace& touched, Real below) noexcept {
   const std::uint32_t f = touched.face;
   const Vec3 n = -pose_.normal_a(f);
   const Real offset = a_.face_offset(f);
   walk(
       ContactType::kA, touched,
-      [&](std::uint32_t v) { return n.dot(pose_.y_w - pose_.vertex_b(v)) - offset; }, n, below,
-      lent);
+      [&](std::uint32_t v) { return n.dot(pose_.y_w - pose_.vertex_b(v)) - offset; }, n, below);
 }
 
-void NearSearch::walk_face_b(const TouchedFace& touched, Real below, bool lent) noexcept {
+void NearSearch::walk_face_b(const TouchedFace& touched, Real below) noexcept {
   const std::uint32_t f = touched.face;
   const Vec3 n = b_.face_normal(f);
   const Real offset = b_.face_offset(f);
   walk(
       ContactType::kB, touched,
-      [&](std::uint32_t v) { return n.dot(pose_.y_w + pose_.vertex_a(v)) - offset; }, n, below,
-      lent);
+      [&](std::uint32_t v) { return n.dot(pose_.y_w + pose_.vertex_a(v)) - offset; }, n, below);
 }
 
 void NearSearch::push_face_node(ContactType type, const TouchedFace& touched, std::uint32_t vertex,

@@ -50,29 +50,17 @@ class NearSearch {
   inline void take_face(PieceKeys& keys, std::uint32_t f, std::uint32_t support, Real gap,
                         bool of_a, const Vec3& n) noexcept;
   void collect_near_faces() noexcept;
-  /// Of the faces above D_near, which do not count: the nodes that another piece may be near.
-  void collect_passed_faces() noexcept;
-  /// The node lies within epsilon of the gap of its face, and is not in the near set.
-  [[nodiscard]] bool is_lent(const TouchedFace& touched, Real f, Real violation) const noexcept {
-    return f < touched.gap_m + epsilon_ && violation < epsilon_ && !is_near(f, violation);
-  }
   /// Near nodes (F_A, v): walks the graph over the neighbors that keep the face.
-  inline void walk_face_a(const TouchedFace& touched, Real below, bool lent) noexcept;
+  inline void walk_face_a(const TouchedFace& touched, Real below) noexcept;
   /// Near nodes (v, F_B).
-  inline void walk_face_b(const TouchedFace& touched, Real below, bool lent) noexcept;
+  inline void walk_face_b(const TouchedFace& touched, Real below) noexcept;
   /// Visits the vertices with f < below from the support vertex on, over the arcs of the graph that
-  /// keep the face, and takes those that are near, or `lent`. Each vertex comes once.
+  /// keep the face, and takes those that are near. Each vertex comes once.
   template <typename ValueAt>
   void walk(ContactType type, const TouchedFace& touched, const ValueAt& value_at, const Vec3& n,
-            Real below, bool lent) noexcept;
+            Real below) noexcept;
   inline void push_face_node(ContactType type, const TouchedFace& touched, std::uint32_t vertex,
                              const Vec3& n, Real f, Real violation) noexcept;
-
-  /// The lowest value at a neighbour of `v` in the uncut body, where a cut has shortened the edges
-  /// at it; `lowest`: at those of the piece.
-  template <typename ValueAt>
-  [[nodiscard]] Real lowest_uncut(ContactType type, std::uint32_t v, Real f, Real lowest,
-                                  const ValueAt& value_at) const noexcept;
 
   // --- Edges and their pairs (near_edges.cpp) --------------------------------------------------
 

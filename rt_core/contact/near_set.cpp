@@ -72,10 +72,7 @@ NearResult NearSearch::run() noexcept {
   choose_best();
   if (kSceneTraits.type_c) keep_near_edge_pairs();
   collect_near_faces();
-  if (is_live()) {  // the pair's search before has the rest
-    collect_passed_faces();
-    return result_;
-  }
+  if (is_live()) return result_;  // the pair's search before has the rest
   bounds_.stale = false;
   if (all_stale || result_.feature_evaluations >= bounds_.needed) {
     result_.flags |= kNearAllStale;
@@ -110,9 +107,6 @@ void NearSearch::forget_shortlists() noexcept {
 
 void NearSearch::choose_best() noexcept {
   result_.d_near_m = best_;
-  for (PassedFace* passed : {&result_.passed_a, &result_.passed_b}) {
-    if (passed->gap_m - best_ <= tie_a_ + tie_b_) *passed = PassedFace{};
-  }
   if (best_ == kNoDepth) return;
   const Real best_face = std::max(best_gap_a_, best_gap_b_);
   const bool is_edges = kSceneTraits.type_c && best_pair_value_ > best_face + tolerance_;

@@ -27,8 +27,7 @@ struct NearNode {
   Vec3 normal_w = Vec3::Zero();  ///< outward unit normal of the C-face
   Real f_m = 0;                  ///< n.((x - b) + R a)
   /// Types A and B: largest height of a neighbouring vertex over the plane (METHOD section 2). Type
-  /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable. Where a cut
-  /// has shortened an edge, the neighbour is that of the uncut body (contact/edge_reach.hpp).
+  /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable.
   Real violation_m = 0;
   Real rise_m = 0;  ///< types A and B: f less the gap along the normal; type C: 0
   /// App on B about x_0^A, W axes, and how far it lies outside its two features when A is moved to
@@ -46,33 +45,13 @@ enum NearFlag : std::uint32_t {
   kNearEdgePairsCut = 1u << 2  ///< more pairs of edges than may be tested: D_near is a lower bound
 };
 
-/// A face's plane within the planes of its body.
-struct FacePlane {
-  std::uint32_t plane = 0;
-  std::int32_t sign = 0;  ///< 0: none
-  bool of_a = false;
-  bool operator==(const FacePlane&) const = default;
-};
-
-/// A face whose gap did not count.
-struct PassedFace {
-  FacePlane plane;  ///< none: there is no such face
-  Real gap_m = 0;
-  Vec3 normal_w = Vec3::Zero();  ///< of its C-face
-  std::uint16_t face = 0, support = 0;
-};
-
 /// What one search returns.
 struct NearResult {
   Real d_near_m = 0;     ///< largest value: D_near, or a lower bound of it when edge pairs were cut
   NearNode best;         ///< node of D_near; among ties a face, then the lowest number
   bool attained = true;  ///< D_near is the value of `best` to rounding, not one within a tolerance
   SupportPair support;   ///< support vertices along its normal: with them d_near_m certifies itself
-  /// Scope kLive: of the faces of A and of those of B the one with the largest gap, above d_near_m,
-  /// that no live node attains; there the part goes on in another piece, which reaches farther.
-  PassedFace passed_a, passed_b;
-  std::uint32_t lent_count = 0;  ///< of such faces: nodes that stand behind the near set
-  std::uint32_t flags = 0;       ///< NearFlag
+  std::uint32_t flags = 0;  ///< NearFlag
   std::uint32_t feature_evaluations = 0;
   std::uint32_t edge_pairs = 0;
   std::uint32_t support_pairs = 0;
@@ -119,9 +98,7 @@ struct NearScratch {
 /// Finds D_near at `pose` over the nodes of the scope and appends the live nodes near it to `near`,
 /// in the order in which the search met them. Scope kLive measures what carries force: of a face
 /// only where its support is a live node, or a live one ties with it; where no live node applies,
-/// d_near_m is kNoDepth; behind the near set stand the live nodes within epsilon of the gap of a
-/// face that did not count: they are near where the neighbouring piece touches. Both scopes keep
-/// the same bounds.
+/// d_near_m is kNoDepth. Both scopes keep the same bounds.
 ///
 /// `epsilon_m` must be the scene's, `bounds` must have been advanced to this pose. Exact at
 /// every pose of the envelope that the marks were made for, regardless of the motion since the last

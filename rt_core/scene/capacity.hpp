@@ -26,7 +26,6 @@ inline constexpr std::uint32_t kMaxSupportPairsPerVerdict = 2 * kMaxSupportPairs
 /// of its own; the gate asks for two.
 struct PairBounds {
   std::uint64_t feature_evaluations, edge_pairs, support_pairs, near_nodes;
-  std::uint64_t hidden;  ///< 1 where some node only separates
 };
 constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, const PairRecord& pair,
                                  const NodeMarks& marks) noexcept {
@@ -36,7 +35,6 @@ constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, con
   bounds.feature_evaluations = reachable.features;
   bounds.edge_pairs = pair.edge_pair_capacity;
   if (has_hidden(reachable, live)) {
-    bounds.hidden = 1;
     bounds.feature_evaluations += live.features;
     bounds.edge_pairs += edge_pair_capacity(live.edge_pairs);
   }
@@ -49,7 +47,7 @@ constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, con
 /// a force where some basic contact only separates.
 constexpr PairBounds pair_bounds(const FixedPairRecord& fixed) noexcept {
   const std::uint64_t scans = fixed.hidden != 0 ? 2 : 1;
-  return {scans * fixed.plane_count, 0, 0, fixed.node_count, fixed.hidden != 0};
+  return {scans * fixed.plane_count, 0, 0, fixed.node_count};
 }
 
 /// Support pairs that the gate asks for, of a pair in one tick.
@@ -95,16 +93,6 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
   return p.law == LawId::kProxy ? p.coupling.passes : 0;
 }
 
-/// Pairs of near nodes that a tick compares where pieces meet, at most. A patch leads at most one
-/// group. Its nodes are compared with those of every other patch for what contact they are, with
-/// each other for what holds next to it, and with those of every other patch for their planes, its
-/// own for the group's. A pair that is held for want of budget adds one node.
-constexpr std::uint64_t node_pairs_bound(const SceneCapacity& c) noexcept {
-  const std::uint64_t nodes = std::uint64_t{c.max_near_nodes} + c.pair_count;
-  const std::uint64_t most = UINT32_MAX;
-  return nodes < most ? std::min(most, nodes * nodes) * 2 : most;
-}
-
 /// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
 /// fields but state_bytes. `passes`: of law kProxy, else 0. Each total is the smaller of the sum
 /// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
@@ -145,7 +133,6 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     add(&PairBounds::edge_pairs);
     add(&PairBounds::support_pairs);
     add(&PairBounds::near_nodes);
-    add(&PairBounds::hidden);
     if (!fixed.empty()) {
       planes += fixed[i].plane_count;
       continue;  // every plane and node has its room
@@ -168,9 +155,8 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
   c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
   c.max_near_nodes = clip(total(&PairBounds::near_nodes));
-  // Beside its near nodes a pair has one that it passed over, or, held, its last.
+  // A pair that is held for want of budget has its last node.
   c.max_hull_points = clip(total(&PairBounds::near_nodes) + pairs.size());
-  c.max_node_pairs = passes == 0 && sum.hidden > 0 ? clip(node_pairs_bound(c)) : 0;
   const ProxyBounds proxy = proxy_bounds(passes > 0 ? pairs.size() : 0, passes);
   c.max_plane_gaps = clip(proxy.plane_gaps);
   c.max_valid_nodes = clip(fixed.empty() ? proxy.valid_nodes : passes * planes);

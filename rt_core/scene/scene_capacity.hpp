@@ -29,10 +29,8 @@ struct SceneCapacity {
   std::uint32_t max_proxy_rounds;                ///< of one pass
   std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
   std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
-  /// Law weighted_region where pieces meet, else 0: pairs of near nodes compared for what they
-  /// share.
-  std::uint32_t max_node_pairs;
-  std::uint32_t unproven;  ///< UnprovenBound, bit set = cannot be defended
+  std::uint32_t unproven;                        ///< UnprovenBound, bit set = cannot be defended
+  std::uint32_t reserved;                        ///< 0
 
   friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
 };

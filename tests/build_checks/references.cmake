@@ -132,7 +132,7 @@ set(sources ${all_files})
 list(FILTER sources INCLUDE REGEX
   "(\\.(hpp|cpp|h|c|S|in|inc|ld|cmake|py|sh|md|toml)|CMakeLists\\.txt|tools/quickstart|tools/check|\\.ci/run)$")
 list(FILTER sources EXCLUDE REGEX
-  "^tests/build_checks/(source_checks|reference_probes|references)\\.cmake$|^rt_core/(core_wrench|contact/edge_reach)\\.[ch]pp$")
+  "^tests/build_checks/(source_checks|reference_probes|references)\\.cmake$")
 foreach(path IN LISTS sources)
   file(STRINGS ${ROOT}/${path} lines REGEX "METHOD|PROTOCOL|[Ss]ections? [0-9]|(method|decomposition|performance|proxy)$")
   if(lines)

@@ -264,7 +264,6 @@ TEST_SUITE("host_sim.wcet") {
     has("max_edge_pairs", c.max_edge_pairs);
     has("max_near_nodes", c.max_near_nodes);
     has("max_hull_points", c.max_hull_points);
-    has("max_node_pairs", c.max_node_pairs);
     has("max_plane_gaps", c.max_plane_gaps);
     has("max_valid_nodes", c.max_valid_nodes);
     has("max_full_searches", c.max_full_searches);

@@ -194,8 +194,7 @@ TEST_SUITE("rt_core.scene_tables") {
     for (const auto field : {&SceneCapacity::max_search_work, &SceneCapacity::max_proxy_passes,
                              &SceneCapacity::max_proxy_rejected, &SceneCapacity::max_proxy_rounds,
                              &SceneCapacity::max_qp_rows, &SceneCapacity::max_qp_iterations,
-                             &SceneCapacity::max_qp_programs, &SceneCapacity::max_qp_steps,
-                             &SceneCapacity::max_node_pairs}) {
+                             &SceneCapacity::max_qp_programs, &SceneCapacity::max_qp_steps}) {
       CHECK(with([&](SceneCapacity& c) { c.*field += 1; }) == RtStatus::kBlobBadCapacity);
     }
   }

@@ -23,7 +23,6 @@ inline constexpr CounterBound kCounterBounds[] = {
     {"edge pairs", &StepCounters::edge_pairs, &SceneCapacity::max_edge_pairs},
     {"near nodes", &StepCounters::near_nodes, &SceneCapacity::max_near_nodes},
     {"points of a contact polygon", &StepCounters::hull_points, &SceneCapacity::max_hull_points},
-    {"pairs of near nodes", &StepCounters::node_pairs, &SceneCapacity::max_node_pairs},
     {"gaps along planes", &StepCounters::plane_gaps, &SceneCapacity::max_plane_gaps},
     {"nodes of valid sets", &StepCounters::valid_nodes, &SceneCapacity::max_valid_nodes},
     {"searches without history", &StepCounters::full_searches, &SceneCapacity::max_full_searches},

@@ -89,7 +89,6 @@ std::string bounds_as_text(const SceneFacts& facts) {
   text += line("  support pairs", c.max_support_pairs);
   text += line("  basic contacts in near sets", c.max_near_nodes);
   text += line("  points of a contact polygon", c.max_hull_points);
-  if (c.max_node_pairs > 0) text += line("  pairs of basic contacts compared", c.max_node_pairs);
   if (c.max_plane_gaps > 0) {
     text += line("  gaps along C-face planes", c.max_plane_gaps);
     text += line("  basic contacts of valid sets", c.max_valid_nodes);

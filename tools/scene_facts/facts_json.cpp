@@ -150,7 +150,6 @@ Json capacity_as_json(const SceneFacts& facts) {
           {"max_edge_pairs", c.max_edge_pairs},
           {"max_near_nodes", c.max_near_nodes},
           {"max_hull_points", c.max_hull_points},
-          {"max_node_pairs", c.max_node_pairs},
           {"max_plane_gaps", c.max_plane_gaps},
           {"max_valid_nodes", c.max_valid_nodes},
           {"max_full_searches", c.max_full_searches},

@@ -49,8 +49,6 @@ void add_capacity(Facts& facts, const SceneCapacity& c) {
   facts.add("max_edge_pairs", c.max_edge_pairs, "pairs of active edges tested");
   facts.add("max_near_nodes", c.max_near_nodes, "near nodes collected, all pairs together");
   facts.add("max_hull_points", c.max_hull_points, "points that enter one contact region");
-  facts.add("max_node_pairs", c.max_node_pairs,
-            "law weighted_region: pairs of near nodes compared where pieces meet");
   facts.add("max_plane_gaps", c.max_plane_gaps, "law proxy: gaps along C-face planes");
   facts.add("max_valid_nodes", c.max_valid_nodes, "law proxy: nodes looked at for valid planes");
   facts.add("max_full_searches", c.max_full_searches, "law proxy: searches without history");

@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "rt_core/contact/edge_reach.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/graph_compiler/graph/body_geometry.hpp"
 #include "tools/graph_compiler/graph/piece_topology.hpp"
@@ -20,9 +19,8 @@ struct WidePiece {
 
   const PieceTopology* topology;
   std::vector<Wide3> vertices;
-  std::vector<Wide3> normals;    ///< outward, by face
-  std::vector<Wide3> along;      ///< unit directions, by edge
-  std::vector<EdgeReach> reach;  ///< by edge; none: no edge goes on in another piece
+  std::vector<Wide3> normals;  ///< outward, by face
+  std::vector<Wide3> along;    ///< unit directions, by edge
 };
 
 /// An arc before its rounding to Real. It already holds the margin of that rounding.

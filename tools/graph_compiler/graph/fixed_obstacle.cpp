@@ -122,20 +122,12 @@ class ObstacleBuilder {
     plane.nodes.push_back(node);
   }
 
-  /// Height of the lowest neighbour of a vertex, where cuts have shortened its edges that of the
-  /// uncut body (NearSearch::lowest_uncut).
-  [[nodiscard]] static Wide lowest_uncut(const WidePiece& piece, const PieceView& view,
-                                         const std::vector<Wide>& above, std::uint32_t v) {
+  /// Height of the lowest neighbour of a vertex.
+  [[nodiscard]] static Wide lowest_beside(const PieceView& view, const std::vector<Wide>& above,
+                                          std::uint32_t v) {
     Wide lowest = above[view.other_end(view.edges_at(v)[0], v)];
     for (const std::uint16_t e : view.edges_at(v))
       lowest = std::min(lowest, above[view.other_end(e, v)]);
-    if (piece.reach.empty() || above[v] <= lowest) return lowest;
-    for (const std::uint16_t e : view.edges_at(v)) {
-      const auto ratio =
-          static_cast<Wide>(piece.reach[e].from[view.edges[e].vertex[0] == v ? 0 : 1]);
-      if (ratio > 1)
-        lowest = std::min(lowest, above[v] - ratio * (above[v] - above[view.other_end(e, v)]));
-    }
     return lowest;
   }
 
@@ -159,7 +151,7 @@ class ObstacleBuilder {
         support = v;
         found = true;
       }
-      const Wide violation = above[v] - lowest_uncut(other, view, above, v);
+      const Wide violation = above[v] - lowest_beside(view, above, v);
       if (!(violation < epsilon_ && above[v] < static_cast<Wide>(kMaxRise) * epsilon_)) {
         continue;
       }

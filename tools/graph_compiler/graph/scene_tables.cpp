@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "rt_core/contact/uncut_edges.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/graph_limits.hpp"
 #include "tools/common/error.hpp"
@@ -200,22 +199,6 @@ void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool
     append(t.neighbors, graph.neighbors);
   }
   t.pairs.push_back(record);
-}
-
-void add_edge_reach(SceneTables& t) {
-  const auto piece_at = [&](std::uint32_t p) noexcept {
-    PieceView view = t.topologies[p].view();
-    view.record = &t.pieces[p];
-    view.vertices = t.vertices[view.record->vertex_begin].data();
-    view.source_vertices = t.source_vertices.data() + view.record->vertex_begin;
-    return view;
-  };
-  std::vector<EdgeReach> reach(t.edges.size());
-  for (const BodyRecord& body : t.bodies) UncutEdges(body, piece_at).measure(reach);
-  for (std::size_t p = 0; p < t.pieces.size(); ++p) {
-    const auto first = reach.begin() + t.pieces[p].edge_begin;
-    t.turned[p].reach.assign(first, first + t.pieces[p].edge_count);
-  }
 }
 
 void add_fixed_obstacle(SceneTables& t, const PairMarks* marks) {

@@ -67,10 +67,6 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
 void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool stored,
               const std::vector<std::uint64_t>& marks);
 
-/// Measures how far the edges of all pieces go on, for C-obstacles as planes whose seams are
-/// hidden.
-void add_edge_reach(SceneTables& t);
-
 /// Appends the C-obstacle of the last pair as planes, its capacities with it.
 void add_fixed_obstacle(SceneTables& t, const PairMarks* marks);
 

@@ -64,16 +64,6 @@ std::vector<WrittenPair> written_pairs(const SceneTables& t, const SceneDescript
   return pairs;
 }
 
-/// Some basic contact that applies only separates.
-bool has_seams(const std::vector<WrittenPair>& pairs) {
-  return std::ranges::any_of(pairs, [](const WrittenPair& pair) {
-    for (std::size_t node = 0; pair.given != nullptr && node < pair.given->exposed.size(); ++node) {
-      if (pair.given->reachable[node] && !pair.given->exposed[node]) return true;
-    }
-    return false;
-  });
-}
-
 /// Returns true when the stored neighbors need 32 bits.
 bool add_pairs(SceneTables& t, const SceneDescription& description) {
   const std::vector<WrittenPair> pairs = written_pairs(t, description);
@@ -94,7 +84,6 @@ bool add_pairs(SceneTables& t, const SceneDescription& description) {
     }
   }
   const StoredGraphs choice = choose_stored_graphs(sizes, degrees, description.graph_bytes);
-  if (t.is_fixed() && t.parameters[0].law != LawId::kProxy && has_seams(pairs)) add_edge_reach(t);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     add_pair(t, pairs[i].a, pairs[i].b, choice.stored[i] && !t.is_fixed(), pairs[i].marks);
     if (t.is_fixed()) add_fixed_obstacle(t, pairs[i].given);
