@@ -4,9 +4,58 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt_core/core_state.hpp"
+#include "rt_core/tick/core_memory.hpp"
 
 namespace haptic {
+namespace {
+
+[[nodiscard]] RtStatus check_input(const StepInput& input) noexcept;
+[[nodiscard]] StepResult refused(RtStatus status, std::uint64_t hash) noexcept;
+[[nodiscard]] StepResult result_of(const Goal& goal, const ContactSet& contact,
+                                   const Output& output) noexcept;
+[[nodiscard]] StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
+                                   const FeltContact& felt) noexcept;
+
+}  // namespace
+
+StepResult HapticCore::step(const StepInput& input) noexcept {
+  CoreMemory& m = *memory_;
+  if (const RtStatus status = check_input(input); status != RtStatus::kOk)
+    return refused(status, m.hash);
+  const bool proxy = m.has_law(LawId::kProxy);
+
+  // 1. From the device's pose to the goal: clutch, anchor, envelope.
+  const Goal goal = m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose());
+
+  // 2 to 5. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does
+  // without it unless the caller asks.
+  const std::uint32_t motion_flags = m.goal_contact.advance(goal.grip);
+  const ContactSet contact =
+      !proxy || input.report_goal_contact ? m.goal_contact.search(goal.grip) : ContactSet{};
+
+  // 6. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
+  const FreePose free =
+      proxy ? m.free_motion.move(goal.grip, m.output.stamp_of(input), m.goal_contact.room())
+            : FreePose{};
+  const DirectForce direct = proxy ? DirectForce{} : m.direct_wrench.of(contact, m.hull);
+  const LawWrench law =
+      proxy ? LawWrench{free.wrench_w, free.spring_w} : LawWrench{direct.wrench_w, direct.wrench_w};
+
+  // 9. Towards the device: ramps, energy, the device's twist.
+  const std::uint32_t flags = goal.flags | motion_flags | contact.work.flags | free.flags;
+  const Output output = m.output.finish(law, goal.device, input, flags);
+
+  StepResult result = result_of(goal, contact, output);
+  result.flags = flags | output.flags;
+  result.counters.hull_points = direct.hull_points;
+  if (proxy) {
+    result = with_felt(result, free, m.goal.mesh_pose(free.grip), m.free_motion.felt());
+  }
+  result.state_hash = m.hash = chained_hash(m.hash, result, proxy);
+  raise_peaks(result.counters, m.peaks);
+  return result;
+}
+
 namespace {
 
 /// Positions beyond this are refused like infinite ones: squares and sums of motion must stay
@@ -27,13 +76,85 @@ RtStatus check_pose(const Pose& pose) noexcept {
   return n > 0.999_r && n < 1.001_r ? RtStatus::kOk : RtStatus::kPoseNotUnit;
 }
 
+RtStatus check_input(const StepInput& input) noexcept {
+  const RtStatus status = check_pose(input.pose_wa);
+  if (status != RtStatus::kOk || kSceneTraits.clutch || !input.clutched) return status;
+  return RtStatus::kInputNotOfImage;
+}
+
+StepResult refused(RtStatus status, std::uint64_t hash) noexcept {
+  StepResult result;
+  result.status = status;
+  if (status != RtStatus::kInputNotOfImage) result.flags = kFlagBadPose;
+  result.state_hash = hash;
+  return result;
+}
+
+/// Of law kProxy what is felt comes on top (with_felt); of the others the goal is what is felt.
+StepResult result_of(const Goal& goal, const ContactSet& contact, const Output& output) noexcept {
+  StepResult result;
+  result.goal_pose_wa = result.proxy_pose_wa = goal.pose_wa;
+  result.outside = goal.outside;
+  result.has_goal_contact = contact.searched;
+  result.d_near_m = contact.d_near_m;
+  result.nearest_pair = contact.nearest_pair;
+  result.situation = contact.situation;
+  result.near_count = contact.near_count;
+  result.wrench_w = output.wrench_w;
+  result.spring_w = output.spring_w;
+  result.device_twist_w = output.device_twist_w;
+  result.energy_j = output.energy_j;
+  StepCounters& n = result.counters;
+  n.pair_visits = contact.work.pair_visits;
+  n.support_pairs = contact.work.support_pairs;
+  n.feature_evaluations = contact.work.feature_evaluations;
+  n.edge_pairs = contact.work.edge_pairs;
+  n.near_nodes = contact.work.near_nodes;
+  n.stale_pairs = contact.work.stale_pairs;
+  return result;
+}
+
+StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
+                     const FeltContact& felt) noexcept {
+  result.proxy_pose_wa = pose_wa;
+  result.proxy_gap_m = free.work.gap_m;
+  result.potential_j = free.work.end_potential_j;
+  result.allowed_rise_j = free.work.allowed_rise_j;
+  result.situation = felt.situation;
+  result.near_count = felt.point_count;
+  StepCounters& n = result.counters;
+  n.proxy_passes = free.work.passes;
+  n.proxy_rejected = free.work.rejected;
+  n.proxy_rounds = free.work.rounds;
+  n.proxy_rows = free.work.rows;
+  n.qp_iterations = free.work.qp_iterations;
+  n.plane_gaps = free.work.plane_gaps;
+  n.valid_nodes = free.work.valid_nodes;
+  n.full_searches = free.work.full_searches;
+  n.search_work = free.work.search_work;
+  n.qp_programs = free.work.qp_programs;
+  n.qp_steps = free.work.qp_steps;
+  return result;
+}
+
 /// Whether the header's state bytes are those of this machine. The graph compiler states what
 /// 64-bit addresses need; narrower ones need less, so there the stated bytes have to suffice.
 bool states_enough(std::uint64_t stated, std::size_t needed) noexcept {
   return sizeof(void*) == sizeof(std::uint64_t) ? stated == needed : stated >= needed;
 }
 
+constexpr std::size_t rounded(std::size_t bytes) noexcept {
+  return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+}
+
+constexpr std::size_t kFixedBytes = rounded(CoreMemory::kOffset + sizeof(CoreMemory));
+static_assert(sizeof(HapticCore) <= CoreMemory::kOffset);
+static_assert(alignof(CoreMemory) <= alignof(std::max_align_t) &&
+              CoreMemory::kOffset % alignof(CoreMemory) == 0);
+
 }  // namespace
+
+void HapticCore::reset() noexcept { memory_->reset(); }
 
 std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
   return state_account(scene).total();
@@ -42,14 +163,10 @@ std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
 StateAccount HapticCore::state_account(const SceneView& scene) noexcept {
   StateAccount account;
   Arena counting(account);
-  State state;
-  state.place(counting, scene);
-  const auto rounded = [](std::size_t bytes) {
-    return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
-  };
-  const std::size_t fixed = rounded(State::kOffset + sizeof(State));
+  CoreMemory memory;
+  memory.place(counting, scene);
   account.bytes[static_cast<std::size_t>(StatePart::kCore)] +=
-      rounded(fixed + counting.used()) - counting.used();
+      rounded(kFixedBytes + counting.used()) - counting.used();
   return account;
 }
 
@@ -64,154 +181,38 @@ RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kStateAlignment != 0)
     return RtStatus::kMemoryMisaligned;
   if (memory.size() < needed) return RtStatus::kMemoryTooSmall;
-  static_assert(alignof(State) <= alignof(std::max_align_t) &&
-                State::kOffset % alignof(State) == 0);
-  State* const state =
-      ::new (static_cast<void*>(memory.data() + State::kOffset)) State();  // placement, no heap
-  const std::size_t fixed =
-      (State::kOffset + sizeof(State) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
-  Arena arena(memory.data() + fixed);
-  state->place(arena, scene);
-  state->read_scene(scene);
-  core = ::new (static_cast<void*>(memory.data())) HapticCore(state);  // placement, no heap
+  CoreMemory* const placed = ::new (static_cast<void*>(memory.data() + CoreMemory::kOffset))
+      CoreMemory();  // placement, no heap
+  Arena arena(memory.data() + kFixedBytes);
+  placed->place(arena, scene);
+  placed->read_scene(scene);
+  core = ::new (static_cast<void*>(memory.data())) HapticCore(placed);  // placement, no heap
   return RtStatus::kOk;
 }
 
-void HapticCore::reset() noexcept { state_->forget(); }
-
-StepResult HapticCore::step(const StepInput& input) noexcept {
-  State& s = *state_;
-  StepResult result;
-  result.status = check_pose(input.pose_wa);
-  if (!kSceneTraits.clutch && input.clutched && result.status == RtStatus::kOk) {
-    result.status = RtStatus::kInputNotOfImage;
-  }
-  if (result.status != RtStatus::kOk) {
-    if (result.status != RtStatus::kInputNotOfImage) result.flags = kFlagBadPose;
-    result.state_hash = s.hash;
-    return result;
-  }
-  const GripPose device = s.device_grip(input.pose_wa);
-  GripPose grip = s.goal_of(device, kSceneTraits.clutch && input.clutched, result);
-  const bool held = s.keep_inside(grip, result);
-  const bool as_given = s.offset.is_zero && !s.offset.clutched && !held;
-  result.goal_pose_wa = as_given ? input.pose_wa : s.mesh_pose(grip);
-  if (as_given && s.is_fixed()) result.goal_pose_wa.q_wa = grip.q_wa;
-
-  s.near.clear();
-  s.contact_nodes.clear();
-  s.patches.clear();
-  s.points.clear();
-  s.advance(grip, result);
-  if (!s.has_law(LawId::kProxy) || input.report_goal_contact) s.search_goal(grip, result);
-  Wrench wrench;
-  if (s.has_law(LawId::kProxy)) {
-    wrench = s.proxy_wrench(grip, s.stamp_of(input), result);
-  } else {
-    wrench = s.total_wrench(result);
-    result.spring_w = wrench;
-    result.proxy_pose_wa = result.goal_pose_wa;
-    s.report_contact(result);
-  }
-  result.wrench_w = s.finish(wrench, device, input, result);
-  s.chain_hash(result);
-  raise_peaks(result.counters, s.peaks);
-  result.state_hash = s.hash;
-  return result;
-}
-
 std::uint32_t HapticCore::pair_count() const noexcept {
-  return static_cast<std::uint32_t>(state_->pairs.size());
+  return static_cast<std::uint32_t>(memory_->pairs.size());
 }
 
-const StepPeaks& HapticCore::peaks() const noexcept { return state_->peaks; }
+const StepPeaks& HapticCore::peaks() const noexcept { return memory_->peaks; }
 
-const FeltContact& HapticCore::felt_contact() const noexcept { return state_->proxy.felt(); }
+const FeltContact& HapticCore::felt_contact() const noexcept { return memory_->free_motion.felt(); }
 
-const MotionEnvelope& HapticCore::envelope() const noexcept { return state_->envelope; }
+const MotionEnvelope& HapticCore::envelope() const noexcept { return memory_->goal.envelope(); }
 
-PairReport HapticCore::pair_report(std::uint32_t index) const noexcept {
-  const State& s = *state_;
-  const PairState& pair = s.pairs[index];
-  PairReport report;
-  if (s.tick == 0 || s.searched_at != s.tick) return report;
-  report.searched = true;
-  report.visited = pair.visited_at == s.tick;
-  if (report.visited) {
-    report.verdict = pair.verdict.verdict;
-    report.normal_w = pair.verdict.normal_w;
-    report.separation_bound_m = pair.verdict.separation_bound_m;
-    report.thickness_m = pair.verdict.thickness_m;
-    report.portal = pair.verdict_memory.portal;
-    report.d_near_m = pair.d_near_m;
-    report.exact = pair.exact;
-    report.best_node = pair.best.node;
-    report.near = s.near.view().subspan(pair.near_begin, pair.near_count);
-    report.contact_nodes = s.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
-    report.situation = pair.situation;
-    return report;
-  }
-  const PairGateState& gate = s.gates[index];
-  const double gap = gate.plane.gap_m(s.odometer(gate));
-  if (is_far(gap, gate.plane.face, s.exact_band_m)) {
-    report.verdict = Verdict::kSeparated;
-    report.separation_bound_m = static_cast<Real>(gap);
-    report.d_near_m = static_cast<Real>(gap);
-    report.normal_w = gate.plane.of_a ? Vec3(s.last.r_wa * gate.plane.normal) : gate.plane.normal;
-  } else {  // held for want of budget
-    report.d_near_m = pair.d_near_m;
-    report.normal_w = pair.best.normal_w;
-    report.situation = pair.situation;
-  }
-  return report;
+PairReport HapticCore::pair_report(std::uint32_t pair) const noexcept {
+  return memory_->goal_contact.report(pair);
 }
 
-void HapticCore::contact_geometry(std::uint32_t index, ContactGeometry& out) noexcept {
-  State& s = *state_;
-  const PairState& pair = s.pairs[index];
+void HapticCore::contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept {
   forget_contact(out);
-  if (!kSceneTraits.contact_geometry || s.tick == 0) return;
-  if (s.has_law(LawId::kProxy)) return s.felt_geometry(index, out);
-  if (pair.visited_at == 0) return;
-  const PairGateState& gate = s.gates[index];
-  const bool looked_at = pair.visited_at == s.tick || !is_far(gate.plane.gap_m(s.odometer(gate)),
-                                                              gate.plane.face, s.exact_band_m);
-  if (!looked_at || pair.contact_count == 0) return;
-  ContactNodes contact;
-  contact.near = s.near.view().subspan(pair.near_begin, pair.near_count);
-  contact.nodes = s.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
-  contact.d_near_m = pair.d_near_m;
-  contact.situation = pair.situation;
-  contact.epsilon_m = s.epsilon_m;
-  describe_contact(pair.view, contact, s.last.x0_w, s.hull, out);
-}
-
-/// Geometry of a pair that holds the proxy, from its near set there.
-void HapticCore::State::felt_geometry(std::uint32_t index, ContactGeometry& out) noexcept {
-  const FeltContact& felt = proxy.felt();
-  const auto end = felt.planes.begin() + felt.plane_count;
-  if (std::none_of(felt.planes.begin(), end, [&](const FeltPlane& p) { return p.pair == index; }))
-    return;
-  const std::uint32_t near_begin = near.size(), nodes_begin = contact_nodes.size();
-  PairPose pose;
-  const NearResult found = proxy.near_set_of(index, scratch, near, pose);
-  const std::span<NearNode> nodes(near.begin() + near_begin, near.size() - near_begin);
-  if (!nodes.empty()) {
-    locate_contacts(pose, nodes, false);
-    bool several_planes = false;
-    static_cast<void>(
-        make_contact_patch(pose, nodes, found.d_near_m, epsilon_m, contact_nodes, several_planes));
-    ContactNodes contact;
-    contact.near = nodes;
-    contact.nodes = contact_nodes.view().subspan(nodes_begin);
-    contact.d_near_m = found.d_near_m;
-    contact.situation = situation_of(nodes, found.d_near_m, epsilon_m, 1);
-    contact.epsilon_m = epsilon_m;
-    describe_contact(*pose.pair, contact, proxy.pose().x0_w, hull, out);
-    out.cut = out.cut || (found.flags & kNearSetCut) != 0;
+  if (!kSceneTraits.contact_geometry) return;
+  CoreMemory& m = *memory_;
+  if (m.has_law(LawId::kProxy)) {
+    m.free_motion.describe(pair, m.goal_contact.room(), m.hull, out);
+  } else {
+    m.goal_contact.describe(pair, m.hull, out);
   }
-  near.truncate(near_begin);
-  contact_nodes.truncate(nodes_begin);
 }
 
 void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {

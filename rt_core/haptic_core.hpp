@@ -4,168 +4,23 @@
 /// heap, lock, system call, exception or recursion in `step`; every loop bounded by a number in the
 /// scene's header. Same input, same bits.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 
 #include "rt_core/base/motion_envelope.hpp"
-#include "rt_core/base/pose.hpp"
 #include "rt_core/base/state_account.hpp"
 #include "rt_core/base/status.hpp"
 #include "rt_core/contact/contact_polygon.hpp"
-#include "rt_core/contact/contact_situation.hpp"
-#include "rt_core/contact/near_set.hpp"
-#include "rt_core/contact/pair_verdict.hpp"
 #include "rt_core/law/felt_contact.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/step.hpp"
 
 namespace haptic {
 
 inline constexpr std::size_t kStateAlignment = 64;
 
-/// What one tick is given. Owner: the caller. The contact computation reads the pose alone; stamp,
-/// twist and accepted wrench serve coupling damping and passivity; switches and faults are what a
-/// device reports with it and belong to the stages between device and law.
-struct StepInput {
-  std::uint64_t sequence = 0;  ///< of the device report
-  std::int64_t stamp_ns = 0;   ///< host time of the report, monotonic clock; 0: not stamped
-  Pose pose_wa;   ///< A's mesh frame in W; of a part that never turns the orientation is not used
-  Twist twist_w;  ///< meaningful only when twist_valid
-  bool twist_valid = false;
-  bool clutched = false;  ///< the goal stays where it is, the wrench ramps out
-  /// The wrench that acted on the device since the last report, after every limit behind the core;
-  /// when it is not valid the core's own last output is taken.
-  Wrench accepted_wrench_w;
-  bool accepted_valid = false;
-  std::uint32_t switches = 0;       ///< device buttons, bit set = pressed
-  std::uint32_t device_faults = 0;  ///< device faults, bit set = present
-  /// Law kProxy: search the contact at the goal pose too (D_near, verdicts and near sets there).
-  /// Neither the wrench nor the state hash depends on it. The other laws always search it.
-  bool report_goal_contact = false;
-};
-
-/// D_near and depth where the goal pose was not searched.
-inline constexpr Real kNotSearched = std::numeric_limits<Real>::quiet_NaN();
-
-/// Flags of one tick; several may be set. "Pair" stands for at least one pair.
-enum StepFlag : std::uint32_t {
-  kFlagFirstTick = 1u << 0,         ///< a pair was searched for the first time
-  kFlagRelocalised = 1u << 1,       ///< a later search of a pair found every bound stale: a jump
-  kFlagFarBand = 1u << 2,           ///< a separated pair beyond the exact band: bound, not D_near
-  kFlagVerdictTouching = 1u << 3,   ///< within rounding of the boundary; see thickness_m
-  kFlagVerdictUndecided = 1u << 4,  ///< no certificate within the cap; see thickness_m
-  kFlagNearSetCut = 1u << 5,        ///< a near set exceeded its room; D_near is exact
-  kFlagInexact = 1u << 6,           ///< edge pairs cut: D_near of a pair is a lower bound
-  kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not visited; its last valid plane was kept
-  kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
-  kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
-  kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
-  kFlagRecovery = 1u << 11,         ///< the proxy is inside an obstacle: wrench ramped out
-  kFlagAnchorMoved = 1u << 12,      ///< the pull has a limit: the goal's offset followed the proxy
-  kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
-  kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or rejected
-  kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to
-  kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
-  kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
-  kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
-  kFlagOutsideEnvelope = 1u << 19   ///< the scene's envelope was left, or was about to be: the
-                                    ///< wrench is ramped out; latched until reset()
-};
-
-/// Those that the search at the goal pose sets: never set in a tick that does without it.
-inline constexpr std::uint32_t kGoalContactFlags =
-    kFlagFirstTick | kFlagRelocalised | kFlagFarBand | kFlagVerdictTouching |
-    kFlagVerdictUndecided | kFlagNearSetCut | kFlagInexact | kFlagBudgetUsedUp | kFlagSeveralPlanes;
-
-/// Work of one tick, against the bounds in the scene's header (SceneCapacity).
-struct StepCounters {
-  std::uint32_t pair_visits = 0;
-  std::uint32_t support_pairs = 0;
-  std::uint32_t feature_evaluations = 0;
-  std::uint32_t edge_pairs = 0;
-  std::uint32_t near_nodes = 0;
-  std::uint32_t hull_points = 0;
-  std::uint32_t stale_pairs = 0;  ///< visits, but a pair's first, with every bound stale: jumps
-  std::uint32_t proxy_passes = 0;
-  std::uint32_t proxy_rejected = 0;  ///< passes that found no step to certify
-  std::uint32_t proxy_rounds = 0;    ///< of the pass that had most
-  std::uint32_t proxy_rows = 0;      ///< of the quadratic program that had most
-  std::uint32_t qp_iterations = 0;   ///< of the quadratic program that had most
-  std::uint32_t plane_gaps = 0;      ///< gaps along C-face planes computed for the proxy
-  std::uint32_t valid_nodes = 0;     ///< nodes looked at in searches for valid planes
-  std::uint32_t full_searches = 0;   ///< searches of a pair without history
-  std::uint32_t search_work = 0;  ///< of these: faces and edges, edge pairs, support pairs, nodes
-  std::uint32_t qp_programs = 0;  ///< quadratic programs solved
-  std::uint32_t qp_steps = 0;     ///< iterations of all of them
-};
-
-/// What one tick returns.
-struct StepResult {
-  Wrench wrench_w;  ///< reaction on the hand; torque about the grip point, W axes
-  /// The part of wrench_w that is the spring's pull, ramps included; the rest is damping: the
-  /// coupling's, and what the passivity controller added. Laws without a coupling are spring as a
-  /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
-  Wrench spring_w;
-  /// Contact of the part as it is felt. Law kProxy: of the free configuration proxy_pose_wa, over
-  /// the planes that hold it (HapticCore::felt_contact). Other laws: of nearest_pair at the goal.
-  ContactSituation situation = ContactSituation::kNone;
-  std::uint32_t near_count = 0;  ///< law kProxy: contact points; others: nodes of the near set
-  /// The goal pose was searched: by StepInput::report_goal_contact, or because the law needs it.
-  /// Only then are d_near_m, nearest_pair, kGoalContactFlags and the counters of the search given.
-  bool has_goal_contact = false;
-  /// Smallest D_near over all pairs at the goal pose, <= 0: collision. A pair that is apart has it
-  /// over all of its nodes, one that collides over those that carry force. Else kNotSearched.
-  Real d_near_m = kNotSearched;
-  std::uint32_t nearest_pair = 0;  ///< the pair it belongs to (lowest index at ties)
-  RtStatus status = RtStatus::kOk;
-  std::uint32_t flags = 0;    ///< StepFlag
-  std::uint32_t outside = 0;  ///< EnvelopeSide of the scene's envelope, in this tick
-  StepCounters counters;
-  /// The device's pose with the offsets that clutch and anchor have added, and of law kProxy held
-  /// inside the scene's envelope: D_near is that of this pose.
-  Pose goal_pose_wa;
-  /// Law kProxy: where the part is shown, always free of obstacles but for proxy_gap_m; other laws:
-  /// the goal, which is the device's pose after clutch and anchor.
-  Pose proxy_pose_wa;
-  Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
-  Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
-  Real allowed_rise_j = 0;  ///< law kProxy: what the passes may have raised it by, for rounding
-  Twist device_twist_w;     ///< estimate, where the scene names a device
-  Real energy_j = 0;        ///< passivity observer: what the hand has put in and not got back
-  /// Of this tick's result and all before it; equal runs have equal hashes.
-  std::uint64_t state_hash = 0;
-};
-
-/// What the last tick found out about one pair at the goal pose, for reports, checks and pictures.
-/// Spans hold until the next tick.
-struct PairReport {
-  bool searched = false;  ///< as StepResult::has_goal_contact; else the fields below say nothing
-  Verdict verdict = Verdict::kUndecided;
-  /// Separated: direction in which the gap is positive. Else: outward normal of the nearest C-face.
-  Vec3 normal_w = Vec3::Zero();
-  Real separation_bound_m = 0;  ///< separated: gap along normal_w, lower bound of the distance
-  Real thickness_m = 0;         ///< touching, undecided: x is that close to the boundary
-  /// Colliding: x lies in the tetrahedron of c = mean(B) - R mean(A) and the points b_k - R a_k. Of
-  /// a part that never turns it is not formed: that no plane of the list has a gap certifies
-  /// itself.
-  std::array<SupportPair, 3> portal;
-  /// As in StepResult; exact where `exact`; else a lower bound of the distance.
-  Real d_near_m = kNotSearched;
-  bool exact = false;  ///< D_near and near set are those of this pose
-  bool visited = false;
-  std::uint32_t best_node = 0;  ///< node of D_near, when exact
-  /// Near set, in no particular order; empty unless exact.
-  std::span<const NearNode> near;
-  std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
-  ContactSituation situation = ContactSituation::kNone;
-};
-
-/// Largest counts seen since the last reset.
-using StepPeaks = StepCounters;
-/// Raises each count of `peaks` to that of `counters`.
-void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept;
+struct CoreMemory;  // the stages of a tick (tick/core_memory.hpp)
 
 class HapticCore {
  public:
@@ -207,9 +62,8 @@ class HapticCore {
   void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
 
  private:
-  struct State;
-  explicit HapticCore(State* state) noexcept : state_(state) {}
-  State* state_;
+  explicit HapticCore(CoreMemory* memory) noexcept : memory_(memory) {}
+  CoreMemory* memory_;
 };
 
 }  // namespace haptic

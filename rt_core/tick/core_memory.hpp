@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The stages of a tick and what lies between ticks, in the caller's memory. Not for inclusion
+/// outside rt_core.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "rt_core/tick/direct_wrench.hpp"
+#include "rt_core/tick/free_motion.hpp"
+#include "rt_core/tick/goal.hpp"
+#include "rt_core/tick/goal_contact.hpp"
+#include "rt_core/tick/output.hpp"
+#include "rt_core/tick/tick_hash.hpp"
+
+namespace haptic {
+
+struct CoreMemory {
+  /// Where it lies in the caller's memory: behind the core, which is one address. The alignment is
+  /// that of the 64-bit members, which 32-bit machines have too.
+  static constexpr std::size_t kOffset = alignof(std::uint64_t);
+
+  GoalStage goal;
+  GoalContact goal_contact;
+  FreeMotion free_motion;      ///< law kProxy only
+  DirectWrench direct_wrench;  ///< the other laws
+  OutputStage output;
+
+  LawId law = LawId::kWeightedRegion;
+  std::span<PairView> pairs;
+  HullScratch hull;
+  std::uint64_t hash = kHashStart;
+  StepPeaks peaks;
+
+  /// Places everything in `arena`; with a counting arena only the size is computed.
+  void place(Arena& arena, const SceneView& scene) noexcept;
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+  [[nodiscard]] bool has_law(LawId id) const noexcept { return kSceneTraits.is_law(law, id); }
+};
+
+}  // namespace haptic

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/tick/direct_wrench.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/law/paper_law.hpp"
+
+namespace haptic {
+namespace {
+
+/// Two patches of one static body are one contact when their planes agree this closely.
+constexpr Real kSamePlaneChord = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
+
+}  // namespace
+
+void DirectWrench::place(Arena& arena, const SceneView& scene) noexcept {
+  const SceneCapacity& c = scene.header().capacity;
+  const LawId law = scene.parameters().law;
+  if (kSceneTraits.is_law(law, LawId::kProxy)) return;
+  joined_ = arena.take<bool>(c.pair_count);
+  const std::size_t near_nodes = std::size_t{c.max_near_nodes} + c.pair_count;
+  if (kSceneTraits.is_law(law, LawId::kPaper)) {
+    points_ = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
+  } else {
+    contacts_ = BoundedList<WeightedContact>(arena.take<WeightedContact>(near_nodes));
+  }
+}
+
+void DirectWrench::read_scene(const SceneView& scene, bool has_seams) noexcept {
+  const SceneParameters& p = scene.parameters();
+  law_ = p.law;
+  k_f_n_per_m_ = static_cast<Real>(p.k_f_n_per_m);
+  epsilon_m_ = static_cast<Real>(p.epsilon_m);
+  epsilon_o_m_ = static_cast<Real>(p.epsilon_o_m);
+  has_seams_ = has_seams;
+}
+
+/// Whether a patch is part of the contact that `leader` leads: one plane of the static body, which
+/// a rigid part meets at its deepest point whatever its pieces reach, or one plane at one depth.
+bool DirectWrench::joins(const ContactPatch& patch, const ContactPatch& leader) const noexcept {
+  if (patch.body_b != leader.body_b) return false;
+  if (has_seams_ && !patch.plane.of_a && patch.plane.sign != 0 && patch.plane == leader.plane) {
+    return true;
+  }
+  return (patch.normal_w - leader.normal_w).squaredNorm() <= kSamePlaneChord * kSamePlaneChord &&
+         std::abs(patch.d_near_m - leader.d_near_m) <= patch.merge_distance_m;
+}
+
+/// Weight of a near node in a contact of this depth.
+Real DirectWrench::weight_of(const NearNode& node, Real d_near_m) const noexcept {
+  const Real weight = contact_weight(node.f_m, d_near_m, node.violation_m, node.outside_m,
+                                     epsilon_m_, epsilon_o_m_);
+  if (node.rise_m <= (kMaxRise - 1) * epsilon_m_) return weight;
+  return weight * (kMaxRise - node.rise_m / epsilon_m_);
+}
+
+void DirectWrench::add_nodes(std::span<const NearNode> nodes, Real d_near_m) noexcept {
+  for (const NearNode& node : nodes) {
+    const Real weight = weight_of(node, d_near_m);
+    if (weight > 0) static_cast<void>(contacts_.push({node.normal_w, node.app_w, weight}));
+  }
+}
+
+void DirectWrench::add_points(std::span<const Vec3> points, Real merge_distance_m) noexcept {
+  for (const Vec3& p : points) {
+    bool known = false;
+    for (const Vec3& q : points_) {
+      known = known || (q - p).squaredNorm() <= merge_distance_m * merge_distance_m;
+    }
+    if (!known) static_cast<void>(points_.push(p));
+  }
+}
+
+/// The contact that patch `first` leads, with those that join it, as deep as the deepest; its nodes
+/// or points stand in the lists.
+ContactPatch DirectWrench::gather(const ContactSet& set, std::uint32_t first) noexcept {
+  const std::span<const ContactPatch> patches = set.patches;
+  ContactPatch contact = patches[first];
+  const auto for_each_joined = [&](const auto& visit) {
+    visit(first);
+    for (std::uint32_t j = first + 1; kSceneTraits.several_pairs && j < patches.size(); ++j) {
+      if (!joined_[j] && joins(patches[j], patches[first])) visit(j);
+    }
+  };
+  for_each_joined(
+      [&](std::uint32_t j) { contact.d_near_m = std::min(contact.d_near_m, patches[j].d_near_m); });
+  points_.clear();
+  contacts_.clear();
+  for_each_joined([&](std::uint32_t j) {
+    const ContactPatch& patch = patches[j];
+    joined_[j] = true;
+    if (is_paper()) {
+      add_points(set.points.subspan(patch.point_begin, patch.point_count), patch.merge_distance_m);
+    } else {
+      add_nodes(set.near.subspan(patch.near_begin, patch.near_count), contact.d_near_m);
+    }
+  });
+  return contact;
+}
+
+DirectForce DirectWrench::of(const ContactSet& set, const HullScratch& hull) noexcept {
+  DirectForce total;
+  const auto count = static_cast<std::uint32_t>(set.patches.size());
+  std::fill_n(joined_.begin(), count, false);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (joined_[i]) continue;
+    const ContactPatch contact = gather(set, i);
+    Wrench wrench;
+    if (is_paper()) {
+      wrench = paper_wrench(contact, points_.view(), k_f_n_per_m_, contact.size_m, hull);
+    } else {
+      wrench = weighted_region_wrench(contacts_.view(), contact.d_near_m, k_f_n_per_m_,
+                                      contact.size_m, hull);
+      if (has_seams_) {
+        // Past the end of what its piece has of a feature it fades: another piece touches there.
+        Real largest = 0;
+        for (const WeightedContact& c : contacts_) largest = std::max(largest, c.weight);
+        wrench.force_w *= largest;
+        wrench.torque_w *= largest;
+      }
+    }
+    total.hull_points = std::max({total.hull_points, points_.size(), contacts_.size()});
+    total.wrench_w.force_w += wrench.force_w;
+    total.wrench_w.torque_w += wrench.torque_w;
+  }
+  return total;
+}
+
+}  // namespace haptic

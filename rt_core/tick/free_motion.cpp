@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/tick/free_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/scene/scene_traits.hpp"
+
+namespace haptic {
+namespace {
+
+/// The goal counts as hooked when it is this many radii of the part away from the proxy.
+constexpr Real kHookedShare = 1.0_r;
+/// Filter of the rate of the coupling's error: share of the newest difference.
+constexpr Real kRateShare = 0.75_r;
+
+Vec3 place_of(const double (&v)[3]) noexcept {
+  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
+}
+
+/// Damping `d` on top of the spring's pull `s`: it may take back no more than `share` of the pull,
+/// and nothing where there is none.
+Vec3 limited_damping(const Vec3& d, const Vec3& s, Real share) noexcept {
+  const Real pull2 = s.squaredNorm();
+  if (!(pull2 > 0)) return Vec3::Zero();
+  const Real along = d.dot(s) / pull2;
+  return along < -share ? Vec3(d + s * (-share - along)) : d;
+}
+
+}  // namespace
+
+/// Pairs and lengths of the proxy from the scene.
+void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept {
+  const SceneParameters& p = scene.parameters();
+  const CouplingParameters& c = p.coupling;
+  Real radius = 0;
+  Real extent = static_cast<Real>(std::sqrt(p.start_p_wa_m[0] * p.start_p_wa_m[0] +
+                                            p.start_p_wa_m[1] * p.start_p_wa_m[1] +
+                                            p.start_p_wa_m[2] * p.start_p_wa_m[2]));
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    const PairView& view = pairs[i];
+    const BodyRecord& body = scene.bodies()[view.b.record->body];
+    ProxyPair& pair = proxy_.pairs()[i];
+    pair.view = &view;
+    pair.reference_w = place_of(body.reference_m);
+    pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
+    pair.friction = static_cast<Real>(body.friction);
+    radius = std::max(radius, pair.reach_a_m);
+    extent = std::max(extent, std::sqrt(pair.reference_w.squaredNorm()) +
+                                  static_cast<Real>(view.b.record->reach_m));
+  }
+  spring_.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
+  spring_.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
+  spring_.length_m = std::sqrt(spring_.k_r_nm_per_rad / spring_.k_t_n_per_m);
+  damping_.ns_per_m = static_cast<Real>(c.damping_ns_per_m);
+  damping_.share = static_cast<Real>(c.damping_share);
+  radius_m_ = radius;
+  epsilon_m_ = static_cast<Real>(p.epsilon_m);
+  Proxy::Parameters parameters;
+  parameters.spring = spring_;
+  parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
+  parameters.passes = c.passes;
+  parameters.radius_m = radius;
+  parameters.epsilon_m = epsilon_m_;
+  parameters.envelope = envelope_of(p);
+  parameters.never_turns = kSceneTraits.is_fixed(scene.is_fixed());
+  proxy_.configure(parameters);
+}
+
+void FreeMotion::reset() noexcept {
+  proxy_.reset();
+  damping_.has_error = false;
+  damping_.rate = PoseError{};
+}
+
+/// The damping's memory with this report: the backward difference of the error over the real time
+/// between reports, filtered.
+FreeMotion::Damping FreeMotion::damping_after(const PoseError& error,
+                                              std::int64_t stamp_ns) const noexcept {
+  Damping next = damping_;
+  const std::int64_t elapsed_ns = stamp_ns - damping_.stamp_ns;
+  if (damping_.has_error && elapsed_ns > 0) {
+    const Real per_s = 1.0e9_r / static_cast<Real>(elapsed_ns);
+    const auto follow = [per_s](Vec3& rate, const Vec3& now, const Vec3& before) {
+      rate += kRateShare * (per_s * (now - before) - rate);
+    };
+    follow(next.rate.translation_m, error.translation_m, damping_.error.translation_m);
+    follow(next.rate.rotation_rad, error.rotation_rad, damping_.error.rotation_rad);
+  }
+  next.error = error;
+  next.stamp_ns = stamp_ns;
+  next.has_error = true;
+  return next;
+}
+
+FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoom& room) noexcept {
+  FreePose free;
+  free.work = proxy_.tick(goal, room.scratch, room.near);
+  free.grip = proxy_.pose();
+  const PoseError& error = free.work.error;
+  if (free.work.limited) free.flags |= kFlagProxyLimited;
+  if (free.work.recovering) free.flags |= kFlagRecovery;
+  if (free.work.passes == free.work.rejected) free.flags |= kFlagProxyStuck;
+  const Real hooked = kHookedShare * radius_m_;
+  if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
+  free.spring_w = free.wrench_w = spring_wrench(spring_, error);
+  if (!kSceneTraits.coupling_damping || !(damping_.ns_per_m > 0)) return free;
+  // Damping B (p' - q_d') in translation and B L^2 in rotation.
+  damping_ = damping_after(error, stamp_ns);
+  const Real b = damping_.ns_per_m;
+  const Real b_r = b * spring_.length_m * spring_.length_m;
+  Wrench& wrench = free.wrench_w;
+  wrench.force_w +=
+      limited_damping(-b * damping_.rate.translation_m, wrench.force_w, damping_.share);
+  wrench.torque_w +=
+      limited_damping(-b_r * damping_.rate.rotation_rad, wrench.torque_w, damping_.share);
+  return free;
+}
+
+void FreeMotion::describe(std::uint32_t index, SearchRoom& room, const HullScratch& hull,
+                          ContactGeometry& out) noexcept {
+  const FeltContact& felt = proxy_.felt();
+  const auto end = felt.planes.begin() + felt.plane_count;
+  const auto is_of = [&](const FeltPlane& plane) { return plane.pair == index; };
+  if (std::none_of(felt.planes.begin(), end, is_of)) return;
+  const std::uint32_t near_begin = room.near.size(), nodes_begin = room.contact_nodes.size();
+  PairPose pose;
+  const NearResult found = proxy_.near_set_of(index, room.scratch, room.near, pose);
+  const std::span<NearNode> nodes(room.near.begin() + near_begin, room.near.size() - near_begin);
+  if (!nodes.empty()) {
+    locate_contacts(pose, nodes, false);
+    bool several_planes = false;
+    static_cast<void>(make_contact_patch(pose, nodes, found.d_near_m, epsilon_m_,
+                                         room.contact_nodes, several_planes));
+    ContactNodes contact;
+    contact.near = nodes;
+    contact.nodes = room.contact_nodes.view().subspan(nodes_begin);
+    contact.d_near_m = found.d_near_m;
+    contact.situation = situation_of(nodes, found.d_near_m, epsilon_m_, 1);
+    contact.epsilon_m = epsilon_m_;
+    describe_contact(*pose.pair, contact, proxy_.pose().x0_w, hull, out);
+    out.cut = out.cut || (found.flags & kNearSetCut) != 0;
+  }
+  room.near.truncate(near_begin);
+  room.contact_nodes.truncate(nodes_begin);
+}
+
+}  // namespace haptic

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Law proxy in a tick: the part's free configuration follows the goal, and its coupling pulls.
+
+#include <cstdint>
+
+#include "rt_core/contact/contact_polygon.hpp"
+#include "rt_core/contact/contact_region.hpp"
+#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/tick/goal.hpp"
+#include "rt_core/tick/step.hpp"
+
+namespace haptic {
+
+/// Working memory of searches for near sets; `near` also holds those of the search at the goal.
+struct SearchRoom {
+  NearScratch scratch;
+  BoundedList<NearNode> near;
+  BoundedList<std::uint32_t> contact_nodes;  ///< of them, those with their point in both features
+};
+
+/// Where the part is felt, and with what force.
+struct FreePose {
+  GripPose grip;    ///< the proxy
+  Wrench spring_w;  ///< the coupling's pull
+  Wrench wrench_w;  ///< with its damping
+  ProxyTick work;
+  std::uint32_t flags = 0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked
+};
+
+class FreeMotion {
+ public:
+  void place(Arena& arena, const SceneView& scene) noexcept { proxy_.place(arena, scene); }
+  /// `pairs`: of the scene, one each; they outlive it.
+  void read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept;
+  void reset() noexcept;
+  /// Moves the proxy towards the goal. `stamp_ns`: of this report. `room` is left as it was.
+  [[nodiscard]] FreePose move(const GripPose& goal, std::int64_t stamp_ns,
+                              SearchRoom& room) noexcept;
+
+  /// The proxy; null before its first tick.
+  [[nodiscard]] const GripPose* pose() const noexcept {
+    return proxy_.started() ? &proxy_.pose() : nullptr;
+  }
+  /// Planes that hold the proxy, of the last tick.
+  [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }
+  /// Contact of a pair that holds the proxy, from its near set there, into the emptied `out`; for
+  /// reports between ticks. `room` is left as it was.
+  void describe(std::uint32_t pair, SearchRoom& room, const HullScratch& hull,
+                ContactGeometry& out) noexcept;
+
+ private:
+  /// The damping's memory: error of the last report, and the filtered rate.
+  struct Damping {
+    Real ns_per_m = 0, share = 0;
+    PoseError error, rate;
+    std::int64_t stamp_ns = 0;
+    bool has_error = false;
+  };
+
+  [[nodiscard]] Damping damping_after(const PoseError& error, std::int64_t stamp_ns) const noexcept;
+
+  Proxy proxy_;
+  Spring spring_;
+  Real radius_m_ = 0;  ///< of A about the grip point
+  Real epsilon_m_ = 0;
+  Damping damping_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/tick/goal.hpp"
+
+#include "rt_core/scene/scene_traits.hpp"
+
+namespace haptic {
+namespace {
+
+Vec3 point_of(const double (&v)[3]) noexcept {
+  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
+}
+
+}  // namespace
+
+MotionEnvelope envelope_of(const SceneParameters& p) noexcept {
+  MotionEnvelope envelope;
+  const EnvelopeParameters& e = p.envelope;
+  if ((e.given & kOrientationGiven) != 0) {
+    const double* q = e.q_wa_xyzw;
+    envelope.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
+                         static_cast<Real>(q[2]))
+                        .normalized();
+    envelope.max_angle_rad = static_cast<Real>(e.max_angle_rad);
+  }
+  if ((e.given & kWorkspaceGiven) != 0) {
+    envelope.centre_w = (point_of(e.min_m) + point_of(e.max_m)) / 2;
+    envelope.half_extent_m = (point_of(e.max_m) - point_of(e.min_m)) / 2;
+  }
+  return envelope;
+}
+
+void GoalStage::read_scene(const SceneView& scene) noexcept {
+  const SceneParameters& p = scene.parameters();
+  grip_a_ = point_of(scene.bodies()[0].reference_m);
+  holds_ = kSceneTraits.is_law(p.law, LawId::kProxy);
+  envelope_ = envelope_of(p);
+  never_turns_ = scene.is_fixed();
+  if (is_fixed()) fixed_r_wa_ = envelope_.q_wa.toRotationMatrix();
+  anchor_.max_rotation_rad = static_cast<Real>(p.coupling.max_rotation_error_rad);
+  anchor_.max_translation_m = static_cast<Real>(p.coupling.max_translation_error_m);
+  anchor_.never_turns = is_fixed();
+}
+
+void GoalStage::reset() noexcept {
+  offset_ = Offset{};
+  watch_.reset();
+  left_ = false;
+}
+
+GripPose GoalStage::device_grip(const Pose& pose_wa) const noexcept {
+  GripPose device;
+  if (is_fixed()) {
+    device.q_wa = envelope_.q_wa;
+    device.r_wa = fixed_r_wa_;
+  } else {
+    device.q_wa = pose_wa.q_wa.normalized();
+    device.r_wa = device.q_wa.toRotationMatrix();
+  }
+  device.x0_w = pose_wa.p_wa + device.r_wa * grip_a_;
+  return device;
+}
+
+/// The offset with which the goal stands to the device as these two do.
+GoalStage::Offset GoalStage::offset_between(const GripPose& device,
+                                            const GripPose& goal) const noexcept {
+  Offset offset = offset_;
+  offset.translation_m = goal.x0_w - device.x0_w;
+  if (!is_fixed()) offset.rotation = (goal.q_wa * device.q_wa.conjugate()).normalized();
+  offset.is_zero = false;
+  return offset;
+}
+
+GripPose GoalStage::offset_goal(const GripPose& device) const noexcept {
+  GripPose goal = device;
+  if (offset_.is_zero) return goal;
+  goal.x0_w += offset_.translation_m;
+  if (!is_fixed()) {
+    goal.q_wa = (offset_.rotation * device.q_wa).normalized();
+    goal.r_wa = goal.q_wa.toRotationMatrix();
+  }
+  return goal;
+}
+
+/// EnvelopeSide of the goal, now and by the next tick.
+std::uint32_t GoalStage::outside_of(const GripPose& goal) noexcept {
+  const bool place = kSceneTraits.workspace_limits && envelope_.limits_place();
+  const bool turn = kSceneTraits.orientation_limits && envelope_.limits_turn();
+  if (!place && !turn) return 0;
+  return is_fixed() || !kSceneTraits.orientation_limits
+             ? watch_.update_place(envelope_, goal.x0_w)
+             : watch_.update(envelope_, goal.x0_w, goal.q_wa);
+}
+
+/// Holds the goal of law kProxy inside the envelope; the other laws measure at the pose itself.
+/// True: the goal was changed.
+bool GoalStage::hold(GripPose& goal) const noexcept {
+  const bool place = kSceneTraits.workspace_limits && envelope_.limits_place();
+  const bool turn = kSceneTraits.orientation_limits && envelope_.limits_turn();
+  if (!holds_ || (!place && !turn)) return false;
+  return is_fixed() || !kSceneTraits.orientation_limits ? hold_place(envelope_, goal)
+                                                        : hold_inside(envelope_, goal);
+}
+
+Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt) noexcept {
+  Goal goal;
+  goal.device = device_grip(pose_wa);
+  if (offset_.clutched && clutched) {  // the goal stays
+    goal.grip = frozen_;
+    goal.flags = kFlagClutched;
+  } else {
+    if (offset_.clutched) {  // on release it goes on from where it is
+      offset_ = offset_between(goal.device, frozen_);
+      offset_.clutched = false;
+    }
+    goal.grip = offset_goal(goal.device);
+    PoseError error;
+    if (felt != nullptr && limit_goal(anchor_, *felt, goal.grip, error)) {
+      offset_ = offset_between(goal.device, goal.grip);
+      goal.flags |= kFlagAnchorMoved;
+    }
+    if (clutched) {
+      offset_.clutched = true;
+      frozen_ = goal.grip;
+      goal.flags |= kFlagClutched;
+    }
+  }
+  goal.outside = outside_of(goal.grip);
+  left_ = left_ || goal.outside != 0;
+  if (left_) goal.flags |= kFlagOutsideEnvelope;
+  const bool held = hold(goal.grip);
+  const bool as_given = offset_.is_zero && !offset_.clutched && !held;
+  goal.pose_wa = as_given ? pose_wa : mesh_pose(goal.grip);
+  if (as_given && is_fixed()) goal.pose_wa.q_wa = goal.grip.q_wa;
+  return goal;
+}
+
+}  // namespace haptic

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// First stage of a tick: from the device's pose to the goal, where the device asks the part to be.
+
+#include <cstdint>
+
+#include "rt_core/base/motion_envelope.hpp"
+#include "rt_core/base/pose.hpp"
+#include "rt_core/law/coupling.hpp"
+#include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/step.hpp"
+
+namespace haptic {
+
+struct Goal {
+  GripPose device;            ///< the device's pose, at the grip point
+  GripPose grip;              ///< the goal, at the grip point
+  Pose pose_wa;               ///< the goal of A's mesh frame
+  std::uint32_t outside = 0;  ///< EnvelopeSide of the scene's envelope
+  std::uint32_t flags = 0;    ///< kFlagClutched, kFlagAnchorMoved, kFlagOutsideEnvelope
+};
+
+/// What the scene says about where the part goes.
+[[nodiscard]] MotionEnvelope envelope_of(const SceneParameters& parameters) noexcept;
+
+/// Clutch, anchor and envelope. Keeps the goal's offset from the device.
+class GoalStage {
+ public:
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+  /// `felt`: the proxy, from which an anchored goal goes no farther than its limits; null: none.
+  [[nodiscard]] Goal update(const Pose& pose_wa, bool clutched, const GripPose* felt) noexcept;
+
+  [[nodiscard]] const MotionEnvelope& envelope() const noexcept { return envelope_; }
+  /// Pose of A's mesh frame.
+  [[nodiscard]] Pose mesh_pose(const GripPose& grip) const noexcept {
+    return {grip.x0_w - grip.r_wa * grip_a_, grip.q_wa};
+  }
+
+ private:
+  /// Where the goal lies off the device: what the clutch and the anchor have added.
+  struct Offset {
+    Vec3 translation_m = Vec3::Zero();
+    Quat rotation = Quat::Identity();
+    bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
+    bool clutched = false;
+  };
+
+  [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns_); }
+  [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
+  [[nodiscard]] Offset offset_between(const GripPose& device, const GripPose& goal) const noexcept;
+  [[nodiscard]] GripPose offset_goal(const GripPose& device) const noexcept;
+  [[nodiscard]] std::uint32_t outside_of(const GripPose& goal) noexcept;
+  [[nodiscard]] bool hold(GripPose& goal) const noexcept;
+
+  Vec3 grip_a_ = Vec3::Zero();  ///< grip point in A's mesh frame
+  bool holds_ = false;          ///< law kProxy: the goal is held inside the envelope
+  bool never_turns_ = false;    ///< the envelope is one orientation, whatever the device's is
+  Mat3 fixed_r_wa_ = Mat3::Identity();  ///< that orientation
+  MotionEnvelope envelope_;
+  AnchorLimits anchor_;
+  Offset offset_;
+  GripPose frozen_;  ///< the goal while clutched
+  EnvelopeWatch watch_;
+  bool left_ = false;  ///< the envelope, since the last reset
+};
+
+}  // namespace haptic

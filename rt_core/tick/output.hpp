@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Last stage of a tick: from the law's wrench to the output, by ramps and passivity; and the
+/// estimate of the device's twist.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/twist_estimator.hpp"
+#include "rt_core/safety/passivity.hpp"
+#include "rt_core/safety/wrench_ramp.hpp"
+#include "rt_core/scene/scene_traits.hpp"
+#include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/step.hpp"
+
+namespace haptic {
+
+/// The law's wrench, and the part of it that is the spring's pull.
+struct LawWrench {
+  Wrench wrench_w, spring_w;
+};
+
+struct Output {
+  Wrench wrench_w, spring_w;  ///< as in StepResult
+  Twist device_twist_w;
+  Real energy_j = 0;
+  std::uint32_t flags = 0;  ///< kFlagRamping, kFlagPassivity
+};
+
+class OutputStage {
+ public:
+  void place(Arena& arena, const SceneView& scene) noexcept;
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+  /// Time of this report; without stamps ticks are a period apart.
+  [[nodiscard]] std::int64_t stamp_of(const StepInput& input) const noexcept;
+  /// `flags`: of the stages before; those that ask for a ramp out do so. Once a tick.
+  [[nodiscard]] Output finish(const LawWrench& law, const GripPose& device, const StepInput& input,
+                              std::uint32_t flags) noexcept;
+
+ private:
+  std::int64_t period_ns_ = 0;
+  std::int64_t stamp_ns_ = 0;       ///< of the last report
+  bool has_stamp_ = false;          ///< there was one since the last reset
+  bool observes_ = false;           ///< the passivity layer acts
+  bool device_translates_ = false;  ///< the device is taken for one of three degrees of freedom
+  Passivity passivity_;
+  WrenchRamp ramp_;
+  std::span<TwistEstimator> twist_;  ///< one where the scene names a device, else none
+};
+
+}  // namespace haptic
