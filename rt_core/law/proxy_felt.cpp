@@ -16,13 +16,14 @@ struct FeltPoint {
   Real above_m = 0;
 };
 
-/// The contact points of all planes.
+/// The contact points of all planes: all are counted, the first are kept for the situation.
 struct FeltPoints {
-  std::array<FeltPoint, kMaxFeltPlanes * kMaxManifoldPoints> points;
-  std::uint32_t count = 0;
+  std::array<FeltPoint, 2 * kMaxManifoldPoints> points;
+  std::uint32_t count = 0, kept = 0;
 
   void add(const Vec3& app_w, Real above_m) noexcept {
-    if (count < points.size()) points[count++] = {app_w, above_m};
+    count += 1;
+    if (kept < points.size()) points[kept++] = {app_w, above_m};
   }
 };
 
@@ -58,7 +59,7 @@ ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Rea
   // The first point that touches, the one farthest from it, then one beside the line through both.
   const FeltPoint* first = nullptr;
   Vec3 span = Vec3::Zero();
-  for (std::uint32_t k = 0; k < points.count; ++k) {
+  for (std::uint32_t k = 0; k < points.kept; ++k) {
     const FeltPoint& p = points.points[k];
     if (!(p.above_m < tolerance)) continue;
     if (first == nullptr) first = &p;
@@ -67,7 +68,7 @@ ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Rea
   }
   const Real length = std::sqrt(span.squaredNorm());
   if (first == nullptr || length <= tolerance) return single_contact(felt.planes[0].type);
-  for (std::uint32_t k = 0; k < points.count; ++k) {
+  for (std::uint32_t k = 0; k < points.kept; ++k) {
     const FeltPoint& p = points.points[k];
     if (!(p.above_m < tolerance)) continue;
     const Vec3 aside = span.cross(p.app_w - first->app_w);

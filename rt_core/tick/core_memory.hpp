@@ -22,7 +22,7 @@ struct CoreMemory {
   static constexpr std::size_t kOffset = alignof(std::uint64_t);
 
   GoalStage goal;
-  GoalContact goal_contact;
+  GoalContactStage goal_contact;
   FreeMotion free_motion;      ///< law kProxy only
   DirectWrench direct_wrench;  ///< the other laws
   OutputStage output;

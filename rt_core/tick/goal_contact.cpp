@@ -41,7 +41,7 @@ void SearchWork::add(const SearchWork& other) noexcept {
   flags |= other.flags;
 }
 
-void GoalContact::place(Arena& arena, const SceneView& scene) noexcept {
+void GoalContactStage::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
   const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;
   arena.enter(StatePart::kPairs);
@@ -79,7 +79,8 @@ void GoalContact::place(Arena& arena, const SceneView& scene) noexcept {
   points_ = BoundedList<Vec3>(arena.take<Vec3>(is_paper ? near_nodes : 0));
 }
 
-void GoalContact::read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept {
+void GoalContactStage::read_scene(const SceneView& scene,
+                                  std::span<const PairView> pairs) noexcept {
   const SceneParameters& p = scene.parameters();
   views_ = pairs;
   law_ = p.law;
@@ -110,7 +111,7 @@ void GoalContact::read_scene(const SceneView& scene, std::span<const PairView> p
   }
 }
 
-void GoalContact::reset() noexcept {
+void GoalContactStage::reset() noexcept {
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     PairState& pair = pairs_[i];
     if (!is_fixed()) pair.bounds.reset(views_[i].marks);
@@ -129,7 +130,7 @@ void GoalContact::reset() noexcept {
 }
 
 /// Odometers, each step rounded up; a tick at rest leaves them alone.
-std::uint32_t GoalContact::advance(const GripPose& goal) noexcept {
+std::uint32_t GoalContactStage::advance(const GripPose& goal) noexcept {
   tick_ += 1;
   room_.near.clear();
   room_.contact_nodes.clear();
@@ -158,7 +159,7 @@ std::uint32_t GoalContact::advance(const GripPose& goal) noexcept {
   return flags;
 }
 
-Odometer GoalContact::odometer(const PairGate& gate) const noexcept {
+Odometer GoalContactStage::odometer(const PairGate& gate) const noexcept {
   if (is_fixed()) return {motion_.path_m, motion_.path_m};
   const double swept = bodies_[gate.body_b].swept_m;
   return {motion_.path_m + (swept + motion_.turn_rad * gate.reach_b_m),
@@ -167,7 +168,7 @@ Odometer GoalContact::odometer(const PairGate& gate) const noexcept {
 
 /// Looks at every pair that no plane proves to be far, nearest first while the budget lasts; the
 /// others keep their last plane.
-ContactSet GoalContact::search(const GripPose& goal) noexcept {
+ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
   searched_at_ = tick_;
   ContactSet set;
   set.searched = true;
@@ -223,7 +224,8 @@ ContactSet GoalContact::search(const GripPose& goal) noexcept {
 }
 
 /// Renews the gate's plane where the last one tells nothing any more.
-GoalContact::Gated GoalContact::pass_gate(std::uint32_t index, const GripPose& goal) noexcept {
+GoalContactStage::Gated GoalContactStage::pass_gate(std::uint32_t index,
+                                                    const GripPose& goal) noexcept {
   PairGate& gate = gates_[index];
   const Odometer now = odometer(gate);
   Gated result;
@@ -243,7 +245,7 @@ GoalContact::Gated GoalContact::pass_gate(std::uint32_t index, const GripPose& g
 }
 
 /// The pair's pose; turns the vertices of its piece of A if no pair before it has.
-PairPose GoalContact::pose_of(std::uint32_t pair, const GripPose& goal) noexcept {
+PairPose GoalContactStage::pose_of(std::uint32_t pair, const GripPose& goal) noexcept {
   const PairView& view = views_[pair];
   const Vec3 y_w = goal.x0_w - bodies_[gates_[pair].body_b].reference_w;
   if (is_fixed()) return make_pair_pose(view, view.a.lanes, goal.r_wa, y_w);
@@ -257,7 +259,7 @@ PairPose GoalContact::pose_of(std::uint32_t pair, const GripPose& goal) noexcept
 }
 
 /// Near set, verdict and contact of a pair.
-SearchWork GoalContact::visit(std::uint32_t index, const GripPose& goal) noexcept {
+SearchWork GoalContactStage::visit(std::uint32_t index, const GripPose& goal) noexcept {
   PairState& pair = pairs_[index];
   const PairPose pose = pose_of(index, goal);
   const Odometer now = odometer(gates_[index]);
@@ -313,8 +315,8 @@ SearchWork GoalContact::visit(std::uint32_t index, const GripPose& goal) noexcep
 
 /// Of a colliding pair: its contact over the nodes that carry force. It is that of the search
 /// before where the nearest C-face carries force itself; else the near set is searched again.
-GoalContact::LiveContact GoalContact::live_contact(PairState& pair, const PairPose& pose,
-                                                   const NearResult& found) noexcept {
+GoalContactStage::LiveContact GoalContactStage::live_contact(PairState& pair, const PairPose& pose,
+                                                             const NearResult& found) noexcept {
   const PairView& view = *pose.pair;
   const bool bears =
       found.attained && (is_fixed() ? has_force(view.planes[found.support.a], PlaneForce::kBears)
@@ -329,7 +331,7 @@ GoalContact::LiveContact GoalContact::live_contact(PairState& pair, const PairPo
 }
 
 /// No budget is left for this pair: its last nearest C-face is taken to be the nearest still.
-SearchWork GoalContact::hold(std::uint32_t index, const GripPose& goal) noexcept {
+SearchWork GoalContactStage::hold(std::uint32_t index, const GripPose& goal) noexcept {
   PairState& pair = pairs_[index];
   const PairPose pose = pose_of(index, goal);
   const NodePlane plane = node_plane(pose, pair.best.type, pair.best.i, pair.best.j);
@@ -346,7 +348,7 @@ SearchWork GoalContact::hold(std::uint32_t index, const GripPose& goal) noexcept
 }
 
 /// Contact region of a pair whose near set stands in the list; flags.
-std::uint32_t GoalContact::touch(std::uint32_t index, const PairPose& pose) noexcept {
+std::uint32_t GoalContactStage::touch(std::uint32_t index, const PairPose& pose) noexcept {
   PairState& pair = pairs_[index];
   pair.contact_begin = room_.contact_nodes.size();
   pair.contact_count = 0;
@@ -384,7 +386,7 @@ std::uint32_t GoalContact::touch(std::uint32_t index, const PairPose& pose) noex
   return is_paper && several_planes ? std::uint32_t{kFlagSeveralPlanes} : 0u;
 }
 
-PairReport GoalContact::report(std::uint32_t index) const noexcept {
+PairReport GoalContactStage::report(std::uint32_t index) const noexcept {
   const PairState& pair = pairs_[index];
   PairReport report;
   if (tick_ == 0 || searched_at_ != tick_) return report;
@@ -420,8 +422,8 @@ PairReport GoalContact::report(std::uint32_t index) const noexcept {
   return report;
 }
 
-void GoalContact::describe(std::uint32_t index, const HullScratch& hull,
-                           ContactGeometry& out) const noexcept {
+void GoalContactStage::describe(std::uint32_t index, const HullScratch& hull,
+                                ContactGeometry& out) const noexcept {
   const PairState& pair = pairs_[index];
   if (tick_ == 0 || searched_at_ != tick_ || pair.visited_at == 0) return;
   const PairGate& gate = gates_[index];

@@ -46,7 +46,7 @@ struct ContactSet {
 };
 
 /// Keeps what a search needs of the one before: bounds, gates, certificates.
-class GoalContact {
+class GoalContactStage {
  public:
   void place(Arena& arena, const SceneView& scene) noexcept;
   /// `pairs`: of the scene, one each; they outlive it.
