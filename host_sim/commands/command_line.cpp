@@ -2,10 +2,9 @@
 #include "host_sim/commands/command_line.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
 
 #include "tools/common/error.hpp"
+#include "tools/common/run_main.hpp"
 
 namespace haptic::sim {
 
@@ -17,18 +16,12 @@ int run_program(CLI::App& program, std::span<const Command> commands, int argc, 
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? tools::kExitDone : tools::kExitUsage;
   }
-  try {
+  return tools::run_main(name.c_str(), [&]() -> int {
     for (const Command& command : commands) {
       if (command.app->parsed()) return command.run();
     }
-  } catch (const tools::InputError& error) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
-    return tools::kExitBadInput;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: the operating system refused: %s\n", name.c_str(), error.what());
-    return tools::kExitDeviceOrOs;
-  }
-  return tools::kExitUsage;
+    return tools::kExitUsage;
+  });
 }
 
 }  // namespace haptic::sim

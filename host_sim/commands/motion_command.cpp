@@ -5,10 +5,10 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/report/output_file.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/motion_script.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 
@@ -21,7 +21,7 @@ Command add_motion_command(CLI::App& program) {
   app->add_option("script", options->script, "motion script (TOML)")->required();
   app->add_option("--out", options->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();
   return {app, [options] {
-            require_writable_folder(options->out);
+            tools::claim_output(options->out, "--out");
             const MotionScript script = read_motion_script(options->script);
             const std::vector<MotionSample> motion = make_motion(script);
             write_motion_csv(options->out, motion);

@@ -17,6 +17,7 @@
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -36,9 +37,10 @@ double half_period_s(const std::vector<MotionSample>& motion) {
 }
 
 int do_replay(const ReplayArguments& o) {
-  for (const std::string* path : {&o.out, &o.plot, &o.contacts}) {
-    if (!path->empty()) require_writable_folder(*path);
-  }
+  tools::claim_output(o.out, "--out");
+  tools::claim_output(o.plot, "--plot");
+  tools::claim_output(o.contacts, "--contacts");
+  tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
   const std::vector<MotionSample> motion = read_motion_csv(o.motion);
   std::vector<ReferenceSample> reference;

@@ -4,7 +4,6 @@
 // [--record FILE] [--json]
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -22,6 +21,7 @@
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -138,12 +138,8 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
 }
 
 int do_run(const RunArguments& o) {
-  if (!o.out.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(o.out, error);
-    require_writable_folder(o.out + "/run.csv");
-  }
-  if (!o.record.empty()) require_writable_folder(o.record);
+  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
+  tools::claim_output(o.record, "--record");
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);

@@ -14,6 +14,7 @@
 #include "host_sim/device/recorded_tracks.hpp"
 #include "host_sim/device/reference_usb.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -344,6 +345,7 @@ PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file
 }
 
 std::vector<std::uint8_t> read_recording(const std::string& path) {
+  tools::note_input(path, "the recording");
   std::ifstream stream(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0) throw tools::InputError(path + ": cannot be opened; check the path");

@@ -157,7 +157,7 @@ const char* to_text(DeviceFaultKind kind) {
 
 std::vector<DeviceFaultEvent> read_fault_script(const std::string& path, double rate_hz) {
   const ScriptReader reader(path, rate_hz);
-  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes);
+  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes, "the fault script");
   return reader.events(root);
 }
 

@@ -71,7 +71,7 @@ void read_key(const std::string& path, std::string_view key, const toml::node& n
 }  // namespace
 
 DeviceModel read_device_file(const std::string& path, double rate_hz) {
-  const toml::table root = tools::read_toml_file(path, kLargestFileBytes);
+  const toml::table root = tools::read_toml_file(path, kLargestFileBytes, "the device file");
   DeviceModel model;
   const toml::table* device = nullptr;
   for (const auto& [key, node] : root) {

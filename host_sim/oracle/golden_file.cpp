@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -176,6 +177,7 @@ GoldenCase golden_case(const Place& p) {
 }  // namespace
 
 GoldenFile read_golden_file(const std::string& path) {
+  tools::note_input(path, "the golden file");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw tools::InputError(path + ": cannot be opened; check the name");
   const std::string text((std::istreambuf_iterator<char>(stream)),

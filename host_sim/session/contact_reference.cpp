@@ -6,10 +6,12 @@
 #include <fstream>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 
 std::vector<ReferenceSample> read_contact_reference(const std::string& path) {
+  tools::note_input(path, "the reference");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw tools::InputError(path + ": cannot be opened; check the name");
   std::vector<ReferenceSample> samples;

@@ -7,16 +7,17 @@
 #include <fstream>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::sim {
 
 CoreSession::CoreSession(const std::string& scene_path) {
+  tools::note_input(scene_path, "the compiled scene");
   std::ifstream stream(scene_path, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0)
-    throw tools::InputError(scene_path +
-                            ": cannot be opened; compile the scene first, or check the path");
+    throw tools::InputError(scene_path + ": not a file; give the path of a compiled scene");
   blob_ = AlignedBytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);

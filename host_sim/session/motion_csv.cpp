@@ -7,10 +7,13 @@
 #include <cstddef>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string_view>
 #include <system_error>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -23,6 +26,7 @@ constexpr std::array<std::string_view, 8> kColumns = {"t", "x", "y", "z", "qw", 
 }
 
 std::string read_whole_file(const std::string& path) {
+  tools::note_input(path, "the motion");
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw tools::InputError(path + ": cannot be opened; check the path and its permissions");
@@ -149,11 +153,7 @@ void write_motion_csv(const std::string& path, const std::vector<MotionSample>& 
     }
     text += '\n';
   }
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file)
-    throw tools::InputError(path + ": cannot be written; check the folder and the free space");
+  tools::write_files({{path, std::as_bytes(std::span(text))}});
 }
 
 }  // namespace haptic::sim

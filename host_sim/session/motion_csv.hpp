@@ -22,7 +22,7 @@ constexpr double kMotionQuaternionTolerance = 1.0e-3;
 
 /// Writes a motion with fixed digits: time 6, positions 9, quaternions 12, lines ending in LF.
 /// Equal samples give equal bytes.
-/// @throws tools::InputError  the file cannot be written.
+/// @throws tools::OsError  the file cannot be written.
 void write_motion_csv(const std::string& path, const std::vector<MotionSample>& motion);
 
 }  // namespace haptic::sim

@@ -257,7 +257,7 @@ std::size_t segment_end(const MotionScript& script, double t_s) {
 
 MotionScript read_motion_script(const std::string& path) {
   const Reader reader(path);
-  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes);
+  const toml::table root = tools::read_toml_file(path, kLargestScriptBytes, "the motion script");
   reader.check_keys(root, {"format", "rate_hz", "seed", "tremor", "waypoint"});
   reader.number(reader.required(root, "format"), "format", 1.0, 1.0);
   MotionScript script;

@@ -31,7 +31,7 @@ struct DriveFile {
 };
 
 DriveFile read_drive(const std::string& path) {
-  const std::string bytes = tools::read_text_file(path, kMostBytes);
+  const std::string bytes = tools::read_text_file(path, kMostBytes, "the drive");
   DriveFile file;
   const std::size_t elements = bytes.size() / sizeof(DriveTick);
   if (elements > 0)

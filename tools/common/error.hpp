@@ -4,7 +4,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace haptic::tools {
 
@@ -15,6 +14,19 @@ enum ExitCode : int {
   kExitUsage = 2,        ///< unknown option or missing argument
   kExitBadInput = 3,     ///< a file cannot be read or cannot be mended
   kExitDeviceOrOs = 4    ///< the device or the operating system refused
+};
+
+/// The command line asks for what cannot be meant: kExitUsage. Form: "m.csv: --out would overwrite
+/// the motion; give another name".
+class UsageError : public std::runtime_error {
+ public:
+  explicit UsageError(const std::string& text) : std::runtime_error(text) {}
+};
+
+/// The operating system refused: kExitDeviceOrOs.
+class OsError : public std::runtime_error {
+ public:
+  explicit OsError(const std::string& text) : std::runtime_error(text) {}
 };
 
 /// Bad input. The text is complete for a person: file, place (line, byte offset or metres), defect,

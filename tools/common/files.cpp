@@ -7,10 +7,12 @@
 
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -19,13 +21,11 @@ namespace {
 /// exhaust the memory.
 constexpr std::uintmax_t kMaxSceneBytes = std::uintmax_t{1} << 33;
 
-std::uintmax_t checked_size(const std::filesystem::path& path, std::uintmax_t limit) {
+std::uintmax_t checked_size(const std::filesystem::path& path, const std::string& role,
+                            std::uintmax_t limit) {
+  note_input(path, role);
   std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw InputError(path.string() + ": no such file; check the path");
-  }
-  if (!std::filesystem::is_regular_file(status)) {
+  if (!std::filesystem::is_regular_file(path, error)) {
     throw InputError(path.string() + ": not a file; give the path of a file");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
@@ -46,16 +46,68 @@ void read_into(const std::filesystem::path& path, char* to, std::uintmax_t size)
   }
 }
 
+[[noreturn]] void fail_to_write(const std::filesystem::path& path, int error) {
+  throw OsError(path.string() + ": cannot be written: " + std::strerror(error));
+}
+
+int write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ::ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+/// The file that a chain of links ends in, which need not exist.
+std::filesystem::path end_of_links(std::filesystem::path path) {
+  constexpr int kMostLinks = 40;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(path, error); ++i) {
+    const std::filesystem::path next = std::filesystem::read_symlink(path, error);
+    if (error) break;
+    path = next.is_absolute() ? next : path.parent_path() / next;
+  }
+  return path;
+}
+
+/// A rename would replace a device, a pipe, or what a name such as /dev/stdout stands for.
+bool is_written_directly(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status))
+    throw OsError(path.string() + ": is a folder; choose another name");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return true;
+  const std::string name = path.string();
+  return name.starts_with("/dev/") || name.starts_with("/proc/");
+}
+
+/// Standard output is written through its own descriptor, so that its place in a file is kept.
+void write_directly(const PendingFile& file) {
+  struct stat target {
+  }, standard_output{};
+  const bool own =
+      ::stat(file.path.c_str(), &target) == 0 && ::fstat(STDOUT_FILENO, &standard_output) == 0 &&
+      target.st_dev == standard_output.st_dev && target.st_ino == standard_output.st_ino;
+  if (own && std::fflush(stdout) != 0) fail_to_write(file.path, errno);
+  const int descriptor = own ? STDOUT_FILENO : ::open(file.path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor < 0) fail_to_write(file.path, errno);
+  const int error = write_all(descriptor, file.bytes);
+  const int close_error = own || ::close(descriptor) == 0 ? 0 : errno;
+  if (error != 0 || close_error != 0) fail_to_write(file.path, error != 0 ? error : close_error);
+}
+
 /// A temporary beside the target, so that the rename stays within one file system. Removed unless
 /// it was renamed.
 class Temporary {
  public:
-  explicit Temporary(const PendingFile& file) : target_(file.path) {
+  explicit Temporary(const PendingFile& file) : target_(end_of_links(file.path)) {
     name_ = target_.string() + ".XXXXXX";
     const int descriptor = ::mkstemp(name_.data());
     if (descriptor < 0) fail(errno);
     open_ = true;
-    const int error = write_all(descriptor, file.bytes);
+    const int error = keep(descriptor, file.bytes);
     const int close_error = ::close(descriptor) == 0 ? 0 : errno;
     if (error != 0 || close_error != 0) {
       remove();
@@ -77,13 +129,9 @@ class Temporary {
   }
 
  private:
-  static int write_all(int descriptor, std::span<const std::byte> bytes) {
-    while (!bytes.empty()) {
-      const ::ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) return errno;
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
+  static int keep(int descriptor, std::span<const std::byte> bytes) {
+    const int error = write_all(descriptor, bytes);
+    if (error != 0) return error;
     // mkstemp makes the file private; an output gets what a plain open would give it.
     const ::mode_t mask = ::umask(0);
     ::umask(mask);
@@ -94,9 +142,7 @@ class Temporary {
     if (open_) ::unlink(name_.c_str());
     open_ = false;
   }
-  [[noreturn]] void fail(int error) const {
-    throw OsError(target_.string() + ": cannot be written: " + std::strerror(error));
-  }
+  [[noreturn]] void fail(int error) const { fail_to_write(target_, error); }
 
   std::filesystem::path target_;
   std::string name_;
@@ -105,31 +151,32 @@ class Temporary {
 
 }  // namespace
 
-std::string read_text_file(const std::filesystem::path& path, std::size_t limit) {
-  std::string text(checked_size(path, limit), '\0');
+std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
+                           const std::string& role) {
+  std::string text(checked_size(path, role, limit), '\0');
   read_into(path, text.data(), text.size());
   return text;
 }
 
 SceneBytes read_scene_bytes(const std::filesystem::path& path) {
-  SceneBytes bytes(checked_size(path, kMaxSceneBytes));
+  SceneBytes bytes(checked_size(path, "the compiled scene", kMaxSceneBytes));
   read_into(path, reinterpret_cast<char*>(bytes.span().data()), bytes.span().size());
   return bytes;
 }
 
 void write_files(const std::vector<PendingFile>& files) {
+  for (const PendingFile& file : files) require_no_input(file.path);
   std::vector<Temporary> temporaries;
   temporaries.reserve(files.size());
+  std::vector<const PendingFile*> direct;
   for (const PendingFile& file : files) {
-    // A rename would replace a device such as /dev/null, and a folder would fail only after all was
-    // written.
-    std::error_code error;
-    const auto status = std::filesystem::status(file.path, error);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-      throw OsError(file.path.string() + ": exists and is not a regular file; choose another name");
+    if (is_written_directly(file.path)) {
+      direct.push_back(&file);
+    } else {
+      temporaries.emplace_back(file);
     }
-    temporaries.emplace_back(file);
   }
+  for (const PendingFile* file : direct) write_directly(*file);
   for (Temporary& temporary : temporaries) temporary.rename();
 }
 

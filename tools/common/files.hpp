@@ -5,22 +5,18 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 
 namespace haptic::tools {
 
-/// The operating system refused: exit code kExitDeviceOrOs.
-class OsError : public std::runtime_error {
- public:
-  explicit OsError(const std::string& text) : std::runtime_error(text) {}
-};
-
 /// @throws InputError when the file is missing, a folder, unreadable or larger than `limit` bytes.
-std::string read_text_file(const std::filesystem::path& path, std::size_t limit);
+/// `role`: what it is to this run, for note_input (tools/common/file_roles.hpp).
+std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
+                           const std::string& role);
 
 /// A compiled scene in aligned memory, unchecked. @throws InputError as above.
 SceneBytes read_scene_bytes(const std::filesystem::path& path);
@@ -33,7 +29,10 @@ struct PendingFile {
 
 /// Writes every file to a temporary beside it, and only when all are on disk renames them into
 /// place: on any failure no file has changed and no temporary is left (a failing rename, after all
-/// were written, can leave earlier files renamed). @throws OsError naming the path and the reason.
+/// were written, can leave earlier files renamed). A link keeps its place, its target is written. A
+/// device such as /dev/stdout or a pipe is written directly.
+/// @throws OsError naming the path and the reason; UsageError when a path is an input of this run
+///         (tools/common/file_roles.hpp).
 void write_files(const std::vector<PendingFile>& files);
 
 }  // namespace haptic::tools

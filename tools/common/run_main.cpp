@@ -3,8 +3,8 @@
 
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <new>
+#include <stdexcept>
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -15,17 +15,20 @@ int run_main(const char* program, const std::function<int()>& body) {
   const auto say = [&](const char* text) { std::fprintf(stderr, "%s: %s\n", program, text); };
   try {
     return body();
+  } catch (const UsageError& error) {
+    say(error.what());
+    return kExitUsage;
   } catch (const InputError& error) {
     say(error.what());
     return kExitBadInput;
   } catch (const OsError& error) {
     say(error.what());
     return kExitDeviceOrOs;
-  } catch (const std::filesystem::filesystem_error& error) {
-    say(error.what());
-    return kExitDeviceOrOs;
   } catch (const std::bad_alloc&) {
     say("out of memory");
+    return kExitDeviceOrOs;
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "%s: the operating system refused: %s\n", program, error.what());
     return kExitDeviceOrOs;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: internal error, please report it with the input: %s\n", program,

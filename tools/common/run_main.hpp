@@ -6,9 +6,9 @@
 
 namespace haptic::tools {
 
-/// Runs `body` and returns its exit code; InputError gives kExitBadInput, OsError and exhausted
-/// memory kExitDeviceOrOs, anything else (a defect of the program) kExitCheckFailed. The line
-/// starts with `program`.
+/// Runs `body` and returns its exit code; UsageError gives kExitUsage, InputError kExitBadInput,
+/// exhausted memory and what the operating system refuses kExitDeviceOrOs, any other
+/// exception (a defect of the program) kExitCheckFailed. The line starts with `program`.
 int run_main(const char* program, const std::function<int()>& body);
 
 }  // namespace haptic::tools

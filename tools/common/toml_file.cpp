@@ -7,8 +7,9 @@
 
 namespace haptic::tools {
 
-toml::table read_toml_file(const std::string& path, std::size_t largest_bytes) {
-  const std::string text = read_text_file(path, largest_bytes);
+toml::table read_toml_file(const std::string& path, std::size_t largest_bytes,
+                           const std::string& role) {
+  const std::string text = read_text_file(path, largest_bytes, role);
   check_toml_text(text, path);
   try {
     return toml::parse(text, path);

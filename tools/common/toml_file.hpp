@@ -8,8 +8,9 @@
 
 namespace haptic::tools {
 
-/// @throws InputError "path:LINE: defect" where it is no TOML, and as read_text_file and
-/// check_toml_text do.
-[[nodiscard]] toml::table read_toml_file(const std::string& path, std::size_t largest_bytes);
+/// `role`: as in read_text_file. @throws InputError "path:LINE: defect" where it is no TOML, and as
+/// read_text_file and check_toml_text do.
+[[nodiscard]] toml::table read_toml_file(const std::string& path, std::size_t largest_bytes,
+                                         const std::string& role);
 
 }  // namespace haptic::tools

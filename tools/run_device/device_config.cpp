@@ -13,6 +13,7 @@
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/drivers/spacemouse_driver.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/toml_table.hpp"
@@ -81,6 +82,9 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
       if (named && *named != "falcon")
         device->fail("firmware", "only the falcon loads firmware; remove the key");
       if (own) firmware = (folder / *file).string();
+      std::error_code error;
+      if (own && std::filesystem::is_regular_file(firmware, error))
+        note_input(firmware, "the firmware");
     }
   }
   config.driver_name = driver;
@@ -177,7 +181,7 @@ void read_switches(const TomlTable& top, SwitchMap& switches) {
 }
 
 toml::table parsed(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path, kLargestFileBytes);
+  const std::string text = read_text_file(path, kLargestFileBytes, "the configuration");
   check_toml_text(text, path.string());
   try {
     return toml::parse(text, path.string());
@@ -208,6 +212,7 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
     top.fail("scene", "no file '" + *scene +
                           "'; compile it with graph_compiler; the path counts from this file's "
                           "folder");
+  note_input(config.scene, "the compiled scene");
   read_device(top, folder, device, config);
   read_loop(top, config.loop);
   read_workspace(top, config);
@@ -216,6 +221,7 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
   if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
     config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
     if (const auto file = recorder->text("crash_file")) config.crash_file = folder / *file;
+    claim_output(config.crash_file, "crash_file");
   }
   return config;
 }

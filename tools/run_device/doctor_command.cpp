@@ -12,6 +12,7 @@
 #include "hal/realtime/doctor.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/run_device/commands.hpp"
 #include "tools/run_device/doctor_report.hpp"
@@ -51,6 +52,7 @@ int examine_machine(const Options& o) {
     write(std::string(hal::deploy_text(o.print)));
     return kExitDone;
   }
+  claim_output(o.histogram, "--histogram");
   hal::LinuxProbes probes;
   const auto measurement = std::make_unique<hal::WakeupMeasurement>();
   const hal::DoctorQuestions questions = questions_of(o);

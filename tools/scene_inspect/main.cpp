@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
@@ -65,9 +65,6 @@ BudgetLimits limits_of(const std::string& path, const std::string& scene) {
 void write_exploded(const SceneView& view, const Inspection& inspection,
                     const Arguments& arguments) {
   const std::filesystem::path folder(arguments.explode);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw OsError(arguments.explode + ": cannot make this folder: " + error.message());
   const std::vector<ExplodedBody> bodies =
       exploded_bodies(view, inspection.pruning.exposure, arguments.explode_factor);
   const std::string svg = exploded_svg(inspection.facts.name, bodies, arguments.explode_factor);
@@ -81,6 +78,7 @@ int inspect(const Arguments& arguments) {
   const SceneBytes bytes = read_scene_bytes(arguments.scene);
   const SceneView view = opened(arguments.scene, bytes);
   const Inspection inspection = inspection_of(view);
+  claim_folder(arguments.explode, "--explode", {"exploded.svg", "exploded.obj", "exploded.mtl"});
   const BudgetLimits limits = limits_of(arguments.budget, inspection.facts.name);
   if (!arguments.explode.empty()) write_exploded(view, inspection, arguments);
   std::string text;

@@ -3,7 +3,6 @@
 // [--k-r K]
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -12,6 +11,7 @@
 #include "host_sim/lab/laws/law_plot.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -56,17 +56,14 @@ std::string picture(std::span<const LawRun> runs, const std::string& title) {
 }
 
 int do_compare_laws(const CompareLawsArguments& o) {
-  if (o.towards.size() != 3) throw tools::InputError("--towards needs three numbers");
+  if (o.towards.size() != 3) throw tools::UsageError("--towards needs three numbers");
   double towards[3] = {o.towards[0], o.towards[1], o.towards[2]};
   const double norm = length(towards);
-  if (!(norm > 0)) throw tools::InputError("--towards has no direction");
+  if (!(norm > 0))
+    throw tools::UsageError("--towards: 0,0,0 has no direction; give three numbers such as 0,0,-1");
   for (double& x : towards) x /= norm;
-  std::error_code error;
-  std::filesystem::create_directories(o.out, error);
-  if (error || !std::filesystem::is_directory(o.out)) {
-    throw tools::InputError(o.out + ": the folder cannot be made" +
-                            (error ? ": " + error.message() : "") + "; name another");
-  }
+  tools::claim_folder(o.out, "--out",
+                      {"compare_laws.csv", "compare_laws.json", "compare_laws.svg", "README.md"});
   const CoreSession session(o.scene);
   const std::vector<MotionSample> motion = read_motion_csv(o.motion);
   std::vector<LawRun> runs;

@@ -7,8 +7,8 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/continuity/continuity_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -19,7 +19,7 @@ struct ContinuityArguments {
 };
 
 int do_continuity(const ContinuityArguments& o) {
-  make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {});
   const std::vector<PathResult> results = run_paths(o.quick);
   for (const OutputText& file : continuity_files(results))
     write_whole_file(o.out + "/" + file.name, file.content);

@@ -7,8 +7,8 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/delay_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -37,7 +37,7 @@ void print_mode(const DelayOfMode& mode) {
 }
 
 int do_delay(const DelayArguments& o) {
-  if (!o.out.empty()) make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {"delay.csv", "delay.json", "delay.svg"});
   std::vector<DelayOfMode> modes;
   for (const bool report_clocked : {false, true}) {
     DelayOfMode& mode = modes.emplace_back();

@@ -10,8 +10,8 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/faults/fault_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -22,7 +22,7 @@ struct FaultsArguments {
 };
 
 int do_faults(const FaultsArguments& o) {
-  make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {"faults*"});
   const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
   for (const OutputText& file : fault_files(verdicts, o.matrix))
     write_whole_file(o.out + "/" + file.name, file.content);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -12,6 +11,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -46,14 +46,7 @@ void print(const ProxyFuzzResult& result, double seconds) {
 }
 
 int do_proxy_fuzz(const ProxyFuzzArguments& o) {
-  if (!o.out.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(o.out, error);
-    if (error || !std::filesystem::is_directory(o.out)) {
-      throw tools::InputError(o.out + ": the folder cannot be made" +
-                              (error ? ": " + error.message() : "") + "; name another");
-    }
-  }
+  tools::claim_folder(o.out, "--out", {"proxy_fuzz.*"});
   ProxyFuzzSize size = o.size;
   if (o.friction >= 0) size.frictions = {o.friction};
   if (!o.fault.empty()) size.fault = proxy_fault_named(o.fault);

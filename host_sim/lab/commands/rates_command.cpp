@@ -8,8 +8,8 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/loop_rates.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -77,7 +77,7 @@ void print_rate(const RateResult& r) {
 }
 
 int do_rates(const RatesArguments& o) {
-  if (!o.out.empty()) make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {"rates.json"});
   std::printf(
       "servo loop by timer, USB thread, simulated device on the bus in this process with "
       "reports at the same rate; microseconds\n");

@@ -11,9 +11,9 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/soak_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "host_sim/timing/heap_interposer.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/simplified_bodies.hpp"
 
@@ -76,7 +76,7 @@ void print_summary(const SoakArguments& o, const SoakAccount& a) {
 }
 
 int do_soak(SoakArguments o) {
-  if (!o.out.empty()) make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {"soak.csv", "soak_faults.csv", "soak.json", "soak.svg"});
   if (heap_calls_are_counted()) o.soak.heap_calls = heap_calls_of_this_thread;
   std::vector<std::byte> scene = fault_scene();
   FaultPlace place = fault_place();

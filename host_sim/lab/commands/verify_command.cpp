@@ -11,8 +11,8 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/verification/deliberate_fault.hpp"
 #include "host_sim/lab/verification/verification.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -67,7 +67,7 @@ int do_verify(const VerifyArguments& o) {
     std::fprintf(stderr, "host_sim: verify needs --out or --fault\n");
     return tools::kExitUsage;
   }
-  make_output_folder(o.out);
+  tools::claim_folder(o.out, "--out", {"verify*"});
   const VerificationResult result = run_verification(o.size, {o.threads, true});
   write_verification(o.out, result);
   print(result);

@@ -15,6 +15,7 @@
 #include "host_sim/lab/wcet/wcet_table.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -86,21 +87,20 @@ WcetPlan plan_of(const WcetArguments& o) {
 }
 
 int do_wcet(const WcetArguments& o) {
+  tools::claim_output(o.flow_facts, "--flow-facts");
+  tools::claim_folder(
+      o.out, "--out",
+      {"wcet.csv", "wcet.json", "wcet.svg", "trace.json", "wakeups.txt", "adversarial_*.csv"});
   CoreSession session(o.scene);
-  if (!o.flow_facts.empty()) write_whole_file(o.flow_facts, flow_facts(session.view(), o.scene));
   const std::vector<MotionSample> motion =
       o.motion.empty()
           ? scene_motion(session, o.quick ? kQuickMotionSeconds : kMotionSeconds, o.search.seed)
           : read_motion_csv(o.motion);
+  if (!o.flow_facts.empty()) write_whole_file(o.flow_facts, flow_facts(session.view(), o.scene));
   if (o.once) {
     std::printf("%zu ticks, final state hash %016llx\n", motion.size(),
                 static_cast<unsigned long long>(run_once(session, motion, o.goal())));
     return tools::kExitDone;
-  }
-  if (!o.out.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(o.out, error);
-    if (error) throw tools::InputError(o.out + ": the folder cannot be made: " + error.message());
   }
   const WcetReport report = measure_wcet(session, motion, plan_of(o));
   std::fputs(wcet_table(report, session.view(), motion).c_str(), stdout);

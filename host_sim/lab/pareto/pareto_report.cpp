@@ -10,8 +10,8 @@
 #include "host_sim/lab/pareto/pareto_plot.hpp"
 #include "host_sim/lab/pareto/pareto_table.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -124,7 +124,7 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
 }
 
 void write_pareto(const ParetoResult& result, const std::string& folder) {
-  make_output_folder(folder);
+  tools::claim_folder(folder, "--out", {});
   write_whole_file(folder + "/pareto.csv", pareto_csv(result.rows()));
   write_whole_file(folder + "/pareto.json", pareto_json(result));
   write_whole_file(folder + "/pareto.md", pareto_markdown(result));

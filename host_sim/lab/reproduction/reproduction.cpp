@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <functional>
 
-#include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "host_sim/lab/reproduction/figure_contacts.hpp"
 #include "host_sim/lab/reproduction/figure_forces.hpp"
 #include "host_sim/lab/reproduction/figure_insertion.hpp"
@@ -14,6 +12,8 @@
 #include "host_sim/lab/reproduction/graph_table.hpp"
 #include "host_sim/lab/reproduction/literal_table.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 
@@ -46,7 +46,7 @@ std::string index_page(std::span<const PartReport> parts, bool quick) {
 }
 
 bool reproduce_paper(const std::string& folder, const ReproductionSize& size) {
-  make_output_folder(folder);
+  tools::claim_folder(folder, "--out", {});
   const std::vector<std::pair<const char*, std::function<PartReport()>>> makers = {
       {"graph and subgraphs", [&] { return graph_part(size); }},
       {"Fig. 2", [] { return motion_part(); }},

@@ -7,8 +7,8 @@
 #include "host_sim/lab/stability/part_clearance.hpp"
 #include "host_sim/lab/stability/part_extreme.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/output_folder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -62,7 +62,7 @@ bool write_stability(const std::string& folder, const std::vector<int>& numbers,
                               std::to_string(number));
     }
   }
-  make_output_folder(folder);
+  tools::claim_folder(folder, "--out", {});
   std::vector<PartReport> reports;
   bool passed = true;
   for (const StabilityPart& part : kParts) {

@@ -6,13 +6,13 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -63,12 +63,6 @@ class ProgressLine {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now(), last_ = begin_;
 };
 
-/// Two names of one file, of which one would overwrite the other.
-bool same_file(const std::string& a, const std::string& b) {
-  std::error_code error;
-  return std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error);
-}
-
 std::string header_of(const CompiledScene& compiled, const Arguments& arguments) {
   const SceneBytes aligned{compiled.bytes};
   SceneView view;
@@ -78,25 +72,12 @@ std::string header_of(const CompiledScene& compiled, const Arguments& arguments)
   return traits_header(image_traits(view, arguments.without, arguments.with), compiled.scene.name);
 }
 
-bool one_file_twice(const Arguments& arguments) {
-  const std::string* const files[] = {&arguments.scene, &arguments.output, &arguments.report,
-                                      &arguments.traits};
-  for (std::size_t i = 0; i < std::size(files); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (!files[i]->empty() && !files[k]->empty() && same_file(*files[i], *files[k])) return true;
-    }
-  }
-  return false;
-}
-
 int compile(const Arguments& arguments) {
   const bool has_report = !arguments.report.empty();
   const bool has_traits = !arguments.traits.empty();
-  if (one_file_twice(arguments)) {
-    std::fputs("graph_compiler: scene, output, report and traits must be different files\n",
-               stderr);
-    return kExitUsage;
-  }
+  claim_output(arguments.output, "--output");
+  claim_output(arguments.report, "--report");
+  claim_output(arguments.traits, "--traits");
   const SceneFile scene = read_scene_file(arguments.scene);
   ProgressLine line(arguments.progress || (!arguments.quiet && ::isatty(STDERR_FILENO) == 1));
   CompileOptions options;

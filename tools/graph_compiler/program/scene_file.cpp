@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/common/toml_text.hpp"
@@ -40,9 +41,12 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
   part.mesh = *mesh;
   part.path = folder / part.mesh;
   std::error_code error;
+  if (!part.mesh.empty() && std::filesystem::is_directory(part.path, error))
+    t.fail("mesh", "'" + part.mesh + "' is a folder; give the path of an OBJ, STL or OFF file");
   if (part.mesh.empty() || !std::filesystem::is_regular_file(part.path, error)) {
     t.fail("mesh", "no file '" + part.mesh + "'; the path counts from the scene file's folder");
   }
+  note_input(part.path, "a mesh of the scene");
   const auto scale = t.scale3("scale_to_m", kPositive);
   if (!scale) {
     t.fail_missing("scale_to_m",
@@ -225,7 +229,7 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path, kMaxSceneFileBytes);
+  const std::string text = read_text_file(path, kMaxSceneFileBytes, "the scene file");
   return parse_scene_file(text, path.string(), path.parent_path());
 }
 
