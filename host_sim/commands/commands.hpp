@@ -2,9 +2,11 @@
 #pragma once
 /// The commands of host_sim.
 
-#include "host_sim/commands/command_line.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace haptic::sim {
+
+using tools::Command;
 
 [[nodiscard]] Command add_motion_command(CLI::App& program);
 [[nodiscard]] Command add_play_command(CLI::App& program);

@@ -37,6 +37,12 @@ bool is_laboratory_command(std::string_view name) {
   return std::ranges::any_of(kLaboratory, [&](const auto& c) { return c.name == name; });
 }
 
+std::vector<std::string> laboratory_commands() {
+  std::vector<std::string> names;
+  for (const LaboratoryCommand& command : kLaboratory) names.emplace_back(command.name);
+  return names;
+}
+
 std::string laboratory_help() {
   std::string text = "Subcommands of the laboratory (program host_lab, next to this one):\n";
   for (const LaboratoryCommand& command : kLaboratory) {

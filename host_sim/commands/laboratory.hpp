@@ -4,10 +4,14 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace haptic::sim {
 
 [[nodiscard]] bool is_laboratory_command(std::string_view name);
+
+/// Their names.
+[[nodiscard]] std::vector<std::string> laboratory_commands();
 
 /// The names with what each does, for --help.
 [[nodiscard]] std::string laboratory_help();

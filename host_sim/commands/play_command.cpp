@@ -78,7 +78,7 @@ Command add_play_command(CLI::App& program) {
   app->add_option("--scene", o->scene, "compiled scene (.rtscene) that it was recorded with")
       ->required();
   app->add_flag("--json", o->json, "account as JSON on stdout");
-  return {app, [o] { return do_play(*o); }};
+  return {app, [o] { return do_play(*o); }, "host_sim play session.hrec --scene peg.rtscene"};
 }
 
 }  // namespace haptic::sim

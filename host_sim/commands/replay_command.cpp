@@ -42,7 +42,7 @@ int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.contacts, "--contacts");
   tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
-  const std::vector<MotionSample> motion = read_motion_csv(o.motion);
+  const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
 
@@ -99,7 +99,7 @@ Command add_replay_command(CLI::App& program) {
   app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
       ->required();
-  app->add_option("--out", o->out, "CSV to write, one line per tick");
+  app->add_option("-o,--out", o->out, "CSV to write, one line per tick");
   app->add_option("--plot", o->plot, "SVG to write");
   CLI::Option* contacts = app->add_option(
       "--contacts", o->contacts,
@@ -112,12 +112,13 @@ Command add_replay_command(CLI::App& program) {
   CLI::Option* literal =
       app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core")
           ->excludes(contacts);
-  const std::map<std::string, DeltaReading> readings{
-      {"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}};
-  app->add_option("--delta", o->delta, "reading of delta in step 2: dx or dx-rotation (default)")
-      ->transform(CLI::CheckedTransformer(readings))
+  tools::add_choice<DeltaReading>(
+      *app, "--delta", o->delta,
+      {{"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}},
+      "reading of delta in step 2; default dx-rotation")
       ->needs(literal);
-  return {app, [o] { return do_replay(*o); }};
+  return {app, [o] { return do_replay(*o); },
+          "host_sim replay --scene peg.rtscene --motion motion.csv --plot forces.svg --check"};
 }
 
 }  // namespace haptic::sim

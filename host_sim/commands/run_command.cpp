@@ -153,17 +153,17 @@ int do_run(const RunArguments& o) {
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
 }
 
-/// What CLI11 cannot say by itself. @throws CLI::ValidationError.
+/// What CLI11 cannot say by itself. @throws tools::UsageError.
 void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
-    throw CLI::ValidationError("--report-clocked", "needs --carrier direct or usb");
+    throw tools::UsageError("--report-clocked: needs --carrier direct or usb");
   if (o.carrier != "usb" && !o.faults.empty())
-    throw CLI::ValidationError("--faults", "needs --carrier usb: they are of the bus");
+    throw tools::UsageError("--faults: needs --carrier usb: they are of the bus");
   if (o.carrier != "usb" && !o.record.empty())
-    throw CLI::ValidationError("--record", "needs --carrier usb: it records the bus");
+    throw tools::UsageError("--record: needs --carrier usb: it records the bus");
   if (o.carrier != "none" && o.rate_hz &&
       (*o.rate_hz < kLeastReportRate_hz || *o.rate_hz > kMostReportRate_hz)) {
-    throw CLI::ValidationError("--rate", "the device of a carrier reports at 50 to 10000 Hz");
+    throw tools::UsageError("--rate: the device of a carrier reports at 50 to 10000 Hz");
   }
 }
 
@@ -173,8 +173,8 @@ Command add_run_command(CLI::App& program) {
   const auto o = std::make_shared<RunArguments>();
   CLI::App* app = program.add_subcommand(
       "run", "Closes the haptic loop with a simulated device and a simulated hand.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
-  app->add_option("--out", o->out, "folder for run.csv, run.svg and run.json");
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("-o,--out", o->out, "folder for run.csv, run.svg and run.json");
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")
@@ -197,7 +197,7 @@ Command add_run_command(CLI::App& program) {
                   "file for the session: every report, send and tick, for `play`; carrier usb");
   app->add_flag("--json", o->json, "account as JSON on stdout");
   app->final_callback([o] { check_carrier(*o); });
-  return {app, [o] { return do_run(*o); }};
+  return {app, [o] { return do_run(*o); }, "host_sim run --scene peg.rtscene --out run"};
 }
 
 }  // namespace haptic::sim

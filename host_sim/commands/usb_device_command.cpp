@@ -141,7 +141,7 @@ Command add_usb_device_command(CLI::App& program) {
          "SCHED_FIFO priority of the device and of the kernel's threads for it, below those "
          "of the loop; default 0: ordinary")
       ->check(CLI::Range(0, 98));
-  return {app, [o] { return do_usb_device(*o); }};
+  return {app, [o] { return do_usb_device(*o); }, "host_sim usb-device --scene peg.rtscene"};
 }
 
 }  // namespace haptic::sim

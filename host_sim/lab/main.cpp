@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_lab: the laboratory. It verifies, times and compares the core; host_sim hands these commands
 // on.
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 
@@ -9,7 +9,6 @@ int main(int argc, char** argv) {
   using namespace haptic;
   CLI::App program("Laboratory: verifies the core, times it and compares it with others.",
                    "host_lab");
-  program.set_version_flag("--version", std::string("host_lab ") + HAPTIC_VERSION);
   const sim::Command commands[] = {
       sim::add_compare_laws_command(program), sim::add_continuity_command(program),
       sim::add_delay_command(program),        sim::add_faults_command(program),
@@ -18,5 +17,5 @@ int main(int argc, char** argv) {
       sim::add_soak_command(program),         sim::add_stability_command(program),
       sim::add_vectors_command(program),      sim::add_verify_command(program),
       sim::add_wcet_command(program)};
-  return sim::run_program(program, commands, argc, argv);
+  return tools::run_program(program, commands, tools::kCommonExitCodes, argc, argv);
 }

@@ -72,7 +72,10 @@ SceneCapacity damaged_bounds(const SceneCapacity& capacity, std::string_view nam
     damaged.*c.bound = 0;
     return damaged;
   }
-  throw tools::InputError(std::string(name) + ": the header has no bound of this name");
+  std::string known;
+  for (const Counter& c : kCounters) known += (known.empty() ? "" : ", ") + std::string(c.name);
+  throw tools::UsageError("--fault: the header has no bound '" + std::string(name) +
+                          "'; its bounds are " + known);
 }
 
 std::uint64_t work_units(const StepCounters& c) {

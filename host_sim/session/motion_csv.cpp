@@ -21,6 +21,18 @@ namespace {
 constexpr std::string_view kHeader = "t,x,y,z,qw,qx,qy,qz";
 constexpr std::array<std::string_view, 8> kColumns = {"t", "x", "y", "z", "qw", "qx", "qy", "qz"};
 
+// A recorder's clock wanders within a period; the rate on the whole is the servo loop's.
+constexpr double kTick_s = 1e-3, kLeastStep_s = 0.1e-3, kMostStep_s = 3e-3, kRateTolerance = 0.02;
+// Farther than any workspace, and faster than any hand.
+constexpr double kFarthestMotion_m = 10, kFarthestJump_m = 0.5;
+
+std::string shown(double value) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                          std::chars_format::general, 4);
+  return {buffer.data(), error == std::errc() ? end : buffer.data()};
+}
+
 [[noreturn]] void refuse(const std::string& path, std::size_t line, const std::string& defect) {
   throw tools::InputError(path + ":" + std::to_string(line) + ": " + defect);
 }
@@ -33,6 +45,18 @@ std::string read_whole_file(const std::string& path) {
   std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.bad()) throw tools::InputError(path + ": reading failed; check the medium");
   return text;
+}
+
+// What a file with another first line is likely to be, and what to do with it.
+std::string header_mend(const std::string& path, std::string_view header) {
+  if (path.ends_with(".toml"))
+    return "this is a script: make the motion from it with 'host_sim motion " + path +
+           " --out motion.csv'";
+  if (header.find('\0') != std::string_view::npos) return "save the file as UTF-8 text";
+  if (header.substr(0, 7) == "RTSCENE") return "this is a compiled scene: give it as --scene";
+  if (header.find(';') != std::string_view::npos || header.find('\t') != std::string_view::npos)
+    return "separate the columns by commas, and write numbers with a point";
+  return "name the columns so, without spaces";
 }
 
 // Cuts the next line off `rest`, without its line end.
@@ -72,7 +96,8 @@ std::array<double, 8> parse_line(const std::string& path, std::size_t number,
     }
     at = next;
   }
-  if (at != end) refuse(path, number, "text after column qz; give 8 numbers");
+  if (at != end)
+    refuse(path, number, "text after column qz; give 8 numbers, with a point before the decimals");
   return values;
 }
 
@@ -117,9 +142,9 @@ std::vector<MotionSample> read_motion_csv(const std::string& path) {
     throw tools::InputError(path + ": is empty; the first line must be " + std::string(kHeader));
 
   std::size_t number = 1;
-  if (take_line(rest) != kHeader) {
+  if (const std::string_view header = take_line(rest); header != kHeader) {
     refuse(path, number,
-           "the header is not " + std::string(kHeader) + "; name the columns so, without spaces");
+           "the header is not " + std::string(kHeader) + "; " + header_mend(path, header));
   }
   std::vector<MotionSample> motion;
   constexpr std::size_t kTypicalLineBytes = 90;
@@ -135,6 +160,43 @@ std::vector<MotionSample> read_motion_csv(const std::string& path) {
     motion.push_back(sample);
   }
   if (motion.empty()) refuse(path, number, "no sample follows the header");
+  return motion;
+}
+
+std::vector<MotionSample> read_played_motion(const std::string& path) {
+  std::vector<MotionSample> motion = read_motion_csv(path);
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    const std::size_t line = k + 2;
+    const std::array<double, 3>& p = motion[k].p;
+    if (std::hypot(p[0], p[1], p[2]) > kFarthestMotion_m) {
+      refuse(path, line,
+             "the part is " + shown(std::hypot(p[0], p[1], p[2])) +
+                 " m from the origin; positions are in metres: are these millimetres?");
+    }
+    if (k == 0) continue;
+    const std::array<double, 3>& before = motion[k - 1].p;
+    const double step_s = motion[k].t_s - motion[k - 1].t_s;
+    const double jump_m = std::hypot(p[0] - before[0], p[1] - before[1], p[2] - before[2]);
+    if (step_s < kLeastStep_s || step_s > kMostStep_s) {
+      refuse(path, line,
+             shown(1e3 * step_s) +
+                 " ms after the sample before; a motion has one sample in each millisecond: "
+                 "resample it, with times in seconds");
+    }
+    if (jump_m > kFarthestJump_m) {
+      refuse(
+          path, line,
+          "the part jumps by " + shown(jump_m) +
+              " m within a millisecond; no hand does: remove the sample, or cut the motion there");
+    }
+  }
+  const double mean_s = motion.size() < 2 ? kTick_s
+                                          : (motion.back().t_s - motion.front().t_s) /
+                                                static_cast<double>(motion.size() - 1);
+  if (std::abs(mean_s - kTick_s) > kRateTolerance * kTick_s) {
+    throw tools::InputError(path + ": has a sample every " + shown(1e3 * mean_s) +
+                            " ms; a motion is played at one in each millisecond: resample it");
+  }
   return motion;
 }
 

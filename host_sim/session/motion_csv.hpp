@@ -20,6 +20,13 @@ constexpr double kMotionQuaternionTolerance = 1.0e-3;
 ///         quaternion not unit.
 [[nodiscard]] std::vector<MotionSample> read_motion_csv(const std::string& path);
 
+/// The same for a motion that the core is to play, one sample in each tick of a millisecond.
+/// @throws tools::InputError also for what cannot be meant so: samples less than 0.1 ms or more
+/// than
+///         3 ms apart, another rate on the whole than 1 kHz within 2 %, a position more than 10 m
+///         from the origin (millimetres?), a jump of more than 0.5 m.
+[[nodiscard]] std::vector<MotionSample> read_played_motion(const std::string& path);
+
 /// Writes a motion with fixed digits: time 6, positions 9, quaternions 12, lines ending in LF.
 /// Equal samples give equal bytes.
 /// @throws tools::OsError  the file cannot be written.

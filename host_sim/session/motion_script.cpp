@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kLargestScriptBytes = std::size_t{1} << 24;
 constexpr double kLargestRate_hz = 20000.0;
 constexpr double kLargestSampleCount = 2.0e7;
-constexpr double kLargestPosition_m = 100.0;
+constexpr double kLargestPosition_m = 10.0;  // beyond, a script is in millimetres
 constexpr double kLargestTime_s = 1.0e5;
 constexpr double kQuaternionTolerance = 1.0e-3;
 // The shorter way round is ambiguous at a half turn; stay clear of it.

@@ -314,7 +314,7 @@ TEST_SUITE("host_sim.wcet") {
         run_program(HAPTIC_HOST_SIM, common + " --fault feature_evaluations");
     CHECK(damaged.exit_code == 1);
     CHECK(damaged.out.find("OVER ITS BOUND") != std::string::npos);
-    CHECK(run_program(HAPTIC_HOST_SIM, common + " --fault luck").exit_code == 3);
+    CHECK(run_program(HAPTIC_HOST_SIM, common + " --fault luck").exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, common + " --seconds 1").exit_code == 2);
   }
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/common/run_main.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -14,7 +17,13 @@ namespace haptic::tools {
 int run_main(const char* program, const std::function<int()>& body) {
   const auto say = [&](const char* text) { std::fprintf(stderr, "%s: %s\n", program, text); };
   try {
-    return body();
+    const int code = body();
+    // What was asked for was not given when nobody could read it.
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      say(("standard output cannot be written: " + std::string(std::strerror(errno))).c_str());
+      return kExitDeviceOrOs;
+    }
+    return code;
   } catch (const UsageError& error) {
     say(error.what());
     return kExitUsage;

@@ -113,7 +113,7 @@ Command add_doctor_command(CLI::App& program) {
   for (const hal::DeployFile& file : hal::deploy_files()) names.emplace_back(file.name);
   app->add_option("--print", o->print, "print a file to be installed, and do nothing else")
       ->check(CLI::IsMember(names));
-  return {app, [o] { return examine_machine(*o); }};
+  return {app, [o] { return examine_machine(*o); }, "run_device doctor --seconds 10"};
 }
 
 }  // namespace haptic::tools

@@ -107,7 +107,7 @@ Command add_run_command(CLI::App& program) {
                   "seconds between two status lines, on a terminal or with --json; default 1")
       ->check(CLI::Range(0.01, 3600.0));
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
-  return {app, [o] { return run(*o); }};
+  return {app, [o] { return run(*o); }, "run_device run device.toml"};
 }
 
 }  // namespace haptic::tools

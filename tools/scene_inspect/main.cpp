@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 /// scene_inspect SCENE.rtscene [--json] [--explode DIR]: what is in a compiled scene, is it sound,
 /// what does it cost.
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "rt_core/haptic_core.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
@@ -99,31 +99,29 @@ int inspect(const Arguments& arguments) {
 }  // namespace haptic::tools
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "Explains what a compiled scene holds and proves it again from its bytes.\n"
-      "Exit codes: 0 sound, 1 a certificate fails or the scene exceeds its budget, 2 usage, 3 the "
-      "file is not a sound scene, 4 the system refused."};
+  CLI::App app("Explains what a compiled scene holds and proves it again from its bytes.",
+               "scene_inspect");
   haptic::tools::Arguments arguments;
-  app.add_option("scene", arguments.scene, "compiled scene (.rtscene)")->required();
+  app.add_option("scene,--scene", arguments.scene, "compiled scene (.rtscene)")->required();
   CLI::Option* json = app.add_flag("--json", arguments.json, "all facts as JSON");
   app.add_flag("--brief", arguments.brief, "only the page, without the tables behind it")
       ->excludes(json);
   app.add_option("--budget", arguments.budget,
                  "scene file with the [budget] to check the scene against");
   CLI::Option* explode =
-      app.add_option("--explode", arguments.explode,
+      app.add_option("-o,--explode", arguments.explode,
                      "folder for a drawing of the pieces pushed apart: exploded.svg, exploded.obj, "
                      "exploded.mtl");
   app.add_option("--explode-factor", arguments.explode_factor,
                  "how far: share of a piece's way from the middle of its part (default 0.6)")
       ->check(CLI::Range(0.0, 100.0))
       ->needs(explode);
-  app.set_version_flag("--version", "scene_inspect " HAPTIC_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? haptic::tools::kExitDone : haptic::tools::kExitUsage;
-  }
-  return haptic::tools::run_main("scene_inspect",
-                                 [&] { return haptic::tools::inspect(arguments); });
+  using haptic::tools::Command;
+  const Command commands[] = {{&app, [&] { return haptic::tools::inspect(arguments); },
+                               "scene_inspect peg.rtscene --explode drawing"}};
+  return haptic::tools::run_program(
+      app, commands,
+      "0 sound, 1 a certificate fails or the scene exceeds its budget, 2 usage, 3 the file is not "
+      "a sound scene, 4 the system refused",
+      argc, argv);
 }

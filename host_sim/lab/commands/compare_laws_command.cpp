@@ -65,7 +65,7 @@ int do_compare_laws(const CompareLawsArguments& o) {
   tools::claim_folder(o.out, "--out",
                       {"compare_laws.csv", "compare_laws.json", "compare_laws.svg", "README.md"});
   const CoreSession session(o.scene);
-  const std::vector<MotionSample> motion = read_motion_csv(o.motion);
+  const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<LawRun> runs;
   for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
     runs.push_back(
@@ -92,18 +92,19 @@ Command add_compare_laws_command(CLI::App& program) {
   const auto o = std::make_shared<CompareLawsArguments>();
   CLI::App* app = program.add_subcommand(
       "compare-laws", "Runs a motion under the paper's law and the proxy law, side by side.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
       ->required();
-  app->add_option("--out", o->out, "folder for the tables (CSV, JSON, Markdown) and the picture")
+  app->add_option("-o,--out", o->out, "folder for the tables (CSV, JSON, Markdown) and the picture")
       ->required();
   app->add_option("--towards", o->towards, "direction of the insertion, W axes; default 0,0,-1")
       ->delimiter(',')
       ->expected(3);
   app->add_option("--k-r", o->k_r_nm_per_rad,
                   "rotational stiffness of the coupling in N m/rad instead of the scene's")
-      ->check(CLI::PositiveNumber);
-  return {app, [o] { return do_compare_laws(*o); }};
+      ->check(tools::positive_number());
+  return {app, [o] { return do_compare_laws(*o); },
+          "host_sim compare-laws --scene peg.rtscene --motion motion.csv --out laws"};
 }
 
 }  // namespace haptic::sim

@@ -42,10 +42,10 @@ Command add_continuity_command(CLI::App& program) {
   const auto o = std::make_shared<ContinuityArguments>();
   CLI::App* app = program.add_subcommand(
       "continuity", "Measures the jumps of both contact laws on smooth paths.");
-  app->add_option("--out", o->out, "folder for tables (Markdown, CSV, JSON) and pictures (SVG)")
+  app->add_option("-o,--out", o->out, "folder for tables (Markdown, CSV, JSON) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->quick, "only the two step sizes per path that decide");
-  return {app, [o] { return do_continuity(*o); }};
+  return {app, [o] { return do_continuity(*o); }, "host_sim continuity --quick --out continuity"};
 }
 
 }  // namespace haptic::sim

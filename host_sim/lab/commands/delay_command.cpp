@@ -65,7 +65,7 @@ Command add_delay_command(CLI::App& program) {
   const auto o = std::make_shared<DelayArguments>();
   CLI::App* app = program.add_subcommand(
       "delay", "Measures the time from a motion to the force that answers it, in both modes.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--rate", o->question.rate_hz, "of reports and servo loop [Hz]; default 1000")
       ->check(CLI::Range(100.0, 8000.0));
   app->add_option("--seconds", o->question.seconds, "in real time, of each mode; default 5")
@@ -73,8 +73,8 @@ Command add_delay_command(CLI::App& program) {
   app->add_option("--phases", o->question.phases,
                   "of the timer after the report, in virtual time; default 20")
       ->check(CLI::Range(1u, 1000u));
-  app->add_option("--out", o->out, "folder for delay.csv, delay.json and delay.svg");
-  return {app, [o] { return do_delay(*o); }};
+  app->add_option("-o,--out", o->out, "folder for delay.csv, delay.json and delay.svg");
+  return {app, [o] { return do_delay(*o); }, "host_sim delay --scene peg.rtscene --out delay"};
 }
 
 }  // namespace haptic::sim

@@ -44,18 +44,18 @@ Command add_faults_command(CLI::App& program) {
   o->matrix.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
       "faults", "Makes every fault of device, bus and servo loop happen in every state.");
-  app->add_option("--out", o->out, "folder for faults.csv, faults.md and faults.svg")->required();
+  app->add_option("-o,--out", o->out, "folder for faults.csv, faults.md and faults.svg")
+      ->required();
   app->add_flag("--quick", o->matrix.quick, "only the states with force");
-  const std::map<std::string, StackCarrier> carriers{{"usb", StackCarrier::kUsb},
-                                                     {"direct", StackCarrier::kDirect}};
-  app->add_option("--carrier", o->matrix.run.carrier,
-                  "usb (default): through libusb; direct: no bus, and none of its faults")
-      ->transform(CLI::CheckedTransformer(carriers));
+  tools::add_choice<StackCarrier>(
+      *app, "--carrier", o->matrix.run.carrier,
+      {{"usb", StackCarrier::kUsb}, {"direct", StackCarrier::kDirect}},
+      "usb (default): through libusb; direct: no bus, and none of its faults");
   app->add_flag("--report-clocked", o->matrix.run.report_clocked,
                 "commands answer the report that they rest on");
   app->add_option("--threads", o->matrix.threads, "default: one per processor")
       ->check(CLI::Range(1u, 16u));
-  return {app, [o] { return do_faults(*o); }};
+  return {app, [o] { return do_faults(*o); }, "host_sim faults --quick --out faults"};
 }
 
 }  // namespace haptic::sim

@@ -2,9 +2,11 @@
 #pragma once
 /// The commands of host_lab, the laboratory.
 
-#include "host_sim/commands/command_line.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace haptic::sim {
+
+using tools::Command;
 
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);

@@ -52,7 +52,7 @@ Command add_pareto_command(CLI::App& program) {
   if (heap_calls_are_counted()) o->pareto.heap_calls = heap_calls_of_this_thread;
   CLI::App* app = program.add_subcommand(
       "pareto", "Error against run time of the core and of other collision methods.");
-  app->add_option("--out", o->out, "folder for tables (CSV, JSON, Markdown) and pictures (SVG)")
+  app->add_option("-o,--out", o->out, "folder for tables (CSV, JSON, Markdown) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->pareto.quick, "2000 poses a pair, within a minute");
   app->add_option("--pairs", o->pareto.pairs,
@@ -60,7 +60,7 @@ Command add_pareto_command(CLI::App& program) {
       ->delimiter(',')
       ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kFieldName, kRenderingName}));
   app->add_option("--seed", o->pareto.seed, "of bodies and motions (default 1)");
-  return {app, [o] { return do_pareto(*o); }};
+  return {app, [o] { return do_pareto(*o); }, "host_sim pareto --quick --out pareto"};
 }
 
 }  // namespace haptic::sim

@@ -71,13 +71,13 @@ Command add_proxy_fuzz_command(CLI::App& program) {
   app->add_option("--seed", o->size.seed, "of all random draws (default 1)");
   app->add_option("--friction", o->friction, "Coulomb coefficient (default: 0 and 0.3)")
       ->check(CLI::Range(0.0, 2.0));
-  app->add_option("--out", o->out, "folder for proxy_fuzz.md, .csv and .json");
+  app->add_option("-o,--out", o->out, "folder for proxy_fuzz.md, .csv and .json");
   app->add_option("--threads", o->threads, "threads (default: one per processor)")
       ->check(CLI::Range(1, 256));
   app->add_option("--fault", o->fault,
                   "damage the core on purpose and check: exit 1 when the fault is caught")
       ->check(CLI::IsMember({"certificate", "spring", "vertex"}));
-  return {app, [o] { return do_proxy_fuzz(*o); }};
+  return {app, [o] { return do_proxy_fuzz(*o); }, "host_sim proxy-fuzz --out fuzz"};
 }
 
 }  // namespace haptic::sim

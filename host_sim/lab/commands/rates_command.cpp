@@ -107,15 +107,15 @@ Command add_rates_command(CLI::App& program) {
   const auto o = std::make_shared<RatesArguments>();
   CLI::App* app = program.add_subcommand(
       "rates", "Finds the highest rate of the servo loop that holds on this machine.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--seconds", o->question.seconds,
                   "of each rate, and as long of the machine alone; default 5")
       ->check(CLI::Range(1.0, 3600.0));
   app->add_option("--rates", o->question.rates_hz, "Hz, ascending; default 1000,2000,4000,8000")
       ->delimiter(',')
       ->check(CLI::Range(100.0, 10000.0));
-  app->add_option("--out", o->out, "folder for rates.json");
-  return {app, [o] { return do_rates(*o); }};
+  app->add_option("-o,--out", o->out, "folder for rates.json");
+  return {app, [o] { return do_rates(*o); }, "host_sim rates --scene peg.rtscene"};
 }
 
 }  // namespace haptic::sim

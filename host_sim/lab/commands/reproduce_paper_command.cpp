@@ -29,11 +29,11 @@ Command add_reproduce_paper_command(CLI::App& program) {
   const auto o = std::make_shared<ReproducePaperArguments>();
   CLI::App* app = program.add_subcommand(
       "reproduce-paper", "Makes every table and figure of the paper, ours next to the paper's.");
-  app->add_option("--out", o->out,
+  app->add_option("-o,--out", o->out,
                   "folder for the index, tables (Markdown, CSV) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->quick, "small counts, a few seconds");
-  return {app, [o] { return do_reproduce_paper(*o); }};
+  return {app, [o] { return do_reproduce_paper(*o); }, "host_sim reproduce-paper --out paper"};
 }
 
 }  // namespace haptic::sim

@@ -106,7 +106,7 @@ Command add_soak_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("soak",
                                          "Runs the stack for a long time with a fault every few "
                                          "seconds, and watches memory and descriptors.");
-  app->add_option("--scene", o->scene,
+  app->add_option("scene,--scene", o->scene,
                   "compiled scene (.rtscene); default: the cube on a wall of the fault matrix");
   app->add_option("--minutes", o->soak.minutes, "of the device's time; default 10")
       ->check(CLI::Range(0.1, 100000.0));
@@ -114,13 +114,14 @@ Command add_soak_command(CLI::App& program) {
       ->check(CLI::Range(3.0, 3600.0));
   app->add_flag("--virtual", o->soak.virtual_time,
                 "in one thread and the device's own time: the same bits each time");
-  app->add_option("--out", o->out, "folder for soak.csv, soak_faults.csv, soak.json and soak.svg");
-  const std::map<std::string, SoakProbe> probes{{"leak-memory", SoakProbe::kLeakMemory},
-                                                {"leak-descriptor", SoakProbe::kLeakDescriptor},
-                                                {"ignore-fault", SoakProbe::kIgnoreFault}};
-  app->add_option("--fault", o->soak.probe, "something wrong with the soak itself: must exit 1")
-      ->transform(CLI::CheckedTransformer(probes));
-  return {app, [o] { return do_soak(*o); }};
+  app->add_option("-o,--out", o->out,
+                  "folder for soak.csv, soak_faults.csv, soak.json and soak.svg");
+  tools::add_choice<SoakProbe>(*app, "--fault", o->soak.probe,
+                               {{"leak-memory", SoakProbe::kLeakMemory},
+                                {"leak-descriptor", SoakProbe::kLeakDescriptor},
+                                {"ignore-fault", SoakProbe::kIgnoreFault}},
+                               "something wrong with the soak itself: must exit 1");
+  return {app, [o] { return do_soak(*o); }, "host_sim soak --virtual --minutes 5 --out soak"};
 }
 
 }  // namespace haptic::sim

@@ -25,26 +25,26 @@ Command add_stability_command(CLI::App& program) {
   o->run.threads = std::max(1u, std::thread::hardware_concurrency());
   CLI::App* app = program.add_subcommand(
       "stability", "Measures where the haptic loop is stable, compared with the theory.");
-  app->add_option("--out", o->out, "folder for tables (Markdown, CSV) and pictures (SVG)")
+  app->add_option("-o,--out", o->out, "folder for tables (Markdown, CSV) and pictures (SVG)")
       ->required();
   app->add_flag("--quick", o->run.quick, "fewer cells, shorter runs");
   app->add_option("--parts", o->parts, "numbers of the parts to run; default: all")->delimiter(',');
-  const std::map<std::string, LawId> laws{
-      {law_name(LawId::kPaper), LawId::kPaper},
-      {law_name(LawId::kWeightedRegion), LawId::kWeightedRegion},
-      {law_name(LawId::kProxy), LawId::kProxy}};
-  app->add_option("--laws", o->run.laws, "laws to look at; default: all")
-      ->transform(CLI::CheckedTransformer(laws))
-      ->delimiter(',');
+  tools::add_choices<LawId>(*app, "--laws", o->run.laws,
+                            {{law_name(LawId::kPaper), LawId::kPaper},
+                             {law_name(LawId::kWeightedRegion), LawId::kWeightedRegion},
+                             {law_name(LawId::kProxy), LawId::kProxy}},
+                            "laws to look at; default: all");
   app->add_option("--threads", o->run.threads, "default: one per processor")
       ->check(CLI::Range(1u, 256u));
-  return {app, [o] {
+  return {app,
+          [o] {
             o->run.progress = isatty(STDERR_FILENO) == 1;
             const bool passed = write_stability(o->out, o->parts, o->run);
             std::printf("%s/README.md: %s\n", o->out.c_str(),
                         passed ? "every stated limit holds" : "a stated limit is PASSED");
             return static_cast<int>(passed ? tools::kExitDone : tools::kExitCheckFailed);
-          }};
+          },
+          "host_sim stability --quick --out stability"};
 }
 
 }  // namespace haptic::sim

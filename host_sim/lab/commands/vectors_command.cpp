@@ -96,7 +96,8 @@ Command add_vectors_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("vectors", "Compares the core with golden vectors.");
   app->add_option("files", o->files, "golden files (JSON)")->required();
   app->add_flag("--json", o->json, "result as JSON on stdout");
-  return {app, [o] { return do_vectors(o->files, o->json); }};
+  return {app, [o] { return do_vectors(o->files, o->json); },
+          "host_sim vectors tests/golden/box_box_generic.json"};
 }
 
 }  // namespace haptic::sim

@@ -84,7 +84,7 @@ Command add_verify_command(CLI::App& program) {
   const auto o = std::make_shared<VerifyArguments>();
   CLI::App* app = program.add_subcommand(
       "verify", "Checks certificates, D_near and near sets of the core by independent code.");
-  app->add_option("--out", o->out, "folder for verify.json, verify.md and tables (CSV)");
+  app->add_option("-o,--out", o->out, "folder for verify.json, verify.md and tables (CSV)");
   const auto size = [&](const char* name, std::uint64_t VerificationSize::*field,
                         const char* words) { return app->add_option(name, o->size.*field, words); };
   CLI::Option* given[] = {
@@ -101,14 +101,16 @@ Command add_verify_command(CLI::App& program) {
   app->add_option("--fault", o->fault,
                   "damage the core on purpose and check: exit 1 when the fault is caught")
       ->check(CLI::IsMember({"key", "arc", "support"}));
-  return {app, [o] {
+  return {app,
+          [o] {
             if (o->quick) {
               const std::uint64_t seed = o->size.seed;
               o->size = VerificationSize::quick();
               o->size.seed = seed;
             }
             return do_verify(*o);
-          }};
+          },
+          "host_sim verify --queries 1000000 --out verify"};
 }
 
 }  // namespace haptic::sim

@@ -95,7 +95,7 @@ int do_wcet(const WcetArguments& o) {
   const std::vector<MotionSample> motion =
       o.motion.empty()
           ? scene_motion(session, o.quick ? kQuickMotionSeconds : kMotionSeconds, o.search.seed)
-          : read_motion_csv(o.motion);
+          : read_played_motion(o.motion);
   if (!o.flow_facts.empty()) write_whole_file(o.flow_facts, flow_facts(session.view(), o.scene));
   if (o.once) {
     std::printf("%zu ticks, final state hash %016llx\n", motion.size(),
@@ -115,12 +115,12 @@ Command add_wcet_command(CLI::App& program) {
   const auto o = std::make_shared<WcetArguments>();
   CLI::App* app = program.add_subcommand(
       "wcet", "Looks for the worst tick: counted work, time, and a search for bad motions.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--motion", o->motion,
                   "motion: t,x,y,z,qw,qx,qy,qz; default: one made from the scene");
   app->add_option("--repeats", o->repeats, "runs per tick (default 7)")
       ->check(CLI::Range(1, 10000));
-  app->add_option("--out", o->out, "folder for the files below");
+  app->add_option("-o,--out", o->out, "folder for the files below");
   CLI::Option* quick = app->add_flag("--quick", o->quick, "short motion and search, fewer ticks");
   CLI::Option* seconds = app->add_option("--seconds", o->search.seconds,
                                          "length of the adversarial search (default 10)")
@@ -155,7 +155,7 @@ Command add_wcet_command(CLI::App& program) {
       "  adversarial_GOAL_seedN.csv  the motions found, for replay\n"
       "Exit codes: 0 every bound holds, 1 one is exceeded, a wrench is not finite or a repeat\n"
       "differs, 2 usage, 3 bad input.");
-  return {app, [o] { return do_wcet(*o); }};
+  return {app, [o] { return do_wcet(*o); }, "host_sim wcet --scene peg.rtscene --quick"};
 }
 
 }  // namespace haptic::sim

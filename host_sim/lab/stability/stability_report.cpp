@@ -58,8 +58,11 @@ bool write_stability(const std::string& folder, const std::vector<int>& numbers,
   for (const int number : numbers) {
     if (std::none_of(std::begin(kParts), std::end(kParts),
                      [&](const StabilityPart& part) { return part.number == number; })) {
-      throw tools::InputError("no part of the stability report has the number " +
-                              std::to_string(number));
+      std::string known;
+      for (const StabilityPart& part : kParts)
+        known += (known.empty() ? "" : ", ") + std::to_string(part.number);
+      throw tools::UsageError("--parts: there is no part " + std::to_string(number) +
+                              "; the parts are " + known);
     }
   }
   tools::claim_folder(folder, "--out", {});

@@ -3,7 +3,7 @@
 /// place.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <chrono>
 #include <cstdio>
 #include <span>
@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/run_main.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/report.hpp"
@@ -75,7 +75,7 @@ std::string header_of(const CompiledScene& compiled, const Arguments& arguments)
 int compile(const Arguments& arguments) {
   const bool has_report = !arguments.report.empty();
   const bool has_traits = !arguments.traits.empty();
-  claim_output(arguments.output, "--output");
+  claim_output(arguments.output, "--out");
   claim_output(arguments.report, "--report");
   claim_output(arguments.traits, "--traits");
   const SceneFile scene = read_scene_file(arguments.scene);
@@ -134,14 +134,13 @@ int compile(const Arguments& arguments) {
 }  // namespace haptic::tools
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  CLI::App app(
       "Compiles a scene (meshes, poses, stiffness) into the contact graph that the servo loop "
-      "reads.\n"
-      "Exit codes: 0 done, 1 not certified or over its budget, 2 usage, 3 the scene or a mesh "
-      "cannot be used, 4 the system refused."};
+      "reads.",
+      "graph_compiler");
   haptic::tools::Arguments arguments;
-  app.add_option("scene", arguments.scene, "scene file (TOML)")->required();
-  app.add_option("-o,--output", arguments.output, "compiled scene (.rtscene)")->required();
+  app.add_option("scene,--scene", arguments.scene, "scene file (TOML)")->required();
+  app.add_option("-o,--out,--output", arguments.output, "compiled scene (.rtscene)")->required();
   app.add_option("--report", arguments.report, "write a report of the compilation (JSON)");
   app.add_option(
       "--traits", arguments.traits,
@@ -157,22 +156,22 @@ int main(int argc, char** argv) {
   CLI::Option* tolerance =
       app.add_option("--plane-tolerance", arguments.plane_tolerance_m,
                      "distance [m] within which a vertex lies on a plane; default: from the mesh")
-          ->check(CLI::PositiveNumber);
+          ->check(haptic::tools::positive_number());
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
                                        "reflex edges allowed per part (default 300)")
-                            ->check(CLI::NonNegativeNumber);
+                            ->check(haptic::tools::number_not_negative());
   CLI::Option* pieces = app.add_option("--max-pieces", arguments.max_pieces,
                                        "convex pieces allowed per part (default 4000)")
-                            ->check(CLI::PositiveNumber);
+                            ->check(haptic::tools::positive_number());
   CLI::Option* work = app.add_option("--work-limit", arguments.work_limit,
                                      "units of exact work per part, of 40 to 150 ns (default 2e8)")
-                          ->check(CLI::PositiveNumber);
+                          ->check(haptic::tools::positive_number());
   CLI::Option* simplify =
       app.add_option(
              "--simplify", arguments.simplify_m,
              "remove bevels, fillets and small rounds of every part; no point of the surface "
              "is then farther than this from the other surface [m]")
-          ->check(CLI::PositiveNumber);
+          ->check(haptic::tools::positive_number());
   app.add_flag("--disjoint", arguments.disjoint,
                "cut overlapping solids of a part apart instead of keeping them as a cover");
   app.add_flag("--progress", arguments.progress,
@@ -182,17 +181,19 @@ int main(int argc, char** argv) {
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
-  app.set_version_flag("--version", "graph_compiler " HAPTIC_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? haptic::tools::kExitDone : haptic::tools::kExitUsage;
-  }
-  arguments.has_tolerance = tolerance->count() > 0;
-  arguments.has_reflex = reflex->count() > 0;
-  arguments.has_pieces = pieces->count() > 0;
-  arguments.has_work = work->count() > 0;
-  arguments.has_simplify = simplify->count() > 0;
-  return haptic::tools::run_main("graph_compiler",
-                                 [&] { return haptic::tools::compile(arguments); });
+  const auto run = [&] {
+    arguments.has_tolerance = tolerance->count() > 0;
+    arguments.has_reflex = reflex->count() > 0;
+    arguments.has_pieces = pieces->count() > 0;
+    arguments.has_work = work->count() > 0;
+    arguments.has_simplify = simplify->count() > 0;
+    return haptic::tools::compile(arguments);
+  };
+  const haptic::tools::Command commands[] = {
+      {&app, run, "graph_compiler scene.toml -o peg.rtscene --report peg.json"}};
+  return haptic::tools::run_program(
+      app, commands,
+      "0 done, 1 not certified or over its budget, 2 usage, 3 the scene or a mesh cannot be used, "
+      "4 the system refused",
+      argc, argv);
 }
