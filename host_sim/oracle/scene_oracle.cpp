@@ -100,8 +100,15 @@ void TrackCheck::add(std::uint64_t tick, std::span<const PairVerdict> verdicts,
     if (v.widened()) ++t.widened_pairs;
     const bool pair_verdict_wrong =
         std::isnan(values[k].d_near_m) || (side > 0 && d <= 0) || (side < 0 && d > 0);
-    if (!values[k].exact) ++t.far_pairs;
-    const Wide error = values[k].exact ? v.error_m(d) : 0;
+    Wide error = 0;
+    if (values[k].exact) {
+      error = v.error_m(d);
+    } else if (d > 0) {
+      ++t.far_pairs;
+    } else {
+      ++t.bounded_pairs;
+      error = std::max(d - v.truth.reference_m, Wide{0});
+    }
     const bool pair_depth_wrong = error > v.tolerance_m;
     if (error > t.largest_error_m) {
       t.largest_error_m = error;

@@ -68,7 +68,9 @@ struct CheckTotals {
   std::uint64_t false_collision_pairs = 0, missed_collision_pairs = 0;  ///< of the wrong verdicts
   std::uint64_t touching_pairs =
       0;  ///< within the tolerance of D_near = 0: either verdict counts as right
-  std::uint64_t far_pairs = 0;          ///< beyond the exact band: verdict compared, value a bound
+  std::uint64_t far_pairs = 0;  ///< apart, value a bound: verdict compared
+  std::uint64_t bounded_pairs =
+      0;  ///< colliding, flagged: verdict compared, value as a lower bound
   std::uint64_t widened_pairs = 0;      ///< nearly parallel edges outside: D_near itself is a range
   std::uint64_t longest_wrong_run = 0;  ///< ticks in a row with a wrong verdict or D_near
   std::uint64_t longest_wrong_verdict_run = 0;
@@ -82,7 +84,9 @@ struct CheckTotals {
 /// What a tracker says of one pair.
 struct PairValue {
   double d_near_m = 0;
-  bool exact = true;  ///< false: a bound that proves a far pair separated; only the verdict counts
+  /// false: apart, a bound that proves it, and only the verdict counts; colliding, a lower bound of
+  /// D_near over all nodes.
+  bool exact = true;
 };
 
 /// Compares a tracker tick by tick.

@@ -42,9 +42,9 @@ void check_text(std::string& text, const CheckTotals& c) {
               ull{c.longest_wrong_verdict_run});
   append_line(text, "  either verdict right  %llu pair-ticks within the tolerance of touching",
               ull{c.touching_pairs});
-  append_line(text,
-              "  far                   %llu pair-ticks beyond the exact band (verdict checked)",
-              ull{c.far_pairs});
+  append_line(text, "  apart by a bound      %llu pair-ticks (verdict checked)", ull{c.far_pairs});
+  append_line(text, "  depth is a bound      %llu pair-ticks, flagged (verdict and bound checked)",
+              ull{c.bounded_pairs});
   append_line(text, "  d_near is a range     %llu pair-ticks (nearly parallel edges, separated)",
               ull{c.widened_pairs});
   if (!c.passed()) {
@@ -208,6 +208,7 @@ std::string json_summary(const ReplayReport& report) {
         {"longest_wrong_verdict_run_ticks", c.longest_wrong_verdict_run},
         {"touching_pair_ticks", c.touching_pairs},
         {"far_pair_ticks", c.far_pairs},
+        {"bounded_depth_pair_ticks", c.bounded_pairs},
         {"d_near_range_pair_ticks", c.widened_pairs}};
   }
   if (report.reference) {

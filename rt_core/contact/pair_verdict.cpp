@@ -243,6 +243,31 @@ VerdictResult portal_verdict(const PairPose& pose, VerdictMemory& memory) noexce
   return result;
 }
 
+VerdictResult verdict_alone(const PairPose& pose, VerdictMemory& memory,
+                            NearResult& plane) noexcept {
+  plane.d_near_m = kNoDepth;
+  if (pose.pair->is_fixed()) {
+    const NearestPlane nearest = nearest_fixed_plane(*pose.pair, pose.y_w);
+    plane.best.normal_w = ConstVec3Map(pose.pair->planes[nearest.number].normal);
+    plane.best.f_m = plane.d_near_m = nearest.gap_m;
+    plane.support.a = nearest.number;
+    plane.feature_evaluations = pose.pair->fixed->bounding_count;
+    return fixed_verdict(plane, pose.rounding_m);
+  }
+  VerdictResult result = portal_verdict(pose, memory);
+  result.thickness_m = std::max(result.thickness_m, pose.rounding_m);
+  if (result.verdict != Verdict::kSeparated) return result;
+  plane.best.type = ContactType::kC;  // no face's normal
+  plane.best.normal_w = result.normal_w;
+  plane.best.f_m = plane.d_near_m = result.separation_bound_m;
+  plane.support = memory.portal[0];
+  if (!(result.separation_bound_m > pose.rounding_m)) {  // a gap that rounding explains
+    result.verdict = Verdict::kTouching;
+    result.separation_bound_m = 0;
+  }
+  return result;
+}
+
 VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
                            VerdictMemory& memory) noexcept {
   if (pose.pair->is_fixed()) return fixed_verdict(near, pose.rounding_m);

@@ -43,6 +43,14 @@ struct VerdictResult {
 [[nodiscard]] VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
                                          VerdictMemory& memory) noexcept;
 
+/// Verdict of a pair that no search has looked at: from last tick's portal, if it still holds x, or
+/// a new one; of a part that never turns, from the nearest plane. `plane`: the separating direction
+/// and the gap along it, as a search names them (of a part that never turns the nearest plane in
+/// every case); d_near_m is kNoDepth where there is none. The normal of a colliding pair means
+/// nothing. Cost: at most kMaxSupportPairsPerVerdict support pairs, or one pass over the planes.
+[[nodiscard]] VerdictResult verdict_alone(const PairPose& pose, VerdictMemory& memory,
+                                          NearResult& plane) noexcept;
+
 /// Verdict by portal refinement alone: the ray from c through x leaves the C-obstacle through a
 /// portal of three support points, which is refined until x is on one side of it. Starts from the
 /// last portal if it is warm, else from x. Cost: at most kMaxSupportPairsPerVerdict support pairs.

@@ -43,6 +43,10 @@ constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, con
   return bounds;
 }
 
+/// Support pairs of a pair that is not visited for want of budget: a verdict, and the gap along its
+/// last plane.
+inline constexpr std::uint32_t kHeldSupportPairs = kMaxSupportPairsPerVerdict + 1;
+
 /// The same where the part never turns: a scan of the planes, and another for those that can carry
 /// a force where some basic contact only separates.
 constexpr PairBounds pair_bounds(const FixedPairRecord& fixed) noexcept {
@@ -145,8 +149,16 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     }
   }
   if (pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
+  // Those that are not visited get a verdict.
+  const std::uint64_t held = pairs.size() - std::min<std::uint64_t>(pairs.size(), max_pair_visits);
+  PairBounds of_held{};
+  if (fixed.empty()) {
+    of_held.support_pairs = kHeldSupportPairs;
+  } else {
+    of_held.feature_evaluations = largest.feature_evaluations;
+  }
   const auto total = [&](std::uint64_t PairBounds::*field) {
-    return std::min(sum.*field, max_pair_visits * largest.*field);
+    return std::min(sum.*field, max_pair_visits * largest.*field) + held * of_held.*field;
   };
   c.total_features = clip(sum.feature_evaluations);
   c.largest_pair_features = clip(largest.feature_evaluations);

@@ -167,7 +167,7 @@ Odometer GoalContactStage::odometer(const PairGate& gate) const noexcept {
 }
 
 /// Looks at every pair that no plane proves to be far, nearest first while the budget lasts; the
-/// others keep their last plane.
+/// others get a verdict.
 ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
   searched_at_ = tick_;
   ContactSet set;
@@ -202,25 +202,36 @@ ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
     if (!kSceneTraits.visit_budget || k < visits) {
       set.work.add(visit(candidate.pair, goal));
     } else {
-      pair.exact = false;
-      if (pair.visited_at == 0) {  // nothing is known of it but its gate
-        nearest.offer(candidate.pair, static_cast<Real>(candidate.gap_m));
-        continue;
-      }
-      set.work.add(hold(candidate.pair, goal));
+      set.work.add(hold(candidate, goal));
     }
     nearest.offer(candidate.pair, pair.d_near_m);
   }
   set.d_near_m = nearest.d_near_m;
   set.nearest_pair = nearest.pair;
-  if (const PairState& pair = pairs_[nearest.pair]; pair.visited_at == tick_) {
-    set.situation = pair.situation;
-    set.near_count = pair.near_count;
+  if (const PairState* felt = felt_pair(nearest)) {
+    set.situation = felt->situation;
+    set.near_count = felt->near_count;
   }
   set.near = room_.near.view();
   set.patches = patches_.view();
   set.points = points_.view();
   return set;
+}
+
+/// Whose contact is felt: the nearest pair's; where all of its contacts lie past the ends of their
+/// features, that of the deepest pair that has one. Null: none was looked at.
+const GoalContactStage::PairState* GoalContactStage::felt_pair(
+    const Nearest& nearest) const noexcept {
+  const PairState& first = pairs_[nearest.pair];
+  const PairState* felt = first.visited_at == tick_ ? &first : nullptr;
+  if (nearest.d_near_m > 0 || (felt && felt->situation != ContactSituation::kNone)) return felt;
+  const PairState* deepest = nullptr;
+  for (const Candidate& candidate : candidates_) {
+    const PairState& pair = pairs_[candidate.pair];
+    if (pair.situation == ContactSituation::kNone) continue;
+    if (deepest == nullptr || pair.d_near_m < deepest->d_near_m) deepest = &pair;
+  }
+  return deepest != nullptr ? deepest : felt;
 }
 
 /// Renews the gate's plane where the last one tells nothing any more.
@@ -232,7 +243,7 @@ GoalContactStage::Gated GoalContactStage::pass_gate(std::uint32_t index,
   result.gap_m = gate.plane.gap_m(now);
   if (!is_far(result.gap_m, gate.plane.face, exact_band_m_)) {
     const Vec3 y_w = goal.x0_w - bodies_[gate.body_b].reference_w;
-    if (pairs_[index].visited_at == 0) {
+    if (!gate.plane.known) {
       gate.plane = sphere_gate(views_[index], goal.r_wa, y_w, now);
       result.gap_m = gate.plane.gap_m(now);
     } else if (renew_gate(views_[index], goal.r_wa, y_w, now, exact_band_m_, gate.plane)) {
@@ -330,21 +341,67 @@ GoalContactStage::LiveContact GoalContactStage::live_contact(PairState& pair, co
   return live;
 }
 
-/// No budget is left for this pair: its last nearest C-face is taken to be the nearest still.
-SearchWork GoalContactStage::hold(std::uint32_t index, const GripPose& goal) noexcept {
-  PairState& pair = pairs_[index];
-  const PairPose pose = pose_of(index, goal);
-  const NodePlane plane = node_plane(pose, pair.best.type, pair.best.i, pair.best.j);
-  if (plane.defined) {
-    pair.best.normal_w = plane.normal_w;
-    pair.best.f_m = plane.f_m;
-    pair.d_near_m = plane.f_m;
-  }
-  pair.near_begin = room_.near.size();
-  pair.near_count = pair.bears && room_.near.push(pair.best) ? 1 : 0;
+/// No budget is left for this pair: it has a verdict, but no search. Apart, its gap along some
+/// plane is reported; colliding, the gap along the plane that was the nearest when it was visited
+/// last, which is taken to be the nearest still.
+SearchWork GoalContactStage::hold(const Candidate& candidate, const GripPose& goal) noexcept {
+  PairState& pair = pairs_[candidate.pair];
+  const PairPose pose = pose_of(candidate.pair, goal);
+  const Odometer now = odometer(gates_[candidate.pair]);
+  GatePlane& gate = gates_[candidate.pair].plane;
   SearchWork work;
-  work.flags = touch(index, pose);
+  if (renew_gate(*pose.pair, pose.r_wa, pose.y_w, now, 0, gate)) work.support_pairs += 1;
+  const double gap_m = std::max(gate.gap_m(now), candidate.gap_m);
+  Real depth_m = static_cast<Real>(gap_m);  // where it collides, at least
+  if (gap_m > 0) {
+    pair.verdict = VerdictResult{};
+    pair.verdict.verdict = Verdict::kSeparated;
+    pair.verdict.normal_w = gate.of_a ? Vec3(pose.r_wa * gate.normal) : gate.normal;
+    pair.verdict.separation_bound_m = depth_m;
+  } else {
+    NearResult plane;
+    pair.verdict = verdict_alone(pose, pair.verdict_memory, plane);
+    work.support_pairs += pair.verdict.support_pairs;
+    work.feature_evaluations += plane.feature_evaluations;
+    depth_m = std::max(depth_m, plane.d_near_m);
+    if (pair.verdict.verdict == Verdict::kSeparated) gate = gate_plane(pose, plane, now);
+  }
+  pair.exact = false;
+  pair.near_begin = room_.near.size();
+  pair.near_count = 0;
+  if (pair.verdict.verdict == Verdict::kSeparated) {
+    pair.d_near_m = pair.verdict.separation_bound_m;
+  } else {
+    pair.d_near_m = held_depth(pair, pose, depth_m, work);
+    work.flags |= kFlagInexact;
+    if (pair.verdict.verdict == Verdict::kTouching) work.flags |= kFlagVerdictTouching;
+    if (pair.verdict.verdict == Verdict::kUndecided) work.flags |= kFlagVerdictUndecided;
+  }
+  work.flags |= touch(candidate.pair, pose);
   return work;
+}
+
+/// Depth of a pair that collides and is not searched: the gap along its last C-face, which stands
+/// in the near set, or `at_least_m` if that is more; never positive.
+Real GoalContactStage::held_depth(PairState& pair, const PairPose& pose, Real at_least_m,
+                                  SearchWork& work) noexcept {
+  if (pair.visited_at == 0) {
+    pair.bears = false;  // no C-face is known
+    return std::min(at_least_m, Real{0});
+  }
+  NearNode& best = pair.best;
+  if (const NodePlane plane = node_plane(pose, best.type, best.i, best.j); plane.defined) {
+    best.normal_w = plane.normal_w;
+    best.f_m = plane.f_m;
+  }
+  pair.verdict.normal_w = best.normal_w;
+  if (!is_fixed()) {
+    const SupportPair support = support_pair(pose, best.normal_w, pair.verdict_memory.portal[0]);
+    work.support_pairs += 1;
+    at_least_m = std::max(at_least_m, gap_along(pose, best.normal_w, support));
+  }
+  pair.near_count = pair.bears && room_.near.push(best) ? 1 : 0;
+  return std::min(at_least_m, Real{0});
 }
 
 /// Contact region of a pair whose near set stands in the list; flags.
@@ -415,8 +472,12 @@ PairReport GoalContactStage::report(std::uint32_t index) const noexcept {
     report.d_near_m = static_cast<Real>(gap);
     report.normal_w = gate.plane.of_a ? Vec3(last_.r_wa * gate.plane.normal) : gate.plane.normal;
   } else {  // held for want of budget
+    report.verdict = pair.verdict.verdict;
+    report.normal_w = pair.verdict.normal_w;
+    report.separation_bound_m = pair.verdict.separation_bound_m;
+    report.thickness_m = pair.verdict.thickness_m;
+    report.portal = pair.verdict_memory.portal;
     report.d_near_m = pair.d_near_m;
-    report.normal_w = pair.best.normal_w;
     report.situation = pair.situation;
   }
   return report;

@@ -37,8 +37,8 @@ struct ContactSet {
   bool searched = false;
   Real d_near_m = kNotSearched;                          ///< smallest over all pairs
   std::uint32_t nearest_pair = 0;                        ///< the pair it belongs to
-  ContactSituation situation = ContactSituation::kNone;  ///< of that pair
-  std::uint32_t near_count = 0;                          ///< of that pair
+  ContactSituation situation = ContactSituation::kNone;  ///< of the pair that is felt
+  std::uint32_t near_count = 0;                          ///< of the pair that is felt
   std::span<const NearNode> near;                        ///< of all pairs
   std::span<const ContactPatch> patches;  ///< of the colliding pairs, but of law kProxy
   std::span<const Vec3> points;           ///< law kPaper: application points of all patches
@@ -123,7 +123,10 @@ class GoalContactStage {
   [[nodiscard]] Odometer odometer(const PairGate& gate) const noexcept;
   [[nodiscard]] Gated pass_gate(std::uint32_t pair, const GripPose& goal) noexcept;
   [[nodiscard]] SearchWork visit(std::uint32_t pair, const GripPose& goal) noexcept;
-  [[nodiscard]] SearchWork hold(std::uint32_t pair, const GripPose& goal) noexcept;
+  [[nodiscard]] SearchWork hold(const Candidate& candidate, const GripPose& goal) noexcept;
+  [[nodiscard]] Real held_depth(PairState& pair, const PairPose& pose, Real at_least_m,
+                                SearchWork& work) noexcept;
+  [[nodiscard]] const PairState* felt_pair(const Nearest& nearest) const noexcept;
   [[nodiscard]] LiveContact live_contact(PairState& pair, const PairPose& pose,
                                          const NearResult& found) noexcept;
   [[nodiscard]] std::uint32_t touch(std::uint32_t pair, const PairPose& pose) noexcept;

@@ -47,8 +47,8 @@ enum StepFlag : std::uint32_t {
   kFlagVerdictTouching = 1u << 3,   ///< within rounding of the boundary; see thickness_m
   kFlagVerdictUndecided = 1u << 4,  ///< no certificate within the cap; see thickness_m
   kFlagNearSetCut = 1u << 5,        ///< a near set exceeded its room; D_near is exact
-  kFlagInexact = 1u << 6,           ///< edge pairs cut: D_near of a pair is a lower bound
-  kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not visited; its last valid plane was kept
+  kFlagInexact = 1u << 6,           ///< D_near of a near or colliding pair is a lower bound
+  kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not searched: verdict, no exact D_near
   kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
   kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
   kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
@@ -99,14 +99,17 @@ struct StepResult {
   /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
   Wrench spring_w;
   /// Contact of the part as it is felt. Law kProxy: of the free configuration proxy_pose_wa, over
-  /// the planes that hold it (HapticCore::felt_contact). Other laws: of nearest_pair at the goal.
+  /// the planes that hold it (HapticCore::felt_contact). Other laws: of nearest_pair at the goal,
+  /// or of the next deepest pair where all contacts of that one belong to another piece.
   ContactSituation situation = ContactSituation::kNone;
   std::uint32_t near_count = 0;  ///< law kProxy: contact points; others: nodes of the near set
   /// The goal pose was searched: by StepInput::report_goal_contact, or because the law needs it.
   /// Only then are d_near_m, nearest_pair, kGoalContactFlags and the counters of the search given.
   bool has_goal_contact = false;
   /// Smallest D_near over all pairs at the goal pose, <= 0: collision. A pair that is apart has it
-  /// over all of its nodes, one that collides over those that carry force. Else kNotSearched.
+  /// over all of its nodes, one that collides over those that carry force, or over all where none
+  /// of them applies. Exact but for kFlagFarBand, kFlagInexact and kFlagBudgetUsedUp. Else
+  /// kNotSearched.
   Real d_near_m = kNotSearched;
   std::uint32_t nearest_pair = 0;  ///< the pair it belongs to (lowest index at ties)
   RtStatus status = RtStatus::kOk;
@@ -141,7 +144,8 @@ struct PairReport {
   /// a part that never turns it is not formed: that no plane of the list has a gap certifies
   /// itself.
   std::array<SupportPair, 3> portal;
-  /// As in StepResult; exact where `exact`; else a lower bound of the distance.
+  /// As in StepResult; exact where `exact`; else a lower bound: apart, of the distance; colliding,
+  /// of D_near over all nodes.
   Real d_near_m = kNotSearched;
   bool exact = false;  ///< D_near and near set are those of this pose
   bool visited = false;

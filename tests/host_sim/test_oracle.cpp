@@ -162,5 +162,13 @@ TEST_SUITE("host_sim.oracle") {
     far.add(1, both, lie);
     CHECK(far.totals().wrong_verdict_pairs == 1);
     CHECK(far.totals().wrong_depth_pairs == 0);
+    TrackCheck deep;  // a colliding pair's bound lies at the depth or below it
+    const PairValue below[] = {{-0.002, false}, {0.002}}, above[] = {{-0.0005, false}, {0.002}};
+    deep.add(0, both, below);
+    CHECK(deep.totals().passed());
+    CHECK(deep.totals().bounded_pairs == 1);
+    deep.add(1, both, above);
+    CHECK(deep.totals().wrong_verdict_pairs == 0);
+    CHECK(deep.totals().wrong_depth_pairs == 1);
   }
 }
