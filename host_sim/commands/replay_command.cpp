@@ -96,7 +96,7 @@ Command add_replay_command(CLI::App& program) {
   const auto o = std::make_shared<ReplayArguments>();
   CLI::App* app = program.add_subcommand(
       "replay", "Runs a motion through the core: force, torque, contact situation.");
-  app->add_option("--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
       ->required();
   app->add_option("-o,--out", o->out, "CSV to write, one line per tick");

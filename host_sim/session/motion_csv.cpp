@@ -167,14 +167,14 @@ std::vector<MotionSample> read_played_motion(const std::string& path) {
   std::vector<MotionSample> motion = read_motion_csv(path);
   for (std::size_t k = 0; k < motion.size(); ++k) {
     const std::size_t line = k + 2;
-    const std::array<double, 3>& p = motion[k].p;
+    const auto& p = motion[k].p;
     if (std::hypot(p[0], p[1], p[2]) > kFarthestMotion_m) {
       refuse(path, line,
              "the part is " + shown(std::hypot(p[0], p[1], p[2])) +
                  " m from the origin; positions are in metres: are these millimetres?");
     }
     if (k == 0) continue;
-    const std::array<double, 3>& before = motion[k - 1].p;
+    const auto& before = motion[k - 1].p;
     const double step_s = motion[k].t_s - motion[k - 1].t_s;
     const double jump_m = std::hypot(p[0] - before[0], p[1] - before[1], p[2] - before[2]);
     if (step_s < kLeastStep_s || step_s > kMostStep_s) {

@@ -12,7 +12,7 @@
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay.hpp"
 #include "tests/host_sim/lid_and_bin.hpp"
-#include "tests/host_sim/program_run.hpp"
+#include "tests/support/program_run.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 using namespace haptic;
@@ -68,7 +68,7 @@ Seen judge(const LidAndBin& assembly, const std::vector<MotionSample>& motion,
   seen.pairs = session.view().pairs().size();
   for (const TickRecord& tick : result.ticks) {
     seen.ticks += 1;
-    seen.pressed += has_force(tick) ? 1 : 0;
+    seen.pressed += has_force(tick) ? 1u : 0u;
     seen.budget += (tick.flags & kFlagBudgetUsedUp) != 0 ? 1 : 0;
   }
   MESSAGE(assembly.name, ", law ", static_cast<int>(scene.parameters.law), ": ", seen.pairs,

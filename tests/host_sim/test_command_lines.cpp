@@ -84,7 +84,7 @@ constexpr const char* kRun = HAPTIC_RUN_DEVICE;
 
 const Row kRows[] = {
     // An output over an input or another output.
-    {kCompiler, "@scene.toml -o @tetrahedron.obj", 2, "would overwrite the mesh"},
+    {kCompiler, "@scene.toml -o @tetrahedron.obj", 2, "would overwrite a mesh of the scene"},
     {kCompiler, "@scene.toml -o @scene.toml", 2, "would overwrite the scene file"},
     {kCompiler, "@scene.toml -o @a.rtscene --report @a.rtscene", 2, "would overwrite"},
     {kSim, "replay --scene @peg.rtscene --motion @m.csv --out @m.csv", 2,

@@ -168,7 +168,9 @@ TEST_SUITE("host_sim.program") {
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 102);
   }
 
-  TEST_CASE("usage errors are 2, bad input is 3 with the file named, and no output file appears") {
+  TEST_CASE(
+      "usage errors are 2, bad input is 3 with the file named, a missing folder 4, and no output "
+      "file appears") {
     const Files f;
     CHECK(host_sim("").exit_code == 2);
     CHECK(host_sim("dance").exit_code == 2);
@@ -186,7 +188,7 @@ TEST_SUITE("host_sim.program") {
     CHECK_FALSE(std::filesystem::exists(out));
     CHECK(host_sim("replay --scene '" + f.motion + "' --motion '" + f.motion + "'").exit_code == 3);
     CHECK(host_sim("replay --scene '" + f.scene + "' --motion '" + f.scene + "'").exit_code == 3);
-    CHECK(host_sim("replay " + f.both + " --out /nonexistent/o.csv").exit_code == 3);
+    CHECK(host_sim("replay " + f.both + " --out /nonexistent/o.csv").exit_code == 4);
     CHECK(host_sim("motion /nonexistent.toml --out '" + out + "'").exit_code == 3);
     CHECK(host_sim("vectors /nonexistent.json").exit_code == 3);
   }

@@ -372,7 +372,7 @@ TEST_SUITE("host_sim.reproduction") {
     CHECK_FALSE(well_formed("<?xml version=\"1.0\"?><svg><g></svg>\n"));
   }
 
-  TEST_CASE("program: quick run writes every file and ends with 0; usage 2; bad folder 3") {
+  TEST_CASE("program: quick run writes every file and ends with 0; usage 2; bad folder 4") {
     const ScratchFolder scratch("reproduction");
     const std::string out = scratch.file("new/folder");
     const ProgramResult run =
@@ -394,7 +394,7 @@ TEST_SUITE("host_sim.reproduction") {
     std::ofstream(scratch.file("file")) << "x";
     const ProgramResult bad = run_program(
         HAPTIC_HOST_SIM, "reproduce-paper --quick --out '" + scratch.file("file") + "'");
-    CHECK(bad.exit_code == 3);
-    CHECK(bad.err.find("cannot be made") != std::string::npos);
+    CHECK(bad.exit_code == 4);
+    CHECK(bad.err.find("is a file") != std::string::npos);
   }
 }

@@ -138,7 +138,7 @@ TEST_SUITE("host_sim.verify") {
     CHECK(many.extra == 1);
   }
 
-  TEST_CASE("program: quick run writes every file; usage 2; bad folder 3") {
+  TEST_CASE("program: quick run writes every file; usage 2; bad folder 4") {
     const ScratchFolder scratch("verify");
     const std::string out = scratch.file("new/folder");
     const ProgramResult run = run_program(HAPTIC_HOST_SIM, "verify --quick --out '" + out + "'");
@@ -157,7 +157,7 @@ TEST_SUITE("host_sim.verify") {
     CHECK(run_program(HAPTIC_HOST_SIM, "verify --fault nothing").exit_code == 2);
     std::ofstream(scratch.file("file")) << "x";
     CHECK(run_program(HAPTIC_HOST_SIM, "verify --quick --out '" + scratch.file("file") + "'")
-              .exit_code == 3);
+              .exit_code == 4);
   }
 
   TEST_CASE("[long] ten million verdicts, a million ticks, half a million near sets") {
