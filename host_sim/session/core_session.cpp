@@ -35,10 +35,13 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
 void CoreSession::open(const std::string& name) {
   const RtStatus opened = SceneView::open(blob_.bytes(), view_);
   if (opened != RtStatus::kOk) {
-    const std::string mend =
-        name.ends_with(".toml") ? "; compile it first: graph_compiler " + name + " -o SCENE.rtscene"
-                                : "; a scene is what graph_compiler writes";
-    throw tools::InputError(name + ": not a usable scene: " + to_text(opened) + mend);
+    std::string text = name + ": not a usable scene: " + to_text(opened);
+    if (name.ends_with(".toml")) {
+      text += "; compile it first: graph_compiler " + name + " -o SCENE.rtscene";
+    } else if (!text.ends_with("compile it again")) {
+      text += "; a scene is what graph_compiler writes";
+    }
+    throw tools::InputError(text);
   }
   state_ = AlignedBytes(static_cast<std::size_t>(view_.header().capacity.state_bytes));
   const RtStatus created = HapticCore::create(state_.bytes(), view_, core_);

@@ -86,7 +86,9 @@ void require_known_names(CLI::App& program, const std::vector<std::string>& word
 void finish_help(CLI::App& app, const std::string& example, const std::string& exit_codes) {
   std::string footer = app.get_footer();
   if (!example.empty()) footer += (footer.empty() ? "" : "\n") + ("Example:\n  " + example + "\n");
-  app.footer(footer + (footer.empty() ? "" : "\n") + "Exit codes: " + exit_codes + ".");
+  if (footer.find("Exit codes: ") == std::string::npos)  // a command may have meanings of its own
+    footer += (footer.empty() ? "" : "\n") + ("Exit codes: " + exit_codes + ".");
+  app.footer(footer);
 }
 
 /// What CLI11 has to say, in one line and with the command's name.
@@ -104,7 +106,7 @@ int run_program(CLI::App& program, std::span<const Command> commands, const std:
   const bool alone = commands.size() == 1 && commands[0].app == &program;
   program.set_version_flag("-V,--version", name + " " HAPTIC_VERSION);
   if (!alone) program.require_subcommand(1);
-  finish_help(program, alone ? commands[0].example : "", exit_codes);
+  finish_help(program, commands[0].example, exit_codes);
   for (const Command& command : commands)
     if (command.app != &program) finish_help(*command.app, command.example, exit_codes);
 

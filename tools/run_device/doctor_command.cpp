@@ -86,8 +86,8 @@ Command add_doctor_command(CLI::App& program) {
   const auto o = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("doctor",
                                          "Checks whether this machine can run a servo loop, and "
-                                         "says how to fix what fails. Changes nothing.\n"
-                                         "Exit codes: 0 it can, 2 usage, 4 it cannot.");
+                                         "says how to fix what fails. Changes nothing.");
+  app->footer("Exit codes: 0 it can, 2 usage, 4 it cannot.");
   app->add_flag("--json", o->json, "every line as JSON");
   app->add_flag("--strict", o->strict,
                 "some warnings refuse too: no PREEMPT_RT, limited memory lock, page faults, late "

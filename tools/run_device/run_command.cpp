@@ -87,11 +87,7 @@ Command add_run_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "run",
       "Runs the servo loop on a device until SIGINT or SIGTERM, which ramp the force down and "
-      "close it.\n"
-      "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before "
-      "--ticks, 2 usage, 3 bad configuration or scene, 4 the machine refused (with strict: "
-      "anything asked for), or the device was not there "
-      "within --seconds.");
+      "close it.");
   app->add_option("config", o->config, "TOML: scene, device, loop, workspace, limits")->required();
   app->add_option("--seconds", o->length.seconds, "end after this long; default: never")
       ->check(CLI::Range(0.01, 1.0e9));
@@ -107,6 +103,11 @@ Command add_run_command(CLI::App& program) {
                   "seconds between two status lines, on a terminal or with --json; default 1")
       ->check(CLI::Range(0.01, 3600.0));
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
+  app->footer(
+      "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before\n"
+      "--ticks, 2 usage, 3 bad configuration or scene, 4 the machine refused (with strict: "
+      "anything\n"
+      "asked for), or the device was not there within --seconds.");
   return {app, [o] { return run(*o); }, "run_device run device.toml"};
 }
 
