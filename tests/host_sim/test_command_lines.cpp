@@ -136,7 +136,7 @@ const Row kRows[] = {
     {kSim, "replay @scene.toml --motion @m.csv", 3, "graph_compiler"},
     // What is there for the asking.
     {kSim, "help replay", 0, "Example:"},
-    {kSim, "help wcet", 0, "Exit codes: 0 done"},
+    {kSim, "help wcet", 0, "Exit codes: 0 every bound holds"},
     {kSim, "--help", 0, "stability"},
     {kSim, "--help", 0, "Example:"},
     {kRun, "--help", 0, "Example:"},
