@@ -41,6 +41,7 @@ class UserFolder {
     write("gap.csv", head + "0,0,0,0.1,1,0,0,0\n0.001,0,0,0.1,1,0,0,0\n5,0,0,0.1,1,0,0,0\n");
     write("mm.csv", head + "0,0,0,49,1,0,0,0\n0.001,0,0,49,1,0,0,0\n");
     write("jump.csv", head + "0,0,0,0.1,1,0,0,0\n0.001,0,0,1.1,1,0,0,0\n");
+    write("utf16.toml", "\xFF\xFE f o r m a t");
     write("semicolons.csv", "t;x;y;z;qw;qx;qy;qz\n0;0;0;0;1;0;0;0\n");
   }
 
@@ -107,6 +108,10 @@ const Row kRows[] = {
      "does not exist; make it first"},
     {kSim, "run @peg.rtscene --out @m.csv", 4, "is a file"},
     {kSim, "replay --scene @peg.rtscene --motion @m.csv --out /dev/full", 4, "No space left"},
+    // Not what it is taken for.
+    {kCompiler, "@tetrahedron.obj -o @a.rtscene", 3, "is a mesh; give the scene file"},
+    {kCompiler, "@utf16.toml -o @a.rtscene", 3, "is UTF-16; save it as UTF-8"},
+    {kRun, "run @utf16.toml", 3, "is UTF-16; save it as UTF-8"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},

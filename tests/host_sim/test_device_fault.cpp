@@ -93,7 +93,7 @@ TEST_SUITE("host_sim.device_fault") {
         {"format = 2\n", "toml:1: not a fault script"},
         {"format = 1\nfaults = 3\n", "toml:2: unknown key 'faults'"},
         {"format = 1\nfault = 3\n", "toml:2: fault must be a list of tables"},
-        {"format = 1\n[[fault]\n", "toml:2: not valid TOML"},
+        {"format = 1\n[[fault]\n", "toml:2:9: not valid TOML"},
         {head + "report = 3\n", "toml:2: the key 'kind' is missing"},
         {head + "kind = \"lots\"\nreport = 3\n",
          "toml:3: no such kind of fault; use one of: unplug"},

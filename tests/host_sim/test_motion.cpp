@@ -175,7 +175,7 @@ TEST_SUITE("host_sim.motion_csv") {
     }
     CHECK(contains(file.text(), "\n0.001000,"));
     CHECK_THROWS_AS(haptic::sim::write_motion_csv("/nonexistent/motion.csv", motion),
-                    haptic::tools::InputError);
+                    haptic::tools::OsError);
   }
 
   TEST_CASE("read: a long recording is read in one fast pass") {

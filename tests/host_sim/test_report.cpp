@@ -141,8 +141,8 @@ TEST_SUITE("host_sim.report") {
     std::ifstream stream(folder.file("a.csv"));
     CHECK(std::string(std::istreambuf_iterator<char>(stream), {}) == "two");
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
-    CHECK_THROWS_AS(write_whole_file(folder.file("missing/a.csv"), "x"), tools::InputError);
-    CHECK_THROWS_AS(write_whole_file(folder.path().string(), "x"), tools::InputError);
+    CHECK_THROWS_AS(write_whole_file(folder.file("missing/a.csv"), "x"), tools::OsError);
+    CHECK_THROWS_AS(write_whole_file(folder.path().string(), "x"), tools::OsError);
   }
 
   TEST_CASE("totals: changes, bounds and re-localisations after the first tick") {

@@ -63,6 +63,6 @@ TEST_SUITE("host_sim.stability") {
       CHECK(test::text_of_file(folder.file(std::string("two/") + name)).size() > 200);
     CHECK(test::text_of_file(folder.file("two/README.md")).find("| no |") == std::string::npos);
     CHECK_THROWS_AS(static_cast<void>(write_stability(folder.file("none"), {99}, options)),
-                    tools::InputError);
+                    tools::UsageError);
   }
 }

@@ -13,6 +13,8 @@ class TomlScan {
   }
 
   void run() {
+    if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF"))
+      refuse("the file is UTF-16; save it as UTF-8");
     while (at_ < text_.size()) {
       const char c = text_[at_];
       if (c == '#') {

@@ -16,8 +16,8 @@
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
-#include "tools/common/toml_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -180,18 +180,6 @@ void read_switches(const TomlTable& top, SwitchMap& switches) {
     t->fail("clutch", "shares a switch with deadman; give each its own");
 }
 
-toml::table parsed(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path, kLargestFileBytes, "the configuration");
-  check_toml_text(text, path.string());
-  try {
-    return toml::parse(text, path.string());
-  } catch (const toml::parse_error& error) {
-    throw InputError(path.string() + ":" + std::to_string(error.source().begin.line) + ":" +
-                     std::to_string(error.source().begin.column) +
-                     ": not valid TOML: " + std::string(error.description()) + "; fix the line");
-  }
-}
-
 }  // namespace
 
 bool is_driver_name(const std::string& name) {
@@ -199,7 +187,7 @@ bool is_driver_name(const std::string& name) {
 }
 
 DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device) {
-  const toml::table root = parsed(path);
+  const toml::table root = read_toml_file(path.string(), kLargestFileBytes, "the configuration");
   const std::filesystem::path folder = path.parent_path();
   const TomlTable top(root, path.string(), "",
                       {"scene", "device", "loop", "workspace", "limits", "switches", "recorder"});

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/scene_file.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
-#include "tools/common/toml_text.hpp"
 #include "tools/graph_compiler/program/motion_table.hpp"
 
 namespace haptic::tools {
@@ -213,15 +215,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
 
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {
-  check_toml_text(text, file);
-  toml::table root;
-  try {
-    root = toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    const toml::source_position at = error.source().begin;
-    throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
-                     ": not valid TOML: " + std::string(error.description()));
-  }
+  const toml::table root = parse_toml(text, file);
   const TomlTable top(root, file, "",
                       {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
                        "loop", "device", "coupling", "friction", "budget", "memory", "cleaning"});
@@ -229,6 +223,11 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".stl" || extension == ".obj" || extension == ".off")
+    throw InputError(path.string() + ": is a mesh; give the scene file (TOML) that names it");
   const std::string text = read_text_file(path, kMaxSceneFileBytes, "the scene file");
   return parse_scene_file(text, path.string(), path.parent_path());
 }
