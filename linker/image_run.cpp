@@ -3,7 +3,6 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/haptic_core.hpp"
-#include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 namespace {
@@ -35,16 +34,6 @@ Pose drive_pose(const SceneParameters& scene, std::uint32_t tick) noexcept {
   pose.q_wa = start * so3_exp(kTurn_rad * part * axis);
   pose.q_wa.normalize();
   return pose;
-}
-
-/// An image without clutch says so, and the tick leaves no trace; the drive would show one.
-bool clutch_is_refused(HapticCore& core, const SceneParameters& scene) noexcept {
-  if (kSceneTraits.clutch) return true;
-  StepInput input;
-  input.pose_wa = drive_pose(scene, 0);
-  input.clutched = true;
-  const StepResult result = core.step(input);
-  return result.status == RtStatus::kInputNotOfImage && result.wrench_w.force_w.squaredNorm() == 0;
 }
 
 constexpr std::size_t kPoseReals = 7;
@@ -108,7 +97,6 @@ ImageReport run_image(std::span<const std::byte> blob, std::span<std::byte> stat
   if (HapticCore::create(state, view, core) != RtStatus::kOk)
     return refused(ImageVerdict::kMemoryRefused);
 
-  if (!clutch_is_refused(*core, view.parameters())) return refused(ImageVerdict::kClutchTaken);
   ImageReport first = drive(*core, view.parameters(), motion);
   if (first.verdict != ImageVerdict::kDone) return first;
   core->reset();

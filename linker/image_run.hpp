@@ -21,8 +21,7 @@ enum class ImageVerdict : std::uint8_t {
   kTickFailed,     ///< a tick did not return kOk
   kForceWhenFree,  ///< force although the device pose was separated; not judged along a motion
   kNoContact,      ///< the drive felt nothing
-  kNotRepeatable,  ///< the second drive after reset() gave other bits
-  kClutchTaken     ///< an image without clutch did not refuse a clutched tick
+  kNotRepeatable   ///< the second drive after reset() gave other bits
 };
 
 struct ImageReport {

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-[[nodiscard]] RtStatus check_input(const StepInput& input) noexcept;
+[[nodiscard]] RtStatus check_pose(const Pose& pose) noexcept;
 [[nodiscard]] StepResult refused(RtStatus status, std::uint64_t hash) noexcept;
 [[nodiscard]] StepResult result_of(const Goal& goal, const ContactSet& contact,
                                    const Output& output) noexcept;
@@ -20,7 +20,7 @@ namespace {
 
 StepResult HapticCore::step(const StepInput& input) noexcept {
   CoreMemory& m = *memory_;
-  if (const RtStatus status = check_input(input); status != RtStatus::kOk)
+  if (const RtStatus status = check_pose(input.pose_wa); status != RtStatus::kOk)
     return refused(status, m.hash);
   const bool proxy = m.has_law(LawId::kProxy);
 
@@ -76,16 +76,10 @@ RtStatus check_pose(const Pose& pose) noexcept {
   return n > 0.999_r && n < 1.001_r ? RtStatus::kOk : RtStatus::kPoseNotUnit;
 }
 
-RtStatus check_input(const StepInput& input) noexcept {
-  const RtStatus status = check_pose(input.pose_wa);
-  if (status != RtStatus::kOk || kSceneTraits.clutch || !input.clutched) return status;
-  return RtStatus::kInputNotOfImage;
-}
-
 StepResult refused(RtStatus status, std::uint64_t hash) noexcept {
   StepResult result;
   result.status = status;
-  if (status != RtStatus::kInputNotOfImage) result.flags = kFlagBadPose;
+  result.flags = kFlagBadPose;
   result.state_hash = hash;
   return result;
 }

@@ -36,9 +36,9 @@ class HapticCore {
   [[nodiscard]] static RtStatus create(std::span<std::byte> memory, const SceneView& scene,
                                        HapticCore*& core) noexcept;
 
-  /// One servo tick. @retval status kPoseNotFinite (or beyond 1e9 m), kPoseNotUnit, in an image
-  /// without clutch kInputNotOfImage: wrench zero, state unchanged.
-  /// Cost: within the bounds of header().capacity, whatever the motion since the last tick.
+  /// One servo tick. @retval status kPoseNotFinite (or beyond 1e9 m), kPoseNotUnit: wrench zero,
+  /// state unchanged. Cost: within the bounds of header().capacity, whatever the motion since the
+  /// last tick.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
 
   /// Forgets all contact history: the next tick is a first tick.

@@ -31,8 +31,7 @@ enum class RtStatus : std::uint8_t {
   kMemoryTooSmall,    ///< the caller's memory holds fewer bytes than the header states
   kMemoryMisaligned,  ///< the caller's memory is not aligned to kStateAlignment
   // Images of one scene (scene/scene_traits.hpp)
-  kBlobNotOfImage,   ///< the image was compiled for another scene, or without what this one needs
-  kInputNotOfImage,  ///< the input asks for what the image was built without: as kPoseNotFinite
+  kBlobNotOfImage,  ///< the image was compiled for another scene, or without what this one needs
   kCount
 };
 

@@ -67,7 +67,7 @@ NodePlane node_plane(const PairPose& pose, ContactType type, std::uint32_t i,
   NodePlane plane;
   const PieceView& a = pose.pair->a;
   const PieceView& b = pose.pair->b;
-  switch (compiled_type(type)) {
+  switch (type) {
     case ContactType::kA:
       plane.normal_w = -pose.normal_a(i);
       plane.f_m = plane.normal_w.dot(pose.y_w - pose.vertex_b(j)) - a.face_offset(i);
@@ -103,7 +103,7 @@ Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i, std
   const PieceView& a = pose.pair->a;
   const PieceView& b = pose.pair->b;
   Real violation = -std::numeric_limits<Real>::max();
-  switch (compiled_type(type)) {
+  switch (type) {
     case ContactType::kA:
       for (const std::uint16_t e : b.edges_at(j)) {
         violation = std::max(
@@ -125,7 +125,6 @@ Real node_violation(const PairPose& pose, ContactType type, std::uint32_t i, std
 
 Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
                 const NodePlane& plane, Real violation_m) noexcept {
-  type = compiled_type(type);
   const bool strict = type == ContactType::kC ? violation_m < -applicability_tolerance(pose.size_m)
                                               : violation_m <= 0;
   if (strict && plane.sine > kWellConditionedSine) return plane.f_m;
@@ -144,7 +143,6 @@ Real node_value(const PairPose& pose, ContactType type, std::uint32_t i, std::ui
 
 Vec3 application_point(const PairPose& pose, ContactType type, std::uint32_t i, std::uint32_t j,
                        const NodePlane& plane) noexcept {
-  type = compiled_type(type);
   if (type == ContactType::kA) return pose.vertex_b(j) - pose.y_w;
   const Vec3 lift = -plane.f_m * plane.normal_w;  // HIP to SCP, eq. (1)
   if (type == ContactType::kB) return pose.vertex_a(i) + lift;
@@ -164,7 +162,7 @@ ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t
   const Vec3& n = plane.normal_w;
   const Vec3 lift = -plane.f_m * n;  // moves A onto the plane: HIP to SCP, eq. (1)
   ContactPoint point;
-  switch (compiled_type(type)) {
+  switch (type) {
     case ContactType::kA: {
       point.app_w = pose.vertex_b(j) - pose.y_w;
       const auto loop = a.face_vertices(i);

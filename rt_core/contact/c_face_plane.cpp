@@ -15,7 +15,7 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
   PlaneGap plane;
   plane.id = id;
   plane.support = start;
-  const ContactType type = compiled_type(id.type);
+  const ContactType type = id.type;
   switch (type) {
     case ContactType::kA:
       plane.normal_a = -a.face_normal(id.i);

@@ -75,7 +75,7 @@ std::uint32_t corners_of(std::span<PlanePoint> points, const HullScratch& scratc
 
 ContactId contact_id(const PairView& pair, ContactType type, std::uint32_t i,
                      std::uint32_t j) noexcept {
-  switch (compiled_type(type)) {
+  switch (type) {
     case ContactType::kA:
       return {type, face_of(pair.a, i), vertex_of(pair.b, j)};
     case ContactType::kB:

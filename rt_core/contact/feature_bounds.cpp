@@ -18,15 +18,11 @@ void place_keys(FeatureKeys& keys, Arena& arena, std::uint32_t count) noexcept {
   keys.shortlist = arena.take<std::uint16_t>(count);
 }
 
-/// `has_faces`: basic contacts on the faces of this piece are compiled. The bound of an edge asks
-/// its two faces for their supports.
-void place_piece(PieceKeys& keys, Arena& arena, const PieceRecord& piece, bool has_faces) noexcept {
-  const bool has_edges = kSceneTraits.type_c;
-  const std::uint32_t edges = has_edges ? piece.edge_count : 0;
-  place_keys(keys.faces, arena, has_faces ? piece.face_count : 0);
-  place_keys(keys.edges, arena, edges);
-  keys.edge_stamp = arena.take<Real>(edges);
-  keys.face_support = arena.take<std::uint16_t>(has_faces || has_edges ? piece.face_count : 0);
+void place_piece(PieceKeys& keys, Arena& arena, const PieceRecord& piece) noexcept {
+  place_keys(keys.faces, arena, piece.face_count);
+  place_keys(keys.edges, arena, piece.edge_count);
+  keys.edge_stamp = arena.take<Real>(piece.edge_count);
+  keys.face_support = arena.take<std::uint16_t>(piece.face_count);
 }
 
 /// `first`: number of the features' first in the marks.
@@ -83,8 +79,8 @@ void rebase(PieceKeys& keys) noexcept {
 
 void FeatureBounds::place(Arena& arena, const PieceRecord& piece_a,
                           const PieceRecord& piece_b) noexcept {
-  place_piece(a, arena, piece_a, kSceneTraits.type_a);
-  place_piece(b, arena, piece_b, kSceneTraits.type_b);
+  place_piece(a, arena, piece_a);
+  place_piece(b, arena, piece_b);
 }
 
 void FeatureBounds::reset(const NodeMarks& marks) noexcept {

@@ -5,7 +5,7 @@
 namespace haptic {
 
 void NearSearch::seed_face() noexcept {
-  if (compiled_type(start_.is_of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
+  if (start_.is_of_a) {
     seed_a_ = start_.face_a;
     evaluate_face_a(start_.face_a);
   } else {
@@ -15,14 +15,14 @@ void NearSearch::seed_face() noexcept {
 }
 
 void NearSearch::search_faces() noexcept {
-  if (kSceneTraits.type_b) list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
-  for (std::uint32_t k = 0; kSceneTraits.type_b && k < bounds_.b.faces.listed; ++k) {
+  list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
+  for (std::uint32_t k = 0; k < bounds_.b.faces.listed; ++k) {
     const std::uint32_t f = bounds_.b.faces.shortlist[k];
     if (f == seed_b_ || !in_scope(marks_.features.face_b(f))) continue;
     if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_ - relax_b_) evaluate_face_b(f);
   }
-  if (kSceneTraits.type_a) list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
-  for (std::uint32_t k = 0; kSceneTraits.type_a && k < bounds_.a.faces.listed; ++k) {
+  list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
+  for (std::uint32_t k = 0; k < bounds_.a.faces.listed; ++k) {
     const std::uint32_t f = bounds_.a.faces.shortlist[k];
     if (f == seed_a_ || !in_scope(marks_.features.face_a(f))) continue;
     if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_ - relax_a_) evaluate_face_a(f);
@@ -132,7 +132,7 @@ void NearSearch::collect_near_faces() noexcept {
                         touched.of_a ? of.face_a(touched.face) : of.face_b(touched.face))) {
       continue;
     }
-    if (compiled_type(touched.of_a ? ContactType::kA : ContactType::kB) == ContactType::kA) {
+    if (touched.of_a) {
       walk_face_a(touched, best_ + epsilon_);
     } else {
       walk_face_b(touched, best_ + epsilon_);

@@ -34,9 +34,7 @@ class NearSearch {
                                                           const PieceKeys& keys,
                                                           std::uint32_t f) noexcept;
   /// Only nodes that carry force are looked at.
-  [[nodiscard]] bool is_live() const noexcept {
-    return kSceneTraits.hidden_nodes && scope_ == NodeScope::kLive;
-  }
+  [[nodiscard]] bool is_live() const noexcept { return scope_ == NodeScope::kLive; }
   /// A face or edge, by its number in the marks, has a node in the scope.
   [[nodiscard]] bool in_scope(std::uint32_t feature) const noexcept {
     return !is_live() || marks_.feature(scope_, feature);

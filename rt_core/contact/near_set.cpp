@@ -61,16 +61,14 @@ NearResult NearSearch::run() noexcept {
   best_face_a_ = start_.face_a;
   best_face_b_ = start_.face_b;
   if (!bounds_.stale && start_.known) {
-    if (kSceneTraits.type_c && start_.is_edges) seed_edge_pair();
+    if (start_.is_edges) seed_edge_pair();
     seed_face();
   }
   search_faces();
-  if (kSceneTraits.type_c) {
-    search_edges();
-    test_edge_pairs();
-  }
+  search_edges();
+  test_edge_pairs();
   choose_best();
-  if (kSceneTraits.type_c) keep_near_edge_pairs();
+  keep_near_edge_pairs();
   collect_near_faces();
   if (is_live()) return result_;  // the pair's search before has the rest
   bounds_.stale = false;
@@ -109,10 +107,8 @@ void NearSearch::choose_best() noexcept {
   result_.d_near_m = best_;
   if (best_ == kNoDepth) return;
   const Real best_face = std::max(best_gap_a_, best_gap_b_);
-  const bool is_edges = kSceneTraits.type_c && best_pair_value_ > best_face + tolerance_;
-  const bool is_of_a =
-      compiled_type(best_gap_b_ > best_gap_a_ + tolerance_ ? ContactType::kB : ContactType::kA) ==
-      ContactType::kA;
+  const bool is_edges = best_pair_value_ > best_face + tolerance_;
+  const bool is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
   start_.is_edges = is_edges;
   start_.face_a = best_face_a_;
   start_.face_b = best_face_b_;
@@ -153,8 +149,8 @@ void NearSearch::choose_best() noexcept {
 
 void NearScratch::Size::fit(const PieceRecord& a, const PieceRecord& b) noexcept {
   faces = std::max(faces, a.face_count + b.face_count);
-  edges_a = std::max(edges_a, kSceneTraits.type_c ? a.edge_count : 0);
-  edges_b = std::max(edges_b, kSceneTraits.type_c ? b.edge_count : 0);
+  edges_a = std::max(edges_a, a.edge_count);
+  edges_b = std::max(edges_b, b.edge_count);
   vertices = std::max({vertices, a.vertex_count, b.vertex_count});
 }
 

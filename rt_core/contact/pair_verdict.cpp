@@ -207,7 +207,7 @@ bool separates(const PairPose& pose, const NearResult& near, VerdictResult& resu
   // The reported one of two tied faces may have the smaller gap: its own value is what it
   // certifies.
   result.separation_bound_m = near.best.f_m;
-  if (compiled_type(near.best.type) == ContactType::kC) {
+  if (near.best.type == ContactType::kC) {
     const SupportPair support = support_pair(pose, near.best.normal_w, near.support);
     result.support_pairs += 1;
     result.separation_bound_m =

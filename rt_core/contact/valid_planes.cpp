@@ -28,7 +28,7 @@ class ValidWalk {
         planes_(planes) {}
 
   [[nodiscard]] ValidResult run(const PlaneId& seed, SupportPair support) noexcept {
-    switch (compiled_type(seed.type)) {
+    switch (seed.type) {
       case ContactType::kA:
         enter(node_number(pair_, seed.type, seed.i, support.b));
         break;
@@ -51,17 +51,12 @@ class ValidWalk {
  private:
   /// All nodes whose C-faces have the two support vertices as a corner.
   void enter_cell(SupportPair support) noexcept {
-    if (kSceneTraits.type_a) {
-      for_each_face_at(pair_.a, support.a, [&](std::uint32_t f) {
-        enter(node_number(pair_, ContactType::kA, f, support.b));
-      });
-    }
-    if (kSceneTraits.type_b) {
-      for_each_face_at(pair_.b, support.b, [&](std::uint32_t f) {
-        enter(node_number(pair_, ContactType::kB, support.a, f));
-      });
-    }
-    if (!kSceneTraits.type_c) return;
+    for_each_face_at(pair_.a, support.a, [&](std::uint32_t f) {
+      enter(node_number(pair_, ContactType::kA, f, support.b));
+    });
+    for_each_face_at(pair_.b, support.b, [&](std::uint32_t f) {
+      enter(node_number(pair_, ContactType::kB, support.a, f));
+    });
     for (const std::uint16_t e : pair_.a.edges_at(support.a)) {
       for (const std::uint16_t g : pair_.b.edges_at(support.b)) {
         enter(node_number(pair_, ContactType::kC, e, g));
@@ -105,7 +100,7 @@ class ValidWalk {
     ValidPlane valid;
     valid.id.type = node.type;
     valid.gap_m = gap;
-    switch (compiled_type(node.type)) {
+    switch (node.type) {
       case ContactType::kA:
         valid.id.i = static_cast<std::uint16_t>(node.i);
         valid.support = {pair_.a.face_vertices(node.i)[0], node.j};
@@ -196,7 +191,7 @@ ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, Support
 }
 
 bool plane_applies(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
-  if (pair.is_fixed() || compiled_type(id.type) != ContactType::kC) return true;
+  if (pair.is_fixed() || id.type != ContactType::kC) return true;
   const Vec3 v = ConstVec3Map(pair.b.edge_directions[id.j].unit);
   const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
   const Vec3 v_a = r_wa.transpose() * v;

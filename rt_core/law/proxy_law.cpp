@@ -120,7 +120,7 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.plane.type = best.type;
   if (best.type != ContactType::kB) pair.plane.i = best.i;
   if (best.type != ContactType::kA) pair.plane.j = best.j;
-  if (compiled_type(best.type) == ContactType::kC) {
+  if (best.type == ContactType::kC) {
     const Vec3 v = ConstVec3Map(pair.view->b.edge_directions[best.j].unit);
     pair.plane.flipped = best.normal_w.dot(pose.direction_a(best.i).cross(v)) < 0;
   }

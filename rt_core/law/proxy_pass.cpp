@@ -27,12 +27,11 @@ Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexc
   // What lies beyond the envelope is not considered at all: whatever certifies a step, and whatever
   // it costs, is asked of a configuration inside. p_ itself is inside, from the first goal on.
   const MotionEnvelope& envelope = parameters_.envelope;
-  const bool place = kSceneTraits.workspace_limits && envelope.limits_place();
-  const bool turn = kSceneTraits.orientation_limits && envelope.limits_turn();
+  const bool place = envelope.limits_place();
+  const bool turn = envelope.limits_turn();
   if (is_fixed()) {
     if (place && hold_place(envelope, step.q)) step.dx_m = step.q.x0_w - p_.x0_w;
-  } else if ((turn || place) && (kSceneTraits.orientation_limits ? hold_inside(envelope, step.q)
-                                                                 : hold_place(envelope, step.q))) {
+  } else if ((turn || place) && hold_inside(envelope, step.q)) {
     step.dx_m = step.q.x0_w - p_.x0_w;
     step.dtheta_rad = so3_log((step.q.q_wa * p_.q_wa.conjugate()).normalized());
   }

@@ -7,10 +7,12 @@
 
 #include <cstdint>
 
-#include "rt_core/scene/contact_type.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
+
+/// The three types of basic contacts (paper Sec. II-A).
+enum class ContactType : std::uint8_t { kA, kB, kC };
 
 /// Counts that number the nodes of a pair.
 struct NodeNumbering {
@@ -40,9 +42,8 @@ struct NodeNumbering {
 }
 
 [[nodiscard]] inline ContactType contact_type(const PairRecord& pair, std::uint32_t node) noexcept {
-  if (node < pair.node_count_a) return compiled_type(ContactType::kA);
-  return compiled_type(node < pair.node_count_a + pair.node_count_b ? ContactType::kB
-                                                                    : ContactType::kC);
+  if (node < pair.node_count_a) return ContactType::kA;
+  return node < pair.node_count_a + pair.node_count_b ? ContactType::kB : ContactType::kC;
 }
 
 /// Type of a node and its features within their pieces.
@@ -113,7 +114,7 @@ template <typename Visit>
 void for_each_neighbor(const PieceView& a, const PieceView& b, ContactType type, std::uint32_t i,
                        std::uint32_t j, const Visit& visit) {
   const NodeNumbering nodes = numbering(a, b);
-  switch (compiled_type(type)) {
+  switch (type) {
     case ContactType::kA:  // Appendix step 1
       for_each_adjacent_face(a, i, [&](std::uint32_t f) { visit(nodes.type_a(f, j)); });
       for (const std::uint16_t e : b.edges_at(j)) visit(nodes.type_a(i, b.other_end(e, j)));

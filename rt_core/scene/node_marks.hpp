@@ -55,7 +55,7 @@ struct NodeMarks {
     return (set[k / 64] >> (k % 64) & 1u) != 0;
   }
   [[nodiscard]] constexpr bool given() const noexcept {
-    return kSceneTraits.marked_nodes && words != nullptr;
+    return kSceneTraits.free_orientation && words != nullptr;  // a pair of fixed planes has none
   }
   [[nodiscard]] constexpr bool node(NodeScope scope, std::uint32_t number) const noexcept {
     return !given() || bit(words + (scope == NodeScope::kLive ? node_words : 0), number);

@@ -10,7 +10,7 @@
 namespace haptic {
 
 /// Traits that this scene's image must have at least; `image` is set. What no scene asks for
-/// (SceneTraits::clutch and after) is off. Cost: O(bodies + pairs).
+/// (SceneTraits::contact_geometry and after) is off. Cost: O(bodies + pairs).
 [[nodiscard]] SceneTraits needs_of(const SceneView& scene) noexcept;
 
 /// Whether a program compiled with `compiled` can run a scene that needs `needed`: every feature

@@ -3,7 +3,8 @@
 /// What the program must be able to do. The general program opens any scene: everything is on. An
 /// image is compiled for one scene (linker/IMAGES.md): what the scene lacks is not compiled, and
 /// both compute the same bits. The core asks `kSceneTraits` before it asks the scene, so that the
-/// compiler drops the branch that no scene of the image can take.
+/// compiler drops the branch that no scene of the image can take. A feature has a trait where
+/// leaving it out saves several per cent of code, state or instructions; the others are compiled.
 
 #include <cstdint>
 
@@ -20,36 +21,15 @@ struct SceneTraits {
 
   // Laws.
   bool paper = true, weighted_region = true, proxy = true;
-  bool friction = true;          ///< law proxy: a static body rubs
-  bool coupling_damping = true;  ///< law proxy
-
-  // Pairs and their graphs.
-  bool several_pairs = true;
-  bool visit_budget = true;                     ///< more pairs than a tick may visit
-  bool stored_graphs = true;                    ///< a pair whose graph is stored
-  bool formed_graphs = true;                    ///< a pair whose graph is not
-  bool narrow_lists = true, wide_lists = true;  ///< neighbors of 16, of 32 bits
-
-  // Basic contacts that some pose can need (scene/node_marks.hpp).
-  bool type_a = true, type_b = true, type_c = true;
-  bool marked_nodes = true;  ///< a pair of which some are not reachable, or only separate
-  bool hidden_nodes = true;  ///< one of which some only separate
+  bool friction = true;  ///< law proxy: a static body rubs
 
   // Orientations.
   bool fixed_orientation = true;  ///< a part that never turns (scene/fixed_planes.hpp)
   bool free_orientation = true;   ///< one that does
 
-  // Watch over the scene's envelope.
-  bool orientation_limits = true;  ///< a largest turn
-  bool workspace_limits = true;    ///< a box of the grip point
-
-  // Between law and device.
-  bool device_turns = true;  ///< the device has six degrees of freedom; false: three, it translates
-  bool passivity = true;
-  bool device_twist = true;  ///< estimate of the device's twist
+  bool device = true;  ///< passivity observer and estimate of the device's twist
 
   // Not needed by any scene; an image may be built without.
-  bool clutch = true;            ///< without it a clutched tick is refused
   bool contact_geometry = true;  ///< HapticCore::contact_geometry
   bool table_checks =
       true;  ///< SceneView::open checks every table, in addition to the content hash
@@ -84,18 +64,3 @@ namespace haptic {
 inline constexpr SceneTraits kSceneTraits{};
 }  // namespace haptic
 #endif
-
-namespace haptic {
-
-/// A flag that the scene sets; off, and known to the compiler to be, in an image without `feature`.
-template <bool SceneTraits::*feature>
-struct SceneFlag {
-  bool set = false;
-  constexpr SceneFlag& operator=(bool value) noexcept {
-    set = value;
-    return *this;
-  }
-  constexpr operator bool() const noexcept { return kSceneTraits.*feature && set; }
-};
-
-}  // namespace haptic

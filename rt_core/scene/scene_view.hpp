@@ -79,9 +79,8 @@ struct NeighborLists {
   }
   [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t k) const noexcept {
     const std::size_t i = std::size_t{begin[node]} + k;
-    const bool four_bytes = kSceneTraits.wide_lists && (!kSceneTraits.narrow_lists || wide);
-    return four_bytes ? static_cast<const std::uint32_t*>(table)[i]
-                      : static_cast<const std::uint16_t*>(table)[i];
+    return wide ? static_cast<const std::uint32_t*>(table)[i]
+                : static_cast<const std::uint16_t*>(table)[i];
   }
 };
 
@@ -99,7 +98,7 @@ struct PairView {
   const FixedNode* plane_nodes = nullptr;
 
   [[nodiscard]] bool has_lists() const noexcept {
-    return kSceneTraits.stored_graphs && (!kSceneTraits.formed_graphs || graph_stored);
+    return kSceneTraits.free_orientation && graph_stored;
   }
   /// Whether the C-obstacle is a stored list of planes.
   [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(fixed != nullptr); }

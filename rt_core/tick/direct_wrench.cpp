@@ -79,7 +79,7 @@ ContactPatch DirectWrench::gather(const ContactSet& set, std::uint32_t first) no
   ContactPatch contact = patches[first];
   const auto for_each_joined = [&](const auto& visit) {
     visit(first);
-    for (std::uint32_t j = first + 1; kSceneTraits.several_pairs && j < patches.size(); ++j) {
+    for (std::uint32_t j = first + 1; j < patches.size(); ++j) {
       if (!joined_[j] && joins(patches[j], patches[first])) visit(j);
     }
   };

@@ -34,7 +34,7 @@ class DirectWrench {
 
   LawId law_ = LawId::kWeightedRegion;
   Real k_f_n_per_m_ = 0, epsilon_m_ = 0, epsilon_o_m_ = 0;
-  SceneFlag<&SceneTraits::hidden_nodes> has_seams_;
+  bool has_seams_ = false;
   std::span<bool> joined_;                 ///< per patch: a contact has it
   BoundedList<WeightedContact> contacts_;  ///< of the contact at hand
   BoundedList<Vec3> points_;               ///< the same of law paper

@@ -104,7 +104,7 @@ FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoo
   const Real hooked = kHookedShare * radius_m_;
   if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
   free.spring_w = free.wrench_w = spring_wrench(spring_, error);
-  if (!kSceneTraits.coupling_damping || !(damping_.ns_per_m > 0)) return free;
+  if (!(damping_.ns_per_m > 0)) return free;
   // Damping B (p' - q_d') in translation and B L^2 in rotation.
   damping_ = damping_after(error, stamp_ns);
   const Real b = damping_.ns_per_m;

@@ -83,22 +83,20 @@ GripPose GoalStage::offset_goal(const GripPose& device) const noexcept {
 
 /// EnvelopeSide of the goal, now and by the next tick.
 std::uint32_t GoalStage::outside_of(const GripPose& goal) noexcept {
-  const bool place = kSceneTraits.workspace_limits && envelope_.limits_place();
-  const bool turn = kSceneTraits.orientation_limits && envelope_.limits_turn();
+  const bool place = envelope_.limits_place();
+  const bool turn = envelope_.limits_turn();
   if (!place && !turn) return 0;
-  return is_fixed() || !kSceneTraits.orientation_limits
-             ? watch_.update_place(envelope_, goal.x0_w)
-             : watch_.update(envelope_, goal.x0_w, goal.q_wa);
+  return is_fixed() ? watch_.update_place(envelope_, goal.x0_w)
+                    : watch_.update(envelope_, goal.x0_w, goal.q_wa);
 }
 
 /// Holds the goal of law kProxy inside the envelope; the other laws measure at the pose itself.
 /// True: the goal was changed.
 bool GoalStage::hold(GripPose& goal) const noexcept {
-  const bool place = kSceneTraits.workspace_limits && envelope_.limits_place();
-  const bool turn = kSceneTraits.orientation_limits && envelope_.limits_turn();
+  const bool place = envelope_.limits_place();
+  const bool turn = envelope_.limits_turn();
   if (!holds_ || (!place && !turn)) return false;
-  return is_fixed() || !kSceneTraits.orientation_limits ? hold_place(envelope_, goal)
-                                                        : hold_inside(envelope_, goal);
+  return is_fixed() ? hold_place(envelope_, goal) : hold_inside(envelope_, goal);
 }
 
 Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt) noexcept {

@@ -174,7 +174,7 @@ ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
   set.searched = true;
   Nearest nearest;
   candidates_.clear();
-  const auto count = kSceneTraits.several_pairs ? static_cast<std::uint32_t>(gates_.size()) : 1u;
+  const auto count = static_cast<std::uint32_t>(gates_.size());
   for (std::uint32_t i = 0; i < count; ++i) {
     const Gated gated = pass_gate(i, goal);
     set.work.support_pairs += gated.renewed ? 1 : 0;
@@ -186,7 +186,7 @@ ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
     }
   }
   std::uint32_t visits = candidates_.size();
-  if (kSceneTraits.visit_budget && visits > max_visits_) {
+  if (visits > max_visits_) {
     const auto nearer = [](const Candidate& l, const Candidate& r) {
       return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair < r.pair);
     };
@@ -199,7 +199,7 @@ ContactSet GoalContactStage::search(const GripPose& goal) noexcept {
   for (std::uint32_t k = 0; k < candidates_.size(); ++k) {
     const Candidate& candidate = candidates_[k];
     PairState& pair = pairs_[candidate.pair];
-    if (!kSceneTraits.visit_budget || k < visits) {
+    if (k < visits) {
       set.work.add(visit(candidate.pair, goal));
     } else {
       set.work.add(hold(candidate, goal));

@@ -77,9 +77,9 @@ class GoalContactStage {
     Real d_near_m = 0;
     std::uint64_t visited_at = 0;  ///< number of the tick; 0: never
     bool exact = false;
-    SceneFlag<&SceneTraits::hidden_nodes> has_hidden;  ///< some of its nodes only separate
-    bool bears = true;                                 ///< some node that can carry a force is left
-    std::uint32_t near_begin = 0, near_count = 0;      ///< of this tick's visit
+    bool has_hidden = false;                       ///< some of its nodes only separate
+    bool bears = true;                             ///< some node that can carry a force is left
+    std::uint32_t near_begin = 0, near_count = 0;  ///< of this tick's visit
     std::uint32_t contact_begin = 0, contact_count = 0;
     ContactSituation situation = ContactSituation::kNone;
   };
@@ -139,7 +139,7 @@ class GoalContactStage {
   double exact_band_m_ = 0;
   Real max_step_m_ = 0, max_turn_rad_ = 0;  ///< motion per tick of the speed certificate; 0: none
   std::uint32_t max_visits_ = 0;
-  SceneFlag<&SceneTraits::hidden_nodes> has_seams_;
+  bool has_seams_ = false;
 
   std::span<PairState> pairs_;
   std::span<PairGate> gates_;  ///< by pair

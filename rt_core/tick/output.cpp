@@ -23,8 +23,8 @@ void OutputStage::read_scene(const SceneView& scene) noexcept {
   const DeviceParameters& d = p.device;
   period_ns_ = static_cast<std::int64_t>(1.0e9 / p.rate_hz);
   observes_ = c.passivity != 0;
-  // A part that never turns has no torque under law proxy; the other laws tell it.
-  device_translates_ = scene.is_fixed() && kSceneTraits.is_law(p.law, LawId::kProxy);
+  never_turns_ = scene.is_fixed();
+  law_ = p.law;
   PassivityLimits passivity;
   passivity.l_m = static_cast<Real>(std::sqrt(c.k_r_nm_per_rad / c.k_t_n_per_m));
   passivity.alpha_max_ns_per_m = kControllerShare * static_cast<Real>(d.mass_kg * p.rate_hz);
@@ -43,9 +43,9 @@ void OutputStage::read_scene(const SceneView& scene) noexcept {
 }
 
 void OutputStage::reset() noexcept {
-  if (kSceneTraits.passivity) passivity_.reset();
+  if (kSceneTraits.device) passivity_.reset();
   ramp_.reset();
-  if (kSceneTraits.device_twist) {
+  if (kSceneTraits.device) {
     for (TwistEstimator& estimator : twist_) estimator.reset();
   }
   has_stamp_ = false;
@@ -75,8 +75,8 @@ Output OutputStage::finish(const LawWrench& law, const GripPose& device, const S
   const Wrench& pull = law.spring_w;
   out.spring_w =
       follows ? Wrench{ramped.gain * pull.force_w, ramped.gain * pull.torque_w} : ramped.wrench_w;
-  const bool translates = !kSceneTraits.device_turns || device_translates_;
-  if (kSceneTraits.passivity && observes_) {
+  const bool translates = device_translates();
+  if (kSceneTraits.device && observes_) {
     PassivityInput in;
     in.stamp_ns = stamp_ns;
     in.grip_w = device.x0_w;
@@ -92,7 +92,7 @@ Output OutputStage::finish(const LawWrench& law, const GripPose& device, const S
     out.energy_j = static_cast<Real>(passive.energy_j);
     if (passive.acted) out.flags |= kFlagPassivity;
   }
-  if (kSceneTraits.device_twist && !twist_.empty()) {
+  if (kSceneTraits.device && !twist_.empty()) {
     TwistEstimator& estimator = twist_.front();
     const TwistSample sample{stamp_ns, device.x0_w, device.q_wa, input.twist_w, input.twist_valid};
     const TwistEstimate twist =

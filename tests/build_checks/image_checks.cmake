@@ -52,7 +52,7 @@ haptic_motion_ticks(peg ${scenes}/square_peg_five/motion.toml)
 haptic_add_scene_image(image_tetrahedron FREESTANDING SCENE ${scenes}/tetrahedron_on_box/scene.toml
   MOTION ${images}/tetrahedron.ticks BUDGET CODE 163840 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
 haptic_add_scene_image(image_peg SCENE ${scenes}/square_peg_five/scene.toml SOURCES ${runner}
-  MOTION ${images}/peg.ticks WITHOUT clutch contact_geometry)
+  MOTION ${images}/peg.ticks WITHOUT contact_geometry)
 haptic_general_program(general_tetrahedron ${images}/image_tetrahedron_image/scene.rtscene 1048576
   ${images}/tetrahedron.ticks)
 haptic_general_program(general_peg ${images}/image_peg_image/scene.rtscene 1048576 ${images}/peg.ticks)
@@ -94,13 +94,7 @@ function(haptic_traits_probe image what from to)
     -P ${checks}/image_traits_probe.cmake)
 endfunction()
 haptic_traits_probe(image_peg no_law "proxy = true" "proxy = false")
-haptic_traits_probe(image_peg one_pair "several_pairs = true" "several_pairs = false")
-haptic_traits_probe(image_peg no_graphs "formed_graphs = true" "formed_graphs = false")
-haptic_traits_probe(image_peg no_edges "type_c = true" "type_c = false")
-haptic_traits_probe(image_peg no_faces_of_part "type_a = true" "type_a = false")
-haptic_traits_probe(image_peg no_marks "marked_nodes = true" "marked_nodes = false")
-haptic_traits_probe(image_peg no_hidden "hidden_nodes = true" "hidden_nodes = false")
-haptic_traits_probe(image_peg no_turn "device_turns = true" "device_turns = false")
+haptic_traits_probe(image_peg no_turn "free_orientation = true" "free_orientation = false")
 haptic_traits_probe(image_peg less_room "qp_rows = [0-9]+" "qp_rows = 95")
 haptic_traits_probe(image_peg other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
 
@@ -138,10 +132,10 @@ haptic_closed_image_probe(image_constructor "bare metal: a static constructor or
 if(HAPTIC_THOROUGH_CHECKS)
   haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
   haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
-    MOTION ${images}/tetrahedron_fixed.ticks WITHOUT clutch contact_geometry BUDGET CODE 81920 STATE 16384)
+    MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 81920 STATE 16384)
   haptic_motion_ticks(needle ${checks}/needle/motion.toml)
   haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
-    MOTION ${images}/needle.ticks WITHOUT clutch contact_geometry)
+    MOTION ${images}/needle.ticks WITHOUT contact_geometry)
   haptic_general_program(general_needle ${images}/image_needle_image/scene.rtscene 1048576 ${images}/needle.ticks)
   haptic_general_program(general_fixed ${images}/image_fixed_image/scene.rtscene 1048576
     ${images}/tetrahedron_fixed.ticks)
@@ -151,8 +145,8 @@ if(HAPTIC_THOROUGH_CHECKS)
     -DHOSTED=$<TARGET_FILE:general_fixed> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
   haptic_image_check(image_bits.needle ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_needle>
     -DHOSTED=$<TARGET_FILE:general_needle> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
-  haptic_traits_probe(image_needle no_faces_of_static "type_b = true" "type_b = false")
-  haptic_traits_probe(image_needle no_workspace "workspace_limits = true" "workspace_limits = false")
-  haptic_traits_probe(image_needle no_orientation "orientation_limits = true" "orientation_limits = false")
+  haptic_traits_probe(image_fixed no_fixed_planes "fixed_orientation = true" "fixed_orientation = false")
+  haptic_traits_probe(image_fixed no_device "device = true" "device = false")
+  haptic_traits_probe(image_needle less_visits "valid_visits = [0-9]+" "valid_visits = 2")
 endif()
 include(image_report.cmake)

@@ -7,7 +7,7 @@ option(HAPTIC_IMAGE_REPORT "Define the target image_report" OFF)
 set(HAPTIC_IMAGE_REPORT_SCENES "needle;tetrahedron_device;tetrahedron_on_box;tetrahedron_fixed;square_peg_five;square_peg;plug_socket" CACHE STRING
   "Scenes of image_report: folders of host_sim/scenes or of these checks, or of the shared data where that is present")
 set(HAPTIC_IMAGE_REPORT_FEATURES
-  "paper;weighted_region;friction;coupling_damping;several_pairs;visit_budget;formed_graphs;wide_lists;type_a;type_b;type_c;marked_nodes;hidden_nodes;fixed_orientation;free_orientation;orientation_limits;workspace_limits;device_turns;passivity;device_twist;clutch;contact_geometry;table_checks"
+  "paper;weighted_region;friction;fixed_orientation;free_orientation;device;contact_geometry;table_checks"
   CACHE STRING "Features of image_report that are compiled in alone")
 if(NOT HAPTIC_IMAGE_REPORT)
   return()
@@ -92,7 +92,7 @@ foreach(name IN LISTS HAPTIC_IMAGE_REPORT_SCENES)
   haptic_motion_ticks(report_${name} ${motion})
   set(ticks ${CMAKE_CURRENT_BINARY_DIR}/report_${name}.ticks)
   set(image report_image_${name})
-  haptic_report_image(${image} ${scene} ${ticks} WITHOUT clutch contact_geometry)
+  haptic_report_image(${image} ${scene} ${ticks} WITHOUT contact_geometry)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/${image}_image)
   # Room for any scene; the table states what the scene's header says.
   haptic_general_program(report_general_${name} ${folder}/scene.rtscene ${HAPTIC_RT_STATE_BYTES} ${ticks})
@@ -102,13 +102,11 @@ foreach(name IN LISTS HAPTIC_IMAGE_REPORT_SCENES)
     "${name}|image|$<TARGET_FILE:${image}>|${folder}")
   list(APPEND report_programs report_general_${name} ${image})
   foreach(feature IN LISTS HAPTIC_IMAGE_REPORT_FEATURES)
-    set(left_out clutch contact_geometry)
-    list(REMOVE_ITEM left_out ${feature})
-    set(with WITH ${feature})
-    if(NOT feature IN_LIST left_out AND feature MATCHES "^(clutch|contact_geometry)$")
-      set(with)  # on unless left out
+    set(features WITHOUT contact_geometry WITH ${feature})
+    if(feature STREQUAL "contact_geometry")
+      set(features)  # on unless left out
     endif()
-    haptic_report_image(${image}_${feature} ${scene} ${ticks} WITHOUT ${left_out} ${with})
+    haptic_report_image(${image}_${feature} ${scene} ${ticks} ${features})
     list(APPEND report_rows
       "${name}|${feature}|$<TARGET_FILE:${image}_${feature}>|${CMAKE_CURRENT_BINARY_DIR}/${image}_${feature}_image")
     list(APPEND report_programs ${image}_${feature})

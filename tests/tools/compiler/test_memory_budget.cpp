@@ -179,44 +179,18 @@ TEST_SUITE("tools.traits_header") {
     CHECK(needs.image);
     CHECK(needs.content_hash == scene.view.header().content_hash);
     CHECK((needs.proxy && !needs.paper && !needs.weighted_region));
-    CHECK((needs.several_pairs && !needs.visit_budget && !needs.friction));
-    CHECK((needs.stored_graphs && !needs.formed_graphs && needs.narrow_lists && !needs.wide_lists));
-    CHECK((!needs.passivity && !needs.device_twist && needs.device_turns));
-    CHECK((needs.type_a && needs.type_b && needs.type_c));
-    CHECK((!needs.marked_nodes && !needs.hidden_nodes));
-    CHECK((!needs.orientation_limits && !needs.workspace_limits));
+    CHECK((!needs.friction && !needs.device));
+    CHECK((needs.free_orientation && !needs.fixed_orientation));
     CHECK(needs.qp_rows == kMaxProxyRows);
     CHECK(needs.valid_visits == 240);
     SceneFile other = peg_with_device();
     other.parameters.law = LawId::kPaper;
-    other.graph_bytes = 0;
-    other.budget.pair_visits = 2;
     const Opened changed(other);
     const SceneTraits of_other = needs_of(changed.view);
-    CHECK((of_other.paper && !of_other.proxy && of_other.device_twist && of_other.visit_budget));
-    CHECK((!of_other.stored_graphs && of_other.formed_graphs));
-    CHECK((!of_other.narrow_lists && !of_other.wide_lists));
-  }
-
-  TEST_CASE("the needs of a scene follow what pruning has left of it") {
-    const auto needs = [](const SceneFile& file) {
-      SceneBytes bytes(compile_scene(file, {}).bytes);
-      SceneView view;
-      REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
-      return needs_of(view);
-    };
-    const SceneTraits seams = needs(peg());
-    CHECK((seams.type_a && seams.type_b && seams.type_c));
-    CHECK((seams.marked_nodes && seams.hidden_nodes));
-    // A point over the middle of a face: no other face, edge or corner of the plate is near.
-    const SceneTraits point =
-        needs(read_scene_file(HAPTIC_TEST_DIR "/build_checks/needle/scene.toml"));
-    CHECK((!point.type_a && point.type_b && !point.type_c));
-    CHECK((point.marked_nodes && !point.hidden_nodes));
-    CHECK((point.orientation_limits && point.workspace_limits && point.device_turns));
-    const SceneTraits fixed = needs(own_scene("tetrahedron_fixed"));
-    CHECK((fixed.type_a && fixed.type_b && !fixed.marked_nodes && !fixed.hidden_nodes));
-    CHECK((!fixed.orientation_limits && !fixed.workspace_limits && !fixed.device_turns));
+    CHECK((of_other.paper && !of_other.proxy && of_other.device));
+    const Opened still(own_scene("tetrahedron_fixed"));
+    const SceneTraits fixed = needs_of(still.view);
+    CHECK((fixed.fixed_orientation && !fixed.free_orientation));
   }
 
   TEST_CASE("the general program covers every scene; an image its own, and no less") {
@@ -227,9 +201,7 @@ TEST_SUITE("tools.traits_header") {
     SceneTraits other = needs;
     other.content_hash ^= 1;
     CHECK_FALSE(covers(other, needs));
-    for (bool SceneTraits::*feature :
-         {&SceneTraits::proxy, &SceneTraits::several_pairs, &SceneTraits::stored_graphs,
-          &SceneTraits::narrow_lists, &SceneTraits::type_c, &SceneTraits::device_turns}) {
+    for (bool SceneTraits::*feature : {&SceneTraits::proxy, &SceneTraits::free_orientation}) {
       SceneTraits less = needs;
       less.*feature = false;
       CHECK_FALSE(covers(less, needs));
@@ -244,9 +216,10 @@ TEST_SUITE("tools.traits_header") {
   TEST_CASE("features can be left out and put in by name; unknown names are refused") {
     const Opened scene(peg());
     const SceneTraits plain = image_traits(scene.view, {}, {});
-    CHECK((plain.clutch && plain.contact_geometry && !plain.table_checks && !plain.friction));
-    const SceneTraits less = image_traits(scene.view, {"clutch"}, {"friction", "table_checks"});
-    CHECK((!less.clutch && less.contact_geometry && less.friction && less.table_checks));
+    CHECK((plain.contact_geometry && !plain.table_checks && !plain.friction));
+    const SceneTraits less =
+        image_traits(scene.view, {"contact_geometry"}, {"friction", "table_checks"});
+    CHECK((!less.contact_geometry && less.friction && less.table_checks));
     CHECK(less.qp_rows == SceneTraits{}.qp_rows);
     CHECK(covers(less, needs_of(scene.view)));
     CHECK_THROWS_AS(image_traits(scene.view, {"proxy"}, {}), InputError);

@@ -125,9 +125,9 @@ TEST_SUITE("tools.programs") {
     CHECK(refused.err.find("the budget allows 4 096") != std::string::npos);
     CHECK(file_count(folder.file("")) == 1);
     write("state_bytes = 100000");
-    CHECK(compile(arguments + " --without clutch").exit_code == 0);
+    CHECK(compile(arguments + " --without contact_geometry").exit_code == 0);
     const std::string header = text_of_file(folder.file("scene_image.hpp"));
-    CHECK(header.find(".clutch = false,") != std::string::npos);
+    CHECK(header.find(".contact_geometry = false,") != std::string::npos);
     CHECK(header.find(".proxy = true,") != std::string::npos);
     CHECK(header.find(folder.file("")) == std::string::npos);
     CHECK(compile(arguments + " --without proxy").exit_code == 2);

@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
       "--traits", arguments.traits,
       "write the header that makes an image of this scene (rt_core/scene/scene_image.hpp)");
   app.add_option("--without", arguments.without,
-                 "with --traits: leave out of the image clutch or contact_geometry; repeatable")
+                 "with --traits: leave contact_geometry out of the image")
       ->take_all()
       ->check(CLI::IsMember(haptic::tools::optional_traits()));
   app.add_option("--with", arguments.with,

@@ -20,26 +20,9 @@ constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
                                  {"weighted_region", &SceneTraits::weighted_region},
                                  {"proxy", &SceneTraits::proxy},
                                  {"friction", &SceneTraits::friction},
-                                 {"coupling_damping", &SceneTraits::coupling_damping},
-                                 {"several_pairs", &SceneTraits::several_pairs},
-                                 {"visit_budget", &SceneTraits::visit_budget},
-                                 {"stored_graphs", &SceneTraits::stored_graphs},
-                                 {"formed_graphs", &SceneTraits::formed_graphs},
-                                 {"narrow_lists", &SceneTraits::narrow_lists},
-                                 {"wide_lists", &SceneTraits::wide_lists},
-                                 {"type_a", &SceneTraits::type_a},
-                                 {"type_b", &SceneTraits::type_b},
-                                 {"type_c", &SceneTraits::type_c},
-                                 {"marked_nodes", &SceneTraits::marked_nodes},
-                                 {"hidden_nodes", &SceneTraits::hidden_nodes},
                                  {"fixed_orientation", &SceneTraits::fixed_orientation},
                                  {"free_orientation", &SceneTraits::free_orientation},
-                                 {"orientation_limits", &SceneTraits::orientation_limits},
-                                 {"workspace_limits", &SceneTraits::workspace_limits},
-                                 {"device_turns", &SceneTraits::device_turns},
-                                 {"passivity", &SceneTraits::passivity},
-                                 {"device_twist", &SceneTraits::device_twist},
-                                 {"clutch", &SceneTraits::clutch},
+                                 {"device", &SceneTraits::device},
                                  {"contact_geometry", &SceneTraits::contact_geometry},
                                  {"table_checks", &SceneTraits::table_checks}};
 
@@ -60,7 +43,7 @@ std::string printable(const std::string& name) {
 }  // namespace
 
 const std::vector<std::string>& optional_traits() {
-  static const std::vector<std::string> names{"clutch", "contact_geometry"};
+  static const std::vector<std::string> names{"contact_geometry"};
   return names;
 }
 
@@ -73,12 +56,12 @@ std::vector<std::string> trait_names() {
 SceneTraits image_traits(const SceneView& scene, const std::vector<std::string>& without,
                          const std::vector<std::string>& with) {
   SceneTraits traits = needs_of(scene);
-  traits.clutch = traits.contact_geometry = true;
+  traits.contact_geometry = true;
   const auto& optional = optional_traits();
   for (const std::string& name : without) {
     if (std::find(optional.begin(), optional.end(), name) == optional.end()) {
       throw InputError("an image cannot be built without '" + name + "'; it can without " +
-                       optional[0] + " and " + optional[1]);
+                       optional[0]);
     }
     traits.*feature_of(name).member = false;
   }

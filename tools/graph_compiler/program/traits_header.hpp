@@ -11,8 +11,8 @@
 
 namespace haptic::tools {
 
-/// Traits of the scene's image: what it needs, and clutch and contact_geometry, which no scene
-/// asks for; the checks of the tables are the compiler's. `without` leaves some of
+/// Traits of the scene's image: what it needs, and contact_geometry, which no scene asks
+/// for; the checks of the tables are the compiler's. `without` leaves some of
 /// optional_traits() out, `with` compiles features that the scene does not need. @throws InputError
 /// for another name.
 SceneTraits image_traits(const SceneView& scene, const std::vector<std::string>& without,
