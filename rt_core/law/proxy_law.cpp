@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The proxy's tick: memory, which pairs a pass can reach, and the passes.
+
 #include "rt_core/law/proxy_law.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
@@ -11,6 +13,9 @@
 
 namespace haptic {
 namespace {
+
+/// Radius of the part for which the lengths below were chosen.
+constexpr Real kChosenFor_m = 0.05_r;
 
 /// Sums of motion are rounded up by this share.
 constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
@@ -33,6 +38,22 @@ std::uint32_t largest_loop(const PieceView& piece) noexcept {
 }
 
 }  // namespace
+
+ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept {
+  const Real share = radius_m / kChosenFor_m;
+  const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);
+  ProxyScale scale;
+  scale.tolerance_m = std::max(tolerance_m > 0 ? tolerance_m : 1.0e-7_r * share, floor_m);
+  scale.step_m = 2.0e-3_r * share;
+  scale.turn_rad = 0.02_r;
+  scale.margin_m = 1.0e-4_r * share;
+  scale.manifold_m = 2.0e-3_r * share;
+  scale.reach_m = scale.step_m + scale.turn_rad * radius_m + scale.margin_m;
+  scale.recovery_step_m = 2.0e-4_r * share;
+  scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);
+  scale.still_rad = scale.still_m / std::max(radius_m, std::numeric_limits<Real>::min());
+  return scale;
+}
 
 void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;

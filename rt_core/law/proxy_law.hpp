@@ -17,15 +17,33 @@
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/base/motion_envelope.hpp"
+#include "rt_core/base/scalar.hpp"
 #include "rt_core/contact/contact_manifold.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/valid_planes.hpp"
 #include "rt_core/law/coupling.hpp"
 #include "rt_core/law/felt_contact.hpp"
 #include "rt_core/law/proxy_qp.hpp"
-#include "rt_core/law/proxy_scale.hpp"
 
 namespace haptic {
+
+// The lengths of law `proxy`, chosen for one size of part and scaled with it.
+
+/// Lengths of the passes; they grow with the part.
+struct ProxyScale {
+  Real tolerance_m = 0;             ///< depth that counts as free
+  Real step_m = 0;                  ///< largest displacement of a pass
+  Real turn_rad = 0;                ///< largest turn of a pass
+  Real margin_m = 0;                ///< what corrections may add to a displacement
+  Real manifold_m = 0;              ///< height within which a face or edge lies in a contact
+  Real reach_m = 0;                 ///< pairs farther apart than this cannot meet within a pass
+  Real recovery_step_m = 0;         ///< depth taken back in a pass of recovery
+  Real still_m = 0, still_rad = 0;  ///< a shorter move ends the tick
+};
+
+/// Lengths for a part whose vertices lie within `radius_m` of the grip point, in a scene with
+/// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
+[[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
 
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 

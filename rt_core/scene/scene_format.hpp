@@ -6,15 +6,13 @@
 /// `count` elements of `element_bytes`; padding is zero. Sections with an unknown id are skipped.
 /// Scalars named Real have the width that the header states.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <type_traits>
 
 #include "rt_core/base/scalar.hpp"
-#include "rt_core/scene/pair_records.hpp"
-#include "rt_core/scene/scene_capacity.hpp"
-#include "rt_core/scene/scene_parameters.hpp"
 
 namespace haptic {
 
@@ -69,6 +67,45 @@ struct SectionEntry {
   std::uint64_t count;
 };
 
+// Header and capacities.
+
+/// Fixed capacities and bounds of one tick, computed from the tables (scene/capacity.hpp). A tick
+/// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
+/// choice.
+struct SceneCapacity {
+  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene, 64-bit addresses
+  std::uint32_t moving_lanes;  ///< padded vertices of all pieces of A
+  std::uint32_t pair_count;
+  std::uint32_t total_features;  ///< faces and edges of both pieces, over all pairs
+  std::uint32_t largest_pair_features;
+  std::uint32_t largest_near;     ///< largest near capacity of a pair
+  std::uint32_t max_pair_visits;  ///< pairs searched in one tick
+  std::uint32_t max_support_pairs;
+  std::uint32_t max_feature_evaluations;  ///< faces and edges whose bound is computed
+  std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
+  std::uint32_t max_near_nodes;           ///< of all near sets together
+  std::uint32_t max_hull_points;          ///< points of one contact polygon
+  /// Law kProxy, else 0: gaps along C-face planes, nodes of valid sets, searches without history.
+  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches;
+  std::uint32_t max_search_work;  ///< of those searches: as StepCounters::search_work
+  std::uint32_t max_proxy_passes, max_proxy_rejected;
+  std::uint32_t max_proxy_rounds;                ///< of one pass
+  std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
+  std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
+  std::uint32_t unproven;                        ///< UnprovenBound, bit set = cannot be defended
+  std::uint32_t reserved;                        ///< 0
+
+  friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
+};
+
+/// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
+/// that a tick might have to give up exactness, with a flag, to keep to it.
+enum UnprovenBound : std::uint32_t {
+  kUnprovenEdgePairs = 1u << 0,  ///< a pair has more pairs of edges than a tick may test
+  kUnprovenNearSet = 1u << 1,    ///< a pair has more nodes than its near set may hold
+  kUnprovenPairVisits = 1u << 2  ///< more pairs can be near at once than a tick may visit
+};
+
 struct SceneHeader {
   char magic[8];
   std::uint32_t version;
@@ -80,6 +117,86 @@ struct SceneHeader {
   std::uint64_t section_table;  ///< offset of SectionEntry[section_count]
   SceneCapacity capacity;
 };
+
+// Parameters: law, device, coupling, where the part goes; and the limits of these numbers.
+
+/// Largest coordinate [m] and stiffness [N/m]: far beyond any device, and small enough that no
+/// force, torque or square of a length leaves the range of Real, single precision included.
+inline constexpr double kMaxSceneLength_m = 1.0e6;
+inline constexpr double kMaxStiffness_n_per_m = 1.0e12;
+/// Limits of the coupling: least stiffness and length L = sqrt(k_r / k_t), which must stay apart
+/// from zero in single precision; damping [N s/m], rotation error [rad] and window [s] at most;
+/// coefficient of friction at most.
+inline constexpr double kMinStiffness_n_per_m = 1.0e-12;
+inline constexpr double kMinCouplingLength_m = 1.0e-9;
+inline constexpr double kMaxCouplingDamping_ns_per_m = 1.0e12;
+inline constexpr double kMaxRotationError_rad = 3.0;
+inline constexpr double kMaxWindow_s = 1.0e3;
+inline constexpr double kMaxFriction = 2.0;
+
+enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
+
+/// Properties of the haptic device; SI units. A value of 0 in a limit means "not given".
+struct DeviceParameters {
+  double mass_kg, damping_ns_per_m, coulomb_friction_n, encoder_step_m;
+  double max_force_n, max_torque_nm, max_force_rate_n_per_s, max_torque_rate_nm_per_s;
+  double max_stiffness_n_per_m, max_damping_ns_per_m;
+  double delay_s;
+  std::uint32_t given;  ///< 1 when the scene has a [device] table
+  std::uint32_t reserved;
+};
+
+/// How the proxy is coupled to the device (law kProxy), and what stands between any law and the
+/// device. SI units; every value resolved by the compiler, 0 where a limit is said to be none.
+struct CouplingParameters {
+  double k_t_n_per_m;              ///< coupling stiffness in translation, > 0
+  double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2, L 1e-9 to 1e6 m
+  double damping_ns_per_m;         ///< B: coupling damping in translation; B L^2 in rotation; >= 0
+  double damping_share;            ///< it is at most this share of the spring wrench, 0 to 1
+  double max_rotation_error_rad;   ///< theta_sat: the anchor follows beyond; in (0, 3]
+  double max_translation_error_m;  ///< the anchor follows beyond; 0: no limit
+  double min_window_s;             ///< of the twist estimator, 0 to max_window_s
+  double max_window_s;             ///< of the twist estimator, > 0
+  double encoder_step_rad;         ///< angular step of the device; 0: not given
+  double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
+  std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
+  std::uint32_t reserved;
+  std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
+  std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
+};
+
+/// Bits of EnvelopeParameters::given.
+enum EnvelopeGiven : std::uint32_t { kOrientationGiven = 1u << 0, kWorkspaceGiven = 1u << 1 };
+
+/// Where the part goes; nodes that none of these poses needs may be missing from the marks. What is
+/// not given is zero.
+struct EnvelopeParameters {
+  double q_wa_xyzw[4];   ///< middle of the orientations, unit
+  double max_angle_rad;  ///< largest turn from it, 0 to pi; 0: the part never turns
+  double min_m[3];       ///< of the box that the grip point stays in, W axes
+  double max_m[3];
+  std::uint32_t given;  ///< EnvelopeGiven
+  std::uint32_t reserved;
+};
+
+struct SceneParameters {
+  LawId law;
+  std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
+  double k_f_n_per_m;                 ///< paper's k_F
+  double epsilon_m;                   ///< paper's epsilon: width of the near set
+  double epsilon_o_m;   ///< weighted law: distance outside its features at which a contact ends
+  double exact_band_m;  ///< separations beyond this may be answered by a held plane, flagged
+  double rate_hz;
+  double start_p_wa_m[3];  ///< start pose of A's mesh frame in W
+  double start_q_wa_xyzw[4];
+  double max_linear_speed_m_per_s, max_angular_speed_rad_per_s;
+  std::uint32_t name_offset, name_bytes;  ///< in kText
+  DeviceParameters device;
+  CouplingParameters coupling;
+  EnvelopeParameters envelope;
+};
+
+// Bodies and their pieces.
 
 /// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
 /// static body in W's axes about `reference_m`.
@@ -163,6 +280,70 @@ struct EdgeArc {
   /// through the edge than apex[k]; 0 where one does.
   Real apex_rules[2];
 };
+
+// Pairs, their basic contacts, and the capacities that a pair states.
+
+/// PairRecord::node_begin of a pair whose graph is not stored: its nodes and arcs are formed from
+/// the incidence tables of its two pieces (scene/graph_rule.hpp), which gives the same graph.
+inline constexpr std::uint32_t kGraphNotStored = 0xFFFFFFFFu;
+
+/// PairRecord::mark_begin of a pair that needs all of its nodes.
+inline constexpr std::uint32_t kNotMarked = 0xFFFFFFFFu;
+
+/// A pair (piece of A, piece of B) = one convex C-obstacle and its graph of basic contacts (paper
+/// Sec. II-A). Node numbers: type A `f nVB + v`, type B `nFA nVB + v nFB + f`, type C `nFA nVB +
+/// nVA nFB + e nEB + g`.
+struct PairRecord {
+  std::uint32_t piece_a, piece_b;
+  std::uint32_t node_begin;  ///< in kNodes, or kGraphNotStored
+  std::uint32_t node_count;
+  std::uint32_t node_count_a;  ///< type A; then type B; the rest is type C
+  std::uint32_t node_count_b;
+  std::uint32_t max_degree;
+  std::uint32_t near_capacity;       ///< of the near set
+  std::uint32_t edge_pair_capacity;  ///< pairs of active edges that a search may test
+  std::uint32_t mark_begin;          ///< in kNodeMarks, or kNotMarked
+};
+
+/// Features of a basic contact: face or vertex or edge of A, vertex or face or edge of B, within
+/// their pieces. Neighbors of the same type with the same face (types A and B) lie among the
+/// `keep_count` consecutive ones of its list from the `keep_begin`-th on: for type A these are all
+/// of them and no others, for type B those with the same vertex of A stand between. None for type
+/// C.
+struct NodeRecord {
+  std::uint16_t a, b;
+  std::uint16_t keep_begin, keep_count;
+};
+
+/// Pairs of edges that one pair may test in one tick. Every pair with no more than that many is
+/// exact at every pose; measured on hulls of 200 vertices: at most 200 after the first tick.
+inline constexpr std::uint32_t kMaxEdgePairs = 16384;
+
+/// Pairs with no more nodes than this have room for all of them in their near set.
+inline constexpr std::uint32_t kSmallPairNodes = 1024;
+
+/// Basic contacts that can share one C-plane when the faces with `face_a` and `face_b` vertices lie
+/// on each other: every vertex of each and every pair of their edges (19 for tetrahedron and box,
+/// 24 for two boxes).
+constexpr std::uint64_t face_face_ties(std::uint64_t face_a, std::uint64_t face_b) noexcept {
+  return face_a + face_b + face_a * face_b;
+}
+
+/// Capacity of the near set of a pair with `node_count` live nodes: all of a small pair; else three
+/// planes of ties at one corner of the C-obstacle, a margin for the edge stars of their corners,
+/// and never more than the pair has nodes.
+constexpr std::uint32_t near_capacity(std::uint32_t node_count, std::uint32_t largest_face_a,
+                                      std::uint32_t largest_face_b) noexcept {
+  if (node_count <= kSmallPairNodes) return node_count;
+  const std::uint64_t ties = 3 * face_face_ties(largest_face_a, largest_face_b) + 16;
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(node_count, std::max<std::uint64_t>(kSmallPairNodes, ties)));
+}
+
+/// Pairs of active edges that a search may test, of a pair with as many reachable ones.
+constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
+}
 
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
               sizeof(SceneHeader) == 152);

@@ -12,9 +12,20 @@
 #include "rt_core/tick/goal.hpp"
 #include "rt_core/tick/goal_contact.hpp"
 #include "rt_core/tick/output.hpp"
-#include "rt_core/tick/tick_hash.hpp"
+#include "rt_core/tick/step.hpp"
 
 namespace haptic {
+
+// The chain of hashes over the results of all ticks.
+
+/// Start of the chain.
+inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;
+
+/// The hash after a tick, from the one before. Nothing that a caller may ask for or not is part of
+/// it: where the part is `felt` (law kProxy), neither D_near nor the work of the search at the
+/// goal.
+[[nodiscard]] std::uint64_t chained_hash(std::uint64_t before, const StepResult& result,
+                                         bool felt) noexcept;
 
 struct CoreMemory {
   /// Where it lies in the caller's memory: behind the core, which is one address. The alignment is

@@ -4,13 +4,16 @@
 /// their pieces, then pairs with their graphs, marks and planes. Private to the scene writer.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
+#include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
-#include "tools/graph_compiler/graph/blob_builder.hpp"
 #include "tools/graph_compiler/graph/edge_arcs.hpp"
 #include "tools/graph_compiler/graph/piece_topology.hpp"
 #include "tools/graph_compiler/graph/pruning_marks.hpp"
@@ -18,6 +21,33 @@
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::tools {
+
+// Lays tables out as the sections of a compiled scene (rt_core/scene/scene_format.hpp): header,
+// table of sections, sections at multiples of kSceneAlignment, zeros between them.
+
+class BlobBuilder {
+ public:
+  /// Appends a section; sections appear in the blob in the order of the calls.
+  template <typename T>
+  void add(SectionId id, const std::vector<T>& elements) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    add_bytes(id, sizeof(T), elements.size(), std::as_bytes(std::span(elements)));
+  }
+  void add_bytes(SectionId id, std::uint32_t element_bytes, std::uint64_t count,
+                 std::span<const std::byte> bytes);
+
+  /// The blob with its content hash. May be called again with another capacity.
+  [[nodiscard]] std::vector<std::byte> finish(const SceneCapacity& capacity) const;
+
+ private:
+  struct Section {
+    SectionId id;
+    std::uint32_t element_bytes;
+    std::uint64_t count;
+    std::vector<std::byte> bytes;
+  };
+  std::vector<Section> sections_;
+};
 
 /// The sections as they grow, body by body and pair by pair.
 struct SceneTables {

@@ -3,17 +3,178 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <cstdio>
 #include <limits>
+#include <numbers>
+#include <string>
 
+#include "rt_core/scene/capacity.hpp"
+#include "rt_core/scene/scene_format.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
-#include "tools/graph_compiler/program/motion_table.hpp"
+#include "tools/graph_compiler/graph/coupling_defaults.hpp"
 
 namespace haptic::tools {
 namespace {
+
+constexpr Range kStiffness{0.0, kMaxStiffness_n_per_m, true};
+constexpr Range kRotaryStiffness{0.0, kMaxStiffness_n_per_m* kMaxSceneLength_m* kMaxSceneLength_m,
+                                 true};
+constexpr Range kLength{0.0, kMaxSceneLength_m, true};
+constexpr Range kDamping{0.0, kMaxCouplingDamping_ns_per_m};
+constexpr Range kShare{0.0, 1.0};
+constexpr Range kRotation{0.0, kMaxRotationError_rad, true};
+constexpr Range kWindow{0.0, kMaxWindow_s};
+
+/// Reads `[coupling]`, which may be absent; `device` is that of the scene.
+CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& device) {
+  CouplingRequest request;
+  const auto t = top.table(
+      "coupling", {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m", "damping_share",
+                   "max_rotation_error_rad", "max_translation_error_m", "min_window_s",
+                   "max_window_s", "passivity", "allow_active", "passes", "tolerance_m"});
+  if (!t) return request;
+  request.k_t_n_per_m = t->number("k_t_n_per_m", kStiffness);
+  request.k_r_nm_per_rad = t->number("k_r_nm_per_rad", kRotaryStiffness);
+  request.length_m = t->number("length_m", kLength);
+  if (request.k_r_nm_per_rad && request.length_m) {
+    t->fail("length_m", "k_r_nm_per_rad is given too, which is k_t times its square; keep one");
+  }
+  request.damping_ns_per_m = t->number("damping_ns_per_m", kDamping);
+  request.damping_share = t->number("damping_share", kShare);
+  request.max_rotation_error_rad = t->number("max_rotation_error_rad", kRotation);
+  request.max_translation_error_m = t->number("max_translation_error_m", kLength);
+  request.min_window_s = t->number("min_window_s", kWindow);
+  request.max_window_s = t->number("max_window_s", {0.0, kMaxWindow_s, true});
+  const double least = request.min_window_s.value_or(kDefaultMinWindow_s);
+  if (request.max_window_s && *request.max_window_s < least) {
+    t->fail("max_window_s", "is below min_window_s (default 0.001); give at least that");
+  }
+  request.passivity = t->flag("passivity");
+  if (request.passivity.value_or(false) && !(device.mass_kg > 0.0)) {
+    t->fail("passivity", "its damping is limited by the mass of the device; give [device] mass_kg");
+  }
+  if (const auto passes = t->integer("passes")) {
+    if (*passes < 1 || *passes > kMaxProxyPasses) {
+      t->fail("passes", "is " + std::to_string(*passes) + "; give a whole number from 1 to " +
+                            std::to_string(kMaxProxyPasses));
+    }
+    request.passes = static_cast<std::uint32_t>(*passes);
+  }
+  request.tolerance_m = t->number("tolerance_m", kLength);
+  request.allow_active = t->flag("allow_active").value_or(false);
+  request.k_t_at = t->place("k_t_n_per_m");
+  request.k_r_at = t->place(request.length_m ? "length_m" : "k_r_nm_per_rad");
+  request.damping_at = t->place("damping_ns_per_m");
+  return request;
+}
+
+/// Two names and mu each, no pair twice.
+std::vector<FrictionPair> read_friction(const TomlTable& top) {
+  std::vector<FrictionPair> pairs;
+  for (const TomlTable& t : top.tables("friction", {"materials", "mu"})) {
+    FrictionPair pair;
+    const auto materials = t.word_pair("materials");
+    if (!materials) t.fail_missing("materials", "name two, as in [\"steel\", \"pom\"]");
+    pair.materials = *materials;
+    const auto mu = t.number("mu", {0.0, kMaxFriction});
+    if (!mu) t.fail_missing("mu", "give the Coulomb coefficient, from 0 to 2");
+    pair.mu = *mu;
+    if (friction_of(pairs, pair.materials[0], pair.materials[1])) {
+      t.fail("materials", "'" + pair.materials[0] + "' and '" + pair.materials[1] +
+                              "' have a coefficient already; keep one of the two tables");
+    }
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+// `[motion_limits]` of a scene file: how fast the hand moves, and where it takes the part.
+
+constexpr Range kSpeed{0.0, std::numeric_limits<double>::infinity(), true};
+/// A half turn reaches every orientation; more is taken for degrees.
+constexpr Range kAngle{0.0, 3.1416};
+constexpr Range kComponent{-2.0, 2.0};
+constexpr Range kPlace{-1e5, 1e5};
+
+std::array<double, 4> to_xyzw(const std::array<double, 4>& wxyz) {
+  return {wxyz[1], wxyz[2], wxyz[3], wxyz[0]};
+}
+
+/// `about`: "start" or [w, x, y, z] of unit length.
+std::array<double, 4> read_about(const TomlTable& t, const ScenePart& moving) {
+  if (!t.has("about")) return to_xyzw(moving.quaternion_wxyz);
+  if (t.is_text("about")) {
+    if (*t.text("about") != "start") {
+      t.fail("about", "is '" + *t.text("about") + "'; give \"start\" or four numbers [w, x, y, z]");
+    }
+    return to_xyzw(moving.quaternion_wxyz);
+  }
+  std::array<double, 4> q = *t.vector4("about", kComponent);
+  double square = 0.0;
+  for (const double x : q) square += x * x;
+  const double length = std::sqrt(square);
+  if (!(std::abs(length - 1.0) <= 1e-6)) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", length);
+    t.fail("about", std::string("has length ") + text + "; divide its components by that");
+  }
+  for (double& x : q) x /= length;
+  return to_xyzw(q);
+}
+
+OrientationEnvelope read_orientation(const TomlTable& t, const ScenePart& moving) {
+  OrientationEnvelope envelope;
+  envelope.about_xyzw = read_about(t, moving);
+  const auto angle = t.number("max_angle_rad", kAngle);
+  if (!angle) t.fail_missing("max_angle_rad", "give the largest tilt from `about` in radians");
+  envelope.max_angle_rad = std::min(*angle, std::numbers::pi);
+  return envelope;
+}
+
+WorkspaceBox read_workspace(const TomlTable& t) {
+  const auto low = t.vector3("min_m", kPlace), high = t.vector3("max_m", kPlace);
+  if (!low) t.fail_missing("min_m", "give the lowest x, y and z of the grip point in W");
+  if (!high) t.fail_missing("max_m", "give the highest x, y and z of the grip point in W");
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!((*low)[k] <= (*high)[k])) {
+      t.fail("max_m", std::string("is below min_m in ") + "xyz"[k] + "; exchange the two");
+    }
+  }
+  return {*low, *high};
+}
+
+void read_speeds(const TomlTable& limits, SceneParameters& p) {
+  const auto linear = limits.number("linear_m_per_s", kSpeed);
+  const auto angular = limits.number("angular_rad_per_s", kSpeed);
+  const bool ranges_alone = limits.has("orientation") || limits.has("workspace");
+  if (!linear && !angular && ranges_alone) return;
+  if (!linear) limits.fail_missing("linear_m_per_s", "give the largest speed of the hand");
+  if (!angular) limits.fail_missing("angular_rad_per_s", "give the largest turning speed");
+  p.motion_limits_given = 1;
+  p.max_linear_speed_m_per_s = *linear;
+  p.max_angular_speed_rad_per_s = *angular;
+}
+
+/// Reads speeds (both or neither), `orientation` and `workspace` of the scene, whose start pose has
+/// been read. Nothing changes where the table is absent.
+/// @throws InputError "file:line:column: defect; fix".
+void read_motion_table(const TomlTable& top, SceneFile& scene) {
+  const auto limits = top.table(
+      "motion_limits", {"linear_m_per_s", "angular_rad_per_s", "orientation", "workspace"});
+  if (!limits) return;
+  read_speeds(*limits, scene.parameters);
+  if (const auto orientation = limits->table("orientation", {"about", "max_angle_rad"})) {
+    scene.orientation = read_orientation(*orientation, scene.moving);
+  }
+  if (const auto workspace = limits->table("workspace", {"min_m", "max_m"})) {
+    scene.workspace = read_workspace(*workspace);
+  }
+}
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// Positions beyond this are taken for a wrong unit; doubles resolve 1e-11 m there.
@@ -212,6 +373,14 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
 }
 
 }  // namespace
+
+std::optional<double> friction_of(const std::vector<FrictionPair>& pairs, const std::string& a,
+                                  const std::string& b) {
+  for (const FrictionPair& pair : pairs) {
+    if (pair.is_of(a, b)) return pair.mu;
+  }
+  return std::nullopt;
+}
 
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {

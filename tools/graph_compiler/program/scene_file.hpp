@@ -12,11 +12,38 @@
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
+#include "tools/common/file_place.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
-#include "tools/graph_compiler/program/coupling_table.hpp"
-#include "tools/graph_compiler/program/friction_table.hpp"
 
 namespace haptic::tools {
+
+/// `[coupling]`: the spring between proxy and device, and where the file says so. Open values are
+/// chosen once the size of the part is known (coupling_choice.hpp).
+struct CouplingRequest {
+  std::optional<double> k_t_n_per_m, k_r_nm_per_rad, length_m, damping_ns_per_m;
+  std::optional<double> damping_share, max_rotation_error_rad, max_translation_error_m;
+  std::optional<double> min_window_s, max_window_s;
+  std::optional<double> tolerance_m;
+  std::optional<std::uint32_t> passes;
+  std::optional<bool> passivity;
+  bool allow_active = false;
+  FilePlace k_t_at, k_r_at, damping_at;  ///< k_r_at: of k_r or of the length
+  FilePlace k_f_at;                      ///< of k_F, which [rendering] gives
+};
+
+/// One `[[friction]]` table: Coulomb coefficient between two materials, in either order.
+struct FrictionPair {
+  std::array<std::string, 2> materials;
+  double mu = 0.0;
+
+  [[nodiscard]] bool is_of(const std::string& a, const std::string& b) const {
+    return (materials[0] == a && materials[1] == b) || (materials[0] == b && materials[1] == a);
+  }
+};
+
+/// Coefficient of two materials; absent when the table does not know the pair or a name is empty.
+std::optional<double> friction_of(const std::vector<FrictionPair>& pairs, const std::string& a,
+                                  const std::string& b);
 
 /// One `[moving]` or `[[static]]` table.
 struct ScenePart {

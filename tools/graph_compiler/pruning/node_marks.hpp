@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "tools/graph_compiler/pruning/feature_cones.hpp"
-#include "tools/graph_compiler/pruning/near_cones.hpp"
 
 namespace haptic::tools {
 
