@@ -10,9 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/active_set_oracle.hpp"
-#include "tests/support/dual_nnls.hpp"
-#include "tests/support/qp_problems.hpp"
+#include "tests/rt_core/qp_oracles.hpp"
 
 using namespace haptic;
 using namespace haptic::test;

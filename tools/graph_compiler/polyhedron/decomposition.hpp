@@ -6,10 +6,29 @@
 #include <functional>
 
 #include "tools/graph_compiler/graph/convex_piece.hpp"
-#include "tools/graph_compiler/polyhedron/disjoint.hpp"
+#include "tools/graph_compiler/polyhedron/chain.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 
 namespace haptic::tools {
+
+// Pieces of solids that overlap, cut until no two of them do (METHOD section 6, option
+// "disjoint").
+
+/// Convex pieces without common interior. Parts that an earlier solid covers are taken from the
+/// later ones and kept in `removed`, for the certificate: pieces and removed parts of a solid
+/// together are the solid, and every removed part lies in a piece.
+struct DisjointPieces {
+  std::vector<Solid> pieces;
+  std::vector<std::uint32_t> piece_solid;
+  std::vector<Solid> removed;
+  std::vector<std::uint32_t> removed_solid;
+};
+
+/// Subtracts the pieces of earlier solids from those of later ones, plane by plane, and merges what
+/// is left within each solid. Pieces of one solid must not overlap.
+/// @throws WorkLimitReached, BrokenChain
+DisjointPieces make_disjoint(ExactWorld& world, const std::vector<Solid>& pieces,
+                             const std::vector<std::uint32_t>& piece_solid);
 
 struct DecompositionLimits {
   std::size_t max_pieces = 4000;
@@ -49,7 +68,7 @@ Decomposition decompose(FlatBody& body, const std::string& file, const Decomposi
                         const Progress& progress = {});
 
 /// Checks pieces against the solids they came from, from scratch. Used by `decompose` and by tests
-/// on mutated pieces. With `removed` (solids cut apart, see disjoint.hpp) pieces and removed parts
+/// on mutated pieces. With `removed` (solids cut apart, see make_disjoint) pieces and removed parts
 /// together must be the solids, every removed part must lie in a piece, and no two pieces may
 /// overlap, or `partition` and `disjoint` fail.
 Certificate certify(ExactWorld& world, const std::vector<FlatSolid>& solids,

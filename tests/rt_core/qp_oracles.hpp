@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Quadratic programs as the proxy meets them: contact points of planes round a body whose device
-/// has moved on through them. Every problem keeps the proxy's present pose feasible.
+/// Quadratic programs as the proxy meets them, and two other ways to their solution.
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "rt_core/law/proxy_qp.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace haptic::test {
+
+// Problems: contact points of planes round a body whose device has moved on through them. Every
+// problem keeps the proxy's present pose feasible.
 
 /// Radius at which a rotation counts like a displacement. [m]
 inline constexpr double kQpLever_m = 0.05;
@@ -49,5 +52,34 @@ std::vector<QpRow> make_qp(Random& random, const QpFamily& family);
 
 /// A unit vector, uniform over directions.
 Point random_direction(Random& random);
+
+// The closest point of a polyhedron by trying every set of up to six rows that could hold it.
+
+struct EnumeratedPoint {
+  std::array<long double, 6> z{};
+  /// Largest violation of a row at z: z is the best of all points that rows can hold by pushing;
+  /// the problem is feasible where this is rounding.
+  long double violation = 0;
+  int sets = 0;  ///< whose rows are independent
+};
+
+/// min |z| over g_i.z >= h_i, at most 12 rows: 2510 sets, each by a Cholesky factor in long double.
+/// Sets with rows that depend on each other to 1e-10 of their length are left out; another set
+/// holds the same point without them.
+EnumeratedPoint enumerate_active_sets(std::span<const QpRow> rows);
+
+// A second way to the closest point of a polyhedron: its dual as a problem of non-negative least
+// squares (Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23: LDP by NNLS), with
+// Householder factors computed afresh in every step. Double precision for any Real.
+
+struct NnlsResult {
+  std::array<double, 6> z{};
+  double residual2 = 0;    ///< of the least squares problem; 0: no feasible point
+  int steps = 0;           ///< least squares problems solved
+  bool converged = false;  ///< not ended by the limit on the steps
+};
+
+/// min |z| over g_i.z >= h_i. At least one row.
+NnlsResult dual_nnls(std::span<const QpRow> rows);
 
 }  // namespace haptic::test
