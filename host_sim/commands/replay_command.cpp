@@ -74,12 +74,8 @@ int do_replay(const ReplayArguments& o) {
   }
   if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks));
   if (!o.contacts.empty()) write_whole_file(o.contacts, result.contact_csv);
-  if (!o.plot.empty()) {
-    const SceneParameters& p = session.view().parameters();
-    write_whole_file(
-        o.plot,
-        replay_plot(result.ticks, std::string(session.view().text(p.name_offset, p.name_bytes))));
-  }
+  if (!o.plot.empty())
+    write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view())));
   const std::string summary = o.json ? json_summary(report) : text_summary(report);
   std::fwrite(summary.data(), 1, summary.size(), stdout);
 

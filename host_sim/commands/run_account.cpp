@@ -6,12 +6,6 @@
 namespace haptic::sim {
 namespace {
 
-const char* text_of(LawId law) {
-  return law == LawId::kPaper            ? "paper"
-         : law == LawId::kWeightedRegion ? "weighted_region"
-                                         : "proxy";
-}
-
 /// Names of the bits of `faults`, lowest first.
 std::vector<std::string> names_of(std::uint32_t faults) {
   std::vector<std::string> names;
@@ -43,7 +37,7 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   const DeviceModel& device = subject.device;
   nlohmann::ordered_json json;
   json["scene"] = subject.scene;
-  json["law"] = text_of(subject.law);
+  json["law"] = law_name(subject.law);
   json["hand"] = subject.hand;
   json["rate_hz"] = subject.rate_hz;
   json["device"] = {{"mass_kg", device.mass_kg},
@@ -79,7 +73,7 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
 
 void print_loop(const RunSubject& subject, const LoopTotals& t, bool passed) {
   std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", subject.scene.c_str(),
-              text_of(subject.law), subject.hand.c_str(), subject.rate_hz,
+              law_name(subject.law), subject.hand.c_str(), subject.rate_hz,
               subject.device.delay_samples);
   print_motion(t);
   std::printf("  result           %s\n", passed ? "passed" : "FAILED");
@@ -133,7 +127,7 @@ void print_stack(const StackSubject& subject, const StackTotals& t, const hal::L
   const RunSubject& run = subject.run;
   std::printf("device stack on %s: carrier %s, %s-clocked, law %s, %s hand, %g Hz, delay %u\n",
               run.scene.c_str(), subject.carrier.c_str(),
-              subject.report_clocked ? "report" : "timer", text_of(run.law), run.hand.c_str(),
+              subject.report_clocked ? "report" : "timer", law_name(run.law), run.hand.c_str(),
               run.rate_hz, run.device.delay_samples);
   print_motion(t.loop);
   std::printf("  handed over      %llu commands, %.4g N, %.4g N m at most\n",

@@ -56,9 +56,7 @@ std::vector<MotionSample> hand_motion(const RunArguments& o, CoreSession& sessio
 }
 
 std::string title_of(const RunArguments& o, const CoreSession& session) {
-  const SceneParameters& p = session.view().parameters();
-  const std::string name(session.view().text(p.name_offset, p.name_bytes));
-  return name + ", " + o.hand + " hand";
+  return scene_title(session.view()) + ", " + o.hand + " hand";
 }
 
 /// Writes the files, and the account to stdout where that is asked for.

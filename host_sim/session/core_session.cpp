@@ -8,6 +8,7 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::sim {
@@ -49,6 +50,20 @@ void CoreSession::open(const std::string& name) {
     throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
                             "; compile it again");
   }
+}
+
+const char* law_name(LawId law) {
+  if (law == LawId::kProxy) return "proxy";
+  return law == LawId::kPaper ? "paper" : "weighted_region";
+}
+
+std::string scene_title(const SceneView& view) {
+  const SceneParameters& p = view.parameters();
+  const std::string stiffness = p.law == LawId::kProxy
+                                    ? "k_t " + tools::short_number(p.coupling.k_t_n_per_m, 4)
+                                    : "k_F " + tools::short_number(p.k_f_n_per_m, 4);
+  return std::string(view.text(p.name_offset, p.name_bytes)) + ", law " + law_name(p.law) + ", " +
+         stiffness + " N/m";
 }
 
 std::vector<std::uint32_t> near_nodes(const HapticCore& core, std::uint32_t pair) {

@@ -53,6 +53,12 @@ class CoreSession {
   HapticCore* core_ = nullptr;
 };
 
+/// "proxy", "weighted_region" or "paper".
+[[nodiscard]] const char* law_name(LawId law);
+
+/// Name, law and stiffness of a scene, as the head of a picture.
+[[nodiscard]] std::string scene_title(const SceneView& view);
+
 /// Numbers of the near nodes, and of the basic contacts whose point lies in both features, of a
 /// pair in the last tick; ascending.
 [[nodiscard]] std::vector<std::uint32_t> near_nodes(const HapticCore& core, std::uint32_t pair);

@@ -6,9 +6,28 @@
 #include <span>
 #include <string>
 
+#include "host_sim/report/picture.hpp"
 #include "host_sim/session/tick_record.hpp"
 
 namespace haptic::sim {
+
+/// Distance of the part, as it is felt, from the goal that the device asks for: what the spring of
+/// law proxy pulls by. One value [m] per time; worth a panel when one of them is not zero.
+[[nodiscard]] std::string apart_panel(Panel panel, std::span<const double> times,
+                                      std::span<const double> apart_m);
+[[nodiscard]] bool shows_apart(std::span<const double> apart_m);
+
+/// d_near at the goal pose. Far free motion would flatten what happens in contact: the axis ends a
+/// few penetrations above zero, and what lies above is not drawn. Ticks without a search are not
+/// finite; with no others there is nothing to draw.
+[[nodiscard]] std::string depth_panel(Panel panel, std::span<const double> times,
+                                      std::span<const double> d_near_m);
+[[nodiscard]] bool shows_depth(std::span<const double> d_near_m);
+
+/// Contact situation over time as a band with times below it; what its colours mean at `key_y`.
+[[nodiscard]] std::string situation_band(const Panel& panel, std::span<const double> times,
+                                         std::span<const ContactSituation> situations,
+                                         double key_y);
 
 /// A complete SVG document. Curves are reduced to their least and largest value per pixel column,
 /// so no peak is lost and the size stays below 1 MB for any number of ticks. `title` may hold any

@@ -36,6 +36,14 @@ class TickClock {
     const double counts = static_cast<double>(end - begin) - empty_counts_;
     return counts > 0 ? counts * ns_per_count_ : 0.0;
   }
+  /// Time of one call, as between two counts.
+  template <typename Call>
+  [[nodiscard]] double ns_of(Call&& call) const {
+    const std::uint64_t begin = now();
+    call();
+    const std::uint64_t end = now();
+    return ns_between(begin, end);
+  }
   [[nodiscard]] double empty_ns() const { return empty_counts_ * ns_per_count_; }
   [[nodiscard]] double ns_per_count() const { return ns_per_count_; }
   [[nodiscard]] static const char* name();

@@ -64,11 +64,10 @@ class Repeater {
 
  private:
   double time(const StepInput& input, std::uint64_t hash, bool& same_result) {
-    const std::uint64_t begin = TickClock::now();
-    const StepResult step = session_.core().step(input);
-    const std::uint64_t end = TickClock::now();
+    StepResult step;
+    const double ns = clock_.ns_of([&] { step = session_.core().step(input); });
     same_result = same_result && step.state_hash == hash;
-    return clock_.ns_between(begin, end);
+    return ns;
   }
 
   CoreSession& session_;

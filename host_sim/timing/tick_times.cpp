@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "host_sim/oracle/flat_pair.hpp"
+#include "host_sim/report/quantile.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "tools/common/error.hpp"
@@ -15,12 +16,6 @@ namespace {
 
 constexpr double kApplicabilityTolerance_m =
     1e-9;  // of the exhaustive search; its value is not used for a check
-
-/// Value at rank `share` (0 to 1) of an ascending list.
-double rank(const std::vector<double>& sorted, double share) {
-  const auto last = static_cast<double>(sorted.size() - 1);
-  return sorted[static_cast<std::size_t>(std::ceil(share * last))];
-}
 
 double search_all(const SceneView& view, std::vector<FlatPair>& pairs, const Pose& pose) {
   const PlacedMoving moving = place_moving(view, pose);
@@ -74,9 +69,9 @@ TimeFigures figures(std::vector<double> values) {
   f.count = values.size();
   if (values.empty()) return f;
   std::sort(values.begin(), values.end());
-  f.median = rank(values, 0.5);
-  f.p99 = rank(values, 0.99);
-  f.p999 = rank(values, 0.999);
+  f.median = quantile(values, 0.5);
+  f.p99 = quantile(values, 0.99);
+  f.p999 = quantile(values, 0.999);
   f.largest = values.back();
   return f;
 }
@@ -94,10 +89,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
     const StepInput input = input_of(motion[i], i, goal);
-    const std::uint64_t begin = TickClock::now();
-    step = session.core().step(input);
-    const std::uint64_t end = TickClock::now();
-    return clock.ns_between(begin, end);
+    return clock.ns_of([&] { step = session.core().step(input); });
   };
   measure_stale(session, motion.size(), repeats, time_core, result);
   std::vector<double> core, contact, free, exhaustive, noise;
@@ -137,10 +129,8 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     const Pose pose = pose_of(motion[i]);
     tick.exhaustive_ns = std::numeric_limits<double>::infinity();
     for (std::uint32_t r = 0; r < repeats; ++r) {
-      const std::uint64_t begin = TickClock::now();
-      sink = search_all(session.view(), pairs, pose);
-      const std::uint64_t end = TickClock::now();
-      tick.exhaustive_ns = std::min(tick.exhaustive_ns, clock.ns_between(begin, end));
+      const double ns = clock.ns_of([&] { sink = search_all(session.view(), pairs, pose); });
+      tick.exhaustive_ns = std::min(tick.exhaustive_ns, ns);
     }
     exhaustive.push_back(tick.exhaustive_ns);
   }

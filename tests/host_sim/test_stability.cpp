@@ -7,6 +7,7 @@
 
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/stability_trial.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 

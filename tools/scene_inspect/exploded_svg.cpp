@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tools/common/formatted.hpp"
+#include "tools/common/svg.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 
@@ -16,34 +16,7 @@ constexpr double kPanelWidth = 620, kPanelHeight = 520, kTop = 64, kMargin = 24;
 constexpr double kRow = 18;
 constexpr std::size_t kLegendRows = 12, kLegendColumns = 2;
 
-struct Point2 {
-  double x = 0.0, y = 0.0;
-};
-using Polygon2 = std::vector<Point2>;
-
-/// Text that XML takes; bytes beyond ASCII become question marks, since names need not be UTF-8.
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '<') {
-      result += "&lt;";
-    } else if (c == '&') {
-      result += "&amp;";
-    } else if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) {
-      result += '?';
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
-std::string label(double x, double y, double size, const char* anchor, const std::string& text,
-                  const char* more = "") {
-  return formatted("<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.0f\" text-anchor=\"%s\"%s>", x, y,
-                   size, anchor, more) +
-         escaped(text) + "</text>\n";
-}
+using Polygon2 = std::vector<Pixel>;
 
 std::string rgb(const std::array<double, 3>& colour, double shade) {
   int c[3];
@@ -59,8 +32,8 @@ struct Isometric {
   Point3 right = vec::unit({1, 1, 0});
   Point3 up = vec::cross(viewer, right);
   double scale = 1.0;  ///< drawing units per metre
-  Point2 origin;
-  [[nodiscard]] Point2 at(const Point3& p) const {
+  Pixel origin;
+  [[nodiscard]] Pixel at(const Point3& p) const {
     return {origin.x + scale * vec::dot(p, right), origin.y - scale * vec::dot(p, up)};
   }
   [[nodiscard]] Polygon2 at(const std::vector<Point3>& loop) const {
@@ -76,10 +49,10 @@ struct Isometric {
 /// Fits the body into its panel.
 Isometric fitted(const ExplodedBody& body, double left) {
   Isometric view;
-  Point2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  Pixel low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
   for (const ExplodedPiece& piece : body.pieces) {
     for (const ExplodedFace& face : piece.faces) {
-      for (const Point2& p : view.at(face.loop)) {
+      for (const Pixel& p : view.at(face.loop)) {
         low = {std::min(low.x, p.x), std::min(low.y, p.y)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y)};
       }
@@ -93,13 +66,6 @@ Isometric fitted(const ExplodedBody& body, double left) {
   return view;
 }
 
-std::string polygon_svg(const Polygon2& polygon, const std::string& style) {
-  std::string points;
-  for (const Point2& p : polygon) points += formatted("%.2f,%.2f ", p.x, p.y);
-  if (!points.empty()) points.pop_back();
-  return "<polygon points=\"" + points + "\" " + style + "/>\n";
-}
-
 /// One face: on the surface in the piece's colour, inside the part pale and hatched.
 std::string face_svg(const Isometric& view, const ExplodedPiece& piece, const ExplodedFace& face) {
   // Light from above and from the left, so that the three faces of a box differ.
@@ -108,20 +74,20 @@ std::string face_svg(const Isometric& view, const ExplodedPiece& piece, const Ex
   const std::string fill = rgb(piece_colour(piece.number), shade);
   const Polygon2 outline = view.at(face.loop);
   const std::string edge = "stroke=\"#222\" stroke-width=\"1\" stroke-linejoin=\"round\"";
-  if (face.kind == FaceKind::kOpen) return polygon_svg(outline, "fill=\"" + fill + "\" " + edge);
-  std::string svg = polygon_svg(outline, "fill=\"#fdf1e7\"") +
-                    polygon_svg(outline, "class=\"seam\" fill=\"url(#seam)\"");
+  if (face.kind == FaceKind::kOpen) return polygon_of(outline, "fill=\"" + fill + "\" " + edge);
+  std::string svg = polygon_of(outline, "fill=\"#fdf1e7\"") +
+                    polygon_of(outline, "class=\"seam\" fill=\"url(#seam)\"");
   for (const auto& open : face.open) {
-    svg += polygon_svg(view.at(open),
-                       "fill=\"" + fill + "\" stroke=\"" + fill + "\" stroke-width=\"0.6\"");
+    svg += polygon_of(view.at(open),
+                      "fill=\"" + fill + "\" stroke=\"" + fill + "\" stroke-width=\"0.6\"");
   }
-  return svg + polygon_svg(outline, "fill=\"none\" " + edge);
+  return svg + polygon_of(outline, "fill=\"none\" " + edge);
 }
 
-bool holds(const Polygon2& polygon, const Point2& p) {
+bool holds(const Polygon2& polygon, const Pixel& p) {
   bool inside = false;
   for (std::size_t i = 0, k = polygon.size() - 1; i < polygon.size(); k = i++) {
-    const Point2 &a = polygon[i], &b = polygon[k];
+    const Pixel &a = polygon[i], &b = polygon[k];
     if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) {
       inside = !inside;
     }
@@ -129,9 +95,9 @@ bool holds(const Polygon2& polygon, const Point2& p) {
   return inside;
 }
 
-Point2 middle_of(const Polygon2& polygon) {
-  Point2 sum;
-  for (const Point2& p : polygon) sum = {sum.x + p.x, sum.y + p.y};
+Pixel middle_of(const Polygon2& polygon) {
+  Pixel sum;
+  for (const Pixel& p : polygon) sum = {sum.x + p.x, sum.y + p.y};
   const auto n = static_cast<double>(polygon.size());
   return {sum.x / n, sum.y / n};
 }
@@ -139,17 +105,17 @@ Point2 middle_of(const Polygon2& polygon) {
 double area_of(const Polygon2& polygon) {
   double twice = 0.0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const Pixel &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     twice += a.x * b.y - b.x * a.y;
   }
   return std::abs(twice) / 2;
 }
 
 /// Distance from a point to the outline of a polygon.
-double distance_to(const Polygon2& polygon, const Point2& p) {
+double distance_to(const Polygon2& polygon, const Pixel& p) {
   double nearest = HUGE_VAL;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const Pixel &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     const double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
     const double share =
         square > 0 ? std::clamp(((p.x - a.x) * dx + (p.y - a.y) * dy) / square, 0.0, 1.0) : 0.0;
@@ -177,20 +143,20 @@ std::string numbers_svg(const std::vector<const ExplodedPiece*>& painted, const 
   }
   std::string svg;
   for (std::size_t i = 0; i < painted.size(); ++i) {
-    const Point2* best = nullptr;
-    Point2 place;
+    const Pixel* best = nullptr;
+    Pixel place;
     double room = 0.0;
     for (const PaintedFace& face : faces) {
       if (face.painted != i || area_of(face.polygon) <= 0.0) continue;
-      const Point2 middle = middle_of(face.polygon);
+      const Pixel middle = middle_of(face.polygon);
       for (std::size_t k = 0; k <= 2 * face.polygon.size(); ++k) {
         // The middle of the face, then points halfway and most of the way to its corners.
-        const Point2& corner = face.polygon[k % face.polygon.size()];
+        const Pixel& corner = face.polygon[k % face.polygon.size()];
         const double share = k == 2 * face.polygon.size() ? 0.0
                              : k < face.polygon.size()    ? 0.5
                                                           : 0.75;
-        const Point2 p{middle.x + share * (corner.x - middle.x),
-                       middle.y + share * (corner.y - middle.y)};
+        const Pixel p{middle.x + share * (corner.x - middle.x),
+                      middle.y + share * (corner.y - middle.y)};
         double free = distance_to(face.polygon, p);
         for (const PaintedFace& other : faces) {
           if (other.painted <= i) continue;
@@ -204,9 +170,10 @@ std::string numbers_svg(const std::vector<const ExplodedPiece*>& painted, const 
     }
     if (best == nullptr || room < 3.0) continue;
     shown[painted[i]->number] = true;
-    const double size = std::clamp(1.5 * room, 9.0, 18.0);
-    svg += label(place.x, place.y + 0.35 * size, size, "middle", std::to_string(painted[i]->number),
-                 " font-weight=\"bold\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
+    const int size = std::clamp(static_cast<int>(std::lround(1.5 * room)), 9, 18);
+    svg +=
+        text_at(place.x, place.y + 0.35 * size, std::to_string(painted[i]->number), "middle", size,
+                "font-weight=\"bold\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
   }
   return svg;
 }
@@ -219,7 +186,7 @@ std::string scale_svg(const Isometric& view, double left) {
   const double x = left + kMargin, y = kTop + kPanelHeight - 14;
   return formatted("<path d=\"M%.1f %.1fv-6v3h%.2fv-3v6\" fill=\"none\" stroke=\"#222\"/>\n", x, y,
                    view.scale * length_m) +
-         label(x + view.scale * length_m + 8, y + 1, 12, "start", short_length(length_m));
+         text_at(x + view.scale * length_m + 8, y + 1, short_length(length_m), "start", 12);
 }
 
 std::string legend_svg(const ExplodedBody& body, const std::vector<bool>& shown, double left) {
@@ -233,20 +200,18 @@ std::string legend_svg(const ExplodedBody& body, const std::vector<bool>& shown,
     const double y = kTop + kPanelHeight + 16 + static_cast<double>(i % kLegendRows) * kRow;
     if (i == rows) {
       if (rows == body.pieces.size()) break;
-      svg += label(x, y, 12, "start",
-                   "... and " + std::to_string(body.pieces.size() - rows) + " more pieces");
+      svg += text_at(x, y, "... and " + std::to_string(body.pieces.size() - rows) + " more pieces",
+                     "start", 12);
       break;
     }
     const ExplodedPiece& p = body.pieces[i];
-    svg += formatted("<rect x=\"%.1f\" y=\"%.1f\" width=\"14\" height=\"12\" stroke=\"#222\" ", x,
-                     y - 10) +
-           "fill=\"" + rgb(piece_colour(p.number), 1.0) + "\"/>\n";
+    svg += rectangle_at({x, y - 10}, 14, 12, rgb(piece_colour(p.number), 1.0), "stroke=\"#222\"");
     std::string row = formatted("%u: %u vertices, %u edges, %zu faces", p.number, p.vertices,
                                 p.edges, p.faces.size());
     if (p.seams > 0) row += formatted(", %zu hidden", p.seams);
     if (p.partly_covered > 0) row += formatted(", %zu in part", p.partly_covered);
     if (!shown[p.number]) row += "; behind others";
-    svg += label(x + 20, y, 12, "start", row);
+    svg += text_at(x + 20, y, row, "start", 12);
   }
   return svg;
 }
@@ -258,9 +223,10 @@ std::string body_svg(const ExplodedBody& body, double left) {
     painted.push_back(&body.pieces[i]);
   }
   const std::size_t count = body.pieces.size();
-  std::string svg = label(left + kMargin, kTop + 16, 15, "start",
-                          std::string(body.moving ? "moving: " : "static: ") + body.name + ", " +
-                              std::to_string(count) + (count == 1 ? " piece" : " pieces"));
+  std::string svg = text_at(left + kMargin, kTop + 16,
+                            std::string(body.moving ? "moving: " : "static: ") + body.name + ", " +
+                                std::to_string(count) + (count == 1 ? " piece" : " pieces"),
+                            "start", 15);
   for (const ExplodedPiece* const piece : painted) {
     svg += "<g class=\"piece\">\n";
     for (const ExplodedFace& face : piece->faces) {
@@ -283,30 +249,24 @@ std::string exploded_svg(const std::string& scene, const std::vector<ExplodedBod
   }
   const double width = kPanelWidth * static_cast<double>(bodies.size());
   const double height = kTop + kPanelHeight + 24 + kRow * static_cast<double>(rows);
-  std::string svg = formatted(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" "
-      "viewBox=\"0 0 %.0f %.0f\" font-family=\"sans-serif\">\n",
-      width, height, width, height);
   // Stripes: 45 degrees, in the colour that seams have in the OBJ file.
-  svg +=
+  std::string svg =
       "<defs><pattern id=\"seam\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
       "patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" fill=\"" +
-      rgb(kSeamColour, 1.0) + "\"/></pattern></defs>\n<rect width=\"100%\" height=\"100%\" " +
-      "fill=\"#fff\"/>\n";
-  svg += label(kMargin, 26, 18, "start", scene, " font-weight=\"bold\"");
-  svg += formatted(
-      "<rect x=\"%.0f\" y=\"36\" width=\"26\" height=\"14\" fill=\"url(#seam)\" "
-      "stroke=\"#222\"/>\n",
-      kMargin);
-  svg += label(kMargin + 34, 48, 12, "start",
-               formatted("seam: inside the part, no contact. Pieces pushed apart by %.3g of their "
-                         "way from the middle; seen from (1, -1, 1), z upward; each part to its "
-                         "own scale.",
-                         factor));
+      rgb(kSeamColour, 1.0) + "\"/></pattern></defs>\n";
+  svg += heading_at(kMargin, 26, scene);
+  svg += rectangle_at({kMargin, 36}, 26, 14, "url(#seam)", "stroke=\"#222\"");
+  svg +=
+      text_at(kMargin + 34, 48,
+              formatted("seam: inside the part, no contact. Pieces pushed apart by %.3g of their "
+                        "way from the middle; seen from (1, -1, 1), z upward; each part to its "
+                        "own scale.",
+                        factor),
+              "start", 12);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     svg += body_svg(bodies[b], kPanelWidth * static_cast<double>(b));
   }
-  return svg + "</svg>\n";
+  return svg_document(width, height, svg);
 }
 
 }  // namespace haptic::tools

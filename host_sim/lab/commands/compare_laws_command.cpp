@@ -8,15 +8,12 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/laws/law_comparison.hpp"
-#include "host_sim/lab/laws/law_plot.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
-
-constexpr const char* kColours[] = {"#d55e00", "#0072b2"};
 
 struct CompareLawsArguments {
   std::string scene, motion, out;
@@ -25,35 +22,6 @@ struct CompareLawsArguments {
 };
 
 double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
-
-/// One curve per law of what `value` takes from a tick.
-template <typename Value>
-CurvePanel panel_of(const std::string& label, std::span<const LawRun> runs, Value value) {
-  CurvePanel panel{label, {}};
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    NamedCurve curve{law_title(runs[k].law), kColours[k % 2], {}};
-    for (const LawTick& tick : runs[k].ticks) curve.values.push_back(value(tick));
-    panel.curves.push_back(std::move(curve));
-  }
-  return panel;
-}
-
-std::string picture(std::span<const LawRun> runs, const std::string& title) {
-  std::vector<double> times;
-  for (const LawTick& tick : runs[0].ticks) times.push_back(tick.t_s);
-  std::vector<CurvePanel> panels;
-  panels.push_back(panel_of("|F| (N)", runs, [](const LawTick& t) { return length(t.force_n); }));
-  constexpr const char* kForces[] = {"Fx (N)", "Fy (N)", "Fz (N)"};
-  for (std::size_t i = 0; i < 3; ++i)
-    panels.push_back(panel_of(kForces[i], runs, [i](const LawTick& t) { return t.force_n[i]; }));
-  panels.push_back(
-      panel_of("|T| (mN m)", runs, [](const LawTick& t) { return 1e3 * length(t.torque_nm); }));
-  panels.push_back(panel_of("part from device (mm)", runs, [](const LawTick& t) {
-    return 1e3 * std::hypot(t.proxy_m[0] - t.goal_m[0], t.proxy_m[1] - t.goal_m[1],
-                            t.proxy_m[2] - t.goal_m[2]);
-  }));
-  return law_plot(title + ": reaction on the hand under two laws", times, panels);
-}
 
 int do_compare_laws(const CompareLawsArguments& o) {
   if (o.towards.size() != 3) throw tools::UsageError("--towards needs three numbers");
@@ -75,12 +43,12 @@ int do_compare_laws(const CompareLawsArguments& o) {
   const std::string title(session.view().text(p.name_offset, p.name_bytes));
   write_whole_file(o.out + "/compare_laws.csv", comparison_csv(runs));
   write_whole_file(o.out + "/compare_laws.json", comparison_json(runs));
-  write_whole_file(o.out + "/compare_laws.svg", picture(runs, title));
+  write_whole_file(o.out + "/compare_laws.svg", comparison_picture(runs, title));
   write_whole_file(o.out + "/README.md", comparison_page(runs, title));
   for (const LawRun& law : runs) {
     std::printf(
         "%-6s largest change of force %.4g N, of torque %.4g mN m; way in %.6g of %.6g mm\n",
-        law_title(law.law), law.force_steps[0].force_n, 1e3 * law.torque_steps[0].torque_nm,
+        law_name(law.law), law.force_steps[0].force_n, 1e3 * law.torque_steps[0].torque_nm,
         1e3 * law.farthest_proxy_m, 1e3 * law.farthest_goal_m);
   }
   return tools::kExitDone;

@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "host_sim/lab/continuity/continuity_report.hpp"
-#include "host_sim/report/svg_canvas.hpp"
-#include "host_sim/lab/reproduction/drawing.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -17,10 +16,8 @@ constexpr const char* kWeightedColour = "#0072b2";
 constexpr double kCloseUp = 0.02;
 
 void draw_key(SvgPage& page, double x, double y) {
-  page.line({x, y - 4}, {x + 24, y - 4}, kPaperColour, 2.0);
-  page.text(x + 30, y, "paper, eqs. (1)-(6)", "start", 13);
-  page.line({x + 180, y - 4}, {x + 204, y - 4}, kWeightedColour, 2.0);
-  page.text(x + 210, y, "weighted region", "start", 13);
+  page.raw(legend_entry(x, y - 4, kPaperColour, "paper, eqs. (1)-(6)", 2.0));
+  page.raw(legend_entry(x + 180, y - 4, kWeightedColour, "weighted region", 2.0));
 }
 
 /// Torque of the run at each pose, in mN m: its component along `axis`, or its length where that is
@@ -126,6 +123,11 @@ std::string step_picture(std::span<const PathResult> results) {
       const double x = panel.x_of(std::log10(steps));
       page.line({x, top}, {x, top + panel.height}, "#e4e4e4", 1);
       page.text(x, top + panel.height + 16, std::to_string(std::lround(steps)), "middle", 12);
+    }
+    page.text(left + panel.width, top + panel.height + 34, "steps of the path", "end", 12);
+    if (i % 3 == 0) {
+      const std::string turn = "transform=\"rotate(-90 42 " + pixel(top + 120) + ")\"";
+      page.text(42, top + 120, "largest change (mN m)", "middle", 13, turn.c_str());
     }
     const Pixel box[4] = {{left, top},
                           {left + panel.width, top},

@@ -5,11 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
-
-const char* law_name(LawId law) { return law == LawId::kPaper ? "paper" : "weighted_region"; }
 
 void append_rows(std::string& text, const ContactPath& path, std::span<const PathRun> runs) {
   for (std::size_t k = 0; k < runs.size(); ++k) {

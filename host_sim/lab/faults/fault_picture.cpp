@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -48,35 +48,27 @@ ForceCurve curve_of(const FaultTrace& trace, bool handed) {
   return out;
 }
 
-std::string line(double x1, double y1, double x2, double y2, const char* colour, double width,
-                 const char* extra = "") {
-  return "<line x1=\"" + pixel(x1) + "\" y1=\"" + pixel(y1) + "\" x2=\"" + pixel(x2) + "\" y2=\"" +
-         pixel(y2) + "\" stroke=\"" + colour + "\" stroke-width=\"" + pixel(width) + "\" " + extra +
-         "/>\n";
-}
-
 std::string panel_of(double left, double top, std::span<const FaultVerdict> row, bool handed,
                      bool time_labels) {
   const Panel panel{left, top, kPlotWidth, kPlotHeight, -kBefore_s, kAfter_s, 0, kHigh_n};
   std::string svg;
   for (const double t : {0.0, 0.05, 0.1}) {
-    svg += line(panel.x_of(t), top, panel.x_of(t), top + kPlotHeight, "#e4e4e4", 1);
+    svg += line_at({panel.x_of(t), top}, {panel.x_of(t), top + kPlotHeight}, "#e4e4e4", 1);
     if (time_labels)
       svg += text_at(panel.x_of(t), top + kPlotHeight + 13, mark_label(1e3 * t, 50), "middle", 11);
   }
   for (const double force_n : {0.0, 5.0, 10.0}) {
-    svg += line(left, panel.y_of(force_n), left + kPlotWidth, panel.y_of(force_n), "#e4e4e4", 1);
+    svg += line_at({left, panel.y_of(force_n)}, {left + kPlotWidth, panel.y_of(force_n)}, "#e4e4e4",
+                   1);
     svg += text_at(left - 5, panel.y_of(force_n) + 4, mark_label(force_n, 5), "end", 11);
   }
-  svg += line(panel.x_of(0), top, panel.x_of(0), top + kPlotHeight, "#000000", 1,
-              "stroke-dasharray=\"3 2\"");
+  svg += line_at({panel.x_of(0), top}, {panel.x_of(0), top + kPlotHeight}, "#000000", 1, "3 2");
   for (const FaultVerdict& v : row) {
     const ForceCurve c = curve_of(v.trace, handed);
     svg +=
         curve(panel, c.t_s, c.force_n, style_of(v.cell.state).colour, style_of(v.cell.state).width);
   }
-  svg += "<rect x=\"" + pixel(left) + "\" y=\"" + pixel(top) + "\" width=\"" + pixel(kPlotWidth) +
-         "\" height=\"" + pixel(kPlotHeight) + "\" fill=\"none\" stroke=\"#404040\"/>\n";
+  svg += panel_box(panel);
   return svg;
 }
 
@@ -90,7 +82,7 @@ std::string legend_of(std::span<const FaultVerdict> verdicts) {
   std::string svg;
   double x = kMargin;
   for (const FaultState state : states) {
-    svg += line(x, 92, x + 26, 92, style_of(state).colour, style_of(state).width);
+    svg += line_at({x, 92}, {x + 26, 92}, style_of(state).colour, style_of(state).width);
     svg += text_at(x + 32, 96, to_text(state), "start", 13);
     x += 150;
   }
@@ -109,7 +101,7 @@ std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
   const double column_width = 2 * kPlotWidth + kPairGap + kColumnGap;
   const double width = 2 * kMargin + kColumns * column_width - kColumnGap;
   const double height = kHead + static_cast<double>(per_column) * (kPlotHeight + kRowGap) + 20;
-  std::string svg = svg_head(width, height);
+  std::string svg;
   const SafetyLimits limits = reference_stack(StackCarrier::kDirect).limits;
   const double slew_n_per_ms = 1e-3 * static_cast<double>(limits.slew_n_per_s);
   svg += text_at(kMargin, 32, "Every fault in every state", "start", 20, "font-weight=\"bold\"");
@@ -139,7 +131,7 @@ std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
     svg += panel_of(left, top, rows[k], true, true);
     svg += panel_of(left + kPlotWidth + kPairGap, top, rows[k], false, true);
   }
-  return svg + "</svg>\n";
+  return svg_document(width, height, svg);
 }
 
 }  // namespace haptic::sim

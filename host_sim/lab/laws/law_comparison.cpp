@@ -11,6 +11,7 @@
 
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/report/picture.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "tools/common/error.hpp"
 
@@ -79,11 +80,25 @@ std::string step_table(const LawRun& run, bool torque) {
   return text;
 }
 
-}  // namespace
+/// A panel of the picture: its label, what it takes from a tick, and the value below which that is
+/// rounding noise.
+struct LawPanel {
+  const char* label;
+  double floor;
+  double (*value)(const LawTick&);
+};
+constexpr LawPanel kLawPanels[] = {
+    {"|F| (N)", 1e-3,
+     [](const LawTick& t) { return std::hypot(t.force_n[0], t.force_n[1], t.force_n[2]); }},
+    {"Fx (N)", 1e-3, [](const LawTick& t) { return t.force_n[0]; }},
+    {"Fy (N)", 1e-3, [](const LawTick& t) { return t.force_n[1]; }},
+    {"Fz (N)", 1e-3, [](const LawTick& t) { return t.force_n[2]; }},
+    {"|T| (N m)", 1e-4,
+     [](const LawTick& t) { return std::hypot(t.torque_nm[0], t.torque_nm[1], t.torque_nm[2]); }},
+    {"part from device (mm)", 1e-3,
+     [](const LawTick& t) { return 1e3 * distance(t.proxy_m, t.goal_m); }}};
 
-const char* law_title(LawId law) {
-  return law == LawId::kPaper ? "paper" : law == LawId::kProxy ? "proxy" : "weighted_region";
-}
+}  // namespace
 
 std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k_r_nm_per_rad) {
   const SceneHeader& original = view.header();
@@ -120,7 +135,7 @@ std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k
 
 LawRun run_law(std::span<const std::byte> scene, LawId law, std::span<const MotionSample> motion,
                const double (&towards)[3]) {
-  CoreSession session(scene, law_title(law));
+  CoreSession session(scene, law_name(law));
   const CouplingParameters& coupling = session.view().parameters().coupling;
   LawRun run;
   run.law = law;
@@ -143,7 +158,7 @@ std::string comparison_csv(std::span<const LawRun> runs) {
   for (const LawRun& run : runs) {
     for (const char* column : {"fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm", "x_m", "y_m",
                                "z_m", "proxy_gap_m", "flags"})
-      csv += std::string(",") + law_title(run.law) + "_" + column;
+      csv += std::string(",") + law_name(run.law) + "_" + column;
   }
   csv += ",goal_x_m,goal_y_m,goal_z_m,d_near_m\n";
   for (std::size_t k = 0; k < runs[0].ticks.size(); ++k) {
@@ -173,7 +188,7 @@ std::string comparison_page(std::span<const LawRun> runs, const std::string& tit
                   "part to device at the end, mm", "worst gap, um"});
   for (const LawRun& run : runs) {
     const LawStep &force = run.force_steps[0], &torque = run.torque_steps[0];
-    page += table_row({law_title(run.law), short_number(force.force_n, 4),
+    page += table_row({law_name(run.law), short_number(force.force_n, 4),
                        fixed(run.ticks[force.tick].t_s, 3), short_number(1e3 * torque.torque_nm, 4),
                        fixed(run.ticks[torque.tick].t_s, 3), fixed(1e3 * run.farthest_goal_m, 4),
                        fixed(1e3 * run.farthest_proxy_m, 4), fixed(1e3 * run.proxy_there_m, 4),
@@ -182,7 +197,7 @@ std::string comparison_page(std::span<const LawRun> runs, const std::string& tit
   }
   page += "\n" + picture_line("compare_laws.svg", "Force and torque under both laws");
   for (const LawRun& run : runs) {
-    page += std::string("\n## Law ") + law_title(run.law) + ": largest changes of force\n\n" +
+    page += std::string("\n## Law ") + law_name(run.law) + ": largest changes of force\n\n" +
             step_table(run, false) + "\nof torque\n\n" + step_table(run, true);
   }
   return page;
@@ -191,7 +206,7 @@ std::string comparison_page(std::span<const LawRun> runs, const std::string& tit
 std::string comparison_json(std::span<const LawRun> runs) {
   nlohmann::ordered_json json;
   for (const LawRun& run : runs) {
-    nlohmann::ordered_json entry{{"law", law_title(run.law)},
+    nlohmann::ordered_json entry{{"law", law_name(run.law)},
                                  {"ticks", run.ticks.size()},
                                  {"k_r_nm_per_rad", run.k_r_nm_per_rad},
                                  {"farthest_goal_m", run.farthest_goal_m},
@@ -210,6 +225,30 @@ std::string comparison_json(std::span<const LawRun> runs) {
     json.push_back(std::move(entry));
   }
   return json.dump(2) + "\n";
+}
+
+std::string comparison_picture(std::span<const LawRun> runs, const std::string& title) {
+  constexpr double kWidth = 1200, kLeft = 90, kPlotWidth = 940, kTop = 56, kHeight = 170, kGap = 34;
+  std::vector<double> times;
+  for (const LawTick& tick : runs[0].ticks) times.push_back(tick.t_s);
+  std::string svg = heading_at(kLeft, 30, title + ": reaction on the hand under two laws");
+  double top = kTop;
+  for (const LawPanel& source : kLawPanels) {
+    Panel panel = time_panel(times, kLeft, top, kPlotWidth, kHeight);
+    std::vector<NamedCurve> curves;
+    for (const LawRun& run : runs) {
+      const bool first = curves.empty();
+      NamedCurve& c = curves.emplace_back(NamedCurve{
+          law_name(run.law), first ? kForceColour : kTorqueColour, {}, first ? 3.4 : 1.2});
+      for (const LawTick& tick : run.ticks) c.values.push_back(source.value(tick));
+    }
+    fit_range(panel, curves, source.floor);
+    const bool last = &source == &kLawPanels[std::size(kLawPanels) - 1];
+    svg += curve_panel(panel, source.label, times, curves, last);
+    top += kHeight + kGap;
+  }
+  svg += text_at(kLeft + kPlotWidth / 2, top + 14, "time (s)", "middle", 13);
+  return svg_document(kWidth, top + 30, svg);
 }
 
 }  // namespace haptic::sim

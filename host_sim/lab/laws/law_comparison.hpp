@@ -52,12 +52,13 @@ inline constexpr std::size_t kListedSteps = 8;
 [[nodiscard]] LawRun run_law(std::span<const std::byte> scene, LawId law,
                              std::span<const MotionSample> motion, const double (&towards)[3]);
 
-[[nodiscard]] const char* law_title(LawId law);
-
 /// Both runs side by side, one line per tick.
 [[nodiscard]] std::string comparison_csv(std::span<const LawRun> runs);
 /// Largest steps, gaps and ways in words and tables.
 [[nodiscard]] std::string comparison_page(std::span<const LawRun> runs, const std::string& title);
 [[nodiscard]] std::string comparison_json(std::span<const LawRun> runs);
+/// Force, torque and distance of the part over time, a curve per law, as a complete SVG document.
+[[nodiscard]] std::string comparison_picture(std::span<const LawRun> runs,
+                                             const std::string& title);
 
 }  // namespace haptic::sim

@@ -22,11 +22,9 @@ OraclePiece oracle_piece(const Solid& solid) {
 template <typename Call>
 double timed(const TickClock& clock, HeapCounter heap_calls, double& calls, Call&& call) {
   const std::uint64_t before = heap_calls != nullptr ? heap_calls() : 0;
-  const std::uint64_t begin = TickClock::now();
-  call();
-  const std::uint64_t end = TickClock::now();
+  const double ns = clock.ns_of(call);
   calls = heap_calls != nullptr ? static_cast<double>(heap_calls() - before) : kNoValue;
-  return clock.ns_between(begin, end);
+  return ns;
 }
 
 /// One pass over the motion; `visit(sample index, pose index, first of its recording)`.

@@ -5,9 +5,6 @@
 #include <cmath>
 #include <span>
 
-#include "host_sim/report/log_panel.hpp"
-#include "host_sim/report/svg_canvas.hpp"
-
 namespace haptic::sim {
 namespace {
 
@@ -59,33 +56,33 @@ struct Range {
 std::string error_time_panel(const PairMeasure& pair, const LogPanel& panel) {
   std::string lines, marks;
   for (const std::string& method : drawn_methods({&pair, 1})) {
-    std::vector<double> points;
+    std::vector<Pixel> points;
     for (const MethodMeasure& m : pair.methods) {
       const ParetoRow* row = m.method == method ? contact_row(m) : nullptr;
       if (row == nullptr || std::isnan(largest_error_m(*row))) continue;
       const double x = panel.x_of(row->median_ns), y = panel.y_of(largest_error_m(*row));
-      points.insert(points.end(), {x, y});
+      points.push_back({x, y});
       marks += mark_at(x, y, sign_of(method));
     }
-    if (points.size() > 2) lines += polyline(points, sign_of(method).colour, 1.2);
+    if (points.size() > 1) lines += polyline_of(points, sign_of(method).colour, 1.2);
   }
   return lines + marks;
 }
 
 /// Share of the poses that take at least as long, against time: steps as a staircase of corners.
 std::string latency_curve(const std::vector<double>& ascending_ns, const LogPanel& panel,
-                          const MethodSign& sign) {
+                          const MarkSign& sign) {
   const auto count = static_cast<double>(ascending_ns.size());
-  std::vector<double> points;
+  std::vector<Pixel> points;
   double last_x = -1;
   for (std::size_t k = 0; k < ascending_ns.size(); ++k) {
     const double x = panel.x_of(ascending_ns[k]);
     if (k + 1 < ascending_ns.size() && x - last_x < 0.5) continue;  // one point per pixel or so
     last_x = x;
-    points.insert(points.end(), {x, panel.y_of((count - static_cast<double>(k)) / count)});
+    points.push_back({x, panel.y_of((count - static_cast<double>(k)) / count)});
   }
-  std::string svg = polyline(points, sign.colour, 1.8);
-  if (!points.empty()) svg += mark_at(points[points.size() - 2], points.back(), sign);
+  std::string svg = polyline_of(points, sign.colour, 1.8);
+  if (!points.empty()) svg += mark_at(points.back().x, points.back().y, sign);
   return svg;
 }
 
@@ -101,7 +98,35 @@ std::string share_label(int power) {
   return kNames[std::clamp(-power, 0, 4)];
 }
 
+/// Sign and name of each method in one line from `x` on.
+std::string legend_line(double x, double y, const std::vector<std::string>& methods) {
+  constexpr double kLetter = 7.6, kGap = 34;  // pixels at the size of the words
+  std::string svg;
+  for (const std::string& method : methods) {
+    svg += mark_at(x, y - 4, sign_of(method)) + text_at(x + 12, y, method, "start", 13);
+    x += kGap + kLetter * static_cast<double>(method.size());
+  }
+  return svg;
+}
+
 }  // namespace
+
+MarkSign sign_of(std::string_view method) {
+  struct Entry {
+    std::string_view method;
+    MarkSign sign;
+  };
+  // Colours of Okabe and Ito, as in the other pictures; shapes for prints without colour.
+  constexpr Entry kSigns[] = {
+      {"exhaustive", {"#000000", 's'}},    {"ours", {"#d55e00", 'o'}},
+      {"paper_literal", {"#999999", 'd'}}, {"libccd_mpr", {"#56b4e9", 't'}},
+      {"libccd_epa", {"#0072b2", 'v'}},    {"fcl", {"#009e73", 'x'}},
+      {"bullet_epa", {"#cc79a7", 'd'}},    {"ode_boxbox", {"#b8a000", '+'}}};
+  for (const Entry& entry : kSigns) {
+    if (entry.method == method) return entry.sign;
+  }
+  return {"#606060", 'o'};
+}
 
 std::string error_time_plot(const ParetoResult& result) {
   constexpr double kLeft = 84, kTop = 96, kWidth = 330, kHeight = 270, kRowStep = 350;
@@ -152,27 +177,28 @@ std::string time_nodes_plot(const ParetoResult& result) {
   time.widen_to_decades();
   nodes.widen_to_decades();
   const LogPanel panel{100, 90, 860, 470, nodes.low, nodes.high, time.low, time.high};
-  std::string svg = log_panel_frame(panel, "", "basic contacts of the pair", "", 1) +
-                    text_at(100, 30,
-                            "Time of one call in contact against the size of the pair; lines: "
-                            "median, dashed: 99.9 %",
-                            "start", 15) +
-                    legend_line(106, 58, drawn_methods(result.pairs));
+  std::string svg =
+      log_panel_frame(panel, "", "basic contacts of the pair", "time of one call", 1) +
+      text_at(100, 30,
+              "Time of one call in contact against the size of the pair; lines: "
+              "median, dashed: 99.9 %",
+              "start", 15) +
+      legend_line(106, 58, drawn_methods(result.pairs));
   std::string marks;
   for (const std::string& method : drawn_methods(result.pairs)) {
-    std::vector<double> median, tail;
+    std::vector<Pixel> median, tail;
     for (const PairMeasure& pair : result.pairs) {
       for (const MethodMeasure& m : pair.methods) {
         const ParetoRow* row = m.drawn && m.method == method ? contact_row(m) : nullptr;
         if (row == nullptr) continue;
         const double x = panel.x_of(static_cast<double>(pair.nodes));
-        median.insert(median.end(), {x, panel.y_of(row->median_ns)});
-        tail.insert(tail.end(), {x, panel.y_of(row->p999_ns)});
+        median.push_back({x, panel.y_of(row->median_ns)});
+        tail.push_back({x, panel.y_of(row->p999_ns)});
         marks += mark_at(x, panel.y_of(row->median_ns), sign_of(method));
       }
     }
-    svg += polyline(median, sign_of(method).colour, 1.8) +
-           polyline(tail, sign_of(method).colour, 1.1, "5 4");
+    svg += polyline_of(median, sign_of(method).colour, 1.8) +
+           polyline_of(tail, sign_of(method).colour, 1.1, "5 4");
   }
   return svg_document(990, 620, svg + marks);
 }
@@ -200,10 +226,7 @@ std::string latency_plot(const ParetoResult& result) {
         100 + 490 * static_cast<double>(k), 100, 400, 360, time.low, time.high, 1e-4, 1};
     for (int power = -4; power <= 0; ++power) {
       const double y = panel.y_of(std::pow(10.0, power));
-      svg += "<line x1=\"" + pixel(panel.left) + "\" y1=\"" + pixel(y) + "\" x2=\"" +
-             pixel(panel.left + panel.width) + "\" y2=\"" + pixel(y) +
-             "\" stroke=\"#e4e4e4\" stroke-width=\"1\"/>\n" +
-             text_at(panel.left - 6, y + 4, share_label(power), "end", 12);
+      svg += text_at(panel.left - 6, y + 4, share_label(power), "end", 12);
     }
     svg += log_panel_frame(panel, shown[k]->name + ": " + shown[k]->content, "time of one call", "",
                            0);

@@ -3,10 +3,15 @@
 /// Pictures of the report of error against run time (SVG). Both axes logarithmic.
 
 #include <string>
+#include <string_view>
 
 #include "host_sim/lab/pareto/pareto_report.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
+
+/// Colour and shape of a method, the same in all pictures.
+[[nodiscard]] MarkSign sign_of(std::string_view method);
 
 /// A panel for each pair: largest depth error in contact against the median time, a mark for each
 /// setting, the settings of one method joined.

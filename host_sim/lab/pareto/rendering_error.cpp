@@ -5,10 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/report/log_panel.hpp"
 #include "host_sim/lab/peers/core_peer.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/picture.hpp"
+#include "host_sim/report/quantile.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {
@@ -43,23 +44,16 @@ RenderingRun run_case(const ContactCase& contact, CoreSession& session, std::uin
     input.stamp_ns = std::llround(tick * 1e6);
     input.pose_wa = pose_at(device.p, device.q);
     const std::uint64_t heap = plan.heap_calls != nullptr ? plan.heap_calls() : 0;
-    const std::uint64_t begin = TickClock::now();
-    const StepResult result = session.core().step(input);
-    const std::uint64_t end = TickClock::now();
+    StepResult result;
+    const double ns = clock.ns_of([&] { result = session.core().step(input); });
     if (plan.heap_calls != nullptr) run.heap_calls += plan.heap_calls() - heap;
     if (into < 0 || k % substeps != 0) continue;
-    run.ns.push_back(clock.ns_between(begin, end));
+    run.ns.push_back(ns);
     run.wrenches.push_back(
         {result.wrench_w.force_w.cast<double>(), result.wrench_w.torque_w.cast<double>()});
     run.worst_gap_m = std::min(run.worst_gap_m, static_cast<double>(result.proxy_gap_m));
   }
   return run;
-}
-
-/// Value below which the given share of the ascending values lies.
-double quantile(const std::vector<double>& ascending, double share) {
-  const auto last = static_cast<double>(ascending.size() - 1);
-  return ascending[static_cast<std::size_t>(std::lround(share * last))];
 }
 
 RenderingRow measure_setting(const ContactCase& contact, std::uint32_t passes, double tolerance_m,
@@ -156,7 +150,7 @@ std::string rendering_csv(const std::vector<RenderingRow>& rows) {
 }
 
 std::string rendering_plot(const std::vector<RenderingRow>& rows) {
-  constexpr double kWidth = 250, kHeight = 220, kLeft = 70, kTop = 60, kGap = 40;
+  constexpr double kWidth = 250, kHeight = 220, kLeft = 70, kTop = 60, kGap = 70;
   constexpr double kLeastError_n = 1e-12;
   std::vector<std::string> contacts;
   for (const RenderingRow& row : rows) {
@@ -172,27 +166,26 @@ std::string rendering_plot(const std::vector<RenderingRow>& rows) {
                          1e5,
                          kLeastError_n,
                          1e1};
-    content += log_panel_frame(panel, contacts[c], "median tick (ns)",
+    content += log_panel_frame(panel, contacts[c], "time of one tick, median",
                                c == 0 ? "force error, p99 (N)" : "", 3);
-    std::vector<double> line;
+    std::vector<Pixel> line;
     for (const RenderingRow& row : rows) {
       if (row.contact != contacts[c]) continue;
       const double x = panel.x_of(row.median_ns);
       const double y = panel.y_of(std::max(row.p99_force_error_n, kLeastError_n));
-      content += mark_at(
-          x, y, row.tolerance_m > 0 ? MethodSign{"#b35806", 'x'} : MethodSign{"#1f5fa8", 'o'});
+      content +=
+          mark_at(x, y, row.tolerance_m > 0 ? MarkSign{"#b35806", 'x'} : MarkSign{"#1f5fa8", 'o'});
       if (row.tolerance_m > 0) continue;
-      line.push_back(x);
-      line.push_back(y);
-      content += "<text x=\"" + std::to_string(x + 7) + "\" y=\"" + std::to_string(y - 5) +
-                 "\" font-size=\"11\">" + std::to_string(row.passes) + "</text>\n";
+      line.push_back({x, y});
+      content += text_at(x + 7, y - 5, std::to_string(row.passes), "start", 11);
     }
-    content += polyline(line, "#1f5fa8", 1);
+    content += polyline_of(line, "#1f5fa8", 1);
   }
-  content += "<text x=\"" + std::to_string(kLeft) +
-             "\" y=\"24\" font-size=\"13\">Proxy law: circles 1, 2, 3, 5 passes; crosses three "
-             "passes with a tolerance of 10 nm and 1 um. Reference: 20 passes, quarter "
-             "steps.</text>\n";
+  content +=
+      text_at(kLeft, 24,
+              "Proxy law: circles 1, 2, 3, 5 passes; crosses three passes with a tolerance of "
+              "10 nm and 1 um. Reference: 20 passes, quarter steps.",
+              "start", 13);
   return svg_document(kLeft + static_cast<double>(contacts.size()) * (kWidth + kGap),
                       kTop + kHeight + 60, content);
 }

@@ -5,7 +5,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
+#include "host_sim/report/quantile.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -31,9 +32,10 @@ std::vector<DelayTimes> exact_times(const DelayOfMode& mode) {
   return out;
 }
 
-DelayFigures figures_of(const std::vector<std::int64_t>& values) {
-  return {delay_quantile(values, 0), delay_quantile(values, 0.5), delay_quantile(values, 0.99),
-          delay_quantile(values, 1)};
+DelayFigures figures_of(std::vector<std::int64_t> values) {
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  return {values.front(), quantile(values, 0.5), quantile(values, 0.99), values.back()};
 }
 
 /// Share of all per bin of kShownPeriods.
@@ -97,9 +99,8 @@ std::string account(const std::string& scene, const DelayQuestion& question,
   return json.dump(2) + "\n";
 }
 
-std::string rectangle(double x, double y, double width, double height, const char* colour) {
-  return "<rect x=\"" + pixel(x) + "\" y=\"" + pixel(y) + "\" width=\"" + pixel(width) +
-         "\" height=\"" + pixel(height) + "\" fill=\"" + colour + "\" fill-opacity=\"0.6\"/>\n";
+std::string shaded(double x, double y, double width, double height, const char* colour) {
+  return rectangle_at({x, y}, width, height, colour, "fill-opacity=\"0.6\"");
 }
 
 std::string histogram_panel(double left, const std::vector<DelayOfMode>& modes, double period_ns,
@@ -107,6 +108,8 @@ std::string histogram_panel(double left, const std::vector<DelayOfMode>& modes, 
   const double shown_ms = 1e-6 * kShownPeriods * period_ns;
   const Panel panel{left, 90, kPanelWidth, kPanelHeight, 0, shown_ms, 0, 100};
   std::string svg = panel_frame(panel, "% of the reports", true);
+  svg +=
+      text_at(left + kPanelWidth, 90 + kPanelHeight + 32, "time after the sample (ms)", "end", 12);
   svg += text_at(
       left, 80,
       exact ? "virtual time: exact, over all phases of the timer" : "real time: this machine",
@@ -119,10 +122,10 @@ std::string histogram_panel(double left, const std::vector<DelayOfMode>& modes, 
     for (std::size_t k = 0; k < kBins; ++k) {
       const double top = panel.y_of(100 * bins[k]);
       if (bins[k] > 0)
-        svg += rectangle(left + width * static_cast<double>(k), top, width,
-                         panel.top + panel.height - top, kColours[m]);
+        svg += shaded(left + width * static_cast<double>(k), top, width,
+                      panel.top + panel.height - top, kColours[m]);
     }
-    svg += rectangle(left + 330, 104 + 22 * static_cast<double>(m), 14, 12, kColours[m]);
+    svg += shaded(left + 330, 104 + 22 * static_cast<double>(m), 14, 12, kColours[m]);
     svg += text_at(left + 350, 114 + 22 * static_cast<double>(m), name_of(modes[m]), "start", 13);
   }
   return svg;
@@ -143,8 +146,8 @@ std::string stage_bars(double top, const std::vector<DelayOfMode>& modes, double
         const DelayFigures f = exact ? exact_figures(mode, stage) : measured_figures(mode, stage);
         const double to = 1e-6 * static_cast<double>(f.median_ns);
         if (to > from)
-          svg += rectangle(panel.x_of(from), y, panel.x_of(to) - panel.x_of(from), 22,
-                           kStageColours[k]);
+          svg +=
+              shaded(panel.x_of(from), y, panel.x_of(to) - panel.x_of(from), 22, kStageColours[k]);
         from = std::max(from, to);
       }
       svg += text_at(
@@ -157,11 +160,11 @@ std::string stage_bars(double top, const std::vector<DelayOfMode>& modes, double
   }
   for (const double mark : nice_marks(panel.t_low, panel.t_high, 8)) {
     svg += text_at(panel.x_of(mark), top + 160, mark_label(mark, 0.1), "middle", 12);
-    svg += rectangle(panel.x_of(mark), top, 0.6, 146, "#808080");
+    svg += shaded(panel.x_of(mark), top, 0.6, 146, "#808080");
   }
   double x = panel.left;
   for (std::size_t k = 0; k < kDelayStages; ++k) {
-    svg += rectangle(x, top + 176, 14, 12, kStageColours[k]);
+    svg += shaded(x, top + 176, 14, 12, kStageColours[k]);
     svg += text_at(x + 20, top + 187, to_text(static_cast<DelayStage>(k)), "start", 13);
     x += 190;
   }
@@ -170,14 +173,13 @@ std::string stage_bars(double top, const std::vector<DelayOfMode>& modes, double
 
 std::string picture(const DelayQuestion& question, const std::vector<DelayOfMode>& modes) {
   const double period_ns = 1e9 / question.rate_hz, height = 600;
-  std::string svg = svg_head(kWidth, height);
-  svg += text_at(kLeft, 32, "From the sample of a motion to the force that answers it (ms)",
-                 "start", 18, "font-weight=\"bold\"");
+  std::string svg =
+      heading_at(kLeft, 32, "From the sample of a motion to the force that answers it (ms)");
   svg += text_at(kLeft, 54, "reports and servo loop at " + fixed(question.rate_hz, 0) + " Hz",
                  "start", 13);
   svg += histogram_panel(kLeft, modes, period_ns, true);
   svg += histogram_panel(kLeft + kPanelWidth + kGap, modes, period_ns, false);
-  return svg + stage_bars(400, modes, period_ns) + "</svg>\n";
+  return svg_document(kWidth, height, svg + stage_bars(400, modes, period_ns));
 }
 
 }  // namespace

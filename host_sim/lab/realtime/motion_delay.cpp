@@ -221,11 +221,4 @@ MeasuredDelays measured_delays(const std::string& scene, const DelayQuestion& qu
   return delays;
 }
 
-std::int64_t delay_quantile(std::vector<std::int64_t> values, double q) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const double rank = std::ceil(q * static_cast<double>(values.size()));
-  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-}
-
 }  // namespace haptic::sim

@@ -58,7 +58,4 @@ struct MeasuredDelays {
 [[nodiscard]] MeasuredDelays measured_delays(const std::string& scene,
                                              const DelayQuestion& question, bool report_clocked);
 
-/// Smallest value that the share `q` of all does not exceed; 0 where there is none. Sorts.
-[[nodiscard]] std::int64_t delay_quantile(std::vector<std::int64_t> values, double q);
-
 }  // namespace haptic::sim

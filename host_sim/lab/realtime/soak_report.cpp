@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -125,12 +125,11 @@ std::string level_panel(const SoakAccount& account, double top, double end_s, co
 
 std::string picture(const SoakSettings& settings, const SoakAccount& a) {
   const double end_s = a.samples.empty() ? 1 : a.samples.back().t_s;
-  std::string svg = svg_head(kSoakWidth, kHeight);
-  svg += text_at(kSoakLeft, 30, "Soak: a fault every " + mark_label(settings.every_s, 1) + " s",
-                 "start", 18, "font-weight=\"bold\"");
+  std::string svg =
+      heading_at(kSoakLeft, 30, "Soak: a fault every " + mark_label(settings.every_s, 1) + " s");
   svg += text_at(kSoakLeft, 54,
                  std::string("Marks: a fault, answered as stated (green), so in a repeated run "
-                             "(yellow), otherwise (red). Time of the device in s, ") +
+                             "(yellow), otherwise (red). Time: ") +
                      (settings.virtual_time ? "virtual." : "real."),
                  "start", 13);
   svg += force_panel(a, end_s);
@@ -146,7 +145,9 @@ std::string picture(const SoakSettings& settings, const SoakAccount& a) {
     svg += level_panel(a, 740, end_s, "lateness (ms)", true, kFails,
                        [](const SoakSample& s) { return 1e-6 * static_cast<double>(s.late_ns); });
   }
-  return svg + "</svg>\n";
+  const double height = settings.virtual_time ? kHeight - 110 : kHeight;
+  svg += text_at(kSoakLeft + kPlotWidth, height - 4, "time of the device (s)", "end", 13);
+  return svg_document(kSoakWidth, height, svg);
 }
 
 }  // namespace

@@ -5,16 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host_sim/report/svg_canvas.hpp"
-
 namespace haptic::sim {
 namespace {
-
-std::string two_digits(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.2f", value);
-  return buffer;
-}
 
 /// Colour of a face by its angle to a light over the viewer's left shoulder.
 std::string shade(const Paint& paint, const Vector& normal, const Camera& camera) {
@@ -94,62 +86,6 @@ std::vector<Facet> facets_of(const CObstacle& obstacle, std::span<const std::uin
     if (face.polygon.size() >= 3) facets.push_back({face.polygon, face.normal, lit});
   }
   return facets;
-}
-
-SvgPage::SvgPage(double width, double height, const std::string& title) {
-  body_ = svg_head(width, height);
-  text(24, 30, title, "start", 18, "font-weight=\"bold\"");
-}
-
-void SvgPage::polygon(std::span<const Pixel> points, const std::string& fill, double opacity,
-                      const std::string& stroke, double stroke_width, const char* part) {
-  body_ += "<polygon";
-  if (part != nullptr) body_ += std::string(" class=\"") + part + "\"";
-  body_ += " points=\"";
-  for (const Pixel& p : points) body_ += pixel(p.x) + "," + pixel(p.y) + " ";
-  body_ += "\" fill=\"" + fill + "\" fill-opacity=\"" + two_digits(opacity) + "\" stroke=\"" +
-           stroke + "\" stroke-width=\"" + two_digits(stroke_width) +
-           "\" stroke-linejoin=\"round\"/>\n";
-}
-
-void SvgPage::line(Pixel from, Pixel to, const std::string& colour, double width, bool dashed) {
-  body_ += "<line x1=\"" + pixel(from.x) + "\" y1=\"" + pixel(from.y) + "\" x2=\"" + pixel(to.x) +
-           "\" y2=\"" + pixel(to.y) + "\" stroke=\"" + colour + "\" stroke-width=\"" +
-           two_digits(width) + "\"" + (dashed ? " stroke-dasharray=\"4 3\"" : "") + "/>\n";
-}
-
-void SvgPage::arrow(Pixel from, Pixel to, const std::string& colour, double width) {
-  const double dx = to.x - from.x, dy = to.y - from.y, length = std::hypot(dx, dy);
-  if (length < 1e-6) return;
-  const double ux = dx / length, uy = dy / length;
-  const double head = std::min(length, 4.0 + 3.0 * width), half = 0.42 * head;
-  const Pixel neck{to.x - head * ux, to.y - head * uy};
-  line(from, {neck.x + 0.3 * head * ux, neck.y + 0.3 * head * uy}, colour, width);
-  const Pixel tip[3] = {
-      to, {neck.x - half * uy, neck.y + half * ux}, {neck.x + half * uy, neck.y - half * ux}};
-  polygon(tip, colour, 1.0, "none", 0);
-}
-
-void SvgPage::dot(Pixel at, double radius, const std::string& fill) {
-  body_ += "<circle cx=\"" + pixel(at.x) + "\" cy=\"" + pixel(at.y) + "\" r=\"" + pixel(radius) +
-           "\" fill=\"" + fill + "\" stroke=\"#ffffff\" stroke-width=\"1\"/>\n";
-}
-
-void SvgPage::text(double x, double y, const std::string& words, const char* anchor, int size,
-                   const char* extra) {
-  body_ += text_at(x, y, words, anchor, size, extra);
-}
-
-void SvgPage::label(Pixel at, const std::string& words, const std::string& colour, int size,
-                    const char* anchor) {
-  const std::string extra = "fill=\"" + colour +
-                            "\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\" "
-                            "stroke-linejoin=\"round\" font-weight=\"bold\"";
-  body_ += text_at(at.x, at.y, words, anchor, size, extra.c_str());
-}
-
-void SvgPage::begin_group(const std::string& name) {
-  body_ += "<g id=\"" + xml_escaped(name) + "\">\n";
 }
 
 void draw_body(SvgPage& page, const Camera& camera, std::span<const Facet> facets,

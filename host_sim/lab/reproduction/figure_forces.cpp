@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "host_sim/lab/reproduction/drawing.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 #include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
@@ -93,8 +93,7 @@ void draw_curves(SvgPage& page, Panel panel, const ForceRun& run, const std::str
   double x = panel.left + 10;
   const double y = panel.top + panel.height + 44;
   for (std::size_t k = 0; k < 4; ++k, x += 90) {
-    page.line({x, y - 4}, {x + 24, y - 4}, kColours[k], k == 3 ? 3.2 : 1.8);
-    page.text(x + 30, y, names[k], "start", 13);
+    page.raw(legend_entry(x, y - 4, kColours[k], names[k], k == 3 ? 3.2 : 1.8));
   }
   page.text(panel.left + panel.width, y, "time (s)", "end", 13);
 }

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {

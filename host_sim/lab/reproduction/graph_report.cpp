@@ -2,9 +2,9 @@
 // Tables, histogram and findings of the graph counts.
 #include <algorithm>
 
-#include "host_sim/report/svg_canvas.hpp"
 #include "host_sim/lab/reproduction/drawing.hpp"
 #include "host_sim/lab/reproduction/graph_table.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host_sim/lab/stability/proxy_cases.hpp"
+#include "host_sim/report/quantile.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/wander.hpp"
 
@@ -28,14 +29,6 @@ struct Differences {
       force_n.push_back((a.ticks[k].force_n - b.ticks[k].force_n).norm());
   }
   void sort() { std::ranges::sort(force_n); }
-  [[nodiscard]] double quantile(double share) const {
-    const double at = share * static_cast<double>(force_n.size() - 1);
-    return force_n[static_cast<std::size_t>(at)];
-  }
-  [[nodiscard]] double share_over(double limit_n) const {
-    const auto above = force_n.end() - std::ranges::upper_bound(force_n, limit_n);
-    return static_cast<double>(above) / static_cast<double>(force_n.size());
-  }
 };
 
 struct Blocks {
@@ -92,10 +85,10 @@ std::vector<Figure> top_figures() {
   }
   differences.sort();
   return {{"ticks", 48000, static_cast<double>(differences.force_n.size()), 48000, 50000},
-          at_most("median (N)", 1e-12, differences.quantile(0.5)),
-          at_most("p99 (N)", 2e-11, differences.quantile(0.99)),
-          at_most("largest (N)", 0.015, differences.quantile(1)),
-          at_most("share over 0.01 N", 2.0 / 48000, differences.share_over(0.01))};
+          at_most("median (N)", 1e-12, quantile(differences.force_n, 0.5)),
+          at_most("p99 (N)", 2e-11, quantile(differences.force_n, 0.99)),
+          at_most("largest (N)", 0.015, quantile(differences.force_n, 1)),
+          at_most("share over 0.01 N", 2.0 / 48000, share_over(differences.force_n, 0.01))};
 }
 
 /// Around the block's own edges, where the moment of a release depends on the iteration's way.
@@ -119,8 +112,8 @@ std::vector<Figure> rim_figures() {
     }
   }
   differences.sort();
-  return {at_most("median (N)", 1e-12, differences.quantile(0.5)),
-          at_most("share over 0.01 N", 0.05, differences.share_over(0.01))};
+  return {at_most("median (N)", 1e-12, quantile(differences.force_n, 0.5)),
+          at_most("share over 0.01 N", 0.05, share_over(differences.force_n, 0.01))};
 }
 
 std::vector<Figure> loop_figures(const ContactLoop& loop, double design_1000, double design_4000) {

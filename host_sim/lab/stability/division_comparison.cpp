@@ -27,14 +27,10 @@ void add_strength(const Trace& proxy, const Trace& paper, DivisionComparison& re
 
 }  // namespace
 
-double DivisionDifference::quantile_n(double share) const {
-  const double at = share * static_cast<double>(sorted_n.size() - 1);
-  return sorted_n[static_cast<std::size_t>(std::ceil(at))];
-}
+double DivisionDifference::quantile_n(double share) const { return quantile(sorted_n, share); }
 
 double DivisionDifference::share_over(double limit_n) const {
-  const auto above = sorted_n.end() - std::ranges::upper_bound(sorted_n, limit_n);
-  return static_cast<double>(above) / static_cast<double>(sorted_n.size());
+  return sim::share_over(sorted_n, limit_n);
 }
 
 bool DivisionComparison::same_strength() const {

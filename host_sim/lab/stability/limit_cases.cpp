@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/lab/stability/proxy_cases.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "host_sim/lab/stability/peg_insertion.hpp"
-#include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -154,8 +153,7 @@ std::string tilted_table(const std::vector<Cell>& cells) {
 /// Left: lag of the peg in the tilted push over time at the narrowest clearance. Right: offset over
 /// the clearance after the swaying insertion.
 std::string picture(const std::vector<Cell>& cells) {
-  std::string svg =
-      text_at(70, 28, "Peg of 10 mm in a hole of five pieces", "start", 18, "font-weight=\"bold\"");
+  std::string svg = heading_at(70, 28, "Peg of 10 mm in a hole of five pieces");
   const double narrow = cells.back().clearance_m;
   double top = 0;
   for (const Cell& c : cells) {
@@ -168,8 +166,8 @@ std::string picture(const std::vector<Cell>& cells) {
                  13);
   const LogPanel offset{600, 60, 420, 300, 1e-5, 1e-3, 1e-5, 1e-3};
   svg += log_panel_frame(offset, "", "clearance (m)", "final offset (m)", 1);
-  svg += polyline({offset.x_of(1e-5), offset.y_of(1e-5), offset.x_of(1e-3), offset.y_of(1e-3)},
-                  "#808080", 1, "5 4");
+  svg += line_at({offset.x_of(1e-5), offset.y_of(1e-5)}, {offset.x_of(1e-3), offset.y_of(1e-3)},
+                 "#808080", 1, "5 4");
   std::size_t colour = 0;
   for (const Cell& c : cells) {
     const auto shade = kFrictionColours[c.friction == 0 ? 0 : c.friction < 0.4 ? 1 : 2];
@@ -178,8 +176,7 @@ std::string picture(const std::vector<Cell>& cells) {
     if (c.clearance_m != narrow) continue;
     svg += curve(lag, c.tilted.t_s, c.tilted.lag_mm, shade, 2);
     const double y = 80 + 20 * static_cast<double>(colour++);
-    svg += polyline({96, y - 4, 120, y - 4}, shade, 3);
-    svg += text_at(126, y, "friction " + short_number(c.friction, 3), "start", 13);
+    svg += legend_entry(96, y - 4, shade, "friction " + short_number(c.friction, 3));
   }
   return svg_document(1060, 420, svg);
 }

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
-#include "host_sim/lab/reproduction/drawing.hpp"
-#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/picture.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -4,11 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host_sim/lab/reproduction/drawing.hpp"
 #include "host_sim/lab/stability/division_comparison.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {

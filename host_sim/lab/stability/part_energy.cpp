@@ -7,7 +7,7 @@
 
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/wander.hpp"
 
@@ -137,8 +137,7 @@ std::string loops_table(const std::vector<LoopWork>& loops) {
 }
 
 std::string picture(const std::vector<Session>& sessions) {
-  std::string svg = text_at(90, 30, "Work of the hand over a random session (J)", "start", 18,
-                            "font-weight=\"bold\"");
+  std::string svg = heading_at(90, 30, "Work of the hand over a random session (J)");
   double low = 0, high = 0;
   for (const Session& s : sessions) {
     low = std::min(low, *std::ranges::min_element(s.work_j));
@@ -152,15 +151,10 @@ std::string picture(const std::vector<Session>& sessions) {
     const char* colour = kEnergyColours[static_cast<std::size_t>(s.law) - 1];
     svg += curve(panel, s.t_s, s.work_j, colour, 1.6);
     const double x = 90 + 180 * static_cast<double>(k);
-    svg += "<line x1=\"" + pixel(x) + "\" y1=\"516\" x2=\"" + pixel(x + 24) +
-           "\" y2=\"516\" stroke=\"" + colour + "\" stroke-width=\"3\"/>\n";
-    svg += text_at(x + 30, 520, law_name(s.law), "start", 13);
+    svg += legend_entry(x, 516, colour, law_name(s.law));
   }
   svg += text_at(1050, 520, "time (s); what falls is given back to the hand", "end", 13);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1090\" height=\"540\" "
-         "viewBox=\"0 0 1090 540\" font-family=\"sans-serif\">\n<rect width=\"1090\" "
-         "height=\"540\" fill=\"#ffffff\"/>\n" +
-         svg + "</svg>\n";
+  return svg_document(1090, 540, svg);
 }
 
 void add_findings(const std::vector<LoopWork>& loops, const std::vector<Session>& sessions,

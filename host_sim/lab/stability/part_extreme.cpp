@@ -9,9 +9,8 @@
 
 #include "host_sim/lab/stability/extreme_depth.hpp"
 #include "host_sim/lab/stability/pressed_contact.hpp"
-#include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -194,35 +193,23 @@ std::string depth_panels(const std::vector<DepthRow>& rows) {
        {{"parallel_faces", "#d55e00"},
         {"parallel_edges", "#0072b2"},
         {"parallel_all", "#009e73"}}}};
-  std::string svg = text_at(70, 28, std::string("Error of D_near in sizes, ") + kScalar, "start",
-                            18, "font-weight=\"bold\"");
+  std::string svg = heading_at(70, 28, std::string("Error of D_near in sizes, ") + kScalar);
   double left = 80;
   for (const Frame& frame : frames) {
     const LogPanel panel{left, 70, 300, 280, frame.x_low, frame.x_high, kPictureFloor, 1e-2};
     const std::string y_label = left < 100 ? "error / size" : "";
-    if (frame.x_high / frame.x_low < 1e11) {
-      svg += log_panel_frame(panel, frame.title, frame.x_label, y_label, 3);
-    } else {  // too many powers of ten for a label each
-      svg += log_panel_frame(panel, frame.title, "", y_label, 3);
-      for (int k = -16; k <= -2; k += 2) {
-        svg += text_at(panel.x_of(std::pow(10.0, k)), panel.top + panel.height + 16,
-                       "1e" + std::to_string(k), "middle", 12);
-      }
-      svg += text_at(left + panel.width / 2, panel.top + panel.height + 36, frame.x_label, "middle",
-                     13);
-    }
+    svg += log_panel_frame(panel, frame.title, frame.x_label, y_label, 3);
     double y = 412;
     for (const Curve& c : frame.curves) {
-      std::vector<double> error, limit;
+      std::vector<Pixel> error, limit;
       for (const DepthRow& row : rows) {
         if (row.scene.family != c.family) continue;
         const double x = panel.x_of(row.scene.parameter);
-        error.insert(error.end(), {x, panel.y_of(row.errors.depth_error_m / row.scene.size_m)});
-        limit.insert(limit.end(), {x, panel.y_of(row.errors.limit_m / row.scene.size_m)});
+        error.push_back({x, panel.y_of(row.errors.depth_error_m / row.scene.size_m)});
+        limit.push_back({x, panel.y_of(row.errors.limit_m / row.scene.size_m)});
       }
-      svg += polyline(error, c.colour, 2.2) + polyline(limit, c.colour, 1.2, "5 4");
-      svg += polyline({left, y - 4, left + 24, y - 4}, c.colour, 3);
-      svg += text_at(left + 30, y, c.family, "start", 13);
+      svg += polyline_of(error, c.colour, 2.2) + polyline_of(limit, c.colour, 1.2, "5 4");
+      svg += legend_entry(left, y - 4, c.colour, c.family);
       y += 18;
     }
     left += 350;
@@ -240,20 +227,19 @@ std::string press_panel(const std::vector<PressRow>& presses) {
   constexpr const char* kKindColours[] = {"#d55e00", "#0072b2", "#009e73"};
   for (const PressKind kind : {PressKind::kFace, PressKind::kVertex, PressKind::kEdges}) {
     const char* colour = kKindColours[static_cast<std::size_t>(kind)];
-    std::vector<double> error, limit;
+    std::vector<Pixel> error, limit;
     for (const PressRow& row : presses) {
       const PressErrors& e = row.errors;
       if (row.contact.scene.family != "size" || row.contact.kind != kind ||
           e.law != LawId::kProxy || !e.refusal.empty())
         continue;
       const double x = panel.x_of(row.contact.scene.size_m);
-      error.insert(error.end(), {x, panel.y_of(e.force_error_n / e.force_n)});
-      limit.insert(limit.end(), {x, panel.y_of(e.force_limit_n / e.force_n)});
+      error.push_back({x, panel.y_of(e.force_error_n / e.force_n)});
+      limit.push_back({x, panel.y_of(e.force_limit_n / e.force_n)});
     }
-    svg += polyline(error, colour, 2.2) + polyline(limit, colour, 1.2, "5 4");
+    svg += polyline_of(error, colour, 2.2) + polyline_of(limit, colour, 1.2, "5 4");
     const double y = 560 + 20 * static_cast<double>(kind);
-    svg += polyline({750, y - 4, 774, y - 4}, colour, 3);
-    svg += text_at(780, y, to_text(kind), "start", 13);
+    svg += legend_entry(750, y - 4, colour, to_text(kind));
   }
   return svg + text_at(750, 630, "dashed: limits", "start", 13);
 }

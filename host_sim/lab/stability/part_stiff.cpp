@@ -7,9 +7,8 @@
 
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/virtual_tool.hpp"
-#include "host_sim/report/log_panel.hpp"
 #include "host_sim/report/output_file.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -152,30 +151,23 @@ std::string coupled_table(const std::vector<StiffCell>& all, bool rotation) {
 
 /// Largest coupling over the wall, at 1 kHz, translation; a missing limit is drawn at the top.
 std::string picture(const std::vector<StiffCell>& cells) {
-  std::string svg = text_at(70, 28, "Largest stable coupling of a virtual tool, 1 kHz", "start", 18,
-                            "font-weight=\"bold\"");
+  std::string svg = heading_at(70, 28, "Largest stable coupling of a virtual tool, 1 kHz");
   double left = 80;
   for (const unsigned delay : {0u, 1u}) {
     const LogPanel panel{left, 70, 400, 300, 1e2, 1e6, 1e1, 1e7};
     svg += log_panel_frame(panel, "delay " + std::to_string(delay) + ", tool 0.1 kg", "wall (N/m)",
-                           delay == 0 ? "coupling (N/m)" : "", 0);
-    for (int power = 1; power <= 7; ++power) {
-      svg += text_at(panel.left - 6, panel.y_of(std::pow(10.0, power)) + 4,
-                     "1e" + std::to_string(power), "end", 12);
-    }
+                           delay == 0 ? "coupling (N/m)" : "", 1);
     for (std::size_t i = 0; i < kIntegrators.size(); ++i) {
-      std::vector<double> points;
+      std::vector<Pixel> points;
       for (const StiffCell& c : cells) {
         if (c.rotation || c.rate_hz != 1000 || c.delay != delay || c.integrator != kIntegrators[i])
           continue;
-        points.push_back(panel.x_of(c.wall));
-        points.push_back(panel.y_of(std::clamp(c.limit, 1e1, 1e7)));
+        points.push_back({panel.x_of(c.wall), panel.y_of(std::clamp(c.limit, 1e1, 1e7))});
       }
-      svg += polyline(points, kStiffColours[i], 2.2);
+      svg += polyline_of(points, kStiffColours[i], 2.2);
       if (delay == 0) {
         const double x = 120 + 190 * static_cast<double>(i);
-        svg += polyline({x, 426, x + 24, 426}, kStiffColours[i], 3);
-        svg += text_at(x + 30, 430, to_text(kIntegrators[i]), "start", 13);
+        svg += legend_entry(x, 426, kStiffColours[i], to_text(kIntegrators[i]));
       }
     }
     left += 470;

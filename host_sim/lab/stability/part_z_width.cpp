@@ -9,8 +9,8 @@
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/stability_trial.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/picture.hpp"
 #include "host_sim/report/shard_run.hpp"
-#include "host_sim/report/svg_canvas.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -170,8 +170,7 @@ constexpr double kPictureDamping = 8;
 
 /// Boundary over B: theory as curves by rate, the core as marks. One panel per hand and delay.
 std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& options) {
-  std::string svg = text_at(80, 28, "Stable region on a wall: stiffness over coupling damping",
-                            "start", 18, "font-weight=\"bold\"");
+  std::string svg = heading_at(80, 28, "Stable region on a wall: stiffness over coupling damping");
   std::vector<double> axis;
   for (double b = 0; b <= kPictureDamping; b += 0.1) axis.push_back(b);
   for (std::size_t h = 0; h < hand_names().size(); ++h) {
@@ -198,6 +197,7 @@ std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& 
                      (h == 0 ? "nobody holding" : hand_names()[h] + " hand") + ", delay " +
                          std::to_string(delay),
                      "middle", 13);
+      svg += text_at(panel.left + 240, panel.top + 252, "B (N s/m)", "end", 12);
       for (std::size_t r = 0; r < curves.size(); ++r)
         svg += curve(panel, axis, curves[r], kRateColours[r], 1.6);
       for (const WallCell& c : cells) {
@@ -213,18 +213,11 @@ std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& 
   const char* words[] = {"1 kHz", "2 kHz", "4 kHz"};
   for (std::size_t r = 0; r < rates(options).size(); ++r) {
     const double x = 90 + 110 * static_cast<double>(r);
-    svg += "<line x1=\"" + pixel(x) + "\" y1=\"638\" x2=\"" + pixel(x + 24) +
-           "\" y2=\"638\" stroke=\"" + kRateColours[r] + "\" stroke-width=\"3\"/>\n";
-    svg += text_at(x + 30, 642, words[r], "start", 13);
+    svg += legend_entry(x, 638, kRateColours[r], words[r]);
   }
-  svg += text_at(440, 642,
-                 "curves: spectral radius; circles: core in the closed loop; across: B "
-                 "(N s/m)",
-                 "start", 13);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1320\" height=\"660\" "
-         "viewBox=\"0 0 1320 660\" font-family=\"sans-serif\">\n<rect width=\"1320\" "
-         "height=\"660\" fill=\"#ffffff\"/>\n" +
-         svg + "</svg>\n";
+  svg +=
+      text_at(440, 642, "curves: spectral radius; circles: core in the closed loop", "start", 13);
+  return svg_document(1320, 660, svg);
 }
 
 /// The whole region in units of the device, m/T and m/T^2: how damping helps at first and harms in
@@ -232,8 +225,7 @@ std::string picture(const std::vector<WallCell>& cells, const StabilityOptions& 
 std::string region_picture() {
   constexpr double kMostDamping = 1.6, kMostStiffness = 0.8;
   const Panel panel{90, 60, 560, 340, 0, kMostDamping, 0, kMostStiffness};
-  std::string svg = text_at(90, 28, "Stable region of a virtual wall, nobody holding on", "start",
-                            18, "font-weight=\"bold\"") +
+  std::string svg = heading_at(90, 28, "Stable region of a virtual wall, nobody holding on") +
                     panel_frame(panel, "K T^2 / m", true);
   for (const unsigned delay : {0u, 1u, 2u}) {
     LinearLoop loop;
@@ -251,18 +243,13 @@ std::string region_picture() {
       svg += curve(panel, across, up, kRateColours[delay], filter == 1.0 ? 0.8 : 2.0);
     }
     const double y = 90 + 22.0 * delay;
-    svg += "<line x1=\"520\" y1=\"" + pixel(y) + "\" x2=\"544\" y2=\"" + pixel(y) + "\" stroke=\"" +
-           kRateColours[delay] + "\" stroke-width=\"3\"/>\n" +
-           text_at(552, y + 4, "delay " + std::to_string(delay), "start", 13);
+    svg += legend_entry(520, y, kRateColours[delay], "delay " + std::to_string(delay));
   }
   svg += text_at(370, 440, "B T / m", "middle", 13);
   svg += text_at(90, 462,
                  "thick: with the damping's filter, thin: without; device damping b T / m = 0.01",
                  "start", 12);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"700\" height=\"480\" "
-         "viewBox=\"0 0 700 480\" font-family=\"sans-serif\">\n<rect width=\"700\" "
-         "height=\"480\" fill=\"#ffffff\"/>\n" +
-         svg + "</svg>\n";
+  return svg_document(700, 480, svg);
 }
 
 void add_findings(const std::vector<WallCell>& walls, const std::vector<PegCell>& pegs,

@@ -45,12 +45,6 @@ bool StabilityOptions::has(LawId law) const {
   return std::find(laws.begin(), laws.end(), law) != laws.end();
 }
 
-const char* law_name(LawId law) {
-  return law == LawId::kPaper            ? "paper"
-         : law == LawId::kWeightedRegion ? "weighted_region"
-                                         : "proxy";
-}
-
 std::span<const StabilityPart> stability_parts() { return kParts; }
 
 bool write_stability(const std::string& folder, const std::vector<int>& numbers,

@@ -21,7 +21,6 @@ struct StabilityOptions {
 
   [[nodiscard]] bool has(LawId law) const;
 };
-[[nodiscard]] const char* law_name(LawId law);
 
 /// One part. `run` gives its files, named after the part, its section of the index, findings
 /// ("paper" is what is stated, "ours" what was found) and whether every stated limit holds.

@@ -2,9 +2,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "host_sim/lab/verification/verification.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/part_report.hpp"
-#include "host_sim/lab/verification/verification.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host_sim/session/replay_summary.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/replay_summary.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -15,6 +15,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "host_sim/report/quantile.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -171,7 +172,7 @@ InstructionCounts count_instructions(const InstructionQuestion& question) {
   if (sorted.size() != question.ticks)
     return not_measured("the profile has " + std::to_string(sorted.size()) + " ticks");
   std::ranges::sort(sorted);
-  counts.median = sorted[sorted.size() / 2];
+  counts.median = quantile(sorted, 0.5);
   counts.largest = sorted.back();
   counts.measured = true;
   return counts;

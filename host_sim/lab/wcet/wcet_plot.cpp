@@ -6,8 +6,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "host_sim/report/log_panel.hpp"
-#include "host_sim/report/svg_canvas.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -41,13 +40,14 @@ struct Series {
 };
 
 std::string steps(const LogPanel& panel, const Series& series) {
-  std::vector<double> points;
+  std::vector<Pixel> points;
   const Bins& b = series.bins;
   for (std::size_t k = 0; k < b.counts.size(); ++k) {
     const double y = panel.y_of(std::max(b.counts[k], kFloor));
-    points.insert(points.end(), {panel.x_of(b.edge_ns(k)), y, panel.x_of(b.edge_ns(k + 1)), y});
+    points.push_back({panel.x_of(b.edge_ns(k)), y});
+    points.push_back({panel.x_of(b.edge_ns(k + 1)), y});
   }
-  return polyline(points, series.colour, series.width);
+  return polyline_of(points, series.colour, series.width);
 }
 
 double power_below(double value) { return std::pow(10.0, std::floor(std::log10(value))); }
@@ -66,10 +66,7 @@ std::string panel_of(double top, double height, const std::string& title,
   }
   double y = top + 16;
   for (const Series& s : list) {
-    const double x = kLeft + kPlotWidth + 14;
-    svg += steps(panel, s);
-    svg += polyline({x, y, x + 24, y}, s.colour, 3);
-    svg += text_at(x + 30, y + 4, s.name, "start", 13);
+    svg += steps(panel, s) + legend_entry(kLeft + kPlotWidth + 14, y, s.colour, s.name);
     y += 20;
   }
   return svg;
@@ -114,7 +111,7 @@ std::string wakeups_panel(const hal::WakeupMeasurement& wakeups) {
 
 std::string wcet_plot(const WcetResult& loop, const SameStateTimes& same_state,
                       const hal::WakeupMeasurement& wakeups, const std::string& title) {
-  std::string svg = text_at(kLeft, 30, title, "start", 18, "font-weight=\"bold\"");
+  std::string svg = heading_at(kLeft, 30, title);
   char words[200];
   std::snprintf(words, sizeof words,
                 "largest of the least of %u repeats: %.0f ns in the loop (%zu inputs), %.0f ns "

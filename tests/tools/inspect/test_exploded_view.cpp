@@ -9,10 +9,10 @@
 #include <sstream>
 
 #include "tests/support/pruned_scenes.hpp"
+#include "tools/scene_facts/scene_facts.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 #include "tools/scene_inspect/exploded_svg.hpp"
 #include "tools/scene_inspect/piece_exposure.hpp"
-#include "tools/scene_facts/scene_facts.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -185,8 +185,8 @@ TEST_SUITE("tools.exploded_view") {
     bodies[1].name = "a<b>&\"\xff";
     const std::string svg = exploded_svg("sheet & <title>", bodies, 0.6);
     CHECK(svg == exploded_svg("sheet & <title>", bodies, 0.6));
-    CHECK(svg.find("sheet &amp; &lt;title>") != std::string::npos);
-    CHECK(svg.find("a&lt;b>&amp;\"?") != std::string::npos);
+    CHECK(svg.find("sheet &amp; &lt;title&gt;") != std::string::npos);
+    CHECK(svg.find("a&lt;b&gt;&amp;&quot;?") != std::string::npos);
     CHECK(count(svg, "<g class=\"piece\">") == 10);
     CHECK(count(svg, "<g ") == count(svg, "</g>"));
     CHECK(count(svg, "<text ") == count(svg, "</text>"));
