@@ -107,7 +107,7 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
   settings_.limits.period_ns = period_ns_;
   const double* grip = session.view().bodies()[0].reference_m;
   for (int k = 0; k < 3; ++k) settings_.map.grip_a[k] = static_cast<Real>(grip[k]);
-  recorder_ = std::make_unique<FlightRecorder>(recorder_memory_.bytes());
+  recorder_ = std::make_unique<FlightRecorder>(recorder_memory_.span());
   restart_servo();
   if (settings.carrier == StackCarrier::kDirect) {
     direct_ = std::make_unique<DirectLink>(*this, model_);
@@ -180,7 +180,7 @@ hal::LinkCounters DeviceStack::link_counters() const {
 
 std::vector<StepTrace> DeviceStack::flight() const {
   std::vector<StepTrace> records(settings_.recorded_ticks);
-  records.resize(FlightRecorder::copy_newest(recorder_memory_.bytes(), records));
+  records.resize(FlightRecorder::copy_newest(recorder_memory_.span(), records));
   return records;
 }
 

@@ -124,7 +124,7 @@ class DeviceStack final : private hal::LinkObserver {
   std::unique_ptr<ReferenceUsb> bus_;
   std::unique_ptr<hal::UsbLink> link_;
   std::unique_ptr<DirectLink> direct_;
-  AlignedBytes recorder_memory_;
+  tools::SceneBytes recorder_memory_;
   std::unique_ptr<FlightRecorder> recorder_;
   std::unique_ptr<ServoTick> tick_;
   std::unique_ptr<hal::ServoLoop> loop_;

@@ -45,8 +45,6 @@ std::size_t place_in(const Order& order, State state) {
   return found == order.end() ? 0 : static_cast<std::size_t>(found - order.begin());
 }
 
-double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
-
 using StageValues = std::array<std::vector<double>, kStages.size()>;
 
 /// `floor`: what stays below it is rounding noise.
@@ -66,12 +64,12 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
   StageValues force, torque;
   for (const StackRecord& r : records) {
     times.push_back(r.loop.tick.t_s);
-    force[0].push_back(length(r.loop.tick.force_n));
+    force[0].push_back(length_of(r.loop.tick.force_n));
     // Without a device nothing is handed over, with any last command.
     const Wrench handed_d = r.link == LinkState::kAbsent ? Wrench{} : r.handed_d;
     force[1].push_back(static_cast<double>(handed_d.force_w.norm()));
     force[2].push_back(r.acting_w.force_w.norm());
-    torque[0].push_back(length(r.loop.tick.torque_nm));
+    torque[0].push_back(length_of(r.loop.tick.torque_nm));
     torque[1].push_back(static_cast<double>(handed_d.torque_w.norm()));
     torque[2].push_back(r.acting_w.torque_w.norm());
   }

@@ -30,18 +30,8 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
 /// point inside for one outside.
 __extension__ using Widest = __float128;
 
-struct WidestVec {
-  Widest x = 0, y = 0, z = 0;
-};
+using WidestVec = Triple<Widest>;
 WidestVec widest(const WideVec& v) { return {v.x, v.y, v.z}; }
-WidestVec operator-(const WidestVec& a, const WidestVec& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-WidestVec operator*(Widest s, const WidestVec& v) { return {s * v.x, s * v.y, s * v.z}; }
-Widest dot(const WidestVec& a, const WidestVec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-WidestVec cross(const WidestVec& a, const WidestVec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 Widest determinant(const WidestVec& a, const WidestVec& b, const WidestVec& c) {
   return dot(a, cross(b, c));
 }

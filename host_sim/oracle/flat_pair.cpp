@@ -8,13 +8,6 @@
 namespace haptic::sim {
 namespace {
 
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Point scaled(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; }
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 Point rotated(const std::array<Point, 3>& r, const Point& v) {
   return {dot(r[0], v), dot(r[1], v), dot(r[2], v)};
 }

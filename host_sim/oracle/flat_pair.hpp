@@ -15,6 +15,22 @@ namespace haptic::sim {
 
 using Point = std::array<double, 3>;
 
+[[nodiscard]] inline Point operator+(const Point& a, const Point& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+[[nodiscard]] inline Point operator-(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+[[nodiscard]] inline Point scaled(double s, const Point& a) {
+  return {s * a[0], s * a[1], s * a[2]};
+}
+[[nodiscard]] inline double dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+[[nodiscard]] inline Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 /// Moving body of one tick, in W axes relative to the grip point.
 struct PlacedMoving {
   Point grip_w{};               ///< grip point in W [m]

@@ -16,25 +16,28 @@ template <typename Number>
   return static_cast<Wide>(value);
 }
 
-struct WideVec {
-  Wide x = 0, y = 0, z = 0;
-};
+template <typename Number>
+struct Triple {
+  Number x = 0, y = 0, z = 0;
 
-[[nodiscard]] inline WideVec operator+(const WideVec& a, const WideVec& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-[[nodiscard]] inline WideVec operator-(const WideVec& a, const WideVec& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-[[nodiscard]] inline WideVec operator*(Wide s, const WideVec& a) {
-  return {s * a.x, s * a.y, s * a.z};
-}
-[[nodiscard]] inline Wide dot(const WideVec& a, const WideVec& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-[[nodiscard]] inline WideVec cross(const WideVec& a, const WideVec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+  [[nodiscard]] friend Triple operator+(const Triple& a, const Triple& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[nodiscard]] friend Triple operator-(const Triple& a, const Triple& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[nodiscard]] friend Triple operator*(Number s, const Triple& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  [[nodiscard]] friend Number dot(const Triple& a, const Triple& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[nodiscard]] friend Triple cross(const Triple& a, const Triple& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+};
+using WideVec = Triple<Wide>;
+
 [[nodiscard]] inline Wide norm(const WideVec& a) { return std::sqrt(dot(a, a)); }
 /// `a` must not be zero.
 [[nodiscard]] inline WideVec unit(const WideVec& a) { return (1.0L / norm(a)) * a; }

@@ -19,22 +19,20 @@ CoreSession::CoreSession(const std::string& scene_path) {
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0)
     throw tools::InputError(scene_path + ": not a file; give the path of a compiled scene");
-  blob_ = AlignedBytes(static_cast<std::size_t>(size));
+  blob_ = tools::SceneBytes(static_cast<std::size_t>(size));
   stream.seekg(0);
-  if (size > 0) stream.read(reinterpret_cast<char*>(blob_.bytes().data()), size);
+  if (size > 0) stream.read(reinterpret_cast<char*>(blob_.span().data()), size);
   if (!stream) throw tools::InputError(scene_path + ": cannot be read to its end");
   open(scene_path);
   tools::tell_simplification("host_sim", scene_path, view_);
 }
 
-CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name)
-    : blob_(scene.size()) {
-  if (!scene.empty()) std::memcpy(blob_.bytes().data(), scene.data(), scene.size());
+CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name) : blob_(scene) {
   open(name);
 }
 
 void CoreSession::open(const std::string& name) {
-  const RtStatus opened = SceneView::open(blob_.bytes(), view_);
+  const RtStatus opened = SceneView::open(blob_.span(), view_);
   if (opened != RtStatus::kOk) {
     std::string text = name + ": not a usable scene: " + to_text(opened);
     if (name.ends_with(".toml")) {
@@ -44,8 +42,8 @@ void CoreSession::open(const std::string& name) {
     }
     throw tools::InputError(text);
   }
-  state_ = AlignedBytes(static_cast<std::size_t>(view_.header().capacity.state_bytes));
-  const RtStatus created = HapticCore::create(state_.bytes(), view_, core_);
+  state_ = tools::SceneBytes(static_cast<std::size_t>(view_.header().capacity.state_bytes));
+  const RtStatus created = HapticCore::create(state_.span(), view_, core_);
   if (created != RtStatus::kOk) {
     throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
                             "; compile it again");

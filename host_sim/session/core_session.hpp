@@ -10,24 +10,9 @@
 
 #include "host_sim/session/motion_csv.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "tools/common/scene_bytes.hpp"
 
 namespace haptic::sim {
-
-/// Bytes whose first one is aligned to 64.
-class AlignedBytes {
- public:
-  explicit AlignedBytes(std::size_t count = 0) : chunks_(count / 64 + 1), count_(count) {}
-  [[nodiscard]] std::span<std::byte> bytes() { return {chunks_.data()->bytes, count_}; }
-  [[nodiscard]] std::span<const std::byte> bytes() const { return {chunks_.data()->bytes, count_}; }
-
- private:
-  struct alignas(64) Chunk {
-    std::byte bytes[64];
-  };
-  std::vector<Chunk> chunks_;
-  std::size_t count_;
-};
-static_assert(kStateAlignment <= 64 && kSceneAlignment <= 64);
 
 /// Not movable: the core points into it.
 class CoreSession {
@@ -43,12 +28,12 @@ class CoreSession {
   [[nodiscard]] const SceneView& view() const { return view_; }
   [[nodiscard]] HapticCore& core() { return *core_; }
   /// The memory of the core: all of its mutable state.
-  [[nodiscard]] std::span<std::byte> state() { return state_.bytes(); }
+  [[nodiscard]] std::span<std::byte> state() { return state_.span(); }
 
  private:
   void open(const std::string& name);
 
-  AlignedBytes blob_, state_;
+  tools::SceneBytes blob_, state_;
   SceneView view_;
   HapticCore* core_ = nullptr;
 };

@@ -28,8 +28,6 @@ constexpr std::array<const char*, 7> kSituationColours = {
     "#ffffff", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#404040", "#cc79a7"};
 static_assert(kSituationColours.size() == static_cast<std::size_t>(ContactSituation::kCount));
 
-double norm_of(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
 /// Norm and components; the norm behind its components.
 std::string vector_panel(Panel panel, std::span<const double> times, const std::string& label,
                          const std::array<const char*, 4>& names, std::span<const TickRecord> ticks,
@@ -39,7 +37,7 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
     NamedCurve& s =
         series.emplace_back(NamedCurve{names[k], kCurveColours[k], {}, k == 0 ? 4.0 : 1.4});
     for (const TickRecord& tick : ticks)
-      s.values.push_back(k == 0 ? norm_of(tick.*vector) : (tick.*vector)[k - 1]);
+      s.values.push_back(k == 0 ? length_of(tick.*vector) : (tick.*vector)[k - 1]);
   }
   fit_range(panel, series, floor);
   return curve_panel(panel, label, times, series, false);
@@ -53,11 +51,11 @@ struct Release {
 /// The largest releases of a run, in the order of time.
 std::vector<Release> releases_of(std::span<const TickRecord> ticks) {
   double largest_n = 0;
-  for (const TickRecord& tick : ticks) largest_n = std::max(largest_n, norm_of(tick.force_n));
+  for (const TickRecord& tick : ticks) largest_n = std::max(largest_n, length_of(tick.force_n));
   const double least_n = std::max(kReleaseShare * largest_n, kLeastRelease_n);
   std::vector<Release> found;
   for (std::size_t i = kReleaseTicks; i < ticks.size(); ++i) {
-    const double fall_n = norm_of(ticks[i - kReleaseTicks].force_n) - norm_of(ticks[i].force_n);
+    const double fall_n = length_of(ticks[i - kReleaseTicks].force_n) - length_of(ticks[i].force_n);
     if (!(fall_n >= least_n)) continue;
     if (!found.empty() && ticks[i].t_s - found.back().t_s < kReleaseApart_s) {
       if (fall_n > found.back().fall_n) found.back() = {ticks[i].t_s, fall_n};
@@ -153,7 +151,7 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
   std::vector<ContactSituation> situations;
   for (const TickRecord& tick : ticks) {
     times.push_back(tick.t_s);
-    contact += norm_of(tick.force_n) > kForceFloor_n ? 1u : 0u;
+    contact += length_of(tick.force_n) > kForceFloor_n ? 1u : 0u;
     apart_m.push_back(tick.apart_m);
     d_near_m.push_back(tick.d_near_m);
     situations.push_back(tick.situation);

@@ -13,11 +13,9 @@
 namespace haptic::sim {
 namespace {
 
-double length(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
 double distance(const double (&a)[3], const double (&b)[3]) {
   const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  return length(d);
+  return length_of(d);
 }
 
 using tools::append_line;
@@ -77,8 +75,8 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
   double nodes = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const TickRecord& r = ticks[i];
-    t.largest_force_n = std::max(t.largest_force_n, length(r.force_n));
-    t.largest_torque_nm = std::max(t.largest_torque_nm, length(r.torque_nm));
+    t.largest_force_n = std::max(t.largest_force_n, length_of(r.force_n));
+    t.largest_torque_nm = std::max(t.largest_torque_nm, length_of(r.torque_nm));
     if (r.status != RtStatus::kOk) {
       ++t.refused_poses;
     } else {

@@ -2,6 +2,7 @@
 #pragma once
 /// What a replay keeps of every tick, and its CSV.
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -13,6 +14,10 @@ namespace haptic::sim {
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
 inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagOutsideEnvelope << 1;
 inline constexpr std::size_t kFlagCount = 20;
+
+[[nodiscard]] inline double length_of(const double (&v)[3]) {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
 
 struct TickRecord {
   std::uint64_t tick = 0;

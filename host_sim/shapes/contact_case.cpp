@@ -8,7 +8,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 /// Speed of the slow paths.
 constexpr double kSlide_m_per_s = 0.02;
 constexpr double kFlat_m = kBoxHalf_m[2] - kPush_m;  ///< height of the pushed box on z = 0
@@ -123,7 +123,7 @@ ContactCase tilt_case() {
   path.pose = [](double t) -> PathPose {
     return {{0, 0, kFlat_m}, turn_about(0.1 * std::sin(1.6 * t), Vector::UnitY())};
   };
-  path.duration_s = 2 * kPi / 1.6;
+  path.duration_s = 2 * pi / 1.6;
   return {"tilt", "face tilt of 0.1 rad to either side", on(sample_box(), sample_block()), path};
 }
 
@@ -189,17 +189,16 @@ ContactCase swing_case(double speed_rad_per_s) {
 ContactCase edge_swing_case() {
   Solid block = centred_box("block", 0.02, 0.05, 0.02);
   for (Vector& v : block.vertices)
-    v = turn_about(kPi / 4, Vector::UnitY()) * v +
-        Vector(0.030, 0, -0.0162 - 0.02 * std::sqrt(2.0));
-  return {"edge_swing", "bar swung edge into edge", on(bar(kPi / 4), one(block), 0.5), swing(2)};
+    v = turn_about(pi / 4, Vector::UnitY()) * v + Vector(0.030, 0, -0.0162 - 0.02 * std::sqrt(2.0));
+  return {"edge_swing", "bar swung edge into edge", on(bar(pi / 4), one(block), 0.5), swing(2)};
 }
 
 ContactCase corner_case() {
   TimedPath path;
   path.pose = [](double t) -> PathPose {
     // Begins and ends 4, 3 and 4 mm beyond the walls, and stays beyond them.
-    const Vector wander(0.002 * std::sin(kPi * t), 0.0015 * std::sin(2 * kPi * t),
-                        0.002 * std::sin(3 * kPi * t));
+    const Vector wander(0.002 * std::sin(pi * t), 0.0015 * std::sin(2 * pi * t),
+                        0.002 * std::sin(3 * pi * t));
     return {corner_place() + Vector(0.004, 0.003, -0.004) + wander, Rotation::Identity()};
   };
   path.duration_s = 2;
@@ -221,11 +220,11 @@ ContactCase insertion_case(double clearance_m) {
     const double share = soft(kIn_s, kIn_s + 1, t) * (1 - soft(kDown_s, kDown_s + 1, t));
     const double z = kPegHalfLength_m + 0.005 - 0.010 * std::min(t, kDown_s);
     const double aside = 0.002 * std::clamp((t - kDown_s - 1) / (kRest_s - 1), 0.0, 1.0);
-    const double x = share * 0.002 * std::sin(kPi * t);
-    const double y = share * 0.0015 * std::sin(0.8 * kPi * t);
+    const double x = share * 0.002 * std::sin(pi * t);
+    const double y = share * 0.0015 * std::sin(0.8 * pi * t);
     return {{x + aside, y, z},
-            turn_about(share * 0.04 * std::sin(kPi * t), Vector::UnitY()) *
-                turn_about(share * 0.03 * std::sin(0.7 * kPi * t), Vector::UnitX())};
+            turn_about(share * 0.04 * std::sin(pi * t), Vector::UnitY()) *
+                turn_about(share * 0.03 * std::sin(0.7 * pi * t), Vector::UnitX())};
   };
   path.duration_s = 6.8;
   return {"insertion", "peg in five pieces, wobbling into its hole", peg_scene(clearance_m), path};
@@ -238,7 +237,7 @@ ContactCase tilted_peg_case(double clearance_m) {
     return {{0, 0, kShortPegHalfLength_m - 0.025},
             turn_about(0.1 * std::sin(1.6 * t), Vector::UnitY())};
   };
-  path.duration_s = 2 * kPi / 1.6;
+  path.duration_s = 2 * pi / 1.6;
   path.retreat_w = {0, 0, 0.04};
   return {"tilted_peg", "peg tilted by 0.1 rad in its hole",
           peg_scene(clearance_m, 0, kShortPegHalfLength_m), path};
@@ -264,13 +263,13 @@ std::vector<ContactCase> contact_cases() {
 
 std::vector<ContactLoop> contact_loops() {
   const auto waves = [](double s, double x, double y, double z) {
-    const double a = 2 * kPi * s;
+    const double a = 2 * pi * s;
     return turn_about(z * std::sin(a), Vector::UnitZ()) *
            turn_about(y * std::sin(2 * a + 0.4), Vector::UnitY()) *
            turn_about(x * std::sin(a + 1.1), Vector::UnitX());
   };
   const auto round = [](double s, double x, double y, double z) {
-    const double a = 2 * kPi * s;
+    const double a = 2 * pi * s;
     return Vector(x * std::cos(a), y * std::sin(a), z * std::sin(2 * a));
   };
   std::vector<ContactLoop> loops;
@@ -285,8 +284,8 @@ std::vector<ContactLoop> contact_loops() {
                    "round an edge of the block",
                    on(sample_box(), sample_block()),
                    [=](double s) -> PathPose {
-                     const double a = 2 * kPi * s;
-                     const double way = 0.25 * kPi + 0.82 * kPi * std::sin(a);
+                     const double a = 2 * pi * s;
+                     const double way = 0.25 * pi + 0.82 * pi * std::sin(a);
                      const double radius_m = 0.005 * (1 + 0.1 * std::cos(a));
                      return {{0.05 + kBoxHalf_m[0] + radius_m * std::cos(way), 0.003 * std::sin(a),
                               kBoxHalf_m[2] + radius_m * std::sin(way)},

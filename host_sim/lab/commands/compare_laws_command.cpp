@@ -9,6 +9,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/laws/law_comparison.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/session/tick_record.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -21,12 +22,10 @@ struct CompareLawsArguments {
   double k_r_nm_per_rad = 0;
 };
 
-double length(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
-
 int do_compare_laws(const CompareLawsArguments& o) {
   if (o.towards.size() != 3) throw tools::UsageError("--towards needs three numbers");
   double towards[3] = {o.towards[0], o.towards[1], o.towards[2]};
-  const double norm = length(towards);
+  const double norm = length_of(towards);
   if (!(norm > 0))
     throw tools::UsageError("--towards: 0,0,0 has no direction; give three numbers such as 0,0,-1");
   for (double& x : towards) x /= norm;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "host_sim/oracle/flat_pair.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -14,17 +16,6 @@ namespace {
 constexpr double kIllConditionedSine = 0.01;
 /// Below this one the edges count as parallel; the faces at them carry the value.
 constexpr double kParallelSine = 1e-14;
-
-double dot(const PeerVector& a, const PeerVector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-PeerVector minus(const PeerVector& a, const PeerVector& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-PeerVector cross(const PeerVector& a, const PeerVector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-PeerVector scaled(double s, const PeerVector& a) { return {s * a[0], s * a[1], s * a[2]}; }
 
 }  // namespace
 
@@ -38,8 +29,8 @@ ExhaustivePeer::Body ExhaustivePeer::body_of(const PeerSolid& solid) {
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const std::uint32_t from = loop[k], to = loop[(k + 1) % loop.size()];
       faces_of_edge[std::minmax(from, to)].push_back(f);
-      const PeerVector c = cross(minus(solid.vertices[from], solid.vertices[loop[0]]),
-                                 minus(solid.vertices[to], solid.vertices[loop[0]]));
+      const PeerVector c = cross(solid.vertices[from] - solid.vertices[loop[0]],
+                                 solid.vertices[to] - solid.vertices[loop[0]]);
       for (std::size_t i = 0; i < 3; ++i) normal[i] += c[i];
     }
     normal = scaled(1.0 / std::sqrt(dot(normal, normal)), normal);
@@ -57,7 +48,7 @@ ExhaustivePeer::ExhaustivePeer(const PeerSolid& a, const PeerSolid& b)
   for (const EdgeIndex& e : b_.edges) {
     EdgeEntry entry;
     entry.vertex = b_.vertices[e.vertex[0]];
-    entry.along = minus(b_.vertices[e.vertex[1]], entry.vertex);
+    entry.along = b_.vertices[e.vertex[1]] - entry.vertex;
     entry.normal[0] = b_.normals[e.face[0]];
     entry.normal[1] = b_.normals[e.face[1]];
     entry.length_squared = dot(entry.along, entry.along);
@@ -80,7 +71,7 @@ void ExhaustivePeer::move_a() {
     const EdgeIndex& edge = a_.edges[e];
     EdgeEntry& entry = ea_[e];
     entry.vertex = va_[edge.vertex[0]];
-    entry.along = minus(va_[edge.vertex[1]], entry.vertex);
+    entry.along = va_[edge.vertex[1]] - entry.vertex;
     entry.normal[0] = na_[edge.face[0]];
     entry.normal[1] = na_[edge.face[1]];
     entry.length_squared = dot(entry.along, entry.along);
@@ -129,7 +120,7 @@ void ExhaustivePeer::search_edges() {
       const double out_a = dot(m, a.normal[0]) + dot(m, a.normal[1]);
       if (out_a * out_b > 0) continue;
       const double m_squared = dot(m, m);
-      double along = dot(m, minus(a.vertex, b.vertex));
+      double along = dot(m, a.vertex - b.vertex);
       if (out_b < 0) along = -along;
       // along / |m| > best without the root.
       if (best_m_ >= 0 ? (along <= 0 || along * along <= best_m_ * best_m_ * m_squared)

@@ -111,8 +111,6 @@ std::string picture(const ForceRun& run) {
   return page.finish();
 }
 
-double norm(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
 }  // namespace
 
 ForceRun make_force_run() {
@@ -147,14 +145,15 @@ PartReport forces_part() {
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     const TickRecord& tick = run.ticks[i];
     if (tick.t_s > 0.6) {  // the depth is constant from here on
-      least = std::min(least, norm(tick.force_n));
-      largest = std::max(largest, norm(tick.force_n));
+      least = std::min(least, length_of(tick.force_n));
+      largest = std::max(largest, length_of(tick.force_n));
     }
     // A stage ends where the contacts change; the label follows a little later.
     if (i + 1 < run.ticks.size() && run.contacts[i + 1] == run.contacts[i]) continue;
-    report.markdown += table_row(
-        {stage_name(tick.situation), std::to_string(run.contacts[i]), fixed(norm(tick.force_n), 3),
-         fixed(1e3 * norm(tick.torque_nm), 1), stage < 4 ? kByHand[stage] : "-"});
+    report.markdown +=
+        table_row({stage_name(tick.situation), std::to_string(run.contacts[i]),
+                   fixed(length_of(tick.force_n), 3), fixed(1e3 * length_of(tick.torque_nm), 1),
+                   stage < 4 ? kByHand[stage] : "-"});
     stages += (stage == 0 ? "" : " -> ") + std::string(stage_name(tick.situation)) +
               " (K = " + std::to_string(run.contacts[i]) + ")";
     ++stage;
@@ -164,7 +163,7 @@ PartReport forces_part() {
       ContactSituation::kNone, ContactSituation::kFaceVertex, ContactSituation::kEdgeFace,
       ContactSituation::kFaceFace};
   const double band = HAPTIC_REAL_IS_FLOAT ? 1e-3 : 1e-9;
-  const double end_torque = norm(run.ticks.back().torque_nm);
+  const double end_torque = length_of(run.ticks.back().torque_nm);
   report.passed = run.sequence == wanted && largest - least < band &&
                   std::abs(end_torque - 0.070) < band && run.contacts.back() == 4;
   report.findings.push_back({"Fig. 5, stages",

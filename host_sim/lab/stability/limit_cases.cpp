@@ -10,7 +10,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double kFree_m = -2e-7;
 
 CoupledScene box_on(tools::Body fixed) {
@@ -61,7 +61,7 @@ std::vector<Figure> full_turn_figures() {
   path.pose = [](double t) -> PathPose {
     return {{0, 0, kPegHalfLength_m - 0.02}, turn_about(kSpeed_rad_per_s * t, Vector::UnitZ())};
   };
-  path.duration_s = 2 * kPi / kSpeed_rad_per_s;
+  path.duration_s = 2 * pi / kSpeed_rad_per_s;
   path.retreat_w = {0, 0, 0.04};
   const Trace trace = run_trace(scene, LawId::kProxy, path);
   double largest_nm = 0;
@@ -69,7 +69,7 @@ std::vector<Figure> full_turn_figures() {
     largest_nm = std::max(largest_nm, tick.torque_nm.norm());
   const double limit_nm = scene.k_r_nm_per_rad * kLimit_rad;
   // Wound up once, then dragged: what the spring holds at the end is not lost.
-  const double dragged_j = limit_nm * (2 * kPi - kLimit_rad / 2);
+  const double dragged_j = limit_nm * (2 * pi - kLimit_rad / 2);
   return {
       near_to("largest torque (N m)", limit_nm, largest_nm, 1e-6),
       at_most("dtau (N m)", 8e-4, largest_steps(trace.path()).torque_nm),
@@ -163,7 +163,7 @@ std::vector<Figure> circle_figures(double mu) {
   scene.friction = mu;
   TimedPath path;
   path.pose = [](double t) -> PathPose {
-    const double a = kPi * t;
+    const double a = pi * t;
     return {{0.02 * std::cos(a), 0.02 * std::sin(a), kBoxHalf_m[2] - kPush_m},
             Rotation::Identity()};
   };
