@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Transfers of the fake bus: submission, the device's answer, completion, reaping, cancelling,
 // unplugging.
-#include "host_sim/device/usbfs_bus.hpp"
 
 // This order: the kernel's header of usbfs needs the types and macros of the first two.
-#include <linux/types.h>
+#include "host_sim/device/usbfs_bus.hpp"
 
+#include <fcntl.h>
 #include <linux/ioctl.h>
-
+#include <linux/types.h>
 #include <linux/usbdevice_fs.h>
-
+#include <unistd.h>
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 namespace haptic::sim {
+
 namespace {
 
 constexpr std::size_t kNoFlight = ~std::size_t{0};
@@ -46,6 +49,44 @@ bool fits(const usbdevfs_urb& urb, unsigned endpoint_type) {
 }
 
 }  // namespace
+
+ReadinessPipe::ReadinessPipe() {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0)
+    throw std::system_error(errno, std::generic_category(), "pipe2");
+  read_end_ = ends[0];
+  write_end_ = ends[1];
+  constexpr int kPageBytes = 4096;
+  const int room = fcntl(write_end_, F_SETPIPE_SZ, kPageBytes);
+  if (room < 0) {
+    const int refusal = errno;
+    close(read_end_);
+    close(write_end_);
+    throw std::system_error(refusal, std::generic_category(), "F_SETPIPE_SZ");
+  }
+  page_.resize(static_cast<std::size_t>(room));
+  show_ready(false);
+}
+
+ReadinessPipe::~ReadinessPipe() {
+  hang_up();
+  close(write_end_);
+}
+
+void ReadinessPipe::show_ready(bool ready) {
+  if (ready == ready_ || read_end_ < 0) return;
+  ready_ = ready;
+  // The pipe is either full or empty, so one call moves the whole page; there is no other user.
+  const ssize_t moved = ready ? read(read_end_, page_.data(), page_.size())
+                              : write(write_end_, page_.data(), page_.size());
+  if (moved != static_cast<ssize_t>(page_.size()))
+    throw std::system_error(moved < 0 ? errno : EIO, std::generic_category(), "readiness pipe");
+}
+
+void ReadinessPipe::hang_up() {
+  if (read_end_ >= 0) close(read_end_);
+  read_end_ = -1;
+}
 
 int UsbfsBus::take(Faults& faults) {
   if (faults.empty()) return 0;

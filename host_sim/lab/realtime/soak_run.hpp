@@ -11,10 +11,22 @@
 #include <vector>
 
 #include "host_sim/lab/faults/fault_matrix.hpp"
-#include "host_sim/lab/realtime/process_state.hpp"
 #include "host_sim/lab/realtime/threaded_stage.hpp"
 
 namespace haptic::sim {
+
+// What this process holds of the machine: memory, heap, descriptors, threads.
+
+struct ProcessState {
+  std::uint64_t resident_bytes = 0;  ///< VmRSS, which the kernel counts in batches of pages
+  std::uint64_t heap_bytes = 0;      ///< handed out by malloc and not yet freed; 0: not glibc's
+  unsigned descriptors = 0;          ///< open
+  unsigned threads = 0;
+};
+
+/// Of now. Takes some ten microseconds, and the locks of the heap for a part of them. @throws
+/// std::runtime_error  there is no /proc.
+[[nodiscard]] ProcessState process_state();
 
 /// What is wrong with the soak itself: each must be found.
 enum class SoakProbe : std::uint8_t { kNone = 0, kLeakMemory, kLeakDescriptor, kIgnoreFault };

@@ -3,10 +3,55 @@
 /// Figs. 3 and 4 of the paper: force and torque at an edge-face and at two face-face contacts, with
 /// geometry whose numbers can be derived by hand.
 
-#include "host_sim/lab/reproduction/contact_picture.hpp"
+#include <string>
+#include <vector>
+
+#include "host_sim/lab/reproduction/drawing.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "rt_core/contact/contact_situation.hpp"
 
 namespace haptic::sim {
+
+// One contact of two bodies as the core renders it, with everything that Figs. 3 and 4 of the
+// paper show: application points, contact region, contact frame, force and torque.
+
+/// An application point and its own torque.
+struct ApplicationPoint {
+  std::vector<std::uint32_t> nodes;      ///< basic contacts with this point
+  std::string types;                     ///< their types, "B" or "C"
+  Vector app_w = Vector::Zero();         ///< [m]
+  Vector torque_frame = Vector::Zero();  ///< eq. (3) in the contact frame [N m]
+};
+
+/// Force and torque come from a tick of the core; frame and points are worked out here from the
+/// basic contacts that it names.
+struct ContactScene {
+  Solid a, b;
+  Vector x = Vector::Zero();  ///< HIP, orientation of A: identity
+  ContactSituation situation = ContactSituation::kNone;
+  double d_near_m = 0;
+  std::vector<ApplicationPoint> points;  ///< numbered round H; the first two on its x edge
+  std::vector<Vector> region;            ///< H
+  Vector normal = Vector::Zero();        ///< of the contact plane
+  Vector pi = Vector::Zero();            ///< contact reference point
+  bool pi_inside = false;                ///< of H (face-face)
+  Vector axis_x = Vector::Zero(), axis_y = Vector::Zero();  ///< of the contact frame, W axes
+  Vector force_n = Vector::Zero(), torque_nm = Vector::Zero();
+};
+
+/// k_F 1000 N/m, epsilon 0.1 mm.
+[[nodiscard]] ContactScene touch(const Solid& a, const Solid& b, const Vector& x);
+
+/// Draws the scene; A translucent so that the contact region shows. Arrow of a force of 1 N:
+/// `force_m_per_n` long.
+struct ArrowScale {
+  double axis_m = 0.03, force_m_per_n = 0.025, torque_m_per_nm = 0.6;
+};
+void draw_contact(SvgPage& page, const Camera& camera, const ContactScene& scene,
+                  const ArrowScale& scale);
+
+/// Lines of text with the numbers of the scene.
+[[nodiscard]] std::vector<std::string> contact_lines(const ContactScene& scene);
 
 /// Edge-face, one type-B and one type-C contact (Fig. 3).
 [[nodiscard]] ContactScene edge_face_scene();

@@ -4,14 +4,73 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <span>
 
+#include "host_sim/lab/peers/pair_tables.hpp"
 #include "host_sim/lab/verification/contact_poses.hpp"
-#include "host_sim/lab/verification/direct_search.hpp"
 #include "host_sim/lab/verification/near_campaign.hpp"
 #include "host_sim/lab/verification/verdict_campaign.hpp"
+#include "rt_core/contact/near_set.hpp"
 
 namespace haptic::sim {
+
 namespace {
+
+// The core's search for the near set, driven without the rest of the core, with its bounds open to
+// the caller.
+
+/// Not movable: the tables point into its memory.
+class DirectSearch {
+ public:
+  /// Pair 0 of the scene, which must outlive it. A keeps the orientation `q_wa`.
+  DirectSearch(const SceneView& view, const Quat& q_wa);
+  DirectSearch(const DirectSearch&) = delete;
+  DirectSearch& operator=(const DirectSearch&) = delete;
+
+  /// Moves A's origin to `p_w` in a straight line and searches there.
+  NearResult search(const Vec3& p_w);
+  /// Near set of the last search.
+  [[nodiscard]] std::span<const NearNode> near() const { return tables_.near.view(); }
+
+  /// The stale upper bounds of the pair's faces and edges.
+  [[nodiscard]] FeatureBounds& bounds() { return tables_.bounds; }
+
+ private:
+  const SceneView& view_;
+  PairView pair_;
+  Mat3 r_wa_;
+  Vec3 grip_w_, reference_w_;
+  PairTables tables_;
+  Odometer odometer_;
+  Vec3 last_p_w_ = Vec3::Zero();
+  bool moved_ = false;
+};
+
+DirectSearch::DirectSearch(const SceneView& view, const Quat& q_wa)
+    : view_(view),
+      pair_(view.pair(0)),
+      r_wa_(q_wa.normalized().toRotationMatrix()),
+      grip_w_(r_wa_ * reference_of(view.bodies()[0])),
+      reference_w_(reference_of(view.bodies()[1])),
+      tables_(pair_) {
+  turn_vertices(pair_.a, r_wa_, tables_.lanes.data());
+}
+
+NearResult DirectSearch::search(const Vec3& p_w) {
+  if (moved_) {
+    const double step = static_cast<double>((p_w - last_p_w_).norm());
+    odometer_.of_a += step;
+    odometer_.of_b += step;
+  }
+  last_p_w_ = p_w;
+  moved_ = true;
+  const PairPose pose =
+      make_pair_pose(pair_, tables_.lanes.data(), r_wa_, (p_w + grip_w_) - reference_w_);
+  tables_.bounds.advance(odometer_, pose.size_m);
+  tables_.near.clear();
+  return find_near_set(pose, static_cast<Real>(view_.parameters().epsilon_m), tables_.bounds,
+                       tables_.scratch, tables_.near);
+}
 
 constexpr double kEpsilon_m = 1e-4;
 constexpr std::uint64_t kNearPoses = 6000;

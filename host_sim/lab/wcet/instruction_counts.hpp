@@ -5,14 +5,38 @@
 /// program of the machine has a say, and a second count gives the same numbers.
 
 #include <cstdint>
+#include <iosfwd>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/wcet/callgrind_profile.hpp"
 #include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
+
+// Reads the profile that valgrind's callgrind writes of a run, one part per tick: instructions of
+// every function, exact and the same in every run.
+
+/// Instructions of one function: its own, and with all that it calls.
+struct FunctionCost {
+  std::string name;  ///< demangled, parameters left out
+  std::uint64_t self = 0, inclusive = 0;
+};
+
+struct CallgrindProfile {
+  std::vector<std::uint64_t> per_tick;  ///< instructions, in the order of the ticks
+  std::vector<FunctionCost> whole;      ///< of all ticks, by decreasing self cost
+  std::vector<FunctionCost> dearest;    ///< of the tick with most instructions
+  std::size_t dearest_tick = 0;         ///< the first of them
+  std::uint64_t total = 0;
+};
+
+/// Parts that `--dump-after=FUNCTION` made are ticks; others must have cost nothing. What comes
+/// before a part that `--dump-before=FUNCTION` made is dropped: ticks that prepare. Functions
+/// without own instructions (callers of the tick) are left out.
+/// @throws tools::InputError: no such part, or a part whose functions do not add up to its total.
+/// Cost: one pass, memory of one part.
+[[nodiscard]] CallgrindProfile read_callgrind(std::istream& stream, const std::string& name);
 
 /// Runs a motion from the reset core. @return the state hash after it. The count begins with its
 /// call: a program may have used its core before, to make the motion.
