@@ -18,6 +18,12 @@ std::string table_head(const std::vector<std::string>& cells) {
   return table_row(cells) + rule + "\n";
 }
 
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : "; ") + word;
+  return text;
+}
+
 std::string fixed(double value, int digits) {
   char buffer[48];
   const double half = 0.5 * std::pow(10.0, -digits);

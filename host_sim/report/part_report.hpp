@@ -49,6 +49,9 @@ struct PartReport {
 [[nodiscard]] std::string table_row(const std::vector<std::string>& cells);
 /// Header and rule of a Markdown table.
 [[nodiscard]] std::string table_head(const std::vector<std::string>& cells);
+/// "a; b; c".
+[[nodiscard]] std::string joined(const std::vector<std::string>& words);
+
 /// Fixed digits; no negative zero.
 [[nodiscard]] std::string fixed(double value, int digits);
 /// A picture in Markdown.

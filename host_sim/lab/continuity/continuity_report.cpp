@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
 
@@ -12,28 +13,20 @@ namespace haptic::sim {
 
 namespace {
 
-void append_rows(std::string& text, const ContactPath& path, std::span<const PathRun> runs) {
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    text += path.name + "," + law_name(runs[k].law) + "," + std::to_string(runs[k].steps);
-    const double ratio = ratio_to_previous(runs, k);
-    for (const double value :
-         {runs[k].largest_torque_step_nm, runs[k].largest_force_step_n, ratio}) {
-      text += ",";
-      append_number(text, value);
-    }
-    text += "\n";
-  }
+/// The runs of one law, a row each.
+void add_rows(ReportTable& table, const ContactPath& path, std::span<const PathRun> runs) {
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    table.add({path.name, law_name(runs[k].law), runs[k].steps, runs[k].largest_torque_step_nm,
+               runs[k].largest_force_step_n, ratio_to_previous(runs, k)});
 }
 
-nlohmann::ordered_json to_json(std::span<const PathRun> runs) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    list.push_back({{"steps", runs[k].steps},
-                    {"largest_torque_step_nm", runs[k].largest_torque_step_nm},
-                    {"largest_force_step_n", runs[k].largest_force_step_n},
-                    {"ratio_to_previous", ratio_to_previous(runs, k)}});
-  }
-  return list;
+constexpr const char* kColumns =
+    "path,law,steps,largest_torque_step_nm,largest_force_step_n,ratio_to_previous";
+
+nlohmann::ordered_json to_json(const ContactPath& path, std::span<const PathRun> runs) {
+  ReportTable table(kColumns);
+  add_rows(table, path, runs);
+  return table.json({"path", "law"});
 }
 
 /// "82 / 82 / 82": the runs of one law.
@@ -131,13 +124,12 @@ bool settles(std::span<const PathRun> runs, std::uint32_t fine_steps) {
 }
 
 std::string continuity_csv(std::span<const PathResult> results) {
-  std::string text =
-      "path,law,steps,largest_torque_step_nm,largest_force_step_n,ratio_to_previous\n";
+  ReportTable table(kColumns);
   for (const PathResult& result : results) {
-    append_rows(text, result.path, result.paper);
-    append_rows(text, result.path, result.weighted);
+    add_rows(table, result.path, result.paper);
+    add_rows(table, result.path, result.weighted);
   }
-  return text;
+  return table.csv();
 }
 
 std::string continuity_json(std::span<const PathResult> results) {
@@ -155,8 +147,8 @@ std::string continuity_json(std::span<const PathResult> results) {
     path["fine_steps"] = result.path.fine_steps;
     path["weighted_region_settles"] = settles(result.weighted, result.path.fine_steps);
     path["paper_settles"] = settles(result.paper, result.path.fine_steps);
-    path["paper"] = to_json(result.paper);
-    path["weighted_region"] = to_json(result.weighted);
+    path["paper"] = to_json(result.path, result.paper);
+    path["weighted_region"] = to_json(result.path, result.weighted);
     json["paths"].push_back(path);
   }
   return json.dump(2) + "\n";

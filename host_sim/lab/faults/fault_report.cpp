@@ -7,6 +7,7 @@
 
 #include "host_sim/lab/faults/fault_matrix.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 
@@ -141,26 +142,35 @@ std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
 }
 
 std::string csv_of(const std::vector<FaultVerdict>& verdicts) {
-  std::string csv =
+  ReportTable table(
       "fault,state,holds,output,handed_before_n,handed_after_n,acting_before_n,acting_after_n,"
       "largest_n,limit_share,send_share,acting_share,dip_n,device_cuts,zero_after_s,zero_within_s,"
-      "latched,reported,ramp_in_s,recovered_n,failures\n";
+      "latched,reported,ramp_in_s,recovered_n,failures");
   for (const FaultVerdict& v : verdicts) {
     const FaultFigures& f = v.found;
-    std::string why;
-    for (const std::string& failure : v.failures) why += (why.empty() ? "" : "; ") + failure;
-    csv += std::string(v.cell.fault->name) + "," + to_text(v.cell.state) + "," +
-           yes_or_no(v.failures.empty()) + "," + to_text(v.expected.output) + ",";
-    for (const double value :
-         {f.handed_before_n, f.handed_after_n, f.acting_before_n, f.acting_after_n, f.largest_n,
-          f.limit_share, f.send_share, f.acting_share, f.dip_n})
-      csv += fixed(value, 5) + ",";
-    csv += std::to_string(f.cuts) + "," + (f.zero_after_s < 0 ? "" : fixed(f.zero_after_s, 4)) +
-           "," + fixed(v.expected.zero_within_s, 4) + "," + safety_fault_names(f.safety) + "," +
-           device_fault_names(f.device) + "," + fixed(f.ramp_in_s, 4) + "," +
-           fixed(f.recovered_n, 5) + ",\"" + why + "\"\n";
+    table.add({v.cell.fault->name,
+               to_text(v.cell.state),
+               yes_or_no(v.failures.empty()),
+               to_text(v.expected.output),
+               fixed(f.handed_before_n, 5),
+               fixed(f.handed_after_n, 5),
+               fixed(f.acting_before_n, 5),
+               fixed(f.acting_after_n, 5),
+               fixed(f.largest_n, 5),
+               fixed(f.limit_share, 5),
+               fixed(f.send_share, 5),
+               fixed(f.acting_share, 5),
+               fixed(f.dip_n, 5),
+               f.cuts,
+               f.zero_after_s < 0 ? "" : fixed(f.zero_after_s, 4),
+               fixed(v.expected.zero_within_s, 4),
+               safety_fault_names(f.safety),
+               device_fault_names(f.device),
+               fixed(f.ramp_in_s, 4),
+               fixed(f.recovered_n, 5),
+               quoted(joined(v.failures))});
   }
-  return csv;
+  return table.csv();
 }
 
 /// What happened to the force in a cell, in a word or two.

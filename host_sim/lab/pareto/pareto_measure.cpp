@@ -95,14 +95,6 @@ ParetoRow row_of(std::span<const PoseSample> samples, std::span<const NearTruth>
   return row;
 }
 
-void append(std::string& text, const char* format, double value) {
-  text += ',';
-  if (std::isnan(value)) return;
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  text += buffer;
-}
-
 std::uint64_t edge_count(const Solid& solid) {
   std::uint64_t corners = 0;
   for (const auto& loop : solid.loops) corners += loop.size();
@@ -183,20 +175,25 @@ std::vector<ParetoRow> rows_of(std::span<const PoseSample> samples,
   return rows;
 }
 
-std::string pareto_csv(std::span<const ParetoRow> rows) {
-  std::string text = std::string(kParetoHeader) + "\n";
+ReportTable pareto_rows(std::span<const ParetoRow> rows) {
+  ReportTable table(
+      "pair,method,setting,scalar,state,poses,query_ns,median_ns,p99_ns,p999_ns,max_ns,"
+      "median_error_m,max_error_m,max_error_deep_m,normal_error_deg,wrong_verdicts,"
+      "wrong_verdicts_beyond_1nm,patch_points,heap_calls");
+  const auto ns = [](double value) { return shown_as("%.1f", value); };
+  const auto error = [](double value) { return shown_as("%.3g", value); };
   for (const ParetoRow& r : rows) {
-    text += r.pair + "," + r.method + "," + r.setting + "," + r.scalar + "," + r.state;
-    for (const double ns : {r.query_ns, r.median_ns, r.p99_ns, r.p999_ns, r.max_ns})
-      append(text, "%.1f", ns);
-    for (const double e : {r.median_error_m, r.max_error_m, r.max_error_deep_m, r.normal_error_deg})
-      append(text, "%.3g", e);
-    text += "," + std::to_string(r.wrong_verdicts);
-    append(text, "%.2f", r.patch_points);
-    append(text, "%.2f", r.heap_calls);
-    text += '\n';
+    table.add({r.pair, r.method, r.setting, r.scalar, r.state, r.poses, ns(r.query_ns),
+               ns(r.median_ns), ns(r.p99_ns), ns(r.p999_ns), ns(r.max_ns), error(r.median_error_m),
+               error(r.max_error_m), error(r.max_error_deep_m), error(r.normal_error_deg),
+               r.wrong_verdicts, r.wrong_verdicts_beyond_1nm, shown_as("%.2f", r.patch_points),
+               shown_as("%.2f", r.heap_calls)});
   }
-  return text;
+  return table;
+}
+
+std::string pareto_csv(std::span<const ParetoRow> rows) {
+  return pareto_rows(rows).csv({"poses", "wrong_verdicts_beyond_1nm"});
 }
 
 std::uint64_t basic_contact_count(const Solid& a, const Solid& b) {

@@ -10,6 +10,7 @@
 #include "host_sim/lab/peers/peer_catalog.hpp"
 #include "host_sim/lab/peers/peer_query.hpp"
 #include "host_sim/oracle/near_reference.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/shapes/contact_workload.hpp"
 #include "host_sim/shapes/shapes.hpp"
@@ -54,17 +55,14 @@ struct ParetoRow {
   std::uint64_t wrong_verdicts_beyond_1nm = 0;
 };
 
-/// The columns, in the order of the CSV.
-inline constexpr const char* kParetoHeader =
-    "pair,method,setting,scalar,state,query_ns,median_ns,p99_ns,p999_ns,max_ns,median_error_m,"
-    "max_error_m,max_error_deep_m,normal_error_deg,wrong_verdicts,patch_points,heap_calls";
-
 /// A line for each state that has samples. `truths`: by pose index. Errors: inside of the depth
 /// against D_near; outside of plane values alone, against the range that D_near may have there.
 /// Names (`pair` to `scalar`) are the caller's.
 [[nodiscard]] std::vector<ParetoRow> rows_of(std::span<const PoseSample> samples,
                                              std::span<const NearTruth> truths);
 
+/// For JSON.
+[[nodiscard]] ReportTable pareto_rows(std::span<const ParetoRow> rows);
 /// The whole file, header first. Lines end in \n.
 [[nodiscard]] std::string pareto_csv(std::span<const ParetoRow> rows);
 

@@ -132,7 +132,7 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
   write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
   write_whole_file(folder + "/latency.svg", latency_plot(result));
   if (result.rendering.empty()) return;
-  write_whole_file(folder + "/rendering.csv", rendering_csv(result.rendering));
+  write_whole_file(folder + "/rendering.csv", rendering_table(result.rendering).csv());
   write_whole_file(folder + "/rendering.svg", rendering_plot(result.rendering));
 }
 

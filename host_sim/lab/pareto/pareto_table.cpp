@@ -206,30 +206,6 @@ std::string libraries_text() {
          (missing.empty() ? "" : "; not found when this was built: " + missing);
 }
 
-Json number(double value) { return std::isnan(value) ? Json(nullptr) : Json(value); }
-
-Json json_row(const ParetoRow& r) {
-  return {{"pair", r.pair},
-          {"method", r.method},
-          {"setting", r.setting},
-          {"scalar", r.scalar},
-          {"state", r.state},
-          {"poses", r.poses},
-          {"query_ns", number(r.query_ns)},
-          {"median_ns", number(r.median_ns)},
-          {"p99_ns", number(r.p99_ns)},
-          {"p999_ns", number(r.p999_ns)},
-          {"max_ns", number(r.max_ns)},
-          {"median_error_m", number(r.median_error_m)},
-          {"max_error_m", number(r.max_error_m)},
-          {"max_error_deep_m", number(r.max_error_deep_m)},
-          {"normal_error_deg", number(r.normal_error_deg)},
-          {"wrong_verdicts", r.wrong_verdicts},
-          {"wrong_verdicts_beyond_1nm", r.wrong_verdicts_beyond_1nm},
-          {"patch_points", number(r.patch_points)},
-          {"heap_calls", number(r.heap_calls)}};
-}
-
 }  // namespace
 
 std::string pareto_markdown(const ParetoResult& result) {
@@ -292,22 +268,9 @@ std::string pareto_json(const ParetoResult& result) {
                                      {"force_error_n", budget.force_error_n},
                                      {"force_n", budget.force_n}});
   }
-  for (const RenderingRow& r : result.rendering) {
-    json["rendering"].push_back({{"contact", r.contact},
-                                 {"passes", r.passes},
-                                 {"tolerance_m", r.tolerance_m},
-                                 {"scalar", r.scalar},
-                                 {"ticks", r.ticks},
-                                 {"median_ns", r.median_ns},
-                                 {"p99_ns", r.p99_ns},
-                                 {"max_ns", r.max_ns},
-                                 {"median_force_error_n", r.median_force_error_n},
-                                 {"p99_force_error_n", r.p99_force_error_n},
-                                 {"max_force_error_n", r.max_force_error_n},
-                                 {"max_torque_error_nm", r.max_torque_error_nm},
-                                 {"worst_gap_m", r.worst_gap_m}});
-  }
-  for (const ParetoRow& row : result.rows()) json["rows"].push_back(json_row(row));
+  if (!result.rendering.empty())
+    json["rendering"] = rendering_table(result.rendering).json({"heap_calls"});
+  if (const auto rows = result.rows(); !rows.empty()) json["rows"] = pareto_rows(rows).json();
   return json.dump(2) + "\n";
 }
 

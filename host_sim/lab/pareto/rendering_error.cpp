@@ -130,23 +130,16 @@ std::vector<RenderingRow> measure_rendering(const MeasurePlan& plan, const TickC
   return rows;
 }
 
-std::string rendering_csv(const std::vector<RenderingRow>& rows) {
-  std::string csv = kRenderingHeader;
-  csv += '\n';
+ReportTable rendering_table(const std::vector<RenderingRow>& rows) {
+  ReportTable table(
+      "contact,passes,tolerance_m,scalar,ticks,median_ns,p99_ns,max_ns,median_force_error_n,"
+      "p99_force_error_n,max_force_error_n,max_torque_error_nm,worst_gap_m,heap_calls");
   for (const RenderingRow& r : rows) {
-    csv += r.contact + ',' + std::to_string(r.passes) + ',';
-    append_number(csv, r.tolerance_m);
-    csv += ',' + r.scalar + ',' + std::to_string(r.ticks);
-    for (const double value :
-         {r.median_ns, r.p99_ns, r.max_ns, r.median_force_error_n, r.p99_force_error_n,
-          r.max_force_error_n, r.max_torque_error_nm, r.worst_gap_m}) {
-      append_number(csv += ',', value);
-    }
-    csv += ',';
-    if (!std::isnan(r.heap_calls)) append_number(csv, r.heap_calls);
-    csv += '\n';
+    table.add({r.contact, r.passes, r.tolerance_m, r.scalar, r.ticks, r.median_ns, r.p99_ns,
+               r.max_ns, r.median_force_error_n, r.p99_force_error_n, r.max_force_error_n,
+               r.max_torque_error_nm, r.worst_gap_m, shown_as("%.17g", r.heap_calls)});
   }
-  return csv;
+  return table;
 }
 
 std::string rendering_plot(const std::vector<RenderingRow>& rows) {

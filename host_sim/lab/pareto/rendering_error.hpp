@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_sim/lab/pareto/pareto_measure.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 
@@ -30,17 +31,13 @@ struct RenderingRow {
   std::uint64_t ticks = 0;
 };
 
-inline constexpr const char* kRenderingHeader =
-    "contact,passes,tolerance_m,scalar,ticks,median_ns,p99_ns,max_ns,median_force_error_n,"
-    "p99_force_error_n,max_force_error_n,max_torque_error_nm,worst_gap_m,heap_calls";
-
 /// Passes 1, 2, 3, 5 with the derived tolerance, and three passes with a tenth and ten times of it,
 /// on a tilting, a rolling and a sliding contact, five pieces with seams, and a peg in its hole.
 /// Each setting runs `plan.passes` times; the least time of a tick counts.
 [[nodiscard]] std::vector<RenderingRow> measure_rendering(const MeasurePlan& plan,
                                                           const TickClock& clock, bool quick);
 
-[[nodiscard]] std::string rendering_csv(const std::vector<RenderingRow>& rows);
+[[nodiscard]] ReportTable rendering_table(const std::vector<RenderingRow>& rows);
 
 /// A panel per contact: p99 of the force error against the median tick.
 [[nodiscard]] std::string rendering_plot(const std::vector<RenderingRow>& rows);

@@ -5,6 +5,7 @@
 
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -34,25 +35,27 @@ constexpr struct {
     {"plane_gaps", &StepCounters::plane_gaps}, {"valid_nodes", &StepCounters::valid_nodes}};
 
 std::string csv(const ProxyFuzzResult& result) {
-  std::string text = "scene,friction,motion,ticks,held,worst_gap_m,largest_rise_j,rise_share";
-  for (const Count& c : kMustBeZero) text += std::string(",") + c.name;
-  for (const Count& c : kFigures) text += std::string(",") + c.name;
-  for (const auto& p : kPeaks) text += std::string(",peak_") + p.name;
-  text += "\n";
+  std::string columns = "scene,friction,motion,ticks,held,worst_gap_m,largest_rise_j,rise_share";
+  for (const Count& c : kMustBeZero) columns += std::string(",") + c.name;
+  for (const Count& c : kFigures) columns += std::string(",") + c.name;
+  for (const auto& p : kPeaks) columns += std::string(",peak_") + p.name;
+  ReportTable table(columns);
   for (const ProxyFuzzRow& row : result.rows) {
     const ProxyFuzzTotals& t = row.totals;
-    text += "\"" + row.scene + "\",";
-    append_number(text, row.friction);
-    text += "," + row.motion + "," + std::to_string(t.ticks) + "," + std::to_string(t.held);
-    for (const Wide value : {t.worst_gap_m, t.largest_rise_j, t.largest_rise_share}) {
-      text += "," + number_text(value);
-    }
-    for (const Count& c : kMustBeZero) text += "," + std::to_string(t.*c.field);
-    for (const Count& c : kFigures) text += "," + std::to_string(t.*c.field);
-    for (const auto& p : kPeaks) text += "," + std::to_string(t.peaks.*p.field);
-    text += "\n";
+    std::vector<Cell> cells{quoted(row.scene),
+                            row.friction,
+                            row.motion,
+                            t.ticks,
+                            t.held,
+                            number_text(t.worst_gap_m),
+                            number_text(t.largest_rise_j),
+                            number_text(t.largest_rise_share)};
+    for (const Count& c : kMustBeZero) cells.emplace_back(t.*c.field);
+    for (const Count& c : kFigures) cells.emplace_back(t.*c.field);
+    for (const auto& p : kPeaks) cells.emplace_back(t.peaks.*p.field);
+    table.add(std::move(cells));
   }
-  return text;
+  return table.csv();
 }
 
 std::string json(const ProxyFuzzResult& result) {
@@ -74,8 +77,10 @@ std::string json(const ProxyFuzzResult& result) {
 }
 
 /// Rows of one scene and friction together.
-std::string scene_lines(const ProxyFuzzResult& result) {
-  std::string text;
+std::string scene_table(const ProxyFuzzResult& result) {
+  ReportTable table(
+      "scene,friction,ticks,held,worst gap um,largest rise J,longest still,stall,all rejected,"
+      "rejected passes,rounds,rows,QP steps,plane gaps,valid nodes,failures");
   for (std::size_t k = 0; k < result.rows.size();) {
     const ProxyFuzzRow& first = result.rows[k];
     ProxyFuzzTotals t;
@@ -84,18 +89,14 @@ std::string scene_lines(const ProxyFuzzResult& result) {
          ++k) {
       t.add(result.rows[k].totals);
     }
-    text += "| " + first.scene + " | " + number_text(widen(first.friction)) + " | " +
-            std::to_string(t.ticks) + " | " +
-            std::to_string(100 * t.held / std::max<std::uint64_t>(t.ticks, 1)) + " % | " +
-            number_text(t.worst_gap_m * 1e6L) + " | " + number_text(t.largest_rise_j) + " | " +
-            std::to_string(t.longest_still) + " | " + std::to_string(t.longest_stall) + " | " +
-            std::to_string(t.longest_rejected) + " | " + std::to_string(t.rejected_passes) + " | " +
-            std::to_string(t.peaks.proxy_rounds) + " | " + std::to_string(t.peaks.proxy_rows) +
-            " | " + std::to_string(t.peaks.qp_iterations) + " | " +
-            std::to_string(t.peaks.plane_gaps) + " | " + std::to_string(t.peaks.valid_nodes) +
-            " | " + std::to_string(t.failed()) + " |\n";
+    const std::uint64_t held = 100 * t.held / std::max<std::uint64_t>(t.ticks, 1);
+    table.add({first.scene, number_text(widen(first.friction)), t.ticks,
+               std::to_string(held) + " %", number_text(t.worst_gap_m * 1e6L),
+               number_text(t.largest_rise_j), t.longest_still, t.longest_stall, t.longest_rejected,
+               t.rejected_passes, t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations,
+               t.peaks.plane_gaps, t.peaks.valid_nodes, t.failed()});
   }
-  return text;
+  return table.markdown();
 }
 
 }  // namespace
@@ -115,11 +116,7 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
           number_text(t.largest_rise_j) + " J; at most " + number_text(100 * t.largest_rise_share) +
           " % of its bound. Longest run of ticks without a move that was possible: " +
           std::to_string(t.longest_stall) + " (looked for from the 6th on; allowed 10).\n\n";
-  text +=
-      "| scene | friction | ticks | held | worst gap um | largest rise J | longest still | stall | "
-      "all rejected | rejected passes | rounds | rows | QP steps | plane gaps | valid nodes | "
-      "failures |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  text += scene_lines(result);
+  text += scene_table(result);
   if (!t.failures.empty()) text += "\n## Failures\n\n";
   for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";
   return text;

@@ -7,6 +7,7 @@
 
 #include "host_sim/report/picture.hpp"
 #include "host_sim/report/quantile.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -50,18 +51,18 @@ std::array<double, kBins> histogram(const std::vector<std::int64_t>& values, dou
 }
 
 std::string csv_of(const std::vector<DelayOfMode>& modes) {
-  std::string csv = "time,mode,phase,report_us,tick_us,command_us,handed_us,acts_us\n";
-  const auto append = [&csv](const char* time, const DelayOfMode& mode, const std::string& phase,
-                             const DelayTimes& at_ns) {
-    csv += std::string(time) + ',' + name_of(mode) + ',' + phase;
-    for (const std::int64_t ns : at_ns) csv += ',' + fixed(1e-3 * static_cast<double>(ns), 3);
-    csv += '\n';
+  ReportTable table("time,mode,phase,report_us,tick_us,command_us,handed_us,acts_us");
+  const auto add = [&table](const char* time, const DelayOfMode& mode, const std::string& phase,
+                            const DelayTimes& at_ns) {
+    std::vector<Cell> row{time, name_of(mode), phase};
+    for (const std::int64_t ns : at_ns) row.emplace_back(fixed(1e-3 * static_cast<double>(ns), 3));
+    table.add(std::move(row));
   };
   for (const DelayOfMode& mode : modes) {
-    for (const VirtualDelay& d : mode.exact) append("virtual", mode, fixed(d.phase, 4), d.at_ns);
-    for (const DelayTimes& t : mode.measured.at_ns) append("real", mode, "", t);
+    for (const VirtualDelay& d : mode.exact) add("virtual", mode, fixed(d.phase, 4), d.at_ns);
+    for (const DelayTimes& t : mode.measured.at_ns) add("real", mode, "", t);
   }
-  return csv;
+  return table.csv();
 }
 
 Json json_of(const DelayFigures& f) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -17,33 +18,30 @@ constexpr const char *kForce = "#0072b2", *kHolds = "#009e73", *kFails = "#d55e0
                      *kSpoiled = "#e69f00", *kHeap = "#cc79a7";
 
 std::string samples_csv(const SoakAccount& account) {
-  std::string csv = "t_s,resident_bytes,heap_bytes,descriptors,threads,force_n,late_ms\n";
+  ReportTable table("t_s,resident_bytes,heap_bytes,descriptors,threads,force_n,late_ms");
   for (const SoakSample& s : account.samples) {
-    csv += fixed(s.t_s, 3) + ',' + std::to_string(s.process.resident_bytes) + ',' +
-           std::to_string(s.process.heap_bytes) + ',' + std::to_string(s.process.descriptors) +
-           ',' + std::to_string(s.process.threads) + ',' + fixed(s.force_n, 4) + ',' +
-           fixed(1e-6 * static_cast<double>(s.late_ns), 3) + '\n';
+    table.add({fixed(s.t_s, 3), s.process.resident_bytes, s.process.heap_bytes,
+               s.process.descriptors, s.process.threads, fixed(s.force_n, 4),
+               fixed(1e-6 * static_cast<double>(s.late_ns), 3)});
   }
-  return csv;
+  return table.csv();
 }
 
 std::string faults_csv(const SoakAccount& account) {
-  std::string csv =
+  ReportTable table(
       "t_s,fault,state,holds,runs,late_ms,acting_before_n,acting_after_n,largest_n,send_share,"
-      "zero_after_s,latched,reported,ramp_in_s,recovered_n,failures\n";
+      "zero_after_s,latched,reported,ramp_in_s,recovered_n,failures");
   for (const SoakCell& c : account.cells) {
-    std::string why;
-    for (const std::string& failure : c.failures) why += (why.empty() ? "" : "; ") + failure;
-    csv += fixed(c.t_s, 3) + ',' + c.cell.fault->name + ',' + to_text(c.cell.state) + ',' +
-           yes_or_no(c.failures.empty()) + ',' + std::to_string(c.runs) + ',' +
-           fixed(1e-6 * static_cast<double>(c.late_ns), 3) + ',' +
-           fixed(c.found.acting_before_n, 4) + ',' + fixed(c.found.acting_after_n, 4) + ',' +
-           fixed(c.found.largest_n, 4) + ',' + fixed(c.found.send_share, 4) + ',' +
-           (c.found.zero_after_s < 0 ? "" : fixed(c.found.zero_after_s, 4)) + ',' +
-           safety_fault_names(c.found.safety) + ',' + device_fault_names(c.found.device) + ',' +
-           fixed(c.found.ramp_in_s, 4) + ',' + fixed(c.found.recovered_n, 4) + ",\"" + why + "\"\n";
+    const FaultFigures& f = c.found;
+    table.add({fixed(c.t_s, 3), c.cell.fault->name, to_text(c.cell.state),
+               yes_or_no(c.failures.empty()), c.runs,
+               fixed(1e-6 * static_cast<double>(c.late_ns), 3), fixed(f.acting_before_n, 4),
+               fixed(f.acting_after_n, 4), fixed(f.largest_n, 4), fixed(f.send_share, 4),
+               f.zero_after_s < 0 ? "" : fixed(f.zero_after_s, 4), safety_fault_names(f.safety),
+               device_fault_names(f.device), fixed(f.ramp_in_s, 4), fixed(f.recovered_n, 4),
+               quoted(joined(c.failures))});
   }
-  return csv;
+  return table.csv();
 }
 
 Json json_of(const SoakLevel& level) {

@@ -9,6 +9,7 @@
 #include "host_sim/lab/stability/peg_insertion.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -17,7 +18,7 @@ constexpr double kPeriod_s = 1e-3;
 constexpr const char* kFrictionColours[] = {"#0072b2", "#e69f00", "#d55e00"};
 constexpr double kFloor_m = -0.040;
 
-struct Cell {
+struct PegRow {
   double clearance_m = 0, friction = 0;
   PegRun wobble, wobble_half, tilted, tilted_half;  ///< half: steps half as long
 
@@ -53,7 +54,7 @@ bool continuous(const PegRun& coarse, const PegRun& fine, const ClearanceLimits&
 }
 
 /// The spring pulls with what sliding on two points gives; without friction there is hardly a lag.
-bool as_friction_says(const Cell& cell, const ClearanceLimits& limits) {
+bool as_friction_says(const PegRow& cell, const ClearanceLimits& limits) {
   for (const bool at_end : {false, true}) {
     const double held = cell.held_n(at_end);
     const double room = std::max(limits.friction_share * held, limits.still_force_n);
@@ -62,17 +63,17 @@ bool as_friction_says(const Cell& cell, const ClearanceLimits& limits) {
   return cell.friction > 0 || std::abs(cell.lag_m()) <= limits.free_lag_m;
 }
 
-std::vector<Cell> all_cells(bool quick) {
+std::vector<PegRow> all_cells(bool quick) {
   std::vector<double> clearances{1e-3, 3e-4, 1e-4, 3e-5, 1e-5}, frictions{0, 0.2, 0.5};
   if (quick) {
     clearances = {1e-3, 1e-5};
     frictions = {0, 0.5};
   }
-  std::vector<Cell> cells;
+  std::vector<PegRow> cells;
   for (const double clearance : clearances) {
     for (const double friction : frictions) {
       const std::vector<std::byte> scene = inserted_peg_scene(clearance, friction);
-      Cell cell;
+      PegRow cell;
       cell.clearance_m = clearance;
       cell.friction = friction;
       cell.wobble = run_peg(scene, PegPath::kWobble, kPeriod_s, true);
@@ -87,37 +88,32 @@ std::vector<Cell> all_cells(bool quick) {
 
 double halving(double coarse, double fine) { return fine > 0 ? coarse / fine : 0; }
 
-std::string csv_of(const std::vector<Cell>& cells) {
-  std::string csv =
+std::string csv_of(const std::vector<PegRow>& cells) {
+  ReportTable table(
       "clearance_m,friction,path,largest_force_step_n,ratio_when_halved,largest_torque_step_nm,"
       "ratio_when_halved,worst_gap_m,final_reach_m,deepest_m,lag_m,slip_pull_n,slip_friction_n,"
-      "end_pull_n,end_friction_n,advance_m\n";
-  for (const Cell& cell : cells) {
+      "end_pull_n,end_friction_n,advance_m");
+  for (const PegRow& cell : cells) {
     for (const bool wobble : {true, false}) {
       const PegRun& run = wobble ? cell.wobble : cell.tilted;
       const PegRun& half = wobble ? cell.wobble_half : cell.tilted_half;
-      append_number(csv, cell.clearance_m);
-      append_number(csv += ',', cell.friction);
-      csv += wobble ? ",wobble" : ",tilted";
-      for (const double value :
-           {run.largest_force_step_n, halving(run.largest_force_step_n, half.largest_force_step_n),
-            run.largest_torque_step_nm,
-            halving(run.largest_torque_step_nm, half.largest_torque_step_nm), run.worst_gap_m,
-            reach_aside_m(run.end.proxy), run.deepest_m, run.end.proxy.p[2] - run.end.device.p[2],
-            run.slip.force_n[2], wobble ? 0.0 : cell.held_n(false), run.end.force_n[2],
-            wobble ? 0.0 : cell.held_n(true), run.advance_m})
-        append_number(csv += ',', value);
-      csv += "\n";
+      table.add(
+          {cell.clearance_m, cell.friction, wobble ? "wobble" : "tilted", run.largest_force_step_n,
+           halving(run.largest_force_step_n, half.largest_force_step_n), run.largest_torque_step_nm,
+           halving(run.largest_torque_step_nm, half.largest_torque_step_nm), run.worst_gap_m,
+           reach_aside_m(run.end.proxy), run.deepest_m, run.end.proxy.p[2] - run.end.device.p[2],
+           run.slip.force_n[2], wobble ? 0.0 : cell.held_n(false), run.end.force_n[2],
+           wobble ? 0.0 : cell.held_n(true), run.advance_m});
     }
   }
-  return csv;
+  return table.csv();
 }
 
-std::string wobble_table(const std::vector<Cell>& cells) {
+std::string wobble_table(const std::vector<PegRow>& cells) {
   std::string text = table_head({"clearance, mm", "friction", "deepest, mm", "way - clearance, um",
                                  "largest dF, N", "halving", "of what friction held",
                                  "largest dT, N m", "halving", "worst gap, um"});
-  for (const Cell& c : cells) {
+  for (const PegRow& c : cells) {
     text += table_row(
         {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
          fixed(1e3 * c.wobble.deepest_m, 4), short_number(1e6 * c.offset_error_m(), 3),
@@ -131,12 +127,12 @@ std::string wobble_table(const std::vector<Cell>& cells) {
   return text;
 }
 
-std::string tilted_table(const std::vector<Cell>& cells) {
+std::string tilted_table(const std::vector<PegRow>& cells) {
   std::string text =
       table_head({"clearance, mm", "friction", "slips at, N", "friction gives, N",
                   "pull at the end, N", "friction gives, N", "lag, mm", "advance, mm",
                   "largest dF, N", "halving", "largest dT, N m", "halving"});
-  for (const Cell& c : cells) {
+  for (const PegRow& c : cells) {
     text += table_row(
         {short_number(1e3 * c.clearance_m, 3), short_number(c.friction, 3),
          short_number(c.pull_n(false), 3), short_number(c.held_n(false), 3),
@@ -152,11 +148,11 @@ std::string tilted_table(const std::vector<Cell>& cells) {
 
 /// Left: lag of the peg in the tilted push over time at the narrowest clearance. Right: offset over
 /// the clearance after the swaying insertion.
-std::string picture(const std::vector<Cell>& cells) {
+std::string picture(const std::vector<PegRow>& cells) {
   std::string svg = heading_at(70, 28, "Peg of 10 mm in a hole of five pieces");
   const double narrow = cells.back().clearance_m;
   double top = 0;
-  for (const Cell& c : cells) {
+  for (const PegRow& c : cells) {
     if (c.clearance_m == narrow)
       top = std::max(top, *std::max_element(c.tilted.lag_mm.begin(), c.tilted.lag_mm.end()));
   }
@@ -169,7 +165,7 @@ std::string picture(const std::vector<Cell>& cells) {
   svg += line_at({offset.x_of(1e-5), offset.y_of(1e-5)}, {offset.x_of(1e-3), offset.y_of(1e-3)},
                  "#808080", 1, "5 4");
   std::size_t colour = 0;
-  for (const Cell& c : cells) {
+  for (const PegRow& c : cells) {
     const auto shade = kFrictionColours[c.friction == 0 ? 0 : c.friction < 0.4 ? 1 : 2];
     svg += mark_at(offset.x_of(c.clearance_m), offset.y_of(reach_aside_m(c.wobble.end.proxy)),
                    {shade, 'x'});
@@ -181,11 +177,11 @@ std::string picture(const std::vector<Cell>& cells) {
   return svg_document(1060, 420, svg);
 }
 
-void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
+void add_findings(const std::vector<PegRow>& cells, const ClearanceLimits& limits,
                   PartReport& report) {
   double offset = 0, floor = 0, slip = 0;
   bool friction = true, smooth = true, sound = true;
-  for (const Cell& c : cells) {
+  for (const PegRow& c : cells) {
     offset = std::max(offset, c.offset_error_m());
     floor = std::max(floor, c.floor_error_m());
     friction = friction && as_friction_says(c, limits);
@@ -220,7 +216,7 @@ void add_findings(const std::vector<Cell>& cells, const ClearanceLimits& limits,
 }  // namespace
 
 PartReport clearance_part(bool quick, const ClearanceLimits& limits) {
-  const std::vector<Cell> cells = all_cells(quick);
+  const std::vector<PegRow> cells = all_cells(quick);
   PartReport report;
   report.title = "6. Clearance sweep of the peg";
   add_findings(cells, limits, report);

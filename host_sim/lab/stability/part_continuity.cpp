@@ -8,6 +8,7 @@
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {
@@ -68,24 +69,19 @@ bool settles(const LawSteps& steps) {
 }
 
 std::string csv_of(const std::vector<CaseSteps>& cases) {
-  std::string text = "case,law,period_s,force_step_n,torque_step_nm,force_ratio,torque_ratio\n";
+  ReportTable table("case,law,period_s,force_step_n,torque_step_nm,force_ratio,torque_ratio");
   for (const CaseSteps& c : cases) {
     for (const LawSteps& l : c.laws) {
       for (std::size_t k = 0; k < l.by_period.size(); ++k) {
         const WrenchSteps& steps = l.by_period[k];
         const WrenchSteps before = k > 0 ? l.by_period[k - 1] : WrenchSteps{};
-        text += c.contact.name + "," + law_name(l.law);
-        for (const double value :
-             {kTracePeriod_s / static_cast<double>(1u << k), steps.force_n, steps.torque_nm,
-              ratio(before.force_n, steps.force_n), ratio(before.torque_nm, steps.torque_nm)}) {
-          text += ",";
-          append_number(text, value);
-        }
-        text += "\n";
+        table.add({c.contact.name, law_name(l.law), kTracePeriod_s / static_cast<double>(1u << k),
+                   steps.force_n, steps.torque_nm, ratio(before.force_n, steps.force_n),
+                   ratio(before.torque_nm, steps.torque_nm)});
       }
     }
   }
-  return text;
+  return table.csv();
 }
 
 std::string table_of(const std::vector<CaseSteps>& cases) {

@@ -8,6 +8,7 @@
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -28,26 +29,19 @@ const char* kind_name(DivisionContact contact) {
 }
 
 std::string csv_of(const std::vector<Row>& rows) {
-  std::string text =
+  ReportTable table(
       "path,contact,division,ticks,tolerance_n,median_n,p99_n,largest_n,share_over_0.01_n,"
-      "other_contact_share,worst_gap_m,pushed_ticks,contact_ticks,proxy_mean_n,paper_mean_n\n";
+      "other_contact_share,worst_gap_m,pushed_ticks,contact_ticks,proxy_mean_n,paper_mean_n");
   for (const Row& row : rows) {
     for (const DivisionDifference& d : row.found.differences) {
-      text += row.contact.name + "," + kind_name(row.contact.contact) + "," + d.division + "," +
-              std::to_string(row.found.ticks);
-      for (const double value :
-           {row.found.tolerance_n, d.quantile_n(0.5), d.quantile_n(0.99), d.quantile_n(1),
-            d.share_over(kFeltDifference_n), d.other_contact_share, d.worst_gap_m,
-            static_cast<double>(row.found.pushed_ticks),
-            static_cast<double>(row.found.contact_ticks), row.found.proxy_mean_n,
-            row.found.paper_mean_n}) {
-        text += ",";
-        append_number(text, value);
-      }
-      text += "\n";
+      table.add({row.contact.name, kind_name(row.contact.contact), d.division, row.found.ticks,
+                 row.found.tolerance_n, d.quantile_n(0.5), d.quantile_n(0.99), d.quantile_n(1),
+                 d.share_over(kFeltDifference_n), d.other_contact_share, d.worst_gap_m,
+                 row.found.pushed_ticks, row.found.contact_ticks, row.found.proxy_mean_n,
+                 row.found.paper_mean_n});
     }
   }
-  return text;
+  return table.csv();
 }
 
 std::string table_of(const std::vector<Row>& rows) {

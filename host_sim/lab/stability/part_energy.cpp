@@ -8,6 +8,7 @@
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/wander.hpp"
 
@@ -95,31 +96,22 @@ Session session(LawId law, double seconds) {
 }
 
 std::string loops_csv(const std::vector<LoopWork>& loops) {
-  std::string text = "loop,law,ticks,work_j\n";
+  ReportTable table("loop,law,ticks,work_j");
   for (const LoopWork& l : loops) {
-    for (std::size_t k = 0; k < l.ticks.size(); ++k) {
-      text += l.title + "," + law_name(l.law) + "," + std::to_string(std::lround(l.ticks[k])) + ",";
-      append_number(text, l.work_j[k]);
-      text += "\n";
-    }
+    for (std::size_t k = 0; k < l.ticks.size(); ++k)
+      table.add({l.title, law_name(l.law), std::lround(l.ticks[k]), l.work_j[k]});
   }
-  return text;
+  return table.csv();
 }
 
 /// Every tenth tick of the session.
 std::string session_csv(const std::vector<Session>& sessions) {
-  std::string text = "t_s,law,work_j,potential_j\n";
+  ReportTable table("t_s,law,work_j,potential_j");
   for (const Session& s : sessions) {
-    for (std::size_t k = 0; k < s.t_s.size(); k += 10) {
-      append_number(text, s.t_s[k]);
-      text += std::string(",") + law_name(s.law) + ",";
-      append_number(text, s.work_j[k]);
-      text += ",";
-      append_number(text, s.potential_j[k]);
-      text += "\n";
-    }
+    for (std::size_t k = 0; k < s.t_s.size(); k += 10)
+      table.add({s.t_s[k], law_name(s.law), s.work_j[k], s.potential_j[k]});
   }
-  return text;
+  return table.csv();
 }
 
 std::string loops_table(const std::vector<LoopWork>& loops) {

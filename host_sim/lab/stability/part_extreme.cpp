@@ -11,6 +11,7 @@
 #include "host_sim/lab/stability/pressed_contact.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -58,44 +59,32 @@ std::vector<PressRow> press_rows(bool quick) {
 }
 
 std::string depth_csv(const std::vector<DepthRow>& rows) {
-  std::string csv =
+  ReportTable table(
       "scalar,family,parameter,unit,size_m,poses,wrong_verdicts,wrong_depths,wrong_normals,"
-      "refused_poses,limit_m,depth_error_m,normal_shortfall_m,normal_angle_rad,refusal\n";
+      "refused_poses,limit_m,depth_error_m,normal_shortfall_m,normal_angle_rad,refusal");
   for (const DepthRow& row : rows) {
     const DepthErrors& e = row.errors;
-    csv += std::string(kScalar) + "," + row.scene.family;
-    append_number(csv += ',', row.scene.parameter);
-    csv += "," + row.scene.unit;
-    append_number(csv += ',', row.scene.size_m);
-    for (const std::uint32_t count :
-         {e.poses, e.wrong_verdicts, e.wrong_depths, e.wrong_normals, e.refused_poses})
-      csv += "," + std::to_string(count);
-    for (const double value :
-         {e.limit_m, e.depth_error_m, e.normal_shortfall_m, e.normal_angle_rad})
-      append_number(csv += ',', value);
-    csv += ",\"" + e.refusal + "\"\n";
+    table.add({kScalar, row.scene.family, row.scene.parameter, row.scene.unit, row.scene.size_m,
+               e.poses, e.wrong_verdicts, e.wrong_depths, e.wrong_normals, e.refused_poses,
+               e.limit_m, e.depth_error_m, e.normal_shortfall_m, e.normal_angle_rad,
+               quoted(e.refusal)});
   }
-  return csv;
+  return table.csv();
 }
 
 std::string press_csv(const std::vector<PressRow>& rows) {
-  std::string csv =
+  ReportTable table(
       "scalar,family,parameter,unit,size_m,contact,law,force_n,force_error_n,force_limit_n,"
-      "torque_error_nm,torque_limit_nm,gap_m,tolerance_m,bad_ticks,holds\n";
+      "torque_error_nm,torque_limit_nm,gap_m,tolerance_m,bad_ticks,holds");
   for (const PressRow& row : rows) {
+    const ExtremeScene& scene = row.contact.scene;
     const PressErrors& e = row.errors;
-    csv += std::string(kScalar) + "," + row.contact.scene.family;
-    append_number(csv += ',', row.contact.scene.parameter);
-    csv += "," + row.contact.scene.unit;
-    append_number(csv += ',', row.contact.scene.size_m);
-    csv += std::string(",") + to_text(row.contact.kind) +
-           (e.law == LawId::kProxy ? ",proxy" : ",paper");
-    for (const double value : {e.force_n, e.force_error_n, e.force_limit_n, e.torque_error_nm,
-                               e.torque_limit_nm, e.gap_m, e.tolerance_m})
-      append_number(csv += ',', value);
-    csv += "," + std::to_string(e.bad_ticks) + (e.ok() ? ",yes\n" : ",no\n");
+    table.add({kScalar, scene.family, scene.parameter, scene.unit, scene.size_m,
+               to_text(row.contact.kind), law_name(e.law), e.force_n, e.force_error_n,
+               e.force_limit_n, e.torque_error_nm, e.torque_limit_nm, e.gap_m, e.tolerance_m,
+               e.bad_ticks, yes_or_no(e.ok())});
   }
-  return csv;
+  return table.csv();
 }
 
 /// One line per family: what was driven how far, and the worst of it.
@@ -139,13 +128,13 @@ std::string press_table(const std::vector<PressRow>& rows) {
     const PressErrors& e = row.errors;
     if (!e.refusal.empty()) {
       text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter, 2),
-                         to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper", "-",
-                         "-", "-", "-", "-", "-", e.must_be_refused ? "refused" : "REFUSED"});
+                         to_text(row.contact.kind), law_name(e.law), "-", "-", "-", "-", "-", "-",
+                         e.must_be_refused ? "refused" : "REFUSED"});
       continue;
     }
     text += table_row({row.contact.scene.family, short_number(row.contact.scene.parameter, 2),
-                       to_text(row.contact.kind), e.law == LawId::kProxy ? "proxy" : "paper",
-                       short_number(e.force_n, 2), short_number(e.force_error_n / e.force_n, 2),
+                       to_text(row.contact.kind), law_name(e.law), short_number(e.force_n, 2),
+                       short_number(e.force_error_n / e.force_n, 2),
                        short_number(e.force_error_n / e.force_limit_n, 2),
                        short_number(e.torque_error_nm / (e.force_n * row.contact.scene.size_m), 2),
                        short_number(e.torque_error_nm / e.torque_limit_nm, 2),

@@ -9,6 +9,7 @@
 #include "host_sim/lab/stability/virtual_tool.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -94,21 +95,12 @@ std::string stiffness_text(double value) {
 }
 
 std::string csv_of(const std::vector<StiffCell>& cells) {
-  std::string csv = "axis,rate_hz,delay_samples,integrator,wall,tool,largest_coupling\n";
+  ReportTable table("axis,rate_hz,delay_samples,integrator,wall,tool,largest_coupling");
   for (const StiffCell& c : cells) {
-    csv += c.rotation ? "rotation," : "translation,";
-    append_number(csv, c.rate_hz);
-    csv += "," + std::to_string(c.delay) + "," + to_text(c.integrator);
-    for (const double value : {c.wall, c.tool}) append_number(csv += ',', value);
-    csv += ",";
-    if (c.limit == kNoLimit) {
-      csv += "none";
-    } else {
-      append_number(csv, c.limit);
-    }
-    csv += "\n";
+    table.add({c.rotation ? "rotation" : "translation", c.rate_hz, c.delay, to_text(c.integrator),
+               c.wall, c.tool, c.limit == kNoLimit ? Cell("none") : Cell(c.limit)});
   }
-  return csv;
+  return table.csv();
 }
 
 /// Limits of the tool alone, on k_s T^2 / m_t.

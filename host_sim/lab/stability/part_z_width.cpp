@@ -10,6 +10,7 @@
 #include "host_sim/lab/stability/stability_trial.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
@@ -104,27 +105,19 @@ double stated_peg(const TrialSetting& s) {
 }
 
 std::string csv_of(const std::vector<WallCell>& walls, const std::vector<PegCell>& pegs) {
-  std::string csv =
+  ReportTable table(
       "scene,law,rate_hz,delay_samples,hand,damping_ns_per_m,simulated_n_per_m,"
-      "spectral_radius_n_per_m,closed_form_n_per_m,holds\n";
-  const auto begin = [&](const char* scene, const TrialSetting& s) {
-    csv += std::string(scene) + "," + law_name(s.law) + ",";
-    append_number(csv, s.rate_hz);
-    csv += "," + std::to_string(s.delay_samples) + "," + s.hand + ",";
-    append_number(csv, s.damping_ns_per_m);
+      "spectral_radius_n_per_m,closed_form_n_per_m,holds");
+  const auto add = [&table](const char* scene, const TrialSetting& s, double simulated,
+                            const Cell& theory, const Cell& closed_form, bool holds) {
+    table.add({scene, law_name(s.law), s.rate_hz, s.delay_samples, s.hand, s.damping_ns_per_m,
+               simulated, theory, closed_form, yes_or_no(holds)});
   };
-  for (const WallCell& c : walls) {
-    begin("wall", c.setting);
-    for (const double value : {c.simulated, c.theory, c.closed_form})
-      append_number(csv += ',', value);
-    csv += std::string(",") + yes_or_no(c.holds()) + "\n";
-  }
-  for (const PegCell& c : pegs) {
-    begin("peg", c.setting);
-    append_number(csv += ',', c.limit);
-    csv += std::string(",,,") + yes_or_no(c.limit >= stated_peg(c.setting)) + "\n";
-  }
-  return csv;
+  for (const WallCell& c : walls)
+    add("wall", c.setting, c.simulated, c.theory, c.closed_form, c.holds());
+  for (const PegCell& c : pegs)
+    add("peg", c.setting, c.limit, {}, {}, c.limit >= stated_peg(c.setting));
+  return table.csv();
 }
 
 std::vector<std::string> setting_cells(const TrialSetting& s) {

@@ -14,6 +14,7 @@
 #include "host_sim/lab/wcet/core_stack.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/timing/same_state_times.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -270,29 +271,22 @@ WcetReport measure_wcet(CoreSession& session, std::span<const MotionSample> moti
 std::string wcet_csv(const WcetReport& report, std::span<const MotionSample> motion) {
   std::map<std::size_t, SameStateTick> same;
   for (const SameStateTick& t : report.same_state.ticks) same[t.tick] = t;
-  std::string text =
-      "tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns,"
-      "proxy_work,instructions\n";
+  ReportTable table(
+      "tick,t_s,core_ns,exhaustive_ns,contact,relocalised,work,warm_ns,flushed_ns,proxy_work,"
+      "instructions");
+  const auto ns = [](double value) { return shown_as("%.1f", value); };
   for (std::size_t i = 0; i < report.loop.ticks.size(); ++i) {
     const TickTime& t = report.loop.ticks[i];
-    char line[240], exhaustive[40] = "", same_state[80] = ",", instructions[24] = "";
-    if (report.plan.exhaustive)
-      std::snprintf(exhaustive, sizeof exhaustive, "%.1f", t.exhaustive_ns);
-    if (const auto at = same.find(i); at != same.end()) {
-      std::snprintf(same_state, sizeof same_state, "%.1f,%.1f", at->second.warm_ns,
-                    at->second.flushed_ns);
-    }
-    if (report.instructions.measured) {
-      std::snprintf(instructions, sizeof instructions, "%llu",
-                    static_cast<unsigned long long>(report.instructions.profile.per_tick[i]));
-    }
-    std::snprintf(line, sizeof line, "%zu,%.6f,%.1f,%s,%d,%d,%llu,%s,%llu,%s\n", i, motion[i].t_s,
-                  t.core_ns, exhaustive, t.contact ? 1 : 0, t.relocalised ? 1 : 0,
-                  static_cast<unsigned long long>(work_units(t.counters)), same_state,
-                  static_cast<unsigned long long>(proxy_units(t.counters)), instructions);
-    text += line;
+    const auto at = same.find(i);
+    const bool repeated = at != same.end();
+    table.add(
+        {i, shown_as("%.6f", motion[i].t_s), ns(t.core_ns),
+         report.plan.exhaustive ? ns(t.exhaustive_ns) : Cell(), t.contact ? 1 : 0,
+         t.relocalised ? 1 : 0, work_units(t.counters), repeated ? ns(at->second.warm_ns) : Cell(),
+         repeated ? ns(at->second.flushed_ns) : Cell(), proxy_units(t.counters),
+         report.instructions.measured ? Cell(report.instructions.profile.per_tick[i]) : Cell()});
   }
-  return text;
+  return table.csv();
 }
 
 std::string wcet_json(const WcetReport& r) {
