@@ -3,15 +3,20 @@
 /// Work cut into shards that threads take one after another. Each shard draws from a seed of its
 /// own and writes to a place of its own, so totals do not depend on the number of threads.
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace haptic::sim {
@@ -63,5 +68,36 @@ void run_shards(std::size_t count, const RunOptions& options, const std::string&
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
 }
+
+/// Rows of a table, each with a number of items to judge, cut into shards that threads take in any
+/// order. `Row` has `totals` with `add`; they are added in the order of the shards, so that the
+/// number of threads changes nothing.
+template <typename Row>
+struct Campaign {
+  struct Shard {
+    std::size_t row;
+    std::uint64_t count;
+  };
+  std::vector<Row> rows;
+  std::vector<Shard> shards;
+
+  void add(Row row, double count, std::uint64_t most_per_shard) {
+    auto left = static_cast<std::uint64_t>(std::ceil(count));
+    for (; left > 0; left -= std::min(left, most_per_shard))
+      shards.push_back({rows.size(), std::min(left, most_per_shard)});
+    rows.push_back(std::move(row));
+  }
+
+  /// `judge(kept, shard, number)` gives the totals of a shard; `kept`: what a thread keeps from
+  /// one to the next, a map from numbers to std::unique_ptr<Kept>.
+  template <typename Kept, typename Judge>
+  void run(const RunOptions& options, const std::string& name, const Judge& judge) {
+    std::vector<decltype(Row::totals)> results(shards.size());
+    const auto make_worker = [] { return std::map<std::size_t, std::unique_ptr<Kept>>(); };
+    run_shards(shards.size(), options, name, make_worker,
+               [&](auto& kept, std::size_t k) { results[k] = judge(kept, shards[k], k); });
+    for (std::size_t k = 0; k < shards.size(); ++k) rows[shards[k].row].totals.add(results[k]);
+  }
+};
 
 }  // namespace haptic::sim

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "host_sim/report/output_file.hpp"
+#include "host_sim/report/picture.hpp"
+#include "host_sim/report/report_table.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
@@ -132,6 +134,34 @@ TEST_SUITE("host_sim.report") {
       CHECK(svg.find("nan") == std::string::npos);
       CHECK(svg.find("inf") == std::string::npos);
     }
+  }
+
+  TEST_CASE("table: one set of typed cells as CSV, JSON and Markdown") {
+    ReportTable table("name,count,force_n,rounded,note");
+    table.add({"a", 3, 0.1, shown_as("%.1f", 2.25), quoted("x, y")});
+    table.add({"b", 0u, NAN, shown_as("%.1f", NAN), {}});
+    CHECK(table.csv() ==
+          "name,count,force_n,rounded,note\na,3,0.10000000000000001,2.2,\"x, y\"\nb,0,nan,,\n");
+    CHECK(table.csv({"force_n", "note"}) == "name,count,rounded\na,3,2.2\nb,0,\n");
+    CHECK(table.json({"note"}).dump() ==
+          R"([{"name":"a","count":3,"force_n":0.1,"rounded":2.25},)"
+          R"({"name":"b","count":0,"force_n":null,"rounded":null}])");
+    CHECK(table.markdown().starts_with(
+        "| name | count | force_n | rounded | note |\n|---|---|---|---|---|\n| a | 3 |"));
+  }
+
+  TEST_CASE("picture: a band shows what is rare, text is well-formed whatever its bytes") {
+    const Panel panel{0, 0, 4, 10, 0, 4, 0, 1};
+    const std::vector<double> times{0.0, 0.1, 0.2, 1.0, 2.0, 3.0};
+    const std::vector<std::size_t> values{0, 1, 1, 0, 2, 0};
+    const std::vector<BandValue> table{{"none", "#fff"}, {"often", "#aaa"}, {"rare", "#bbb"}};
+    const std::string often =
+        band(panel, "situation", false, times, values, table, BandColumn::kMostFrequent);
+    for (const char* colour : {"#fff", "#aaa", "#bbb"})
+      CHECK_MESSAGE(often.find(colour) != std::string::npos, colour);
+    CHECK(band_key(0, 0, std::vector<std::size_t>{0, 2}, table).find("often") == std::string::npos);
+    CHECK(tools::xml_escaped("a\xff<b>\n\xcf\x80&") == "a?&lt;b&gt;?\xcf\x80&amp;");
+    CHECK(tools::xml_escaped("\xcf") == "?");
   }
 
   TEST_CASE("files are written whole, replace their elder, and leave nothing behind") {

@@ -21,34 +21,6 @@ Rotation turned(const Vector& axis, double angle_rad) {
 /// Ticks of a run; each begins at a free pose of its own.
 constexpr std::uint64_t kShardTicks = 1000;
 
-struct Shard {
-  std::size_t row = 0, scene = 0, friction = 0;
-  FuzzMotionKind kind = FuzzMotionKind::kSlow;
-  std::uint64_t ticks = 0;
-};
-
-std::vector<Shard> cut(const ProxyFuzzSize& size, const std::vector<FuzzScene>& scenes,
-                       std::vector<ProxyFuzzRow>& rows) {
-  double shares = 0;
-  for (const FuzzScene& scene : scenes) shares += scene.share;
-  const double per_share =
-      static_cast<double>(size.ticks) / (shares * static_cast<double>(size.frictions.size()) *
-                                         static_cast<double>(std::size(kFuzzMotions)));
-  std::vector<Shard> shards;
-  for (std::size_t s = 0; s < scenes.size(); ++s) {
-    for (std::size_t f = 0; f < size.frictions.size(); ++f) {
-      for (const FuzzMotionKind kind : kFuzzMotions) {
-        auto left = static_cast<std::uint64_t>(std::ceil(per_share * scenes[s].share));
-        for (; left > 0; left -= std::min(left, kShardTicks)) {
-          shards.push_back({rows.size(), s, f, kind, std::min(left, kShardTicks)});
-        }
-        rows.push_back({scenes[s].name, to_text(kind), size.frictions[f], {}});
-      }
-    }
-  }
-  return shards;
-}
-
 }  // namespace
 
 const char* to_text(FuzzMotionKind kind) {
@@ -151,29 +123,36 @@ ProxyFuzzTotals ProxyFuzzResult::totals() const {
 }
 
 ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& options) {
-  ProxyFuzzResult result{size, {}};
   const std::vector<FuzzScene> scenes = fuzz_scenes();
-  const std::vector<Shard> shards = cut(size, scenes, result.rows);
-  const std::size_t frictions = size.frictions.size();
+  const std::size_t frictions = size.frictions.size(), kinds = std::size(kFuzzMotions);
+  double shares = 0;
+  for (const FuzzScene& scene : scenes) shares += scene.share;
+  const double per_share = static_cast<double>(size.ticks) /
+                           (shares * static_cast<double>(frictions) * static_cast<double>(kinds));
+  Campaign<ProxyFuzzRow> campaign;
+  for (const FuzzScene& scene : scenes) {
+    for (const double friction : size.frictions) {
+      for (const FuzzMotionKind kind : kFuzzMotions)
+        campaign.add({scene.name, to_text(kind), friction, {}}, per_share * scene.share,
+                     kShardTicks);
+    }
+  }
   std::vector<std::vector<std::byte>> blobs(scenes.size() * frictions);
   run_shards(
       blobs.size(), {options.threads, false}, "scenes", [] { return 0; },
       [&](int, std::size_t k) {
         blobs[k] = compiled(scenes[k / frictions], size.frictions[k % frictions]);
       });
-  std::vector<ProxyFuzzTotals> totals(shards.size());
-  const auto make_worker = [&] { return std::vector<std::unique_ptr<FuzzRun>>(blobs.size()); };
-  run_shards(shards.size(), options, "proxy", make_worker, [&](auto& worker, std::size_t k) {
-    const Shard& shard = shards[k];
-    const std::size_t at = shard.scene * frictions + shard.friction;
-    if (!worker[at]) {
-      worker[at] = std::make_unique<FuzzRun>(scenes[shard.scene], size.frictions[shard.friction],
-                                             blobs[at], size.fault);
+  campaign.run<FuzzRun>(options, "proxy", [&](auto& kept, const auto& shard, std::size_t number) {
+    const std::size_t at = shard.row / kinds;
+    std::unique_ptr<FuzzRun>& run = kept[at];
+    if (!run) {
+      run = std::make_unique<FuzzRun>(scenes[at / frictions], size.frictions[at % frictions],
+                                      blobs[at], size.fault);
     }
-    totals[k] = worker[at]->run(shard.kind, shard.ticks, seed_of(size.seed, k));
+    return run->run(kFuzzMotions[shard.row % kinds], shard.count, seed_of(size.seed, number));
   });
-  for (std::size_t k = 0; k < shards.size(); ++k) result.rows[shards[k].row].totals.add(totals[k]);
-  return result;
+  return {size, std::move(campaign.rows)};
 }
 
 }  // namespace haptic::sim

@@ -106,39 +106,27 @@ DepthTotals run_depths_on(VerifiedPair& pair, const VerifiedBodies& bodies, std:
   return totals;
 }
 
-std::vector<DepthRow> run_depths(const DepthCampaign& campaign,
+std::vector<DepthRow> run_depths(const DepthCampaign& size,
                                  const std::vector<VerifiedBodies>& pairs,
                                  const RunOptions& options) {
-  struct Shard {
-    std::size_t pair;
-    std::uint64_t ticks;
-  };
-  std::vector<DepthRow> rows;
-  std::vector<Shard> shards;
+  Campaign<DepthRow> campaign;
   double total_share = 0;
   for (const VerifiedBodies& bodies : pairs) total_share += bodies.near_share;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    rows.push_back({pairs[p].name, 0, {}});
-    auto left = static_cast<std::uint64_t>(
-        std::ceil(static_cast<double>(campaign.ticks) * pairs[p].near_share / total_share));
-    for (; left > 0; left -= std::min(left, kShardTicks))
-      shards.push_back({p, std::min(left, kShardTicks)});
-  }
-  std::vector<DepthTotals> results(shards.size());
-  std::vector<double> sizes(shards.size());
-  const auto make_worker = [&] { return std::vector<std::unique_ptr<VerifiedPair>>(pairs.size()); };
-  run_shards(shards.size(), options, "D_near", make_worker, [&](auto& worker, std::size_t k) {
-    const std::size_t p = shards[k].pair;
-    if (!worker[p]) worker[p] = std::make_unique<VerifiedPair>(pairs[p], kDepthEpsilon_m);
-    sizes[k] = static_cast<double>(worker[p]->size_m());
-    results[k] =
-        run_depths_on(*worker[p], pairs[p], shards[k].ticks, seed_of(campaign.seed, 1000000 + k));
-  });
-  for (std::size_t k = 0; k < shards.size(); ++k) {
-    rows[shards[k].pair].totals.add(results[k]);
-    rows[shards[k].pair].size_m = sizes[k];
-  }
-  return rows;
+  for (const VerifiedBodies& bodies : pairs)
+    campaign.add({bodies.name, 0, {}},
+                 static_cast<double>(size.ticks) * bodies.near_share / total_share, kShardTicks);
+  std::vector<double> sizes(campaign.shards.size());
+  campaign.run<VerifiedPair>(
+      options, "D_near", [&](auto& kept, const auto& shard, std::size_t number) {
+        std::unique_ptr<VerifiedPair>& pair = kept[shard.row];
+        if (!pair) pair = std::make_unique<VerifiedPair>(pairs[shard.row], kDepthEpsilon_m);
+        sizes[number] = static_cast<double>(pair->size_m());
+        return run_depths_on(*pair, pairs[shard.row], shard.count,
+                             seed_of(size.seed, 1000000 + number));
+      });
+  for (std::size_t k = 0; k < sizes.size(); ++k)
+    campaign.rows[campaign.shards[k].row].size_m = sizes[k];
+  return campaign.rows;
 }
 
 }  // namespace haptic::sim

@@ -232,38 +232,27 @@ NearTotals run_near_sets_on(VerifiedPair& pair, const VerifiedBodies& bodies, st
   return totals;
 }
 
-std::vector<NearRow> run_near_sets(const NearCampaign& campaign,
+std::vector<NearRow> run_near_sets(const NearCampaign& size,
                                    const std::vector<VerifiedBodies>& pairs,
                                    const RunOptions& options) {
-  struct Shard {
-    std::size_t pair, row;
-    std::uint64_t poses;
-  };
-  std::vector<NearRow> rows;
-  std::vector<Shard> shards;
+  Campaign<NearRow> campaign;
   double total_share = 0;
   for (const VerifiedBodies& bodies : pairs) total_share += bodies.near_share;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    for (const double epsilon_m : kEpsilons_m) {
-      rows.push_back({pairs[p].name, epsilon_m, {}});
-      auto left = static_cast<std::uint64_t>(
-          std::ceil(static_cast<double>(campaign.poses) * pairs[p].near_share /
-                    (total_share * std::size(kEpsilons_m))));
-      for (; left > 0; left -= std::min(left, kShardPoses))
-        shards.push_back({p, rows.size() - 1, std::min(left, kShardPoses)});
-    }
+  for (const VerifiedBodies& bodies : pairs) {
+    const double poses = static_cast<double>(size.poses) * bodies.near_share /
+                         (total_share * std::size(kEpsilons_m));
+    for (const double epsilon_m : kEpsilons_m)
+      campaign.add({bodies.name, epsilon_m, {}}, poses, kShardPoses);
   }
-  std::vector<NearTotals> results(shards.size());
-  const auto make_worker = [&] { return std::vector<std::unique_ptr<VerifiedPair>>(rows.size()); };
-  run_shards(shards.size(), options, "near sets", make_worker, [&](auto& worker, std::size_t k) {
-    const Shard& shard = shards[k];
-    std::unique_ptr<VerifiedPair>& pair = worker[shard.row];
-    if (!pair) pair = std::make_unique<VerifiedPair>(pairs[shard.pair], rows[shard.row].epsilon_m);
-    results[k] = run_near_sets_on(*pair, pairs[shard.pair], shard.poses,
-                                  seed_of(campaign.seed, 2000000 + k));
-  });
-  for (std::size_t k = 0; k < shards.size(); ++k) rows[shards[k].row].totals.add(results[k]);
-  return rows;
+  campaign.run<VerifiedPair>(
+      options, "near sets", [&](auto& kept, const auto& shard, std::size_t number) {
+        const VerifiedBodies& bodies = pairs[shard.row / std::size(kEpsilons_m)];
+        std::unique_ptr<VerifiedPair>& pair = kept[shard.row];
+        if (!pair)
+          pair = std::make_unique<VerifiedPair>(bodies, campaign.rows[shard.row].epsilon_m);
+        return run_near_sets_on(*pair, bodies, shard.count, seed_of(size.seed, 2000000 + number));
+      });
+  return campaign.rows;
 }
 
 }  // namespace haptic::sim

@@ -279,55 +279,43 @@ VerdictTotals run_verdicts_on(VerifiedPair& pair, const VerifiedBodies& bodies,
   return totals;
 }
 
-std::vector<VerdictRow> run_verdicts(const VerdictCampaign& campaign,
+std::vector<VerdictRow> run_verdicts(const VerdictCampaign& size,
                                      const std::vector<VerifiedBodies>& pairs,
                                      const RunOptions& options) {
-  struct Shard {
-    std::size_t pair, row;
-    std::uint64_t queries;
-    std::uint32_t judged_one_in;
-  };
   const std::vector<double> levels = noise_levels_rad();
-  std::vector<VerdictRow> rows;
-  std::vector<Shard> shards;
+  Campaign<VerdictRow> campaign;
+  std::vector<std::uint32_t> judged_one_in;  // by pair
   double total_share = 0, total_judged = 0;
   for (const VerifiedBodies& bodies : pairs) {
     total_share += bodies.query_share;
     total_judged += bodies.judged_share;
   }
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const double wanted =
-        static_cast<double>(campaign.queries) * pairs[p].query_share / total_share;
-    const double judged =
-        static_cast<double>(campaign.judged) * pairs[p].judged_share / total_judged;
-    const auto one_in =
-        static_cast<std::uint32_t>(judged > 0 ? std::max(1.0, wanted / judged) : 0.0);
+  for (const VerifiedBodies& bodies : pairs) {
+    const double wanted = static_cast<double>(size.queries) * bodies.query_share / total_share;
+    const double judged = static_cast<double>(size.judged) * bodies.judged_share / total_judged;
+    judged_one_in.push_back(
+        static_cast<std::uint32_t>(judged > 0 ? std::max(1.0, wanted / judged) : 0.0));
     for (std::size_t orientation = 0; orientation <= levels.size(); ++orientation) {
       const bool aligned = orientation > 0;
       const double share =
           aligned ? (1 - kGenericShare) / static_cast<double>(levels.size()) : kGenericShare;
       for (std::size_t m = 0; m < std::size(kModes); ++m) {
-        rows.push_back(
-            {pairs[p].name, kModes[m], aligned, aligned ? levels[orientation - 1] : 0.0, {}});
-        auto left = static_cast<std::uint64_t>(std::ceil(wanted * share * kModeShare[m]));
-        for (; left > 0; left -= std::min(left, kShardQueries))
-          shards.push_back({p, rows.size() - 1, std::min(left, kShardQueries), one_in});
+        campaign.add({bodies.name, kModes[m], aligned, aligned ? levels[orientation - 1] : 0.0, {}},
+                     wanted * share * kModeShare[m], kShardQueries);
       }
     }
   }
-  std::vector<VerdictTotals> results(shards.size());
-  const auto make_worker = [&] { return std::vector<std::unique_ptr<VerifiedPair>>(pairs.size()); };
-  run_shards(shards.size(), options, "verdicts", make_worker, [&](auto& worker, std::size_t k) {
-    const Shard& shard = shards[k];
-    std::unique_ptr<VerifiedPair>& pair = worker[shard.pair];
-    if (!pair) pair = std::make_unique<VerifiedPair>(pairs[shard.pair], kVerdictEpsilon_m);
-    const VerdictRow& row = rows[shard.row];
-    QueryRun run(*pair, pairs[shard.pair], row.aligned, row.noise_rad, shard.judged_one_in,
-                 seed_of(campaign.seed, k));
-    results[k] = run.run(row.mode, shard.queries);
-  });
-  for (std::size_t k = 0; k < shards.size(); ++k) rows[shards[k].row].totals.add(results[k]);
-  return rows;
+  const std::size_t rows_of_pair = campaign.rows.size() / pairs.size();
+  campaign.run<VerifiedPair>(
+      options, "verdicts", [&](auto& kept, const auto& shard, std::size_t number) {
+        const std::size_t p = shard.row / rows_of_pair;
+        if (!kept[p]) kept[p] = std::make_unique<VerifiedPair>(pairs[p], kVerdictEpsilon_m);
+        const VerdictRow& row = campaign.rows[shard.row];
+        QueryRun run(*kept[p], pairs[p], row.aligned, row.noise_rad, judged_one_in[p],
+                     seed_of(size.seed, number));
+        return run.run(row.mode, shard.count);
+      });
+  return campaign.rows;
 }
 
 }  // namespace haptic::sim
