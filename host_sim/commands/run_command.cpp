@@ -16,7 +16,6 @@
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/device_file.hpp"
 #include "host_sim/device/pressing_script.hpp"
-#include "host_sim/device/stack_plot.hpp"
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "host_sim/session/counters_check.hpp"

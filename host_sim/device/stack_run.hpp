@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A whole run of the device stack along a hand motion: the reference device with the hand on it,
-/// its protocol, the link, the guard and the servo tick. Its CSV and its account.
+/// its protocol, the link, the guard and the servo tick. Its CSV, its picture and its account.
 
 #include <functional>
 #include <span>
@@ -69,5 +69,13 @@ struct StackTotals {
   bool ended_at_zero = false;   ///< the last wrench handed over
 };
 [[nodiscard]] StackTotals total(std::span<const StackRecord> records);
+
+// Picture of a run of the device stack: what was rendered, what was handed to the bus and what
+// acted on the handle, with depth, arming and link below.
+
+/// A complete SVG document; size and reduction as replay_plot. `title` may hold any text.
+/// Deterministic.
+[[nodiscard]] std::string stack_plot(std::span<const StackRecord> records,
+                                     const std::string& title);
 
 }  // namespace haptic::sim

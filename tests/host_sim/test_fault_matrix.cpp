@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "host_sim/lab/faults/fault_report.hpp"
+#include "host_sim/lab/faults/fault_matrix.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

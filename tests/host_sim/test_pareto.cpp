@@ -7,8 +7,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "host_sim/lab/pareto/pareto_plot.hpp"
-#include "host_sim/lab/pareto/pareto_table.hpp"
+#include "host_sim/lab/pareto/pareto_report.hpp"
 #include "host_sim/lab/peers/exhaustive_peer.hpp"
 #include "host_sim/timing/tick_times.hpp"
 #include "tools/common/error.hpp"

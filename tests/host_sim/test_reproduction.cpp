@@ -10,11 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/reproduction/figure_contacts.hpp"
-#include "host_sim/lab/reproduction/figure_forces.hpp"
-#include "host_sim/lab/reproduction/figure_insertion.hpp"
-#include "host_sim/lab/reproduction/figure_motion.hpp"
-#include "host_sim/lab/reproduction/figure_neighbors.hpp"
+#include "host_sim/lab/reproduction/figures.hpp"
 #include "host_sim/lab/reproduction/graph_table.hpp"
 #include "host_sim/lab/reproduction/literal_table.hpp"
 #include "host_sim/lab/reproduction/reproduction.hpp"

@@ -9,10 +9,9 @@
 
 #include "host_sim/lab/laws/law_comparison.hpp"
 #include "host_sim/lab/stability/extreme_depth.hpp"
-#include "host_sim/lab/stability/part_clearance.hpp"
-#include "host_sim/lab/stability/part_extreme.hpp"
 #include "host_sim/lab/stability/peg_insertion.hpp"
 #include "host_sim/lab/stability/pressed_contact.hpp"
+#include "host_sim/lab/stability/stability_report.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

@@ -12,7 +12,7 @@
 #include "host_sim/lab/wcet/chrome_trace.hpp"
 #include "host_sim/lab/wcet/flow_facts.hpp"
 #include "host_sim/lab/wcet/scene_motion.hpp"
-#include "host_sim/lab/wcet/wcet_table.hpp"
+#include "host_sim/lab/wcet/wcet_report.hpp"
 #include "tests/host_sim/wcet_scene.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"

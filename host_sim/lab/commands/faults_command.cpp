@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "host_sim/lab/commands/lab_commands.hpp"
-#include "host_sim/lab/faults/fault_report.hpp"
+#include "host_sim/lab/faults/fault_matrix.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

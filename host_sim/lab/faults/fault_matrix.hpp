@@ -9,6 +9,7 @@
 
 #include "host_sim/lab/faults/fault_run.hpp"
 #include "host_sim/lab/faults/fault_table.hpp"
+#include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
 
@@ -52,5 +53,12 @@ struct FaultMatrixOptions {
 /// Cells in the order of faults, then of states. @throws tools::InputError  a state is not reached.
 [[nodiscard]] std::vector<FaultVerdict> run_fault_matrix(const FaultMatrixOptions& options);
 [[nodiscard]] bool all_hold(const std::vector<FaultVerdict>& verdicts);
+
+// The fault matrix as files.
+
+/// faults.csv (a line per cell), faults.md (semantics, matrix, failures), faults.svg. Equal
+/// verdicts, equal bytes.
+[[nodiscard]] std::vector<OutputText> fault_files(const std::vector<FaultVerdict>& verdicts,
+                                                  const FaultMatrixOptions& options);
 
 }  // namespace haptic::sim

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/faults/fault_report.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/pareto/pareto_plot.hpp"
+#include "host_sim/lab/pareto/pareto_report.hpp"
 
 #include <algorithm>
 #include <cmath>

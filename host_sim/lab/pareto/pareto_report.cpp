@@ -7,8 +7,6 @@
 #include <set>
 #include <system_error>
 
-#include "host_sim/lab/pareto/pareto_plot.hpp"
-#include "host_sim/lab/pareto/pareto_table.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "host_sim/lab/pareto/pareto_measure.hpp"
 #include "host_sim/lab/pareto/rendering_error.hpp"
 #include "host_sim/lab/pareto/visit_budget.hpp"
+#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 
@@ -53,5 +55,32 @@ struct ParetoResult {
 
 /// pareto.csv, .json, .md and the pictures in `folder`, which is made.
 void write_pareto(const ParetoResult& result, const std::string& folder);
+
+// The report of error against run time as text.
+
+/// A table of times and a table of errors for each pair. Ratios are to the exhaustive search of the
+/// same run in the same state.
+[[nodiscard]] std::string pareto_markdown(const ParetoResult& result);
+
+/// Machine, compiler, flags, seed, libraries, and every row with all of its fields. A value that a
+/// method does not give is null.
+[[nodiscard]] std::string pareto_json(const ParetoResult& result);
+
+// Pictures of the report of error against run time (SVG). Both axes logarithmic.
+
+/// Colour and shape of a method, the same in all pictures.
+[[nodiscard]] MarkSign sign_of(std::string_view method);
+
+/// A panel for each pair: largest depth error in contact against the median time, a mark for each
+/// setting, the settings of one method joined.
+[[nodiscard]] std::string error_time_plot(const ParetoResult& result);
+
+/// Median time in contact against the pair's nodes, a line for each method in its drawn setting;
+/// dashed: 99.9 %.
+[[nodiscard]] std::string time_nodes_plot(const ParetoResult& result);
+
+/// Time over the share of the contact poses that take longer, for the first and the fourth pair
+/// class, or what there is of them.
+[[nodiscard]] std::string latency_plot(const ParetoResult& result);
 
 }  // namespace haptic::sim

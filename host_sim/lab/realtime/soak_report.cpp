@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/realtime/soak_report.hpp"
+#include "host_sim/lab/realtime/soak_run.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -12,6 +12,7 @@
 
 #include "host_sim/lab/faults/fault_matrix.hpp"
 #include "host_sim/lab/realtime/threaded_stage.hpp"
+#include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
 
@@ -95,5 +96,13 @@ inline constexpr std::size_t kWarmUpSlots = 3;
 [[nodiscard]] SoakAccount run_soak(std::span<const std::byte> scene, const FaultPlace& place,
                                    const SoakSettings& settings,
                                    const std::function<void(const SoakAccount&)>& progress);
+
+// A soak as files.
+
+/// soak.csv (a line per second), soak_faults.csv (a line per fault), soak.json (the account),
+/// soak.svg (force with the faults, memory, descriptors).
+[[nodiscard]] std::vector<OutputText> soak_files(const std::string& scene,
+                                                 const SoakSettings& settings,
+                                                 const SoakAccount& account);
 
 }  // namespace haptic::sim

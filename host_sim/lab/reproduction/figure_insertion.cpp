@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/reproduction/figure_insertion.hpp"
+#include "host_sim/lab/reproduction/figures.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,11 +4,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "host_sim/lab/reproduction/figure_contacts.hpp"
-#include "host_sim/lab/reproduction/figure_forces.hpp"
-#include "host_sim/lab/reproduction/figure_insertion.hpp"
-#include "host_sim/lab/reproduction/figure_motion.hpp"
-#include "host_sim/lab/reproduction/figure_neighbors.hpp"
+#include "host_sim/lab/reproduction/figures.hpp"
 #include "host_sim/lab/reproduction/graph_table.hpp"
 #include "host_sim/lab/reproduction/literal_table.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "host_sim/lab/reproduction/figure_insertion.hpp"
+#include "host_sim/lab/reproduction/figures.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/shapes/coherent_path.hpp"

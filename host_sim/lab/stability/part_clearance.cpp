@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/stability/part_clearance.hpp"
+#include "host_sim/lab/stability/stability_report.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host_sim/lab/stability/part_clearance.hpp"
-#include "host_sim/lab/stability/part_extreme.hpp"
 #include "host_sim/report/output_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_sim/report/part_report.hpp"
+#include "rt_core/base/scalar.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic::sim {
@@ -46,5 +47,38 @@ struct StabilityPart {
 /// @throws tools::InputError when a number is unknown or the folder cannot be written.
 [[nodiscard]] bool write_stability(const std::string& folder, const std::vector<int>& numbers,
                                    const StabilityOptions& options);
+
+// Part 6 of the stability report: a square peg in a hole of five pieces, clearance from 1 mm down
+// to 10 um, with and without friction.
+
+/// Stated limits. The peg reaches the floor in the swaying insertion; pressed sideways it stands
+/// off the wall by nothing, so its way is the clearance; tilted and pushed it follows without
+/// friction and else lags by what sliding on two points holds. Largest steps of force and torque
+/// halve with the step, but where the swaying peg sticks and slips: such a slip releases at most a
+/// share of what friction held.
+struct ClearanceLimits {
+  double offset_m = 1e-6;
+  double floor_m = 1e-6;         ///< of the peg's lowest corner over the floor
+  double free_lag_m = 1e-4;      ///< without friction
+  double friction_share = 0.02;  ///< of the force that sliding on two points gives
+  double least_ratio = 1.5;      ///< of the largest steps when the step is halved
+  double slip_share = 0.25;      ///< largest force step over friction times largest wall force
+  /// Smaller steps need not halve: k_t, or k_r over 5 mm, times twice the depth that counts as
+  /// free, which in single precision is 0.7 um.
+  double still_force_n = HAPTIC_REAL_IS_FLOAT ? 2e-3 : 1e-3;
+  double still_torque_nm = HAPTIC_REAL_IS_FLOAT ? 3e-4 : 1e-5;
+};
+
+/// Files clearance.{csv,md,svg}. `quick`: widest and narrowest clearance, no and most friction.
+[[nodiscard]] PartReport clearance_part(bool quick, const ClearanceLimits& limits = {});
+
+// Part 3 of the stability report: extreme geometry. Depth and normal against the exhaustive search
+// in long double, the wrench of a pressed contact against its closed form, and what is refused.
+
+/// Runs every scene and contact in the scalar of this build; files extreme.{csv,md,svg} and
+/// extreme_press.csv. Passes when nothing failed and what must be refused is.
+/// Cost: about 25000 poses and 60000 ticks, most of it the search in long double; `quick`: a
+/// fortieth.
+[[nodiscard]] PartReport extreme_part(bool quick);
 
 }  // namespace haptic::sim

@@ -62,4 +62,11 @@ void write_wcet(const std::string& folder, const WcetReport& report,
 /// Name of a finding's motion file in the folder.
 [[nodiscard]] std::string motion_file_name(const AdversarialFinding& finding, std::uint64_t seed);
 
+// The account of a worst-case test for people.
+
+/// Tables, each under its own heading: counted work and its bounds, wall time of the code, noise of
+/// the repeats, wake-ups of the machine, what the search found.
+[[nodiscard]] std::string wcet_table(const WcetReport& report, const SceneView& view,
+                                     std::span<const MotionSample> motion);
+
 }  // namespace haptic::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/wcet/wcet_table.hpp"
+#include "host_sim/lab/wcet/wcet_report.hpp"
 
 #include <algorithm>
 #include <cstring>
