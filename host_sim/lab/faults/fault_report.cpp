@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,11 +14,10 @@ namespace haptic::sim {
 
 namespace {
 
-// The fault matrix as small multiples: force against time, one row per fault, one curve per state.
+// The picture: force against time, one row per course that it takes, one curve per state.
 
-constexpr double kMargin = 60, kHead = 150, kPlotWidth = 300, kPlotHeight = 90;
-constexpr double kPairGap = 46, kColumnGap = 90, kRowGap = 46;
-constexpr std::size_t kColumns = 2;  ///< of faults
+constexpr double kMargin = 60, kHead = 150, kPlotWidth = 340, kPlotHeight = 110;
+constexpr double kPairGap = 46, kRowGap = 30, kTitleLine = 17;
 constexpr double kBefore_s = 0.02, kAfter_s = 0.13, kHigh_n = 13.0;
 
 /// Where states lie on each other the later ones are drawn finer.
@@ -54,22 +55,29 @@ ForceCurve curve_of(const FaultTrace& trace, bool handed) {
   return out;
 }
 
-std::string panel_of(double left, double top, std::span<const FaultVerdict> row, bool handed,
-                     bool time_labels) {
+bool ever_has_force(const FaultVerdict& verdict) {
+  return std::ranges::any_of(std::array{true, false}, [&](bool handed) {
+    return std::ranges::any_of(curve_of(verdict.trace, handed).force_n,
+                               [](double f) { return f > 0; });
+  });
+}
+
+std::string panel_of(double left, double top, std::span<const FaultVerdict> row, bool handed) {
   const Panel panel{left, top, kPlotWidth, kPlotHeight, -kBefore_s, kAfter_s, 0, kHigh_n};
   std::string svg;
   for (const double t : {0.0, 0.05, 0.1}) {
     svg += line_at({panel.x_of(t), top}, {panel.x_of(t), top + kPlotHeight}, "#e4e4e4", 1);
-    if (time_labels)
-      svg += text_at(panel.x_of(t), top + kPlotHeight + 13, mark_label(1e3 * t, 50), "middle", 11);
+    svg += text_at(panel.x_of(t), top + kPlotHeight + 13, mark_label(1e3 * t, 50) + " ms", "middle",
+                   11);
   }
   for (const double force_n : {0.0, 5.0, 10.0}) {
     svg += line_at({left, panel.y_of(force_n)}, {left + kPlotWidth, panel.y_of(force_n)}, "#e4e4e4",
                    1);
-    svg += text_at(left - 5, panel.y_of(force_n) + 4, mark_label(force_n, 5), "end", 11);
+    svg += text_at(left - 5, panel.y_of(force_n) + 4, mark_label(force_n, 5) + " N", "end", 11);
   }
   svg += line_at({panel.x_of(0), top}, {panel.x_of(0), top + kPlotHeight}, "#000000", 1, "3 2");
   for (const FaultVerdict& v : row) {
+    if (!ever_has_force(v)) continue;
     const ForceCurve c = curve_of(v.trace, handed);
     svg +=
         curve(panel, c.t_s, c.force_n, style_of(v.cell.state).colour, style_of(v.cell.state).width);
@@ -81,63 +89,117 @@ std::string panel_of(double left, double top, std::span<const FaultVerdict> row,
 std::string legend_of(std::span<const FaultVerdict> verdicts) {
   std::vector<FaultState> states;
   for (const FaultVerdict& v : verdicts) {
-    if (std::find(states.begin(), states.end(), v.cell.state) == states.end())
+    if (std::find(states.begin(), states.end(), v.cell.state) == states.end() && ever_has_force(v))
       states.push_back(v.cell.state);
   }
   std::sort(states.begin(), states.end());
   std::string svg;
   double x = kMargin;
   for (const FaultState state : states) {
-    svg += line_at({x, 92}, {x + 26, 92}, style_of(state).colour, style_of(state).width);
-    svg += text_at(x + 32, 96, to_text(state), "start", 13);
-    x += 150;
+    svg += line_at({x, 98}, {x + 26, 98}, style_of(state).colour, style_of(state).width);
+    const std::string name = to_text(state);
+    svg += text_at(x + 32, 102, name, "start", 13);
+    x += 54 + 8 * static_cast<double>(name.size());
   }
   return svg;
 }
 
-/// Left what was handed to the bus, right what acted at the device. `verdicts` in the order of
+using FaultRow = std::span<const FaultVerdict>;  ///< one fault, by state
+
+/// Two courses that one panel can stand for differ by less than the width of a curve: in force, or
+/// by this many samples in time.
+constexpr double kSameForce_n = 0.25;
+constexpr std::size_t kSameSamples = 2;
+
+bool follows(const ForceCurve& l, const ForceCurve& r) {
+  if (l.t_s.size() != r.t_s.size()) return false;
+  for (std::size_t k = 0; k < l.t_s.size(); ++k) {
+    const std::size_t first = k - std::min(k, kSameSamples);
+    const std::size_t count = std::min(r.force_n.size(), k + kSameSamples + 1) - first;
+    const std::span<const double> near = std::span(r.force_n).subspan(first, count);
+    const auto [least, most] = std::ranges::minmax(near);
+    if (l.force_n[k] < least - kSameForce_n || l.force_n[k] > most + kSameForce_n) return false;
+  }
+  return true;
+}
+
+bool same_course(const FaultTrace& l, const FaultTrace& r) {
+  return std::ranges::all_of(std::array{true, false}, [&](bool handed) {
+    const ForceCurve a = curve_of(l, handed), b = curve_of(r, handed);
+    return follows(a, b) && follows(b, a);
+  });
+}
+
+bool same_courses(FaultRow l, FaultRow r) {
+  return std::ranges::equal(l, r, [](const FaultVerdict& a, const FaultVerdict& b) {
+    return a.cell.state == b.cell.state && same_course(a.trace, b.trace);
+  });
+}
+
+/// Faults whose force takes the same course, by the first of them. `verdicts` in the order of
 /// run_fault_matrix.
-std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
-  std::vector<std::span<const FaultVerdict>> rows;
+std::vector<std::vector<FaultRow>> courses_of(const std::vector<FaultVerdict>& verdicts) {
+  std::vector<std::vector<FaultRow>> courses;
   for (std::size_t k = 0, end = 0; k < verdicts.size(); k = end) {
     while (end < verdicts.size() && verdicts[end].cell.fault == verdicts[k].cell.fault) ++end;
-    rows.emplace_back(verdicts.data() + k, end - k);
+    const FaultRow row(verdicts.data() + k, end - k);
+    const auto like = std::ranges::find_if(
+        courses, [&](const auto& course) { return same_courses(course.front(), row); });
+    if (like != courses.end()) {
+      like->push_back(row);
+    } else {
+      courses.push_back({row});
+    }
   }
-  const std::size_t per_column = (rows.size() + kColumns - 1) / kColumns;
-  const double column_width = 2 * kPlotWidth + kPairGap + kColumnGap;
-  const double width = 2 * kMargin + kColumns * column_width - kColumnGap;
-  const double height = kHead + static_cast<double>(per_column) * (kPlotHeight + kRowGap) + 20;
-  std::string svg;
+  return courses;
+}
+
+/// Names of the faults of a panel, in lines that fit above it.
+std::vector<std::string> title_of(const std::vector<FaultRow>& course) {
+  constexpr std::size_t kLineLetters = 92;
+  std::vector<std::string> lines(1);
+  for (std::size_t k = 0; k < course.size(); ++k) {
+    const std::string name =
+        course[k].front().cell.fault->name + std::string(k + 1 < course.size() ? "," : "");
+    if (!lines.back().empty() && lines.back().size() + 1 + name.size() > kLineLetters)
+      lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + name;
+  }
+  return lines;
+}
+
+/// Left what was handed to the bus, right what acted at the device, a row for each course that the
+/// force takes.
+std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
+  const std::vector<std::vector<FaultRow>> courses = courses_of(verdicts);
   const SafetyLimits limits = reference_stack(StackCarrier::kDirect).limits;
   const double slew_n_per_ms = 1e-3 * static_cast<double>(limits.slew_n_per_s);
-  svg += text_at(kMargin, 32, "Every fault in every state", "start", 20, "font-weight=\"bold\"");
-  svg += text_at(kMargin, 58,
-                 "|F| in N against time in ms; dashed: the fault. Slew limit " +
-                     mark_label(slew_n_per_ms, 1) +
+  std::string svg =
+      text_at(kMargin, 32, "Courses of the force", "start", 20, "font-weight=\"bold\"");
+  svg += text_at(kMargin, 56,
+                 "|F| against time; dashed: the fault. Faults with the same course share a row, "
+                 "states without force are left out.",
+                 "start", 13);
+  svg += text_at(kMargin, 74,
+                 "faults.md has every cell. Slew limit " + mark_label(slew_n_per_ms, 1) +
                      " N per ms: nothing but the device's own cut is steeper.",
                  "start", 13);
   svg += legend_of(verdicts);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const std::size_t column = k / per_column, row = k % per_column;
-    const double left = kMargin + static_cast<double>(column) * column_width;
-    const double top = kHead + static_cast<double>(row) * (kPlotHeight + kRowGap);
-    if (row == 0) {
-      svg += text_at(left, top - 28, "handed to the bus", "start", 13, "font-style=\"italic\"");
-      svg += text_at(left + kPlotWidth + kPairGap, top - 28, "acting at the device", "start", 13,
-                     "font-style=\"italic\"");
+  const double right = kMargin + kPlotWidth + kPairGap;
+  svg += text_at(kMargin, kHead - 12, "handed to the bus", "start", 13, "font-style=\"italic\"");
+  svg += text_at(right, kHead - 12, "acting at the device", "start", 13, "font-style=\"italic\"");
+  double top = kHead;
+  for (const std::vector<FaultRow>& course : courses) {
+    for (const std::string& line : title_of(course)) {
+      top += kTitleLine;
+      svg += text_at(kMargin, top, line, "start", 13, "font-weight=\"bold\"");
     }
-    svg += text_at(left, top - 6, rows[k].front().cell.fault->name, "start", 13,
-                   "font-weight=\"bold\"");
-    svg += text_at(
-        left + kPlotWidth + kPairGap, top - 6,
-        to_text(
-            fault_rules()[static_cast<std::size_t>(rows[k].front().cell.fault - faults().data())]
-                .output),
-        "start", 12);
-    svg += panel_of(left, top, rows[k], true, true);
-    svg += panel_of(left + kPlotWidth + kPairGap, top, rows[k], false, true);
+    top += 8;
+    svg += panel_of(kMargin, top, course.front(), true);
+    svg += panel_of(right, top, course.front(), false);
+    top += kPlotHeight + kRowGap;
   }
-  return svg_document(width, height, svg);
+  return svg_document(right + kPlotWidth + kMargin, top, svg);
 }
 
 std::string csv_of(const std::vector<FaultVerdict>& verdicts) {
