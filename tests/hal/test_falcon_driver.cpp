@@ -13,7 +13,7 @@
 
 #include "hal/drivers/falcon_driver.hpp"
 #include "hal/drivers/falcon_firmware.hpp"
-#include "tests/support/falcon_counterpart.hpp"
+#include "tests/hal/falcon_counterpart.hpp"
 #include "tests/support/rt_guard.hpp"
 
 using namespace haptic;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hal/drivers/polhem_driver.hpp"
-#include "tests/support/polhem_counterpart.hpp"
+#include "tests/hal/polhem_counterpart.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/rt_guard.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/support/polhem_counterpart.hpp"
+#include "tests/hal/polhem_counterpart.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/support/falcon_counterpart.hpp"
+#include "tests/hal/falcon_counterpart.hpp"
 
 #include <algorithm>
 
