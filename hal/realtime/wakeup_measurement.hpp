@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "hal/clock/linux_process.hpp"
-#include "hal/realtime/wakeup_histogram.hpp"
+#include "hal/realtime/histograms.hpp"
 
 namespace haptic::hal {
 

@@ -13,7 +13,6 @@
 #include "hal/device_link.hpp"
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
-#include "hal/link_counters.hpp"
 #include "hal/usb/link_tape.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "rt_core/safety/safety_limits.hpp"

@@ -7,7 +7,7 @@
 #include <array>
 #include <limits>
 
-#include "hal/link_counters.hpp"
+#include "hal/device_link.hpp"
 #include "hal/usb/link_tape.hpp"
 
 namespace haptic::hal {

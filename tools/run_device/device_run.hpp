@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/link_counters.hpp"
-#include "hal/realtime/interval_histogram.hpp"
+#include "hal/device_link.hpp"
+#include "hal/realtime/histograms.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/servo_program.hpp"

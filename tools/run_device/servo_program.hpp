@@ -9,7 +9,7 @@
 
 #include "hal/clock/linux_process.hpp"
 #include "hal/realtime/device_guardian.hpp"
-#include "hal/realtime/interval_histogram.hpp"
+#include "hal/realtime/histograms.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "rt_core/exchange/latest_value.hpp"
 #include "tools/common/scene_bytes.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/link_counters.hpp"
+#include "hal/device_link.hpp"
 
 namespace haptic::hal {
 
