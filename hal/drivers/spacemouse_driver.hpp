@@ -11,7 +11,6 @@
 #include "hal/drivers/driver.hpp"
 #include "hal/drivers/hid_descriptor.hpp"
 #include "hal/drivers/spacemouse_codec.hpp"
-#include "hal/drivers/spacemouse_models.hpp"
 
 namespace haptic::hal {
 

@@ -8,7 +8,7 @@
 #include "hal/drivers/falcon_driver.hpp"
 #include "hal/drivers/polhem_driver.hpp"
 #include "hal/drivers/reference_driver.hpp"
-#include "hal/drivers/spacemouse_models.hpp"
+#include "hal/drivers/spacemouse_codec.hpp"
 #include "hal/realtime/deploy_text.hpp"
 #include "hal/usb/usb_text.hpp"
 #include "tests/support/fake_machine.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/common/toml_text.hpp"
+#include "tools/common/toml_file.hpp"
 
 #include <doctest/doctest.h>
 

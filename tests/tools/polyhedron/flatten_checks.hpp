@@ -9,14 +9,31 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 
 namespace haptic::tools::parts {
+
+// What flattening says of a surface that it refuses.
+
+inline std::string refusal(const Surface& s, const FlattenLimits& limits = {}) {
+  try {
+    flatten(s, limits);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+inline bool contains(const std::string& text, const std::string& piece) {
+  return text.find(piece) != std::string::npos;
+}
 
 /// Volume from the boundary chains [m^3], every face through its own plane.
 inline double chain_volume(const FlatBody& body) {

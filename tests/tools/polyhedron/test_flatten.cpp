@@ -6,7 +6,6 @@
 
 #include "tests/tools/polyhedron/flatten_checks.hpp"
 #include "tests/tools/polyhedron/flatten_parts.hpp"
-#include "tests/tools/polyhedron/flatten_refusal.hpp"
 #include "tests/tools/polyhedron/part_surface.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
