@@ -6,7 +6,7 @@
 #include "tests/support/shapes.hpp"
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
-#include "tools/graph_compiler/program/epsilon_warnings.hpp"
+#include "tools/graph_compiler/program/report.hpp"
 
 using namespace haptic;
 using namespace haptic::test;

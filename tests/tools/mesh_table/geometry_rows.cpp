@@ -3,7 +3,6 @@
 /// format that can hold it.
 #include <cmath>
 
-#include "tests/tools/mesh_table/all_forms.hpp"
 #include "tests/tools/mesh_table/awkward_solids.hpp"
 
 namespace haptic::tools::test {

@@ -2,7 +2,6 @@
 /// Which faces meet: open, turned, one-sided, touching, nested, doubled; each in every format.
 #include <algorithm>
 
-#include "tests/tools/mesh_table/all_forms.hpp"
 #include "tests/tools/mesh_table/awkward_solids.hpp"
 
 namespace haptic::tools::test {

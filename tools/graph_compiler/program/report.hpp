@@ -18,6 +18,12 @@ std::string report_as_text(const CompiledScene& compiled);
 /// Why the scene cannot be certified, one sentence each; empty when it can.
 std::vector<std::string> unproven_of(const CompiledScene& compiled);
 
+/// Where epsilon, the width of the near set, is larger than the features of a part: the search
+/// stays exact, but has to look at far more. At most two sentences per part, about its worst piece:
+/// a face narrower than epsilon across an edge, a vertex that stands less than epsilon over its
+/// neighbors. Empty in the ordinary case.
+std::vector<std::string> epsilon_warnings(const CompiledScene& compiled);
+
 /// "mesh: warning" of all parts, and what the compiler itself has to warn of.
 std::vector<std::string> warnings_of(const CompiledScene& compiled);
 
