@@ -31,7 +31,9 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
 __extension__ using Widest = __float128;
 
 using WidestVec = Triple<Widest>;
-WidestVec widest(const WideVec& v) { return {v.x, v.y, v.z}; }
+WidestVec widest(const WideVec& v) {
+  return {static_cast<Widest>(v.x), static_cast<Widest>(v.y), static_cast<Widest>(v.z)};
+}
 Widest determinant(const WidestVec& a, const WidestVec& b, const WidestVec& c) {
   return dot(a, cross(b, c));
 }

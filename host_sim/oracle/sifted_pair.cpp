@@ -144,7 +144,7 @@ std::vector<NodeValue> SiftedPair::near_candidates(const OraclePose& pose, Wide 
   const PlacedPair placed(a_, b_, pose);
   place(placed);
   const double d = static_cast<double>(d_m);
-  const double reach = static_cast<double>(epsilon_m + margin_m + kSieve * size_m_);
+  const double reach = static_cast<double>(epsilon_m + margin_m + widen(kSieve) * size_m_);
   std::vector<NodeValue> nodes;
   for (std::uint32_t f = 0; f < na_.size(); ++f) {
     const double offset = -height(na_, f, va_, a_.loops[f].front());

@@ -28,7 +28,7 @@ class FeatureTable {
  public:
   explicit FeatureTable(const Solid& solid) : solid_(solid) {
     std::vector<WideVec> wide;
-    for (const Vector& v : solid.vertices) wide.push_back({v[0], v[1], v[2]});
+    for (const Vector& v : solid.vertices) wide.push_back({widen(v[0]), widen(v[1]), widen(v[2])});
     piece_ = make_oracle_piece(std::move(wide), solid.loops);
     for (const Vector& v : solid.vertices)
       middle_ += v / static_cast<double>(solid.vertices.size());

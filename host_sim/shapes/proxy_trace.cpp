@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
@@ -14,7 +15,8 @@ namespace {
 Vector turn_between(const Rotation& from, const Rotation& to) {
   const Eigen::AngleAxisd turn(to * from.conjugate());
   const double angle = turn.angle();
-  return (angle > EIGEN_PI ? angle - 2 * EIGEN_PI : angle) * turn.axis();
+  constexpr double kPi = std::numbers::pi;
+  return (angle > kPi ? angle - 2 * kPi : angle) * turn.axis();
 }
 
 TraceTick tick_of(const PathPose& device, const StepResult& result) {

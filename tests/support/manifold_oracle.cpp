@@ -118,9 +118,11 @@ ManifoldOracle::ManifoldOracle(const PairPose& pose, const PlaneId& id, const Pl
   e1_ = n_.cross(other).normalized();
   e2_ = n_.cross(e1_);
   a_ = feature_of(pose.pair->a, true, gap.support.a,
-                  id.type == ContactType::kA ? static_cast<int>(id.i) : -1, height_m);
+                  id.type == ContactType::kA ? static_cast<int>(id.i) : -1,
+                  static_cast<Exact>(height_m));
   b_ = feature_of(pose.pair->b, false, gap.support.b,
-                  id.type == ContactType::kB ? static_cast<int>(id.j) : -1, height_m);
+                  id.type == ContactType::kB ? static_cast<int>(id.j) : -1,
+                  static_cast<Exact>(height_m));
 }
 
 ManifoldOracle::Vector ManifoldOracle::point_of(const PieceView& piece, bool is_a,

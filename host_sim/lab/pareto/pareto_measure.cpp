@@ -119,7 +119,8 @@ constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 OraclePiece oracle_piece(const Solid& solid) {
   std::vector<WideVec> vertices;
-  for (const Vector& v : solid.vertices) vertices.push_back({v[0], v[1], v[2]});
+  for (const Vector& v : solid.vertices)
+    vertices.push_back({widen(v[0]), widen(v[1]), widen(v[2])});
   return make_oracle_piece(std::move(vertices), solid.loops);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace haptic::sim {
@@ -37,7 +38,7 @@ double largest_error_m(const ParetoRow& row) {
 }
 
 struct Range {
-  double low = INFINITY, high = 0;
+  double low = std::numeric_limits<double>::infinity(), high = 0;
 
   void add(double value) {
     if (!(value > 0)) return;

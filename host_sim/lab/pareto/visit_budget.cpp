@@ -19,7 +19,8 @@ constexpr double kPitch_m = 0.010, kHalfPost_m = 0.003;
 
 OraclePiece post_piece(const Solid& solid) {
   std::vector<WideVec> vertices;
-  for (const Vector& v : solid.vertices) vertices.push_back({v[0], v[1], v[2]});
+  for (const Vector& v : solid.vertices)
+    vertices.push_back({widen(v[0]), widen(v[1]), widen(v[2])});
   return make_oracle_piece(std::move(vertices), solid.loops);
 }
 

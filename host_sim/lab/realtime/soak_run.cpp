@@ -217,7 +217,7 @@ void Soak::hold_force(double end_s) {
     watch_hold(end_s);
     if (latched_ != 0) rest_after(*stage_, {});
   } while (stage_->time_s() - begin_s_ < end_s);
-  take_sample(stage_->time_s() - begin_s_, account_.force_n.back());
+  take_sample(stage_->time_s() - begin_s_, static_cast<double>(account_.force_n.back()));
   if (threads_ != nullptr) threads_->begin_anew();
   rest_after(*stage_, {});
 }

@@ -137,14 +137,13 @@ std::vector<CaseRow> division_rows() {
 }
 
 std::vector<CaseRow> energy_rows() {
-  constexpr double kDesign[5][2] = {
+  static constexpr double kDesign[5][2] = {
       {7e-9, -3e-9}, {8e-5, 4e-6}, {1.4e-7, 1.4e-8}, {1e-4, 1e-4}, {2.8e-8, 7e-9}};
   std::vector<CaseRow> rows;
   for (std::size_t k = 0; k < 5; ++k) {
     const ContactLoop loop = contact_loops()[k];
-    rows.push_back({"loop_" + loop.name, "closed loop: " + loop.title, [loop, k, kDesign] {
-                      return loop_figures(loop, kDesign[k][0], kDesign[k][1]);
-                    }});
+    rows.push_back({"loop_" + loop.name, "closed loop: " + loop.title,
+                    [loop, k] { return loop_figures(loop, kDesign[k][0], kDesign[k][1]); }});
   }
   return rows;
 }
