@@ -10,7 +10,7 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay.hpp"

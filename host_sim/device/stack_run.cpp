@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
 #include "host_sim/session/replay_plot.hpp"
 

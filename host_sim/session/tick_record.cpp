@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/shapes/shape_scene.hpp"
-
 namespace haptic::sim {
 namespace {
 

@@ -83,4 +83,13 @@ class Seeded {
 [[nodiscard]] Pose pose_at(const Vector& p, const Rotation& q);
 [[nodiscard]] MotionSample sample_at(double t_s, const Vector& p, const Rotation& q);
 
+// Scenes of the bodies made here, with every parameter of the rendering chosen by the caller.
+
+/// Compiled scene of A over one static body made of `pieces`; grip point at A's origin.
+/// A tick visits at most `max_pair_visits` pairs.
+/// @throws tools::InputError when a solid is not closed or a parameter is refused.
+[[nodiscard]] std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
+                                                const SceneParameters& parameters,
+                                                std::uint32_t max_pair_visits = kDefaultPairVisits);
+
 }  // namespace haptic::sim

@@ -16,7 +16,7 @@
 #include "hal/usb/usb_thread.hpp"
 #include "host_sim/device/bus_player.hpp"
 #include "host_sim/device/device_stack.hpp"
-#include "host_sim/shapes/shape_scene.hpp"
+#include "host_sim/shapes/shapes.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 

@@ -12,9 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"

@@ -12,7 +12,7 @@
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/pressing_script.hpp"
-#include "host_sim/shapes/shape_scene.hpp"
+#include "host_sim/shapes/shapes.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "tests/support/program_run.hpp"
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "host_sim/device/closed_loop.hpp"
-#include "host_sim/device/device_file.hpp"
 #include "host_sim/device/loop_run.hpp"
+#include "host_sim/device/simulated_device.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/faults/fault_matrix.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 

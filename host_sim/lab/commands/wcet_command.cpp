@@ -13,7 +13,7 @@
 #include "host_sim/lab/wcet/flow_facts.hpp"
 #include "host_sim/lab/wcet/scene_motion.hpp"
 #include "host_sim/lab/wcet/wcet_report.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 

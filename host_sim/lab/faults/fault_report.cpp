@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "host_sim/lab/faults/fault_matrix.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Where a cell of the fault matrix is played: a stack with the simulated hand on its device, in
-/// one thread and virtual time (stack_stage.hpp) or in its threads and real time
+/// one thread and virtual time (StackStage) or in its threads and real time
 /// (host_sim/lab/realtime/threaded_stage.hpp).
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/device/reference_usb.hpp"
-#include "host_sim/lab/faults/fault_case.hpp"
+#include "host_sim/lab/faults/fault_table.hpp"
 
 namespace haptic::sim {
 

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "host_sim/report/output_file.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
 #include "rt_core/scene/capacity.hpp"

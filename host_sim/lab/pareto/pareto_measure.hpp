@@ -10,7 +10,7 @@
 #include "host_sim/lab/peers/peer_catalog.hpp"
 #include "host_sim/lab/peers/peer_query.hpp"
 #include "host_sim/oracle/near_reference.hpp"
-#include "host_sim/report/report_table.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/shapes/contact_workload.hpp"
 #include "host_sim/shapes/shapes.hpp"

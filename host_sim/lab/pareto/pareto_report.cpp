@@ -7,7 +7,7 @@
 #include <set>
 #include <system_error>
 
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 

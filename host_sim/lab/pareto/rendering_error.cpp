@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "host_sim/lab/peers/core_peer.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/core_session.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host_sim/lab/pareto/pareto_measure.hpp"
-#include "host_sim/report/report_table.hpp"
+#include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
 

@@ -12,9 +12,9 @@
 #include "hal/clock/servo_clock.hpp"
 #include "hal/drivers/reference_codec.hpp"
 #include "host_sim/lab/realtime/pressed_scene.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
 #include "host_sim/report/quantile.hpp"
-#include "host_sim/report/report_table.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {

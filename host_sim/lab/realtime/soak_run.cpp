@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "hal/clock/servo_clock.hpp"
-#include "host_sim/lab/faults/stack_stage.hpp"
+#include "host_sim/lab/faults/fault_run.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

@@ -7,8 +7,8 @@
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/drivers/reference_codec.hpp"
+#include "host_sim/lab/faults/fault_run.hpp"
 #include "host_sim/lab/faults/fault_script.hpp"
-#include "host_sim/lab/faults/stack_stage.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -8,7 +8,7 @@
 #include "host_sim/lab/reproduction/graph_table.hpp"
 #include "host_sim/lab/reproduction/literal_table.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {

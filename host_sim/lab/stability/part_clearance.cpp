@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "host_sim/lab/stability/peg_insertion.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -6,9 +6,8 @@
 
 #include "host_sim/lab/stability/division_comparison.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {

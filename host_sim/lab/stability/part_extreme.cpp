@@ -9,9 +9,8 @@
 
 #include "host_sim/lab/stability/extreme_depth.hpp"
 #include "host_sim/lab/stability/pressed_contact.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -8,9 +8,8 @@
 
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/lab/stability/stability_trial.hpp"
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
-#include "host_sim/report/report_table.hpp"
 #include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {

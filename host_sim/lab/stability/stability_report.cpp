@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host_sim/report/output_file.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 

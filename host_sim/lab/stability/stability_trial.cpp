@@ -6,7 +6,7 @@
 
 #include "host_sim/device/closed_loop.hpp"
 #include "host_sim/shapes/contact_case.hpp"
-#include "host_sim/shapes/shape_scene.hpp"
+#include "host_sim/shapes/shapes.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
