@@ -11,7 +11,6 @@
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "host_sim/device/played_servo.hpp"
-#include "host_sim/device/recorded_tracks.hpp"
 #include "host_sim/device/reference_usb.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

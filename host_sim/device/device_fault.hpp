@@ -11,6 +11,7 @@
 ///   endpoint  "in" (default) or "out", for stall, bus_error and submit_refused
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,5 +63,33 @@ struct DeviceFaultRule {
 /// @throws tools::InputError  "file:line: defect; fix".
 [[nodiscard]] std::vector<DeviceFaultEvent> read_fault_script(const std::string& path,
                                                               double rate_hz);
+
+// Between the device and its bus: turns each report into what really goes out in that period,
+// which may be nothing, several, or damaged bytes.
+
+/// Owner: one thread. The result depends on the events and on the reports alone.
+class ReportFaultFilter {
+ public:
+  /// For kinds of reports; others are ignored. Event times must not lie in the past.
+  void add(const DeviceFaultEvent& event);
+
+  /// `period` counts from 1 and grows by one with each call.
+  [[nodiscard]] std::vector<std::vector<std::uint8_t>> pass(std::uint64_t period,
+                                                            std::span<const std::uint8_t> report);
+
+ private:
+  using Bytes = std::vector<std::uint8_t>;
+  struct Entry {
+    DeviceFaultEvent event;
+    Bytes held;
+  };
+  void damage(const Entry& entry, std::uint64_t period, Bytes& bytes) const;
+  void freeze(Bytes& bytes);
+  static void delay(Entry& entry, std::uint64_t since, std::vector<Bytes>& sent);
+  static void reorder(Entry& entry, std::uint64_t since, std::vector<Bytes>& sent);
+
+  std::vector<Entry> entries_;
+  std::uint32_t sequence_ = 0;  ///< of the last report that was not frozen
+};
 
 }  // namespace haptic::sim

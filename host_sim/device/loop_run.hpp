@@ -3,14 +3,71 @@
 /// A whole run of the closed loop along a hand motion, its CSV and its account.
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "host_sim/device/closed_loop.hpp"
+#include "host_sim/device/simulated_device.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/session/tick_record.hpp"
 
 namespace haptic::sim {
+
+// The haptic loop closed on a desk: the core renders what the simulated device senses, and the
+// device, with the hand on it, moves under what the core renders.
+
+/// One tick: the sample, its result, and what acted until the next sample.
+struct LoopTick {
+  std::uint64_t tick = 0;
+  double t_s = 0;
+  DeviceState device;  ///< true state at the sample
+  Pose sensed_wa;      ///< A's mesh frame as the core gets it
+  StepResult result;   ///< of the core
+  Load acting;         ///< on the device from this sample to the next, after delay and amplifier
+  double delivered_j = 0;  ///< work of the rendering on the device up to the next sample
+};
+
+/// Not movable; `session` must outlive it. Owner: one thread.
+class ClosedLoop {
+ public:
+  /// `rate_hz` from 1 to 1e6. @throws tools::InputError.
+  ClosedLoop(CoreSession& session, const DeviceModel& device, const HandModel& hand,
+             double rate_hz);
+  ClosedLoop(const ClosedLoop&) = delete;
+  ClosedLoop& operator=(const ClosedLoop&) = delete;
+
+  /// A fresh start: core reset, tick 0 at time 0, device in `state`.
+  void place(const DeviceState& state);
+
+  /// One tick with the device held at rest in `state`: the core's history follows it there, as
+  /// where a trial begins pressed in, which a proxy must have seen from outside.
+  void guide(const DeviceState& state);
+
+  /// Samples, steps the core, and lets the device move on for one period while the hand's target
+  /// moves from `stroke.from` to `stroke.to`.
+  LoopTick step(const HandStroke& stroke);
+
+  [[nodiscard]] double period_s() const { return period_s_; }
+  [[nodiscard]] const SimulatedDevice& device() const { return device_; }
+
+  /// Grip point in A's mesh frame [m].
+  [[nodiscard]] Vec3 grip_in_part() const { return grip_a_.cast<Real>(); }
+  /// The grip point and orientation of a pose of A's mesh frame, and back.
+  [[nodiscard]] HandTarget grip_of(const Vector& p_wa, const Rotation& q_wa) const;
+  [[nodiscard]] HandTarget grip_of(const MotionSample& sample) const;
+  [[nodiscard]] Pose mesh_pose(const HandTarget& grip) const;
+
+ private:
+  [[nodiscard]] StepInput input() const;
+
+  CoreSession& session_;
+  double rate_hz_, period_s_;
+  Vector grip_a_;  ///< grip point in A's mesh frame
+  SimulatedDevice device_;
+  Load accepted_;  ///< acted in the period before
+  std::uint64_t tick_ = 0;
+};
 
 /// What a run keeps of every tick.
 struct LoopRecord {

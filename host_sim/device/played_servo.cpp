@@ -2,10 +2,52 @@
 #include "host_sim/device/played_servo.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cstdio>
+
+#include "tools/common/formatted.hpp"
 
 namespace haptic::sim {
+
 namespace {
+
+using hal::LinkEvent;
+using hal::LinkEventKind;
+
+constexpr std::array<const char*, hal::kMostLinkEventKind + 1> kKinds{
+    "nothing",       "turn of the link",   "look at the clock", "control request",   "report",
+    "end of a send", "loss of the device", "command taken",     "loss of the servo", "send",
+    "refused send",  "change of the link", "orderly end"};
+constexpr std::array<const char*, 6> kVerdicts{"state",     "nothing",    "bad length",
+                                               "bad check", "bad number", "not advancing"};
+
+std::string hex(std::span<const std::uint8_t> bytes) {
+  std::string text;
+  char two[4];
+  for (const std::uint8_t byte : bytes) {
+    std::snprintf(two, sizeof two, "%02x", static_cast<unsigned>(byte));
+    text += two;
+  }
+  return text;
+}
+
+std::string exact(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+void compare_wrench(std::string& text, const std::array<double, 6>& expected,
+                    const std::array<double, 6>& found) {
+  constexpr std::array<const char*, 6> kNames{"force x",  "force y",  "force z",
+                                              "torque x", "torque y", "torque z"};
+  for (std::size_t k = 0; k < 6; ++k) {
+    if (expected[k] == found[k]) continue;
+    text += std::string("\n  command's ") + kNames[k] + ": expected " + exact(expected[k]) +
+            ", found " + exact(found[k]);
+  }
+}
 
 using hal::RecordedTick;
 
@@ -38,6 +80,93 @@ bool is_made(const RecordedTick& expected, const RecordedTick& found) {
 }
 
 }  // namespace
+
+void EventTrack::advance() {
+  if (++clock_ < clocks_) {
+    event_.stamp_ns = hal::clock_of(record_, clock_);
+    return;
+  }
+  clock_ = clocks_ = 0;
+  do {
+    has_next_ = reader_.next(record_);
+  } while (has_next_ && !record_.is_event());
+  if (!has_next_) return;
+  if (record_.kind != static_cast<std::uint8_t>(LinkEventKind::kClock)) {
+    event_ = hal::event_of(record_);
+    return;
+  }
+  clocks_ = hal::clock_count(record_);
+  event_ = LinkEvent{};
+  event_.kind = LinkEventKind::kClock;
+  event_.stamp_ns = hal::clock_of(record_, 0);
+}
+
+void TickTrack::advance() {
+  do {
+    has_next_ = reader_.next(record_);
+  } while (has_next_ && record_.kind != hal::kTickRecord);
+  if (has_next_) tick_ = hal::tick_of(record_);
+}
+
+std::string text_of(const LinkEvent& event) {
+  std::string text =
+      kKinds[std::min<std::size_t>(static_cast<std::size_t>(event.kind), kKinds.size() - 1)];
+  if (event.kind == LinkEventKind::kReport && event.code < kVerdicts.size())
+    text += std::string(", verdict ") + kVerdicts[event.code];
+  else if (event.code != 0)
+    text += ", code " + std::to_string(event.code);
+  if (event.number != 0) text += ", number " + std::to_string(event.number);
+  if (event.stamp_ns != 0) text += ", stamp " + std::to_string(event.stamp_ns) + " ns";
+  if (!event.bytes.empty()) text += ", " + std::to_string(event.bytes.size()) + " bytes";
+  return text;
+}
+
+std::string difference(const LinkEvent& expected, const LinkEvent& found) {
+  std::string text = "\n  expected " + text_of(expected) + "\n  found    " + text_of(found);
+  if (expected.kind != found.kind || std::ranges::equal(expected.bytes, found.bytes)) return text;
+  return text + "\n  bytes expected " + hex(expected.bytes) + "\n  bytes found    " +
+         hex(found.bytes);
+}
+
+std::string difference(const hal::RecordedTick& expected, const hal::RecordedTick& found) {
+  std::string text;
+  const auto compare = [&](const char* name, std::uint64_t a, std::uint64_t b) {
+    if (a == b) return;
+    text += std::string("\n  ") + name + ": expected " + std::to_string(a) + ", found " +
+            std::to_string(b);
+  };
+  compare("tick", expected.tick, found.tick);
+  if (expected.state_content != found.state_content)
+    text += "\n  pose, twist or switches of its state: expected hash " +
+            tools::hash_text(expected.state_content) + ", found " +
+            tools::hash_text(found.state_content);
+  if (expected.state_hash != found.state_hash)
+    text += "\n  hash of the core's state: expected " + tools::hash_text(expected.state_hash) +
+            ", found " + tools::hash_text(found.state_hash);
+  compare_wrench(text, expected.command_d, found.command_d);
+  compare("state answered", expected.command_sequence, found.command_sequence);
+  compare("count of armings", expected.arming, found.arming);
+  compare("arming", expected.arming_state, found.arming_state);
+  compare("faults", expected.faults, found.faults);
+  compare("limiter's flags", expected.limiter_flags, found.limiter_flags);
+  return text;
+}
+
+std::string reports_around(std::span<const std::uint8_t> file, std::size_t first,
+                           std::uint64_t sequence) {
+  std::string text;
+  hal::BusRecordReader reader(file, first);
+  hal::BusRecord record;
+  while (reader.next(record)) {
+    if (record.kind != static_cast<std::uint8_t>(LinkEventKind::kReport)) continue;
+    const LinkEvent report = hal::event_of(record);
+    if (report.number + 1 < sequence) continue;
+    if (report.number > sequence + 1) break;
+    text += "\n  record " + std::to_string(record.number) + ", byte " +
+            std::to_string(record.offset) + ": " + text_of(report) + "\n    " + hex(report.bytes);
+  }
+  return text;
+}
 
 PlayedServo::PlayedServo(CoreSession& session, const hal::BusSession& header,
                          std::span<const std::uint8_t> file, std::size_t first)

@@ -6,14 +6,85 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "hal/usb/bus_record.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/device/recorded_tracks.hpp"
 
 namespace haptic::sim {
+
+// The two tracks of a recorded session, each in its own order: the link's events, one clock value
+// at a time, and the servo ticks; and how they read in a message.
+
+/// Where a track is in its file.
+struct TrackPlace {
+  std::uint64_t record = 0, offset = 0;
+};
+
+/// Over a file that was checked before and outlives it. Copied to look ahead.
+class EventTrack {
+ public:
+  EventTrack(std::span<const std::uint8_t> file, std::size_t first) : reader_(file, first) {
+    advance();
+  }
+
+  /// False once all events were taken.
+  [[nodiscard]] bool has_next() const { return has_next_; }
+  [[nodiscard]] const hal::LinkEvent& next() const { return event_; }
+  [[nodiscard]] TrackPlace place() const { return {record_.number, record_.offset}; }
+  [[nodiscard]] bool next_is(hal::LinkEventKind kind) const {
+    return has_next_ && event_.kind == kind;
+  }
+  void advance();
+
+  /// First event, from the next one to the end of the turn, for which `wanted` holds.
+  template <typename Wanted>
+  [[nodiscard]] std::optional<hal::LinkEvent> in_this_turn(Wanted wanted) const {
+    for (EventTrack ahead = *this; ahead.has_next_; ahead.advance()) {
+      if (wanted(ahead.event_)) return ahead.event_;
+      if (ahead.event_.kind == hal::LinkEventKind::kTurn ||
+          ahead.event_.kind == hal::LinkEventKind::kClose)
+        return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  hal::BusRecordReader reader_;
+  hal::BusRecord record_;
+  std::size_t clock_ = 0, clocks_ = 0;  ///< within a record of clock values
+  hal::LinkEvent event_;
+  bool has_next_ = false;
+};
+
+class TickTrack {
+ public:
+  TickTrack(std::span<const std::uint8_t> file, std::size_t first) : reader_(file, first) {
+    advance();
+  }
+  [[nodiscard]] bool has_next() const { return has_next_; }
+  [[nodiscard]] const hal::RecordedTick& next() const { return tick_; }
+  [[nodiscard]] TrackPlace place() const { return {record_.number, record_.offset}; }
+  void advance();
+
+ private:
+  hal::BusRecordReader reader_;
+  hal::BusRecord record_;
+  hal::RecordedTick tick_;
+  bool has_next_ = false;
+};
+
+/// "report, verdict state, number 17, at 1.000000000 s, 96 bytes".
+[[nodiscard]] std::string text_of(const hal::LinkEvent& event);
+/// How the second differs from the first, one line per bytes or number.
+[[nodiscard]] std::string difference(const hal::LinkEvent& expected, const hal::LinkEvent& found);
+[[nodiscard]] std::string difference(const hal::RecordedTick& expected,
+                                     const hal::RecordedTick& found);
+/// Bytes of the reports that gave states `sequence` - 1 to `sequence` + 1, with their records.
+[[nodiscard]] std::string reports_around(std::span<const std::uint8_t> file, std::size_t first,
+                                         std::uint64_t sequence);
 
 /// Owner: one thread; session and file outlive it.
 class PlayedServo {

@@ -20,7 +20,6 @@
 
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/reference_model.hpp"
-#include "host_sim/device/report_fault_filter.hpp"
 #include "host_sim/device/usbfs_carrier.hpp"
 
 namespace haptic::sim {

@@ -8,7 +8,6 @@
 
 #include "hal/drivers/reference_codec.hpp"
 #include "host_sim/device/device_fault.hpp"
-#include "host_sim/device/report_fault_filter.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "host_sim/device/closed_loop.hpp"
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/simulated_device.hpp"
 #include "tests/support/program_run.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host_sim/lab/laws/law_comparison.hpp"
-#include "host_sim/lab/stability/extreme_depth.hpp"
+#include "host_sim/lab/stability/extreme_scene.hpp"
 #include "host_sim/lab/stability/peg_insertion.hpp"
 #include "host_sim/lab/stability/pressed_contact.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/stability/extreme_depth.hpp"
+#include "host_sim/lab/stability/extreme_scene.hpp"
 #include "host_sim/lab/stability/pressed_contact.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"

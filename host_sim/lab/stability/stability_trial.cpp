@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/device/closed_loop.hpp"
+#include "host_sim/device/loop_run.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "tools/common/error.hpp"
