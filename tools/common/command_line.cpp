@@ -76,8 +76,8 @@ void require_known_names(CLI::App& program, const std::vector<std::string>& word
                          program.get_name() + " --help' lists them)");
     } else if (const std::vector<std::string> known = option_names(*app);
                !is_known(known, option)) {
-      throw UsageError(called(program, *app) + " has no option '" + option + "'" +
-                       suggestion(option, known) + " ('" + called(program, *app) +
+      throw UsageError((app == &program ? "there is" : app->get_name() + " has") + " no option '" +
+                       option + "'" + suggestion(option, known) + " ('" + called(program, *app) +
                        " --help' lists them)");
     }
   }
