@@ -11,6 +11,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

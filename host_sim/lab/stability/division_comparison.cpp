@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_sim/report/quantile.hpp"
 #include "rt_core/law/proxy_law.hpp"
 
 namespace haptic::sim {

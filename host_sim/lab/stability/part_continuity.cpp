@@ -8,6 +8,7 @@
 #include "host_sim/lab/stability/stability_report.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/shapes/contact_case.hpp"
 
 namespace haptic::sim {

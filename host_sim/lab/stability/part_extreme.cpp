@@ -11,6 +11,7 @@
 #include "host_sim/lab/stability/pressed_contact.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 namespace {
