@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <thread>
@@ -29,12 +30,20 @@ struct Ended {
   std::string err;
 };
 
+/// What an earlier run has written there must not be taken for this one's.
+std::string absent(const std::string& file) {
+  std::filesystem::remove(file);
+  return file;
+}
+
 /// `run` with 60 s to go, unless its ticks are done before. Killed and reaped with this object if
 /// it is still there, after any failure.
 class RunningProgram {
  public:
   RunningProgram(const Bench& bench, const char* ticks)
-      : out_(bench.folder.file("out")), err_(bench.folder.file("err")), pid_(fork()) {
+      : out_(absent(bench.folder.file("out"))),
+        err_(absent(bench.folder.file("err"))),
+        pid_(fork()) {
     REQUIRE(pid_ >= 0);
     if (pid_ > 0) return;
     const int out = open(out_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
