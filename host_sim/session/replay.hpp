@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/oracle/literal_tracker.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/session/tick_record.hpp"
 
 namespace haptic::sim {

@@ -32,8 +32,8 @@ enum class ArmingState : std::uint8_t {
   kArming,        ///< deadman held, force ramps in
   kArmed,         ///< deadman held, full force
   kDisarming,     ///< ramping out, because the deadman switch was released or a fault came: a press
-               ///< now does not count
-  kFaulted  ///< no force; a fault is latched
+                  ///< now does not count
+  kFaulted        ///< no force; a fault is latched
 };
 
 struct ArmingInput {

@@ -16,8 +16,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "hal/device_mailbox.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/device_mailbox.hpp"
 #include "hal/realtime/servo_process.hpp"
 #include "hal/realtime/shared_memory.hpp"
 #include "rt_core/exchange/step_trace.hpp"

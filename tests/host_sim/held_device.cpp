@@ -10,8 +10,8 @@
 #include <new>
 #include <thread>
 
-#include "hal/device_limits.hpp"
 #include "hal/clock/servo_clock.hpp"
+#include "hal/device_limits.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "host_sim/shapes/shapes.hpp"
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "host_sim/session/motion_csv.hpp"
 #include "host_sim/oracle/golden_file.hpp"
 #include "host_sim/oracle/oracle_piece.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "tools/common/split_mix.hpp"
 
 namespace haptic::sim::test {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/replay.hpp"
 #include "host_sim/lab/wcet/adversarial_search.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/replay.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 using namespace haptic;

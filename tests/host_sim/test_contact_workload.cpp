@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/shapes/contact_workload.hpp"
 #include "host_sim/lab/pareto/pareto_measure.hpp"
+#include "host_sim/shapes/contact_workload.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;

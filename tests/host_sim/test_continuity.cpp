@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/core_session.hpp"
 #include "host_sim/lab/continuity/continuity_report.hpp"
+#include "host_sim/session/core_session.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;

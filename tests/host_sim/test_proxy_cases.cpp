@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "host_sim/shapes/contact_case.hpp"
 #include "host_sim/lab/stability/proxy_cases.hpp"
 #include "host_sim/lab/stability/stability_report.hpp"
+#include "host_sim/shapes/contact_case.hpp"
 #include "rt_core/base/scalar.hpp"
 
 using namespace haptic;

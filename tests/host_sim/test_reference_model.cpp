@@ -73,7 +73,6 @@ struct DrivenModel {
   bool reached = true;
 };
 
-
 Bytes bytes_of(const hal::ReferenceCommand& command) {
   Bytes bytes(hal::kReferenceCommandBytes);
   hal::encode(command, std::span<std::uint8_t, hal::kReferenceCommandBytes>(bytes));

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/replay.hpp"
 #include "host_sim/session/motion_script.hpp"
+#include "host_sim/session/replay.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 using namespace haptic;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nearly every test includes, compiled once for each test program. A test still includes what it uses.
+// What nearly every test includes, compiled once for each test program. A test still includes what
+// it uses.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -7,8 +7,8 @@
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
-#include "tools/scene_inspect/piece_exposure.hpp"
 #include "tools/scene_facts/scene_facts.hpp"
+#include "tools/scene_inspect/piece_exposure.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/lab/verification/verified_pair.hpp"
 #include "host_sim/report/failure_log.hpp"
 #include "host_sim/report/shard_run.hpp"
-#include "host_sim/lab/verification/verified_pair.hpp"
 
 namespace haptic::sim {
 

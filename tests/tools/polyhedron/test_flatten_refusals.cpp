@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "tests/tools/polyhedron/flatten_parts.hpp"
 #include "tests/tools/polyhedron/flatten_checks.hpp"
+#include "tests/tools/polyhedron/flatten_parts.hpp"
 #include "tests/tools/polyhedron/part_surface.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 #include "tools/graph_compiler/polyhedron/realise.hpp"
