@@ -449,37 +449,27 @@ PairReport GoalContactStage::report(std::uint32_t index) const noexcept {
   if (tick_ == 0 || searched_at_ != tick_) return report;
   report.searched = true;
   report.visited = pair.visited_at == tick_;
-  if (report.visited) {
-    report.verdict = pair.verdict.verdict;
-    report.normal_w = pair.verdict.normal_w;
-    report.separation_bound_m = pair.verdict.separation_bound_m;
-    report.thickness_m = pair.verdict.thickness_m;
-    report.portal = pair.verdict_memory.portal;
-    report.d_near_m = pair.d_near_m;
-    report.exact = pair.exact;
-    report.best_node = pair.best.node;
-    report.near = room_.near.view().subspan(pair.near_begin, pair.near_count);
-    report.contact_nodes =
-        room_.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
-    report.situation = pair.situation;
-    return report;
-  }
   const PairGate& gate = gates_[index];
   const double gap = gate.plane.gap_m(odometer(gate));
-  if (is_far(gap, gate.plane.face, exact_band_m_)) {
+  if (!report.visited && is_far(gap, gate.plane.face, exact_band_m_)) {
     report.verdict = Verdict::kSeparated;
     report.separation_bound_m = static_cast<Real>(gap);
     report.d_near_m = static_cast<Real>(gap);
     report.normal_w = gate.plane.of_a ? Vec3(last_.r_wa * gate.plane.normal) : gate.plane.normal;
-  } else {  // held for want of budget
-    report.verdict = pair.verdict.verdict;
-    report.normal_w = pair.verdict.normal_w;
-    report.separation_bound_m = pair.verdict.separation_bound_m;
-    report.thickness_m = pair.verdict.thickness_m;
-    report.portal = pair.verdict_memory.portal;
-    report.d_near_m = pair.d_near_m;
-    report.situation = pair.situation;
+    return report;
   }
+  report.verdict = pair.verdict.verdict;
+  report.normal_w = pair.verdict.normal_w;
+  report.separation_bound_m = pair.verdict.separation_bound_m;
+  report.thickness_m = pair.verdict.thickness_m;
+  report.portal = pair.verdict_memory.portal;
+  report.d_near_m = pair.d_near_m;
+  report.situation = pair.situation;
+  if (!report.visited) return report;  // held for want of budget
+  report.exact = pair.exact;
+  report.best_node = pair.best.node;
+  report.near = room_.near.view().subspan(pair.near_begin, pair.near_count);
+  report.contact_nodes = room_.contact_nodes.view().subspan(pair.contact_begin, pair.contact_count);
   return report;
 }
 
