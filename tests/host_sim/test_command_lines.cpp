@@ -198,7 +198,9 @@ TEST_CASE("every help is text, names its exit codes and an example") {
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};
   for (const char* name : lab) calls.emplace_back(kSim, name);
   for (const char* name : sim) calls.emplace_back(kSim, name);
-  for (const auto& [program, command] : calls) {
+  for (const auto& call : calls) {
+    const char* program = call.first;
+    const std::string& command = call.second;
     const ProgramResult run = run_program(program, command + " --help");
     const std::string& text = run.out;
     INFO(program, " ", command, "\n", text);

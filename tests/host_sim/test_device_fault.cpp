@@ -111,7 +111,8 @@ TEST_SUITE("host_sim.device_fault") {
          "toml:5: the key 'count' means nothing"},
         {head + "kind = \"stall\"\nreport = 1\nendpoint = \"up\"\n", "\"in\" or \"out\""},
         {head + "kind = \"lost\"\nreport = 1\nwhen = 2\n", "toml:5: the key 'when' means nothing"}};
-    for (const auto& [text, expected] : cases) {
+    for (const auto& [written, expected] : cases) {
+      const std::string& text = written;
       CAPTURE(text);
       const std::string said = refusal(text);
       CAPTURE(said);

@@ -113,7 +113,7 @@ TEST_SUITE("host_sim.proxy_cases") {
       std::iota(order.begin(), order.end(), 0u);
       for (std::size_t turn = 0; turn < 2; ++turn) {
         if (turn == 0) std::ranges::reverse(order);
-        if (turn == 1) std::ranges::rotate(order, order.begin() + 1);
+        if (turn == 1) std::rotate(order.begin(), order.begin() + 1, order.end());
         CoupledScene other = c.scene;
         other.statics[0] = reordered(c.scene.statics[0], order);
         const WrenchSteps apart = differences(first, run_trace(other, LawId::kProxy, c.path));

@@ -169,7 +169,8 @@ TEST_SUITE("host_sim.reference_usb") {
                                           {Kind::kBabble, LIBUSB_ERROR_OVERFLOW},
                                           {Kind::kBusError, LIBUSB_ERROR_IO}};
     for (const auto& [kind, status] : cases) {
-      CAPTURE(to_text(kind));
+      const char* made = to_text(kind);
+      CAPTURE(made);
       Bench bench;
       bench.usb.add({kind, 11, 4});
       bench.turns(10);

@@ -58,7 +58,8 @@ void renumber(tools::RawMesh& raw, const Choice& choice) {
     }
   }
   const auto middle = raw.faces.size() * choice.first / 8;
-  std::ranges::rotate(raw.faces, raw.faces.begin() + static_cast<std::ptrdiff_t>(middle));
+  std::rotate(raw.faces.begin(), raw.faces.begin() + static_cast<std::ptrdiff_t>(middle),
+              raw.faces.end());
 }
 
 struct Part {

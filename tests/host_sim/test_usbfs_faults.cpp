@@ -21,7 +21,8 @@ TEST_SUITE("host_sim.usbfs_faults") {
                                                             {-EPROTO, LIBUSB_TRANSFER_ERROR}};
     Async in(host, kIn, 96), out(host, kOut, 56);
     for (const auto& [fault, status] : cases) {
-      CAPTURE(fault);
+      const int made = fault;
+      CAPTURE(made);
       carrier.fail_next(kIn, fault, 2);
       for (int k = 0; k < 2; ++k) {
         REQUIRE(in.submit() == 0);

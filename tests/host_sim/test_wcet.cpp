@@ -234,7 +234,8 @@ TEST_SUITE("host_sim.wcet") {
       last_us = ts_us;
       CHECK(e.size() == 8);
       for (const auto& [key, value] : e.at("args").items()) {
-        CAPTURE(key);
+        const std::string name = key;
+        CAPTURE(name);
         CHECK((value.is_number() || value.is_string()));
       }
       ++bars;

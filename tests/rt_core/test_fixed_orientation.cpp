@@ -169,8 +169,9 @@ TEST_SUITE("rt_core.fixed_orientation") {
 
   TEST_CASE("laws of the region: the wrench of the general program at that orientation") {
     for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
-      for (const auto& [cut_plate, cut_block] :
+      for (const auto& cut :
            {std::pair{false, false}, std::pair{true, false}, std::pair{true, true}}) {
+        const bool cut_plate = cut.first, cut_block = cut.second;
         CAPTURE(static_cast<int>(law));
         CAPTURE(cut_plate);
         CAPTURE(cut_block);

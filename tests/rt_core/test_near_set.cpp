@@ -132,7 +132,6 @@ TEST_SUITE("rt_core.near_set") {
 
   TEST_CASE("a slow slide looks at few features, and the bounds say so") {
     PairBench bench(prism(40, 0.04, 0.05), paper_box());
-    Comparison c;
     std::uint64_t features = 0;
     for (int k = 0; k < 2000; ++k) {
       const double s = k * 1e-3;

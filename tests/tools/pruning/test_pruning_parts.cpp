@@ -143,7 +143,8 @@ TEST_SUITE("tools.pruning_parts") {
     };
     const std::array<std::pair<double, std::size_t>, 3> steps{
         {{5.0, 4704}, {20.0, 6444}, {30.0, 7760}}};
-    for (const auto& [degrees, nodes] : steps) {
+    for (const auto& [angle, nodes] : steps) {
+      const double degrees = angle;
       CAPTURE(degrees);
       CHECK(reachable(degrees, 0.0) == nodes);
     }
@@ -151,7 +152,8 @@ TEST_SUITE("tools.pruning_parts") {
     // coordinates: hundreds of nodes come in within 1e-5 rad, and the count measured before is one
     // of those on the way.
     const std::array<std::pair<double, std::size_t>, 2> crowded{{{60.0, 21136}, {90.0, 31349}}};
-    for (const auto& [degrees, nodes] : crowded) {
+    for (const auto& [angle, nodes] : crowded) {
+      const double degrees = angle;
       CAPTURE(degrees);
       const std::size_t before = reachable(degrees, -1e-5), after = reachable(degrees, 1e-5);
       CHECK(before < nodes);
