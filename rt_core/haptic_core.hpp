@@ -37,7 +37,7 @@ class HapticCore {
                                        HapticCore*& core) noexcept;
 
   /// One servo tick. @retval status kPoseNotFinite (or beyond 1e9 m), kPoseNotUnit: wrench zero,
-  /// state unchanged. Cost: within the bounds of header().capacity, whatever the motion since the
+  /// state unchanged. Cost: within the bounds of header().capacity for any motion since the
   /// last tick.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
 
