@@ -14,8 +14,8 @@ namespace haptic::hal {
 namespace {
 
 DoctorLine line(std::string name, DoctorLevel level, bool refuses, std::string found,
-                std::string mend) {
-  return {std::move(name), level, refuses, std::move(found), std::move(mend)};
+                std::string fix) {
+  return {std::move(name), level, refuses, std::move(found), std::move(fix)};
 }
 
 void append(std::vector<DoctorLine>& lines, std::vector<DoctorLine> more) {
@@ -36,20 +36,20 @@ DoctorLine passed(std::string name, std::string found) {
   return line(std::move(name), DoctorLevel::kPass, false, std::move(found), "none needed");
 }
 
-DoctorLine warned(std::string name, std::string found, std::string mend) {
-  return line(std::move(name), DoctorLevel::kWarning, false, std::move(found), std::move(mend));
+DoctorLine warned(std::string name, std::string found, std::string fix) {
+  return line(std::move(name), DoctorLevel::kWarning, false, std::move(found), std::move(fix));
 }
 
-DoctorLine refused(std::string name, std::string found, std::string mend) {
-  return line(std::move(name), DoctorLevel::kWarning, true, std::move(found), std::move(mend));
+DoctorLine refused(std::string name, std::string found, std::string fix) {
+  return line(std::move(name), DoctorLevel::kWarning, true, std::move(found), std::move(fix));
 }
 
-DoctorLine failed(std::string name, std::string found, std::string mend) {
-  return line(std::move(name), DoctorLevel::kFailure, true, std::move(found), std::move(mend));
+DoctorLine failed(std::string name, std::string found, std::string fix) {
+  return line(std::move(name), DoctorLevel::kFailure, true, std::move(found), std::move(fix));
 }
 
-DoctorLine skipped(std::string name, std::string found, std::string mend) {
-  return line(std::move(name), DoctorLevel::kSkipped, false, std::move(found), std::move(mend));
+DoctorLine skipped(std::string name, std::string found, std::string fix) {
+  return line(std::move(name), DoctorLevel::kSkipped, false, std::move(found), std::move(fix));
 }
 
 std::string errno_text(int error) {

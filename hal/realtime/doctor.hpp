@@ -31,7 +31,7 @@ struct DoctorLine {
   std::string found;
   /// Never empty; "none needed" where all is well. Lines that begin with four blanks are commands
   /// or file lines, to be copied as they are.
-  std::string mend;
+  std::string fix;
 };
 
 /// What the loop will be. Core 0 of `cpus` is the servo thread's, the next the USB thread's; empty:

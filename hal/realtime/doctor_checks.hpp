@@ -17,11 +17,11 @@ struct Examination {
 };
 
 [[nodiscard]] DoctorLine passed(std::string name, std::string found);
-[[nodiscard]] DoctorLine warned(std::string name, std::string found, std::string mend);
+[[nodiscard]] DoctorLine warned(std::string name, std::string found, std::string fix);
 /// A warning that refuses in strict.
-[[nodiscard]] DoctorLine refused(std::string name, std::string found, std::string mend);
-[[nodiscard]] DoctorLine failed(std::string name, std::string found, std::string mend);
-[[nodiscard]] DoctorLine skipped(std::string name, std::string found, std::string mend);
+[[nodiscard]] DoctorLine refused(std::string name, std::string found, std::string fix);
+[[nodiscard]] DoctorLine failed(std::string name, std::string found, std::string fix);
+[[nodiscard]] DoctorLine skipped(std::string name, std::string found, std::string fix);
 
 /// "EPERM (Operation not permitted)".
 [[nodiscard]] std::string errno_text(int error);

@@ -117,10 +117,10 @@ DoctorLine check_usb_controller(const Examination& e) {
   const std::string none = e.tree.has("/sys/bus/usb")
                                ? "/sys/bus/usb is there, but no host controller"
                                : "this kernel has no USB (/sys/bus/usb is absent)";
-  const std::string mend =
+  const std::string fix =
       "load the modules; into a container or virtual machine pass the bus or the device:\n"
       "    sudo modprobe usbcore && sudo modprobe xhci_pci";
-  return e.questions.vendor_id != 0 ? failed(name, none, mend) : warned(name, none, mend);
+  return e.questions.vendor_id != 0 ? failed(name, none, fix) : warned(name, none, fix);
 }
 
 DoctorLine check_usb_library(const Examination& e) {
@@ -128,11 +128,11 @@ DoctorLine check_usb_library(const Examination& e) {
   const UsbLibrary library = e.probes.try_usb_library();
   if (library.code == 0) return passed(name, library.version + " starts");
   const std::string found = library.version + " does not start: " + library.code_name;
-  const std::string mend =
+  const std::string fix =
       "it needs /dev/bus/usb (and /sys); a device opened by somebody else can still be handed "
       "over as a descriptor:\n"
       "    ls -l /dev/bus/usb";
-  return e.questions.vendor_id != 0 ? failed(name, found, mend) : warned(name, found, mend);
+  return e.questions.vendor_id != 0 ? failed(name, found, fix) : warned(name, found, fix);
 }
 
 DoctorLine check_usb_interrupts(const Examination& e) {
@@ -152,15 +152,15 @@ DoctorLine check_usb_interrupts(const Examination& e) {
   for (const int cpu : online) {
     if (other == servo && cpu != servo) other = cpu;
   }
-  std::string mend;
+  std::string fix;
   for (const UsbInterrupt& each : interrupts) {
     if (!contains(each.cpus, servo)) continue;
-    mend += "\n    echo " + std::to_string(other) + " | sudo tee /proc/irq/" + each.number +
-            "/smp_affinity_list";
+    fix += "\n    echo " + std::to_string(other) + " | sudo tee /proc/irq/" + each.number +
+           "/smp_affinity_list";
   }
-  if (mend.empty() || other == servo) return passed(name, found);
+  if (fix.empty() || other == servo) return passed(name, found);
   return warned(name, found + "; core " + std::to_string(servo) + " is the servo thread's",
-                "send them to another core (and stop irqbalance, which would undo it):" + mend);
+                "send them to another core (and stop irqbalance, which would undo it):" + fix);
 }
 
 DoctorLine check_usb_interrupt_threads(const Examination& e) {
@@ -172,21 +172,21 @@ DoctorLine check_usb_interrupt_threads(const Examination& e) {
                    "see the line \"USB controller\"");
   }
   if (threads.empty()) return passed(name, "taken in interrupt context, above every thread");
-  std::string found, mend;
+  std::string found, fix;
   const int above =
       std::min(std::max(e.questions.servo_priority, e.questions.usb_priority) + 1, 98);
   for (const InterruptThread& each : threads) {
     found += each.name + " FIFO " + std::to_string(each.priority) + "; ";
     if (may_be_held_up(e, each, interrupts))
-      mend += "\n    sudo chrt -f -p " + std::to_string(above) + " " + each.pid;
+      fix += "\n    sudo chrt -f -p " + std::to_string(above) + " " + each.pid;
   }
   found += "ours: servo " + std::to_string(e.questions.servo_priority) + ", USB " +
            std::to_string(e.questions.usb_priority);
-  if (mend.empty()) return passed(name, found);
+  if (fix.empty()) return passed(name, found);
   return warned(name, found,
                 "on the same core ours would hold up our own reports; raise the interrupt's "
                 "thread, or tie it to a core without ours (line above):" +
-                    mend);
+                    fix);
 }
 
 }  // namespace haptic::hal

@@ -43,10 +43,10 @@ DoctorLine fault_line(const WakeupMeasurement& m) {
   const std::string found = std::to_string(m.faults.minor) + " minor, " +
                             std::to_string(m.faults.major) + " major while the loop ran";
   if (m.faults == PageFaults{}) return passed(kPageFaults, found);
-  const std::string mend =
+  const std::string fix =
       "memory must be locked and touched before the loop: see the line "
       "\"memory lock\"";
-  return m.faults.major > 0 ? failed(kPageFaults, found, mend) : refused(kPageFaults, found, mend);
+  return m.faults.major > 0 ? failed(kPageFaults, found, fix) : refused(kPageFaults, found, fix);
 }
 
 }  // namespace
@@ -54,8 +54,8 @@ DoctorLine fault_line(const WakeupMeasurement& m) {
 std::vector<DoctorLine> check_wakeups(const Examination& e, WakeupMeasurement& measurement) {
   const DoctorQuestions& q = e.questions;
   if (!q.measure) {
-    const std::string mend = "measure: leave out --no-measure";
-    return {skipped(kWakeups, "not measured", mend), skipped(kPageFaults, "not measured", mend)};
+    const std::string fix = "measure: leave out --no-measure";
+    return {skipped(kWakeups, "not measured", fix), skipped(kPageFaults, "not measured", fix)};
   }
   WakeupQuestion question;
   question.period_ns = q.period_ns;
@@ -64,9 +64,9 @@ std::vector<DoctorLine> check_wakeups(const Examination& e, WakeupMeasurement& m
   if (!q.cpus.empty()) question.cpu = q.cpus.front();
   e.probes.measure(question, measurement);
   if (measurement.error != 0) {
-    const std::string mend = "fix the lines above";
-    return {failed(kWakeups, "could not be measured: " + errno_text(measurement.error), mend),
-            skipped(kPageFaults, "not measured", mend)};
+    const std::string fix = "fix the lines above";
+    return {failed(kWakeups, "could not be measured: " + errno_text(measurement.error), fix),
+            skipped(kPageFaults, "not measured", fix)};
   }
   return {wakeup_line(q, measurement), fault_line(measurement)};
 }

@@ -239,7 +239,7 @@ void UsbLink::Inside::serve(std::int64_t timeout_ns) {
   const int code = context.handle_events(std::min(timeout_ns, flow.until_turn_ns()));
   bus_errors = code < 0 && code != LIBUSB_ERROR_INTERRUPTED ? bus_errors + 1 : 0;
   if (bus_errors > kMostUsbErrorsInRow) transfers.give_up(code);
-  if (!transfers.lost()) transfers.mend(flow.now_ns());
+  if (!transfers.lost()) transfers.requeue(flow.now_ns());
   if (!transfers.lost()) flow.turn();
   if (transfers.lost()) lose();
 }

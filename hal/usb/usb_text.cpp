@@ -26,7 +26,7 @@ const char* words(UsbAction action) {
 
 bool machine_has_usb() { return access("/sys/bus/usb", F_OK) == 0; }
 
-std::string mend_of(const UsbName& device, HalStatus status) {
+std::string fix_of(const UsbName& device, HalStatus status) {
   switch (status) {
     case HalStatus::kUsbUnavailable:
       return "Mend: load the USB modules (sudo modprobe usbcore; sudo modprobe xhci_pci) and see "
@@ -99,8 +99,8 @@ std::string usb_trouble(const UsbName& device, UsbAction action, int code, HalSt
   std::string text = std::string(device.name) + " (" + identity(device) + "): " + words(action) +
                      ": " + to_text(status);
   if (code < 0) text += std::string(", ") + libusb_error_name(code);
-  const std::string mend = mend_of(device, status);
-  return mend.empty() ? text : text + "\n  " + mend;
+  const std::string fix = fix_of(device, status);
+  return fix.empty() ? text : text + "\n  " + fix;
 }
 
 std::string udev_rule(const UsbName& device) {

@@ -209,7 +209,7 @@ void UsbTransfers::clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_
   }
 }
 
-void UsbTransfers::mend(std::int64_t now_ns) noexcept {
+void UsbTransfers::requeue(std::int64_t now_ns) noexcept {
   if (pool_ == nullptr || stopping_ || lost()) return;
   if (out_halted_)
     clear_halt(pool_->out.transfer->endpoint, out_halted_, out_errors_, counters_.send_failed);

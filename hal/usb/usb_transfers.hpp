@@ -44,7 +44,7 @@ class UsbTransfers final : public ReportTransfers {
 
   /// After handle_events: clears stalled endpoints and queues what could not be queued; what is
   /// refused again is left alone for two milliseconds.
-  void mend(std::int64_t now_ns) noexcept;
+  void requeue(std::int64_t now_ns) noexcept;
 
   /// Nothing is queued any more, and all that is in flight is cancelled.
   void stop() noexcept;
@@ -76,7 +76,7 @@ class UsbTransfers final : public ReportTransfers {
   LinkTape* tape_ = nullptr;
   std::unique_ptr<Pool> pool_;
   int lost_code_ = 0;
-  std::int64_t next_queue_ns_ = 0;           ///< nothing is queued by `mend` before
+  std::int64_t next_queue_ns_ = 0;           ///< nothing is queued by `requeue` before
   unsigned in_errors_ = 0, out_errors_ = 0;  ///< in a row
   bool in_halted_ = false, out_halted_ = false;
   bool stopping_ = false;

@@ -30,8 +30,8 @@ class NearReference {
 
   static constexpr double kTie_m = 1e-9;
 
-  /// How near to parallel edges may be, and to applicable: for methods in double, whatever the
-  /// scalar of the core is.
+  /// How near to parallel edges may be, and to applicable: for methods in double, with either
+  /// scalar of the core.
   [[nodiscard]] static Precision precision() { return {0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L}; }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Nearest plane of a pair at p_: the certificate, whatever the way here was.
+/// Nearest plane of a pair at p_: the certificate, which does not depend on the way to p_.
 void Proxy::search_fixed(ProxyPair& pair, ProxyTick& tick) noexcept {
   const NearestPlane nearest = nearest_fixed_plane(*pair.view, p_.x0_w - pair.reference_w);
   tick.full_searches += 1;

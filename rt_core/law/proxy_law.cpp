@@ -104,7 +104,7 @@ void Proxy::reset() noexcept {
   }
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
-  choose_anew_ = false;
+  choose_from_start_ = false;
   felt_ = FeltContact{};
   path_m_ = turn_rad_ = 0;
   version_ = 1;

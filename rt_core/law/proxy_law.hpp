@@ -195,7 +195,8 @@ class Proxy {
   BoundedList<ReachedPair> reached_;
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
-  bool choose_anew_ = false;  ///< the last pass was rejected: the next starts without its planes
+  bool choose_from_start_ =
+      false;  ///< the last pass was rejected: the next starts without its planes
   FeltContact felt_;
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;  ///< index of the imposed plane of each row

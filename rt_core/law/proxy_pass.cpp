@@ -24,8 +24,9 @@ Real qp_tolerance(const ProxyScale& scale, const PoseError& error, Real length_m
 
 Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
   Step step{moved(p_, dx_m, dtheta_rad), dx_m, dtheta_rad};
-  // What lies beyond the envelope is not considered at all: whatever certifies a step, and whatever
-  // it costs, is asked of a configuration inside. p_ itself is inside, from the first goal on.
+  // Configurations beyond the envelope are not considered: every step is shortened to one inside
+  // before it is certified and before its cost is compared. p_ itself is inside, from the first
+  // goal on.
   const MotionEnvelope& envelope = parameters_.envelope;
   const bool place = envelope.limits_place();
   const bool turn = envelope.limits_turn();
@@ -81,8 +82,8 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   remember_active();
   if (!ok) {
     // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
-    // anew.
-    choose_anew_ = true;
+    // its planes from the start.
+    choose_from_start_ = true;
     tick.rejected += 1;
     tick.limited = true;
     return;
@@ -122,14 +123,14 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       continue;
     }
     // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
-    if (is_fixed() || choose_anew_) continue;
+    if (is_fixed() || choose_from_start_) continue;
     for (const ImposedPlane& last : active_) {
       if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
         take(last.id, last.support);
       }
     }
   }
-  choose_anew_ = false;
+  choose_from_start_ = false;
 }
 
 /// The point of the rows that is closest to the origin, and its work counted.
@@ -161,7 +162,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real share = 1;
   far_rows_ = false;
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
-  bool anew = false;
+  bool from_start = false;
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     if (round == retry_at) {
@@ -169,8 +170,8 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       share *= kRetryShare;
       far_rows_ = false;
       rows_.clear();
-      if (anew) imposed_.clear();
-      anew = false;
+      if (from_start) imposed_.clear();
+      from_start = false;
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
         imposed_[k].times = 0;
         if (!add_rows(k, here, error, false, tick)) break;
@@ -191,11 +192,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     const Check result = check(step, -scale.tolerance_m / 2, tick);
     if (result.ok) {
       // Rows linearised at a far step, and planes that were the best there, can hold the proxy
-      // where it is: a nearer step, its planes chosen anew, may be free.
+      // where it is: a nearer step, with planes chosen from the start, may be free.
       const bool still = far * s <= scale.still_m && turn * s <= scale.still_rad;
       if (!still || !(far_rows_ || crowded()) || retry_at >= kRounds) return true;
       round = retry_at - 1;
-      anew = true;
+      from_start = true;
       continue;
     }
     if (!impose_worst(result, step, error, tick)) {

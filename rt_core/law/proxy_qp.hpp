@@ -40,7 +40,7 @@ struct QpResult {
 
 /// min 1/2 |z|^2 over g_i.z >= h_i. `tolerance`: h - g.z up to which a row counts as met, in the
 /// unit of h; above the rounding of g.z. Rows of lengths about 1: the most violated one is that of
-/// the largest h - g.z, whatever its length. At most kMaxQpRows rows, further ones are not looked
+/// the largest h - g.z, of any length. At most kMaxQpRows rows, further ones are not looked
 /// at; duplicates and dependent rows welcome. A row without length, or one that only pulls against
 /// the active rows, is skipped.
 /// Deterministic, the same bits in every build of one Real: the most violated row first, the lowest

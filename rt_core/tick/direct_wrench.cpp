@@ -37,7 +37,8 @@ void DirectWrench::read_scene(const SceneView& scene, bool has_seams) noexcept {
 }
 
 /// Whether a patch is part of the contact that `leader` leads: one plane of the static body, which
-/// a rigid part meets at its deepest point whatever its pieces reach, or one plane at one depth.
+/// a rigid part meets at its deepest point, however far each piece reaches, or one plane at one
+/// depth.
 bool DirectWrench::joins(const ContactPatch& patch, const ContactPatch& leader) const noexcept {
   if (patch.body_b != leader.body_b) return false;
   if (has_seams_ && !patch.plane.of_a && patch.plane.sign != 0 && patch.plane == leader.plane) {

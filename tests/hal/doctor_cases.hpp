@@ -18,7 +18,7 @@ struct DoctorCase {
   hal::DoctorLevel level;
   bool refuses;
   void (*change)(FakeMachine& m);
-  std::vector<std::string> found, mend;
+  std::vector<std::string> found, fix;
 };
 
 [[nodiscard]] std::span<const DoctorCase> kernel_cases();

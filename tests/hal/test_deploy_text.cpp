@@ -64,10 +64,10 @@ TEST_SUITE("hal.deploy_text") {
     FakeMachine machine;
     machine.probes.memory_error = ENOMEM;
     const std::string limits(deploy_text("haptic-limits.conf"));
-    const std::string mend = machine.line("memory lock").mend;
+    const std::string fix = machine.line("memory lock").fix;
     for (const char* line : {"@realtime - rtprio 95", "@realtime - memlock unlimited"}) {
       CHECK(has(limits, std::string("\n") + line + "\n"));
-      CHECK(has(mend, std::string("    ") + line));
+      CHECK(has(fix, std::string("    ") + line));
     }
   }
 }

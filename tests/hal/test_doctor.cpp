@@ -31,9 +31,9 @@ void check_case(const DoctorCase& c) {
     CAPTURE(line.found);
     CHECK(has(line.found, word));
   }
-  for (const std::string& word : c.mend) {
-    CAPTURE(line.mend);
-    CHECK(has(line.mend, word));
+  for (const std::string& word : c.fix) {
+    CAPTURE(line.fix);
+    CHECK(has(line.fix, word));
   }
   const bool fit = c.level != kFailure, fit_in_strict = fit && !c.refuses;
   CHECK(is_fit({line}, false) == fit);
@@ -54,7 +54,7 @@ TEST_SUITE("hal.doctor") {
       CAPTURE(line.found);
       CHECK(line.level == kPass);
       CHECK_FALSE(line.found.empty());
-      CHECK(line.mend == "none needed");
+      CHECK(line.fix == "none needed");
       names.insert(line.name);
     }
     CHECK(names.size() == lines.size());
@@ -109,7 +109,7 @@ TEST_SUITE("hal.doctor") {
       REQUIRE(i < names.size());
       CHECK(line.name == names[i++]);
       CHECK_FALSE(line.found.empty());
-      CHECK_FALSE(line.mend.empty());
+      CHECK_FALSE(line.fix.empty());
     }
     CHECK(i == names.size());
   }

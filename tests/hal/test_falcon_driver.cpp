@@ -137,13 +137,13 @@ TEST_SUITE("hal.falcon_driver") {
         CHECK(device.loads() == (at == long{kImageBytes} - 1 && !silent ? 1 : 3));
       }
     }
-    FalconCounterpart mended(kImageBytes);
-    mended.faults.wrong_echo_at = 100;
-    mended.faults.bad_loads = 2;
+    FalconCounterpart repaired(kImageBytes);
+    repaired.faults.wrong_echo_at = 100;
+    repaired.faults.bad_loads = 2;
     FalconDriver driver(settings);
-    CHECK(driver.start(mended) == HalStatus::kOk);
-    CHECK(mended.loads() == 3);
-    CHECK(mended.image() == image.bytes);
+    CHECK(driver.start(repaired) == HalStatus::kOk);
+    CHECK(repaired.loads() == 3);
+    CHECK(repaired.image() == image.bytes);
   }
 
   TEST_CASE(

@@ -155,7 +155,7 @@ const Row kRows[] = {
 
 TEST_SUITE_BEGIN("programs.command_line");
 
-TEST_CASE("wrong words are answered with their name and the mend, and no file is lost") {
+TEST_CASE("wrong words are answered with their name and the fix, and no file is lost") {
   const UserFolder user;
   const std::string before = user.content();
   for (const Row& row : kRows) {

@@ -115,9 +115,9 @@ TEST_SUITE("host_sim.fault_matrix") {
     CHECK(verdicts[0].found.handed_before_n > 0.8 * 12);
     CHECK(verdicts[0].found.largest_n <= 12.0001);
     unsigned sends_away = 0, sends_before_arming = 0;
-    for (std::size_t k = t.injected; k < t.mended; ++k)
+    for (std::size_t k = t.injected; k < t.cleared; ++k)
       sends_away += static_cast<unsigned>(t.samples[k].sent.size());
-    for (std::size_t k = t.mended; k < t.pressed; ++k) {
+    for (std::size_t k = t.cleared; k < t.pressed; ++k) {
       for (const StackSend& send : t.samples[k].sent) {
         ++sends_before_arming;
         CHECK(send.wrench.force_w.isZero(0));

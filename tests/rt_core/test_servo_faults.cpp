@@ -38,9 +38,9 @@ void no_fault(DeviceState& s) { s.faults = 0; }
 /// A fault that a new state brings, and what the state must be for it to be gone.
 FaultCase state_case(const char* name, std::uint32_t fault,
                      const std::function<void(DeviceState&)>& change,
-                     const std::function<void(DeviceState&)>& mend) {
+                     const std::function<void(DeviceState&)>& make_good) {
   return {name, fault, [change](ServoBench& b) { return with_new(b, change); },
-          [mend](ServoBench& b) { mend(b.input.state); }};
+          [make_good](ServoBench& b) { make_good(b.input.state); }};
 }
 
 std::vector<FaultCase> pose_faults() {

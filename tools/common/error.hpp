@@ -12,7 +12,7 @@ enum ExitCode : int {
   kExitDone = 0,
   kExitCheckFailed = 1,  ///< a check failed: wrong verdict, replay diverged, count over its bound
   kExitUsage = 2,        ///< unknown option or missing argument
-  kExitBadInput = 3,     ///< a file cannot be read or cannot be mended
+  kExitBadInput = 3,     ///< a file cannot be read or cannot be repaired
   kExitDeviceOrOs = 4    ///< the device or the operating system refused
 };
 
@@ -30,7 +30,7 @@ class OsError : public std::runtime_error {
 };
 
 /// Bad input. The text is complete for a person: file, place (line, byte offset or metres), defect,
-/// mend. Form: "peg.obj:41: face 12 is not flat (2.1e-3 m); split the face into triangles".
+/// fix. Form: "peg.obj:41: face 12 is not flat (2.1e-3 m); split the face into triangles".
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& text) : std::runtime_error(text) {}

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxTomlKeyParts = 32;
 /// a file of 1 MB exhausts the stack). Strings over several lines must be ASCII too: after a joined
 /// line they are tested in the same way.
 /// @param file  for the message.
-/// @throws InputError "file:LINE:COLUMN: defect; mend", columns counted in characters from 1.
+/// @throws InputError "file:LINE:COLUMN: defect; fix", columns counted in characters from 1.
 /// Cost: linear. Text that is no TOML for other reasons passes; the library refuses it.
 void check_toml_text(std::string_view text, const std::string& file);
 

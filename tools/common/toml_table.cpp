@@ -111,8 +111,8 @@ void TomlTable::fail(std::string_view key, const std::string& defect_and_mend) c
           full_name(key) + ": " + defect_and_mend);
 }
 
-void TomlTable::fail_missing(std::string_view key, const std::string& mend) const {
-  fail_at(table_->source(), full_name(key) + " is missing; " + mend);
+void TomlTable::fail_missing(std::string_view key, const std::string& fix) const {
+  fail_at(table_->source(), full_name(key) + " is missing; " + fix);
 }
 
 FilePlace TomlTable::place(std::string_view key) const {

@@ -60,7 +60,7 @@ class TomlTable {
                                               std::vector<std::string_view> known) const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& defect_and_mend) const;
-  [[noreturn]] void fail_missing(std::string_view key, const std::string& mend) const;
+  [[noreturn]] void fail_missing(std::string_view key, const std::string& fix) const;
 
  private:
   [[nodiscard]] double number_of(const toml::node& node, const std::string& what,

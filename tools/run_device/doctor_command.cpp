@@ -55,8 +55,8 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t columns) {
   return lines;
 }
 
-void append_mend(std::string& text, const std::string& mend, std::size_t indent) {
-  std::istringstream parts(mend);
+void append_fix(std::string& text, const std::string& fix, std::size_t indent) {
+  std::istringstream parts(fix);
   std::string part;
   const char* lead = "fix: ";
   while (std::getline(parts, part)) {
@@ -104,9 +104,9 @@ std::string doctor_text(const std::vector<DoctorLine>& lines, bool strict) {
       head = std::string(indent, ' ');
     }
     // Lines that were skipped for one reason have their fix once, below the last.
-    const bool repeated = line.level == DoctorLevel::kSkipped && i + 1 < lines.size() &&
-                          lines[i + 1].mend == line.mend;
-    if (line.level != DoctorLevel::kPass && !repeated) append_mend(text, line.mend, indent);
+    const bool repeated =
+        line.level == DoctorLevel::kSkipped && i + 1 < lines.size() && lines[i + 1].fix == line.fix;
+    if (line.level != DoctorLevel::kPass && !repeated) append_fix(text, line.fix, indent);
   }
   return text + "\n" + verdict_text(lines, strict);
 }
@@ -121,7 +121,7 @@ nlohmann::json doctor_json(const std::vector<DoctorLine>& lines, bool strict,
                      {"level", hal::to_text(line.level)},
                      {"refuses_in_strict", line.refuses_in_strict},
                      {"found", line.found},
-                     {"fix", line.mend}});
+                     {"fix", line.fix}});
   }
   nlohmann::json wakeups;
   if (measurement != nullptr && measurement->error == 0) {

@@ -152,18 +152,18 @@ void FaultJudge::measure_acting() {
 
 void FaultJudge::measure_watch() {
   FaultFigures& f = v_.found;
-  const FaultSample &begin = t_.samples[t_.injected - 1], &end = t_.samples[t_.mended - 1];
+  const FaultSample &begin = t_.samples[t_.injected - 1], &end = t_.samples[t_.cleared - 1];
   f.handed_before_n = handed_at(t_, t_.injected).force_w.norm();
-  f.handed_after_n = handed_at(t_, t_.mended).force_w.norm();
+  f.handed_after_n = handed_at(t_, t_.cleared).force_w.norm();
   f.acting_before_n = begin.acting.force_w.norm();
   f.acting_after_n = end.acting.force_w.norm();
   f.safety = end.safety;
-  std::size_t zero_from = t_.mended;
-  for (std::size_t k = t_.mended; k-- > t_.injected && is_zero(t_.samples[k].acting);)
+  std::size_t zero_from = t_.cleared;
+  for (std::size_t k = t_.cleared; k-- > t_.injected && is_zero(t_.samples[k].acting);)
     zero_from = k;
-  if (zero_from < t_.mended)
+  if (zero_from < t_.cleared)
     f.zero_after_s = static_cast<double>(zero_from - t_.injected) * t_.period_s;
-  for (std::size_t k = t_.injected; k < t_.mended; ++k) {
+  for (std::size_t k = t_.injected; k < t_.cleared; ++k) {
     f.device |= t_.samples[k].device;
     if (k >= unharmed_.samples.size()) continue;
     f.dip_n = std::max(
@@ -213,7 +213,7 @@ void FaultJudge::judge_outcome() {
     if (f.zero_after_s < 0 || f.zero_after_s > e.zero_within_s + 1e-9)
       fail(failure_text("zero after %.3f s, stated %.3f", f.zero_after_s, e.zero_within_s));
     // What an unplugged device was handed last is not taken back: nothing is handed any more.
-    const bool away = t_.samples[t_.mended - 1].link == LinkState::kAbsent;
+    const bool away = t_.samples[t_.cleared - 1].link == LinkState::kAbsent;
     if (f.handed_after_n > 0 && !away)
       fail(failure_text("%.4f N are still handed over", f.handed_after_n, 0));
     return;
@@ -224,14 +224,14 @@ void FaultJudge::judge_outcome() {
   if (v_.cell.state == FaultState::kArmedContact &&
       (may_dip ? !dips && !settings_.report_clocked : dips))
     fail(failure_text("dips by %.3f N; what counts as a dip: %.3f", f.dip_n, kUnchanged_n));
-  const double handed_n = handed_at(unharmed_, unharmed_.mended).force_w.norm();
-  const double acting_n = unharmed_.samples[unharmed_.mended - 1].acting.force_w.norm();
+  const double handed_n = handed_at(unharmed_, unharmed_.cleared).force_w.norm();
+  const double acting_n = unharmed_.samples[unharmed_.cleared - 1].acting.force_w.norm();
   if (std::abs(f.handed_after_n - handed_n) > kUnchanged_n)
     fail(failure_text("%.3f N handed in the end, without the fault %.3f", f.handed_after_n,
                       handed_n));
   if (std::abs(f.acting_after_n - acting_n) > kUnchanged_n)
     fail(failure_text("%.3f N act in the end, without the fault %.3f", f.acting_after_n, acting_n));
-  if (t_.samples[t_.mended - 1].arming != unharmed_.samples[unharmed_.mended - 1].arming)
+  if (t_.samples[t_.cleared - 1].arming != unharmed_.samples[unharmed_.cleared - 1].arming)
     fail("armed otherwise than without the fault");
 }
 
@@ -250,7 +250,7 @@ void FaultJudge::judge_recovery() {
   // A device or process that was plugged in, calibrated or started meanwhile gets zero until the
   // operator arms.
   bool connected = false;
-  for (std::size_t k = t_.mended; k < t_.pressed; ++k) {
+  for (std::size_t k = t_.cleared; k < t_.pressed; ++k) {
     connected = connected || t_.samples[k - 1].link != LinkState::kReady;
     for (const StackSend& send : t_.samples[k].sent) {
       if (connected && !is_zero(send.wrench))

@@ -53,8 +53,8 @@ class FaultScript {
     reach();
     trace_.injected = trace_.samples.size();
     inject();
-    trace_.mended = trace_.samples.size();
-    mend();
+    trace_.cleared = trace_.samples.size();
+    clear_fault();
     trace_.pressed = trace_.samples.size();
     press(kDeadman);
     pass(kRecover);
@@ -70,7 +70,7 @@ class FaultScript {
   void press_firmly();
   void reach();
   void inject();
-  void mend();
+  void clear_fault();
   [[nodiscard]] ArmingState arming() const { return trace_.samples.back().arming; }
 
   FaultStage& stage_;
@@ -208,7 +208,7 @@ void FaultScript::inject() {
 }
 
 /// The cause goes; the operator releases the switch and comes to where force can be taken.
-void FaultScript::mend() {
+void FaultScript::clear_fault() {
   const Fault& fault = *cell_.fault;
   // The clutch is held on the way: the goal stays where it was pressed in.
   press(cell_.state == FaultState::kClutched ? kClutchSwitch : 0);

@@ -43,8 +43,9 @@ struct FaultTrace {
   double period_s = 0;
   std::vector<FaultSample> samples;
   std::size_t injected = 0;  ///< the fault
-  std::size_t mended = 0;    ///< its cause gone, plugged in again, the deadman switch released
-  std::size_t pressed = 0;   ///< the deadman, on the wall
+  std::size_t cleared =
+      0;  ///< its cause removed, the device reconnected, the deadman switch released
+  std::size_t pressed = 0;  ///< the deadman, on the wall
 };
 
 /// The hand goes from one target to the next by minimum jerk and holds switches; D axes.

@@ -183,7 +183,7 @@ bool Soak::play_cell(const FaultCase& cell, SoakCell& result) {
     result.found = verdict.found;
     result.failures = verdict.failures;
   }
-  if (threads_ != nullptr) threads_->begin_anew();
+  if (threads_ != nullptr) threads_->restart();
   const bool was_spoiled = result.late_ns >= spoiled_ns();
   return result.failures.empty() || !was_spoiled || breaks_a_limit(result.found);
 }
@@ -218,7 +218,7 @@ void Soak::hold_force(double end_s) {
     if (latched_ != 0) rest_after(*stage_, {});
   } while (stage_->time_s() - begin_s_ < end_s);
   take_sample(stage_->time_s() - begin_s_, static_cast<double>(account_.force_n.back()));
-  if (threads_ != nullptr) threads_->begin_anew();
+  if (threads_ != nullptr) threads_->restart();
   rest_after(*stage_, {});
 }
 
@@ -285,7 +285,7 @@ SoakAccount Soak::run() {
   begin_s_ = stage_->time_s();
   const std::int64_t begin_ns = hal::monotonic_ns();
   stage_->watch([this](const FaultSample& sample) { sees(sample); });
-  if (threads_ != nullptr) threads_->begin_anew();
+  if (threads_ != nullptr) threads_->restart();
   const std::vector<FaultCase> plan = soak_plan(slots);
   for (std::size_t k = 0; k < slots; ++k)
     play_slot(plan[k], static_cast<double>(k + 1) * settings_.every_s);

@@ -55,7 +55,7 @@ ThreadedStage::ThreadedStage(std::span<const std::byte> scene, const StackSettin
   next_ns_ = hal::monotonic_ns() + period_ns_;
   loop_.start(next_ns_ + kTickTenths * period_ns_ / 10, false);
   priority_error_ = take_priority(ThreadedLoopSettings{}.device_priority);
-  begin_anew();
+  restart();
   for (int k = 0; k < kMostConnectPeriods && loop_.link().state() != LinkState::kReady; ++k)
     static_cast<void>(step());
   if (loop_.link().state() != LinkState::kReady)
@@ -78,7 +78,7 @@ LoopGrants ThreadedStage::grants() const {
 
 ThreadHeap ThreadedStage::heap() const { return {servo_calls_.load(), usb_calls_.load()}; }
 
-void ThreadedStage::begin_anew() {
+void ThreadedStage::restart() {
   const std::int64_t behind = hal::monotonic_ns() - next_ns_;
   if (behind > 0) next_ns_ += (behind / period_ns_ + 1) * period_ns_;
   static_cast<void>(hal::sleep_until(next_ns_));
@@ -157,7 +157,7 @@ void ThreadedStage::lose_servo() {
 
 void ThreadedStage::restart_servo() {
   loop_.restart_servo([this] { stalled_until_ns_.store(0); });
-  begin_anew();
+  restart();
 }
 
 // Switched on, the device counts commands from 0 again.

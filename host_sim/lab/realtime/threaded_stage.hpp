@@ -41,7 +41,7 @@ class ThreadedStage final : public FaultStage, private hal::LinkObserver {
   void plug(bool power) override;
 
   /// The caller has done something else meanwhile: the next period begins now, and is not late.
-  void begin_anew();
+  void restart();
   [[nodiscard]] ThreadHeap heap() const;
   [[nodiscard]] LoopGrants grants() const;
   [[nodiscard]] int servo_error() const { return loop_.servo_error(); }

@@ -179,16 +179,16 @@ AdversarialFinding climb(CoreSession& session, const AdversarialSpace& space, Ad
     return evaluations > 0 && Clock::now() >= end;
   };
   while (!over()) {
-    const bool anew = without_gain >= kPatience;
-    restarts += anew && evaluations > 0 ? 1u : 0u;
-    const AdversarialMotion next = anew ? space.drawn(random) : space.changed(here, random);
+    const bool restart = without_gain >= kPatience;
+    restarts += restart && evaluations > 0 ? 1u : 0u;
+    const AdversarialMotion next = restart ? space.drawn(random) : space.changed(here, random);
     trial.motion = space.samples(next);
     evaluate(session, trial.motion, trial);
     ++evaluations;
     progress.offer(best, evaluations);
-    without_gain = anew || trial.value > here_value ? 0 : without_gain + 1;
+    without_gain = restart || trial.value > here_value ? 0 : without_gain + 1;
     // An equal value is taken too: most of these functions have flats to be crossed.
-    if (anew || trial.value >= here_value) {
+    if (restart || trial.value >= here_value) {
       here = next;
       here_value = trial.value;
     }

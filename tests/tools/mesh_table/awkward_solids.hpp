@@ -42,11 +42,11 @@ class FormRows {
     }
   }
   void bad(const std::string& name, const MeshBuilder& mesh, Stage stage, const std::string& place,
-           const std::string& mend) {
+           const std::string& fix) {
     begin();
     for (const Written form : kAllForms) {
       rows.push_back(refused(name + ", " + form_name(form), file(form), written(mesh, form), stage,
-                             place, mend));
+                             place, fix));
     }
   }
   /// The rows of the last mesh, where a format needs another outcome.

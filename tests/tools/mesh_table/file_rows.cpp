@@ -16,8 +16,8 @@ std::vector<Row> file_rows() {
     return accepted(std::string("file: ") + name, file, bytes, 1, 1, 1.0, 8);
   };
   const auto bad = [](const char* name, const char* file, const std::string& bytes,
-                      const char* place, const char* mend) {
-    return refused(std::string("file: ") + name, file, bytes, Stage::kRead, place, mend);
+                      const char* place, const char* fix) {
+    return refused(std::string("file: ") + name, file, bytes, Stage::kRead, place, fix);
   };
   std::vector<Row> rows = {
       good("capitals, obj", "CUBE.OBJ", obj),

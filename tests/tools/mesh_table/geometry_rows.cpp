@@ -20,9 +20,9 @@ void good_as_ngons(FormRows& t, const std::string& name, const MeshBuilder& mesh
       accepted(name + ", off", "m.off", off_text(mesh), 1, pieces, volume_m3, vertices));
 }
 void bad_as_ngons(FormRows& t, const std::string& name, const MeshBuilder& mesh, Stage stage,
-                  const std::string& place, const std::string& mend) {
-  t.rows.push_back(refused(name + ", obj", "m.obj", obj_text(mesh), stage, place, mend));
-  t.rows.push_back(refused(name + ", off", "m.off", off_text(mesh), stage, place, mend));
+                  const std::string& place, const std::string& fix) {
+  t.rows.push_back(refused(name + ", obj", "m.obj", obj_text(mesh), stage, place, fix));
+  t.rows.push_back(refused(name + ", off", "m.off", off_text(mesh), stage, place, fix));
 }
 
 /// What a binary STL keeps of a coordinate.
@@ -105,14 +105,14 @@ void add_thin(FormRows& t) {
 }
 
 void add_sizes(FormRows& t) {
-  const char* const mend = "check the scale: metres per unit of the file";
+  const char* const fix = "check the scale: metres per unit of the file";
   t.bad("below the smallest size", box_mesh({0, 0, 0}, {5e-7, 5e-7, 5e-7}), Stage::kClean,
-        "smallest 1e-06 m", mend);
+        "smallest 1e-06 m", fix);
   const double tiny = 0x1p-20;
   t.good("above the smallest size", box_mesh({0, 0, 0}, {tiny, tiny, tiny}), 1, 1,
          tiny * tiny * tiny, 8);
   t.bad("above the largest size", box_mesh({0, 0, 0}, {6000, 6000, 6000}), Stage::kClean,
-        "largest 1e+04 m", mend);
+        "largest 1e+04 m", fix);
   t.good("below the largest size", box_mesh({0, 0, 0}, {5000, 5000, 5000}), 1, 1, 1.25e11, 8);
   const double far = 10000.0;
   const double edge = far + 0.1;

@@ -50,14 +50,14 @@ Row accepted(std::string name, std::string file, std::string bytes, std::size_t 
 }
 
 Row refused(std::string name, std::string file, std::string bytes, Stage stage, std::string place,
-            std::string mend) {
+            std::string fix) {
   Row row;
   row.name = std::move(name);
   row.file = std::move(file);
   row.bytes = std::move(bytes);
   row.stage = stage;
   row.place = std::move(place);
-  row.mend = std::move(mend);
+  row.fix = std::move(fix);
   return row;
 }
 

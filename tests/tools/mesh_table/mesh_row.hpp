@@ -25,7 +25,7 @@ struct Row {
   Stage stage = Stage::kAccepted;
   // Refused at `stage`: parts of the message.
   std::string place;  ///< "file.obj:7:", "byte 84", "(0.5, 0.5, 1) m", "face 3 (line 11)"
-  std::string mend;
+  std::string fix;
   // Accepted.
   std::size_t solids = 1, pieces = 1;
   double volume_m3 = 0.0;
@@ -44,7 +44,7 @@ struct Row {
 Row accepted(std::string name, std::string file, std::string bytes, std::size_t solids,
              std::size_t pieces, double volume_m3, std::size_t vertices);
 Row refused(std::string name, std::string file, std::string bytes, Stage stage, std::string place,
-            std::string mend);
+            std::string fix);
 
 // The table by kind of defect.
 std::vector<Row> text_rows();      ///< lines, words and numbers of OBJ and OFF

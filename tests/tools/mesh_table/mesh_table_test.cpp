@@ -142,9 +142,9 @@ void check_refused(const Row& row, const Outcome& outcome) {
   CAPTURE(outcome.message);
   CHECK(contains(outcome.message, row.file));
   CHECK(contains(outcome.message, row.place));
-  const std::size_t mend_at = outcome.message.find("; ");
-  CHECK(mend_at != std::string::npos);
-  CHECK(outcome.message.find(row.mend, std::min(mend_at, outcome.message.size())) !=
+  const std::size_t fix_at = outcome.message.find("; ");
+  CHECK(fix_at != std::string::npos);
+  CHECK(outcome.message.find(row.fix, std::min(fix_at, outcome.message.size())) !=
         std::string::npos);
   CHECK(outcome.message.size() < 600);
 }
@@ -237,7 +237,7 @@ TEST_SUITE("tools.mesh_table") {
       CAPTURE(result.err);
       CHECK(result.exit_code == kExitBadInput);
       CHECK(contains(result.err, row.place));
-      CHECK(contains(result.err, row.mend));
+      CHECK(contains(result.err, row.fix));
       CHECK(!std::filesystem::exists(folder.file("scene.rtscene")));
     }
     CHECK(tried == 13);

@@ -40,8 +40,8 @@ class Rows {
     return rows.back();
   }
   void bad(const std::string& name, const std::string& bytes, const std::string& place,
-           const std::string& mend) {
-    rows.push_back(refused(form_ + ": " + name, "t.stl", bytes, Stage::kRead, place, mend));
+           const std::string& fix) {
+    rows.push_back(refused(form_ + ": " + name, "t.stl", bytes, Stage::kRead, place, fix));
   }
   std::vector<Row> rows;
 

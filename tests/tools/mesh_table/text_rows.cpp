@@ -48,8 +48,8 @@ class Rows {
     return rows.back();
   }
   void bad(const std::string& name, const std::string& bytes, const std::string& place,
-           const std::string& mend, Stage stage = Stage::kRead) {
-    rows.push_back(refused(form + ": " + name, file(), bytes, stage, place, mend));
+           const std::string& fix, Stage stage = Stage::kRead) {
+    rows.push_back(refused(form + ": " + name, file(), bytes, stage, place, fix));
   }
   std::vector<Row> rows;
   std::string form;

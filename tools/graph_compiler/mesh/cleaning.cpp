@@ -207,8 +207,8 @@ std::string face_text(const WorkMesh& mesh, std::uint32_t source_face) {
          std::to_string(mesh.raw->faces[source_face].source_place) + ")";
 }
 
-void refuse_mesh(const WorkMesh& mesh, const std::string& defect, const std::string& mend) {
-  throw InputError(mesh.file + ": " + defect + "; " + mend);
+void refuse_mesh(const WorkMesh& mesh, const std::string& defect, const std::string& fix) {
+  throw InputError(mesh.file + ": " + defect + "; " + fix);
 }
 
 double plane_tolerance(double diagonal_m, double resolution_m) {

@@ -45,8 +45,8 @@ class ObjParser {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& defect, const std::string& mend) const {
-    refuse_line(file_, lines_.line(), defect, mend);
+  [[noreturn]] void refuse(const std::string& defect, const std::string& fix) const {
+    refuse_line(file_, lines_.line(), defect, fix);
   }
 
   std::string name_of_rest() const {

@@ -38,8 +38,8 @@ class OffParser {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& defect, const std::string& mend) const {
-    refuse_line(file_, lines_.line(), defect, mend);
+  [[noreturn]] void refuse(const std::string& defect, const std::string& fix) const {
+    refuse_line(file_, lines_.line(), defect, fix);
   }
 
   void next_line(const char* what, std::size_t done, std::size_t announced) {

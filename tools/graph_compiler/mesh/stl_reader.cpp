@@ -48,8 +48,8 @@ class StlTextParser {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& defect, const std::string& mend) const {
-    refuse_line(file_, lines_.line(), defect, mend);
+  [[noreturn]] void refuse(const std::string& defect, const std::string& fix) const {
+    refuse_line(file_, lines_.line(), defect, fix);
   }
 
   std::string_view next_word() {

@@ -41,17 +41,17 @@ int digits_after_point(std::string_view word) {
 }  // namespace
 
 void refuse_line(const std::string& file, std::size_t line, const std::string& defect,
-                 const std::string& mend) {
-  throw InputError(file + ":" + std::to_string(line) + ": " + defect + "; " + mend);
+                 const std::string& fix) {
+  throw InputError(file + ":" + std::to_string(line) + ": " + defect + "; " + fix);
 }
 
 void refuse_byte(const std::string& file, std::size_t byte, const std::string& defect,
-                 const std::string& mend) {
-  throw InputError(file + ": byte " + std::to_string(byte) + ": " + defect + "; " + mend);
+                 const std::string& fix) {
+  throw InputError(file + ": byte " + std::to_string(byte) + ": " + defect + "; " + fix);
 }
 
-void refuse_file(const std::string& file, const std::string& defect, const std::string& mend) {
-  throw InputError(file + ": " + defect + "; " + mend);
+void refuse_file(const std::string& file, const std::string& defect, const std::string& fix) {
+  throw InputError(file + ": " + defect + "; " + fix);
 }
 
 std::string shown_word(std::string_view word) {

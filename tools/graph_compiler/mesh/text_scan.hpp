@@ -15,13 +15,13 @@ namespace haptic::tools {
 
 /// Throws InputError "file:line: defect; fix".
 [[noreturn]] void refuse_line(const std::string& file, std::size_t line, const std::string& defect,
-                              const std::string& mend);
+                              const std::string& fix);
 /// Throws InputError "file: byte N: defect; fix".
 [[noreturn]] void refuse_byte(const std::string& file, std::size_t byte, const std::string& defect,
-                              const std::string& mend);
+                              const std::string& fix);
 /// Throws InputError "file: defect; fix".
 [[noreturn]] void refuse_file(const std::string& file, const std::string& defect,
-                              const std::string& mend);
+                              const std::string& fix);
 
 /// A word of the file, quoted for a message: cut to a readable length, unprintable bytes replaced.
 std::string shown_word(std::string_view word);

@@ -37,6 +37,6 @@ std::string face_text(const WorkMesh& mesh, std::uint32_t source_face);
 std::string length_text(double length_m);
 /// Throws InputError "file: defect; fix".
 [[noreturn]] void refuse_mesh(const WorkMesh& mesh, const std::string& defect,
-                              const std::string& mend);
+                              const std::string& fix);
 
 }  // namespace haptic::tools

@@ -136,11 +136,11 @@ class Choice {
   void refuse_beyond(const PassivityBudget& budget) const {
     if (!budget.unchecked.empty() || budget.holds()) return;
     const CouplingRequest& request = scene_.coupling;
-    const std::string mend = "; give at most that, or set [coupling] allow_active = true";
+    const std::string fix = "; give at most that, or set [coupling] allow_active = true";
     if (!budget.damping_holds()) {
       fail(request.damping_at, "damping_ns_per_m",
            "is " + number(budget.virtual_damping_ns_per_m) + " N s/m, the device is safe up to " +
-               number(budget.damping_limit_ns_per_m) + mend);
+               number(budget.damping_limit_ns_per_m) + fix);
     }
     for (const ContactStateBudget& state : budget.states) {
       if (state.holds() || state.stiffness > budget.limit_of(state.gain)) continue;
@@ -151,7 +151,7 @@ class Choice {
       if (!(state.stiffness > 0.0)) fail(at, gain, unstable_words(budget));
       fail(at, gain,
            "is " + number(state.given) + ", the device is safe up to " + number(state.stiffness) +
-               " (" + state.state + ")" + mend);
+               " (" + state.state + ")" + fix);
     }
   }
 
