@@ -30,6 +30,21 @@ inline void count_one(std::uint64_t& counter) noexcept {
 
 class LinkObserver;
 
+/// Called on the link's thread: after a connection, before its first reports are served, and when
+/// they have ended, before the device is put away. From then on, and before, a link does what may
+/// take long: it finds, opens, claims, reads names, sends firmware, closes.
+struct FlowWatch {
+  void (*called)(void* context, bool flows) noexcept = nullptr;
+  void* context = nullptr;
+  bool flows = false;
+
+  void tell(bool now) noexcept {
+    if (now == flows) return;
+    flows = now;
+    if (called != nullptr) called(context, now);
+  }
+};
+
 /// Owner: the link's thread, which calls `poll` and `close`; what may be called from any thread
 /// says so.
 class DeviceLink {
@@ -38,6 +53,11 @@ class DeviceLink {
 
   /// Before the first poll; null: none.
   virtual void observe(LinkObserver* observer) noexcept = 0;
+  /// As `observe`.
+  void watch_flow(void (*called)(void* context, bool flows) noexcept, void* context) noexcept {
+    flow_watch_.called = called;
+    flow_watch_.context = context;
+  }
 
   /// One turn: tries to connect where there is no device, else takes reports and sends commands,
   /// waiting at most `timeout_ns`. Call it again at once, with at most half a period. Never throws;
@@ -62,6 +82,9 @@ class DeviceLink {
   [[nodiscard]] virtual LinkCounters counters() const noexcept = 0;
   /// Text of the last trouble and what to do, for people; not for the loop.
   [[nodiscard]] virtual std::string trouble() const = 0;
+
+ protected:
+  FlowWatch flow_watch_;
 };
 
 }  // namespace haptic::hal

@@ -70,6 +70,7 @@ HalStatus LocalLink::connect() noexcept {
   }
   busy_ = false;
   connected_ = true;
+  flow_watch_.tell(true);
   flow_.begin_reports();
   return HalStatus::kOk;
 }
@@ -107,6 +108,7 @@ void LocalLink::close() noexcept {
     const std::int64_t end_ns = monotonic_ns() + kLongestRest_ns;
     while (!flow_.is_at_rest() && monotonic_ns() < end_ns) serve(kRestWait_ns);
     connected_ = false;
+    flow_watch_.tell(false);
     flow_.end(false, HalStatus::kOk);
   }
   cancelled_.store(false);

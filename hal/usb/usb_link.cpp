@@ -56,9 +56,11 @@ class TapedPort final : public UsbPort {
 }  // namespace
 
 struct UsbLink::Inside {
-  Inside(Driver& its_driver, DeviceMailbox& mailbox, const LinkSettings& its_settings)
+  Inside(Driver& its_driver, DeviceMailbox& mailbox, const LinkSettings& its_settings,
+         FlowWatch& its_flow_watch)
       : driver(its_driver),
         settings(its_settings),
+        flow_watch(its_flow_watch),
         connection(context, cancelled),
         flow(driver, mailbox, settings),
         transfers(flow, flow.counters()) {
@@ -81,6 +83,7 @@ struct UsbLink::Inside {
 
   Driver& driver;
   const LinkSettings settings;
+  FlowWatch& flow_watch;
   LinkTape* tape = nullptr;
   std::atomic<bool> cancelled{false};
   std::atomic<bool> wraps{false};  ///< a descriptor is given, or will be: nothing is searched
@@ -101,7 +104,7 @@ struct UsbLink::Inside {
 };
 
 UsbLink::UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings)
-    : inside_(std::make_unique<Inside>(driver, mailbox, settings)) {}
+    : inside_(std::make_unique<Inside>(driver, mailbox, settings, flow_watch_)) {}
 
 UsbLink::~UsbLink() { close(); }
 
@@ -194,6 +197,7 @@ HalStatus UsbLink::Inside::look_for_device(std::int64_t timeout_ns) {
 void UsbLink::Inside::fail_connect(HalStatus why) {
   status = why;
   connected = false;
+  flow_watch.tell(false);
   put_away();
   if (flow.state() != LinkState::kAbsent) flow.end(false, why);
 }
@@ -231,6 +235,7 @@ HalStatus UsbLink::Inside::start_reports() {
     tell(why, usb_trouble(connection.name(), UsbAction::kTransfer, code, why));
     return why;
   }
+  flow_watch.tell(true);
   flow.begin_reports();
   return HalStatus::kOk;
 }
@@ -251,6 +256,7 @@ void UsbLink::Inside::lose() {
     why = HalStatus::kTransferFailed;
   connected = false;
   flow.end(true, why);  // first of all: the servo thread waits for it
+  flow_watch.tell(false);
   put_away();
   if (wraps.load() && why == HalStatus::kDeviceGone) wrapped_used = wrapped_tried;
   next_try_ns = flow.now_ns() + settings.retry_ns;
@@ -274,6 +280,7 @@ void UsbLink::Inside::close() {
     const std::int64_t end_ns = monotonic_ns() + kLongestRest_ns;
     while (connected && !flow.is_at_rest() && monotonic_ns() < end_ns) serve(kDrainWait_ns);
   }
+  flow_watch.tell(false);
   if (connected) {
     connected = false;
     put_away();

@@ -16,7 +16,9 @@ constexpr std::size_t kStackReserve = 1024 * 1024;
 }  // namespace
 
 UsbThread::UsbThread(DeviceLink& link, const UsbThreadSettings& settings) noexcept
-    : link_(link), settings_(settings) {}
+    : link_(link), settings_(settings) {
+  link_.watch_flow(on_flow, this);
+}
 
 UsbThreadGrant UsbThread::start() noexcept {
   if (started_) return grant_;
@@ -47,10 +49,8 @@ void* UsbThread::entry(void* self) {
   return nullptr;
 }
 
-void UsbThread::run() noexcept {
-  char name[16] = {};
-  std::strncpy(name, settings_.name, sizeof name - 1);
-  (void)pthread_setname_np(pthread_self(), name);
+void UsbThread::try_rights() noexcept {
+  (void)pthread_getaffinity_np(pthread_self(), sizeof cpus_before_, &cpus_before_);
   if (settings_.cpu >= 0) {
     grant_.affinity_error = tie_to_cpu(settings_.cpu);
     if (grant_.affinity_error == 0) grant_.cpu = settings_.cpu;
@@ -59,6 +59,35 @@ void UsbThread::run() noexcept {
     grant_.priority_error = set_fifo_priority(settings_.priority);
     if (grant_.priority_error == 0) grant_.priority = settings_.priority;
   }
+  give_rights_back();
+}
+
+void UsbThread::take_rights() const noexcept {
+  if (grant_.cpu >= 0) (void)tie_to_cpu(grant_.cpu);
+  if (grant_.priority > 0) (void)set_fifo_priority(grant_.priority);
+}
+
+void UsbThread::give_rights_back() const noexcept {
+  const sched_param ordinary{};
+  if (grant_.priority > 0) (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+  if (grant_.cpu >= 0)
+    (void)pthread_setaffinity_np(pthread_self(), sizeof cpus_before_, &cpus_before_);
+}
+
+void UsbThread::on_flow(void* self, bool flows) noexcept {
+  const auto& thread = *static_cast<const UsbThread*>(self);
+  if (flows) {
+    thread.take_rights();
+  } else {
+    thread.give_rights_back();
+  }
+}
+
+void UsbThread::run() noexcept {
+  char name[16] = {};
+  std::strncpy(name, settings_.name, sizeof name - 1);
+  (void)pthread_setname_np(pthread_self(), name);
+  try_rights();
   prefault_stack(settings_.prefault_bytes);
   touch_heap();
   running_.store(true, std::memory_order_release);

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The thread that owns a link: it polls until it is stopped, and closes the device itself.
+/// The thread that owns a link: it polls until it is stopped, and closes the device itself. It has
+/// its core and its real-time priority only while reports flow. What comes before and after them -
+/// looking for a device, opening and starting it, closing it - takes long and is nobody's deadline:
+/// at a priority it would hold up a loop of another process, and the thread that libusb starts for
+/// itself would inherit priority and core.
 
 #include <pthread.h>
+#include <sched.h>
 
 #include <atomic>
 #include <cstddef>
@@ -20,20 +25,24 @@ struct UsbThreadSettings {
   const char* name = "haptic-usb";          ///< at most 15 characters
 };
 
-/// What the operating system granted; errno of what it did not.
+/// What the operating system grants while reports flow, tried at the start; errno of what it does
+/// not.
 struct UsbThreadGrant {
   int create_error = 0;    ///< no thread at all
   int priority_error = 0;  ///< EPERM: no right to SCHED_FIFO; it runs as an ordinary thread then
   int affinity_error = 0;
-  int priority = 0;  ///< SCHED_FIFO priority that it has; 0: ordinary
-  int cpu = -1;      ///< core that it is tied to; negative: any
+  int priority = 0;  ///< SCHED_FIFO priority that it will have; 0: ordinary
+  int cpu = -1;      ///< core that it will be tied to; negative: any
 };
 
 /// Owner: whoever starts it. The link outlives the thread.
 class UsbThread {
  public:
   UsbThread(DeviceLink& link, const UsbThreadSettings& settings) noexcept;
-  ~UsbThread() { stop(); }
+  ~UsbThread() {
+    stop();
+    link_.watch_flow(nullptr, nullptr);
+  }
   UsbThread(const UsbThread&) = delete;
   UsbThread& operator=(const UsbThread&) = delete;
 
@@ -53,11 +62,16 @@ class UsbThread {
 
  private:
   static void* entry(void* self);
+  static void on_flow(void* self, bool flows) noexcept;
   void run() noexcept;
+  void try_rights() noexcept;
+  void take_rights() const noexcept;
+  void give_rights_back() const noexcept;
 
   DeviceLink& link_;
   UsbThreadSettings settings_;
   UsbThreadGrant grant_;
+  cpu_set_t cpus_before_{};  ///< where it may run while nothing flows
   pthread_t thread_{};
   bool started_ = false;
   std::atomic<bool> ready_{false}, stopping_{false}, running_{false};

@@ -11,6 +11,7 @@
 #include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_text.hpp"
 #include "hal/usb/usb_thread.hpp"
+#include "tests/support/own_threads.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;
@@ -190,6 +191,34 @@ TEST_SUITE("hal.usb_link") {
       CHECK_FALSE(thread.running());
       CHECK(thread.status() != HalStatus::kOk);
     }
+  }
+
+  TEST_CASE("thread: while there is no device, it and libusb's own thread are ordinary ones") {
+    NoDevice driver;
+    DeviceMailbox mailbox;
+    UsbLink link(driver, mailbox, LinkSettings{});
+    UsbThreadSettings settings;
+    settings.priority = 7;
+    settings.cpu = 0;
+    UsbThread thread(link, settings);
+    const UsbThreadGrant grant = thread.start();
+    REQUIRE(grant.create_error == 0);
+    if (grant.priority == 0) {
+      MESSAGE("skipped: no right to SCHED_FIFO here, so no thread could have it");
+      return;
+    }
+    const std::int64_t end_ns = monotonic_ns() + 20'000'000'000;
+    while (driver.looks == 0 && monotonic_ns() < end_ns) usleep(200);
+    if (thread.status() == HalStatus::kUsbUnavailable)
+      MESSAGE("libusb does not start here: its own thread is not seen");
+    for (int look = 0; look < 100; ++look) {
+      const auto threads = haptic::test::own_threads();
+      REQUIRE(threads.size() >= 2);
+      REQUIRE(haptic::test::all_ordinary(threads));
+      usleep(500);
+    }
+    const int all = haptic::test::own_threads().front().cpus;
+    for (const auto& each : haptic::test::own_threads()) CHECK(each.cpus == all);
   }
 
   TEST_CASE("thread: a core that does not exist is refused, and said so") {

@@ -10,6 +10,7 @@
 #include "hal/usb/usb_link.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "tests/host_sim/usb_link_bench.hpp"
+#include "tests/support/own_threads.hpp"
 #include "tests/support/rt_guard.hpp"
 
 using namespace haptic;
@@ -254,5 +255,57 @@ TEST_SUITE("host_sim.usb_link") {
     CHECK(link.state() == LinkState::kAbsent);
     CHECK(b.carrier->waiting(kInEndpoint) == 0u);
     CHECK(b.carrier->waiting(kOutEndpoint) == 0u);
+  }
+
+  TEST_CASE("thread: real-time priority and core only while reports flow, not while it starts") {
+    Bench b;
+    LinkSettings settings;  // the machine's clock
+    settings.address.wrapped_fd = b.carrier->descriptor();
+    settings.retry_ns = 1'000'000;
+    UsbLink link(b.driver, b.mailbox, settings);
+    std::atomic<int> may_start{0}, starting{0};
+    b.driver.on_start = [&](UsbPort& port) {
+      starting.fetch_add(1);
+      while (may_start.load() < starting.load() && !port.cancelled()) std::this_thread::yield();
+      return HalStatus::kOk;
+    };
+    UsbThreadSettings wanted;
+    wanted.priority = 7;
+    wanted.cpu = 0;
+    UsbThread thread(link, wanted);
+    const UsbThreadGrant grant = thread.start();
+    REQUIRE(grant.create_error == 0);
+    if (grant.priority == 0) {
+      MESSAGE("skipped: no right to SCHED_FIFO here, so the thread cannot have it");
+      return;
+    }
+    CHECK(grant.priority == 7);
+    CHECK(grant.cpu == 0);
+    const int all = own_threads().front().cpus;
+    for (int round = 1; round <= 2; ++round) {
+      CAPTURE(round);
+      while (starting.load() < round) std::this_thread::yield();
+      CHECK(all_ordinary(own_threads()));
+      CHECK(own_thread("haptic-usb").policy == SCHED_OTHER);
+      CHECK(own_thread("haptic-usb").cpus == all);
+      may_start = round;
+      const std::uint64_t states = link.counters().states;
+      while (link.counters().states < states + 20) {
+        if (link.state() != LinkState::kAbsent) b.report();
+        std::this_thread::yield();
+      }
+      const OwnThread flowing = own_thread("haptic-usb");
+      CHECK(flowing.policy == SCHED_FIFO);
+      CHECK(flowing.priority == 7);
+      CHECK(flowing.cpus == 1);
+      CHECK(all_ordinary(own_threads(), "haptic-usb"));
+      if (round == 2) break;
+      b.carrier->unplug();
+      while (link.state() != LinkState::kAbsent) std::this_thread::yield();
+      b.plug();
+      link.set_wrapped_fd(b.carrier->descriptor());
+    }
+    thread.stop();
+    CHECK(link.state() == LinkState::kAbsent);
   }
 }
