@@ -75,7 +75,7 @@ class DeviceLink {
   /// From any thread: another servo process has taken over and has its own mailbox, since what a
   /// killed one left half done in its own cannot be known. `mailbox` outlives the link, and so does
   /// the one before.
-  virtual void use_mailbox(DeviceMailbox& mailbox) noexcept = 0;
+  virtual void use_mailbox(const DeviceMailbox& mailbox) noexcept = 0;
 
   // From any thread.
   [[nodiscard]] virtual LinkState state() const noexcept = 0;

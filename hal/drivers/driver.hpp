@@ -61,6 +61,11 @@ class Driver {
   [[nodiscard]] virtual std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
                                           std::span<std::uint8_t> report,
                                           Wrench& delivered_d) noexcept = 0;
+
+  /// A report that takes the force away whenever it is sent from now on, by anyone and after any
+  /// other; returns its length, 0: none is needed. Of the state after the last `read`; the driver
+  /// does not count it as sent.
+  [[nodiscard]] virtual std::size_t zero_report(std::span<std::uint8_t> report) const noexcept = 0;
 };
 
 }  // namespace haptic::hal

@@ -155,4 +155,13 @@ std::size_t FalconDriver::write(const Wrench& wrench_d, std::uint64_t /*tick*/,
   return packet.size();
 }
 
+std::size_t FalconDriver::zero_report(std::span<std::uint8_t> report) const noexcept {
+  if (report.size() < kFalconPacketBytes) return 0;
+  FalconCommand command;  // no motor value
+  command.lights = kFalconRed;
+  const FalconPacket packet = encode(command);
+  std::copy(packet.begin(), packet.end(), report.begin());
+  return packet.size();
+}
+
 }  // namespace haptic::hal

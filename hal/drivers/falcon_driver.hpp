@@ -55,6 +55,7 @@ class FalconDriver : public Driver {
   [[nodiscard]] std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
                                   std::span<std::uint8_t> report,
                                   Wrench& delivered_d) noexcept override;
+  [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
   /// Motor value per torque at the thigh [1/(N m)], as libnifalcon scales it; to be confirmed on
   /// the device.

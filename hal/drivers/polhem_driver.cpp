@@ -161,4 +161,10 @@ std::size_t PolhemDriver::write(const Wrench& wrench_d, std::uint64_t /*tick*/,
   return kPolhemReportBytes;
 }
 
+std::size_t PolhemDriver::zero_report(std::span<std::uint8_t> report) const noexcept {
+  if (report.size() < kPolhemReportBytes) return 0;
+  encode(PolhemCommand{}, std::span<std::uint8_t, kPolhemReportBytes>(report.data(), kPolhemReportBytes));
+  return kPolhemReportBytes;
+}
+
 }  // namespace haptic::hal

@@ -53,6 +53,7 @@ class PolhemDriver : public Driver {
   [[nodiscard]] std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
                                   std::span<std::uint8_t> report,
                                   Wrench& delivered_d) noexcept override;
+  [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
   /// Counts of a calibrated device differ from the commanded ones by at most this: the arm may
   /// move a little while the command travels.

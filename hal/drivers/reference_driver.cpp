@@ -253,4 +253,13 @@ std::size_t ReferenceDriver::write(const Wrench& wrench_d, std::uint64_t tick,
   return kReferenceCommandBytes;
 }
 
+std::size_t ReferenceDriver::zero_report(std::span<std::uint8_t> report) const noexcept {
+  if (!reported_ || report.size() < kReferenceCommandBytes) return 0;
+  ReferenceCommand command;
+  command.sequence = sequence_ + (1u << 30);
+  command.drives_on = false;
+  encode(command, report.first<kReferenceCommandBytes>());
+  return kReferenceCommandBytes;
+}
+
 }  // namespace haptic::hal

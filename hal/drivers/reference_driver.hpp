@@ -61,6 +61,9 @@ class ReferenceDriver final : public Driver {
                                   std::span<std::uint8_t> report,
                                   Wrench& delivered_d) noexcept override;
 
+  /// Drives off, with a sequence that is newer than any of the next 2^30 commands: days.
+  [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
+
  private:
   [[nodiscard]] HalStatus ask(UsbPort& port) noexcept;
   void follow_drives(const ReferenceReport& report) noexcept;

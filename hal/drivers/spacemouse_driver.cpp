@@ -163,4 +163,8 @@ std::size_t SpaceMouseDriver::write(const Wrench& /*wrench_d*/, std::uint64_t /*
   return 0;
 }
 
+std::size_t SpaceMouseDriver::zero_report(std::span<std::uint8_t> /*report*/) const noexcept {
+  return 0;
+}
+
 }  // namespace haptic::hal

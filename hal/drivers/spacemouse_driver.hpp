@@ -52,6 +52,7 @@ class SpaceMouseDriver : public Driver {
   [[nodiscard]] std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
                                   std::span<std::uint8_t> report,
                                   Wrench& delivered_d) noexcept override;
+  [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
   [[nodiscard]] const SpaceMouseInput& input() const noexcept { return input_; }
   /// Full scale of the raw axis, after start().

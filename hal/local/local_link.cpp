@@ -13,7 +13,7 @@ constexpr std::int64_t kLongestRest_ns = 300'000'000, kRestWait_ns = 10'000'000;
 
 }  // namespace
 
-/// What a driver starts its device through. Reports outside of the flow are not to be had.
+/// What a driver starts its device through.
 class LocalLink::Port final : public UsbPort {
  public:
   explicit Port(LocalLink& link) noexcept : link_(link) {}
@@ -21,13 +21,12 @@ class LocalLink::Port final : public UsbPort {
                     std::size_t& moved, unsigned /*timeout_ms*/) noexcept override {
     return link_.peer_.control(request, bytes, moved);
   }
-  HalStatus write(std::span<const std::uint8_t> /*bytes*/,
-                  unsigned /*timeout_ms*/) noexcept override {
-    return HalStatus::kTransferFailed;
+  HalStatus write(std::span<const std::uint8_t> bytes, unsigned /*timeout_ms*/) noexcept override {
+    return link_.peer_.write(bytes);
   }
-  HalStatus read(std::span<std::uint8_t> /*bytes*/, std::size_t& /*moved*/,
-                 unsigned /*timeout_ms*/) noexcept override {
-    return HalStatus::kTransferFailed;
+  HalStatus read(std::span<std::uint8_t> bytes, std::size_t& moved,
+                 unsigned timeout_ms) noexcept override {
+    return link_.peer_.read(bytes, moved, timeout_ms);
   }
   [[nodiscard]] bool cancelled() const noexcept override { return link_.cancelled_.load(); }
 
@@ -35,7 +34,7 @@ class LocalLink::Port final : public UsbPort {
   LocalLink& link_;
 };
 
-LocalLink::LocalLink(Driver& driver, DeviceMailbox& mailbox, LocalPeer& peer,
+LocalLink::LocalLink(Driver& driver, const DeviceMailbox& mailbox, LocalPeer& peer,
                      const LinkSettings& settings)
     : driver_(driver), peer_(peer), settings_(settings), flow_(driver, mailbox, settings_) {
   flow_.attach(*this);
@@ -45,7 +44,7 @@ LocalLink::~LocalLink() { close(); }
 
 std::string LocalLink::trouble() const {
   const HalStatus status = status_.load();
-  return status == HalStatus::kOk ? "" : std::string("the local device: ") + to_text(status);
+  return status == HalStatus::kOk ? "" : std::string(peer_.name()) + ": " + to_text(status);
 }
 
 std::span<std::uint8_t> LocalLink::out_bytes() noexcept {
@@ -60,11 +59,13 @@ SendOutcome LocalLink::send(std::size_t bytes) noexcept {
 }
 
 HalStatus LocalLink::connect() noexcept {
+  if (const HalStatus plugged = peer_.plug(monotonic_ns()); plugged != HalStatus::kOk)
+    return plugged;
   flow_.begin_start();
-  peer_.plug(monotonic_ns());
   Port port(*this);
   const HalStatus started = driver_.start(port);
   if (started != HalStatus::kOk) {
+    peer_.unplug();
     flow_.end(false, started);
     return started;
   }
@@ -78,18 +79,32 @@ HalStatus LocalLink::connect() noexcept {
 HalStatus LocalLink::poll(std::int64_t timeout_ns) noexcept {
   if (connected_) {
     serve(cancelled_.load() ? 0 : timeout_ns);
+    if (peer_.gone()) lose();
   } else if (!cancelled_.load()) {
-    status_.store(connect());
+    const std::int64_t now = monotonic_ns();
+    if (now >= next_try_ns_) {
+      status_.store(connect());
+      next_try_ns_ = now + settings_.retry_ns;
+    }
     if (!connected_) (void)sleep_until(monotonic_ns() + timeout_ns);
   }
   return status_.load();
+}
+
+void LocalLink::lose() noexcept {
+  connected_ = false;
+  status_.store(HalStatus::kDeviceGone);
+  flow_.end(true, HalStatus::kDeviceGone);
+  flow_watch_.tell(false);
+  peer_.unplug();
+  next_try_ns_ = monotonic_ns() + settings_.retry_ns;
 }
 
 void LocalLink::serve(std::int64_t timeout_ns) noexcept {
   const std::int64_t now = monotonic_ns();
   const std::int64_t wait_ns = busy_ ? 0 : std::min(timeout_ns, flow_.until_turn_ns());
   const std::int64_t until_ns = std::min(now + wait_ns, peer_.next_report_ns());
-  if (until_ns > now) (void)sleep_until(until_ns);
+  if (until_ns > now) peer_.wait(until_ns);
   if (busy_) {
     busy_ = false;
     flow_.on_out_end(true);
@@ -102,14 +117,21 @@ void LocalLink::serve(std::int64_t timeout_ns) noexcept {
   flow_.turn();
 }
 
+ZeroCommand LocalLink::zero_target() const noexcept {
+  ZeroCommand target;
+  target.descriptor = peer_.descriptor();
+  return target;
+}
+
 void LocalLink::close() noexcept {
   if (connected_) {
     flow_.begin_rest();
     const std::int64_t end_ns = monotonic_ns() + kLongestRest_ns;
-    while (!flow_.is_at_rest() && monotonic_ns() < end_ns) serve(kRestWait_ns);
+    while (!flow_.is_at_rest() && !peer_.gone() && monotonic_ns() < end_ns) serve(kRestWait_ns);
     connected_ = false;
     flow_watch_.tell(false);
     flow_.end(false, HalStatus::kOk);
+    peer_.unplug();
   }
   cancelled_.store(false);
 }

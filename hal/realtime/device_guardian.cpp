@@ -3,7 +3,8 @@
 
 #include <linux/futex.h>
 #include <poll.h>
-#include <sys/signalfd.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -12,32 +13,48 @@
 #include <climits>
 #include <new>
 
+#include "hal/clock/servo_clock.hpp"
+#include "hal/realtime/process_hardening.hpp"
+
 namespace haptic::hal {
 namespace {
 
-// Where no descriptor tells of a process's end, it is looked for this often.
-constexpr int kBlindLook_ms = 2;
+// The processes are looked at this often; where no descriptor tells of an end, more often.
+constexpr int kLook_ms = 20, kBlindLook_ms = 2;
+// What one look may add to a silence: this process itself may have been held up.
+constexpr std::int64_t kMostSilence_ns = 2 * std::int64_t{kLook_ms} * 1'000'000;
 constexpr int kMostExitCode = 4;
+// Of SCHED_FIFO without a sleep [us]: far beyond a tick, short enough to leave the core to others.
+constexpr rlim_t kLongestSpin_us = 100'000, kLongestSpinOfHolder_us = 400'000;
+
+constexpr std::size_t rounded_up(std::size_t bytes) { return (bytes + 63) / 64 * 64; }
+
+void limit_spinning(rlim_t soft_us) noexcept {
+  const rlimit limit{soft_us, 2 * soft_us};
+  (void)setrlimit(RLIMIT_RTTIME, &limit);
+}
+
+void wake(std::atomic<std::uint32_t>& word) noexcept {
+  // Not FUTEX_PRIVATE: the sleeper is another process.
+  syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+}
 
 }  // namespace
 
-/// In shared memory, one for each process. `calls` grows whenever one of the others changes.
-struct alignas(64) DeviceGuardian::Control {
-  DeviceMailbox mailbox;
+/// Written by the guardian. `calls` grows whenever one of the words changes.
+struct alignas(64) DeviceGuardian::Orders {
+  StateHalf states;
   std::atomic<std::uint32_t> calls{0};
   std::atomic<bool> go{false}, stop{false};
+  std::atomic<std::uint64_t> order{0};
 
-  void call() noexcept {
+  void say(std::atomic<bool>& word) noexcept {
+    word.store(true, std::memory_order_release);
     calls.fetch_add(1, std::memory_order_release);
-    // Not FUTEX_PRIVATE: the sleeper is another process.
-    syscall(SYS_futex, &calls, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+    wake(calls);
   }
-  void tell_stop() noexcept {
-    stop.store(true, std::memory_order_release);
-    call();
-  }
-  /// Returns false when asked to stop instead.
-  [[nodiscard]] bool wait_for_go() noexcept {
+  /// In the child. Returns false when asked to stop instead.
+  [[nodiscard]] bool wait_for_go() const noexcept {
     for (;;) {
       const std::uint32_t seen = calls.load(std::memory_order_acquire);
       if (stop.load(std::memory_order_acquire)) return false;
@@ -46,95 +63,104 @@ struct alignas(64) DeviceGuardian::Control {
     }
   }
 };
+
+/// Written by the servo process; behind it the flight recorder and the report.
+struct alignas(64) DeviceGuardian::Reports {
+  CommandHalf commands;
+};
 static_assert(std::atomic<bool>::is_always_lock_free &&
                   sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t),
               "shared by processes; the futex is the word itself");
 
-DeviceGuardian::~DeviceGuardian() {
-  stop();
-  give_signals_back();
+std::string to_text(const ServoEnd& end) {
+  if (!end.hung) return to_text(end.end);
+  return "hung, and killed for it: no tick came any more";
 }
 
-int DeviceGuardian::take_signals() noexcept {
-  sigset_t stops;
-  sigemptyset(&stops);
-  sigaddset(&stops, SIGINT);
-  sigaddset(&stops, SIGTERM);
-  const int error = pthread_sigmask(SIG_BLOCK, &stops, &mask_before_);
-  if (error != 0) return error;
-  signals_ = signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK);
-  if (signals_ >= 0) return 0;
-  const int refused = errno;
-  pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
-  return refused;
-}
+DeviceGuardian::~DeviceGuardian() { stop(); }
 
-void DeviceGuardian::give_signals_back() noexcept {
-  if (signals_ < 0) return;
-  while (stop_asked()) {
+int DeviceGuardian::make_seats() {
+  const std::size_t flight_bytes = rounded_up(FlightRecorder::bytes_for(settings_.recorded_ticks));
+  const std::size_t up_bytes = sizeof(Reports) + flight_bytes + settings_.report_bytes;
+  for (unsigned k = 0; k <= settings_.spares; ++k) {
+    seats_.push_back(std::make_unique<Seat>(up_bytes, sizeof(Orders)));
+    Seat& seat = *seats_.back();
+    if (seat.up.bytes().empty() || seat.down.bytes().empty()) return ENOMEM;
+    auto* const reports = new (seat.up.bytes().data()) Reports;
+    seat.orders = new (seat.down.bytes().data()) Orders;
+    seat.orders->order.store(settings_.order, std::memory_order_relaxed);
+    seat.mailbox = {&seat.orders->states, &reports->commands};
+    seat.flight = seat.up.bytes().subspan(sizeof(Reports), flight_bytes);
+    seat.report = seat.up.bytes().subspan(sizeof(Reports) + flight_bytes);
   }
-  close(signals_);
-  signals_ = -1;
-  pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
-}
-
-bool DeviceGuardian::stop_asked() noexcept {
-  signalfd_siginfo info;
-  return signals_ >= 0 && read(signals_, &info, sizeof info) == sizeof info;
+  return 0;
 }
 
 int DeviceGuardian::start(const ServoBody& body) {
   if (!seats_.empty()) return EBUSY;
-  const std::size_t control_bytes = sizeof(Control);
-  const std::size_t flight_bytes = FlightRecorder::bytes_for(settings_.recorded_ticks);
-  static_assert(sizeof(Control) % 64 == 0, "the recorder behind it is aligned to 64");
-  const std::size_t stride = control_bytes + (flight_bytes + 63) / 64 * 64;
-  const std::size_t count = 1 + std::size_t{settings_.spares};
-  memory_.emplace(stride * count);
-  if (memory_->bytes().empty()) return ENOMEM;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::span<std::byte> bytes = memory_->bytes().subspan(k * stride, stride);
-    seats_.push_back(std::make_unique<Seat>());
-    seats_.back()->control = new (bytes.data()) Control;
-    seats_.back()->flight = bytes.subspan(control_bytes, flight_bytes);
-  }
-  seats_[0]->control->go.store(true, std::memory_order_release);
-
-  int error = take_signals();
-  for (unsigned k = 0; error == 0 && k < count; ++k)
+  int error = make_seats();
+  if (error == 0) error = signals_.take();
+  if (error == 0) error = keeper_.start();
+  if (error == 0) begin_seat(0);
+  for (unsigned k = 0; error == 0 && k < seats_.size(); ++k)
     error = seats_[k]->process.start([this, k, &body] { return sit(k, body); });
   if (error != 0) {
     seats_.clear();  // kills those that were forked
-    give_signals_back();
+    keeper_.stop();
+    signals_.give_back();
+    return error;
   }
-  return error;
+  limit_spinning(kLongestSpinOfHolder_us);
+  return 0;
 }
 
-/// In the child. Its signals: the parent's mask of before, SIGTERM says stop.
-int DeviceGuardian::sit(unsigned number, const ServoBody& body) {
-  static Control* told;
+void DeviceGuardian::begin_seat(unsigned number) noexcept {
   Seat& seat = *seats_[number];
-  told = seat.control;
-  struct sigaction action {};
-  action.sa_handler = SIG_IGN;
-  sigaction(SIGINT, &action, nullptr);
-  action.sa_handler = [](int) {
-    told->stop.store(true, std::memory_order_release);
-    told->calls.fetch_add(1, std::memory_order_release);
-  };
-  sigaction(SIGTERM, &action, nullptr);
-  close(signals_);
-  pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
-
-  if (!seat.control->wait_for_go()) return kGuardianDone;
-  memory_->enter();
-  return body({number, seat.control->mailbox, seat.flight, seat.control->stop});
+  at_work_ = number;
+  told_ = hung_ = false;
+  ticks_ = std::make_unique<NewestReader<DeviceCommand>>(seat.mailbox.commands->newest);
+  tick_ = 0;
+  looked_ns_ = monotonic_ns();
+  silence_ns_ = 0;
+  if (link_ != nullptr) link_->use_mailbox(seat.mailbox);
+  seat.orders->say(seat.orders->go);
 }
 
-DeviceMailbox& DeviceGuardian::mailbox() noexcept { return seats_[at_work_]->control->mailbox; }
+/// In the child. Nothing of the others is left in it: a process that writes wildly meets its own
+/// reports, or dies.
+int DeviceGuardian::sit(unsigned number, const ServoBody& body) {
+  leave_signals_to_holder();
+  sigset_t none;
+  sigemptyset(&none);
+  pthread_sigmask(SIG_SETMASK, &none, nullptr);
+  prctl(PR_SET_NAME, number == 0 ? "haptic-servo" : "haptic-spare");
+  keeper_.leave();
+  for (unsigned k = 0; k < seats_.size(); ++k) {
+    if (k == number) continue;
+    seats_[k]->up.leave();
+    seats_[k]->down.leave();
+  }
+  Seat& seat = *seats_[number];
+  if (seat.down.protect() != 0) return kGuardianOsRefused;
+  limit_spinning(kLongestSpin_us);
+
+  if (!seat.orders->wait_for_go()) return kGuardianDone;
+  seat.up.enter();
+  seat.down.enter();
+  return body(
+      {number, seat.mailbox, seat.flight, seat.report, seat.orders->stop, seat.orders->order});
+}
 
 int DeviceGuardian::pid() const noexcept {
   return seats_.empty() ? -1 : seats_[at_work_]->process.pid();
+}
+
+std::span<std::byte> DeviceGuardian::report(unsigned number) noexcept {
+  return seats_[number]->report;
+}
+
+void DeviceGuardian::order(unsigned number, std::uint64_t value) noexcept {
+  seats_[number]->orders->order.store(value, std::memory_order_release);
 }
 
 std::vector<StepTrace> DeviceGuardian::flight_of(const Seat& seat) {
@@ -149,55 +175,91 @@ std::vector<StepTrace> DeviceGuardian::flight() const {
 
 UsbThreadGrant DeviceGuardian::hold(DeviceLink& link) {
   link_ = &link;
-  thread_ = std::make_unique<UsbThread>(link, settings_.thread);
+  UsbThreadSettings settings = settings_.thread;
+  settings.turns = keeper_.turns();
+  thread_ = std::make_unique<UsbThread>(link, settings);
   return thread_->start();
+}
+
+void DeviceGuardian::look_at_ticks() noexcept {
+  const std::int64_t now = monotonic_ns();
+  const std::uint64_t tick = ticks_->newest().tick;
+  if (tick != tick_) {
+    tick_ = tick;
+    silence_ns_ = 0;
+  } else {
+    silence_ns_ += std::min(now - looked_ns_, kMostSilence_ns);
+  }
+  looked_ns_ = now;
+  const int most_ms = tick_ == 0 ? settings_.first_tick_ms : settings_.hung_ms;
+  if (told_ || hung_ || stopped_ || silence_ns_ <= std::int64_t{most_ms} * 1'000'000) return;
+  hung_ = true;
+  if (link_ != nullptr) link_->servo_lost();
+  seats_[at_work_]->process.signal(SIGKILL);
+}
+
+bool DeviceGuardian::look_for_end() {
+  if (told_) return false;
+  Seat& seat = *seats_[at_work_];
+  const ProcessEnd end = seat.process.poll(0);
+  if (!end.ended) return false;
+  if (link_ != nullptr) link_->servo_lost();
+  told_ = true;
+  end_ = {at_work_, seat.process.pid(), end, hung_, flight_of(seat)};
+  return true;
+}
+
+bool DeviceGuardian::look_for_keeper() noexcept {
+  if (keeper_end_.ended || stopped_) return false;
+  keeper_end_ = keeper_.look();
+  return keeper_end_.ended;
 }
 
 GuardianNews DeviceGuardian::wait(int timeout_ms) {
   if (seats_.empty()) return GuardianNews::kNone;
-  Seat& seat = *seats_[at_work_];
-  const int descriptor = seat.process.descriptor();
-  const bool blind = descriptor < 0 && !told_;
-  const bool short_look = blind && (timeout_ms < 0 || timeout_ms > kBlindLook_ms);
-  pollfd watched[] = {{signals_, POLLIN, 0}, {told_ ? -1 : descriptor, POLLIN, 0}};
-  ::poll(watched, 2, short_look ? kBlindLook_ms : timeout_ms);
-  if (!told_) {
-    const ProcessEnd end = seat.process.poll(0);
-    if (end.ended) {
-      if (link_ != nullptr) link_->servo_lost();
-      told_ = true;
-      end_ = {at_work_, seat.process.pid(), end, flight_of(seat)};
-      return GuardianNews::kServoEnded;
+  for (int left_ms = timeout_ms; timeout_ms < 0 || left_ms >= 0;) {
+    const int descriptor = seats_[at_work_]->process.descriptor();
+    const int look_ms = descriptor < 0 && !told_ ? kBlindLook_ms : kLook_ms;
+    const int turn_ms = timeout_ms < 0 ? look_ms : std::min(look_ms, left_ms);
+    pollfd watched[] = {{signals_.descriptor(), POLLIN, 0},
+                        {told_ ? -1 : descriptor, POLLIN, 0},
+                        {keeper_end_.ended ? -1 : keeper_.descriptor(), POLLIN, 0}};
+    ::poll(watched, 3, turn_ms);
+    look_at_ticks();
+    if (look_for_end()) return GuardianNews::kServoEnded;
+    if (const int number = signals_.asked(); number != 0) {
+      stop_signal_ = number;
+      return GuardianNews::kStopAsked;
     }
+    if (look_for_keeper()) return GuardianNews::kKeeperEnded;
+    if (timeout_ms >= 0) left_ms -= std::max(turn_ms, 1);
   }
-  return stop_asked() ? GuardianNews::kStopAsked : GuardianNews::kNone;
+  return GuardianNews::kNone;
 }
 
 bool DeviceGuardian::take_over() {
   if (!told_ || stopped_) return false;
   for (unsigned k = at_work_ + 1; k < seats_.size(); ++k) {
     Seat& seat = *seats_[k];
+    if (seat.process.is_stopped()) seat.process.finish(0);
     if (seat.process.poll(0).ended) continue;  // killed in its sleep
-    at_work_ = k;
-    told_ = false;
-    if (link_ != nullptr) link_->use_mailbox(seat.control->mailbox);
-    seat.control->go.store(true, std::memory_order_release);
-    seat.control->call();
+    begin_seat(k);
     return true;
   }
   return false;
 }
 
 bool DeviceGuardian::stop() {
-  if (stopped_) return orderly_;
+  if (seats_.empty() || stopped_) return orderly_;
   stopped_ = true;
-  for (const auto& seat : seats_) seat->control->tell_stop();
+  for (const auto& seat : seats_) seat->orders->say(seat->orders->stop);
   if (thread_ != nullptr) thread_->stop();
   for (unsigned k = 0; k < seats_.size(); ++k) {
     const bool known = k < at_work_ || (k == at_work_ && told_);
     const ProcessEnd end = seats_[k]->process.finish(settings_.stop_wait_ms);
     if (!known && (end.signal != 0 || end.exit_code != 0)) orderly_ = false;
   }
+  keeper_.stop();
   return orderly_;
 }
 

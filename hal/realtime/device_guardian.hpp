@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The parent process holds the device, a child computes the force. However the child ends, the
-/// parent's USB thread ramps the force to zero, the last ticks are read out of shared memory, and a
-/// spare child can take over.
+/// The parent process holds the device, a child computes the force. However the child ends or
+/// hangs, the parent's USB thread ramps the force to zero, the last ticks are read out of shared
+/// memory, and a spare child can take over. A third process takes the force away when the parent
+/// itself is gone.
 ///
 ///     DeviceGuardian guardian(settings);
 ///     guardian.start(body);                               // forks: before any thread or device
-///     UsbLink link(driver, guardian.mailbox(), link_settings);
+///     UsbLink link(driver, guardian.mailbox(), link_settings);   // with guardian.keeper()
 ///     guardian.hold(link);                                // the USB thread
 ///     return guardian.run(told);                          // until a signal or the servo's end
 
 #include <atomic>
-#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +23,8 @@
 #include "hal/device_mailbox.hpp"
 #include "hal/realtime/servo_process.hpp"
 #include "hal/realtime/shared_memory.hpp"
+#include "hal/realtime/stop_signals.hpp"
+#include "hal/realtime/zero_keeper.hpp"
 #include "hal/usb/usb_thread.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 
@@ -37,21 +38,29 @@ struct GuardianSettings {
   /// USB thread has begun would copy its locks, and the device's descriptor.
   unsigned spares = 1;
   std::size_t recorded_ticks = 4096;  ///< of each process's flight recorder
+  std::size_t report_bytes = 0;       ///< of ServoSeat::report
+  std::uint64_t order = 0;            ///< of every process, until `order` says another
   int stop_wait_ms = 500;             ///< for a servo process that was asked to stop; then killed
+  /// A servo process that does not tick for so long is hung, and killed; only time in which this
+  /// process looked counts. Before its first tick, which comes after its set-up, it has longer.
+  int hung_ms = 250, first_tick_ms = 10'000;
   UsbThreadSettings thread;
 };
 
 /// What a servo process works with, all in shared memory and its own alone: what a killed one has
-/// left half done is not used again.
+/// left half done is not used again, and it does not see what is its spare's. What the guardian
+/// writes is read-only here.
 struct ServoSeat {
   unsigned number = 0;  ///< 0: the first; spares from 1 on
-  DeviceMailbox& mailbox;
+  const DeviceMailbox& mailbox;
   std::span<std::byte> flight;    ///< for a FlightRecorder, which the body makes
-  const std::atomic<bool>& stop;  ///< for ServoLoop::run; also set by SIGTERM to the process
+  std::span<std::byte> report;    ///< zeroed, aligned to 64: what the body tells of itself
+  const std::atomic<bool>& stop;  ///< for ServoLoop::run
+  const std::atomic<std::uint64_t>& order;  ///< DeviceGuardian::order
 };
 
-/// Body of a servo process; its result is the exit code. Runs with SIGINT ignored: at a terminal it
-/// goes to all, and the parent tells when to stop.
+/// Body of a servo process; its result is the exit code. Runs with all signals ignored that the
+/// parent follows: those to a whole group are not its business, the parent tells when to stop.
 using ServoBody = std::function<int(const ServoSeat& seat)>;
 
 /// An end that nobody asked for.
@@ -59,18 +68,22 @@ struct ServoEnd {
   unsigned number = 0;
   int pid = -1;
   ProcessEnd end;
+  bool hung = false;               ///< it had stopped ticking, and was killed for it
   std::vector<StepTrace> records;  ///< of its flight recorder, oldest first
 };
 
+/// "did not tick for 250 ms (stopped) and was killed", or as of ProcessEnd.
+[[nodiscard]] std::string to_text(const ServoEnd& end);
+
 enum class GuardianNews : std::uint8_t {
   kNone = 0,
-  kStopAsked,  ///< SIGINT or SIGTERM
-  kServoEnded  ///< see servo_end(); the force is on its way to zero
+  kStopAsked,   ///< a signal, see stop_signal()
+  kServoEnded,  ///< see servo_end(); the force is on its way to zero
+  kKeeperEnded  ///< the zero-keeper, see keeper_end(); reported once
 };
 
-/// Owner: one thread, which outlives the processes. While it is started, SIGINT and SIGTERM are
-/// blocked in that thread and those that it makes. A frozen process is not an ended one: its force
-/// is ramped down as stale (OutputGuard), and `stop` kills it.
+/// Owner: one thread, which outlives the processes. While it is started, the signals of StopSignals
+/// are blocked in that thread and those that it makes.
 class DeviceGuardian {
  public:
   explicit DeviceGuardian(const GuardianSettings& settings) : settings_(settings) {}
@@ -78,16 +91,23 @@ class DeviceGuardian {
   DeviceGuardian(const DeviceGuardian&) = delete;
   DeviceGuardian& operator=(const DeviceGuardian&) = delete;
 
-  /// Forks the servo process and its spares; the first begins at once. Once.
+  /// Forks the zero-keeper, the servo process and its spares; the first servo begins at once. Once.
   /// @return 0, or an errno (EAGAIN, ENOMEM of fork; ENOMEM of shared memory; EBUSY: started).
   int start(const ServoBody& body);
 
   /// Of the process at work. Started.
-  [[nodiscard]] DeviceMailbox& mailbox() noexcept;
+  [[nodiscard]] const DeviceMailbox& mailbox() const noexcept { return seats_[at_work_]->mailbox; }
   [[nodiscard]] int pid() const noexcept;
   [[nodiscard]] unsigned number() const noexcept { return at_work_; }
+  /// ServoSeat::report of a seat, which that process may be writing to, anything.
+  [[nodiscard]] std::span<std::byte> report(unsigned number) noexcept;
+  /// A number for the process of a seat, to be read when it begins.
+  void order(unsigned number, std::uint64_t value) noexcept;
   /// Newest ticks of the process at work, oldest first; also while it runs.
   [[nodiscard]] std::vector<StepTrace> flight() const;
+  /// For LinkSettings::zero_holder.
+  [[nodiscard]] ZeroHolder& keeper() noexcept { return keeper_; }
+  [[nodiscard]] int keeper_pid() const noexcept { return keeper_.pid(); }
 
   /// Starts the USB thread over `link`, which was made over mailbox() and outlives this object.
   UsbThreadGrant hold(DeviceLink& link);
@@ -96,10 +116,14 @@ class DeviceGuardian {
   /// At the end of the process at work, which is reported once, the ramp is begun first of all.
   [[nodiscard]] GuardianNews wait(int timeout_ms);
   [[nodiscard]] const ServoEnd& servo_end() const noexcept { return end_; }
+  [[nodiscard]] const ProcessEnd& keeper_end() const noexcept { return keeper_end_; }
+  [[nodiscard]] int stop_signal() const noexcept { return stop_signal_; }  ///< 0: none came
+  /// How long the process at work has not ticked, as far as this process looked.
+  [[nodiscard]] std::int64_t silence_ns() const noexcept { return silence_ns_; }
 
   /// A spare goes to work in place of a process that has ended. Its ticks count from 1 and it knows
   /// of no arming: the output stays at zero until the operator releases the deadman switch and
-  /// presses it again.
+  /// presses it again. A spare that stands still is killed, and the next one taken.
   /// @return false: no spare is left, or the process at work has not ended.
   bool take_over();
 
@@ -115,29 +139,42 @@ class DeviceGuardian {
   int run(const std::function<void(const ServoEnd&)>& told);
 
  private:
-  struct Control;
+  struct Orders;
+  struct Reports;
+  /// Of one process. Two mappings, each written by one side.
   struct Seat {
-    Control* control = nullptr;
-    std::span<std::byte> flight;
+    Seat(std::size_t up_bytes, std::size_t down_bytes) : up(up_bytes), down(down_bytes) {}
+    SharedMemory up, down;  ///< from the servo; from the guardian
+    DeviceMailbox mailbox;
+    std::span<std::byte> flight, report;
+    Orders* orders = nullptr;
     ServoProcess process;
   };
-  int take_signals() noexcept;
-  void give_signals_back() noexcept;
-  [[nodiscard]] bool stop_asked() noexcept;
+  [[nodiscard]] int make_seats();
   [[nodiscard]] int sit(unsigned number, const ServoBody& body);
+  void begin_seat(unsigned number) noexcept;
+  void look_at_ticks() noexcept;
+  [[nodiscard]] bool look_for_end();
+  [[nodiscard]] bool look_for_keeper() noexcept;
   [[nodiscard]] static std::vector<StepTrace> flight_of(const Seat& seat);
 
   GuardianSettings settings_;
-  std::optional<SharedMemory> memory_;
+  ZeroKeeper keeper_;
   std::vector<std::unique_ptr<Seat>> seats_;
   unsigned at_work_ = 0;
   bool told_ = false;  ///< of the end of the process at work
   bool orderly_ = true, stopped_ = false;
   ServoEnd end_;
+  ProcessEnd keeper_end_;
+  int stop_signal_ = 0;
   DeviceLink* link_ = nullptr;
   std::unique_ptr<UsbThread> thread_;
-  int signals_ = -1;  ///< signalfd
-  sigset_t mask_before_{};
+  StopSignals signals_;
+  // Of the process at work: what it has last been seen to do.
+  std::unique_ptr<NewestReader<DeviceCommand>> ticks_;
+  std::uint64_t tick_ = 0;
+  std::int64_t looked_ns_ = 0, silence_ns_ = 0;
+  bool hung_ = false;
 };
 
 }  // namespace haptic::hal

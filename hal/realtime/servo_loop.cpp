@@ -16,13 +16,13 @@ std::uint32_t narrowed(std::int64_t periods) noexcept {
 
 const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept {
   bool is_new = false;
-  input_.state = mailbox_.state.newest(&is_new);
+  input_.state = mailbox_.state(&is_new);
   input_.now_ns = now_ns;
   input_.late_periods = late_periods;
   input_.report_goal_contact = settings_.report_goal_contact;
   input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
   result_ = tick_.step(input_);
-  mailbox_.command.publish(result_.command);
+  mailbox_.publish(result_.command);
   counters_.ticks += 1;
   counters_.late += late_periods > 0 ? 1u : 0u;
   counters_.missed_periods += late_periods;
@@ -60,13 +60,13 @@ int ServoLoop::run_by_timer(const std::atomic<bool>& stop) noexcept {
 }
 
 int ServoLoop::run_by_reports(const std::atomic<bool>& stop) noexcept {
-  std::uint32_t seen = mailbox_.states_published.load(std::memory_order_acquire);
+  std::uint32_t seen = mailbox_.states_published();
   std::int64_t last_ns = now_ns();
   while (!stop.load(std::memory_order_relaxed)) {
     const std::int64_t deadline_ns = monotonic_ns() + settings_.report_wait_ns;
     std::uint32_t count = seen;
     while (count == seen && monotonic_ns() < deadline_ns && !stop.load(std::memory_order_relaxed)) {
-      count = wait_for_state(mailbox_, seen, deadline_ns);
+      count = mailbox_.wait_for_state(seen, deadline_ns);
     }
     seen = count;
     const std::int64_t start_ns = now_ns();

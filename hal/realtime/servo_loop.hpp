@@ -43,7 +43,8 @@ using TickWatch = void (*)(void* context, const ServoInput& input, const ServoRe
 /// the clock, and the sleep between ticks.
 class ServoLoop {
  public:
-  ServoLoop(ServoTick& tick, DeviceMailbox& mailbox, const ServoLoopSettings& settings) noexcept
+  ServoLoop(ServoTick& tick, const DeviceMailbox& mailbox,
+            const ServoLoopSettings& settings) noexcept
       : tick_(tick), mailbox_(mailbox), settings_(settings) {}
 
   void watch(TickWatch called, void* context) noexcept {
@@ -53,6 +54,9 @@ class ServoLoop {
 
   /// One tick at `now_ns`: newest state, step, publish. `late_periods`: whole periods missed.
   const ServoResult& tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept;
+
+  /// In place of the command that the last tick has published; on the servo thread.
+  void publish_instead(const DeviceCommand& command) noexcept { mailbox_.publish(command); }
 
   /// Ticks until `stop`. Returns 0, or the errno of a sleep that failed.
   int run(const std::atomic<bool>& stop) noexcept;
@@ -72,7 +76,7 @@ class ServoLoop {
   int run_by_reports(const std::atomic<bool>& stop) noexcept;
 
   ServoTick& tick_;
-  DeviceMailbox& mailbox_;
+  ServoSide mailbox_;
   ServoLoopSettings settings_;
   ServoInput input_;
   ServoResult result_;

@@ -61,7 +61,7 @@ ServoProcess::~ServoProcess() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-int ServoProcess::start(const std::function<int()>& body) {
+int ServoProcess::start(const std::function<int()>& body, Tie tie) {
   if (pid_ > 0) return EBUSY;
   const pid_t parent = getpid();
   // A signal that comes before the handlers are reset is not for the parent's.
@@ -71,7 +71,7 @@ int ServoProcess::start(const std::function<int()>& body) {
   const pid_t child = fork();
   const int error = errno;
   if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (tie == Tie::kDiesWithParent) prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(EXIT_FAILURE);  // it died before the line above
     reset_handlers();
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
@@ -102,6 +102,15 @@ ProcessEnd ServoProcess::poll(int timeout_ms) noexcept {
   if (WIFSIGNALED(status)) end_.signal = WTERMSIG(status);
   if (WIFEXITED(status)) end_.exit_code = WEXITSTATUS(status);
   return end_;
+}
+
+bool ServoProcess::is_stopped() const noexcept {
+  if (pid_ <= 0 || end_.ended) return false;
+  siginfo_t info{};
+  // Only looked at: the same answer next time.
+  const int result =
+      waitid(P_PID, static_cast<id_t>(pid_), &info, WSTOPPED | WNOHANG | WNOWAIT);
+  return result == 0 && info.si_pid == pid_;
 }
 
 ProcessEnd ServoProcess::finish(int timeout_ms) noexcept {

@@ -3,6 +3,7 @@
 /// The servo loop in a process of its own, so that a crash of it leaves somebody who holds the
 /// device: the parent keeps the USB thread and ramps the force down, however the child ended.
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -27,12 +28,14 @@ class ServoProcess {
   ServoProcess(const ServoProcess&) = delete;
   ServoProcess& operator=(const ServoProcess&) = delete;
 
+  enum class Tie : std::uint8_t { kDiesWithParent = 0, kOutlivesParent };
+
   /// Forks; the child runs `body` and leaves with its result, without the parent's destructors; an
   /// exception out of `body` aborts it. The parent's signal handlers are not the child's, as after
-  /// exec; its signal mask is. The child is killed when the thread that called this ends: what it
-  /// computes can reach the device by the parent alone. Returns 0, the errno of fork, or EBUSY: it
+  /// exec; its signal mask is. Tied to the parent, the child is killed when the thread that called this ends:
+  /// what it computes can reach the device by the parent alone. Returns 0, the errno of fork, or EBUSY: it
   /// was started before.
-  int start(const std::function<int()>& body);
+  int start(const std::function<int()>& body, Tie tie = Tie::kDiesWithParent);
 
   [[nodiscard]] int pid() const noexcept { return pid_; }
   /// Readable once the child has ended; -1: the kernel has no such thing (before Linux 5.3).
@@ -41,6 +44,9 @@ class ServoProcess {
   /// Whether the child has ended, and how; waits at most `timeout_ms` (0: only looks), less where a
   /// signal comes.
   [[nodiscard]] ProcessEnd poll(int timeout_ms) noexcept;
+
+  /// Whether it stands still by SIGSTOP or a debugger.
+  [[nodiscard]] bool is_stopped() const noexcept;
 
   /// Its end, which is made where it does not come within `timeout_ms`: killed, also when frozen.
   ProcessEnd finish(int timeout_ms) noexcept;

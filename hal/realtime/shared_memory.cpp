@@ -3,6 +3,8 @@
 
 #include <sys/mman.h>
 
+#include <cerrno>
+
 namespace haptic::hal {
 namespace {
 
@@ -19,6 +21,11 @@ SharedMemory::SharedMemory(std::size_t byte_count) noexcept {
   locked_ = mlock(memory, byte_count) == 0;
 }
 
+int SharedMemory::protect() noexcept {
+  if (bytes_.empty()) return EINVAL;
+  return mprotect(bytes_.data(), bytes_.size(), PROT_READ) == 0 ? 0 : errno;
+}
+
 bool SharedMemory::enter() noexcept {
   locked_ = !bytes_.empty() && mlock(bytes_.data(), bytes_.size()) == 0;
   // A refused lock maps nothing.
@@ -29,8 +36,11 @@ bool SharedMemory::enter() noexcept {
   return locked_;
 }
 
-SharedMemory::~SharedMemory() {
+SharedMemory::~SharedMemory() { leave(); }
+
+void SharedMemory::leave() noexcept {
   if (!bytes_.empty()) munmap(bytes_.data(), bytes_.size());
+  bytes_ = {};
 }
 
 }  // namespace haptic::hal

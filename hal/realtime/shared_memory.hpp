@@ -17,6 +17,10 @@ class SharedMemory {
   SharedMemory& operator=(const SharedMemory&) = delete;
 
   [[nodiscard]] std::span<std::byte> bytes() const noexcept { return bytes_; }
+  /// Read-only for this process from now on; others are not affected. @return 0 or an errno.
+  [[nodiscard]] int protect() noexcept;
+  /// Unmapped in this process; others are not affected. `bytes()` is empty then.
+  void leave() noexcept;
   /// In a process forked since: maps every page, which fork leaves to the first touch, and locks
   /// them, which fork does not hand on. False where the limit does not allow the lock.
   bool enter() noexcept;

@@ -41,10 +41,10 @@ void count_verdict(LinkCounters& counters, ReportVerdict verdict) noexcept {
 
 }  // namespace
 
-ReportFlow::ReportFlow(Driver& driver, DeviceMailbox& mailbox,
+ReportFlow::ReportFlow(Driver& driver, const DeviceMailbox& mailbox,
                        const LinkSettings& settings) noexcept
     : driver_(driver),
-      mailbox_(&mailbox),
+      mailbox_(mailbox),
       settings_(settings),
       guard_(settings.limits),
       faults_({settings.silence_ns, settings.corrupt_in_a_row, settings.frozen_in_a_row}),
@@ -60,10 +60,19 @@ std::int64_t ReportFlow::clock_ns() const noexcept {
   return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
 }
 
+// What the servo process of before has left half done is not looked at again.
+DeviceSide& ReportFlow::mailbox() noexcept {
+  if (next_mailbox_.load(std::memory_order_relaxed) != nullptr) {
+    // Acquire: the other half of use_mailbox.
+    mailbox_ = DeviceSide(*next_mailbox_.exchange(nullptr, std::memory_order_acquire));
+  }
+  return mailbox_;
+}
+
 void ReportFlow::take_command() noexcept {
   const std::uint64_t tick = command_.tick;
   const std::int64_t stamp_ns = command_.stamp_ns;
-  command_ = mailbox().command.newest();
+  command_ = mailbox().command();
   if (command_.tick != tick || command_.stamp_ns != stamp_ns)
     note({.kind = LinkEventKind::kCommand, .stamp_ns = command_.stamp_ns, .number = command_.tick});
   faults_.answered(command_);
@@ -74,7 +83,7 @@ void ReportFlow::publish(bool with_report, HalStatus why) noexcept {
   published.faults = (state_.faults & kDeviceBits) | faults_.shown();
   published_ = published.faults;
   if (with_report) faults_.carried(published.sequence);
-  publish_state(mailbox(), published, settings_.wake_servo);
+  mailbox().publish(published, settings_.wake_servo);
   if (tape_ != nullptr) tape_->on_state(published);
   if (link_.exchange(published.link, std::memory_order_acq_rel) == published.link) return;
   const std::int64_t now = now_ns();
@@ -119,6 +128,8 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
     guard_.latch(kLinkLost);
     guard_faults_ |= kLinkLost;
   }
+  if (zero_held_) settings_.zero_holder->release();
+  zero_held_ = false;
   state_.link = LinkState::kAbsent;
   state_.twist_valid = false;
   state_.faults = 0;
@@ -189,6 +200,7 @@ void ReportFlow::drive() noexcept {
   driven_ns_ = now;
   take_command();
   follow_servo(now);
+  follow_holder();
   owed_ = transfers_->busy();
   if (owed_) {
     count_one(counters_.send_busy);
@@ -241,6 +253,26 @@ void ReportFlow::follow_servo(std::int64_t now_ns) noexcept {
   // Another servo process has come.
   if (command_.tick != 0 && command_.stamp_ns > servo_lost_ns_)
     faults_.set_present(kLinkServoLost, false);
+}
+
+// The zero command is the holder's from the first report on that can be relied upon. Where it has
+// sent one, the device has zero, no matter what went before.
+void ReportFlow::follow_holder() noexcept {
+  ZeroHolder* const holder = settings_.zero_holder;
+  if (holder == nullptr) return;
+  if (!zero_held_ && state_.link == LinkState::kReady) {
+    zero_held_ = true;
+    zeros_sent_ = holder->sent();
+    ZeroCommand command = transfers_->zero_target();
+    command.size = static_cast<std::uint32_t>(driver_.zero_report(command.bytes));
+    command.watchdog_ns = driver_.capabilities().watchdog_ns;
+    if (command.descriptor >= 0 && command.size > 0) holder->hold(command);
+  }
+  const std::uint32_t sent = holder->sent();
+  if (!zero_held_ || sent == zeros_sent_) return;
+  zeros_sent_ = sent;
+  guard_.restart();
+  guard_.latch(kLinkStaleCommand);
 }
 
 void ReportFlow::turn() noexcept {

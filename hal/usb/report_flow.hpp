@@ -18,7 +18,7 @@ namespace haptic::hal {
 /// Owner: the USB thread; `state`, `counters`, `servo_lost` and `use_mailbox` from any.
 class ReportFlow final : public TransferSink {
  public:
-  ReportFlow(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings) noexcept;
+  ReportFlow(Driver& driver, const DeviceMailbox& mailbox, const LinkSettings& settings) noexcept;
 
   /// Through which it sends; outlives the flow.
   void attach(ReportTransfers& transfers) noexcept { transfers_ = &transfers; }
@@ -44,9 +44,9 @@ class ReportFlow final : public TransferSink {
   [[nodiscard]] bool is_at_rest() const noexcept;
 
   void servo_lost() noexcept { servo_lost_.store(true, std::memory_order_release); }
-  /// Release and acquire: who meets the mailbox sees it as it was made.
-  void use_mailbox(DeviceMailbox& mailbox) noexcept {
-    mailbox_.store(&mailbox, std::memory_order_release);
+  /// Release: who meets the mailbox sees it as it was made.
+  void use_mailbox(const DeviceMailbox& mailbox) noexcept {
+    next_mailbox_.store(&mailbox, std::memory_order_release);
   }
   [[nodiscard]] LinkState state() const noexcept { return link_.load(std::memory_order_acquire); }
   [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }
@@ -60,20 +60,20 @@ class ReportFlow final : public TransferSink {
   void note(const LinkEvent& event) const noexcept {
     if (tape_ != nullptr) tape_->on_event(event);
   }
-  [[nodiscard]] DeviceMailbox& mailbox() const noexcept {
-    return *mailbox_.load(std::memory_order_acquire);
-  }
+  [[nodiscard]] DeviceSide& mailbox() noexcept;
   void take_command() noexcept;
   void wait_for_answer() noexcept;
   void drive() noexcept;
   void lose_send() noexcept;
   [[nodiscard]] bool send(std::int64_t now_ns, const GuardedOutput& output) noexcept;
   void follow_servo(std::int64_t now_ns) noexcept;
+  void follow_holder() noexcept;
   void publish(bool with_report, HalStatus why = HalStatus::kOk) noexcept;
   void publish_changes() noexcept;
 
   Driver& driver_;
-  std::atomic<DeviceMailbox*> mailbox_;
+  DeviceSide mailbox_;
+  std::atomic<const DeviceMailbox*> next_mailbox_{nullptr};  ///< null: none since mailbox_
   const LinkSettings& settings_;
   ReportTransfers* transfers_ = nullptr;
   LinkObserver* observer_ = nullptr;
@@ -95,6 +95,8 @@ class ReportFlow final : public TransferSink {
   bool owed_ = false;        ///< an output was due while OUT was in flight
   bool out_zero_ = false;    ///< the one in flight is zero
   bool resting_ = false, at_rest_ = false;
+  bool zero_held_ = false;        ///< the holder has this connection's zero command
+  std::uint32_t zeros_sent_ = 0;  ///< by the holder
   std::atomic<bool> servo_lost_{false};
   std::atomic<LinkState> link_{LinkState::kAbsent};
 };

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <span>
 
+#include "hal/zero_command.hpp"
+
 namespace haptic::hal {
 
 /// What ends on the carrier. Called while it is served, on the link's thread.
@@ -35,6 +37,9 @@ class ReportTransfers {
   virtual void cancel_out() noexcept = 0;
   /// The connection is given up.
   [[nodiscard]] virtual bool lost() const noexcept = 0;
+  /// Where a zero command goes without this carrier: descriptor and endpoint; no descriptor: nobody
+  /// else can send one.
+  [[nodiscard]] virtual ZeroCommand zero_target() const noexcept = 0;
 };
 
 }  // namespace haptic::hal

@@ -4,6 +4,10 @@
 #include <libusb.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
 
 #include "hal/usb/usb_link.hpp"
 
@@ -39,6 +43,22 @@ UsbEndpoint choose(const libusb_interface_descriptor& interface, std::uint8_t ad
   return chosen;
 }
 
+// libusb does not say which descriptor it has opened: the one of ours that leads to the device's
+// file.
+int usbfs_descriptor(libusb_device_handle* handle) {
+  libusb_device* const device = libusb_get_device(handle);
+  char wanted[64] = {};
+  (void)std::snprintf(wanted, sizeof wanted, "/dev/bus/usb/%03u/%03u",
+                      unsigned{libusb_get_bus_number(device)},
+                      unsigned{libusb_get_device_address(device)});
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+    const std::filesystem::path target = std::filesystem::read_symlink(entry.path(), error);
+    if (!error && target == wanted) return std::atoi(entry.path().filename().c_str());
+  }
+  return -1;
+}
+
 }  // namespace
 
 HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& address, int wrapped_fd,
@@ -58,6 +78,7 @@ HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& addre
     action = code == LIBUSB_ERROR_NOT_FOUND ? UsbAction::kFind : UsbAction::kOpen;
   }
   if (code >= 0) code = claim(profile, action);
+  if (code >= 0) descriptor_ = wrapped_fd >= 0 ? wrapped_fd : usbfs_descriptor(handle_);
   if (code >= 0) return HalStatus::kOk;
   const HalStatus status = status_of_libusb(code, action);
   trouble = usb_trouble(name_, action, code, status);
@@ -140,6 +161,7 @@ void UsbConnection::close() noexcept {
   claimed_interface_ = -1;
   libusb_close(handle_);
   handle_ = nullptr;
+  descriptor_ = -1;
 }
 
 HalStatus UsbConnection::control(const ControlRequest& request, std::span<std::uint8_t> bytes,

@@ -45,6 +45,9 @@ class UsbConnection final : public UsbPort {
   void close() noexcept;
 
   [[nodiscard]] libusb_device_handle* handle() const noexcept { return handle_; }
+  /// Of the open device: the one that was wrapped, or the one that libusb has opened; negative: not
+  /// known.
+  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
   [[nodiscard]] const UsbEndpoint& in() const noexcept { return in_; }
   [[nodiscard]] const UsbEndpoint& out() const noexcept { return out_; }
   [[nodiscard]] const UsbName& name() const noexcept { return name_; }
@@ -68,6 +71,7 @@ class UsbConnection final : public UsbPort {
   const std::atomic<bool>& cancelled_;
   libusb_device_handle* handle_ = nullptr;
   int claimed_interface_ = -1;
+  int descriptor_ = -1;
   UsbName name_;
   UsbEndpoint in_, out_;
 };

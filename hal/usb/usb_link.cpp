@@ -56,7 +56,7 @@ class TapedPort final : public UsbPort {
 }  // namespace
 
 struct UsbLink::Inside {
-  Inside(Driver& its_driver, DeviceMailbox& mailbox, const LinkSettings& its_settings,
+  Inside(Driver& its_driver, const DeviceMailbox& mailbox, const LinkSettings& its_settings,
          FlowWatch& its_flow_watch)
       : driver(its_driver),
         settings(its_settings),
@@ -103,7 +103,7 @@ struct UsbLink::Inside {
   std::string trouble;
 };
 
-UsbLink::UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings)
+UsbLink::UsbLink(Driver& driver, const DeviceMailbox& mailbox, const LinkSettings& settings)
     : inside_(std::make_unique<Inside>(driver, mailbox, settings, flow_watch_)) {}
 
 UsbLink::~UsbLink() { close(); }
@@ -140,7 +140,9 @@ void UsbLink::cancel() noexcept {
 }
 
 void UsbLink::servo_lost() noexcept { inside_->flow.servo_lost(); }
-void UsbLink::use_mailbox(DeviceMailbox& mailbox) noexcept { inside_->flow.use_mailbox(mailbox); }
+void UsbLink::use_mailbox(const DeviceMailbox& mailbox) noexcept {
+  inside_->flow.use_mailbox(mailbox);
+}
 LinkState UsbLink::state() const noexcept { return inside_->flow.state(); }
 LinkCounters UsbLink::counters() const noexcept { return snapshot(inside_->flow.counters()); }
 

@@ -15,6 +15,7 @@
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_tape.hpp"
 #include "hal/usb/output_guard.hpp"
+#include "hal/zero_command.hpp"
 #include "rt_core/safety/safety_limits.hpp"
 
 namespace haptic::hal {
@@ -47,6 +48,8 @@ struct LinkSettings {
   /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
   std::int64_t (*clock)(void* context) = nullptr;
   void* clock_context = nullptr;
+  /// Is given the zero command of the device while it is open; outlives the link. Null: nobody.
+  ZeroHolder* zero_holder = nullptr;
 };
 
 /// Sees every report and every send; called on the USB thread.
@@ -65,7 +68,7 @@ class LinkObserver {
 /// libusb allocates itself).
 class UsbLink final : public DeviceLink {
  public:
-  UsbLink(Driver& driver, DeviceMailbox& mailbox, const LinkSettings& settings);
+  UsbLink(Driver& driver, const DeviceMailbox& mailbox, const LinkSettings& settings);
   ~UsbLink() override;
   UsbLink(const UsbLink&) = delete;
   UsbLink& operator=(const UsbLink&) = delete;
@@ -99,7 +102,7 @@ class UsbLink final : public DeviceLink {
   /// Another servo process has taken over: its own mailbox from now on, since what a killed one
   /// left half done in its own cannot be known. From any thread; `mailbox` outlives the link, and
   /// so does the one before.
-  void use_mailbox(DeviceMailbox& mailbox) noexcept override;
+  void use_mailbox(const DeviceMailbox& mailbox) noexcept override;
 
   [[nodiscard]] LinkState state() const noexcept override;
   [[nodiscard]] LinkCounters counters() const noexcept override;

@@ -95,8 +95,11 @@ void UsbThread::run() noexcept {
   ready_.notify_all();
 
   const std::int64_t wait_ns = std::max<std::int64_t>(settings_.period_ns / 2, 1);
-  while (!stopping_.load(std::memory_order_acquire))
+  while (!stopping_.load(std::memory_order_acquire)) {
     status_.store(link_.poll(wait_ns), std::memory_order_release);
+    // One writer: the count need not be read back from memory that others have as well.
+    if (settings_.turns != nullptr) settings_.turns->store(++turns_, std::memory_order_relaxed);
+  }
   link_.close();
   running_.store(false, std::memory_order_release);
 }

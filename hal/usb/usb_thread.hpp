@@ -23,6 +23,7 @@ struct UsbThreadSettings {
   int cpu = -1;                        ///< core that it is tied to; negative: any
   std::size_t prefault_bytes = 128 * 1024;  ///< of its stack, touched before the loop
   const char* name = "haptic-usb";          ///< at most 15 characters
+  std::atomic<std::uint32_t>* turns = nullptr;  ///< grows with each poll; null: not counted
 };
 
 /// What the operating system grants while reports flow, tried at the start; errno of what it does
@@ -74,6 +75,7 @@ class UsbThread {
   cpu_set_t cpus_before_{};  ///< where it may run while nothing flows
   pthread_t thread_{};
   bool started_ = false;
+  std::uint32_t turns_ = 0;
   std::atomic<bool> ready_{false}, stopping_{false}, running_{false};
   std::atomic<HalStatus> status_{HalStatus::kDeviceNotFound};
 };

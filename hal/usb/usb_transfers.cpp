@@ -64,6 +64,9 @@ int UsbTransfers::open(const UsbConnection& connection, const UsbProfile& profil
   close();
   pool_ = std::make_unique<Pool>();
   pool_->handle = connection.handle();
+  zero_target_ = ZeroCommand{};
+  zero_target_.descriptor = connection.descriptor();
+  zero_target_.endpoint = connection.out().address;
   lost_code_ = 0;
   in_errors_ = out_errors_ = 0;
   next_queue_ns_ = std::numeric_limits<std::int64_t>::min();

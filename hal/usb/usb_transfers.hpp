@@ -56,6 +56,7 @@ class UsbTransfers final : public ReportTransfers {
   /// The bus itself failed with this libusb code: counts as lost.
   void give_up(int code) noexcept;
   [[nodiscard]] bool lost() const noexcept override { return lost_code_ < 0; }
+  [[nodiscard]] ZeroCommand zero_target() const noexcept override { return zero_target_; }
   [[nodiscard]] int lost_code() const noexcept { return lost_code_; }  ///< of libusb; 0: not lost
 
  private:
@@ -76,6 +77,7 @@ class UsbTransfers final : public ReportTransfers {
   LinkTape* tape_ = nullptr;
   std::unique_ptr<Pool> pool_;
   int lost_code_ = 0;
+  ZeroCommand zero_target_;
   std::int64_t next_queue_ns_ = 0;           ///< nothing is queued by `requeue` before
   unsigned in_errors_ = 0, out_errors_ = 0;  ///< in a row
   bool in_halted_ = false, out_halted_ = false;

@@ -83,7 +83,8 @@ class BusPlayer final : private hal::LinkTape, private UsbFunction {
   PlayedServo servo_;
   EventTrack track_;
   hal::ReferenceDriver driver_;
-  hal::DeviceMailbox mailbox_;
+  hal::MailboxMemory mailbox_;
+  hal::ServoSide servo_end_{mailbox_};
   std::unique_ptr<UsbfsCarrier> carrier_, before_;  ///< libusb may still have the last one open
   std::unique_ptr<hal::UsbLink> link_;
   PlayResult result_;
@@ -224,7 +225,7 @@ void BusPlayer::give_command() {
   const LinkEvent& taken = track_.next();
   const DeviceCommand* command = servo_.command(taken.number, taken.stamp_ns);
   if (command != nullptr) {
-    mailbox_.command.publish(*command);
+    servo_end_.publish(*command);
   } else if (servo_.track().has_next()) {
     diverge_at_tick();
   } else if (result_.complete) {

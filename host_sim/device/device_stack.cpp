@@ -21,7 +21,7 @@ constexpr int kPolls = 2;
 class DeviceStack::DirectLink final : private hal::UsbPort {
  public:
   DirectLink(DeviceStack& stack, ReferenceModel& model)
-      : stack_(stack), model_(model), guard_(stack.settings_.limits) {}
+      : stack_(stack), model_(model), mailbox_(stack.mailbox_), guard_(stack.settings_.limits) {}
 
   void poll() {
     if (!started_) {
@@ -35,7 +35,7 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
     if (verdict == hal::ReportVerdict::kState) {
       state_.sequence = ++sequence_;
       state_.stamp_ns = stack_.now_ns_;
-      publish_state(stack_.mailbox_, state_, false);
+      mailbox_.publish(state_, false);
       if (stack_.settings_.report_clocked) stack_.serve_servo(true);
     }
     send();
@@ -45,7 +45,7 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
 
  private:
   void send() {
-    const haptic::DeviceCommand command = stack_.mailbox_.command.newest();
+    const haptic::DeviceCommand command = mailbox_.command();
     const std::uint32_t deadman = SwitchMap{}.deadman;
     if ((state_.switches & deadman) != deadman) guard_.hold_back(command);
     const hal::GuardedOutput output = guard_.update(stack_.now_ns_, command);
@@ -81,6 +81,7 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
 
   DeviceStack& stack_;
   ReferenceModel& model_;
+  hal::DeviceSide mailbox_;
   hal::OutputGuard guard_;
   haptic::DeviceState state_;
   std::uint64_t sequence_ = 0;
@@ -199,7 +200,7 @@ void DeviceStack::saw(void* self, const ServoInput& input, const ServoResult& re
 }
 
 void DeviceStack::serve_servo(bool by_report) {
-  const bool is_new = mailbox_.states_published.load(std::memory_order_acquire) != seen_;
+  const bool is_new = mailbox_.states->published.load(std::memory_order_acquire) != seen_;
   if (out_.servo_ran || (by_report && !is_new)) return;
   out_.servo_ran = true;
   if (servo_stalled_) {
@@ -208,14 +209,14 @@ void DeviceStack::serve_servo(bool by_report) {
   }
   out_.servo = loop_->tick(now_ns_, stalled_periods_);
   stalled_periods_ = 0;
-  if (instead_) mailbox_.command.publish(instead_(out_.servo.command));
+  if (instead_) loop_->publish_instead(instead_(out_.servo.command));
 }
 
 /// A period of the device; a report-clocked servo loop answers within the poll.
 StackTick DeviceStack::step() {
   out_.servo_ran = false;
   out_.sent.clear();
-  seen_ = mailbox_.states_published.load(std::memory_order_acquire);
+  seen_ = mailbox_.states->published.load(std::memory_order_acquire);
   now_ns_ += period_ns_;
   if (link_) {
     bus_->step();

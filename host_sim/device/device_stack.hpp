@@ -120,7 +120,7 @@ class DeviceStack final : private hal::LinkObserver {
   StackSettings settings_;
   ReferenceModel model_;
   hal::ReferenceDriver driver_;
-  hal::DeviceMailbox mailbox_;
+  hal::MailboxMemory mailbox_;
   std::unique_ptr<ReferenceUsb> bus_;
   std::unique_ptr<hal::UsbLink> link_;
   std::unique_ptr<DirectLink> direct_;

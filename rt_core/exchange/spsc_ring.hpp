@@ -16,7 +16,7 @@ namespace haptic {
 
 /// One producer thread, one consumer thread; the two may change only at a point that both threads
 /// have synchronised by other means. Positions count pushes and pops and wrap; their difference is
-/// the fill. `Atomic`: as for LatestValue.
+/// the fill. `Atomic`: as for NewestRecord.
 template <class T, std::size_t capacity_count, template <class> class Atomic = std::atomic>
 class SpscRing {
   using Position = Atomic<std::uint32_t>;

@@ -17,7 +17,7 @@ using RecordWord = std::conditional_t<std::atomic<std::uint64_t>::is_always_lock
                                       std::uint64_t, std::uint32_t>;
 
 /// One writer thread, any readers, also in other processes; what a writer killed half way leaves
-/// behind is no record. `Atomic`: as for LatestValue.
+/// behind is no record. `Atomic`: as for NewestRecord.
 ///
 /// Fences would do with less on weakly ordered machines, but TSan does not understand them, and on
 /// x86 a release store or acquire load of a word is the plain instruction.

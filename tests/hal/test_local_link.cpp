@@ -21,9 +21,10 @@ constexpr int kMostTurns = 5000;
 /// At rest at the origin; drives follow what is asked at once.
 class StillPeer final : public LocalPeer {
  public:
-  void plug(std::int64_t now_ns) noexcept override {
+  HalStatus plug(std::int64_t now_ns) noexcept override {
     plugs += 1;
     due_ns_ = now_ns;
+    return HalStatus::kOk;
   }
   HalStatus control(const ControlRequest& /*request*/, std::span<std::uint8_t> bytes,
                     std::size_t& moved) noexcept override {
@@ -62,13 +63,15 @@ class StillPeer final : public LocalPeer {
 LinkSettings link_settings() {
   LinkSettings settings;
   settings.limits = limits_of(reference_capabilities(), kPeriod_ns);
+  settings.retry_ns = 0;
   return settings;
 }
 
 struct Bench {
   StillPeer peer;
   ReferenceDriver driver;
-  DeviceMailbox mailbox;
+  MailboxMemory mailbox;
+  ServoSide servo{mailbox};
   LinkSettings settings = link_settings();
   LocalLink link{driver, mailbox, peer, settings};
   DeviceCommand command;
@@ -77,10 +80,10 @@ struct Bench {
   HalStatus turn(double force_n, unsigned arming) {
     command.tick += 1;
     command.stamp_ns = monotonic_ns();
-    command.sequence = mailbox.state.newest().sequence;
+    command.sequence = servo.state().sequence;
     command.wrench_d.force_n[2] = static_cast<Real>(force_n);
     command.arming = arming;
-    mailbox.command.publish(command);
+    servo.publish(command);
     return link.poll(kPeriod_ns / 2);
   }
   /// The force of the last command that the peer has [N].
@@ -101,7 +104,7 @@ TEST_SUITE("hal.local_link") {
     CHECK(b.peer.most_z == 0);
     for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.999; ++k) b.turn(2.0, 1 + k / 500);
     CHECK(b.force_n() == doctest::Approx(2.0).epsilon(1e-3));
-    CHECK(b.mailbox.state.newest().link == LinkState::kReady);
+    CHECK(b.servo.state().link == LinkState::kReady);
 
     b.link.close();
     CHECK(b.force_n() == 0);
@@ -140,10 +143,10 @@ TEST_SUITE("hal.local_link") {
     for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
     REQUIRE(b.force_n() >= 1.9);
     b.link.servo_lost();
-    DeviceMailbox other;
+    MailboxMemory other;
     b.link.use_mailbox(other);
     for (int k = 0; k < kMostTurns && b.force_n() > 0; ++k) (void)b.link.poll(kPeriod_ns / 2);
     CHECK(b.force_n() == 0);
-    CHECK((other.state.newest().faults & kLinkServoLost) != 0);
+    CHECK((ServoSide(other).state().faults & kLinkServoLost) != 0);
   }
 }

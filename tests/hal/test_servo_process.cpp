@@ -88,24 +88,26 @@ TEST_SUITE("hal.servo_process") {
 
   TEST_CASE("mailbox: a state wakes the loop in another process, with its number and its values") {
     constexpr std::uint32_t kStates = 200;
-    SharedMemory memory(sizeof(DeviceMailbox));
-    DeviceMailbox& mailbox = placed<DeviceMailbox>(memory);
+    SharedMemory memory(sizeof(MailboxMemory));
+    MailboxMemory& mailbox = placed<MailboxMemory>(memory);
+    DeviceSide device(mailbox);
     ServoProcess child;
     // Answers each state; a wake that is lost leaves it asleep until its deadline, which is beyond
     // the patience of this test.
     REQUIRE(child.start([&mailbox] {
+      ServoSide servo(mailbox);
       std::uint32_t seen = 0;
       const std::int64_t end_ns = monotonic_ns() + 10 * kPatience_ns;
       for (std::uint64_t tick = 1; seen < kStates; ++tick) {
         std::uint32_t count = seen;
-        while (count == seen) count = wait_for_state(mailbox, seen, end_ns);
+        while (count == seen) count = servo.wait_for_state(seen, end_ns);
         seen = count;
-        const DeviceState state = mailbox.state.newest();
+        const DeviceState state = servo.state();
         if (state.sequence < seen || state.stamp_ns != 10 * std::int64_t(state.sequence)) return 1;
         DeviceCommand command;
         command.tick = tick;
         command.sequence = state.sequence;
-        mailbox.command.publish(command);
+        servo.publish(command);
       }
       return 0;
     }) == 0);
@@ -113,21 +115,22 @@ TEST_SUITE("hal.servo_process") {
       DeviceState state;
       state.sequence = k;
       state.stamp_ns = 10 * std::int64_t{k};
-      publish_state(mailbox, state, true);
-      REQUIRE(comes([&] { return mailbox.command.newest().sequence == k; }));
+      device.publish(state, true);
+      REQUIRE(comes([&] { return device.command().sequence == k; }));
     }
     CHECK(child.finish(kPatience_ms).exit_code == 0);
-    CHECK(mailbox.states_published.load() == kStates);
+    CHECK(mailbox.states->published.load() == kStates);
   }
 
   TEST_CASE("mailbox: without a wake the sleeper comes back at its deadline, not before") {
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
+    const ServoSide servo(mailbox);
     const std::int64_t deadline_ns = monotonic_ns() + 3'000'000;
     std::uint32_t count = 0;
-    while (monotonic_ns() < deadline_ns) count = wait_for_state(mailbox, 0, deadline_ns);
+    while (monotonic_ns() < deadline_ns) count = servo.wait_for_state(0, deadline_ns);
     CHECK(count == 0);
-    publish_state(mailbox, DeviceState{}, false);
-    CHECK(wait_for_state(mailbox, 0, deadline_ns + kPatience_ns) == 1);  // at once: it differs
+    DeviceSide(mailbox).publish(DeviceState{}, false);
+    CHECK(servo.wait_for_state(0, deadline_ns + kPatience_ns) == 1);  // at once: it differs
   }
 
   TEST_CASE("end of a child: codes, signals, texts") {

@@ -44,6 +44,7 @@ class NoDevice final : public Driver {
                     Wrench&) noexcept override {
     return 0;
   }
+  std::size_t zero_report(std::span<std::uint8_t>) const noexcept override { return 0; }
   int starts = 0;
   mutable int looks = 0;  ///< how often the link has asked what to look for
 
@@ -92,7 +93,7 @@ TEST_SUITE("hal.usb_link") {
 
   TEST_CASE("poll: says what is missing and what to do, and does not try again before its time") {
     NoDevice driver;
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
     Clock clock;
     LinkLog log;
     LinkSettings settings;
@@ -126,7 +127,7 @@ TEST_SUITE("hal.usb_link") {
     CHECK(link.counters().connects == 0u);
     CHECK(link.counters().disconnects == 0u);
     bool is_new = true;
-    const DeviceState state = mailbox.state.newest(&is_new);
+    const DeviceState state = ServoSide(mailbox).state(&is_new);
     CHECK_FALSE(is_new);  // never there: no state, and no fault
     CHECK(state.faults == 0u);
     CHECK(log.changes == 0);
@@ -139,7 +140,7 @@ TEST_SUITE("hal.usb_link") {
     REQUIRE(fd >= 0);
     {
       NoDevice driver;
-      DeviceMailbox mailbox;
+      MailboxMemory mailbox;
       LinkSettings settings;
       settings.address.wrapped_fd = fd;
       UsbLink link(driver, mailbox, settings);
@@ -173,7 +174,7 @@ TEST_SUITE("hal.usb_link") {
 
   TEST_CASE("thread: starts once asked, reports what it was granted, and stops in order") {
     NoDevice driver;
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
     UsbLink link(driver, mailbox, LinkSettings{});
     UsbThreadSettings settings;
     settings.priority = 1;
@@ -223,7 +224,7 @@ TEST_SUITE("hal.usb_link") {
 
   TEST_CASE("thread: a core that does not exist is refused, and said so") {
     NoDevice driver;
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
     UsbLink link(driver, mailbox, LinkSettings{});
     UsbThreadSettings settings;
     settings.cpu = 1'000'000;

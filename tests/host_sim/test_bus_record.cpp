@@ -327,7 +327,7 @@ TEST_SUITE("host_sim.bus_record") {
       ReferenceModel model(settings.model, pressing_hand);
       ReferenceUsb bus(model, DevicePace::kRealTime);
       hal::ReferenceDriver driver;
-      hal::DeviceMailbox mailbox;
+      hal::MailboxMemory mailbox;
       hal::BusSession header;
       header.scene_hash = session.view().header().content_hash;
       header.driver = driver.profile().name;

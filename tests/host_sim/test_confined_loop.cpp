@@ -27,7 +27,7 @@ constexpr std::uint64_t kTicks = 500;
 enum ConfinedExit { kAllWell = 0, kNotConfined, kSanitized, kLoopFailed, kTooFew };
 
 struct Shared {
-  hal::DeviceMailbox mailbox;
+  hal::MailboxMemory mailbox;
   std::atomic<bool> stop{false}, begun{false};
   std::atomic<std::uint64_t> ticks{0};
 };
@@ -71,16 +71,17 @@ TEST_SUITE("host_sim.confined_loop") {
       CAPTURE(report_clocked);
       hal::SharedMemory memory(sizeof(Shared));
       Shared& shared = *new (memory.bytes().data()) Shared;
+      hal::DeviceSide device(shared.mailbox);
       hal::ServoProcess child;
       REQUIRE(child.start([&] { return run_confined(shared, report_clocked); }) == 0);
       std::uint64_t sequence = 0;
       hal::ProcessEnd end;
       while (shared.ticks.load() < kTicks && !end.ended) {
-        hal::publish_state(shared.mailbox, pressing(++sequence), report_clocked);
+        device.publish(pressing(++sequence), report_clocked);
         end = child.poll(1);
       }
       shared.stop = true;
-      hal::publish_state(shared.mailbox, pressing(++sequence), report_clocked);
+      device.publish(pressing(++sequence), report_clocked);
       if (!end.ended) end = child.finish(kPatience_ms);
       CHECK(end.signal == 0);
       if (end.exit_code == kSanitized) {
@@ -88,8 +89,8 @@ TEST_SUITE("host_sim.confined_loop") {
         return;
       }
       CHECK(end.exit_code == kAllWell);
-      CHECK(shared.mailbox.command.newest().tick >= kTicks);
-      CHECK(shared.mailbox.command.newest().sequence > 50);
+      CHECK(device.command().tick >= kTicks);
+      CHECK(device.command().sequence > 50);
     }
   }
 }

@@ -19,7 +19,7 @@ TEST_SUITE("host_sim.servo_loop_watch") {
     ServoParameters parameters;
     parameters.limits = hal::limits_of(hal::reference_capabilities(), 1'000'000);
     ServoTick tick(session.core(), parameters, session.view().header().capacity, nullptr);
-    hal::DeviceMailbox mailbox;
+    hal::MailboxMemory mailbox;
     hal::ServoLoop loop(tick, mailbox, {});
     struct Seen {
       const hal::ServoLoop& loop;

@@ -75,7 +75,7 @@ class ThreadedStack {
     usb_.stop();
     stop_.store(true);
     if (!servo_.joinable()) return;
-    publish_state(mailbox_, {}, true);  // it sleeps
+    hal::DeviceSide(mailbox_).publish({}, true);  // it sleeps
     servo_.join();
   }
 
@@ -134,7 +134,7 @@ class ThreadedStack {
     constexpr auto kLongest = std::chrono::seconds(20);
     const Clock::time_point begin = Clock::now();
     while (ticks_.load(std::memory_order_acquire) <
-               mailbox_.states_published.load(std::memory_order_relaxed) &&
+               mailbox_.states->published.load(std::memory_order_relaxed) &&
            !stopping_.load(std::memory_order_relaxed)) {
       if (Clock::now() - begin > kLongest) {
         stuck_.store(true);
@@ -164,7 +164,7 @@ class ThreadedStack {
   sim::ReferenceModel model_;
   sim::ReferenceUsb bus_;
   hal::ReferenceDriver driver_;
-  hal::DeviceMailbox mailbox_;
+  hal::MailboxMemory mailbox_;
   std::atomic<std::int64_t> now_ns_{kFirst_ns};
   ServoTick tick_;
   hal::ServoLoop loop_;
@@ -252,7 +252,8 @@ int tick_filtered(const SingleRun& recorded, bool probe) {
   const double* grip = session.view().bodies()[0].reference_m;
   for (int k = 0; k < 3; ++k) parameters.map.grip_a[k] = static_cast<Real>(grip[k]);
   ServoTick tick(session.core(), parameters, session.view().header().capacity, nullptr);
-  hal::DeviceMailbox mailbox;
+  hal::MailboxMemory mailbox;
+  hal::DeviceSide device(mailbox);
   hal::ServoLoop loop(tick, mailbox, {});
   bool same = true;
   for (std::size_t k = 0; k < recorded.states.size(); ++k) {
@@ -260,7 +261,7 @@ int tick_filtered(const SingleRun& recorded, bool probe) {
       constexpr std::array<int, 1> kAllowed = {SYS_exit_group};
       if (allow_only(kAllowed) != 0) return kNoFilter;
     }
-    mailbox.state.publish(recorded.states[k]);
+    device.publish(recorded.states[k], false);
     const ServoResult& result = loop.tick(recorded.states[k].stamp_ns, 0);
     same = same && bits_of(recorded.states[k], result) == recorded.bits[k];
     if (probe && k == kPressing + 500) (void)::syscall(SYS_getpid);

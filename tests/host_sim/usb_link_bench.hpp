@@ -84,9 +84,9 @@ struct Bench {
     c.sequence = state().sequence;
     c.wrench_d.force_n[0] = force_n;
     c.arming = arming;
-    mailbox.command.publish(c);
+    servo.publish(c);
   }
-  const DeviceState& state() { return mailbox.state.newest(); }
+  const DeviceState& state() { return servo.state(); }
   hal::HalStatus step(bool with_report = true, bool with_command = true) {
     clock.now_ns += kPeriod_ns;
     if (with_command) command();
@@ -120,7 +120,8 @@ struct Bench {
   UsbTestDevice device;
   UsbTestDriver driver;
   std::unique_ptr<sim::UsbfsCarrier> carrier;
-  hal::DeviceMailbox mailbox;
+  hal::MailboxMemory mailbox;
+  hal::ServoSide servo{mailbox};
   std::unique_ptr<hal::UsbLink> link;
   std::uint32_t reported = 0, arming = 0;
   std::uint64_t tick = 0;

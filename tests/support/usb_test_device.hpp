@@ -50,6 +50,9 @@ class UsbTestDriver final : public hal::Driver {
   [[nodiscard]] std::size_t write(const Wrench& wrench_d, std::uint64_t tick,
                                   std::span<std::uint8_t> report,
                                   Wrench& delivered_d) noexcept override;
+  [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t>) const noexcept override {
+    return 0;
+  }
 
   std::function<hal::HalStatus(hal::UsbPort&)> on_start;
   int starts = 0;

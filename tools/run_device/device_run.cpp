@@ -25,10 +25,12 @@ constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
 constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
 
-hal::GuardianSettings guardian_settings(const DeviceConfig& config) {
+hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLength& length) {
   hal::GuardianSettings settings;
   settings.spares = kSpares;
   settings.recorded_ticks = flight_records(config);
+  settings.report_bytes = sizeof(ServoBoard);
+  settings.order = length.ticks;
   settings.thread.period_ns = config.loop.period_ns;
   settings.thread.priority = config.loop.usb_priority;
   settings.thread.cpu = config.loop.usb_cpu;
@@ -75,9 +77,8 @@ class Run {
         scene_(scene),
         length_(length),
         watch_(watch),
-        memory_((kSpares + 1) * sizeof(ServoBoard)),
         bus_(config.servo.limits, config.loop.period_ns),
-        guardian_(guardian_settings(config)) {}
+        guardian_(guardian_settings(config, length)) {}
 
   RunAccount go();
 
@@ -90,7 +91,10 @@ class Run {
   void tell_status();
   [[nodiscard]] bool take_end();
   void finish();
-  [[nodiscard]] ServoBoard& board() { return *boards_[guardian_.number()]; }
+  [[nodiscard]] ServoBoard& board(unsigned number) {
+    return *std::launder(reinterpret_cast<ServoBoard*>(guardian_.report(number).data()));
+  }
+  [[nodiscard]] ServoBoard& board() { return board(guardian_.number()); }
   [[nodiscard]] double seconds_held() const {
     return 1e-9 * static_cast<double>(hal::monotonic_ns() - held_ns_);
   }
@@ -99,8 +103,6 @@ class Run {
   const SceneBytes& scene_;
   const RunLength& length_;
   const RunWatch& watch_;
-  hal::SharedMemory memory_;
-  std::array<ServoBoard*, kSpares + 1> boards_{};
   hal::RealtimeProcess process_;
   LinkWatch bus_;
   std::unique_ptr<SimulatedPeer> peer_;
@@ -112,14 +114,8 @@ class Run {
 };
 
 void Run::fork_servo() {
-  if (memory_.bytes().empty()) throw OsError("no shared memory for the servo process");
-  for (std::size_t k = 0; k < boards_.size(); ++k)
-    boards_[k] = new (memory_.bytes().data() + k * sizeof(ServoBoard)) ServoBoard;
-  for (ServoBoard* each : boards_) each->ticks_wanted = length_.ticks;
-  const int error = guardian_.start([this](const hal::ServoSeat& seat) {
-    memory_.enter();
-    return serve(config_, scene_, *boards_[seat.number], seat);
-  });
+  const int error =
+      guardian_.start([this](const hal::ServoSeat& seat) { return serve(config_, scene_, seat); });
   if (error != 0)
     throw OsError("the servo process cannot be started: " + std::generic_category().message(error));
 }
@@ -146,7 +142,8 @@ bool Run::wait_for_servo() {
 }
 
 void Run::hold() {
-  const hal::LinkSettings settings = link_settings(config_);
+  hal::LinkSettings settings = link_settings(config_);
+  settings.zero_holder = &guardian_.keeper();
   hal::Driver& driver = *config_.driver;
   if (config_.simulated) {
     peer_ = std::make_unique<SimulatedPeer>(
@@ -171,22 +168,22 @@ void Run::tell_status() {
   const auto every_ns = static_cast<std::int64_t>(1e9 * watch_.status_every_s);
   if (watch_.status_every_s <= 0 || hal::monotonic_ns() < next_status_ns_) return;
   next_status_ns_ = std::max(next_status_ns_ + every_ns, hal::monotonic_ns());
-  watch_.status({seconds_held(), board().status.newest(), link_->state(), link_->counters(),
-                 link_->trouble()});
+  watch_.status(
+      {seconds_held(), status_of(board()), link_->state(), link_->counters(), link_->trouble()});
 }
 
 // Reports a servo process that nobody asked to end. @return whether a spare goes on.
 bool Run::take_end() {
   const hal::ServoEnd& end = guardian_.servo_end();
-  watch_.crash({end.number, end.pid, hal::to_text(end.end), end.records});
-  add(boards_[end.number]->status.newest().counts, account_.counts);
+  watch_.crash({end.number, end.pid, hal::to_text(end), end.records});
+  add(status_of(board(end.number)).counts, account_.counts);
   account_.processes += 1;
   if (end.end.signal != 0) {
     account_.exit_code = kExitCheckFailed;
     if (length_.ticks > 0) {
       const std::uint64_t left = length_.ticks - std::min(account_.counts.ticks, length_.ticks);
-      for (ServoBoard* each : boards_)
-        each->ticks_wanted = std::max<std::uint64_t>(left, 1);  // 0 asks for all
+      for (unsigned k = 0; k <= kSpares; ++k)
+        guardian_.order(k, std::max<std::uint64_t>(left, 1));  // 0 asks for all
     }
     if (guardian_.take_over()) {
       bus_.follow(board().window);
@@ -244,7 +241,7 @@ void Run::finish() {
   }
   ServoBoard& last = board();
   if (at_work_) {
-    add(last.status.newest().counts, account_.counts);
+    add(status_of(last).counts, account_.counts);
     account_.processes += 1;
   }
   account_.times = last.times;

@@ -47,10 +47,12 @@ struct CoreInMemory {
 /// On the servo thread, after each tick.
 class TickWatcher {
  public:
-  TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, const DeviceConfig& config)
+  TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, std::uint64_t wanted,
+              const DeviceConfig& config)
       : loop_(loop),
         board_(board),
-        wanted_(board.ticks_wanted.load(std::memory_order_acquire)),
+        said_(board.status),
+        wanted_(wanted),
         quarter_ns_(config.loop.period_ns / 4),
         lost_periods_(config.servo.limits.lost_periods) {}
 
@@ -104,11 +106,12 @@ class TickWatcher {
     status_.device_faults = input.state.faults;
     status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
     if (counted_) count(input, result, armed);
-    board_.status.publish(status_);
+    said_.publish(status_);
   }
 
   const hal::ServoLoop& loop_;
   ServoBoard& board_;
+  NewestWriter<ServoStatus> said_;
   std::uint64_t wanted_;
   std::int64_t quarter_ns_;
   std::uint32_t lost_periods_;
@@ -132,6 +135,10 @@ hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
 }
 
 }  // namespace
+
+ServoStatus status_of(const ServoBoard& board) noexcept {
+  return NewestReader<ServoStatus>(board.status).newest();
+}
 
 std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
                                             const hal::ProcessSettings& settings) {
@@ -161,14 +168,14 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
   return bytes;
 }
 
-int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board,
-          const hal::ServoSeat& seat) {
+int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoSeat& seat) {
+  ServoBoard& board = *new (seat.report.data()) ServoBoard;  // placement, no heap
   CoreInMemory own;
   if (own.open(scene.span()) != RtStatus::kOk) return kExitBadInput;
   FlightRecorder recorder(seat.flight);
   ServoTick tick(*own.core, parameters_of(config, own.view), own.view.header().capacity, &recorder);
   hal::ServoLoop loop(tick, seat.mailbox, loop_settings(config.loop));
-  TickWatcher watcher(loop, board, config);
+  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config);
   loop.watch(&TickWatcher::watch, &watcher);
 
   hal::RealtimeProcess process;

@@ -11,7 +11,7 @@
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/realtime/histograms.hpp"
 #include "hal/realtime/servo_loop.hpp"
-#include "rt_core/exchange/latest_value.hpp"
+#include "rt_core/exchange/newest_record.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/run_device/device_config.hpp"
 
@@ -63,20 +63,24 @@ struct ServoClose {
   int loop_error = 0;                 ///< errno of a sleep that failed
 };
 
-/// In shared memory, one for each servo process: what a killed one has left half done is not used.
+/// ServoSeat::report of each servo process. Whatever stands there when it has gone wild, the reader
+/// takes no harm.
 struct ServoBoard {
-  LatestValue<ServoStatus> status;
+  NewestRecord<ServoStatus> status;
   std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
   ServoGrants grants;
   ServoClose close;
-  std::atomic<std::uint64_t> ticks_wanted{0};  ///< set before the process begins; 0: all
   std::atomic<CountWindow> window{CountWindow::kNotYet};
   ServoTimes times;  ///< read once the process has ended
 };
 
-/// Body of a servo process; @return its exit code. Everything that it works with is its own: the
-/// scene is copied, so that no page of it is shared with the parent.
-[[nodiscard]] int serve(const DeviceConfig& config, const SceneBytes& scene, ServoBoard& board,
+/// The newest status; what a servo process that went wild has written there is some status too.
+[[nodiscard]] ServoStatus status_of(const ServoBoard& board) noexcept;
+
+/// Body of a servo process, whose order is the number of ticks wanted (0: all); @return its exit
+/// code. Everything that it works with is its own: the scene is copied, so that no page of it is
+/// shared with the parent.
+[[nodiscard]] int serve(const DeviceConfig& config, const SceneBytes& scene,
                         const hal::ServoSeat& seat);
 
 /// Asks for the process-wide grants; a lock of memory that would refuse what is allocated later is

@@ -40,9 +40,10 @@ double depth_of_hand_m(double t_s) noexcept {
 
 }  // namespace
 
-void SimulatedPeer::plug(std::int64_t now_ns) noexcept {
+hal::HalStatus SimulatedPeer::plug(std::int64_t now_ns) noexcept {
   *this = SimulatedPeer(settings_);
   due_ns_ = now_ns + settings_.period_ns;
+  return hal::HalStatus::kOk;
 }
 
 hal::HalStatus SimulatedPeer::control(const hal::ControlRequest& request,

@@ -31,7 +31,7 @@ class SimulatedPeer final : public hal::LocalPeer {
 
   explicit SimulatedPeer(const SimulatedPeerSettings& settings) noexcept : settings_(settings) {}
 
-  void plug(std::int64_t now_ns) noexcept override;
+  hal::HalStatus plug(std::int64_t now_ns) noexcept override;
   hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
                          std::size_t& moved) noexcept override;
   [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }

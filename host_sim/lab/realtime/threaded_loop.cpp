@@ -52,8 +52,7 @@ ThreadedLoop::ThreadedLoop(CoreSession& session, const ThreadedLoopSettings& set
       settings_(settings),
       model_(settings.stack.model, std::move(hand)),
       bus_(model_, DevicePace::kRealTime) {
-  mailboxes_[0] = std::make_unique<hal::DeviceMailbox>();
-  mailbox_.store(mailboxes_[0].get());
+  mailboxes_[0] = std::make_unique<hal::MailboxMemory>();
   const StackSettings& stack = settings_.stack;
   hal::LinkSettings link;
   link.limits = stack.limits;
@@ -90,7 +89,7 @@ void ThreadedLoop::make_servo() {
   loop.report_wait_ns = loop.period_ns + loop.period_ns / 2;
   loop.clock = settings_.tick_clock;
   loop.clock_context = settings_.clock_context;
-  loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox(), loop);
+  loop_ = std::make_unique<hal::ServoLoop>(*tick_, *mailboxes_[0], loop);
   loop_->watch(watch_, watch_context_);
 }
 
@@ -171,12 +170,11 @@ void ThreadedLoop::run_servo() noexcept {
 // The old thread may still tick once when it is let go; nobody listens to its mailbox any more.
 void ThreadedLoop::restart_servo(const std::function<void()>& release) {
   std::swap(mailboxes_[0], mailboxes_[1]);
-  mailboxes_[0] = std::make_unique<hal::DeviceMailbox>();
+  mailboxes_[0] = std::make_unique<hal::MailboxMemory>();
   link_->use_mailbox(*mailboxes_[0]);
   stop_.store(true);
   release();
   join_servo();
-  mailbox_.store(mailboxes_[0].get(), std::memory_order_release);
   make_servo();
   start_servo();
 }

@@ -70,8 +70,6 @@ class ThreadedLoop {
   [[nodiscard]] const ReferenceModel& model() const { return model_; }
   [[nodiscard]] hal::UsbLink& link() { return *link_; }
   [[nodiscard]] hal::ServoLoop& loop() { return *loop_; }
-  /// Of the servo process at work: the servo thread's side of it may be written on that thread.
-  [[nodiscard]] hal::DeviceMailbox& mailbox() { return *mailbox_.load(std::memory_order_acquire); }
   [[nodiscard]] LoopGrants grants() const;
   /// errno that ended the servo loop; 0: none.
   [[nodiscard]] int servo_error() const { return servo_error_.load(); }
@@ -88,8 +86,7 @@ class ThreadedLoop {
   ReferenceModel model_;
   ReferenceUsb bus_;
   hal::ReferenceDriver driver_;
-  std::unique_ptr<hal::DeviceMailbox> mailboxes_[2];  ///< of this servo process and the last one
-  std::atomic<hal::DeviceMailbox*> mailbox_{nullptr};
+  std::unique_ptr<hal::MailboxMemory> mailboxes_[2];  ///< of this servo process and the last one
   std::unique_ptr<hal::UsbLink> link_;
   std::unique_ptr<hal::UsbThread> usb_;
   std::unique_ptr<ServoTick> tick_;

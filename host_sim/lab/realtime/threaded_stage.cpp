@@ -203,8 +203,7 @@ void ThreadedStage::note_tick(const ServoInput& input, const ServoResult& result
   if (input.now_ns > stalled_until_ns_.load() + 2 * period_ns_)
     raise(tick_late_ns_, std::max(counters.last_lateness_ns, counters.last_tick_ns));
   const FaultCause cause = spoil_.load();
-  if (cause != FaultCause::kNothing)
-    loop_.mailbox().command.publish(spoiled(cause, result.command));
+  if (cause != FaultCause::kNothing) loop_.loop().publish_instead(spoiled(cause, result.command));
   if (heap_calls_ == nullptr) return;
   // A new servo thread begins with a tick of number 1.
   const std::uint64_t calls = heap_calls_();

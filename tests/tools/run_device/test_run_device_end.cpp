@@ -17,6 +17,7 @@
 #include "tests/tools/run_device/run_bench.hpp"
 
 using haptic::sim::test::text_of_file;
+using haptic::test::child_named;
 using haptic::test::signal_process;
 using namespace haptic::tools::test;
 using nlohmann::json;
@@ -114,14 +115,7 @@ bool presses(const json& status) {
   return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
 }
 
-/// The first child renders.
-void kill_servo_of(pid_t pid) {
-  REQUIRE(pid > 0);
-  const std::string task = "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid);
-  pid_t servo = 0;
-  std::istringstream(text_of_file(task + "/children")) >> servo;
-  signal_process(servo, SIGKILL);
-}
+void kill_servo_of(pid_t pid) { signal_process(child_named(pid, "haptic-servo"), SIGKILL); }
 
 }  // namespace
 

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What a signal means to the programs of a held device. Everything that can be caught and would
+/// end the holder leads to the ramp; a fatal one, after which nothing can be relied upon, makes one
+/// zero command on its way; the servo processes listen to the holder alone.
+
+#include <csignal>
+#include <string>
+
+#include "hal/zero_command.hpp"
+
+namespace haptic::hal {
+
+/// Owner: the thread that holds the device's processes; threads that it makes inherit the mask.
+class StopSignals {
+ public:
+  StopSignals() = default;
+  ~StopSignals() { give_back(); }
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+  /// From now on HUP, INT, QUIT, TERM, USR1, USR2, ALRM, VTALRM, PROF, XCPU, IO, PWR, STKFLT, TSTP
+  /// and the real-time signals are read from descriptor(); PIPE, TTIN, TTOU and XFSZ are ignored:
+  /// the call that caused them says so. @return 0 or an errno.
+  int take() noexcept;
+  /// As before `take`; what has come since is dropped.
+  void give_back() noexcept;
+
+  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
+  /// The signal that came; 0: none.
+  [[nodiscard]] int asked() noexcept;
+
+ private:
+  int descriptor_ = -1;  ///< signalfd
+  sigset_t mask_before_{};
+};
+
+/// In a servo process: everything that the holder reads is ignored. A signal to a whole group is
+/// the holder's to follow, and who has been asked to stop ends as it says.
+void leave_signals_to_holder() noexcept;
+
+/// SIGSEGV, BUS, FPE, ILL, ABRT, SYS and TRAP of this process send `command` once, then do what
+/// they would have done. Null: no longer. `command` stays valid meanwhile.
+void send_zero_on_fatal(const ZeroCommand* command) noexcept;
+
+/// "SIGHUP (Hangup)".
+[[nodiscard]] std::string signal_text(int number);
+
+}  // namespace haptic::hal
