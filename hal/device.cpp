@@ -22,6 +22,7 @@ const char* to_text(HalStatus status) noexcept {
       "firmware file cannot be read or is not a firmware image",
       "out of memory",
       "operating system refused a call",
+      "the device does not fit what it is to be used for",
   };
   static_assert(sizeof(kTexts) / sizeof(kTexts[0]) == static_cast<std::size_t>(HalStatus::kCount));
   return status < HalStatus::kCount ? kTexts[static_cast<std::size_t>(status)] : "invalid status";

@@ -45,10 +45,10 @@ struct DeviceCapabilities {
   std::int64_t watchdog_ns =
       0;  ///< the device drops its drives when no command came for this long; 0: none
   std::int64_t report_period_ns = 0;
-  bool rate_input = false;  ///< a displacement device: its pose is integrated from rates
-  bool twist_sensed = false;
   Quat q_wd = Quat::Identity();         ///< D axes to x right, y away from the operator, z up
   Vec3 handle_offset_h = Vec3::Zero();  ///< handle point about the sensed point [m]
+
+  friend bool operator==(const DeviceCapabilities&, const DeviceCapabilities&) noexcept = default;
 };
 
 enum class HalStatus : std::uint8_t {
@@ -66,7 +66,8 @@ enum class HalStatus : std::uint8_t {
   kStartFailed,      ///< firmware, homing or calibration failed
   kBadFirmwareFile,  ///< the named image cannot be read or is not one
   kNoMemory,
-  kOsRefused,  ///< a call of the operating system failed
+  kOsRefused,    ///< a call of the operating system failed
+  kNotAccepted,  ///< what the device states does not fit what it is to be used for
   kCount
 };
 

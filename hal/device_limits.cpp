@@ -51,4 +51,41 @@ SafetyLimits limits_of(const DeviceCapabilities& c, std::int64_t period_ns) noex
   return limits;
 }
 
+SafetyLimits limits_of_connection(const SafetyLimits& own,
+                                  const DeviceCapabilities& stated) noexcept {
+  const SafetyLimits device = limits_of(stated, own.period_ns);
+  SafetyLimits limits = own;  // and of those that a device states:
+  limits.max_force_n = device.max_force_n;
+  limits.max_torque_nm = device.max_torque_nm;
+  limits.max_axis_force_n = device.max_axis_force_n;
+  limits.max_axis_torque_nm = device.max_axis_torque_nm;
+  limits.slew_n_per_s = device.slew_n_per_s;
+  limits.slew_nm_per_s = device.slew_nm_per_s;
+  limits.driven_dof = device.driven_dof;
+  limits = tighter(own, limits);
+  if (stated.watchdog_ns > 0) {
+    const Real ramp_s = static_cast<Real>(stated.watchdog_ns) * 0.5e-9_r;
+    limits.max_force_n = std::min(limits.max_force_n, limits.slew_n_per_s * ramp_s);
+    limits.max_torque_nm = std::min(limits.max_torque_nm, limits.slew_nm_per_s * ramp_s);
+  }
+  return limits;
+}
+
+LimitsRecord limits_record(const SafetyLimits& limits, const DeviceCapabilities& stated,
+                           std::uint32_t connection) noexcept {
+  LimitsRecord record;
+  record.connection = connection;
+  record.driven_dof = limits.driven_dof;
+  record.max_force_n = limits.max_force_n;
+  record.max_torque_nm = limits.max_torque_nm;
+  for (int k = 0; k < 3; ++k) {
+    record.max_axis_force_n[k] = limits.max_axis_force_n[k];
+    record.max_axis_torque_nm[k] = limits.max_axis_torque_nm[k];
+  }
+  record.slew_n_per_s = limits.slew_n_per_s;
+  record.slew_nm_per_s = limits.slew_nm_per_s;
+  record.report_period_ns = stated.report_period_ns;
+  return record;
+}
+
 }  // namespace haptic::hal

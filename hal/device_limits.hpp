@@ -24,4 +24,15 @@ inline constexpr Real kShareWithoutWatchdog = 0.5_r;
 [[nodiscard]] SafetyLimits limits_of(const DeviceCapabilities& capabilities,
                                      std::int64_t period_ns) noexcept;
 
+/// Limits of a connection: of `own` (driver and configuration) and of what the device says of
+/// itself now, the tighter of each. The first rule of limits_of holds for the result: force and
+/// torque are lowered where the tighter slew would not end their ramp within half the watchdog.
+[[nodiscard]] SafetyLimits limits_of_connection(const SafetyLimits& own,
+                                                const DeviceCapabilities& stated) noexcept;
+
+/// The same for the servo thread.
+[[nodiscard]] LimitsRecord limits_record(const SafetyLimits& limits,
+                                         const DeviceCapabilities& stated,
+                                         std::uint32_t connection) noexcept;
+
 }  // namespace haptic::hal

@@ -81,12 +81,33 @@ ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
       parameters_(parameters),
       bounds_(bounds),
       recorder_(recorder),
+      own_limits_(usable(parameters.limits)),
+      state_period_ns_(own_limits_.period_ns),
       limiter_(parameters.limits),
       usable_(is_usable(parameters.map) && is_usable(parameters.envelope)) {
-  parameters_.limits = usable(parameters.limits);
+  parameters_.limits = own_limits_;
   const MotionEnvelope& of_scene = core.envelope();
   if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
   if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
+}
+
+/// The limits of a connection, from its first state on.
+void ServoTick::follow_limits(const LimitsRecord& record) noexcept {
+  if (record.connection == limits_from_ || record.connection == 0) return;
+  limits_from_ = record.connection;
+  SafetyLimits stated = own_limits_;
+  stated.driven_dof = record.driven_dof;
+  stated.max_force_n = record.max_force_n;
+  stated.max_torque_nm = record.max_torque_nm;
+  stated.max_axis_force_n = vec3_of(record.max_axis_force_n);
+  stated.max_axis_torque_nm = vec3_of(record.max_axis_torque_nm);
+  stated.slew_n_per_s = record.slew_n_per_s;
+  stated.slew_nm_per_s = record.slew_nm_per_s;
+  parameters_.limits = tighter(own_limits_, stated);
+  state_period_ns_ =
+      std::max(own_limits_.period_ns, std::min(record.report_period_ns, kLongestReportPeriod_ns));
+  limiter_.limit(parameters_.limits);
+  full_ = false;
 }
 
 /// How late the tick is, and the state that it rests on.
@@ -104,7 +125,7 @@ std::uint32_t ServoTick::check_time(const ServoInput& input) noexcept {
   if (has_state_) {
     // Not by its stamp alone: one from the future must not keep it fresh for ever.
     const std::int64_t since_ns = std::min(last_state_.stamp_ns, seen_ns_);
-    state_late = beyond_one(periods_between(since_ns, input.now_ns, l.period_ns));
+    state_late = beyond_one(periods_between(since_ns, input.now_ns, state_period_ns_));
     if (periods_between(since_ns, input.now_ns, kLongAbsence_ns) > 0) {
       has_pose_ = false;
       broken_ = true;
@@ -223,13 +244,17 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
   StepInput in;
   in.sequence = state.sequence;
   in.stamp_ns = state.stamp_ns;
-  in.pose_wa = mesh_pose(map, pose_of(state.pose_dh));
+  const Pose sensed_dh = pose_of(state.pose_dh);
+  arm_d_ = handle_arm(map, sensed_dh.q_wa);
+  in.pose_wa = mesh_pose(map, at_handle_point(sensed_dh, arm_d_));
   in.twist_valid = state.twist_valid;
-  if (state.twist_valid) in.twist_w = scene_twist(map, twist_of(state.twist_d));
+  if (state.twist_valid)
+    in.twist_w = scene_twist(map, at_handle_point(twist_of(state.twist_d), arm_d_));
   in.clutched = (state.switches & parameters_.switches.clutch) != 0;
   // A device that does not say what it was handed: what left here, which may be held back.
   const bool told = state.accepted_tick != 0;
-  in.accepted_wrench_w = scene_wrench(map, told ? wrench_of(state.accepted_d) : limiter_.last());
+  const Wrench accepted_d = told ? wrench_of(state.accepted_d) : limiter_.last();
+  in.accepted_wrench_w = scene_wrench(map, about_handle_point(accepted_d, arm_d_));
   in.accepted_valid = true;
   in.switches = state.switches;
   in.device_faults = state.faults;
@@ -239,6 +264,11 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
   const std::uint32_t faults = check_rendered();
   if ((faults & kFaultBadPose) != 0) broken_ = true;
   return faults;
+}
+
+/// What the device must exert for it, at the point where it senses.
+Wrench ServoTick::exerted(const Wrench& wrench_w) const noexcept {
+  return about_sensed_point(device_wrench(parameters_.map, wrench_w), arm_d_);
 }
 
 /// Who may feel the wrench; a pull that nobody should meet at once is dropped with its history.
@@ -262,7 +292,7 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   if (left && last_rendered_.outside == 0 && !felt) broken_ = true;
   if (arming_.count() == count) return;
   const bool coupled = last_rendered_.potential_j > 0.0_r;  // by a proxy
-  const Wrench pull_d = device_wrench(parameters_.map, last_rendered_.spring_w);
+  const Wrench pull_d = exerted(last_rendered_.spring_w);
   if ((last_rendered_.flags & kFlagHooked) != 0 ||
       (coupled && is_beyond(pull_d, parameters_.limits))) {
     broken_ = true;
@@ -307,6 +337,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   ServoResult result;
   tick_ += 1;
   const DeviceState& state = input.state;
+  follow_limits(state.limits);
   const bool linked = state.link == LinkState::kReady;
   const bool is_new =
       linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
@@ -319,9 +350,8 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   arm(input, present);
   LimiterInput in;
   in.stamp_ns = input.now_ns;
-  in.spring_d = device_wrench(parameters_.map, last_rendered_.spring_w);
-  in.damping_d =
-      device_wrench(parameters_.map, difference(last_rendered_.wrench_w, last_rendered_.spring_w));
+  in.spring_d = exerted(last_rendered_.spring_w);
+  in.damping_d = exerted(difference(last_rendered_.wrench_w, last_rendered_.spring_w));
   in.twist_d = twist_d_;
   in.wants_force = arming_.wants_force();
   in.late_periods = late_;

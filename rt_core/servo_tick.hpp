@@ -60,6 +60,8 @@ struct ServoResult {
 inline constexpr Real kJumpFloor_m = 2.0e-3_r, kJumpFloor_rad = 0.05_r;
 /// After this long without a state the hand can be anywhere: no jump is looked for.
 inline constexpr std::int64_t kLongAbsence_ns = 100'000'000;
+/// A wrench is held between two reports that are at most this far apart; slower ones are late.
+inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 
 /// Owner: the servo thread; the core and the recorder outlive it. No heap, lock or system call;
 /// cost: the core's tick and a constant. Same inputs, same bits.
@@ -71,6 +73,10 @@ inline constexpr std::int64_t kLongAbsence_ns = 100'000'000;
 /// order, a pose that was none; and at an arming where the proxy's pull would be beyond the
 /// output's limits or the goal is out of its reach. A part that is then inside an obstacle is
 /// brought out without force (kFlagRecovery), and the core ramps its wrench in after that.
+///
+/// The limits are the parameters' own and, from the first state of a connection on, those that came
+/// with it, the tighter of each (`tighter`). A state is late by its age in periods of the loop or
+/// of the device's stated reports, the longer of the two: between two reports the wrench is held.
 class ServoTick {
  public:
   /// A map or envelope that is not usable is kFaultInternal in every tick: nothing ever arms.
@@ -81,6 +87,7 @@ class ServoTick {
   [[nodiscard]] ServoResult step(const ServoInput& input) noexcept;
 
  private:
+  void follow_limits(const LimitsRecord& record) noexcept;
   [[nodiscard]] std::uint32_t check_state(const ServoInput& input, bool is_new) noexcept;
   [[nodiscard]] std::uint32_t check_pose(const DeviceState& state) noexcept;
   [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
@@ -88,6 +95,7 @@ class ServoTick {
   [[nodiscard]] std::uint32_t check_rendered() noexcept;
   [[nodiscard]] std::uint32_t check_envelope() noexcept;
   void arm(const ServoInput& input, std::uint32_t present) noexcept;
+  [[nodiscard]] Wrench exerted(const Wrench& wrench_w) const noexcept;
   void record(const ServoInput& input, const ServoResult& result) noexcept;
 
   HapticCore& core_;
@@ -95,6 +103,9 @@ class ServoTick {
   SceneCapacity bounds_;
   FlightRecorder* recorder_;
   Arming arming_;
+  SafetyLimits own_limits_;           ///< the parameters'; parameters_.limits: those in force
+  std::uint32_t limits_from_ = 0;     ///< connection whose limits are in force; 0: own_limits_
+  std::int64_t state_period_ns_ = 0;  ///< between two states of a device on time
   OutputLimiter limiter_;
   StepResult last_rendered_;
   DeviceState last_state_;
@@ -113,6 +124,7 @@ class ServoTick {
   bool started_inside_ = false;     ///< and has not come out since
   EnvelopeWatch watch_;             ///< over the goal
   Twist twist_d_;                   ///< of the handle: reported, or by the last two poses
+  Vec3 arm_d_ = Vec3::Zero();       ///< from the sensed point to the handle point, at last_state_
 };
 
 }  // namespace haptic

@@ -85,7 +85,6 @@ DeviceCapabilities capabilities_of(const ReferenceBlock& block) noexcept {
   c.workspace_radius_m = real(block.workspace_radius_um * 1.0e-6);
   c.watchdog_ns = std::int64_t{block.watchdog_ms} * 1'000'000;
   c.report_period_ns = std::int64_t{block.report_period_us} * 1000;
-  c.twist_sensed = block.twist_sensed;
   return c;
 }
 

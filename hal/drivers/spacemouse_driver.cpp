@@ -62,8 +62,6 @@ SpaceMouseDriver::SpaceMouseDriver(const SpaceMouseSettings& settings) noexcept
   profile_.kernel_driver = true;
   capabilities_.sensed_dof = kDofAll;
   capabilities_.workspace_radius_m = settings_.reach_m;
-  capabilities_.rate_input = true;
-  capabilities_.twist_sensed = true;
   scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kSpaceMouseFullScale);
 }
 

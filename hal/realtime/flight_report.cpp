@@ -34,6 +34,7 @@ constexpr BitText kDeviceTexts[] = {
     {kLinkStaleCommand, "the servo's command was too old"},
     {kLinkServoLost, "the servo process ended"},
     {kLinkSendFailed, "commands can not be handed to the bus"},
+    {kLinkOtherDevice, "the device that came back states other capabilities"},
 };
 
 constexpr std::array kLinkTexts = {"absent", "starting", "ready"};

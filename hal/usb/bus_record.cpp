@@ -11,7 +11,7 @@ namespace haptic::hal {
 namespace {
 
 constexpr std::array<std::uint8_t, 8> kMagic{'H', 'A', 'P', 'T', 'H', 'R', 'E', 'C'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kFrameBytes = 8, kCheckBytes = 4;
 constexpr std::size_t kEventHead = 20;
 constexpr std::size_t kMostPayload = kEventHead + kMostEventBytes;
@@ -97,6 +97,7 @@ void servo_fields(Each& each, Parameters& p) {
   each(p.map.scale);
   each_of_turn(each, p.map.q_wd), each_of_turn(each, p.map.q_ha);
   each_of(each, p.map.offset_w), each_of(each, p.map.grip_a);
+  each_of(each, p.map.handle_offset_h);
   limits_fields(each, p.limits);
   each(p.switches.deadman), each(p.switches.clutch), each(p.switches.emergency_stop);
   each_of(each, p.envelope.centre_w), each_of(each, p.envelope.half_extent_m);

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/usb/link_faults.hpp"
 
+#include <algorithm>
+
 namespace haptic::hal {
 
 void LinkFaults::begin(std::int64_t now_ns) noexcept {
   set_present(kLinkLost | kLinkSilent | kLinkCorrupt | kLinkFrozen | kLinkSendFailed, false);
   heard_ns_ = now_ns;
   corrupt_ = frozen_ = 0;
+}
+
+void LinkFaults::expect_reports_every(std::int64_t report_period_ns) noexcept {
+  silence_ns_ = std::max(limits_.silence_ns, kMissedReports * report_period_ns);
 }
 
 void LinkFaults::note(ReportVerdict verdict, std::int64_t now_ns) noexcept {
@@ -31,7 +37,7 @@ void LinkFaults::note(ReportVerdict verdict, std::int64_t now_ns) noexcept {
 }
 
 void LinkFaults::check_silence(std::int64_t now_ns) noexcept {
-  set_present(kLinkSilent, now_ns - heard_ns_ > limits_.silence_ns);
+  set_present(kLinkSilent, now_ns - heard_ns_ > silence_ns_);
 }
 
 void LinkFaults::set_present(std::uint32_t bits, bool present) noexcept {

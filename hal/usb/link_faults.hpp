@@ -11,6 +11,9 @@
 
 namespace haptic::hal {
 
+/// Reports that a slow device may miss before it is silent.
+inline constexpr std::int64_t kMissedReports = 3;
+
 struct FaultLimits {
   std::int64_t silence_ns = 20'000'000;
   std::uint32_t corrupt_in_a_row = 5, frozen_in_a_row = 10;
@@ -19,10 +22,14 @@ struct FaultLimits {
 /// Owner: the USB thread. Pure: give it the time.
 class LinkFaults {
  public:
-  explicit LinkFaults(const FaultLimits& limits) noexcept : limits_(limits) {}
+  explicit LinkFaults(const FaultLimits& limits) noexcept
+      : limits_(limits), silence_ns_(limits.silence_ns) {}
 
   /// Reports begin: nothing is wrong with them yet. kLinkLost has no cause any more.
   void begin(std::int64_t now_ns) noexcept;
+  /// What the device of this connection states; not above 0: not known. Silent is who misses
+  /// kMissedReports of them, and the limit is over.
+  void expect_reports_every(std::int64_t report_period_ns) noexcept;
   /// A report came, good or bad.
   void note(ReportVerdict verdict, std::int64_t now_ns) noexcept;
   /// Whether the device has been silent for too long.
@@ -44,6 +51,7 @@ class LinkFaults {
 
  private:
   FaultLimits limits_;
+  std::int64_t silence_ns_;  ///< of this connection
   std::uint32_t present_ = 0, unanswered_ = 0;
   std::uint64_t carried_from_ = 0;  ///< report since which all of shown() went out; 0: none yet
   std::int64_t heard_ns_ = 0;       ///< last valid report

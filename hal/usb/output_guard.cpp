@@ -46,7 +46,12 @@ Vec3 slewed(const Vec3& last, const Vec3& wanted, Real most) noexcept {
 
 }  // namespace
 
-OutputGuard::OutputGuard(const SafetyLimits& limits) noexcept : limits_(usable(limits)) {
+OutputGuard::OutputGuard(const SafetyLimits& limits) noexcept : own_(usable(limits)) {
+  limit(own_);
+}
+
+void OutputGuard::limit(const SafetyLimits& connection) noexcept {
+  limits_ = tighter(own_, connection);
   WrenchRampLimits ramp;
   ramp.slew_n_per_s = limits_.slew_n_per_s;
   ramp.slew_nm_per_s = limits_.slew_nm_per_s;

@@ -44,6 +44,10 @@ class OutputGuard {
   /// driven now, no matter what the servo thread assumes.
   void hold_back(const DeviceCommand& newest) noexcept;
 
+  /// Bounds of this connection in addition to those it was made with, the tighter of each; with
+  /// restart(), since what was sent was another device's.
+  void limit(const SafetyLimits& connection) noexcept;
+
   /// After the device was away: what is sent first is exactly zero, and stays so until
   /// command.arming grows beyond what it is now.
   void restart() noexcept;
@@ -64,7 +68,7 @@ class OutputGuard {
   [[nodiscard]] std::uint64_t command_age_ns(std::int64_t now_ns,
                                              const DeviceCommand& command) noexcept;
 
-  SafetyLimits limits_;
+  SafetyLimits own_, limits_;  ///< as made; in force
   Output output_, before_;
   std::uint32_t faults_ = 0;
   std::uint64_t tick_ = 0;            ///< the newest seen

@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include "hal/clock/servo_clock.hpp"
+#include "hal/device_limits.hpp"
 
 namespace haptic::hal {
 namespace {
@@ -105,13 +106,25 @@ void ReportFlow::begin_start() noexcept {
   publish(false);
 }
 
+// As the device states them at this connection: it may be another one than at the last.
+void ReportFlow::take_limits() noexcept {
+  const DeviceCapabilities& now = driver_.capabilities();
+  other_device_ = connection_ != 0 && !(now == stated_);
+  stated_ = now;
+  faults_.expect_reports_every(stated_.report_period_ns);
+  const SafetyLimits limits = limits_of_connection(settings_.limits, stated_);
+  guard_.limit(limits);
+  state_.limits = limits_record(limits, stated_, ++connection_);
+  if (other_device_) faults_.raise(kLinkOtherDevice);
+}
+
 void ReportFlow::begin_reports() noexcept {
   count_one(counters_.connects);
   const std::int64_t now = now_ns();
   take_command();
   guard_.hold_back(command_);
-  guard_.restart();
   faults_.begin(now);
+  take_limits();
   driven_ns_ = now - period_ns_;  // a device in lock-step says nothing before it is spoken to
   timed_ = true;
   owed_ = resting_ = at_rest_ = false;

@@ -29,7 +29,9 @@ class ReportFlow final : public TransferSink {
 
   /// The device is there, its driver starts it: publishes kStarting.
   void begin_start() noexcept;
-  /// Reports flow from now on; the output is zero until armed again.
+  /// Reports flow from now on; the output is zero until armed again, and within what the driver's
+  /// device states now. One that states something else than at the last connection:
+  /// kLinkOtherDevice.
   void begin_reports() noexcept;
   /// The device is away: publishes kAbsent, and kLinkLost where `lost`.
   void end(bool lost, HalStatus why) noexcept;
@@ -48,6 +50,10 @@ class ReportFlow final : public TransferSink {
   void use_mailbox(const DeviceMailbox& mailbox) noexcept {
     next_mailbox_.store(&mailbox, std::memory_order_release);
   }
+  /// What the device of the last connection stated.
+  [[nodiscard]] const DeviceCapabilities& stated() const noexcept { return stated_; }
+  /// Whether the one before stated something else.
+  [[nodiscard]] bool is_other_device() const noexcept { return other_device_; }
   [[nodiscard]] LinkState state() const noexcept { return link_.load(std::memory_order_acquire); }
   [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }
 
@@ -61,6 +67,7 @@ class ReportFlow final : public TransferSink {
     if (tape_ != nullptr) tape_->on_event(event);
   }
   [[nodiscard]] DeviceSide& mailbox() noexcept;
+  void take_limits() noexcept;
   void take_command() noexcept;
   void wait_for_answer() noexcept;
   void drive() noexcept;
@@ -87,6 +94,9 @@ class ReportFlow final : public TransferSink {
   DeviceState state_;            ///< the newest, as the driver reads it
   std::uint32_t published_ = 0;  ///< faults of the last state published
   std::uint32_t guard_faults_ = 0;
+  DeviceCapabilities stated_;
+  std::uint32_t connection_ = 0;  ///< counts them
+  bool other_device_ = false;
   std::uint64_t sequence_ = 0;
   ReportVerdict verdict_ = ReportVerdict::kNothing;
   std::int64_t driven_ns_ = 0, out_since_ns_ = 0, servo_lost_ns_ = 0;

@@ -188,7 +188,7 @@ HalStatus UsbLink::Inside::look_for_device(std::int64_t timeout_ns) {
   if (result == HalStatus::kOk) {
     connected = true;
     bus_errors = 0;
-    tell(HalStatus::kOk, "");
+    tell(HalStatus::kOk, flow.is_other_device() ? other_device_text(flow.stated()) : "");
     return status;
   }
   if (wraps.load() && result == HalStatus::kDeviceGone) wrapped_used = count;
@@ -230,6 +230,11 @@ HalStatus UsbLink::Inside::start_reports() {
   if (started != HalStatus::kOk) {
     tell(started, usb_trouble(connection.name(), UsbAction::kStart, 0, started));
     return started;
+  }
+  std::string defect = settings.accept ? settings.accept(driver.capabilities()) : std::string();
+  if (!defect.empty()) {
+    tell(HalStatus::kNotAccepted, std::move(defect));
+    return HalStatus::kNotAccepted;
   }
   const int code = transfers.open(connection, driver.profile(), settings.in_transfers);
   if (code < 0) {

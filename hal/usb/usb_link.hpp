@@ -5,6 +5,7 @@
 /// the two triple buffers.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -44,6 +45,9 @@ struct LinkSettings {
   /// is; 0: send the newest at once (timer-clocked).
   std::int64_t answer_wait_ns = 0;
   bool wake_servo = false;  ///< the servo loop sleeps on states_published: wake it at each state
+  /// Asked at each connection what keeps a device that states this of itself from being used, for
+  /// people; empty: nothing does. On the link's thread, before reports flow; may allocate.
+  std::function<std::string(const DeviceCapabilities& stated)> accept;
   std::int64_t retry_ns = 200'000'000;  ///< between attempts to open a device that is absent
   /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
   std::int64_t (*clock)(void* context) = nullptr;

@@ -103,6 +103,19 @@ std::string usb_trouble(const UsbName& device, UsbAction action, int code, HalSt
   return fix.empty() ? text : text + "\n  " + fix;
 }
 
+std::string other_device_text(const DeviceCapabilities& stated) {
+  char numbers[160];
+  std::snprintf(numbers, sizeof numbers,
+                "%.4g N, %.4g N m, %.4g N/s, %.4g N m/s, a report every %.4g ms",
+                static_cast<double>(stated.max_force_n), static_cast<double>(stated.max_torque_nm),
+                static_cast<double>(stated.max_force_rate_n_per_s),
+                static_cast<double>(stated.max_torque_rate_nm_per_s),
+                1e-6 * static_cast<double>(stated.report_period_ns));
+  return std::string("another device than before, by what it states of itself: ") + numbers +
+         " (0: not known)\n  its limits hold from now on; release the deadman switch and press it "
+         "again to go on";
+}
+
 std::string udev_rule(const UsbName& device) {
   const std::string both = identity(device);
   return "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"" + both.substr(0, 4) + "\", ATTR{idProduct}==\"" +

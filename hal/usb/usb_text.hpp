@@ -36,6 +36,10 @@ struct UsbName {
 [[nodiscard]] std::string usb_trouble(const UsbName& device, UsbAction action, int code,
                                       HalStatus status);
 
+/// For people who are on a device that states something else than the one before: force, torque,
+/// change and reports of the one that is there now.
+[[nodiscard]] std::string other_device_text(const DeviceCapabilities& stated);
+
 /// The udev rule that lets the user who is logged in open the device, as a file's content.
 [[nodiscard]] std::string udev_rule(const UsbName& device);
 

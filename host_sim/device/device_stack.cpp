@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/device/device_stack.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "hal/drivers/reference_codec.hpp"
@@ -28,7 +29,10 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
       started_ = true;
       if (stack_.driver_.start(*this) != hal::HalStatus::kOk)
         throw tools::InputError("the device model refuses its own driver");
-      guard_.restart();
+      const hal::DeviceCapabilities& stated = stack_.driver_.capabilities();
+      const SafetyLimits limits = hal::limits_of_connection(stack_.settings_.limits, stated);
+      guard_.limit(limits);
+      state_.limits = hal::limits_record(limits, stated, 1);
     }
     const std::vector<std::uint8_t> report = model_.report();
     const hal::ReportVerdict verdict = stack_.driver_.read(report, stack_.now_ns_, state_);
@@ -105,7 +109,7 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
       recorder_memory_(FlightRecorder::bytes_for(settings.recorded_ticks)) {
   now_ns_ = kFirst_ns;
   period_ns_ = std::llround(1e9 / settings.model.report_rate_hz);
-  settings_.limits.period_ns = period_ns_;
+  settings_.limits.period_ns = period_ns_ / std::max(settings.ticks_per_report, 1u);
   const double* grip = session.view().bodies()[0].reference_m;
   for (int k = 0; k < 3; ++k) settings_.map.grip_a[k] = static_cast<Real>(grip[k]);
   recorder_ = std::make_unique<FlightRecorder>(recorder_memory_.span());
@@ -167,7 +171,7 @@ void DeviceStack::restart_servo() {
                                       session_.view().header().capacity, recorder_.get());
   hal::ServoLoopSettings loop;
   loop.report_goal_contact = true;
-  loop.period_ns = period_ns_;
+  loop.period_ns = settings_.limits.period_ns;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
   loop_->watch(&DeviceStack::saw, this);
   stalled_periods_ = 0;
@@ -229,11 +233,16 @@ StackTick DeviceStack::step() {
   }
   const std::int64_t begin_ns = now_ns_;
   // Timer-clocked, later in the period; report-clocked where no report came.
-  if (!settings_.report_clocked) {
-    now_ns_ += static_cast<std::int64_t>(settings_.servo_phase * static_cast<double>(period_ns_));
+  const std::int64_t loop_ns = settings_.limits.period_ns;
+  for (std::int64_t at_ns = 0; at_ns + loop_ns <= period_ns_; at_ns += loop_ns) {
+    if (!settings_.report_clocked) {
+      const double phase_ns = settings_.servo_phase * static_cast<double>(loop_ns);
+      now_ns_ = begin_ns + at_ns + static_cast<std::int64_t>(phase_ns);
+      out_.servo_ran = false;
+    }
+    serve_servo(false);
+    if (link_) static_cast<void>(link_->poll(0));
   }
-  serve_servo(false);
-  if (link_) static_cast<void>(link_->poll(0));
   now_ns_ = begin_ns;
 
   out_.period += 1;

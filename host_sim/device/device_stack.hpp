@@ -29,9 +29,12 @@ struct StackSettings {
   /// The command answers the report that it was computed from; else it goes out with the next one.
   bool report_clocked = false;
   double servo_phase = 0.5;  ///< timer-clocked: ticks come this share of a period after a report
+  unsigned ticks_per_report = 1;  ///< timer-clocked: servo ticks, evenly spaced
   ReferenceModelSettings model;
-  SafetyLimits limits;  ///< of servo tick and output guard; limits_of(reference_capabilities())
-  WorkspaceMap map;     ///< its grip point is set from the scene
+  /// Of servo tick and output guard, before what the device states at its connection;
+  /// limits_of(reference_capabilities()).
+  SafetyLimits limits;
+  WorkspaceMap map;  ///< its grip point is set from the scene
   MotionEnvelope envelope;
   std::size_t recorded_ticks = 4096;  ///< of the flight recorder
 };

@@ -171,6 +171,7 @@ bool ReferenceModel::command(std::span<const std::uint8_t> bytes) {
 }
 
 hal::ReferenceBlock ReferenceModel::block() const {
+  if (stated_) return *stated_;
   const DeviceModel model = device_with(settings_);
   hal::ReferenceBlock b;
   b.twist_sensed = settings_.twist_sensed;
@@ -178,6 +179,8 @@ hal::ReferenceBlock ReferenceModel::block() const {
   b.watchdog_ms = units<std::uint16_t>(static_cast<double>(settings_.watchdog_ns), 1e6);
   b.max_force = units<std::uint32_t>(model.max_force_n, hal::kReferenceForceUnit_n);
   b.max_torque = units<std::uint32_t>(model.max_torque_nm, hal::kReferenceTorqueUnit_nm);
+  b.max_force_rate_mn_per_s = units<std::uint32_t>(settings_.max_force_rate_n_per_s, 1e-3);
+  b.max_torque_rate_mnm_per_s = units<std::uint32_t>(settings_.max_torque_rate_nm_per_s, 1e-3);
   b.mass_mg = units<std::uint32_t>(model.mass_kg, 1e-6);
   b.damping_uns_per_m = units<std::uint32_t>(model.damping_ns_per_m, 1e-6);
   b.friction = units<std::uint32_t>(model.coulomb_force_n, hal::kReferenceForceUnit_n);

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct ReferenceModelSettings {
   std::int64_t watchdog_ns = 20'000'000;  ///< without an accepted command, then drives off
   double encoder_step_m = 1.0e-6, encoder_step_rad = 1.0e-5;
   double max_force_n = 12, max_torque_nm = 0.3;
+  double max_force_rate_n_per_s = 2000, max_torque_rate_nm_per_s = 40;  ///< stated, not enforced
   bool twist_sensed = true;  ///< else velocities are sent as zero and not valid
 };
 
@@ -60,6 +62,8 @@ class ReferenceModel {
 
   /// What the device says of itself on request.
   [[nodiscard]] hal::ReferenceBlock block() const;
+  /// This instead from now on, as another device would, or its own again; nothing else changes.
+  void state_block(const std::optional<hal::ReferenceBlock>& block) { stated_ = block; }
 
   // The true state, for tests and reports.
   [[nodiscard]] const DeviceState& state() const { return device_.state(); }
@@ -90,6 +94,7 @@ class ReferenceModel {
   [[nodiscard]] std::int64_t time_ns() const;
 
   ReferenceModelSettings settings_;
+  std::optional<hal::ReferenceBlock> stated_;
   std::function<HandAction(double)> hand_;
   SimulatedDevice device_;
   HandAction action_;

@@ -199,6 +199,8 @@ StackSettings stack_over(StackCarrier carrier, const DeviceModel& device,
   take(model.max_torque_nm, c.max_torque_nm);
   take(given.max_force_rate_n_per_s, c.max_force_rate_n_per_s);
   take(given.max_torque_rate_nm_per_s, c.max_torque_rate_nm_per_s);
+  model.max_force_rate_n_per_s = static_cast<double>(c.max_force_rate_n_per_s);
+  model.max_torque_rate_nm_per_s = static_cast<double>(c.max_torque_rate_nm_per_s);
   settings.limits = hal::limits_of(c, c.report_period_ns);
   return settings;
 }

@@ -17,7 +17,8 @@ bool is_unit(const Quat& q) noexcept {
 
 bool is_usable(const WorkspaceMap& map) noexcept {
   return map.scale >= kSmallestScale && map.scale <= kLargestScale && is_unit(map.q_wd) &&
-         is_unit(map.q_ha) && is_finite(map.offset_w) && is_finite(map.grip_a);
+         is_unit(map.q_ha) && is_finite(map.offset_w) && is_finite(map.grip_a) &&
+         is_finite(map.handle_offset_h);
 }
 
 Pose mesh_pose(const WorkspaceMap& map, const Pose& pose_dh) noexcept {
@@ -40,6 +41,31 @@ Pose handle_pose(const WorkspaceMap& map, const Pose& pose_wa) noexcept {
 Twist scene_twist(const WorkspaceMap& map, const Twist& twist_d) noexcept {
   const Mat3 r_wd = map.q_wd.toRotationMatrix();
   return {map.scale * (r_wd * twist_d.linear_w), r_wd * twist_d.angular_w};
+}
+
+Vec3 handle_arm(const WorkspaceMap& map, const Quat& q_dh) noexcept {
+  if (map.handle_offset_h == Vec3::Zero()) return Vec3::Zero();
+  return q_dh.normalized().toRotationMatrix() * map.handle_offset_h;
+}
+
+Pose at_handle_point(const Pose& sensed_dh, const Vec3& arm_d) noexcept {
+  if (arm_d == Vec3::Zero()) return sensed_dh;
+  return {sensed_dh.p_wa + arm_d, sensed_dh.q_wa};
+}
+
+Twist at_handle_point(const Twist& sensed_d, const Vec3& arm_d) noexcept {
+  if (arm_d == Vec3::Zero()) return sensed_d;
+  return {sensed_d.linear_w + sensed_d.angular_w.cross(arm_d), sensed_d.angular_w};
+}
+
+Wrench about_sensed_point(const Wrench& handle_d, const Vec3& arm_d) noexcept {
+  if (arm_d == Vec3::Zero()) return handle_d;
+  return {handle_d.force_w, handle_d.torque_w + arm_d.cross(handle_d.force_w)};
+}
+
+Wrench about_handle_point(const Wrench& sensed_d, const Vec3& arm_d) noexcept {
+  if (arm_d == Vec3::Zero()) return sensed_d;
+  return {sensed_d.force_w, sensed_d.torque_w - arm_d.cross(sensed_d.force_w)};
 }
 
 // F_d . v_d = F_w . v_w with v_w = scale r_wd v_d, hence the scale on the force.

@@ -33,7 +33,8 @@ enum DeviceFault : std::uint32_t {
   kLinkFrozen = 1u << 19,        ///< reports come, their sequence does not advance
   kLinkStaleCommand = 1u << 20,  ///< the servo's command was too old: ramped down on this side
   kLinkServoLost = 1u << 21,     ///< the servo process ended
-  kLinkSendFailed = 1u << 22     ///< commands can not be handed to the bus
+  kLinkSendFailed = 1u << 22,    ///< commands can not be handed to the bus
+  kLinkOtherDevice = 1u << 23    ///< the device that came back states other capabilities
 };
 
 /// Pose, twist and wrench as plain numbers: what crosses threads and processes is trivially
@@ -71,6 +72,17 @@ struct WrenchRecord {
           {w.torque_w.x(), w.torque_w.y(), w.torque_w.z()}};
 }
 
+/// What the device of this connection may be sent: what it states of itself, the driver and the
+/// configuration, the tightest of each. The device side bounds its output by the same numbers.
+struct LimitsRecord {
+  std::uint32_t connection = 0;  ///< counts the connections of the link; 0: nothing is known
+  std::uint32_t driven_dof = 0;  ///< bits x y z rx ry rz
+  Real max_force_n = 0, max_torque_nm = 0;                                  ///< norms
+  Real max_axis_force_n[3] = {0, 0, 0}, max_axis_torque_nm[3] = {0, 0, 0};  ///< 0: the norm's
+  Real slew_n_per_s = 0, slew_nm_per_s = 0;
+  std::int64_t report_period_ns = 0;  ///< stated by the device; 0: not known
+};
+
 /// One report of the device, as the servo thread gets it.
 struct DeviceState {
   std::uint64_t sequence = 0;  ///< counts reports since the link opened; 0: none yet
@@ -84,6 +96,7 @@ struct DeviceState {
   /// The wrench last handed to the device and the tick that asked for it: after every stage.
   WrenchRecord accepted_d;
   std::uint64_t accepted_tick = 0;  ///< 0: none
+  LimitsRecord limits;
 };
 
 /// One command to the device: force at the handle point and torque about it, in D axes.

@@ -123,7 +123,10 @@ Vec3 stepped(const Vec3& last, const Vec3& target, Real allowed, std::uint32_t& 
 
 }  // namespace
 
-OutputLimiter::OutputLimiter(const SafetyLimits& limits) noexcept : limits_(usable(limits)) {
+OutputLimiter::OutputLimiter(const SafetyLimits& limits) noexcept { limit(limits); }
+
+void OutputLimiter::limit(const SafetyLimits& limits) noexcept {
+  limits_ = usable(limits);
   WrenchRampLimits ramp;
   ramp.slew_n_per_s = limits_.slew_n_per_s;
   ramp.slew_nm_per_s = limits_.slew_nm_per_s;

@@ -59,6 +59,9 @@ class OutputLimiter {
   /// Out, at zero, without history.
   void reset() noexcept;
 
+  /// Other limits from now on, and reset(): what the output was, was another device's.
+  void limit(const SafetyLimits& limits) noexcept;
+
   /// What left last; exactly zero once it has been let go of.
   [[nodiscard]] const Wrench& last() const noexcept { return last_; }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Every number of the safety stages in one table, with where it comes from. A device's defaults
-/// are made of its capabilities (hal/device_limits.hpp); what is not usable is replaced by the
-/// safest value here, never by "no limit".
+/// Every number of the safety stages in one table, with where it comes from. A device's own are
+/// made of its capabilities (hal/device_limits.hpp). A limit can only be lowered: what is too tight
+/// to be usable becomes the tightest value that is, never the default and never "no limit".
 
 #include <cstdint>
 
@@ -32,14 +32,19 @@ struct SafetyLimits {
   Real jump_speed_m_per_s = 10.0_r, jump_turn_rad_per_s = 200.0_r;
 };
 
-/// `limits` with every number that is not finite or out of its range replaced by the default above;
-/// speeds of a fade, and numbers of periods, by pairs. Ranges: forces 0 to 1000 N, torques 0 to 100
-/// N m, slews above 0 to 1e6 N/s and 1e5 N m/s, ramp in 0.05 to 10 s, fades in order and up to 1000
-/// m/s and 1e5 rad/s, period 10 us to 1 s, held <= lost <= 1000 periods, decay 0 to below 1.
+/// `limits` with every number in its range. Tighter than the range: the tightest number of it.
+/// Looser, or not a number: the default above. Ranges: forces 0 to 1000 N, torques 0 to 100 N m,
+/// slews 0 to 1e6 N/s and 1e5 N m/s (0: the output never leaves zero), ramp in 0.05 to 10 s, fades
+/// 0 to 1000 m/s and 1e5 rad/s with the first at most the second, jump speeds likewise, period 10
+/// us to 1 s, held <= lost <= 1000 periods, decay 0 to below 1.
 [[nodiscard]] SafetyLimits usable(const SafetyLimits& limits) noexcept;
 
+/// The tighter of the two, number by number, both made usable first; the period is that of `own`.
+/// An axis limit of 0 is none.
+[[nodiscard]] SafetyLimits tighter(const SafetyLimits& own, const SafetyLimits& other) noexcept;
+
 /// Longest time that a ramp from the largest wrench to zero takes by the slew limits [s]: what must
-/// be shorter than the device's own watchdog.
+/// be shorter than the device's own watchdog. A slew limit of 0 allows no wrench: no ramp.
 [[nodiscard]] Real longest_ramp_s(const SafetyLimits& limits) noexcept;
 
 }  // namespace haptic

@@ -79,4 +79,37 @@ TEST_SUITE("hal.device_limits") {
       if (i % 3 == 0) CHECK(limits.slew_nm_per_s == c.max_torque_rate_nm_per_s);
     }
   }
+
+  TEST_CASE("limits_of_connection: the tighter of each, and a ramp within half the watchdog") {
+    const SafetyLimits own = limits_of(reference_capabilities(), 1'000'000);
+    DeviceCapabilities c = reference_capabilities();
+    CHECK(limits_of_connection(own, c).max_force_n == own.max_force_n);
+    c.max_force_n = 1;
+    c.max_force_rate_n_per_s = 50;
+    c.driven_dof = kDofTranslation;
+    SafetyLimits limits = limits_of_connection(own, c);
+    CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(0.5));
+    CHECK(static_cast<double>(limits.slew_n_per_s) == doctest::Approx(50.0));
+    CHECK(limits.max_torque_nm == own.max_torque_nm);
+    CHECK(limits.driven_dof == kDofTranslation);
+    // What the file has lowered stays lowered, and its slew lowers the force by the same rule.
+    SafetyLimits lowered = own;
+    lowered.slew_n_per_s = 20;
+    lowered.max_torque_nm = 0.01_r;
+    limits = limits_of_connection(lowered, reference_capabilities());
+    CHECK(static_cast<double>(limits.slew_n_per_s) == doctest::Approx(20.0));
+    CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(0.2));
+    CHECK(limits.max_torque_nm == lowered.max_torque_nm);
+    // A device that says nothing is not given what a bold configuration wants.
+    DeviceCapabilities silent;
+    silent.driven_dof = kDofAll;
+    limits = limits_of_connection(own, silent);
+    CHECK(limits.max_force_n == kShareWithoutWatchdog * SafetyLimits{}.max_force_n);
+    const LimitsRecord record = limits_record(limits, c, 7);
+    CHECK(record.connection == 7u);
+    CHECK(record.max_force_n == limits.max_force_n);
+    CHECK(record.slew_nm_per_s == limits.slew_nm_per_s);
+    CHECK(record.driven_dof == limits.driven_dof);
+    CHECK(record.report_period_ns == c.report_period_ns);
+  }
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rt_core/base/rotation.hpp"
@@ -86,6 +88,91 @@ TEST_SUITE("rt_core.servo_tick") {
     CHECK(two.ticks(20).arming == ArmingState::kDisarmed);
     two.input.state.switches = 0x30;
     CHECK(two.ticks(130).arming == ArmingState::kArmed);
+  }
+
+  TEST_CASE("a tool tip: the tip touches, and its force turns the handle at the sensed point") {
+    ServoParameters parameters = bench_parameters();
+    parameters.map.handle_offset_h = Vec3(0.03_r, 0, -0.02_r);
+    parameters.map.offset_w = -parameters.map.handle_offset_h;
+    PressingBench b(parameters);
+    ServoResult r = b.ticks(5);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.01));
+    const Vec3 expected = parameters.map.handle_offset_h.cross(force_of(r));
+    CHECK(norm(torque_of(r) - expected) <= 1e-3);
+    CHECK(norm(expected) == doctest::Approx(0.03).epsilon(0.01));
+    CHECK(norm(r.rendered.wrench_w.torque_w) <= 1e-3);  // about the grip point
+    CHECK(b.kept);
+    // The torque is bounded where the motors exert it.
+    parameters.limits.max_torque_nm = 0.01_r;
+    PressingBench bounded(parameters);
+    r = bounded.ticks(5);
+    CHECK(norm(torque_of(r)) <= 0.01 * (1 + 1e-9));
+    CHECK(norm(torque_of(r)) >= 0.0099);
+  }
+
+  TEST_CASE("limits of a connection: the tighter of each counts, from its first state on") {
+    PressingBench b;
+    LimitsRecord& record = b.input.state.limits;
+    record.connection = 1;
+    record.driven_dof = 0x3f;
+    record.max_force_n = 0.2_r;
+    record.max_torque_nm = 1;
+    record.slew_n_per_s = 20;
+    record.slew_nm_per_s = 1e6_r;
+    ServoResult r = b.tick();
+    CHECK(force_of(r) == Vec3::Zero());  // what was there before was another device's
+    b.kept = true;                       // which is no jump that a hand could feel
+    r = b.arm();
+    CHECK(r.arming == ArmingState::kArmed);
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(0.2));
+    Vec3 last = force_of(r);
+    b.press(false);
+    for (int k = 0; k < 5; ++k) {
+      r = b.tick();
+      CHECK(norm(force_of(r) - last) <= 0.02 * (1 + 1e-9));
+      last = force_of(r);
+    }
+    b.ticks(20);
+    record.connection = 2;  // stronger than the parameters: these stay
+    record.max_force_n = 1000;
+    record.slew_n_per_s = 1e6_r;
+    r = b.arm();
+    CHECK(static_cast<double>(force_of(r).z()) == doctest::Approx(1.0).epsilon(0.01));
+    CHECK(b.kept);  // the parameters' own
+    record.connection = 3;
+    record.driven_dof = 0x3b;  // no z
+    CHECK(force_of(b.arm()).z() == 0.0_r);
+  }
+
+  TEST_CASE("reports slower than the loop, as stated: held between them, and late beyond them") {
+    for (const int every : {2, 4, 6, 8, 20}) {
+      CAPTURE(every);
+      PressingBench b;
+      b.input.state.limits = {1, 0x3f, 100, 10, {}, {}, 1e6_r, 1e5_r, every * 1'000'000};
+      const auto report = [&b, every] {
+        ServoResult r = b.tick();
+        Real least = force_of(r).z();
+        for (int k = 1; k < every; ++k) least = std::min(least, force_of(r = b.tick(false)).z());
+        return std::pair(r, least);
+      };
+      b.press(false);
+      for (int k = 0; k < 20; ++k) (void)report();
+      b.press(true);
+      for (int k = 0; k < 200; ++k) (void)report();
+      for (int k = 0; k < 10; ++k) {
+        const auto [r, least] = report();
+        CHECK(r.arming == ArmingState::kArmed);
+        CHECK(r.faults == 0u);
+        CHECK((r.limiter_flags & kLimiterDecaying) == 0u);
+        CHECK(static_cast<double>(least) == doctest::Approx(1.0).epsilon(0.01));
+      }
+      // Two of its periods pass, a third makes it fade, and in the end it is stale.
+      ServoResult r = b.ticks(every + every / 2, false);
+      CHECK((r.limiter_flags & kLimiterDecaying) == 0u);
+      r = b.ticks(every, false);
+      CHECK((r.limiter_flags & kLimiterDecaying) != 0u);
+      CHECK(b.ticks(5 * every, false).faults == kFaultStaleState);
+    }
   }
 
   TEST_CASE("no state: noted, held and fading, taken up again; nothing latched") {

@@ -128,6 +128,33 @@ TEST_SUITE("rt_core.workspace_map") {
     }
   }
 
+  TEST_CASE("a tool tip: pose and velocity are the tip's, power is the same about both points") {
+    CAPTURE(kSeed);
+    Random random(kSeed + 2);
+    for (int k = 0; k < 2000; ++k) {
+      WorkspaceMap map = random_map(random);
+      map.handle_offset_h = random_vector(random, 0.2);
+      const Pose sensed = {random_vector(random, 0.2), random_rotation(random)};
+      const Vec3 arm_d = handle_arm(map, sensed.q_wa);
+      REQUIRE(norm(arm_d - sensed.q_wa * map.handle_offset_h) <= kRounding);
+      REQUIRE(norm(at_handle_point(sensed, arm_d).p_wa - (sensed.p_wa + arm_d)) == 0.0);
+      const Wrench handle_d = {random_vector(random, 5), random_vector(random, 0.2)};
+      const Twist twist = {random_vector(random, 1), random_vector(random, 5)};
+      const Wrench sensed_d = about_sensed_point(handle_d, arm_d);
+      const Twist tip = at_handle_point(twist, arm_d);
+      const double about_tip =
+          dot(handle_d.force_w, tip.linear_w) + dot(handle_d.torque_w, tip.angular_w);
+      const double about_sensed =
+          dot(sensed_d.force_w, twist.linear_w) + dot(sensed_d.torque_w, twist.angular_w);
+      REQUIRE(std::abs(about_tip - about_sensed) <= kRounding * 60);
+      REQUIRE(norm(about_handle_point(sensed_d, arm_d).torque_w - handle_d.torque_w) <=
+              kRounding * 5);
+      const Vec3 none = handle_arm(WorkspaceMap{}, sensed.q_wa);
+      REQUIRE(about_sensed_point(handle_d, none).torque_w == handle_d.torque_w);
+      REQUIRE(at_handle_point(sensed, none).p_wa == sensed.p_wa);
+    }
+  }
+
   TEST_CASE("is_usable: finite, scale in range, unit quaternions") {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     CHECK(is_usable(WorkspaceMap{}));

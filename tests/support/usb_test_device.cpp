@@ -87,6 +87,10 @@ UsbTestDriver::UsbTestDriver() {
   profile_.in_bytes = kReportBytes;
   profile_.out_bytes = kCommandBytes;
   capabilities_.sensed_dof = capabilities_.driven_dof = hal::kDofX;
+  // Stronger than every limit that a test sets: those of the link count.
+  capabilities_.max_force_n = 100;
+  capabilities_.max_torque_nm = 10;
+  capabilities_.watchdog_ns = 100'000'000;
 }
 
 hal::HalStatus UsbTestDriver::start(hal::UsbPort& port) noexcept {

@@ -119,6 +119,8 @@ StackSettings fault_stack(const FaultSettings& settings, const FaultPlace& place
   StackSettings stack = reference_stack(settings.carrier);
   stack.report_clocked = settings.report_clocked;
   stack.model.hand = *hand_named("firm");
+  stack.model.max_force_rate_n_per_s *= settings.slew_factor;
+  stack.model.max_torque_rate_nm_per_s *= settings.slew_factor;
   stack.limits.slew_n_per_s *= static_cast<Real>(settings.slew_factor);
   stack.limits.slew_nm_per_s *= static_cast<Real>(settings.slew_factor);
   stack.limits.ramp_in_s *= static_cast<Real>(settings.ramp_in_factor);

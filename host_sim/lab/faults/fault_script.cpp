@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/faults/fault_script.hpp"
 
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -23,7 +24,7 @@ constexpr double kAside_m = 0.03, kTurned_rad = 0.5;
 // Periods.
 constexpr std::size_t kSettle = 40, kMove = 100, kRest = 150, kRampIn = 100;
 constexpr std::size_t kHalfRampOut = 5, kClutch = 100, kLatch = 60, kReplug = 60, kRelease = 10,
-                      kRecover = 300;
+                      kRecover = 300, kAway = 30;
 
 constexpr std::uint32_t kDeadman = 1u << 0, kClutchSwitch = 1u << 1;
 /// Samples of the longest script, with room.
@@ -163,6 +164,15 @@ void FaultScript::inject() {
       stage_.bus().with_model([](auto& model) { model.drives_off(); });
       stage_.unplug();
       break;
+    case FaultCause::kOtherDevice:
+      stage_.bus().with_model([](auto& model) {
+        model.drives_off();
+        model.state_block(weaker_block());
+      });
+      stage_.unplug();
+      pass(kAway);
+      stage_.plug(true);
+      return pass(kFaultWatch - kAway);
     case FaultCause::kEmergencyCall:
       stage_.emergency_stop();
       break;
@@ -227,6 +237,15 @@ void FaultScript::clear_fault() {
 
 }  // namespace
 
+hal::ReferenceBlock weaker_block() {
+  hal::ReferenceBlock block;
+  block.max_force = 500'000;
+  block.max_torque = 1'000'000;
+  block.max_force_rate_mn_per_s = 500'000;
+  block.max_torque_rate_mnm_per_s = 20'000;
+  return block;
+}
+
 HandPlan hand_at_start() {
   HandPlan hand;
   hand.from = hand.to = target_at(kFree_m);
@@ -250,9 +269,11 @@ void rest_after(FaultStage& stage, const FaultCase& cell) {
     stage.restart_servo();
     pass(kSettle);
   }
+  const bool other = cell.fault != nullptr && cell.fault->cause == FaultCause::kOtherDevice;
+  if (other) stage.bus().with_model([](auto& model) { model.state_block(std::nullopt); });
   const bool jumped = cell.fault != nullptr && cell.fault->cause == FaultCause::kBus &&
                       cell.fault->event.kind == DeviceFaultKind::kEncoderJump;
-  if (!jumped) return;
+  if (!jumped && !other) return;
   stage.unplug();
   pass(kRelease);
   stage.plug(true);

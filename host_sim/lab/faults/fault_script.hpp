@@ -5,6 +5,7 @@
 
 #include <cstddef>
 
+#include "hal/drivers/reference_codec.hpp"
 #include "host_sim/lab/faults/fault_stage.hpp"
 
 namespace haptic::sim {
@@ -15,6 +16,9 @@ inline constexpr std::size_t kFaultWatch = 300;
 inline constexpr double kTouchHeight_m = 0.010 + 0.050;
 /// How far the hand goes sideways (y) and may, and how far it may turn.
 inline constexpr double kBoxHalfWidth_m = 0.02, kLargestAngle_rad = 0.3;
+
+/// What FaultCause::kOtherDevice plugs in: 5 N and 500 N/s.
+[[nodiscard]] hal::ReferenceBlock weaker_block();
 
 /// The hand where a script begins: off the wall, at rest, without switches.
 [[nodiscard]] HandPlan hand_at_start();

@@ -30,6 +30,7 @@ constexpr Fault kFaults[] = {
     {"unplug in flight", FaultCause::kBus, on_bus(Kind::kUnplug)},
     {"unplug at resubmit", FaultCause::kBus, on_bus(Kind::kUnplugAtResubmit)},
     {"power lost", FaultCause::kPowerLost, {}},
+    {"another device plugged in", FaultCause::kOtherDevice, {}},
     {"stall in 1", FaultCause::kBus, on_bus(Kind::kStall)},
     {"stall in 100", FaultCause::kBus, on_bus(Kind::kStall, kForLong)},
     {"stall out 1", FaultCause::kBus, on_bus(Kind::kStall, 1, 0, true)},
@@ -114,6 +115,8 @@ constexpr FaultRule kRules[] = {
      kPlugged},
     {"power lost", "a transfer that ends without a device", Out::kCut, kGone, kLinkLost, 0,
      kPlugged},
+    {"another device plugged in", "what it states of itself", Out::kCut, kGone,
+     kLinkLost | kLinkOtherDevice, 0, kNothing},
     {"stall in 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"stall in 100", kTransfers, Out::kRampsToZero, kFaultStaleState | kGone, kUnfed, kStale_ms,
      kReconnected},
@@ -224,7 +227,8 @@ constexpr std::pair<std::uint32_t, const char*> kDeviceNames[] = {
     {kLinkFrozen, "kLinkFrozen"},
     {kLinkStaleCommand, "kLinkStaleCommand"},
     {kLinkServoLost, "kLinkServoLost"},
-    {kLinkSendFailed, "kLinkSendFailed"}};
+    {kLinkSendFailed, "kLinkSendFailed"},
+    {kLinkOtherDevice, "kLinkOtherDevice"}};
 
 std::string names_of(std::uint32_t faults, Names names) {
   std::string text;
@@ -247,7 +251,8 @@ bool takes_device_away(const Fault& fault) {
   const DeviceFaultKind kind = fault.event.kind;
   const bool unplugs =
       kind == DeviceFaultKind::kUnplug || kind == DeviceFaultKind::kUnplugAtResubmit;
-  return fault.cause == FaultCause::kPowerLost || (fault.cause == FaultCause::kBus && unplugs);
+  return fault.cause == FaultCause::kPowerLost || fault.cause == FaultCause::kOtherDevice ||
+         (fault.cause == FaultCause::kBus && unplugs);
 }
 
 bool moves_hand(FaultCause cause) {

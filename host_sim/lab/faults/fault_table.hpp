@@ -36,6 +36,7 @@ enum class FaultCause : std::uint8_t {
   kBus,              ///< Fault::event
   kHoldOut,          ///< OUT transfers are not taken
   kPowerLost,        ///< the drives go with the device, which is away until it is plugged in again
+  kOtherDevice,      ///< power lost, then plugged in again with weaker_block()
   kEmergencyCall,    ///< the call of the servo loop
   kDeviceBits,       ///< the device says so itself: Fault::event.count is its bits
   kServoStalled,     ///< no tick for Fault::event.count periods
@@ -57,7 +58,7 @@ struct Fault {
   /// Whether it exists without a bus.
   [[nodiscard]] bool without_bus() const {
     return cause != FaultCause::kBus && cause != FaultCause::kHoldOut &&
-           cause != FaultCause::kPowerLost;
+           cause != FaultCause::kPowerLost && cause != FaultCause::kOtherDevice;
   }
 };
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 
 #include "hal/clock/servo_clock.hpp"
@@ -328,8 +329,8 @@ std::vector<FaultCase> soak_plan(std::size_t count) {
   std::vector<FaultCase> plan;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t turn = k / 2;
-    // The numbers of faults and of states have no common divisor: all pairs are met.
-    const std::size_t other = turn % kStates.size();
+    // Where the pairs would come again, the states move on by one: all pairs are met.
+    const std::size_t other = (turn + turn / std::lcm(all.size(), kStates.size())) % kStates.size();
     plan.push_back({k % 2 == 0 ? FaultState::kArmedContact : kStates[other],
                     &all[(turn + (k % 2 == 0 ? 0 : all.size() / 2)) % all.size()]});
   }
