@@ -20,7 +20,8 @@ struct Run {
   WakeupMeasurement& measurement;
 };
 
-int sleep_and_count(const WakeupQuestion& question, WakeupMeasurement& m) noexcept {
+int sleep_and_count(const WakeupQuestion& question, WakeupMeasurement& m,
+                    const std::atomic<bool>& stop) noexcept {
   DeadlineSchedule schedule(monotonic_ns(), question.period_ns);
   for (std::int64_t i = 0; i < kTicksBefore; ++i) {
     const int error = sleep_until(schedule.next_deadline_ns());
@@ -30,7 +31,7 @@ int sleep_and_count(const WakeupQuestion& question, WakeupMeasurement& m) noexce
   const std::uint64_t missed_before = schedule.missed_periods();
   const PageFaults before = page_faults_of_thread();
   const std::int64_t end_ns = schedule.next_deadline_ns() + question.duration_ns;
-  while (schedule.next_deadline_ns() < end_ns) {
+  while (schedule.next_deadline_ns() < end_ns && !stop.load(std::memory_order_relaxed)) {
     const int error = sleep_until(schedule.next_deadline_ns());
     if (error != 0) return error;
     if (schedule.advance(monotonic_ns()) > 0) m.late_ticks += 1;
@@ -52,11 +53,18 @@ void* measuring_thread(void* argument) {
       run.measurement.priority = settings.priority;
     if (grant.step == StartStep::kAffinity && grant.granted()) run.measurement.cpu = settings.cpu;
   }
-  run.measurement.error = sleep_and_count(run.question, run.measurement);
+  const std::atomic<bool> never{false};
+  run.measurement.error = sleep_and_count(run.question, run.measurement, never);
   return nullptr;
 }
 
 }  // namespace
+
+void count_wakeups(const WakeupQuestion& question, const std::atomic<bool>& stop,
+                   WakeupMeasurement& measurement) noexcept {
+  measurement = WakeupMeasurement();
+  measurement.error = sleep_and_count(question, measurement, stop);
+}
 
 void measure_wakeups(const WakeupQuestion& question, WakeupMeasurement& measurement) noexcept {
   measurement = WakeupMeasurement();

@@ -4,6 +4,7 @@
 /// a thread of that priority on that core, memory locked, idle states held off, and nothing done in
 /// the tick.
 
+#include <atomic>
 #include <cstdint>
 
 #include "hal/clock/linux_process.hpp"
@@ -33,5 +34,10 @@ struct WakeupMeasurement {
 /// Blocks for the duration. Starts one thread; locks the process's memory meanwhile and unlocks it
 /// then, so not for a process that has locked it already.
 void measure_wakeups(const WakeupQuestion& question, WakeupMeasurement& measurement) noexcept;
+
+/// The same on the calling thread as it is: neither priority nor core of `question` is asked for,
+/// nor is memory locked. Ends early once `stop` is set.
+void count_wakeups(const WakeupQuestion& question, const std::atomic<bool>& stop,
+                   WakeupMeasurement& measurement) noexcept;
 
 }  // namespace haptic::hal

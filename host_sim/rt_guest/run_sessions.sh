@@ -10,7 +10,7 @@ while [ $# -ge 3 ]; do
   [ "$faults" = - ] && script= || script="--faults $faults"
   host_sim usb-device --scene peg.rtscene --priority 70 $script >/tmp/device.log 2>&1 &
   device=$!
-  run_device "$config" --ticks "$ticks" --seconds 60 --json >/tmp/run.json 2>/tmp/run.log
+  run_device "$config" --accept-unbudgeted --ticks "$ticks" --seconds 60 --json >/tmp/run.json 2>/tmp/run.log
   code=$?
   kill "$device"
   wait "$device"

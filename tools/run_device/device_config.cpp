@@ -30,6 +30,8 @@ constexpr Range kRate_hz{50.0, 10'000.0};
 constexpr Range kScale{1e-3, 1e3};
 constexpr Range kOffset_m{-1e3, 1e3};
 constexpr Range kFlight_s{0.1, 60.0};
+constexpr Range kRampIn_s{0.0, 10.0};
+constexpr Range kHandleOffset_m{-1.0, 1.0};
 
 std::int64_t integer_in(const TomlTable& t, std::string_view key, std::int64_t low,
                         std::int64_t high, std::int64_t otherwise) {
@@ -90,9 +92,12 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
   config.driver_name = driver;
   config.simulated = driver == "sim";
   config.driver = driver_of(driver, config.address, firmware);
+  config.has_motors = !config.simulated && config.driver->capabilities().driven_dof != 0;
 }
 
-void read_loop(const TomlTable& top, LoopConfig& loop) {
+void read_loop(const TomlTable& top, DeviceConfig& config) {
+  LoopConfig& loop = config.loop;
+  loop.strict = config.has_motors;
   const auto t = top.table("loop", {"rate_hz", "clocking", "servo_priority", "usb_priority",
                                     "servo_cpu", "usb_cpu", "lock_memory", "strict"});
   if (!t) return;
@@ -109,7 +114,7 @@ void read_loop(const TomlTable& top, LoopConfig& loop) {
   loop.servo_cpu = static_cast<int>(integer_in(*t, "servo_cpu", 0, 1023, -1));
   loop.usb_cpu = static_cast<int>(integer_in(*t, "usb_cpu", 0, 1023, -1));
   loop.lock_memory = t->flag("lock_memory").value_or(true);
-  loop.strict = t->flag("strict").value_or(false);
+  loop.strict = t->flag("strict").value_or(loop.strict);
 }
 
 void read_workspace(const TomlTable& top, DeviceConfig& config) {
@@ -117,8 +122,13 @@ void read_workspace(const TomlTable& top, DeviceConfig& config) {
   // D as the device has it, to x right, y away, z up; the user turns from there.
   const Quat upright = config.driver->capabilities().q_wd;
   map.q_wd = upright;
-  const auto t = top.table("workspace", {"scale", "offset_m", "rotation"});
+  map.handle_offset_h = config.driver->capabilities().handle_offset_h;
+  const auto t = top.table("workspace", {"scale", "offset_m", "rotation", "handle_offset_m"});
   if (!t) return;
+  if (const auto offset = t->vector3("handle_offset_m", kHandleOffset_m)) {
+    for (int k = 0; k < 3; ++k)
+      map.handle_offset_h[k] = static_cast<Real>((*offset)[static_cast<std::size_t>(k)]);
+  }
   map.scale = static_cast<Real>(t->number("scale", kScale).value_or(1.0));
   if (const auto offset = t->vector3("offset_m", kOffset_m)) {
     for (int k = 0; k < 3; ++k)
@@ -140,19 +150,34 @@ void read_limits(const TomlTable& top, DeviceConfig& config) {
       {"full_speed_m_per_s", &SafetyLimits::full_speed_m_per_s},
       {"zero_speed_m_per_s", &SafetyLimits::zero_speed_m_per_s},
       {"full_turn_rad_per_s", &SafetyLimits::full_turn_rad_per_s},
-      {"zero_turn_rad_per_s", &SafetyLimits::zero_turn_rad_per_s}};
-  std::vector<std::string_view> known;
+      {"zero_turn_rad_per_s", &SafetyLimits::zero_turn_rad_per_s},
+      {"slew_n_per_s", &SafetyLimits::slew_n_per_s},
+      {"slew_nm_per_s", &SafetyLimits::slew_nm_per_s},
+      {"jump_speed_m_per_s", &SafetyLimits::jump_speed_m_per_s},
+      {"jump_turn_rad_per_s", &SafetyLimits::jump_turn_rad_per_s}};
+  std::vector<std::string_view> known = {"ramp_in_s"};
   for (const auto& field : fields) known.push_back(field.first);
   const auto t = top.table("limits", known);
   if (!t) return;
   for (const auto& [key, member] : fields) {
     const auto value = t->number(key, {0.0, std::numeric_limits<double>::infinity()});
     if (!value) continue;
+    if (*value == 0.0)
+      t->fail(key,
+              "is 0, which would not be \"no limit\" but nothing at all; give more than 0, or "
+              "leave it out");
     const auto device = static_cast<double>(limits.*member);
     if (*value > device)
       t->fail(key, "is " + short_number(*value, 6) + ", beyond the " + short_number(device, 6) +
                        " of the device; give at most that, or leave it out");
     limits.*member = static_cast<Real>(*value);
+  }
+  if (const auto ramp_s = t->number("ramp_in_s", kRampIn_s)) {
+    if (*ramp_s < static_cast<double>(limits.ramp_in_s))
+      t->fail("ramp_in_s", "is " + short_number(*ramp_s, 6) + ", shorter than the " +
+                               short_number(limits.ramp_in_s, 6) +
+                               " of the device; give at least that, or leave it out");
+    limits.ramp_in_s = static_cast<Real>(*ramp_s);
   }
   if (limits.full_speed_m_per_s >= limits.zero_speed_m_per_s)
     t->fail("zero_speed_m_per_s", "is not above full_speed_m_per_s, " +
@@ -202,7 +227,7 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
                           "folder");
   note_input(config.scene, "the compiled scene");
   read_device(top, folder, device, config);
-  read_loop(top, config.loop);
+  read_loop(top, config);
   read_workspace(top, config);
   read_limits(top, config);
   read_switches(top, config.servo.switches);

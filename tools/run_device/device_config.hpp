@@ -18,7 +18,10 @@ struct LoopConfig {
   bool report_clocked = false;
   int servo_priority = 80, usb_priority = 79;  ///< SCHED_FIFO; 0: ordinary
   int servo_cpu = -1, usb_cpu = -1;            ///< negative: any
-  bool lock_memory = true, strict = false;
+  bool lock_memory = true;
+  /// Nothing arms unless Linux grants all that is asked for and wake-ups are in time. Default:
+  /// where the device has motors. Else such a device gets less force (machine_fit).
+  bool strict = false;
 };
 
 struct DeviceConfig {
@@ -27,6 +30,8 @@ struct DeviceConfig {
   bool simulated = false;       ///< the peer in this process, no bus
   hal::UsbAddress address;
   std::unique_ptr<hal::Driver> driver;
+  bool has_motors = false;         ///< force can reach a hand
+  bool accept_unbudgeted = false;  ///< gains beyond the device's passivity budget, or without one
   LoopConfig loop;
   ServoParameters servo;  ///< except for the grip point, which the scene has
   double flight_seconds = 4.0;

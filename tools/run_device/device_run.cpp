@@ -14,6 +14,8 @@
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/run_device/device_fit.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -40,7 +42,6 @@ hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLen
 hal::LinkSettings link_settings(const DeviceConfig& config) {
   hal::LinkSettings settings;
   settings.address = config.address;
-  settings.limits = config.servo.limits;
   settings.deadman = config.servo.switches.deadman;
   settings.wake_servo = config.loop.report_clocked;
   settings.answer_wait_ns = config.loop.report_clocked ? config.loop.period_ns / 2 : 0;
@@ -78,12 +79,16 @@ class Run {
         length_(length),
         watch_(watch),
         bus_(config.servo.limits, config.loop.period_ns),
+        limits_(config.servo.limits),
+        gate_(fit_question(config, scene)),
         guardian_(guardian_settings(config, length)) {}
 
   RunAccount go();
 
  private:
   void fork_servo();
+  void judge_machine();
+  void tell_notes();
   [[nodiscard]] bool wait_for_servo();
   void hold();
   void watch_until_end();
@@ -107,6 +112,8 @@ class Run {
   LinkWatch bus_;
   std::unique_ptr<SimulatedPeer> peer_;
   std::unique_ptr<hal::DeviceLink> link_;
+  SafetyLimits limits_;  ///< the configuration's, lowered as the machine is not fit
+  DeviceGate gate_;
   hal::DeviceGuardian guardian_;  ///< goes first: its thread works with all above
   std::int64_t held_ns_ = 0, next_status_ns_ = 0;
   bool at_work_ = true;  ///< the servo process that was begun last has not ended by itself
@@ -144,6 +151,9 @@ bool Run::wait_for_servo() {
 void Run::hold() {
   hal::LinkSettings settings = link_settings(config_);
   settings.zero_holder = &guardian_.keeper();
+  settings.limits = limits_;
+  if (config_.has_motors)
+    settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_.admit(c); };
   hal::Driver& driver = *config_.driver;
   if (config_.simulated) {
     peer_ = std::make_unique<SimulatedPeer>(
@@ -162,6 +172,28 @@ void Run::hold() {
   if (grant.priority_error != 0)
     account_.refusals.push_back({"USB thread: SCHED_FIFO priority", grant.priority_error});
   held_ns_ = hal::monotonic_ns();
+}
+
+// How late the servo thread was woken before anything arms; what it may exert for that.
+void Run::judge_machine() {
+  if (!config_.has_motors) return;
+  const MachineFit machine =
+      machine_fit(board().wakeups, config_.loop.period_ns, account_.refusals.empty());
+  std::vector<std::string> notes = {machine.found};
+  if (!machine.fit && config_.loop.strict) {
+    account_.refused = true;
+  } else if (!machine.fit) {
+    account_.share = machine.share;
+    limits_ = lowered(config_.servo.limits, machine.share);
+    notes.push_back("degraded: force and torque are lowered to " + short_number(machine.share, 3) +
+                    " of the device's");
+  }
+  watch_.notes(notes);
+}
+
+void Run::tell_notes() {
+  const std::vector<std::string> notes = gate_.take_notes();
+  if (!notes.empty()) watch_.notes(notes);
 }
 
 void Run::tell_status() {
@@ -226,6 +258,12 @@ void Run::watch_until_end() {
       account_.why = "stopped by a signal";
       return;
     }
+    tell_notes();
+    if (link_->counters().connects == 0 && !gate_.refusal().empty()) {
+      account_.why = "the device is refused: " + gate_.refusal();
+      account_.exit_code = kExitDeviceOrOs;
+      return;
+    }
     if (is_long_enough()) return;
     tell_status();
   }
@@ -263,13 +301,19 @@ RunAccount Run::go() {
                 start_process(process_, {.lock_memory = config_.loop.lock_memory}),
                 account_.refusals);
   if (wait_for_servo()) {
-    account_.refused = config_.loop.strict && !account_.refusals.empty();
+    judge_machine();
+    account_.refused = account_.refused || (config_.loop.strict && !account_.refusals.empty());
     if (!account_.refused) hold();
-    account_.refused = config_.loop.strict && !account_.refusals.empty();
+    account_.refused = account_.refused || (config_.loop.strict && !account_.refusals.empty());
     if (!account_.refusals.empty()) watch_.refusals(account_.refusals);
     if (account_.refused) {
       account_.exit_code = kExitDeviceOrOs;
-      account_.why = "strict, and the machine does not grant what the loop asks for";
+      account_.why =
+          account_.refusals.empty()
+              ? "strict, and the machine wakes the loop too late; --allow-degraded runs it with "
+                "less force"
+              : "strict, and the machine does not grant what the loop asks for; --allow-degraded "
+                "runs it with less force";
     } else {
       watch_until_end();
     }

@@ -122,7 +122,8 @@ struct RunAccount {
   RunEnding ending;
   std::optional<SimulatedPeerCounters> peer;
   std::vector<Refusal> refusals;
-  bool refused = false;  ///< in strict: nothing was armed for the refusals
+  bool refused = false;  ///< in strict: nothing was armed, as the machine is not fit
+  double share = 1;      ///< of force and torque, as the machine is fit for them
 };
 
 /// What a run reports while it goes on; called on the thread that runs it.
@@ -131,6 +132,7 @@ struct RunWatch {
   std::function<void(const RunStatus&)> status;
   std::function<void(const std::vector<Refusal>&)> refusals;
   std::function<void(const RunCrash&)> crash;
+  std::function<void(const std::vector<std::string>&)> notes;  ///< a line each
 };
 
 /// Runs until SIGINT, SIGTERM, the `length` asked for or the end of the servo; then ramps down and

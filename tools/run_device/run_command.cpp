@@ -144,7 +144,9 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
   std::string text;
   for (const Refusal& refusal : refusals)
     text += "not granted: " + refusal.what + ": " + errno_name(refusal.error) + "\n";
-  text += strict ? "refused: strict is set. "
+  text += strict ? "refused: without these the force may be late or held too long. "
+                   "--allow-degraded runs all the same, a device with motors with half its force "
+                   "or less. "
                  : "degraded: the loop runs without it; ticks will be late when the machine is "
                    "busy. ";
   return text + "Mend: run_device doctor says how\n";
@@ -226,6 +228,7 @@ ordered_json summary_json(const RunAccount& a) {
                     {"watchdog_cuts", a.peer->watchdog_cuts}};
   }
   json["refused"] = a.refused;
+  json["force_share"] = a.share;
   json["refusals"] = ordered_json::array();
   for (const Refusal& refusal : a.refusals)
     json["refusals"].push_back({{"what", refusal.what}, {"error", errno_name(refusal.error)}});
@@ -236,7 +239,7 @@ struct RunOptions {
   std::string config, device;
   RunLength length;
   double status_every_s = 1.0;
-  bool json = false;
+  bool json = false, allow_degraded = false, accept_unbudgeted = false;
 };
 
 constexpr std::size_t kTicksShown = 20;
@@ -267,7 +270,9 @@ void tell_crash(const RunCrash& crash, const std::filesystem::path& file) {
 }
 
 int run(const RunOptions& o) {
-  const DeviceConfig config = read_device_config(o.config, o.device);
+  DeviceConfig config = read_device_config(o.config, o.device);
+  if (o.allow_degraded) config.loop.strict = false;
+  config.accept_unbudgeted = o.accept_unbudgeted;
   const SceneBytes scene = read_usable_scene(config);
   const bool told = o.json || isatty(STDERR_FILENO) == 1;
   RunWatch watch;
@@ -278,6 +283,11 @@ int run(const RunOptions& o) {
   watch.refusals = [&config](const std::vector<Refusal>& refusals) {
     const std::string text = refusals_text(refusals, config.loop.strict);
     std::fwrite(text.data(), 1, text.size(), stderr);
+  };
+  watch.notes = [&o](const std::vector<std::string>& notes) {
+    for (const std::string& note : notes)
+      o.json ? write_json({{"kind", "note"}, {"text", note}})
+             : write_line(stderr, "run_device: " + note);
   };
   watch.crash = [&config](const RunCrash& crash) { tell_crash(crash, config.crash_file); };
   const RunAccount account = run_device_of(config, scene, o.length, watch);
@@ -316,6 +326,12 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--status-every", o->status_every_s,
                   "seconds between two status lines, on a terminal or with --json; default 1")
       ->check(CLI::Range(0.01, 3600.0));
+  app->add_flag("--allow-degraded", o->allow_degraded,
+                "run without what the machine does not grant, or although it wakes the loop too "
+                "late; a device with motors then gets half of its force and torque or less");
+  app->add_flag("--accept-unbudgeted", o->accept_unbudgeted,
+                "run a scene whose gains are beyond the device's passivity budget, or for which "
+                "none can be computed");
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
       "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before\n"

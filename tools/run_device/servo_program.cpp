@@ -157,6 +157,14 @@ std::size_t flight_records(const DeviceConfig& config) {
   return static_cast<std::size_t>(std::ceil(config.flight_seconds * rate_hz));
 }
 
+FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene) {
+  SceneView view;
+  // It was opened before: read_usable_scene.
+  if (SceneView::open(scene.span(), view) != RtStatus::kOk) return {};
+  return fit_question(view, static_cast<double>(config.servo.map.scale), config.loop.period_ns,
+                      config.loop.report_clocked, config.accept_unbudgeted);
+}
+
 SceneBytes read_usable_scene(const DeviceConfig& config) {
   SceneBytes bytes = read_scene_bytes(config.scene);
   CoreInMemory tried;
@@ -188,6 +196,12 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
   const std::size_t heap_before = mallinfo2().uordblks;
   board.grants.thread = hal::start_realtime_thread(thread);
   (void)hal::monotonic_ns();  // the first look at the clock maps its page
+  // The first process speaks for its spare, whose loop is the same on the same core.
+  if (config.has_motors && seat.number == 0) {
+    hal::WakeupQuestion question;
+    question.period_ns = config.loop.period_ns;
+    hal::count_wakeups(question, seat.stop, board.wakeups);
+  }
   const hal::PageFaults before = hal::page_faults_of_thread();
   board.ready.store(true, std::memory_order_release);
 

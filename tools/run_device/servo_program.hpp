@@ -11,9 +11,11 @@
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/realtime/histograms.hpp"
 #include "hal/realtime/servo_loop.hpp"
+#include "hal/realtime/wakeup_measurement.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/run_device/device_config.hpp"
+#include "tools/run_device/device_fit.hpp"
 
 namespace haptic::tools {
 
@@ -69,6 +71,7 @@ struct ServoBoard {
   NewestRecord<ServoStatus> status;
   std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
   ServoGrants grants;
+  hal::WakeupMeasurement wakeups;  ///< of its thread before the loop, where they are asked for
   ServoClose close;
   std::atomic<CountWindow> window{CountWindow::kNotYet};
   ServoTimes times;  ///< read once the process has ended
@@ -87,6 +90,9 @@ struct ServoBoard {
 /// taken back and counts as refused (ENOMEM).
 [[nodiscard]] std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
                                                           const hal::ProcessSettings& settings);
+
+/// What scene, map and loop ask of the device.
+[[nodiscard]] FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene);
 
 /// Records of the flight recorder for the configured time.
 [[nodiscard]] std::size_t flight_records(const DeviceConfig& config);

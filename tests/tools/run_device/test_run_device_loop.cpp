@@ -126,6 +126,14 @@ TEST_SUITE("tools.run_device.loop") {
         {5, "[workspace]\noffset_m = [1, 2]\n", "give three numbers"},
         {5, "[workspace]\nrotation = { w = 2, x = 0, y = 0, z = 0 }\n", "has length 2"},
         {5, "[limits]\nmax_force_n = 13\n", "beyond the 12 of the device"},
+        {5, "[limits]\nmax_force_n = 0\n", "is 0, which would not be"},
+        {5, "[limits]\nslew_n_per_s = 0\n", "is 0, which would not be"},
+        {6, "[limits]\nslew_n_per_s = 100\nslew_nm_per_s = 41\n", "beyond the 40 of the device"},
+        {5, "[limits]\njump_speed_m_per_s = 11\n", "beyond the 10 of the device"},
+        {5, "[limits]\njump_turn_rad_per_s = 0\n", "is 0, which would not be"},
+        {5, "[limits]\nramp_in_s = 0.06\n", "shorter than the 0.1 of the device"},
+        {5, "[limits]\nramp_in_s = 11\n", "ramp_in_s"},
+        {5, "[workspace]\nhandle_offset_m = [0, 0, 2]\n", "handle_offset_m"},
         {5, "[limits]\nzero_speed_m_per_s = 0.5\n", "not above full_speed_m_per_s"},
         {5, "[switches]\ndeadman = 0\n", "nothing would ever arm"},
         {6, "[switches]\ndeadman = 2\nclutch = 2\n", "shares a switch"},
@@ -190,13 +198,45 @@ TEST_SUITE("tools.run_device.loop") {
     write(bench.config,
           "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\n"
           "address = \"1209:0010:NOSUCHSERIAL\"\n");
-    const ProgramResult r = bench.run("--seconds 0.3 --json");
+    const ProgramResult r = bench.run("--seconds 0.3 --allow-degraded --json");
     CHECK(r.exit_code == 4);
     const json summary = lines_of(r.out).back();
     CHECK(summary["link"]["connects"] == 0);
     CHECK(summary["trouble"].get<std::string>().find("1209:0010") != std::string::npos);
     CHECK(summary["ticks"] > 0);
     CHECK(summary["largest_force_n"] == 0.0);
+  }
+
+  TEST_CASE("a device with motors: strict by default, and what it finds of the machine is said") {
+    const Bench bench;
+    const std::string head =
+        "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\n"
+        "address = \"1209:0010:NOSUCHSERIAL\"\n[loop]\nservo_cpu = 1023\n";
+    write(bench.config, head);  // a core that is not there is not granted
+    ProgramResult r = bench.run("--seconds 0.3 --json");
+    CHECK(r.exit_code == 4);
+    CHECK(r.err.find("--allow-degraded") != std::string::npos);
+    json summary = lines_of(r.out).back();
+    CHECK(summary["refused"] == true);
+    CHECK(summary["why"].get<std::string>().find("--allow-degraded") != std::string::npos);
+    CHECK(summary["trouble"] == "");  // no device was looked for
+    for (const bool option : {true, false}) {
+      CAPTURE(option);
+      write(bench.config, head + (option ? "" : "strict = false\n"));
+      r = bench.run(std::string("--seconds 0.3 --json") + (option ? " --allow-degraded" : ""));
+      summary = lines_of(r.out).back();
+      CHECK(summary["refused"] == false);
+      CHECK(summary["force_share"] <= 0.5);
+      CHECK(summary["trouble"] != "");
+      CHECK(r.out.find("wake-ups: p99.9") != std::string::npos);
+      CHECK(r.out.find("force and torque are lowered to") != std::string::npos);
+    }
+    // Without motors nothing is measured, and nothing refused.
+    write(bench.config, std::string(kHead) + "[loop]\nservo_cpu = 1023\n");
+    r = bench.run("--seconds 0.3 --json");
+    CHECK(r.exit_code == 0);
+    CHECK(r.out.find("wake-ups: ") == std::string::npos);
+    CHECK(lines_of(r.out).back()["force_share"] == 1.0);
   }
 
   TEST_CASE("a core that is not there: reported and gone on without, or with strict exit 4") {
