@@ -33,6 +33,24 @@ TEST_SUITE("hal.link_faults") {
     CHECK(f.present() == 0u);
   }
 
+  TEST_CASE("silence of a slow device: three of the reports that it states") {
+    LinkFaults f({20 * kMs, 1000, 1000});
+    f.begin(0);
+    f.expect_reports_every(15 * kMs);
+    f.check_silence(45 * kMs);
+    CHECK(f.shown() == 0u);
+    f.check_silence(45 * kMs + 1);
+    CHECK(f.shown() == kLinkSilent);
+    f.begin(100 * kMs);
+    f.expect_reports_every(1 * kMs);  // a fast one, or one that states nothing: the limit
+    f.check_silence(121 * kMs);
+    CHECK(f.present() == kLinkSilent);
+    f.begin(200 * kMs);
+    f.expect_reports_every(0);
+    f.check_silence(220 * kMs);
+    CHECK(f.present() == 0u);
+  }
+
   TEST_CASE("corrupt and frozen: only so many in a row, and one good report ends it") {
     LinkFaults f({1000 * kMs, 3, 4});
     f.begin(0);

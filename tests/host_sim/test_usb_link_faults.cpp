@@ -16,6 +16,66 @@ using namespace haptic::hal;
 using namespace haptic::test;
 
 TEST_SUITE("host_sim.usb_link_faults") {
+  TEST_CASE("a device that comes back as another one: said with its numbers, and bounded by them") {
+    Bench b;
+    b.work();
+    CHECK(b.link->trouble() == "");
+    const auto replug = [&b] {
+      b.carrier->unplug();
+      b.run(3);
+      b.plug();
+      b.link->set_wrapped_fd(b.carrier->descriptor());
+      for (int k = 0; k < 3; ++k) b.step();
+      b.device.forces_n.clear();
+    };
+    replug();
+    CHECK(b.link->trouble() == "");  // the same
+    CHECK((b.state().faults & kLinkOtherDevice) == 0u);
+    DeviceCapabilities weak = b.driver.capabilities();
+    weak.max_force_n = 0.3_r;
+    weak.max_force_rate_n_per_s = 60;
+    b.driver.state(weak);
+    replug();
+    CHECK(b.link->trouble().find("another device than before") != std::string::npos);
+    CHECK(b.link->trouble().find("0.3 N, ") != std::string::npos);
+    CHECK(b.link->trouble().find("60 N/s") != std::string::npos);
+    CHECK(b.state().limits.connection == 3u);
+    CHECK(b.state().limits.max_force_n == 0.3_r);
+    b.run(5);
+    CHECK(b.force() == 0.0);
+    b.arming += 1;
+    b.run(300);
+    CHECK(b.force() == doctest::Approx(0.3));
+    CHECK(b.largest_step() <= 0.06 + 2 * kUnit_n);
+    CHECK((b.state().faults & kLinkOtherDevice) == 0u);  // answered
+  }
+
+  TEST_CASE(
+      "a device that is not accepted gets no command, and is asked again when it comes back") {
+    LinkSettings settings;
+    int asked = 0;
+    bool fits = false;
+    settings.accept = [&](const DeviceCapabilities& stated) {
+      ++asked;
+      return fits && stated.max_force_n > 0 ? "" : std::string("too stiff by 3 N/m");
+    };
+    Bench b(settings);
+    CHECK(b.connect() == HalStatus::kNotAccepted);
+    b.run(10);
+    CHECK(b.link->trouble() == "too stiff by 3 N/m");
+    CHECK(b.link->state() == LinkState::kAbsent);
+    CHECK(b.link->counters().connects == 0u);
+    CHECK(b.device.forces_n.empty());
+    CHECK(asked == 1);  // not before its time
+    fits = true;
+    b.clock.now_ns += settings.retry_ns;
+    CHECK(b.connect() == HalStatus::kOk);
+    CHECK(asked == 2);
+    b.run(3);
+    CHECK(b.link->state() == LinkState::kReady);
+    CHECK(b.link->trouble() == "");
+  }
+
   TEST_CASE("IN errors: a stall is cleared, others are tried again, and force goes on") {
     for (const int error : {-EPIPE, -EOVERFLOW, -EPROTO, -EILSEQ, -ETIME}) {
       INFO("errno ", -error);

@@ -54,6 +54,9 @@ class UsbTestDriver final : public hal::Driver {
     return 0;
   }
 
+  /// What the device says of itself from its next start on.
+  void state(const hal::DeviceCapabilities& capabilities) { capabilities_ = capabilities; }
+
   std::function<hal::HalStatus(hal::UsbPort&)> on_start;
   int starts = 0;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hal/device_limits.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
@@ -204,6 +205,12 @@ class Fit {
   FitAnswer answer_;
 };
 
+std::string limits_text(const SafetyLimits& l) {
+  const auto text = [](Real value) { return number(static_cast<double>(value)); };
+  return "sent to this device: at most " + text(l.max_force_n) + " N, " + text(l.max_torque_nm) +
+         " N m, " + text(l.slew_n_per_s) + " N/s, " + text(l.slew_nm_per_s) + " N m/s";
+}
+
 std::string in_us(std::int64_t ns) { return formatted("%.0f", 1e-3 * static_cast<double>(ns)); }
 
 }  // namespace
@@ -256,6 +263,8 @@ SafetyLimits lowered(const SafetyLimits& limits, double share) noexcept {
 
 std::string DeviceGate::admit(const hal::DeviceCapabilities& device) {
   FitAnswer answer = fit_of(question_, device);
+  if (device.driven_dof != 0 && answer.refusal.empty())
+    answer.notes.push_back(limits_text(hal::limits_of_connection(limits_, device)));
   const std::lock_guard lock(mutex_);
   refusal_ = answer.refusal;
   if (answer.notes != told_) untold_ = told_ = std::move(answer.notes);

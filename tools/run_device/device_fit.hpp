@@ -46,11 +46,13 @@ struct FitAnswer {
 /// A device without motors fits. Cost: below some milliseconds; allocates.
 [[nodiscard]] FitAnswer fit_of(const FitQuestion& question, const hal::DeviceCapabilities& device);
 
-/// fit_of at each connection of a link (LinkSettings::accept), and what people are informed of. All
-/// members from any thread; none is called while reports flow.
+/// fit_of at each connection of a link (LinkSettings::accept), and what people are informed of, the
+/// limits in force among it. All members from any thread; none is called while reports flow.
 class DeviceGate {
  public:
-  explicit DeviceGate(const FitQuestion& question) : question_(question) {}
+  /// `limits`: of driver, configuration and machine.
+  DeviceGate(const FitQuestion& question, const SafetyLimits& limits)
+      : question_(question), limits_(limits) {}
   /// @return the refusal.
   [[nodiscard]] std::string admit(const hal::DeviceCapabilities& device);
   /// Of the newest connection.
@@ -60,6 +62,7 @@ class DeviceGate {
 
  private:
   const FitQuestion question_;
+  const SafetyLimits limits_;
   mutable std::mutex mutex_;
   std::string refusal_;
   std::vector<std::string> told_, untold_;

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/run_device/device_run.hpp"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <optional>
 #include <system_error>
 
+#include "hal/clock/linux_process.hpp"
 #include "hal/clock/servo_clock.hpp"
 #include "hal/local/local_link.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
@@ -57,6 +62,19 @@ void note_refusals(const char* who, const std::array<hal::StepGrant, N>& grants,
   }
 }
 
+/// Whether the link's thread will get its core and priority: known before the link has its limits.
+/// Tried on this thread, which has neither afterwards.
+bool grants_link_thread(const LoopConfig& loop) {
+  cpu_set_t before;
+  (void)pthread_getaffinity_np(pthread_self(), sizeof before, &before);
+  bool granted = loop.usb_cpu < 0 || hal::tie_to_cpu(loop.usb_cpu) == 0;
+  granted = (loop.usb_priority <= 0 || hal::set_fifo_priority(loop.usb_priority) == 0) && granted;
+  const sched_param ordinary{};
+  (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+  (void)pthread_setaffinity_np(pthread_self(), sizeof before, &before);
+  return granted;
+}
+
 void add(const TickCounts& from, TickCounts& to) {
   to.ticks += from.ticks;
   to.armed_ticks += from.armed_ticks;
@@ -80,7 +98,6 @@ class Run {
         watch_(watch),
         bus_(config.servo.limits, config.loop.period_ns),
         limits_(config.servo.limits),
-        gate_(fit_question(config, scene)),
         guardian_(guardian_settings(config, length)) {}
 
   RunAccount go();
@@ -112,9 +129,9 @@ class Run {
   LinkWatch bus_;
   std::unique_ptr<SimulatedPeer> peer_;
   std::unique_ptr<hal::DeviceLink> link_;
-  SafetyLimits limits_;  ///< the configuration's, lowered as the machine is not fit
-  DeviceGate gate_;
-  hal::DeviceGuardian guardian_;  ///< goes first: its thread works with all above
+  SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
+  std::optional<DeviceGate> gate_;  ///< made with the link
+  hal::DeviceGuardian guardian_;    ///< goes first: its thread works with all above
   std::int64_t held_ns_ = 0, next_status_ns_ = 0;
   bool at_work_ = true;  ///< the servo process that was begun last has not ended by itself
   RunAccount account_;
@@ -152,8 +169,9 @@ void Run::hold() {
   hal::LinkSettings settings = link_settings(config_);
   settings.zero_holder = &guardian_.keeper();
   settings.limits = limits_;
+  gate_.emplace(fit_question(config_, scene_), limits_);
   if (config_.has_motors)
-    settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_.admit(c); };
+    settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_->admit(c); };
   hal::Driver& driver = *config_.driver;
   if (config_.simulated) {
     peer_ = std::make_unique<SimulatedPeer>(
@@ -177,8 +195,8 @@ void Run::hold() {
 // How late the servo thread was woken before anything arms; what it may exert for that.
 void Run::judge_machine() {
   if (!config_.has_motors) return;
-  const MachineFit machine =
-      machine_fit(board().wakeups, config_.loop.period_ns, account_.refusals.empty());
+  const bool granted = account_.refusals.empty() && grants_link_thread(config_.loop);
+  const MachineFit machine = machine_fit(board().wakeups, config_.loop.period_ns, granted);
   std::vector<std::string> notes = {machine.found};
   if (!machine.fit && config_.loop.strict) {
     account_.refused = true;
@@ -192,7 +210,7 @@ void Run::judge_machine() {
 }
 
 void Run::tell_notes() {
-  const std::vector<std::string> notes = gate_.take_notes();
+  const std::vector<std::string> notes = gate_->take_notes();
   if (!notes.empty()) watch_.notes(notes);
 }
 
@@ -259,8 +277,8 @@ void Run::watch_until_end() {
       return;
     }
     tell_notes();
-    if (link_->counters().connects == 0 && !gate_.refusal().empty()) {
-      account_.why = "the device is refused: " + gate_.refusal();
+    if (link_->counters().connects == 0 && !gate_->refusal().empty()) {
+      account_.why = "the device is refused: " + gate_->refusal();
       account_.exit_code = kExitDeviceOrOs;
       return;
     }

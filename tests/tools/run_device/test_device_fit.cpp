@@ -193,9 +193,14 @@ TEST_SUITE("tools.run_device.fit") {
 
   TEST_CASE("the gate asks at each connection, and has each set of notes told once") {
     FitQuestion q = modest_question();
-    DeviceGate gate(q);
+    SafetyLimits limits;
+    limits.slew_n_per_s = 100;
+    DeviceGate gate(q, limits);
     CHECK(gate.admit(stated_device()) == "");
-    CHECK(gate.take_notes().size() == 1);
+    const std::vector<std::string> notes = gate.take_notes();
+    REQUIRE(notes.size() == 2);
+    // A ramp of 10 ms, half the watchdog, at the configured slew.
+    CHECK(notes[1] == "sent to this device: at most 1 N, 0.05 N m, 100 N/s, 10 N m/s");
     CHECK(gate.take_notes().empty());
     CHECK(gate.admit(stated_device()) == "");
     CHECK(gate.take_notes().empty());

@@ -231,6 +231,10 @@ TEST_SUITE("tools.run_device.loop") {
       CHECK(r.out.find("wake-ups: p99.9") != std::string::npos);
       CHECK(r.out.find("force and torque are lowered to") != std::string::npos);
     }
+    // The link's thread counts too.
+    write(bench.config, head.substr(0, head.find("servo_cpu")) + "usb_cpu = 1023\n");
+    r = bench.run("--seconds 0.3 --json --allow-degraded");
+    CHECK(lines_of(r.out).back()["force_share"] <= 0.5);
     // Without motors nothing is measured, and nothing refused.
     write(bench.config, std::string(kHead) + "[loop]\nservo_cpu = 1023\n");
     r = bench.run("--seconds 0.3 --json");
