@@ -26,8 +26,8 @@ bool send_zero(const ZeroCommand& command) noexcept {
     std::array<std::uint8_t, ZeroCommand::kMostBytes + 1> message{};
     message[0] = static_cast<std::uint8_t>(SocketMessage::kOut);
     for (std::size_t k = 0; k < command.size; ++k) message[k + 1] = command.bytes[k];
-    return send(command.descriptor, message.data(), command.size + 1, MSG_DONTWAIT | MSG_NOSIGNAL) >=
-           0;
+    return send(command.descriptor, message.data(), command.size + 1,
+                MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;
   }
   // Synchronous, so that nothing has to be reaped; interrupt endpoints are served by it too.
   std::array<std::uint8_t, ZeroCommand::kMostBytes> bytes = command.bytes;

@@ -14,10 +14,10 @@ namespace haptic::hal {
 struct ZeroCommand {
   static constexpr std::size_t kMostBytes = 128;
 
-  int descriptor = -1;                          ///< of the device: usbfs, or a local link's socket
-  std::uint8_t endpoint = 0;                    ///< OUT, of usbfs
-  std::uint32_t size = 0;                       ///< bytes; 0: the device takes none
-  std::int64_t watchdog_ns = 0;                 ///< DeviceCapabilities::watchdog_ns
+  int descriptor = -1;                           ///< of the device: usbfs, or a local link's socket
+  std::uint8_t endpoint = 0;                     ///< OUT, of usbfs
+  std::uint32_t size = 0;                        ///< bytes; 0: the device takes none
+  std::int64_t watchdog_ns = 0;                  ///< DeviceCapabilities::watchdog_ns
   std::array<std::uint8_t, kMostBytes> bytes{};  ///< from Driver::zero_report
 };
 

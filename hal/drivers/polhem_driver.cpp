@@ -163,7 +163,8 @@ std::size_t PolhemDriver::write(const Wrench& wrench_d, std::uint64_t /*tick*/,
 
 std::size_t PolhemDriver::zero_report(std::span<std::uint8_t> report) const noexcept {
   if (report.size() < kPolhemReportBytes) return 0;
-  encode(PolhemCommand{}, std::span<std::uint8_t, kPolhemReportBytes>(report.data(), kPolhemReportBytes));
+  encode(PolhemCommand{},
+         std::span<std::uint8_t, kPolhemReportBytes>(report.data(), kPolhemReportBytes));
   return kPolhemReportBytes;
 }
 

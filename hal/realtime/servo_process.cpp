@@ -108,8 +108,7 @@ bool ServoProcess::is_stopped() const noexcept {
   if (pid_ <= 0 || end_.ended) return false;
   siginfo_t info{};
   // Only looked at: the same answer next time.
-  const int result =
-      waitid(P_PID, static_cast<id_t>(pid_), &info, WSTOPPED | WNOHANG | WNOWAIT);
+  const int result = waitid(P_PID, static_cast<id_t>(pid_), &info, WSTOPPED | WNOHANG | WNOWAIT);
   return result == 0 && info.si_pid == pid_;
 }
 

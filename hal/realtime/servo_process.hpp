@@ -32,9 +32,9 @@ class ServoProcess {
 
   /// Forks; the child runs `body` and leaves with its result, without the parent's destructors; an
   /// exception out of `body` aborts it. The parent's signal handlers are not the child's, as after
-  /// exec; its signal mask is. Tied to the parent, the child is killed when the thread that called this ends:
-  /// what it computes can reach the device by the parent alone. Returns 0, the errno of fork, or EBUSY: it
-  /// was started before.
+  /// exec; its signal mask is. Tied to the parent, the child is killed when the thread that called
+  /// this ends: what it computes can reach the device by the parent alone. Returns 0, the errno of
+  /// fork, or EBUSY: it was started before.
   int start(const std::function<int()>& body, Tie tie = Tie::kDiesWithParent);
 
   [[nodiscard]] int pid() const noexcept { return pid_; }

@@ -24,7 +24,8 @@ constexpr int kFrozenLooks = static_cast<int>(kLongestFrozen_ns / 1'000'000 / kK
 // At the end: more than one, since the bus may refuse the first while it cancels what is in flight.
 constexpr int kLastCommands = 5;
 constexpr int kKeeperEnd_ms = 200;
-// A keeper that has not looked for so long is frozen. Only time in which this process looked counts.
+// A keeper that has not looked for so long is frozen. Only time in which this process looked
+// counts.
 constexpr std::int64_t kKeeperStill_ns = 1'000'000'000, kMostPerLook_ns = 50'000'000;
 
 enum class KeeperWord : std::uint8_t { kHold = 1, kRelease, kEnd };

@@ -21,8 +21,8 @@ struct UsbThreadSettings {
   std::int64_t period_ns = 1'000'000;  ///< of the loop; the thread polls with half of it
   int priority = 0;                    ///< SCHED_FIFO, just below the servo thread's; 0: ordinary
   int cpu = -1;                        ///< core that it is tied to; negative: any
-  std::size_t prefault_bytes = 128 * 1024;  ///< of its stack, touched before the loop
-  const char* name = "haptic-usb";          ///< at most 15 characters
+  std::size_t prefault_bytes = 128 * 1024;      ///< of its stack, touched before the loop
+  const char* name = "haptic-usb";              ///< at most 15 characters
   std::atomic<std::uint32_t>* turns = nullptr;  ///< grows with each poll; null: not counted
 };
 

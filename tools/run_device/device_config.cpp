@@ -25,6 +25,7 @@ namespace {
 constexpr std::size_t kLargestFileBytes = std::size_t{1} << 20;
 constexpr std::array<const char*, 5> kDriverNames = {"reference", "falcon", "spacemouse", "polhem",
                                                      "sim"};
+constexpr std::string_view kSocketPrefix = "unix:";
 constexpr const char* kDriverMend = "the drivers are: reference, falcon, spacemouse, polhem, sim";
 constexpr Range kRate_hz{50.0, 10'000.0};
 constexpr Range kScale{1e-3, 1e3};
@@ -72,7 +73,12 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
     // Address and firmware are those of the device in the file.
     const bool own = chosen.empty() || (named && *named == chosen);
     if (chosen.empty()) driver = *named;
-    if (const auto address = device->text("address")) {
+    const auto address = device->text("address");
+    if (address && address->starts_with(kSocketPrefix)) {
+      if (address->size() == kSocketPrefix.size())
+        device->fail("address", "names no socket; give unix:PATH");
+      if (own) config.socket_path = (folder / address->substr(kSocketPrefix.size())).string();
+    } else if (address) {
       hal::UsbAddress read;
       if (!hal::parse_usb_address(*address, read))
         device->fail("address", "'" + *address +

@@ -29,6 +29,7 @@ struct DeviceConfig {
   std::string driver_name;      ///< as in the file, or as --device has it
   bool simulated = false;       ///< the peer in this process, no bus
   hal::UsbAddress address;
+  std::string socket_path;  ///< of a device in another process; empty: it is on the bus
   std::unique_ptr<hal::Driver> driver;
   bool has_motors = false;         ///< force can reach a hand
   bool accept_unbudgeted = false;  ///< gains beyond the device's passivity budget, or without one

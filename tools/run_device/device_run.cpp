@@ -16,6 +16,8 @@
 #include "hal/clock/linux_process.hpp"
 #include "hal/clock/servo_clock.hpp"
 #include "hal/local/local_link.hpp"
+#include "hal/local/socket_peer.hpp"
+#include "hal/realtime/process_hardening.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -97,12 +99,14 @@ class Run {
         length_(length),
         watch_(watch),
         bus_(config.servo.limits, config.loop.period_ns),
+        events_(watch.event),
         limits_(config.servo.limits),
         guardian_(guardian_settings(config, length)) {}
 
   RunAccount go();
 
  private:
+  void give_up_rights();
   void fork_servo();
   void judge_machine();
   void tell_notes();
@@ -111,6 +115,11 @@ class Run {
   void watch_until_end();
   [[nodiscard]] bool is_long_enough();
   void tell_status();
+  [[nodiscard]] RunStatus status();
+  void tell(const std::string& event, const std::string& text, LineLevel level) {
+    events_.tell(held_ns_ == 0 ? 0 : seconds_held(), event, text, level);
+  }
+  [[nodiscard]] bool take_keeper_end();
   [[nodiscard]] bool take_end();
   void finish();
   [[nodiscard]] ServoBoard& board(unsigned number) {
@@ -127,7 +136,9 @@ class Run {
   const RunWatch& watch_;
   hal::RealtimeProcess process_;
   LinkWatch bus_;
+  RunEvents events_;
   std::unique_ptr<SimulatedPeer> peer_;
+  std::unique_ptr<hal::SocketPeer> socket_;
   std::unique_ptr<hal::DeviceLink> link_;
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
   std::optional<DeviceGate> gate_;  ///< made with the link
@@ -137,11 +148,22 @@ class Run {
   RunAccount account_;
 };
 
+// Started by sudo, a run keeps what it uses: priority and locked memory, and the crash file where
+// it is another user's.
+void Run::give_up_rights() {
+  const LoopConfig& loop = config_.loop;
+  const hal::KeptCapabilities kept =
+      hal::drop_capabilities({std::max(loop.servo_priority, loop.usb_priority), loop.lock_memory,
+                              !config_.crash_file.empty()});
+  if (kept.error != 0) account_.refusals.push_back({"giving up capabilities", kept.error});
+}
+
 void Run::fork_servo() {
   const int error =
       guardian_.start([this](const hal::ServoSeat& seat) { return serve(config_, scene_, seat); });
   if (error != 0)
     throw OsError("the servo process cannot be started: " + std::generic_category().message(error));
+  if (watch_.forked) watch_.forked();
 }
 
 // False: it ended, or was not ready in time.
@@ -162,6 +184,10 @@ bool Run::wait_for_servo() {
   }
   note_refusals("servo process", board().grants.process, account_.refusals);
   note_refusals("servo thread", board().grants.thread, account_.refusals);
+  // A sanitizer makes calls of its own; there is no filter then.
+  const int filter = board().grants.filter;
+  if (filter != 0 && filter != ENOTSUP)
+    account_.refusals.push_back({"servo process: system call filter", filter});
   return true;
 }
 
@@ -177,6 +203,9 @@ void Run::hold() {
     peer_ = std::make_unique<SimulatedPeer>(
         SimulatedPeerSettings{config_.loop.period_ns, config_.servo.switches.deadman});
     link_ = std::make_unique<hal::LocalLink>(driver, guardian_.mailbox(), *peer_, settings);
+  } else if (!config_.socket_path.empty()) {
+    socket_ = std::make_unique<hal::SocketPeer>(config_.socket_path);
+    link_ = std::make_unique<hal::LocalLink>(driver, guardian_.mailbox(), *socket_, settings);
   } else {
     link_ = std::make_unique<hal::UsbLink>(driver, guardian_.mailbox(), settings);
   }
@@ -216,15 +245,34 @@ void Run::tell_notes() {
 
 void Run::tell_status() {
   const auto every_ns = static_cast<std::int64_t>(1e9 * watch_.status_every_s);
+  const RunStatus now = status();
+  events_.look(now);
   if (watch_.status_every_s <= 0 || hal::monotonic_ns() < next_status_ns_) return;
   next_status_ns_ = std::max(next_status_ns_ + every_ns, hal::monotonic_ns());
-  watch_.status(
-      {seconds_held(), status_of(board()), link_->state(), link_->counters(), link_->trouble()});
+  watch_.status(now);
+}
+
+RunStatus Run::status() {
+  RunStatus s;
+  s.t_s = seconds_held();
+  s.force_n = bus_.force_n();
+  s.torque_nm = bus_.torque_nm();
+  s.link_faults = bus_.faults();
+  s.silence_ns = guardian_.silence_ns();
+  s.servo = status_of(board());
+  s.link = link_->state();
+  s.counters = link_->counters();
+  s.trouble = link_->trouble();
+  return s;
 }
 
 // Reports a servo process that nobody asked to end. @return whether a spare goes on.
 bool Run::take_end() {
   const hal::ServoEnd& end = guardian_.servo_end();
+  tell("servo ended",
+       "servo process " + std::to_string(end.number) + " (pid " + std::to_string(end.pid) +
+           "): " + hal::to_text(end),
+       LineLevel::kError);
   watch_.crash({end.number, end.pid, hal::to_text(end), end.records});
   add(status_of(board(end.number)).counts, account_.counts);
   account_.processes += 1;
@@ -237,10 +285,15 @@ bool Run::take_end() {
     }
     if (guardian_.take_over()) {
       bus_.follow(board().window);
+      tell("spare begins",
+           "spare " + std::to_string(guardian_.number()) + " (pid " +
+               std::to_string(guardian_.pid()) +
+               ") begins; no force until the deadman switch is released and pressed",
+           LineLevel::kWarning);
       return true;
     }
     at_work_ = false;
-    account_.why = "the last servo process was " + hal::to_text(end.end);
+    account_.why = "the last servo process was " + hal::to_text(end) + "; there is no spare";
     return false;
   }
   at_work_ = false;
@@ -267,13 +320,26 @@ bool Run::is_long_enough() {
   return true;
 }
 
+// @return whether the run goes on: not where nothing else would take the force away.
+bool Run::take_keeper_end() {
+  const std::string text = "the zero-keeper: " + hal::to_text(guardian_.keeper_end());
+  tell("keeper ended", text, LineLevel::kError);
+  const hal::DeviceCapabilities& device = config_.driver->capabilities();
+  if (device.watchdog_ns > 0 || device.driven_dof == 0) return true;
+  account_.exit_code = kExitCheckFailed;
+  account_.why = text + "; the device has no watchdog of its own";
+  return false;
+}
+
 void Run::watch_until_end() {
   next_status_ns_ = held_ns_ + static_cast<std::int64_t>(1e9 * watch_.status_every_s);
   for (;;) {
     const hal::GuardianNews news = guardian_.wait(kLook_ms);
     if (news == hal::GuardianNews::kServoEnded && !take_end()) return;
+    if (news == hal::GuardianNews::kKeeperEnded && !take_keeper_end()) return;
     if (news == hal::GuardianNews::kStopAsked) {
-      account_.why = "stopped by a signal";
+      account_.why = "stopped by " + hal::signal_text(guardian_.stop_signal());
+      tell("stopping", account_.why, LineLevel::kNotice);
       return;
     }
     tell_notes();
@@ -314,7 +380,9 @@ void Run::finish() {
 RunAccount Run::go() {
   account_.driver = config_.driver_name;
   account_.scene = config_.scene.string();
+  give_up_rights();
   fork_servo();
+  (void)hal::refuse_attachment();
   note_refusals("device process",
                 start_process(process_, {.lock_memory = config_.loop.lock_memory}),
                 account_.refusals);
@@ -371,13 +439,18 @@ void LinkWatch::on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> /*r
   unanswered_ns_ = 0;
 }
 
-void LinkWatch::on_link(std::int64_t /*stamp_ns*/, LinkState /*state*/,
+void LinkWatch::on_link(std::int64_t /*stamp_ns*/, LinkState state,
                         hal::HalStatus /*why*/) noexcept {
+  if (state == LinkState::kAbsent) {
+    force_n_.store(0, std::memory_order_relaxed);
+    torque_nm_.store(0, std::memory_order_relaxed);
+  }
   report_ns_ = send_ns_ = unanswered_ns_ = 0;
 }
 
 void LinkWatch::note_output(std::int64_t stamp_ns, const hal::GuardedOutput& output) noexcept {
   const Vec3 force_d = output.wrench_d.force_w;
+  faults_.store(output.faults, std::memory_order_relaxed);
   end_.last_force_n = static_cast<double>(force_d.norm());
   end_.last_torque_nm = static_cast<double>(output.wrench_d.torque_w.norm());
   if (ending_.load(std::memory_order_relaxed)) {
@@ -389,6 +462,8 @@ void LinkWatch::note_output(std::int64_t stamp_ns, const hal::GuardedOutput& out
   } else {
     end_.force_n = end_.last_force_n;
   }
+  force_n_.store(end_.last_force_n, std::memory_order_relaxed);
+  torque_nm_.store(end_.last_torque_nm, std::memory_order_relaxed);
   force_d_ = force_d;
   output_ns_ = stamp_ns;
 }

@@ -14,6 +14,7 @@
 #include "hal/realtime/histograms.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "tools/run_device/device_config.hpp"
+#include "tools/run_device/run_events.hpp"
 #include "tools/run_device/servo_program.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
@@ -58,6 +59,15 @@ class LinkWatch final : public hal::LinkObserver {
                const hal::GuardedOutput& output) noexcept override;
   void on_link(std::int64_t stamp_ns, LinkState state, hal::HalStatus why) noexcept override;
 
+  // From any thread: what the device was handed last, and what the guard holds back for.
+  [[nodiscard]] double force_n() const noexcept { return force_n_.load(std::memory_order_relaxed); }
+  [[nodiscard]] double torque_nm() const noexcept {
+    return torque_nm_.load(std::memory_order_relaxed);
+  }
+  [[nodiscard]] std::uint32_t faults() const noexcept {
+    return faults_.load(std::memory_order_relaxed);
+  }
+
   [[nodiscard]] const RunEnding& ending() const noexcept { return end_; }
   [[nodiscard]] const LinkTimes& times() const noexcept { return times_; }
 
@@ -71,6 +81,8 @@ class LinkWatch final : public hal::LinkObserver {
   std::int64_t period_ns_;
   std::atomic<const std::atomic<CountWindow>*> window_{nullptr};
   std::atomic<bool> ending_{false};
+  std::atomic<double> force_n_{0}, torque_nm_{0};
+  std::atomic<std::uint32_t> faults_{0};
   std::int64_t report_ns_ = 0, send_ns_ = 0, unanswered_ns_ = 0;  ///< 0: none yet
   Vec3 force_d_ = Vec3::Zero();
   std::int64_t output_ns_ = 0;
@@ -90,13 +102,21 @@ struct Refusal {
   int error = 0;     ///< errno
 };
 
-/// For people who watch.
+/// For people who watch: what the device is handed is told by its link, not by who asked for it.
 struct RunStatus {
-  double t_s = 0;  ///< since the device is held
-  ServoStatus servo;
+  double t_s = 0;                     ///< since the device is held
+  double force_n = 0, torque_nm = 0;  ///< handed to the device last
+  std::uint32_t link_faults = 0;      ///< DeviceFault, for which the guard holds back
+  std::int64_t silence_ns = 0;        ///< since the servo process ticked last
+  ServoStatus servo;                  ///< its last word
   LinkState link = LinkState::kAbsent;
   hal::LinkCounters counters;
   std::string trouble;  ///< of the link; empty: none
+
+  /// The servo's word is not of now.
+  [[nodiscard]] bool is_silent() const { return silence_ns > kSilent_ns; }
+  [[nodiscard]] std::uint32_t device_faults() const { return servo.device_faults | link_faults; }
+  static constexpr std::int64_t kSilent_ns = 60'000'000;
 };
 
 /// Reports a servo process that ended without being asked to.
@@ -133,11 +153,14 @@ struct RunWatch {
   std::function<void(const std::vector<Refusal>&)> refusals;
   std::function<void(const RunCrash&)> crash;
   std::function<void(const std::vector<std::string>&)> notes;  ///< a line each
+  std::function<void(const RunEvent&)> event;
+  /// Called once the processes are forked: threads may be made.
+  std::function<void()> forked;
 };
 
-/// Runs until SIGINT, SIGTERM, the `length` asked for or the end of the servo; then ramps down and
-/// closes, in order. Single-threaded until the servo processes are forked. The config's driver is
-/// used. Exit code 1 also where the time is over before the ticks are done.
+/// Runs until a signal (StopSignals), the `length` asked for or the end of the servo; then ramps
+/// down and closes, in order. Single-threaded until the servo processes are forked. The config's
+/// driver is used. Exit code 1 also where the time is over before the ticks are done.
 [[nodiscard]] RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene,
                                        const RunLength& length, const RunWatch& watch);
 

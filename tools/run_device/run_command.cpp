@@ -17,6 +17,8 @@
 #include "tools/common/formatted.hpp"
 #include "tools/run_device/commands.hpp"
 #include "tools/run_device/device_run.hpp"
+#include "tools/run_device/run_events.hpp"
+#include "tools/run_device/teller.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -29,29 +31,11 @@ constexpr const char* kDegreeNames[kLateDegrees] = {"in_time", "within_period", 
 
 unsigned long long wide(std::uint64_t value) { return value; }
 
-const char* to_text(ArmingState arming) {
-  constexpr const char* kTexts[] = {"disarmed", "arming", "armed", "disarming", "faulted"};
-  const auto at = static_cast<std::size_t>(arming);
-  return at < std::size(kTexts) ? kTexts[at] : "?";
-}
-
-const char* to_text(LinkState link) {
-  constexpr const char* kTexts[] = {"absent", "starting", "ready"};
-  const auto at = static_cast<std::size_t>(link);
-  return at < std::size(kTexts) ? kTexts[at] : "?";
-}
-
 std::string errno_name(int error) {
   const char* name = strerrorname_np(error);
   const char* text = strerrordesc_np(error);
   return std::string(name != nullptr ? name : "errno " + std::to_string(error)) + " (" +
          (text != nullptr ? text : "unknown") + ")";
-}
-
-std::string faults_text(std::uint32_t safety, std::uint32_t device) {
-  const std::string first = hal::safety_fault_texts(safety);
-  const std::string second = hal::device_fault_texts(device);
-  return first + (first.empty() || second.empty() ? "" : "; ") + second;
 }
 
 ordered_json late_json(const TickCounts& counts) {
@@ -112,8 +96,8 @@ std::string status_text(const RunStatus& s) {
   std::string line =
       formatted("%7.1f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
                 wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]), to_text(s.link),
-                to_text(s.servo.arming), s.servo.force_n, s.servo.torque_nm);
-  const std::string faults = faults_text(s.servo.safety_faults, s.servo.device_faults);
+                s.is_silent() ? "silent" : to_text(s.servo.arming), s.force_n, s.torque_nm);
+  const std::string faults = faults_text(s.servo.safety_faults, s.device_faults());
   if (!faults.empty()) line += "  " + faults;
   if (!s.trouble.empty()) line += "\n         " + s.trouble;
   return line;
@@ -128,13 +112,16 @@ ordered_json status_json(const RunStatus& s) {
           {"late", late_json(c)},
           {"link", to_text(s.link)},
           {"trouble", s.trouble},
-          {"arming", to_text(s.servo.arming)},
+          {"arming", s.is_silent() ? "silent" : to_text(s.servo.arming)},
           {"armings", c.armings},
-          {"force_n", s.servo.force_n},
-          {"torque_nm", s.servo.torque_nm},
+          {"force_n", s.force_n},
+          {"torque_nm", s.torque_nm},
+          {"asked_force_n", s.servo.force_n},
+          {"asked_torque_nm", s.servo.torque_nm},
+          {"silent_s", 1e-9 * static_cast<double>(s.silence_ns)},
           {"d_near_m", s.servo.d_near_m},
           {"safety_faults", hal::safety_fault_texts(s.servo.safety_faults)},
-          {"device_faults", hal::device_fault_texts(s.servo.device_faults)},
+          {"device_faults", hal::device_fault_texts(s.device_faults())},
           {"reports", s.counters.reports},
           {"sent", s.counters.sent}};
 }
@@ -244,60 +231,95 @@ struct RunOptions {
 
 constexpr std::size_t kTicksShown = 20;
 
-void write_line(std::FILE* stream, const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), stream);
-  std::fputc('\n', stream);
-  std::fflush(stream);
+std::string line_of(const ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void write_json(const nlohmann::ordered_json& json) {
-  write_line(stdout, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+/// {"kind": "event", ...}
+ordered_json event_json(const RunEvent& e) {
+  return {{"kind", "event"}, {"t_s", e.t_s}, {"event", e.event}, {"text", e.text}};
 }
 
-// The force is already on its way to zero.
-void tell_crash(const RunCrash& crash, const std::filesystem::path& file) {
-  const std::string head = "run_device: servo process " + std::to_string(crash.number) + " (pid " +
-                           std::to_string(crash.pid) + "): " + crash.end;
-  write_line(stderr, head + "; its last ticks:\n" + hal::flight_text(crash.records, kTicksShown));
-  if (file.empty()) return;
-  const std::string text = "# " + head + "\n" + hal::flight_csv(crash.records);
-  // A file that cannot be written must not end the hold of the device.
-  try {
-    write_files({{file, std::as_bytes(std::span(text))}});
-  } catch (const OsError& error) {
-    write_line(stderr, std::string("run_device: ") + error.what());
+/// The first crash of a run has the name given, the next ones a number before its ending.
+std::filesystem::path crash_path(const std::filesystem::path& file, unsigned number) {
+  if (number == 0 || file.empty()) return file;
+  std::filesystem::path numbered = file;
+  numbered.replace_filename(file.stem().string() + "-" + std::to_string(number) +
+                            file.extension().string());
+  return numbered;
+}
+
+/// What a run tells: by threads of their own, which begin once the processes are forked.
+class RunTeller {
+ public:
+  RunTeller(const RunOptions& options, const DeviceConfig& config)
+      : options_(options), config_(config) {}
+
+  [[nodiscard]] RunWatch watch() {
+    RunWatch watch;
+    const bool told = options_.json || isatty(STDERR_FILENO) == 1;
+    watch.status_every_s = told ? options_.status_every_s : 0.0;
+    watch.forked = [this] { teller_ = std::make_unique<Teller>(); };
+    watch.status = [this](const RunStatus& s) {
+      options_.json ? say(line_of(status_json(s))) : complain(status_text(s), LineLevel::kPlain);
+    };
+    watch.refusals = [this](const std::vector<Refusal>& refusals) {
+      complain(refusals_text(refusals, config_.loop.strict), LineLevel::kWarning);
+    };
+    watch.event = [this](const RunEvent& e) {
+      if (options_.json) say(line_of(event_json(e)));
+      complain("run_device: " + formatted("%.3f s: ", e.t_s) + e.text, e.level);
+    };
+    watch.notes = [this](const std::vector<std::string>& notes) {
+      for (const std::string& note : notes) {
+        if (options_.json) say(line_of({{"kind", "note"}, {"text", note}}));
+        complain("run_device: " + note, LineLevel::kNotice);
+      }
+    };
+    watch.crash = [this](const RunCrash& crash) { tell_crash(crash); };
+    return watch;
   }
-}
+
+  /// @return the exit code: that of the account, or that its summary could not be written.
+  [[nodiscard]] int finish(const RunAccount& account) {
+    say(options_.json ? line_of(summary_json(account)) : summary_text(account));
+    const bool whole = teller_ == nullptr || teller_->finish();
+    return whole || account.exit_code != kExitDone ? account.exit_code : kExitDeviceOrOs;
+  }
+
+ private:
+  void say(const std::string& text) const {
+    if (teller_ != nullptr) teller_->say(Stream::kOut, text);
+  }
+  void complain(const std::string& text, LineLevel level) const {
+    if (teller_ != nullptr) teller_->say(Stream::kError, text, level);
+  }
+
+  // The force is already on its way to zero.
+  void tell_crash(const RunCrash& crash) {
+    const std::string head = "run_device: servo process " + std::to_string(crash.number) +
+                             " (pid " + std::to_string(crash.pid) + "): " + crash.end;
+    complain(head + "; its last ticks:\n" + hal::flight_text(crash.records, kTicksShown),
+             LineLevel::kError);
+    const std::filesystem::path file = crash_path(config_.crash_file, crashes_++);
+    if (!file.empty() && teller_ != nullptr)
+      teller_->write_file(file, "# " + head + "\n" + hal::flight_csv(crash.records));
+  }
+
+  const RunOptions& options_;
+  const DeviceConfig& config_;
+  std::unique_ptr<Teller> teller_;
+  unsigned crashes_ = 0;
+};
 
 int run(const RunOptions& o) {
   DeviceConfig config = read_device_config(o.config, o.device);
   if (o.allow_degraded) config.loop.strict = false;
   config.accept_unbudgeted = o.accept_unbudgeted;
   const SceneBytes scene = read_usable_scene(config);
-  const bool told = o.json || isatty(STDERR_FILENO) == 1;
-  RunWatch watch;
-  watch.status_every_s = told ? o.status_every_s : 0.0;
-  watch.status = [&o](const RunStatus& status) {
-    o.json ? write_json(status_json(status)) : write_line(stderr, status_text(status));
-  };
-  watch.refusals = [&config](const std::vector<Refusal>& refusals) {
-    const std::string text = refusals_text(refusals, config.loop.strict);
-    std::fwrite(text.data(), 1, text.size(), stderr);
-  };
-  watch.notes = [&o](const std::vector<std::string>& notes) {
-    for (const std::string& note : notes)
-      o.json ? write_json({{"kind", "note"}, {"text", note}})
-             : write_line(stderr, "run_device: " + note);
-  };
-  watch.crash = [&config](const RunCrash& crash) { tell_crash(crash, config.crash_file); };
-  const RunAccount account = run_device_of(config, scene, o.length, watch);
-  if (o.json) {
-    write_json(summary_json(account));
-  } else {
-    const std::string text = summary_text(account);
-    std::fwrite(text.data(), 1, text.size(), stdout);
-  }
-  return account.exit_code;
+  RunTeller teller(o, config);
+  const RunAccount account = run_device_of(config, scene, o.length, teller.watch());
+  return teller.finish(account);
 }
 
 std::string check_driver(const std::string& name) {
@@ -310,8 +332,8 @@ Command add_run_command(CLI::App& program) {
   const auto o = std::make_shared<RunOptions>();
   CLI::App* app = program.add_subcommand(
       "run",
-      "Runs the servo loop on a device until SIGINT or SIGTERM, which ramp the force down and "
-      "close it.");
+      "Runs the servo loop on a device until a signal such as SIGINT or SIGTERM, which ramps the "
+      "force down and closes it.");
   app->add_option("config", o->config, "TOML: scene, device, loop, workspace, limits")->required();
   app->add_option("--seconds", o->length.seconds, "end after this long; default: never")
       ->check(CLI::Range(0.01, 1.0e9));

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
+#include <new>
 
 #include "hal/clock/servo_clock.hpp"
+#include "hal/realtime/process_hardening.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -203,6 +206,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
     hal::count_wakeups(question, seat.stop, board.wakeups);
   }
   const hal::PageFaults before = hal::page_faults_of_thread();
+  board.grants.filter = hal::confine_servo();
   board.ready.store(true, std::memory_order_release);
 
   const int error = loop.run(seat.stop);
@@ -215,7 +219,8 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
       static_cast<std::int64_t>(mallinfo2().uordblks) - static_cast<std::int64_t>(heap_before);
   close.loop_error = error;
   close.told.store(true, std::memory_order_release);
-  return error == 0 ? kExitDone : kExitDeviceOrOs;
+  // Nothing is put away: that takes system calls.
+  std::_Exit(error == 0 ? kExitDone : kExitDeviceOrOs);
 }
 
 }  // namespace haptic::tools

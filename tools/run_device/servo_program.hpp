@@ -55,6 +55,7 @@ struct ServoStatus {
 struct ServoGrants {
   std::array<hal::StepGrant, 3> process;
   std::array<hal::StepGrant, 4> thread;
+  int filter = 0;  ///< errno of hal::confine_servo
 };
 
 /// At its end; a process that was killed leaves none.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim faults --out DIR [--quick] [--carrier usb|direct] [--report-clocked] [--threads N]
+// host_sim faults --out DIR [--quick] [--processes] [--carrier usb|direct] [--report-clocked]
+//                 [--threads N]
 #include <algorithm>
 #include <cstdio>
 #include <map>
@@ -9,6 +10,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/faults/fault_matrix.hpp"
+#include "host_sim/lab/processes/process_matrix.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -19,9 +21,31 @@ namespace {
 struct FaultsArguments {
   std::string out;
   FaultMatrixOptions matrix;
+  bool processes = false;
 };
 
+int do_process_faults(const FaultsArguments& o) {
+  tools::claim_folder(o.out, "--out", {"processes*"});
+  ProcessMatrixOptions options;
+  options.quick = o.matrix.quick;
+  options.told = [](const ProcessVerdict& v) {
+    std::printf("%s, %s, %s: %s\n", to_text(v.cell.fault->victim), v.cell.fault->name,
+                to_text(v.cell.state), v.failures.empty() ? "holds" : "FAILS");
+    for (const std::string& failure : v.failures) std::printf("  %s\n", failure.c_str());
+    if (!v.failures.empty()) std::printf("%s\n", v.said.c_str());
+    std::fflush(stdout);
+  };
+  const std::vector<ProcessVerdict> verdicts = run_process_matrix(options);
+  for (const OutputText& file : process_files(verdicts))
+    write_whole_file(o.out + "/" + file.name, file.content);
+  const auto held = std::count_if(verdicts.begin(), verdicts.end(),
+                                  [](const ProcessVerdict& v) { return v.failures.empty(); });
+  std::printf("%s/processes.md: %td of %zu cells hold\n", o.out.c_str(), held, verdicts.size());
+  return all_hold(verdicts) ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
 int do_faults(const FaultsArguments& o) {
+  if (o.processes) return do_process_faults(o);
   tools::claim_folder(o.out, "--out", {"faults*"});
   const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
   for (const OutputText& file : fault_files(verdicts, o.matrix))
@@ -47,6 +71,10 @@ Command add_faults_command(CLI::App& program) {
   app->add_option("-o,--out", o->out, "folder for faults.csv, faults.md and faults.svg")
       ->required();
   app->add_flag("--quick", o->matrix.quick, "only the states with force");
+  app->add_flag(
+      "--processes", o->processes,
+      "in place of the device's faults: those of every process of run_device, in real time; "
+      "processes.csv, processes.md, processes.svg");
   tools::add_choice<StackCarrier>(
       *app, "--carrier", o->matrix.run.carrier,
       {{"usb", StackCarrier::kUsb}, {"direct", StackCarrier::kDirect}},

@@ -3,7 +3,9 @@
 // messages. The machine may be busy with other things: how many ticks come is only bounded from
 // below, generously.
 #include <doctest/doctest.h>
+
 #include <unistd.h>
+#include <algorithm>
 
 #include <filesystem>
 
@@ -38,7 +40,17 @@ TEST_SUITE("tools.run_device.loop") {
       CHECK(r.exit_code == 0);
       const std::vector<json> lines = lines_of(r.out);
       REQUIRE(lines.size() >= 2);
-      for (std::size_t k = 0; k + 1 < lines.size(); ++k) CHECK(lines[k]["kind"] == "status");
+      std::vector<std::string> events;
+      for (std::size_t k = 0; k + 1 < lines.size(); ++k) {
+        const bool event = lines[k]["kind"] == "event";
+        CHECK((event || lines[k]["kind"] == "status"));
+        if (event) events.push_back(lines[k]["event"]);
+      }
+      // When it happened, and for people on standard error too.
+      REQUIRE(events.size() >= 3);
+      CHECK(events[0] == "connected");
+      CHECK(std::count(events.begin(), events.end(), "armed") >= 1);
+      CHECK(r.err.find("the device reports") != std::string::npos);
       const json& summary = lines.back();
       CHECK(summary["kind"] == "summary");
       CHECK(summary["seconds"] >= 2.0);

@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/processes/process_matrix.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <span>
+#include <thread>
+
+#include "hal/clock/servo_clock.hpp"
+#include "hal/device_limits.hpp"
+#include "hal/drivers/reference_driver.hpp"
+#include "host_sim/lab/faults/fault_run.hpp"
+#include "host_sim/lab/processes/device_program.hpp"
+#include "rt_core/safety/arming.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/files.hpp"
+
+namespace haptic::sim {
+namespace {
+
+// Heights of the hand's target about touch, as in the fault matrix.
+constexpr double kFree_m = 0.005, kLight_m = -0.004, kFirm_m = -0.0185;
+constexpr std::uint32_t kDeadman = 1;
+// Of the force that the hand reaches by pressing: what counts as pressed, light and firm.
+constexpr double kLightly_n = 0.3, kFirmly_n = 2.0;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kPatience_ns = 20'000 * kMs, kSettle_ns = 400 * kMs, kWatch_ns = 600 * kMs;
+// Longest time from a fault to zero: what is stated for the servo (its hang is noticed after five
+// periods), and an allowance for a machine that does other things as well.
+constexpr double kRampWithin_ms = 150, kZeroWithin_ms = 100;
+constexpr double kSpoiled_ms = 4;  // of the device's thread: it is then that which was late
+constexpr double kRounding_n = 0.01;
+constexpr unsigned kTries = 6;
+constexpr double kDevice_n = 12, kOtherDevice_n = 0.2;
+
+void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+template <class Condition>
+bool comes(Condition holds, std::int64_t within_ns = kPatience_ns) {
+  const std::int64_t end_ns = hal::monotonic_ns() + within_ns;
+  while (!holds()) {
+    if (hal::monotonic_ns() > end_ns) return false;
+    sleep_ms(1);
+  }
+  return true;
+}
+
+ReferenceModelSettings device_settings(double max_force_n) {
+  ReferenceModelSettings settings;
+  settings.hand = *hand_named("firm");
+  settings.max_force_n = max_force_n;
+  return settings;
+}
+
+std::vector<std::byte> pattern_of(int number) {
+  std::vector<std::byte> bytes(1009);
+  std::mt19937_64 random(20'26);
+  for (std::byte& byte : bytes)
+    byte = static_cast<std::byte>(number >= 0 ? static_cast<unsigned>(number) : random() & 255U);
+  return bytes;
+}
+
+/// A folder with a scene and a configuration, removed at the end.
+class Bench {
+ public:
+  explicit Bench(const std::string& program)
+      : program_(program.empty() ? device_program_path() : program),
+        folder_(std::filesystem::temp_directory_path() /
+                ("haptic_processes_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(folder_);
+    const std::vector<std::byte> scene = fault_scene();
+    const std::string config =
+        "scene = \"wall.rtscene\"\n[device]\ndriver = \"reference\"\n"
+        "address = \"unix:device.sock\"\n[recorder]\n"
+        "crash_file = \"crash.csv\"\n";
+    tools::write_files(
+        {{file("wall.rtscene"), scene}, {file("run.toml"), std::as_bytes(std::span(config))}});
+  }
+  ~Bench() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+
+  [[nodiscard]] std::string file(const std::string& name) const {
+    return (folder_ / name).string();
+  }
+  [[nodiscard]] std::vector<std::string> arguments(const std::string& every_s) const {
+    return {program_,         "run",   file("run.toml"),   "--json",
+            "--status-every", every_s, "--allow-degraded", "--accept-unbudgeted"};
+  }
+
+ private:
+  std::string program_;
+  std::filesystem::path folder_;
+};
+
+/// One cell, played.
+class ProcessPlay {
+ public:
+  ProcessPlay(const Bench& bench, const ProcessCase& cell)
+      : bench_(bench), cell_(cell), device_(bench.file("device.sock"), device_settings(kDevice_n)) {
+    std::filesystem::remove(bench.file("crash.csv"));
+    const ProcessFault& fault = *cell.fault;
+    const bool pipe = fault.victim == ProcessVictim::kLogReader;
+    reader_ = fault.victim == ProcessVictim::kTerminal ? ProgramReader::kTerminal
+              : pipe                                   ? ProgramReader::kNobody
+                                                       : ProgramReader::kFile;
+    program_ =
+        std::make_unique<DeviceProgram>(bench.arguments("0.02"), bench.file("first"), reader_);
+  }
+
+  /// False: the state was not reached; the machine let the servo be too late.
+  [[nodiscard]] bool reach();
+  void harm(ProcessVerdict& verdict);
+  void watch(ProcessVerdict& verdict);
+
+ private:
+  [[nodiscard]] bool arm_free();
+  [[nodiscard]] bool press();
+  [[nodiscard]] bool reaches(double force_n) {
+    return comes([&] { return device_.handed_n() >= force_n; }, 1500 * kMs);
+  }
+  void send(int number);
+
+  const Bench& bench_;
+  const ProcessCase& cell_;
+  ServedDevice device_;
+  ProgramReader reader_ = ProgramReader::kFile;
+  std::unique_ptr<DeviceProgram> program_, second_;
+};
+
+bool ProcessPlay::arm_free() {
+  device_.hold(kFree_m, 0);
+  sleep_ms(100);
+  device_.hold(kFree_m, kDeadman);
+  sleep_ms(250);
+  return true;
+}
+
+bool ProcessPlay::press() {
+  (void)arm_free();
+  device_.hold(kFirm_m, kDeadman);
+  if (!reaches(kFirmly_n)) return false;
+  // Until it no longer grows.
+  double last_n = 0;
+  return comes([&] {
+    sleep_ms(60);
+    const double now_n = device_.handed_n();
+    const bool settled = now_n > kFirmly_n && now_n < 1.02 * last_n;
+    last_n = now_n;
+    return settled;
+  });
+}
+
+bool ProcessPlay::reach() {
+  if (!comes([&] { return device_.hosts() == 1; })) {
+    throw tools::InputError("run_device does not take the device: " + program_->said());
+  }
+  sleep_ms(50);
+  // All parts are known from here on, also when they have ended.
+  for (const ProgramPart part :
+       {ProgramPart::kServo, ProgramPart::kSpare, ProgramPart::kZeroKeeper}) {
+    if (!comes([&] { return program_->pid(part) > 0; }))
+      throw tools::InputError(std::string("run_device has no process ") + to_text(part));
+  }
+  switch (cell_.state) {
+    case OperatorState::kDisarmed:
+      device_.hold(kFirm_m, 0);
+      sleep_ms(250);
+      return true;
+    case OperatorState::kArming:
+      device_.hold(kLight_m, 0);
+      sleep_ms(250);
+      device_.hold(kLight_m, kDeadman);
+      return reaches(kLightly_n);
+    case OperatorState::kArmedFree:
+      return arm_free();
+    default:
+      break;
+  }
+  if (!press()) return false;
+  const double full_n = device_.handed_n();
+  if (cell_.state == OperatorState::kDisarming) {
+    device_.hold(kFirm_m, 0);
+    return comes([&] { return device_.handed_n() < 0.7 * full_n; }, 200 * kMs);
+  }
+  if (cell_.state == OperatorState::kFaulted) {
+    device_.press_emergency_stop(true);
+    sleep_ms(100);
+  }
+  return true;
+}
+
+void ProcessPlay::send(int number) {
+  switch (cell_.fault->victim) {
+    case ProcessVictim::kServo:
+      (void)program_->signal(ProgramPart::kServo, number);
+      break;
+    case ProcessVictim::kSpare:
+      (void)program_->signal(ProgramPart::kSpare, number);
+      break;
+    case ProcessVictim::kServoAndSpare:
+      (void)program_->signal(ProgramPart::kSpare, number);
+      (void)program_->signal(ProgramPart::kServo, number);
+      break;
+    case ProcessVictim::kZeroKeeper:
+      (void)program_->signal(ProgramPart::kZeroKeeper, number);
+      break;
+    case ProcessVictim::kGroup:
+      (void)program_->signal_group(number);
+      break;
+    default:
+      (void)program_->signal(ProgramPart::kGuardian, number);
+      break;
+  }
+}
+
+void ProcessPlay::harm(ProcessVerdict& verdict) {
+  const ProcessFault& fault = *cell_.fault;
+  verdict.found.before_n = device_.handed_n();
+  verdict.fault_ns = hal::monotonic_ns();
+  switch (fault.cause) {
+    case ProcessCause::kNothing:
+      break;
+    case ProcessCause::kSignal:
+      send(fault.number);
+      break;
+    case ProcessCause::kScribble: {
+      const bool spare = fault.victim == ProcessVictim::kSpare;
+      const ProgramPart part = spare ? ProgramPart::kSpare : ProgramPart::kServo;
+      verdict.found.scribbled = program_->scribble(part, pattern_of(fault.number));
+      const std::size_t open = program_->writable_read_only(part);
+      if (verdict.found.scribbled == 0) verdict.failures.push_back("nothing could be overwritten");
+      if (open > 0)
+        verdict.failures.push_back("what the guardian writes could be overwritten by its servo");
+      break;
+    }
+    case ProcessCause::kClose:
+      program_->close_reader();
+      break;
+    case ProcessCause::kStopReading:
+      sleep_ms(500);  // the pipe is full by then
+      verdict.fault_ns = hal::monotonic_ns();
+      send(fault.number);
+      break;
+    case ProcessCause::kStart: {
+      std::vector<std::string> arguments = bench_.arguments("0.1");
+      arguments.insert(arguments.end(), {"--seconds", "1"});
+      second_ =
+          std::make_unique<DeviceProgram>(arguments, bench_.file("second"), ProgramReader::kFile);
+      break;
+    }
+    case ProcessCause::kReplace:
+      device_.replace(device_settings(kOtherDevice_n));
+      break;
+  }
+}
+
+void ProcessPlay::watch(ProcessVerdict& verdict) {
+  const ProcessFault& fault = *cell_.fault;
+  // The last tick of a hung process is 250 ms old before it is killed.
+  sleep_ms(static_cast<int>(kWatch_ns / kMs));
+  verdict.found.after_n = device_.handed_n();
+  if (fault.cause == ProcessCause::kStart) {
+    (void)comes([&] { return second_->exit_code().has_value(); });
+    if (second_->exit_code() != 4 || device_.hosts() != 1 || device_.refused() == 0)
+      verdict.failures.push_back("the second program was not refused: " + second_->said());
+  }
+  if (fault.cause == ProcessCause::kReplace) {
+    // Armed again, the new device's own limit holds.
+    device_.hold(kFree_m, 0);
+    sleep_ms(300);
+    const std::size_t from = device_.record().commands.size();
+    (void)arm_free();
+    device_.hold(kFirm_m, kDeadman);
+    sleep_ms(500);
+    double most_n = 0;
+    const WireRecord record = device_.record();
+    for (std::size_t k = from; k < record.commands.size(); ++k)
+      most_n = std::max(most_n, record.commands[k].wrench.force_w.norm());
+    if (most_n > kOtherDevice_n + kRounding_n || most_n == 0) {
+      verdict.failures.push_back("the second device of " + fixed(kOtherDevice_n, 1) +
+                                 " N was handed " + fixed(most_n, 3) + " N");
+    }
+  }
+  verdict.wire = device_.record();
+  if (fault.exit_code >= 0) {
+    (void)comes([&] { return program_->exit_code().has_value(); });
+  } else if (fault.victim != ProcessVictim::kGuardian || fault.number != SIGSTOP) {
+    if (program_->exit_code()) verdict.failures.push_back("the program has ended");
+    (void)program_->signal(ProgramPart::kGuardian, SIGTERM);
+    (void)comes([&] { return program_->exit_code().has_value(); });
+  }
+  verdict.found.exit_code = program_->exit_code().value_or(-1);
+  if (fault.exit_code >= 0 && verdict.found.exit_code != fault.exit_code) {
+    verdict.failures.push_back("exit code " + std::to_string(verdict.found.exit_code) +
+                               " in place of " + std::to_string(fault.exit_code));
+  }
+  verdict.said = program_->said();
+  const bool crashed = std::filesystem::exists(bench_.file("crash.csv"));
+  const bool read = reader_ == ProgramReader::kFile;
+  if (read && *fault.says != '\0' && verdict.said.find(fault.says) == std::string::npos)
+    verdict.failures.push_back(std::string("it does not say '") + fault.says + "'");
+  if (*fault.never != '\0' && verdict.said.find(fault.never) != std::string::npos)
+    verdict.failures.push_back(std::string("it says '") + fault.never + "'");
+  const bool orderly = std::string(fault.never) == "servo process 0";
+  if (orderly && crashed) verdict.failures.push_back("it has written a crash file");
+}
+
+/// What the wire says.
+void measure(ProcessVerdict& v, double slew_n_per_s) {
+  ProcessFigures& f = v.found;
+  const double period_s = 1e-3;
+  const double allowed_n = 2 * period_s * slew_n_per_s + kRounding_n;
+  const ProcessOutput output = v.cell.fault->output;
+  const WireCommand* last = nullptr;
+  double least_n = f.before_n;
+  for (const WireCommand& c : v.wire.commands) {
+    const double now_n = c.drives_on ? c.wrench.force_w.norm() : 0;
+    const bool after = c.stamp_ns >= v.fault_ns;
+    if (last != nullptr && last->host == c.host && after) {
+      const double last_n = last->drives_on ? last->wrench.force_w.norm() : 0;
+      const double step_n = c.drives_on || !last->drives_on
+                                ? (c.wrench.force_w - last->wrench.force_w).norm()
+                                : last_n;
+      const bool zero_at_once = output == ProcessOutput::kZeroAtOnce && now_n == 0;
+      if (!zero_at_once) f.largest_step_n = std::max(f.largest_step_n, step_n);
+    }
+    if (after) f.largest_n = std::max(f.largest_n, now_n);
+    if (after && c.host == 1) {
+      f.rise_n = std::max(f.rise_n, now_n - least_n);
+      least_n = std::min(least_n, now_n);
+    }
+    last = &c;
+  }
+  f.step_share = f.largest_step_n / allowed_n;
+  for (const WirePeriod& p : v.wire.periods) {
+    if (p.stamp_ns < v.fault_ns || p.stamp_ns > v.fault_ns + kWatch_ns) continue;
+    f.largest_late_ms = std::max(f.largest_late_ms, 1e-6 * static_cast<double>(p.late_ns));
+    if (p.acting_n > kRounding_n)
+      f.above_zero_ms = 1e-6 * static_cast<double>(p.stamp_ns - v.fault_ns);
+  }
+}
+
+void judge(ProcessVerdict& v) {
+  const ProcessFigures& f = v.found;
+  const auto fail = [&v](const std::string& text) { v.failures.push_back(text); };
+  const OperatorState state = v.cell.state;
+  const bool forced = f.before_n > kRounding_n;
+  if (f.step_share > 1) {
+    fail("a step of " + fixed(f.largest_step_n, 2) + " N from one command to the next");
+  }
+  if (v.cell.fault->output == ProcessOutput::kGoesOn) {
+    const bool steady = state == OperatorState::kArmedContact;
+    if (steady && f.after_n < 0.8 * f.before_n)
+      fail("the force went from " + fixed(f.before_n, 2) + " to " + fixed(f.after_n, 2) + " N");
+  } else if (v.cell.fault->output == ProcessOutput::kBounded) {
+    if (f.largest_n > kDevice_n + kRounding_n) fail("a force of " + fixed(f.largest_n, 2) + " N");
+  } else if (forced) {
+    const bool ramps = v.cell.fault->output == ProcessOutput::kRampsToZero;
+    const double within_ms = ramps ? kRampWithin_ms : kZeroWithin_ms;
+    if (f.above_zero_ms > within_ms) fail("a force for " + fixed(f.above_zero_ms, 0) + " ms");
+    // One command that was under way when the fault came.
+    const bool grows = state == OperatorState::kArming;
+    if (!grows && f.rise_n > 0.05) fail("the force rose by " + fixed(f.rise_n, 2) + " N");
+  }
+  const bool none = state == OperatorState::kDisarmed || state == OperatorState::kFaulted;
+  if (none && (f.before_n > 0 || f.rise_n > 0)) fail("a force though nothing is armed");
+}
+
+/// Not the program's doing: this process was late itself, or the servo let go since it was.
+bool spoiled_by_machine(const ProcessVerdict& v) {
+  if (v.failures.empty()) return false;
+  const bool let_go = v.said.find(fault_text(kFaultLateTick)) != std::string::npos ||
+                      v.said.find(fault_text(kFaultStaleState)) != std::string::npos;
+  const bool hung = v.cell.fault->number == SIGSTOP;
+  return v.found.largest_late_ms > kSpoiled_ms || (let_go && !hung);
+}
+
+ProcessVerdict play(const Bench& bench, const ProcessCase& cell, double slew_n_per_s) {
+  ProcessVerdict verdict;
+  for (unsigned k = 1; k <= kTries; ++k) {
+    verdict = ProcessVerdict{};
+    verdict.cell = cell;
+    verdict.tries = k;
+    ProcessPlay stage(bench, cell);
+    if (!stage.reach()) {
+      verdict.failures.push_back("the state was not reached");
+      continue;
+    }
+    stage.harm(verdict);
+    stage.watch(verdict);
+    judge_wire(verdict, slew_n_per_s);
+    if (!spoiled_by_machine(verdict)) break;
+  }
+  return verdict;
+}
+
+}  // namespace
+
+void judge_wire(ProcessVerdict& verdict, double slew_n_per_s) {
+  measure(verdict, slew_n_per_s);
+  judge(verdict);
+}
+
+std::vector<ProcessVerdict> run_process_matrix(const ProcessMatrixOptions& options) {
+  const Bench bench(options.program);
+  const hal::DeviceCapabilities device = hal::reference_capabilities();
+  const auto slew =
+      static_cast<double>(hal::limits_of(device, device.report_period_ns).slew_n_per_s);
+  std::vector<ProcessVerdict> verdicts;
+  for (const ProcessFault& fault : process_faults()) {
+    for (int k = 0; k < static_cast<int>(OperatorState::kCount); ++k) {
+      const ProcessCase cell{static_cast<OperatorState>(k), &fault};
+      if (options.quick && cell.state != OperatorState::kArmedContact) continue;
+      if (options.wanted && !options.wanted(cell)) continue;
+      verdicts.push_back(play(bench, cell, slew));
+      if (options.told) options.told(verdicts.back());
+    }
+  }
+  return verdicts;
+}
+
+bool all_hold(const std::vector<ProcessVerdict>& verdicts) {
+  return std::all_of(verdicts.begin(), verdicts.end(),
+                     [](const ProcessVerdict& v) { return v.failures.empty(); });
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Every fault of every process in every state of the operator: run_device itself, in real time, on
+/// a device in this process. What is judged was seen on the wire.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host_sim/lab/processes/process_faults.hpp"
+#include "host_sim/lab/processes/served_device.hpp"
+#include "host_sim/report/part_report.hpp"
+
+namespace haptic::sim {
+
+struct ProcessCase {
+  OperatorState state = OperatorState::kArmedContact;
+  const ProcessFault* fault = nullptr;
+};
+
+/// Forces as norms. Times from the fault on.
+struct ProcessFigures {
+  double before_n = 0;         ///< handed to the device at the fault
+  double after_n = 0;          ///< at the end of the watch
+  double largest_n = 0;        ///< handed from then on
+  double largest_step_n = 0;   ///< from one command to the next, but for one that is zero at once
+  double step_share = 0;       ///< of what the slew limit allows in two periods
+  double rise_n = 0;           ///< of a command over the least one before it
+  double above_zero_ms = 0;    ///< how long a force acted
+  double largest_late_ms = 0;  ///< of the device's own thread
+  std::size_t scribbled = 0;   ///< bytes
+  int exit_code = -1;
+};
+
+struct ProcessVerdict {
+  ProcessCase cell;
+  ProcessFigures found;
+  std::vector<std::string> failures;  ///< empty: the cell holds
+  unsigned tries = 1;                 ///< runs that the machine spoiled are repeated
+  std::string said;                   ///< the lines of the program
+  WireRecord wire;
+  std::int64_t fault_ns = 0;
+};
+
+struct ProcessMatrixOptions {
+  std::string program;  ///< run_device; empty: next to this one
+  bool quick = false;   ///< the state armed in contact alone
+  std::function<bool(const ProcessCase&)> wanted;
+  std::function<void(const ProcessVerdict&)> told;
+};
+
+/// In the order of faults, then of states. @throws tools::InputError  run_device is not built, or a
+/// state is not reached.
+[[nodiscard]] std::vector<ProcessVerdict> run_process_matrix(const ProcessMatrixOptions& options);
+[[nodiscard]] bool all_hold(const std::vector<ProcessVerdict>& verdicts);
+
+/// Verdict on what the wire of a run says; `slew_n_per_s` of the device. Adds to its failures.
+void judge_wire(ProcessVerdict& verdict, double slew_n_per_s);
+
+/// processes.csv (a line per cell), processes.md, processes.svg.
+[[nodiscard]] std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdicts);
+
+}  // namespace haptic::sim

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a servo process can do to its guardian, and what it cannot.
+#include <doctest/doctest.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <functional>
+#include <string>
+
+#include "hal/clock/servo_clock.hpp"
+#include "hal/realtime/device_guardian.hpp"
+#include "tests/support/signal_process.hpp"
+
+using namespace haptic;
+using namespace haptic::hal;
+
+namespace {
+
+constexpr std::int64_t kPatience_ns = 20'000'000'000;
+
+GuardianSettings settings_of(unsigned spares) {
+  GuardianSettings settings;
+  settings.spares = spares;
+  settings.recorded_ticks = 64;
+  settings.report_bytes = 4096;
+  settings.hung_ms = 100;
+  return settings;
+}
+
+/// Ticks until it is asked to stop.
+int tick_on(const ServoSeat& seat) {
+  ServoSide side(seat.mailbox);
+  DeviceCommand command;
+  while (!seat.stop.load()) {
+    ++command.tick;
+    side.publish(command);
+    usleep(1000);
+  }
+  return 0;
+}
+
+GuardianNews news_of(DeviceGuardian& guardian) {
+  const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+  GuardianNews news = GuardianNews::kNone;
+  while (news == GuardianNews::kNone && monotonic_ns() < end_ns) news = guardian.wait(100);
+  return news;
+}
+
+}  // namespace
+
+TEST_SUITE("hal.device_guardian") {
+  TEST_CASE("what the guardian writes is read-only to its servo: a write is its own end") {
+    DeviceGuardian guardian(settings_of(0));
+    REQUIRE(guardian.start([](const ServoSeat& seat) {
+      std::memset(static_cast<void*>(seat.mailbox.states), 0x41, sizeof(StateHalf));
+      return 0;
+    }) == 0);
+    CHECK(news_of(guardian) == GuardianNews::kServoEnded);
+    CHECK(guardian.servo_end().end.signal == SIGSEGV);
+    const auto* bytes = reinterpret_cast<const unsigned char*>(guardian.mailbox().states);
+    CHECK(bytes[0] == 0);
+  }
+
+  TEST_CASE("a seat is not to be seen by the others, and its report is its own") {
+    DeviceGuardian guardian(settings_of(1));
+    REQUIRE(guardian.start([](const ServoSeat& seat) {
+      std::memset(seat.report.data(), static_cast<int>(seat.number) + 1, seat.report.size());
+      return seat.number == 0 ? raise(SIGKILL) : tick_on(seat);
+    }) == 0);
+    REQUIRE(news_of(guardian) == GuardianNews::kServoEnded);
+    REQUIRE(guardian.take_over());
+    const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+    while (guardian.report(1)[0] == std::byte{0} && monotonic_ns() < end_ns) usleep(1000);
+    for (const std::byte b : guardian.report(0)) REQUIRE(b == std::byte{1});
+    for (const std::byte b : guardian.report(1)) REQUIRE(b == std::byte{2});
+    CHECK(guardian.stop());
+  }
+
+  TEST_CASE("a process that no longer ticks is killed; one that does is left alone") {
+    DeviceGuardian guardian(settings_of(1));
+    REQUIRE(guardian.start(tick_on) == 0);
+    CHECK(guardian.wait(500) == GuardianNews::kNone);
+    test::signal_process(guardian.pid(), SIGSTOP);
+    CHECK(news_of(guardian) == GuardianNews::kServoEnded);
+    CHECK(guardian.servo_end().hung);
+    CHECK(guardian.servo_end().end.signal == SIGKILL);
+    CHECK(to_text(guardian.servo_end()) == "hung, and killed for it: no tick came any more");
+    CHECK(guardian.take_over());
+    CHECK(guardian.wait(300) == GuardianNews::kNone);
+    CHECK(guardian.stop());
+  }
+
+  TEST_CASE("a spare that stands still is not waited for") {
+    DeviceGuardian guardian(settings_of(2));
+    REQUIRE(guardian.start(tick_on) == 0);
+    CHECK(guardian.wait(200) == GuardianNews::kNone);
+    const pid_t spare = test::child_named(getpid(), "haptic-spare");
+    test::signal_process(spare, SIGSTOP);
+    const int first = guardian.pid();
+    test::signal_process(first, SIGKILL);
+    REQUIRE(news_of(guardian) == GuardianNews::kServoEnded);
+    REQUIRE(guardian.take_over());
+    CHECK(guardian.pid() != spare);
+    CHECK(guardian.wait(300) == GuardianNews::kNone);
+    static_cast<void>(guardian.stop());
+  }
+
+  TEST_CASE("signals: all that can be caught ask to stop, and say which") {
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM,
+                             SIGPROF, SIGTSTP, SIGXCPU, SIGRTMIN}) {
+      CAPTURE(number);
+      DeviceGuardian guardian(settings_of(0));
+      REQUIRE(guardian.start(tick_on) == 0);
+      test::signal_process(getpid(), number);
+      CHECK(news_of(guardian) == GuardianNews::kStopAsked);
+      CHECK(guardian.stop_signal() == number);
+      CHECK(guardian.stop());
+    }
+  }
+
+  TEST_CASE("signals to a servo process are the guardian's business alone") {
+    DeviceGuardian guardian(settings_of(0));
+    REQUIRE(guardian.start(tick_on) == 0);
+    CHECK(guardian.wait(200) == GuardianNews::kNone);
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGPIPE, SIGTSTP})
+      test::signal_process(guardian.pid(), number);
+    CHECK(guardian.wait(300) == GuardianNews::kNone);
+    CHECK(guardian.stop());
+  }
+
+  TEST_CASE("a keeper that dies is reported once") {
+    DeviceGuardian guardian(settings_of(0));
+    REQUIRE(guardian.start(tick_on) == 0);
+    test::signal_process(guardian.keeper_pid(), SIGKILL);
+    CHECK(news_of(guardian) == GuardianNews::kKeeperEnded);
+    CHECK(guardian.wait(200) == GuardianNews::kNone);
+    CHECK(guardian.stop());
+  }
+}

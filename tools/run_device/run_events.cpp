@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/run_events.hpp"
+
+#include <iterator>
+
+#include "hal/realtime/flight_report.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/run_device/device_run.hpp"
+
+namespace haptic::tools {
+
+const char* to_text(ArmingState arming) {
+  constexpr const char* kTexts[] = {"disarmed", "arming", "armed", "disarming", "faulted"};
+  const auto at = static_cast<std::size_t>(arming);
+  return at < std::size(kTexts) ? kTexts[at] : "?";
+}
+
+const char* to_text(LinkState link) {
+  constexpr const char* kTexts[] = {"absent", "starting", "ready"};
+  const auto at = static_cast<std::size_t>(link);
+  return at < std::size(kTexts) ? kTexts[at] : "?";
+}
+
+std::string faults_text(std::uint32_t safety, std::uint32_t device) {
+  const std::string first = hal::safety_fault_texts(safety);
+  const std::string second = hal::device_fault_texts(device);
+  return first + (first.empty() || second.empty() ? "" : "; ") + second;
+}
+
+void RunEvents::tell(double t_s, const std::string& event, const std::string& text,
+                     LineLevel level) const {
+  if (told_) told_({t_s, event, text, level});
+}
+
+void RunEvents::look(const RunStatus& s) {
+  if (s.link != link_) {
+    const bool lost = s.link == LinkState::kAbsent;
+    if (lost || s.link == LinkState::kReady) {
+      tell(s.t_s, lost ? "disconnected" : "connected",
+           lost ? "the device is away" : "the device reports",
+           lost ? LineLevel::kWarning : LineLevel::kNotice);
+    }
+    link_ = s.link;
+  }
+  if (s.trouble != trouble_ && !s.trouble.empty())
+    tell(s.t_s, "trouble", s.trouble, LineLevel::kWarning);
+  trouble_ = s.trouble;
+  if (s.is_silent() != silent_) {
+    silent_ = s.is_silent();
+    if (silent_) {
+      tell(s.t_s, "silent", "the servo process does not answer; the force ramps to zero",
+           LineLevel::kError);
+    }
+  }
+  const std::uint32_t safety = s.servo.safety_faults & ~safety_faults_;
+  const std::uint32_t device = s.device_faults() & ~device_faults_;
+  if ((safety | device) != 0) tell(s.t_s, "fault", faults_text(safety, device), LineLevel::kError);
+  safety_faults_ = s.servo.safety_faults;
+  device_faults_ = s.device_faults();
+  if (s.servo.arming != arming_) {
+    arming_ = s.servo.arming;
+    tell(s.t_s, to_text(arming_), formatted("%s, %.2f N", to_text(arming_), s.force_n),
+         arming_ == ArmingState::kFaulted ? LineLevel::kError : LineLevel::kNotice);
+  }
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What happens in a run, told when it happens: connections, arming, faults, trouble of the link,
+/// ends of processes. Found by comparing one look at the run with the one before.
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "tools/run_device/teller.hpp"
+
+namespace haptic::tools {
+
+struct RunStatus;
+
+struct RunEvent {
+  double t_s = 0;  ///< since the device is held
+  /// "connected", "disconnected", "armed", "arming", "disarming", "disarmed", "faulted", "fault",
+  /// "trouble", "silent", "servo ended", "spare begins", "keeper ended", "stopping", "crash file".
+  std::string event;
+  std::string text;  ///< one line, for people
+  LineLevel level = LineLevel::kNotice;
+};
+
+[[nodiscard]] const char* to_text(ArmingState arming);
+[[nodiscard]] const char* to_text(LinkState link);
+/// Faults of the servo and of the device or its link, by their names; empty: none.
+[[nodiscard]] std::string faults_text(std::uint32_t safety, std::uint32_t device);
+
+/// Owner: the thread that watches the run.
+class RunEvents {
+ public:
+  explicit RunEvents(std::function<void(const RunEvent&)> told) : told_(std::move(told)) {}
+
+  /// What has changed since the last look.
+  void look(const RunStatus& status);
+  void tell(double t_s, const std::string& event, const std::string& text, LineLevel level) const;
+
+ private:
+  std::function<void(const RunEvent&)> told_;
+  LinkState link_ = LinkState::kAbsent;
+  ArmingState arming_ = ArmingState::kDisarmed;
+  std::uint32_t safety_faults_ = 0, device_faults_ = 0;
+  bool silent_ = false;
+  std::string trouble_;
+};
+
+}  // namespace haptic::tools
