@@ -4,13 +4,25 @@
 # on it through the guest's whole USB stack. Tells of each in a line, followed by the summary; at the
 # end, since what the emulator does for the console may come between what is measured.
 echo "kernel $(uname -r), PREEMPT_RT $(cat /sys/kernel/realtime), clock $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource)"
+# The peg is compiled without [device], and without a hand beyond the budget of this one.
+host_sim usb-device --scene peg.rtscene --priority 70 >/dev/null 2>&1 &
+device=$!
+run_device "$1" --seconds 20 >/tmp/refused 2>&1
+code=$?
+grep -q 'refused: beyond the passivity budget of this device' /tmp/refused && why=budget || why=other
+echo "unbudgeted exit $code, $why" >>/tmp/told
+kill "$device"
+wait "$device"
 while [ $# -ge 3 ]; do
   config=$1 ticks=$2 faults=$3
   shift 3
   [ "$faults" = - ] && script= || script="--faults $faults"
+  run_device "$config" --accept-unbudgeted --ticks "$ticks" --seconds 60 --json >/tmp/run.json 2>/tmp/run.log &
+  run=$!
+  sleep 2.1 # it measures its own wake-ups before it looks for a device
   host_sim usb-device --scene peg.rtscene --priority 70 $script >/tmp/device.log 2>&1 &
   device=$!
-  run_device "$config" --accept-unbudgeted --ticks "$ticks" --seconds 60 --json >/tmp/run.json 2>/tmp/run.log
+  wait "$run"
   code=$?
   kill "$device"
   wait "$device"

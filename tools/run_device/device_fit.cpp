@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "hal/device_limits.hpp"
@@ -149,7 +150,12 @@ class Fit {
 
   void check_budget() {
     const SceneParameters p = on_device();
-    const PassivityBudget budget = passivity_budget(p, q_.radius_m);
+    PassivityBudget budget = passivity_budget(p, q_.radius_m);
+    // A torque that the device cannot exert makes nothing unstable.
+    if ((device_.driven_dof & hal::kDofRotation) == 0)
+      std::erase_if(budget.states, [](const ContactStateBudget& s) {
+        return std::string_view(s.state).starts_with("rotation");
+      });
     std::string defect;
     if (!budget.unchecked.empty()) {
       defect =

@@ -39,8 +39,8 @@ struct FitAnswer {
 /// - Passivity budget against the connected device, in the loop's own time: sampled every loop or
 ///   report period, the longer; delayed by one of them (half of one if clocked by reports) or by
 ///   the scene's delay_s, the longer. Mass and damping are the device's; what it does not state is
-///   taken from the scene's [device]. Beyond the budget, or no mass known: refused, unless
-///   accept_unbudgeted or the scene's own allow_active.
+///   taken from the scene's [device]. Turns count where it drives them. Beyond the budget, or no
+///   mass known: refused, unless accept_unbudgeted or the scene's own allow_active.
 /// - A scene budgeted for another device says so; so does a part of the scene's workspace that the
 ///   device does not reach, and reports slower than the loop.
 /// A device without motors fits. Cost: below some milliseconds; allocates.

@@ -86,6 +86,21 @@ TEST_SUITE("tools.run_device.fit") {
     CHECK(says(fit_of(bold, stated_device()), "allow_active"));
   }
 
+  TEST_CASE("a device without torque is not refused for a stiffness in rotation") {
+    FitQuestion q = modest_question();
+    q.scene.coupling.k_r_nm_per_rad = 5000;
+    CHECK(fit_of(q, stated_device()).refusal.find("k_r_nm_per_rad is 5000") != std::string::npos);
+    hal::DeviceCapabilities c = stated_device();
+    c.driven_dof = hal::kDofTranslation;
+    CHECK(fit_of(q, c).refusal == "");
+    q.scene.law = LawId::kPaper;
+    q.scene.k_f_n_per_m = 300;
+    q.radius_m = 10;
+    CHECK(fit_of(q, c).refusal == "");
+    q.scene.k_f_n_per_m = 50'000;
+    CHECK(fit_of(q, c).refusal.find("k_f_n_per_m is 5e+04") != std::string::npos);
+  }
+
   TEST_CASE("no mass stated anywhere: refused, or accepted, never taken for granted") {
     hal::DeviceCapabilities c = stated_device();
     c.mass_kg = 0;
