@@ -9,6 +9,7 @@
 #include <functional>
 #include <string>
 
+#include "hal/clock/linux_process.hpp"
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/device_guardian.hpp"
 #include "tests/support/signal_process.hpp"
@@ -90,6 +91,23 @@ TEST_SUITE("hal.device_guardian") {
     CHECK(guardian.take_over());
     CHECK(guardian.wait(300) == GuardianNews::kNone);
     CHECK(guardian.stop());
+  }
+
+  TEST_CASE("an endless loop of a real-time thread does not own its core") {
+    GuardianSettings settings = settings_of(0);
+    settings.first_tick_ms = 60'000;
+    DeviceGuardian guardian(settings);
+    REQUIRE(guardian.start([](const ServoSeat&) {
+      if (set_fifo_priority(1) != 0) return 7;
+      for (volatile unsigned k = 0;;) k = k + 1;
+      return 0;
+    }) == 0);
+    REQUIRE(news_of(guardian) == GuardianNews::kServoEnded);
+    if (guardian.servo_end().end.exit_code == 7) {
+      MESSAGE("skipped: SCHED_FIFO is not granted, and no limit is there for an ordinary thread");
+      return;
+    }
+    CHECK(guardian.servo_end().end.signal == SIGXCPU);
   }
 
   TEST_CASE("a spare that stands still is not waited for") {

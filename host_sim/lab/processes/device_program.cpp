@@ -177,6 +177,8 @@ std::optional<int> DeviceProgram::exit_code() {
   return exit_code_;
 }
 
-std::string DeviceProgram::said() const { return text_of(out_ + ".out") + text_of(out_ + ".err"); }
+std::string DeviceProgram::output() const { return text_of(out_ + ".out"); }
+
+std::string DeviceProgram::said() const { return output() + text_of(out_ + ".err"); }
 
 }  // namespace haptic::sim

@@ -49,6 +49,8 @@ class DeviceProgram {
 
   /// Exit code, or 128 + signal; nothing while it runs.
   [[nodiscard]] std::optional<int> exit_code();
+  /// What it has said on standard output, as far as that goes to a file.
+  [[nodiscard]] std::string output() const;
   /// All that it has said on both streams, as far as it goes to files.
   [[nodiscard]] std::string said() const;
 

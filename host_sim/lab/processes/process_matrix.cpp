@@ -9,8 +9,10 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <span>
+#include <sstream>
 #include <thread>
 
 #include "hal/clock/servo_clock.hpp"
@@ -104,6 +106,18 @@ class Bench {
   std::filesystem::path folder_;
 };
 
+/// Events since the fault, and the last status; a line that is not whole yet is left out.
+void note_lines(const std::string& output, std::size_t from, ProcessVerdict& verdict) {
+  std::istringstream lines(output.substr(std::min(from, output.size())));
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
+    if (!json.is_object()) continue;
+    if (json.value("kind", "") == "event") verdict.events.push_back(json.value("event", ""));
+    if (json.value("kind", "") == "status")
+      verdict.status = json.value("arming", "") + " " + fixed(json.value("force_n", 0.0), 1) + " N";
+  }
+}
+
 /// One cell, played.
 class ProcessPlay {
  public:
@@ -136,6 +150,7 @@ class ProcessPlay {
   const ProcessCase& cell_;
   ServedDevice device_;
   ProgramReader reader_ = ProgramReader::kFile;
+  std::size_t told_before_ = 0;
   std::unique_ptr<DeviceProgram> program_, second_;
 };
 
@@ -227,6 +242,7 @@ void ProcessPlay::send(int number) {
 
 void ProcessPlay::harm(ProcessVerdict& verdict) {
   const ProcessFault& fault = *cell_.fault;
+  told_before_ = program_->output().size();
   verdict.found.before_n = device_.handed_n();
   verdict.fault_ns = hal::monotonic_ns();
   switch (fault.cause) {
@@ -271,6 +287,7 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
   // The last tick of a hung process is 250 ms old before it is killed.
   sleep_ms(static_cast<int>(kWatch_ns / kMs));
   verdict.found.after_n = device_.handed_n();
+  note_lines(program_->output(), told_before_, verdict);
   if (fault.cause == ProcessCause::kStart) {
     (void)comes([&] { return second_->exit_code().has_value(); });
     if (second_->exit_code() != 4 || device_.hosts() != 1 || device_.refused() == 0)

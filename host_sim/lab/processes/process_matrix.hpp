@@ -37,7 +37,9 @@ struct ProcessVerdict {
   ProcessFigures found;
   std::vector<std::string> failures;  ///< empty: the cell holds
   unsigned tries = 1;                 ///< runs that the machine spoiled are repeated
-  std::string said;                   ///< the lines of the program
+  std::vector<std::string> events;    ///< that the program told within the watch
+  std::string status;                 ///< its last status line of the watch: arming and force
+  std::string said;                   ///< all its lines
   WireRecord wire;
   std::int64_t fault_ns = 0;
 };
@@ -57,7 +59,7 @@ struct ProcessMatrixOptions {
 /// Verdict on what the wire of a run says; `slew_n_per_s` of the device. Adds to its failures.
 void judge_wire(ProcessVerdict& verdict, double slew_n_per_s);
 
-/// processes.csv (a line per cell), processes.md, processes.svg.
+/// As CSV (a line per cell), as a page and as a picture, all named "processes".
 [[nodiscard]] std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdicts);
 
 }  // namespace haptic::sim

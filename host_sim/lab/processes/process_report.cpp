@@ -22,7 +22,7 @@ std::string name_of(const ProcessVerdict& v) {
 std::string csv_of_processes(const std::vector<ProcessVerdict>& verdicts) {
   ReportTable table(
       "process,fault,state,holds,output,before_n,after_n,largest_step_n,step_share,rise_n,"
-      "above_zero_ms,device_late_ms,scribbled_bytes,exit_code,tries,failures");
+      "above_zero_ms,device_late_ms,scribbled_bytes,exit_code,events,status,tries,failures");
   for (const ProcessVerdict& v : verdicts) {
     const ProcessFigures& f = v.found;
     table.add({to_text(v.cell.fault->victim), quoted(v.cell.fault->name),
@@ -30,7 +30,7 @@ std::string csv_of_processes(const std::vector<ProcessVerdict>& verdicts) {
                to_text(v.cell.fault->output), fixed(f.before_n, 3), fixed(f.after_n, 3),
                fixed(f.largest_step_n, 3), fixed(f.step_share, 3), fixed(f.rise_n, 3),
                fixed(f.above_zero_ms, 1), fixed(f.largest_late_ms, 2), f.scribbled, f.exit_code,
-               v.tries, quoted(joined(v.failures))});
+               quoted(joined(v.events)), v.status, v.tries, quoted(joined(v.failures))});
   }
   return table.csv();
 }
@@ -63,6 +63,16 @@ std::string matrix_of_processes(const std::vector<ProcessVerdict>& verdicts) {
       row[static_cast<std::size_t>(at - states.begin()) + 2] = cell_of(verdicts[k]);
     }
     table += table_row(row);
+  }
+  return table;
+}
+
+std::string told_of(const std::vector<ProcessVerdict>& verdicts) {
+  std::string table = table_head({"process", "fault", "events", "status"});
+  for (const ProcessVerdict& v : verdicts) {
+    if (v.cell.state != OperatorState::kArmedContact) continue;
+    table +=
+        table_row({to_text(v.cell.fault->victim), v.cell.fault->name, joined(v.events), v.status});
   }
   return table;
 }
@@ -203,7 +213,10 @@ std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdict
   page +=
       "\n## Expected\n\n" + process_semantics() +
       "\n## Found\n\nLargest step and time above zero; force after 600 ms where it goes on.\n\n" +
-      matrix_of_processes(verdicts) + "\n" +
+      matrix_of_processes(verdicts) +
+      "\n## Told\n\nEvents within 600 ms from the fault, armed in contact, and the last status "
+      "line; nothing where nobody read.\n\n" +
+      told_of(verdicts) + "\n" +
       picture_line("processes.svg", "force handed to the device and force on the hand");
   if (!failures.empty()) page += "\n## Cells that fail\n\n" + failures;
   return {{"processes.csv", csv_of_processes(verdicts)},
