@@ -4,25 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 
 #include "tools/common/error.hpp"
-#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/simplified_bodies.hpp"
 
 namespace haptic::sim {
 
-CoreSession::CoreSession(const std::string& scene_path) {
-  tools::note_input(scene_path, "the compiled scene");
-  std::ifstream stream(scene_path, std::ios::binary | std::ios::ate);
-  const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
-  if (size < 0)
-    throw tools::InputError(scene_path + ": not a file; give the path of a compiled scene");
-  blob_ = tools::SceneBytes(static_cast<std::size_t>(size));
-  stream.seekg(0);
-  if (size > 0) stream.read(reinterpret_cast<char*>(blob_.span().data()), size);
-  if (!stream) throw tools::InputError(scene_path + ": cannot be read to its end");
+CoreSession::CoreSession(const std::string& scene_path)
+    : blob_(tools::read_scene_bytes(scene_path)) {
   open(scene_path);
   tools::tell_simplification("host_sim", scene_path, view_);
 }

@@ -118,6 +118,10 @@ struct SceneHeader {
   SceneCapacity capacity;
 };
 
+/// Header and the longest section table.
+inline constexpr std::size_t kSceneFrontBytes =
+    sizeof(SceneHeader) + kMaxSections * sizeof(SectionEntry);
+
 // Parameters: law, device, coupling, where the part goes; and the limits of these numbers.
 
 /// Largest coordinate [m] and stiffness [N/m]: far beyond any device, and small enough that no

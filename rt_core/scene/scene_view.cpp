@@ -76,24 +76,52 @@ std::span<const std::byte> section_bytes(std::span<const std::byte> blob,
                       static_cast<std::size_t>(entry.count * entry.element_bytes));
 }
 
-/// In bounds, aligned, ascending and apart from the section before it; gaps filled with zeros.
-RtStatus check_section_table(std::span<const std::byte> blob,
-                             std::span<const SectionEntry> sections,
-                             std::uint64_t table_end) noexcept {
-  std::uint64_t end = table_end;
+RtStatus check_header(std::span<const std::byte> front, std::uint64_t byte_count) noexcept {
+  if (front.size() < sizeof(SceneHeader)) return RtStatus::kBlobTooSmall;
+  if (reinterpret_cast<std::uintptr_t>(front.data()) % kSceneAlignment != 0)
+    return RtStatus::kBlobMisaligned;
+  const auto& header = *reinterpret_cast<const SceneHeader*>(front.data());
+  if (std::memcmp(header.magic, kSceneMagic, sizeof(kSceneMagic)) != 0)
+    return RtStatus::kBlobBadMagic;
+  if (header.version != kSceneVersion) return RtStatus::kBlobBadVersion;
+  if (header.header_bytes != sizeof(SceneHeader)) return RtStatus::kBlobBadVersion;
+  if (header.byte_count != byte_count) return RtStatus::kBlobTooSmall;
+  return header.scalar_bytes == sizeof(Real) ? RtStatus::kOk : RtStatus::kBlobWrongScalar;
+}
+
+// In bounds, aligned, ascending, each close behind the one before, the last up to the end.
+RtStatus find_sections(std::span<const std::byte> front, std::uint64_t byte_count,
+                       std::span<const SectionEntry>& sections) noexcept {
+  const auto& header = *reinterpret_cast<const SceneHeader*>(front.data());
+  const std::uint64_t table_at = header.section_table;
+  if (header.section_count > kMaxSections || table_at != sizeof(SceneHeader))
+    return RtStatus::kBlobBadSectionTable;
+  if (header.section_count * sizeof(SectionEntry) > front.size() - table_at)
+    return RtStatus::kBlobBadSectionTable;
+  sections = {reinterpret_cast<const SectionEntry*>(front.data() + table_at), header.section_count};
+  std::uint64_t end = table_at + sections.size_bytes();
   for (const SectionEntry& s : sections) {
     if (s.element_bytes == 0 || s.offset % kSceneAlignment != 0 || s.offset < end ||
-        s.offset > blob.size()) {
+        s.offset > byte_count) {
       return RtStatus::kBlobBadSectionTable;
     }
-    if (s.count > (blob.size() - s.offset) / s.element_bytes) return RtStatus::kBlobBadSectionTable;
+    if (s.count > (byte_count - s.offset) / s.element_bytes) return RtStatus::kBlobBadSectionTable;
     if (s.offset - end >= 2 * kSceneAlignment) return RtStatus::kBlobBadSectionTable;
+    end = s.offset + s.count * s.element_bytes;
+  }
+  return end == byte_count ? RtStatus::kOk : RtStatus::kBlobBadSectionTable;
+}
+
+RtStatus check_between_sections(std::span<const std::byte> blob,
+                                std::span<const SectionEntry> sections) noexcept {
+  std::uint64_t end = sizeof(SceneHeader) + sections.size_bytes();
+  for (const SectionEntry& s : sections) {
     for (std::uint64_t i = end; i < s.offset; ++i) {
       if (blob[static_cast<std::size_t>(i)] != std::byte{0}) return RtStatus::kBlobBadSectionTable;
     }
     end = s.offset + s.count * s.element_bytes;
   }
-  return end == blob.size() ? RtStatus::kOk : RtStatus::kBlobBadSectionTable;
+  return RtStatus::kOk;
 }
 
 }  // namespace
@@ -113,26 +141,13 @@ std::uint64_t scene_content_hash(std::span<const std::byte> blob) noexcept {
 }
 
 RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
-  if (blob.size() < sizeof(SceneHeader)) return RtStatus::kBlobTooSmall;
-  if (reinterpret_cast<std::uintptr_t>(blob.data()) % kSceneAlignment != 0)
-    return RtStatus::kBlobMisaligned;
+  RtStatus status = check_header(blob, blob.size());
+  if (status != RtStatus::kOk) return status;
   header_ = reinterpret_cast<const SceneHeader*>(blob.data());
-  if (std::memcmp(header_->magic, kSceneMagic, sizeof(kSceneMagic)) != 0)
-    return RtStatus::kBlobBadMagic;
-  if (header_->version != kSceneVersion) return RtStatus::kBlobBadVersion;
-  if (header_->header_bytes != sizeof(SceneHeader)) return RtStatus::kBlobBadVersion;
-  if (header_->byte_count != blob.size()) return RtStatus::kBlobTooSmall;
-  if (header_->scalar_bytes != sizeof(Real)) return RtStatus::kBlobWrongScalar;
   if (header_->content_hash != scene_content_hash(blob)) return RtStatus::kBlobBadHash;
   blob_ = blob;
-  const std::uint64_t table_at = header_->section_table;
-  if (header_->section_count > kMaxSections || table_at != sizeof(SceneHeader))
-    return RtStatus::kBlobBadSectionTable;
-  if (header_->section_count * sizeof(SectionEntry) > blob.size() - table_at)
-    return RtStatus::kBlobBadSectionTable;
-  sections_ = {reinterpret_cast<const SectionEntry*>(blob.data() + table_at),
-               header_->section_count};
-  const RtStatus status = check_section_table(blob, sections_, table_at + sections_.size_bytes());
+  status = find_sections(blob, blob.size(), sections_);
+  if (status == RtStatus::kOk) status = check_between_sections(blob, sections_);
   if (status != RtStatus::kOk) return status;
 
   const SectionEntry* found[sizeof(kKnown) / sizeof(kKnown[0])] = {};
@@ -203,6 +218,14 @@ RtStatus SceneView::open(std::span<const std::byte> blob, SceneView& view,
   if (kSceneTraits.image && !covers(kSceneTraits, needs_of(v))) return RtStatus::kBlobNotOfImage;
   view = v;
   return RtStatus::kOk;
+}
+
+RtStatus SceneView::check_front(std::span<const std::byte> front,
+                                std::uint64_t byte_count) noexcept {
+  const RtStatus status = check_header(front, byte_count);
+  if (status != RtStatus::kOk) return status;
+  std::span<const SectionEntry> sections;
+  return find_sections(front, byte_count, sections);
 }
 
 RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {

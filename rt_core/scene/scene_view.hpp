@@ -122,6 +122,12 @@ class SceneView {
   [[nodiscard]] static RtStatus open(std::span<const std::byte> blob, SceneView& view,
                                      SceneFault& fault) noexcept;
 
+  /// What `open` checks of the first bytes alone, before a reader makes room for the others: the
+  /// header, and whether the sections that it lists make up `byte_count` bytes.
+  /// @param front  the first min(byte_count, kSceneFrontBytes) bytes, aligned to kSceneAlignment.
+  [[nodiscard]] static RtStatus check_front(std::span<const std::byte> front,
+                                            std::uint64_t byte_count) noexcept;
+
   [[nodiscard]] const SceneHeader& header() const noexcept { return *header_; }
   [[nodiscard]] const SceneParameters& parameters() const noexcept { return *parameters_; }
   [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }

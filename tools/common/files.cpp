@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "rt_core/scene/scene_view.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -20,6 +21,9 @@ namespace {
 /// Largest scene that is read: beyond the compiler's own limits, so that a wrong file cannot
 /// exhaust the memory.
 constexpr std::uintmax_t kMaxSceneBytes = std::uintmax_t{1} << 33;
+
+/// Up to this size a damaged scene is read whole: who opens it says where the damage is.
+constexpr std::uintmax_t kSmallSceneBytes = std::uintmax_t{1} << 26;
 
 std::uintmax_t checked_size(const std::filesystem::path& path, const std::string& role,
                             std::uintmax_t limit) {
@@ -44,6 +48,22 @@ void read_into(const std::filesystem::path& path, char* to, std::uintmax_t size)
   if (!in.read(to, static_cast<std::streamsize>(size)) && size > 0) {
     throw InputError(path.string() + ": cannot be read to its end");
   }
+}
+
+/// @throws InputError where header and section table do not make up a scene of `size` bytes.
+void check_front(const std::filesystem::path& path, std::uintmax_t size) {
+  SceneBytes front(kSceneFrontBytes);
+  read_into(path, reinterpret_cast<char*>(front.span().data()), front.span().size());
+  const RtStatus status = SceneView::check_front(front.span(), size);
+  if (status == RtStatus::kOk) return;
+  SceneHeader header;
+  std::memcpy(&header, front.span().data(), sizeof header);
+  std::string text = path.string() + ": not a usable scene: " + to_text(status);
+  if (status == RtStatus::kBlobTooSmall) {
+    text = path.string() + ": not a usable scene: the file has " + std::to_string(size) +
+           " bytes, its header states " + std::to_string(header.byte_count);
+  }
+  throw InputError(text + "; a scene is what graph_compiler writes");
 }
 
 [[noreturn]] void fail_to_write(const std::filesystem::path& path, int error) {
@@ -159,7 +179,9 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
 }
 
 SceneBytes read_scene_bytes(const std::filesystem::path& path) {
-  SceneBytes bytes(checked_size(path, "the compiled scene", kMaxSceneBytes));
+  const std::uintmax_t size = checked_size(path, "the compiled scene", kMaxSceneBytes);
+  if (size > kSmallSceneBytes) check_front(path, size);
+  SceneBytes bytes(size);
   read_into(path, reinterpret_cast<char*>(bytes.span().data()), bytes.span().size());
   return bytes;
 }

@@ -18,7 +18,8 @@ namespace haptic::tools {
 std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
                            const std::string& role);
 
-/// A compiled scene in aligned memory, unchecked. @throws InputError as above.
+/// A compiled scene in aligned memory, unchecked but for this: of a large file, header and section
+/// table must state its size before any room is made for it. @throws InputError as above.
 SceneBytes read_scene_bytes(const std::filesystem::path& path);
 
 /// A file to be written.
