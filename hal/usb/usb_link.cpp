@@ -21,6 +21,10 @@ namespace {
 constexpr std::int64_t kLongestRest_ns = 300'000'000, kLongestDrain_ns = 500'000'000;
 constexpr std::int64_t kDrainWait_ns = 10'000'000;
 
+// For how long libusb's list of devices is believed while ours is not on it. libusb keeps it by
+// what udev says, which does not reach a network namespace or a container of one's own.
+constexpr std::int64_t kListAge_ns = 1'000'000'000;
+
 /// The connection's port, with every answer on the tape.
 class TapedPort final : public UsbPort {
  public:
@@ -95,6 +99,7 @@ struct UsbLink::Inside {
   UsbConnection connection;
   ReportFlow flow;
   UsbTransfers transfers;
+  std::int64_t listed_ns = 0;  ///< when the context was opened
   bool connected = false, tried = false;
   unsigned bus_errors = 0;  ///< of libusb's event handling, in a row
   std::int64_t next_try_ns = 0;
@@ -214,10 +219,14 @@ HalStatus UsbLink::Inside::connect() {
   std::string text;
   const bool first = context.get() == nullptr;
   const HalStatus opened = connection.open(driver.profile(), settings.address, descriptor, text);
-  if (first && !wrap && context.get() != nullptr)
+  if (first && !wrap && context.get() != nullptr) {
+    listed_ns = flow.now_ns();
     context.watch_arrivals(connection.name().vendor_id, connection.name().product_id);
+  }
   if (opened != HalStatus::kOk) {
     tell(opened, std::move(text));
+    if (opened == HalStatus::kDeviceNotFound && !wrap && flow.now_ns() - listed_ns >= kListAge_ns)
+      context.close();  // the next attempt lists afresh
     return opened;
   }
   return start_reports();

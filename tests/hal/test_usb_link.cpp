@@ -135,6 +135,43 @@ TEST_SUITE("hal.usb_link") {
     link.close();
   }
 
+  TEST_CASE("poll: where nobody says what is plugged in, devices are listed afresh each second") {
+    NoDevice driver;
+    DeviceMailbox mailbox;
+    Clock clock;
+    LinkSettings settings;
+    settings.clock = Clock::read;
+    settings.clock_context = &clock;
+    UsbLink link(driver, mailbox, settings);
+    // Each list comes with a thread of libusb's own; 0: none.
+    const auto listed_by = [] {
+      int id = 0;
+      for (const auto& each : haptic::test::own_threads()) {
+        if (each.id != getpid()) id = each.id;
+      }
+      return id;
+    };
+    REQUIRE(listed_by() == 0);
+    const HalStatus status = link.poll(0);
+    if (status == HalStatus::kUsbUnavailable || listed_by() == 0) {
+      MESSAGE("skipped: libusb does not start here, or cannot be told of devices");
+      return;
+    }
+    const int first = listed_by();
+    for (int k = 0; k < 4; ++k) {
+      clock.now_ns += settings.retry_ns;
+      CHECK(link.poll(0) == status);
+      CHECK(listed_by() == first);
+    }
+    clock.now_ns += 1'000'000'000;
+    CHECK(link.poll(0) == status);
+    CHECK(listed_by() == 0);
+    clock.now_ns += settings.retry_ns;
+    CHECK(link.poll(0) == status);
+    CHECK(listed_by() != 0);
+    CHECK(listed_by() != first);
+  }
+
   TEST_CASE("poll: a descriptor that is no device is refused with libusb's own word") {
     const int fd = ::open("/dev/null", O_RDWR | O_CLOEXEC);
     REQUIRE(fd >= 0);
