@@ -71,19 +71,65 @@ std::vector<int> proposed_cpus(const Examination& e) {
   return cpus;
 }
 
+std::vector<int> isolated_cpus(const SystemTree& tree) {
+  return parse_cpu_list(tree.text("/sys/devices/system/cpu/isolated").value_or(""));
+}
+
+std::vector<int> loop_cpus(const Examination& e) {
+  return e.questions.cpus.empty() ? isolated_cpus(e.tree) : e.questions.cpus;
+}
+
+std::vector<int> without(const std::vector<int>& all, const std::vector<int>& some) {
+  std::vector<int> rest;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(rest),
+               [&](int cpu) { return std::find(some.begin(), some.end(), cpu) == some.end(); });
+  return rest;
+}
+
 std::vector<DoctorLine> examine(const SystemTree& tree, SystemProbes& probes,
                                 const DoctorQuestions& questions, WakeupMeasurement* measurement) {
   const Examination e{tree, probes, questions};
   using Check = DoctorLine (*)(const Examination&);
-  static constexpr Check kChecks[] = {check_preempt_rt,      check_fifo,
-                                      check_memory_lock,     check_swap,
-                                      check_throttling,      check_virtual_machine,
-                                      check_kernel_watchdog, check_clock,
-                                      check_cores,           check_smt,
-                                      check_isolation,       check_affinity,
-                                      check_governor,        check_idle_states,
-                                      check_usb_controller,  check_usb_library,
-                                      check_usb_interrupts,  check_usb_interrupt_threads};
+  static constexpr Check kChecks[] = {check_preempt_rt,
+                                      check_fifo,
+                                      check_memory_lock,
+                                      check_swap,
+                                      check_throttling,
+                                      check_virtual_machine,
+                                      check_kernel_watchdog,
+                                      check_clock,
+                                      check_cores,
+                                      check_smt,
+                                      check_isolation,
+                                      check_affinity,
+                                      check_partition,
+                                      check_governor,
+                                      check_idle_states,
+                                      check_energy_preference,
+                                      check_least_speed,
+                                      check_turbo,
+                                      check_fair_server,
+                                      check_timer_migration,
+                                      check_tick_skew,
+                                      check_vm_statistics,
+                                      check_hung_tasks,
+                                      check_soft_lockups,
+                                      check_huge_pages,
+                                      check_numa_balancing,
+                                      check_page_merging,
+                                      check_workqueues,
+                                      check_writeback,
+                                      check_default_interrupts,
+                                      check_irqbalance,
+                                      check_machine_checks,
+                                      check_tracer,
+                                      check_debug_kernel,
+                                      check_usb_controller,
+                                      check_usb_library,
+                                      check_usb_interrupts,
+                                      check_usb_interrupt_threads,
+                                      check_controller_power,
+                                      check_pcie_power};
   std::vector<DoctorLine> lines;
   for (const Check check : kChecks) lines.push_back(check(e));
   append(lines, check_device(e));

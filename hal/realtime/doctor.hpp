@@ -46,6 +46,8 @@ struct DoctorQuestions {
   std::int64_t measure_ns = 2'000'000'000;
   /// A wake-up later than this is worth a warning that refuses; 0: a quarter of the period.
   std::int64_t wakeup_limit_ns = 0;
+  /// Where wake-ups fail: let rtla, which needs root and half a minute, say who is late.
+  bool name_culprit = false;
 };
 
 /// Every line, always the same ones in the same order. `measurement`, where not null, receives the

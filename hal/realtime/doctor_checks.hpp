@@ -32,6 +32,12 @@ struct Examination {
 /// fewer: what a fix proposes.
 [[nodiscard]] std::vector<int> proposed_cpus(const Examination& e);
 
+/// Kept free at boot (isolcpus=).
+[[nodiscard]] std::vector<int> isolated_cpus(const SystemTree& tree);
+/// What nobody else should use: the cores asked for, else the isolated ones.
+[[nodiscard]] std::vector<int> loop_cpus(const Examination& e);
+[[nodiscard]] std::vector<int> without(const std::vector<int>& all, const std::vector<int>& some);
+
 // doctor_checks_kernel.cpp: what the kernel is and what it grants.
 [[nodiscard]] DoctorLine check_preempt_rt(const Examination& e);
 [[nodiscard]] DoctorLine check_fifo(const Examination& e);
@@ -50,16 +56,42 @@ struct Examination {
 [[nodiscard]] DoctorLine check_governor(const Examination& e);
 [[nodiscard]] DoctorLine check_idle_states(const Examination& e);
 
+// doctor_checks_housekeeping.cpp: what the kernel does on the side, and on which cores.
+[[nodiscard]] DoctorLine check_fair_server(const Examination& e);
+[[nodiscard]] DoctorLine check_timer_migration(const Examination& e);
+[[nodiscard]] DoctorLine check_tick_skew(const Examination& e);
+[[nodiscard]] DoctorLine check_vm_statistics(const Examination& e);
+[[nodiscard]] DoctorLine check_hung_tasks(const Examination& e);
+[[nodiscard]] DoctorLine check_soft_lockups(const Examination& e);
+[[nodiscard]] DoctorLine check_huge_pages(const Examination& e);
+[[nodiscard]] DoctorLine check_numa_balancing(const Examination& e);
+[[nodiscard]] DoctorLine check_page_merging(const Examination& e);
+[[nodiscard]] DoctorLine check_workqueues(const Examination& e);
+[[nodiscard]] DoctorLine check_writeback(const Examination& e);
+[[nodiscard]] DoctorLine check_default_interrupts(const Examination& e);
+[[nodiscard]] DoctorLine check_irqbalance(const Examination& e);
+[[nodiscard]] DoctorLine check_machine_checks(const Examination& e);
+[[nodiscard]] DoctorLine check_tracer(const Examination& e);
+[[nodiscard]] DoctorLine check_debug_kernel(const Examination& e);
+[[nodiscard]] DoctorLine check_partition(const Examination& e);
+
+// doctor_checks_power.cpp: what saves power and costs time.
+[[nodiscard]] DoctorLine check_energy_preference(const Examination& e);
+[[nodiscard]] DoctorLine check_least_speed(const Examination& e);
+[[nodiscard]] DoctorLine check_turbo(const Examination& e);
+[[nodiscard]] DoctorLine check_controller_power(const Examination& e);
+[[nodiscard]] DoctorLine check_pcie_power(const Examination& e);
+
 // doctor_checks_usb.cpp: the bus, its interrupts, and libusb.
 [[nodiscard]] DoctorLine check_usb_controller(const Examination& e);
 [[nodiscard]] DoctorLine check_usb_library(const Examination& e);
 [[nodiscard]] DoctorLine check_usb_interrupts(const Examination& e);
 [[nodiscard]] DoctorLine check_usb_interrupt_threads(const Examination& e);
 
-// doctor_checks_device.cpp: the named device, five lines.
+// doctor_checks_device.cpp: the named device, six lines.
 [[nodiscard]] std::vector<DoctorLine> check_device(const Examination& e);
 
-// doctor_checks_wakeup.cpp: measured.
+// doctor_checks_wakeup.cpp: measured, and who is late.
 [[nodiscard]] std::vector<DoctorLine> check_wakeups(const Examination& e,
                                                     WakeupMeasurement& measurement);
 

@@ -19,20 +19,9 @@ std::string core_of(const SystemTree& tree, int cpu) {
   return siblings && !siblings->empty() ? *siblings : std::to_string(cpu);
 }
 
-std::vector<int> isolated_cpus(const SystemTree& tree) {
-  return parse_cpu_list(tree.text(cpu_path("isolated")).value_or(""));
-}
-
 bool contains_all(const std::vector<int>& all, const std::vector<int>& some) {
   return std::all_of(some.begin(), some.end(),
                      [&](int cpu) { return std::find(all.begin(), all.end(), cpu) != all.end(); });
-}
-
-std::vector<int> without(const std::vector<int>& all, const std::vector<int>& some) {
-  std::vector<int> rest;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(rest),
-               [&](int cpu) { return std::find(some.begin(), some.end(), cpu) == some.end(); });
-  return rest;
 }
 
 // "2,3" as the command line takes it, in the order given.

@@ -9,8 +9,8 @@
 namespace haptic::hal {
 namespace {
 
-constexpr const char* kNames[] = {"device", "device speed", "device rate", "device access",
-                                  "autosuspend"};
+constexpr const char* kNames[] = {"device",        "device speed", "device rate",
+                                  "device access", "autosuspend",  "link power"};
 
 std::string hexadecimal(std::uint16_t value) {
   char text[8];
@@ -153,6 +153,17 @@ DoctorLine check_autosuspend(const Examination& e, const std::string& device) {
                     "\", TEST==\"power/control\", ATTR{power/control}=\"on\"");
 }
 
+// USB 2 link power management: the link sleeps between reports, and each one waits for it.
+DoctorLine check_link_power(const Examination& e, const std::string& device) {
+  const std::string file = "/sys/bus/usb/devices/" + device + "/power/usb2_hardware_lpm";
+  const auto state = e.tree.text(file);
+  if (!state) return passed(kNames[5], "the device or its controller has none");
+  if (*state != "enabled" && *state != "1" && *state != "y") return passed(kNames[5], "off");
+  return warned(kNames[5], "USB 2 link power management is on: reports wait for the link",
+                "switch it off, now or with the kernel argument usbcore.quirks=" +
+                    identity(e.questions) + ":k:\n    echo 0 | sudo tee " + file);
+}
+
 }  // namespace
 
 std::vector<DoctorLine> check_device(const Examination& e) {
@@ -176,6 +187,7 @@ std::vector<DoctorLine> check_device(const Examination& e) {
   lines.push_back(check_rate(e, device));
   lines.push_back(check_access(e, device));
   lines.push_back(check_autosuspend(e, device));
+  lines.push_back(check_link_power(e, device));
   return lines;
 }
 

@@ -4,6 +4,7 @@
 /// errno. Tests answer in the system's place.
 
 #include <string>
+#include <vector>
 
 #include "hal/realtime/wakeup_measurement.hpp"
 
@@ -28,6 +29,10 @@ class SystemProbes {
   [[nodiscard]] virtual int try_node(const std::string& path) = 0;
   [[nodiscard]] virtual UsbLibrary try_usb_library() = 0;
   virtual void measure(const WakeupQuestion& question, WakeupMeasurement& measurement) = 0;
+  /// Whether a program of this name can be found.
+  [[nodiscard]] virtual bool has_program(const std::string& name) = 0;
+  /// What a program says, standard error included; it ends by itself.
+  [[nodiscard]] virtual std::string run_program(const std::vector<std::string>& command) = 0;
 };
 
 /// The machine that this runs on.
@@ -42,6 +47,8 @@ class LinuxProbes final : public SystemProbes {
   void measure(const WakeupQuestion& question, WakeupMeasurement& measurement) override {
     measure_wakeups(question, measurement);
   }
+  [[nodiscard]] bool has_program(const std::string& name) override;
+  [[nodiscard]] std::string run_program(const std::vector<std::string>& command) override;
 };
 
 }  // namespace haptic::hal

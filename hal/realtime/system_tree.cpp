@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 
@@ -119,6 +120,34 @@ std::string cpu_list_text(std::vector<int> cpus) {
     text += std::to_string(cpus[i]);
     if (end - i > 1) text += '-' + std::to_string(cpus[end - 1]);
     i = end;
+  }
+  return text;
+}
+
+std::vector<int> parse_cpu_mask(const std::string& text) {
+  std::vector<int> cpus;
+  int cpu = 0;
+  for (std::size_t i = text.size(); i-- > 0;) {
+    if (text[i] == ',') continue;
+    unsigned digit = 0;
+    const auto result = std::from_chars(&text[i], &text[i] + 1, digit, 16);
+    if (result.ec != std::errc{} || cpu >= kMostCpus) return {};
+    for (int bit = 0; bit < 4; ++bit, ++cpu) {
+      if (((digit >> bit) & 1U) != 0) cpus.push_back(cpu);
+    }
+  }
+  return cpus;
+}
+
+std::string cpu_mask_text(const std::vector<int>& cpus) {
+  const int last = cpus.empty() ? 0 : *std::max_element(cpus.begin(), cpus.end());
+  std::vector<std::uint32_t> words(static_cast<std::size_t>(last / 32 + 1));
+  for (const int cpu : cpus) words[static_cast<std::size_t>(cpu / 32)] |= 1U << (cpu % 32);
+  std::string text;
+  for (std::size_t i = words.size(); i-- > 0;) {
+    char digits[12];
+    std::snprintf(digits, sizeof digits, text.empty() ? "%x" : ",%08x", words[i]);
+    text += digits;
   }
   return text;
 }

@@ -43,4 +43,9 @@ class SystemTree {
 /// The reverse, ranges joined: "0-1,3"; "none" for no processor.
 [[nodiscard]] std::string cpu_list_text(std::vector<int> cpus);
 
+/// A mask as the kernel writes it, "ff,ffff0000": its processors. Empty for what is none.
+[[nodiscard]] std::vector<int> parse_cpu_mask(const std::string& text);
+/// The reverse, as the kernel takes it: "c"; words of 32 bits with commas.
+[[nodiscard]] std::string cpu_mask_text(const std::vector<int>& cpus);
+
 }  // namespace haptic::hal

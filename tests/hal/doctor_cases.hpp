@@ -23,6 +23,8 @@ struct DoctorCase {
 
 [[nodiscard]] std::span<const DoctorCase> kernel_cases();
 [[nodiscard]] std::span<const DoctorCase> core_cases();
+[[nodiscard]] std::span<const DoctorCase> housekeeping_cases();
+[[nodiscard]] std::span<const DoctorCase> power_cases();
 [[nodiscard]] std::span<const DoctorCase> usb_cases();
 [[nodiscard]] std::span<const DoctorCase> measured_cases();
 

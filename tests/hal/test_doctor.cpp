@@ -47,7 +47,7 @@ TEST_SUITE("hal.doctor") {
     FakeMachine machine;
     machine.questions.period_ns = 250'000;
     const std::vector<DoctorLine> lines = machine.examine();
-    CHECK(lines.size() == 25);
+    CHECK(lines.size() == 49);
     std::set<std::string> names;
     for (const DoctorLine& line : lines) {
       CAPTURE(line.name);
@@ -73,6 +73,12 @@ TEST_SUITE("hal.doctor") {
   TEST_CASE("cores: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::core_cases()) check_case(c);
   }
+  TEST_CASE("housekeeping: each defect is seen, with its fix") {
+    for (const DoctorCase& c : haptic::test::housekeeping_cases()) check_case(c);
+  }
+  TEST_CASE("power: each defect is seen, with its fix") {
+    for (const DoctorCase& c : haptic::test::power_cases()) check_case(c);
+  }
   TEST_CASE("USB: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::usb_cases()) check_case(c);
   }
@@ -89,6 +95,8 @@ TEST_SUITE("hal.doctor") {
     };
     note(haptic::test::kernel_cases());
     note(haptic::test::core_cases());
+    note(haptic::test::housekeeping_cases());
+    note(haptic::test::power_cases());
     note(haptic::test::usb_cases());
     note(haptic::test::measured_cases());
     FakeMachine machine;
@@ -112,5 +120,32 @@ TEST_SUITE("hal.doctor") {
       CHECK_FALSE(line.fix.empty());
     }
     CHECK(i == names.size());
+  }
+
+  TEST_CASE("late by: rtla is run only where it is there, asked for, and a wake-up was late") {
+    FakeMachine machine;
+    machine.questions.name_culprit = true;
+    CHECK(machine.line("late by").level == kPass);
+    CHECK(machine.probes.ran.empty());
+    machine.probes.answer.lateness.add(1'200'000);
+    machine.probes.said =
+        "                                     Timer Latency\n"
+        "## CPU 3 hit stop tracing, analyzing it ##\n"
+        "  Thread latency: 1200.00 us\n  Blocking thread: kworker/u8:1:77  1100.00 us\n";
+    machine.questions.wakeup_limit_ns = 100'000;
+    const DoctorLine line = machine.line("late by");
+    CHECK(line.level == kWarning);
+    CHECK(has(line.found, "kworker/u8:1:77"));
+    CHECK_FALSE(has(line.found, "Timer Latency"));
+    CHECK(machine.probes.ran == std::vector<std::string>{"rtla", "timerlat", "top", "-q", "-d",
+                                                         "30s", "-T", "100", "-s", "100", "-c",
+                                                         "3"});
+    machine.probes.ran.clear();
+    machine.questions.name_culprit = false;
+    CHECK(has(machine.line("late by").fix, "run_device doctor --culprit"));
+    machine.questions.name_culprit = true;
+    machine.probes.program = "";
+    CHECK(has(machine.line("late by").fix, "apt-get install rtla"));
+    CHECK(machine.probes.ran.empty());
   }
 }

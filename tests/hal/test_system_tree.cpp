@@ -25,4 +25,15 @@ TEST_SUITE("hal.system_tree") {
     CHECK(has_word("constant_tsc tsc", "tsc"));
     CHECK_FALSE(has_word("constant_tsc", "tsc"));
   }
+
+  TEST_CASE("cpu masks: as the kernel writes and takes them") {
+    using List = std::vector<int>;
+    CHECK(parse_cpu_mask("c") == List{2, 3});
+    CHECK(parse_cpu_mask("00000001,80000000") == List{31, 32});
+    CHECK(parse_cpu_mask("0").empty());
+    CHECK(parse_cpu_mask("x").empty());
+    CHECK(cpu_mask_text({3, 2}) == "c");
+    CHECK(cpu_mask_text({31, 32}) == "1,80000000");
+    CHECK(cpu_mask_text({}) == "0");
+  }
 }

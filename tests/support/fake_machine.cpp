@@ -58,6 +58,34 @@ FakeMachine::FakeMachine() : folder_("fake_machine") {
     write(cpus + "cpu" + cpu + "/topology/thread_siblings_list", std::string(cpu) + "\n");
     write(cpus + "cpufreq/policy" + cpu + "/scaling_governor", "performance\n");
   }
+  for (const char* cpu : {"0", "1", "2", "3"}) {
+    const std::string policy = cpus + "cpufreq/policy" + cpu + "/";
+    write(policy + "energy_performance_preference", "performance\n");
+    write(cpus + "cpu" + cpu + "/power/energy_perf_bias", "0\n");
+    write(std::string("/sys/devices/system/machinecheck/machinecheck") + cpu + "/check_interval",
+          "0\n");
+    write(std::string("/sys/kernel/debug/sched/fair_server/cpu") + cpu + "/runtime", "0\n");
+  }
+  write(cpus + "intel_pstate/min_perf_pct", "100\n");
+  write(cpus + "intel_pstate/no_turbo", "1\n");
+  write("/proc/cmdline", "root=/dev/nvme0n1p2 skew_tick=1 quiet\n");
+  write("/proc/self/cgroup", "0::/user.slice\n");
+  write("/proc/sys/kernel/timer_migration", "0\n");
+  write("/proc/sys/kernel/hung_task_timeout_secs", "0\n");
+  write("/proc/sys/kernel/soft_watchdog", "0\n");
+  write("/proc/sys/kernel/numa_balancing", "0\n");
+  write("/proc/sys/vm/stat_interval", "10\n");
+  write("/sys/kernel/mm/transparent_hugepage/enabled", "always [madvise] never\n");
+  write("/sys/kernel/mm/ksm/run", "0\n");
+  write("/sys/devices/virtual/workqueue/cpumask", "3\n");
+  write("/sys/devices/virtual/workqueue/writeback/cpumask", "3\n");
+  write("/sys/kernel/tracing/current_tracer", "nop\n");
+  write("/sys/kernel/tracing/events/enable", "0\n");
+  write("/boot/config-6.1.0-rt", "CONFIG_PREEMPT_RT=y\nCONFIG_SLUB_DEBUG=y\n");
+  write("/sys/fs/cgroup/cgroup.controllers", "cpuset cpu memory\n");
+  write("/sys/bus/pci/drivers/xhci_hcd/0000:00:14.0/power/control", "on\n");
+  write("/sys/module/pcie_aspm/parameters/policy", "default [performance] powersave\n");
+  write("/proc/irq/default_smp_affinity", "3\n");
   write("/proc/interrupts", kInterrupts);
   write("/proc/irq/126/smp_affinity_list", "0-1\n");
   write("/proc/77/comm", "irq/126-xhci_hc\n");
@@ -73,6 +101,7 @@ FakeMachine::FakeMachine() : folder_("fake_machine") {
   write(usb + "1-2/devnum", "4\n");
   write(usb + "1-2/power/control", "on\n");
   write(usb + "1-2/power/autosuspend_delay_ms", "2000\n");
+  write(usb + "1-2/power/usb2_hardware_lpm", "disabled\n");
   write(usb + "1-2/1-2:1.0/ep_81/type", "Interrupt\n");
   write(usb + "1-2/1-2:1.0/ep_81/direction", "in\n");
   write(usb + "1-2/1-2:1.0/ep_81/bInterval", "01\n");

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "hal/realtime/doctor.hpp"
 #include "tests/support/program_run.hpp"
@@ -34,6 +35,13 @@ class FakeProbes final : public hal::SystemProbes {
     measured += 1;
     m = answer;
   }
+  bool has_program(const std::string& name) override { return name == program; }
+  std::string run_program(const std::vector<std::string>& command) override {
+    ran = command;
+    return said;
+  }
+  std::string program = "rtla", said;
+  std::vector<std::string> ran;
 };
 
 /// Four cores, two of them isolated for the loop; PREEMPT_RT; the reference device on port 2 of bus

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // run_device doctor [--json] [--strict] [--device VID:PID[:SERIAL]] [--rate HZ] [--cpu N,M]
-//                   [--no-measure] [--seconds S] [--limit-us US] [--histogram FILE] [--print NAME]
+//                   [--no-measure] [--seconds S] [--limit-us US] [--culprit] [--histogram FILE]
+//                   [--print NAME]
 
 #include <algorithm>
 #include <cmath>
@@ -144,7 +145,7 @@ nlohmann::json doctor_json(const std::vector<DoctorLine>& lines, bool strict,
 }
 
 struct Options {
-  bool json = false, strict = false, no_measure = false;
+  bool json = false, strict = false, no_measure = false, culprit = false;
   std::string device, print, histogram;
   double rate_hz = 1000.0, seconds = 2.0, limit_us = 0.0;
   std::vector<int> cpus;
@@ -167,6 +168,7 @@ hal::DoctorQuestions questions_of(const Options& o) {
   q.measure = !o.no_measure;
   q.measure_ns = nanoseconds(o.seconds, 1.0e9);
   q.wakeup_limit_ns = nanoseconds(o.limit_us, 1.0e3);
+  q.name_culprit = o.culprit;
   return q;
 }
 
@@ -230,6 +232,9 @@ Command add_doctor_command(CLI::App& program) {
   app->add_option("--limit-us", o->limit_us,
                   "latest wake-up that passes [us]; default a quarter of the period")
       ->check(CLI::Range(1.0, 1.0e6));
+  app->add_flag("--culprit", o->culprit,
+                "where wake-ups fail, let rtla name who is late (root, half a minute)")
+      ->excludes(no_measure);
   app->add_option("--histogram", o->histogram, "file for the wake-ups, as cyclictest writes them")
       ->excludes(no_measure);
   std::vector<std::string> names;
