@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // run_device: haptic devices on this machine.
+#include <unistd.h>
+
 #include <CLI/App.hpp>
 #include <string_view>
 #include <vector>
 
+#include "hal/realtime/process_hardening.hpp"
 #include "tools/run_device/commands.hpp"
 
 namespace {
@@ -20,6 +23,9 @@ std::vector<const char*> with_command(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace haptic::tools;
+  // A run lasts: what a shell had open is not held by it, nor by its children.
+  static constexpr int kKept[] = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO};
+  (void)haptic::hal::close_inherited_descriptors(kKept);
   CLI::App program("Haptic devices on this machine.", "run_device");
   const Command commands[] = {add_doctor_command(program), add_run_command(program)};
   const std::vector<const char*> arguments = with_command(argc, argv);

@@ -3,6 +3,7 @@
 
 #include <malloc.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -180,6 +181,8 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
 }
 
 int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoSeat& seat) {
+  static constexpr int kKept[] = {STDERR_FILENO};  // for a failed assertion's last words
+  (void)hal::close_inherited_descriptors(kKept);
   ServoBoard& board = *new (seat.report.data()) ServoBoard;  // placement, no heap
   CoreInMemory own;
   if (own.open(scene.span()) != RtStatus::kOk) return kExitBadInput;

@@ -2,6 +2,7 @@
 // How a run of `run_device run` ends: by a signal, and when a servo process is killed.
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,7 +10,9 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <optional>
 #include <thread>
 
@@ -115,6 +118,25 @@ bool presses(const json& status) {
   return status["kind"] == "status" && status["arming"] == "armed" && status["force_n"] > 1.5;
 }
 
+std::string status_of(pid_t pid, const std::string& key) {
+  std::ifstream stream("/proc/" + std::to_string(pid) + "/status");
+  std::string word, value;
+  while (stream >> word) {
+    if (word == key && stream >> value) return value;
+  }
+  return "";
+}
+
+/// What its descriptors stand for, by number.
+std::map<std::string, std::string> descriptors_of(pid_t pid) {
+  std::map<std::string, std::string> found;
+  std::error_code ended;
+  const std::filesystem::path folder = "/proc/" + std::to_string(pid) + "/fd";
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ended))
+    found[entry.path().filename()] = std::filesystem::read_symlink(entry.path(), ended);
+  return found;
+}
+
 void kill_servo_of(pid_t pid) { signal_process(child_named(pid, "haptic-servo"), SIGKILL); }
 
 }  // namespace
@@ -178,5 +200,38 @@ TEST_SUITE("tools.run_device.end") {
     CHECK(summary["ticks"] == 2500);
     CHECK(summary["wakeups"]["count"] < 2500);  // of the spare alone
     CHECK(summary["wakeups"]["count"] > 0);
+  }
+
+  TEST_CASE("rights: of the servo process and of the one with the device, what they use is left") {
+    const Bench bench;
+    const std::string held = bench.folder.file("held_by_the_shell");
+    const int inherited = open(held.c_str(), O_CREAT | O_RDWR, 0600);
+    REQUIRE(inherited >= 0);
+    std::map<std::string, std::string> of_servo, of_device;
+    std::string calls, privileges, capabilities;
+    const Ended ended = run_until(bench, presses, [&](pid_t pid) {
+      const pid_t servo = child_named(pid, "haptic-servo");
+      of_servo = descriptors_of(servo);
+      of_device = descriptors_of(pid);
+      calls = status_of(servo, "Seccomp:");
+      privileges = status_of(servo, "NoNewPrivs:");
+      capabilities = status_of(pid, "CapEff:");
+      signal_process(pid, SIGINT);
+    });
+    close(inherited);
+    CHECK(ended.exit_code == 0);
+    // Standard error, for a failed assertion's last words.
+    CHECK(of_servo.size() == 1);
+    CHECK(of_servo.count("2") == 1);
+    CHECK(of_device.size() >= 3);
+    for (const auto& [number, file] : of_device) CHECK(file != held);
+    constexpr unsigned long long kMayStay = 1ULL << CAP_SYS_NICE | 1ULL << CAP_IPC_LOCK;
+    CHECK((std::stoull(capabilities, nullptr, 16) & ~kMayStay) == 0);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    MESSAGE("skipped: a sanitizer is compiled in, so that the servo process is not confined");
+#else
+    CHECK(calls == "2");
+    CHECK(privileges == "1");
+#endif
   }
 }
