@@ -63,11 +63,11 @@ SafetyLimits limits_of_connection(const SafetyLimits& own,
   limits.slew_nm_per_s = device.slew_nm_per_s;
   limits.driven_dof = device.driven_dof;
   limits = tighter(own, limits);
-  if (stated.watchdog_ns > 0) {
-    const Real ramp_s = static_cast<Real>(stated.watchdog_ns) * 0.5e-9_r;
-    limits.max_force_n = std::min(limits.max_force_n, limits.slew_n_per_s * ramp_s);
-    limits.max_torque_nm = std::min(limits.max_torque_nm, limits.slew_nm_per_s * ramp_s);
-  }
+  Real ramp_s = kLongestRamp_s;
+  if (stated.watchdog_ns > 0)
+    ramp_s = std::min(ramp_s, static_cast<Real>(stated.watchdog_ns) * 0.5e-9_r);
+  limits.max_force_n = std::min(limits.max_force_n, limits.slew_n_per_s * ramp_s);
+  limits.max_torque_nm = std::min(limits.max_torque_nm, limits.slew_nm_per_s * ramp_s);
   return limits;
 }
 

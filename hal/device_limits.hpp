@@ -13,6 +13,9 @@ namespace haptic::hal {
 /// dies, the last force stays on.
 inline constexpr Real kShareWithoutWatchdog = 0.5_r;
 
+/// A ramp to zero is over before an orderly end closes the device (0.3 s) [s].
+inline constexpr Real kLongestRamp_s = 0.25_r;
+
 /// Safety limits of a device: its own where known (finite and above zero), else the defaults of
 /// SafetyLimits. Two rules join them:
 /// - A ramp from full force or torque ends within half the device's watchdog. Where the device's
@@ -25,8 +28,8 @@ inline constexpr Real kShareWithoutWatchdog = 0.5_r;
                                      std::int64_t period_ns) noexcept;
 
 /// Limits of a connection: of `own` (driver and configuration) and of what the device says of
-/// itself now, the tighter of each. The first rule of limits_of holds for the result: force and
-/// torque are lowered where the tighter slew would not end their ramp within half the watchdog.
+/// itself now, the tighter of each. Force and torque are lowered where the tighter slew would not
+/// end their ramp within half the watchdog and within kLongestRamp_s.
 [[nodiscard]] SafetyLimits limits_of_connection(const SafetyLimits& own,
                                                 const DeviceCapabilities& stated) noexcept;
 

@@ -100,6 +100,18 @@ TEST_SUITE("hal.device_limits") {
     CHECK(static_cast<double>(limits.slew_n_per_s) == doctest::Approx(20.0));
     CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(0.2));
     CHECK(limits.max_torque_nm == lowered.max_torque_nm);
+    // Of any watchdog, or none, the ramp is over before the device is closed.
+    for (const std::int64_t watchdog_ns : {std::int64_t{0}, std::int64_t{1'000'000'000}}) {
+      DeviceCapabilities slow = reference_capabilities();
+      slow.watchdog_ns = watchdog_ns;
+      lowered = own;
+      lowered.slew_n_per_s = 5;
+      lowered.slew_nm_per_s = 0.1_r;
+      limits = limits_of_connection(lowered, slow);
+      CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(1.25));
+      CHECK(static_cast<double>(limits.max_torque_nm) == doctest::Approx(0.025));
+      CHECK(longest_ramp_s(limits) <= kLongestRamp_s * (1 + 8 * kRealEpsilon));
+    }
     // A device that says nothing is not given what a bold configuration wants.
     DeviceCapabilities silent;
     silent.driven_dof = kDofAll;
