@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/usb/output_guard.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,36 +12,28 @@ namespace {
 
 constexpr std::uint64_t kEndless_ns = std::numeric_limits<std::uint64_t>::max();
 
-// Of any finite vector: its squares may overflow.
-Real length(const Vec3& v) noexcept {
-  const Real largest = v.cwiseAbs().maxCoeff();
-  return largest > 0.0_r ? largest * (v / largest).norm() : 0.0_r;
-}
-
 std::uint64_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
   return static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(from_ns);
 }
 
 // `v` made shorter, in its direction, until it is within the norm and every axis limit that is not
-// zero.
+// zero. By its shape, since the norm of a finite vector need not be finite.
 Vec3 within(const Vec3& v, Real norm_limit, const Vec3& axis_limit) noexcept {
-  const Real norm = length(v);
-  if (!(norm > 0.0_r)) return Vec3::Zero();
-  Vec3 direction = v / norm;
-  direction /= direction.norm();  // of a subnormal length the division alone is not unit
-  Real reach = norm < norm_limit ? norm : norm_limit;
+  const Real largest = v.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0_r)) return Vec3::Zero();
+  const Vec3 shape = v / largest;
+  Real size = std::min(largest, norm_limit / shape.norm());
   for (int k = 0; k < 3; ++k) {
-    const Real along = std::abs(direction[k]);
-    if (axis_limit[k] > 0.0_r && along * reach > axis_limit[k]) reach = axis_limit[k] / along;
+    if (axis_limit[k] > 0.0_r) size = std::min(size, axis_limit[k] / std::abs(shape[k]));
   }
-  return reach == norm ? v : Vec3(reach * direction);
+  return size == largest ? v : Vec3(size * shape);
 }
 
 // From `last` towards `wanted` by at most `most`; both lie in one convex set, and so does the
-// result.
+// result. Towards zero no component grows.
 Vec3 slewed(const Vec3& last, const Vec3& wanted, Real most) noexcept {
   const Vec3 change = wanted - last;
-  const Real size = length(change);
+  const Real size = robust_length(change);
   return size > most ? Vec3(last + (most / size) * change) : wanted;
 }
 
@@ -94,6 +87,10 @@ void OutputGuard::follow_arming(const DeviceCommand& command) noexcept {
   }
 }
 
+std::int64_t OutputGuard::period_of_sends_ns() const noexcept {
+  return report_period_ns_ > 0 ? std::min(report_period_ns_, limits_.period_ns) : limits_.period_ns;
+}
+
 // The newest command that could be used. One that lies more than the held periods in the future
 // is no sign of life: its age would not grow for as long.
 std::uint64_t OutputGuard::command_age_ns(std::int64_t now_ns,
@@ -123,8 +120,9 @@ GuardedOutput OutputGuard::update(std::int64_t now_ns, const DeviceCommand& comm
   }
 
   before_ = output_;
+  const Real longest_s = longest_step_s(period_of_sends_ns());
   Real elapsed_s = output_.stamped ? seconds_between(output_.stamp_ns, now_ns) : 0.0_r;
-  if (elapsed_s > kLongestRampTick_s) elapsed_s = kLongestRampTick_s;
+  if (elapsed_s > longest_s) elapsed_s = longest_s;
   output_.stamp_ns = now_ns;
   output_.stamped = true;
 
@@ -142,12 +140,17 @@ GuardedOutput OutputGuard::update(std::int64_t now_ns, const DeviceCommand& comm
         within(driven_d.torque_w, limits_.max_torque_nm, limits_.max_axis_torque_nm);
   }
 
-  blocked_ ? output_.ramp.ramp_out() : output_.ramp.ramp_in();
-  const Wrench ramped_d = output_.ramp.update(now_ns, wanted_d).wrench_w;
+  Wrench target_d;
+  if (blocked_) {
+    output_.ramp.reset(false);
+  } else {
+    output_.ramp.ramp_in();
+    target_d = output_.ramp.update(now_ns, wanted_d).wrench_w;
+  }
   // This bounds the change, no matter what the stages before computed.
   Wrench& sent_d = output_.sent_d;
-  sent_d.force_w = slewed(sent_d.force_w, ramped_d.force_w, limits_.slew_n_per_s * elapsed_s);
-  sent_d.torque_w = slewed(sent_d.torque_w, ramped_d.torque_w, limits_.slew_nm_per_s * elapsed_s);
+  sent_d.force_w = slewed(sent_d.force_w, target_d.force_w, limits_.slew_n_per_s * elapsed_s);
+  sent_d.torque_w = slewed(sent_d.torque_w, target_d.torque_w, limits_.slew_nm_per_s * elapsed_s);
   result.wrench_d = sent_d;
   result.faults = faults_;
   return result;

@@ -3,6 +3,9 @@
 /// The last stage before the bus, owned by the USB thread: it does not trust the servo thread. It
 /// keeps its own copy of the last wrench sent, answers an old command by a decay and then a ramp to
 /// zero, and stays at zero until the operator arms again.
+///
+/// Letting go is the slew alone, from the wrench sent last: its target is zero, so that no
+/// component grows, no matter what is commanded meanwhile.
 
 #include <cstdint>
 
@@ -30,8 +33,13 @@ class OutputGuard {
   /// held_periods beyond it, or stamped farther in the future than that: held and decaying; older
   /// than lost_periods: ramp to zero, kLinkStaleCommand latched until command.arming grows. A tick
   /// number that goes back is another servo process: kLinkServoLost. The result differs from the
-  /// last one by at most slew times min(time since, kLongestRampTick_s). Cost: constant.
+  /// last one by at most slew times the time since, of which longest_step_s counts. Cost:
+  /// constant.
   [[nodiscard]] GuardedOutput update(std::int64_t now_ns, const DeviceCommand& command) noexcept;
+
+  /// How often the device reports, and so is sent to; 0: not known. The shorter of this and the
+  /// loop's period is the one of longest_step_s.
+  void follow_reports(std::int64_t period_ns) noexcept { report_period_ns_ = period_ns; }
 
   /// The last output did not reach the device: the next one starts from what was sent before it.
   void not_delivered() noexcept { output_ = before_; }
@@ -65,11 +73,13 @@ class OutputGuard {
   };
 
   void follow_arming(const DeviceCommand& command) noexcept;
+  [[nodiscard]] std::int64_t period_of_sends_ns() const noexcept;
   [[nodiscard]] std::uint64_t command_age_ns(std::int64_t now_ns,
                                              const DeviceCommand& command) noexcept;
 
   SafetyLimits own_, limits_;  ///< as made; in force
   Output output_, before_;
+  std::int64_t report_period_ns_ = 0;
   std::uint32_t faults_ = 0;
   std::uint64_t tick_ = 0;            ///< the newest seen
   std::int64_t finite_stamp_ns_ = 0;  ///< of the newest command that was finite

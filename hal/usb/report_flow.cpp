@@ -114,6 +114,7 @@ void ReportFlow::take_limits() noexcept {
   faults_.expect_reports_every(stated_.report_period_ns);
   const SafetyLimits limits = limits_of_connection(settings_.limits, stated_);
   guard_.limit(limits);
+  guard_.follow_reports(stated_.report_period_ns);
   state_.limits = limits_record(limits, stated_, ++connection_);
   if (other_device_) faults_.raise(kLinkOtherDevice);
 }

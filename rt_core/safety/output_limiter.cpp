@@ -184,7 +184,7 @@ LimitedOutput OutputLimiter::update(const LimiterInput& input) noexcept {
   }
 
   const Real elapsed_s = stamped_ ? seconds_between(stamp_ns_, input.stamp_ns) : 0.0_r;
-  const Real counted_s = std::min(elapsed_s, kLongestRampTick_s);
+  const Real counted_s = std::min(elapsed_s, longest_step_s(limits_.period_ns));
   stamped_ = true;
   stamp_ns_ = input.stamp_ns;
   const Real force_step_n = limits_.slew_n_per_s * counted_s * kInside;

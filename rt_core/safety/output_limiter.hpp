@@ -51,7 +51,7 @@ class OutputLimiter {
   explicit OutputLimiter(const SafetyLimits& limits) noexcept;
 
   /// The output differs from the last one by at most slew times the time since, of which at most
-  /// kLongestRampTick_s counts; its norms and components are within the limits. So it is for every
+  /// longest_step_s counts; its norms and components are within the limits. So it is for
   /// any input, numbers that are not finite and stamps that do not advance included (then the
   /// output stays). Cost: constant.
   [[nodiscard]] LimitedOutput update(const LimiterInput& input) noexcept;

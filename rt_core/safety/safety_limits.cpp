@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/safety/safety_limits.hpp"
 
+#include "rt_core/base/stamp.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic {
@@ -104,6 +105,11 @@ SafetyLimits tighter(const SafetyLimits& own, const SafetyLimits& other) noexcep
   if (o.held_periods < l.held_periods) l.held_periods = o.held_periods;
   if (o.lost_periods < l.lost_periods) l.lost_periods = o.lost_periods;
   return l;
+}
+
+Real longest_step_s(std::int64_t period_ns) noexcept {
+  const Real most_s = seconds_between(0, kMostStepPeriods * period_ns);
+  return most_s < kLongestRampTick_s ? most_s : kLongestRampTick_s;
 }
 
 Real longest_ramp_s(const SafetyLimits& limits) noexcept {

@@ -10,6 +10,10 @@
 
 namespace haptic {
 
+/// An output may change by this many periods' worth of slew, however late it is: after a stall the
+/// hand does not get all that was missed at once.
+inline constexpr int kMostStepPeriods = 2;
+
 struct SafetyLimits {
   // Output.
   Real max_force_n = 3.0_r;  ///< norm
@@ -42,6 +46,10 @@ struct SafetyLimits {
 /// The tighter of the two, number by number, both made usable first; the period is that of `own`.
 /// An axis limit of 0 is none.
 [[nodiscard]] SafetyLimits tighter(const SafetyLimits& own, const SafetyLimits& other) noexcept;
+
+/// Time that counts for the slew of one output at most [s], where outputs come every `period_ns`:
+/// kMostStepPeriods of it, and no more than kLongestRampTick_s.
+[[nodiscard]] Real longest_step_s(std::int64_t period_ns) noexcept;
 
 /// Longest time that a ramp from the largest wrench to zero takes by the slew limits [s]: what must
 /// be shorter than the device's own watchdog. A slew limit of 0 allows no wrench: no ramp.

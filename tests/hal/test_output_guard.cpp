@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
 
 #include "hal/usb/output_guard.hpp"
 
@@ -186,6 +187,89 @@ TEST_SUITE("hal.output_guard") {
     CHECK(step == doctest::Approx(1.0));
   }
 
+  TEST_CASE("update: letting go, no component of the wrench grows, no matter what is commanded") {
+    struct Case {
+      const char* name;
+      int armed_periods;
+    };
+    // The command has just jumped, and the output is on its way there by the slew limit: a ramp
+    // that took the command down instead of the output let it climb on.
+    for (const Case& c :
+         {Case{"early in the ramp in", 10}, {"half way", 50}, {"at full force", 300}}) {
+      for (const char* cause : {"latched", "deadman up", "silent"}) {
+        CAPTURE(c.name);
+        CAPTURE(cause);
+        Session s;
+        s.run(c.armed_periods, Vec3(0.9_r, -0.4_r, 0.3_r), 1);
+        const std::uint32_t faults = cause == std::string("latched") ? kLinkServoLost : 0u;
+        const Vec3 asked_d(2.0_r, -2.0_r, 2.0_r);
+        Wrench last = s.on_time(asked_d, 1).wrench_d;
+        REQUIRE(last.force_w.norm() > 0.0_r);
+        if (faults != 0) s.guard.latch(faults);
+        for (int k = 0; k < 40; ++k) {
+          if (cause == std::string("deadman up")) s.guard.hold_back(s.command);
+          if (cause == std::string("silent")) s.guard.latch(kLinkSilent);
+          const Real grown = 1.0_r + static_cast<Real>(k);
+          const Wrench now = s.on_time(asked_d * grown, 1).wrench_d;
+          for (int i = 0; i < 3; ++i) {
+            CHECK(std::abs(now.force_w[i]) <= std::abs(last.force_w[i]));
+            CHECK(now.force_w[i] * last.force_w[i] >= 0.0_r);
+            CHECK(std::abs(now.torque_w[i]) <= std::abs(last.torque_w[i]));
+            CHECK(now.torque_w[i] * last.torque_w[i] >= 0.0_r);
+          }
+          last = now;
+        }
+        CHECK(is_zero(last));
+      }
+    }
+  }
+
+  TEST_CASE("update: after a stall the step is that of two periods, not of the time missed") {
+    for (const std::int64_t report_ns : {kPeriod_ns, kPeriod_ns / 4, 4 * kPeriod_ns}) {
+      for (const std::int64_t stall_ns : {5 * kPeriod_ns, 100 * kPeriod_ns, 60'000 * kPeriod_ns}) {
+        Session s;
+        s.guard.follow_reports(report_ns);
+        s.run(1200, kForce_d, 1);
+        REQUIRE(s.guard.last().force_w == kForce_d);
+        s.now_ns += stall_ns;
+        const Vec3 now = s.on_time(-kForce_d, 1).wrench_d.force_w;
+        const double least_ns = static_cast<double>(std::min(report_ns, kPeriod_ns));
+        CHECK((kForce_d - now).norm() == doctest::Approx(500.0 * 2e-9 * least_ns).epsilon(1e-5));
+      }
+    }
+  }
+
+  TEST_CASE("update: the largest numbers there are neither freeze nor turn the output") {
+    constexpr Real kMax = std::numeric_limits<Real>::max();
+    constexpr Real kLeast = std::numeric_limits<Real>::denorm_min();
+    const Real extremes[] = {-kMax, kMax, -kMax / 2, kLeast, -kLeast, 0, 1};
+    for (const Real x : extremes) {
+      for (const Real y : extremes) {
+        for (const Real z : extremes) {
+          CAPTURE(x);
+          CAPTURE(y);
+          CAPTURE(z);
+          Session s;
+          s.run(300, kForce_d, 1);
+          const Vec3 asked(x, y, z);
+          const Vec3 v = s.run(60, asked, 1).wrench_d.force_w;
+          REQUIRE(is_finite(v));
+          CHECK(v.norm() <= 4.0_r * 1.0001_r);
+          const Real largest = asked.cwiseAbs().maxCoeff();
+          if (largest >= 1) {
+            CHECK((v - v.norm() * (asked / largest).normalized()).norm() <= 1e-4);
+            CHECK(v.norm() >= 0.99_r);
+          } else {
+            CHECK(v.norm() <= 1e-4);
+          }
+          s.guard.latch(kLinkServoLost);
+          s.run(20, asked, 1);
+          CHECK(is_zero(s.guard.last()));
+        }
+      }
+    }
+  }
+
   TEST_CASE("update: no sequence of commands makes the output jump or leave its limits") {
     const SafetyLimits limits = test_limits();
     const std::uint64_t seed = 20240611;
@@ -230,7 +314,7 @@ TEST_SUITE("hal.output_guard") {
         continue;
       }
       const Real dt_s = std::min(static_cast<Real>(std::max<std::int64_t>(step_ns, 0)) * 1.0e-9_r,
-                                 kLongestRampTick_s);
+                                 longest_step_s(limits.period_ns));
       const Real slack = 64 * std::numeric_limits<Real>::epsilon() * limits.max_force_n;
       const Wrench& w = out.wrench_d;
       bool good = is_finite(w);

@@ -72,7 +72,7 @@ void check_steps(const HeldDevice& held) {
   for (std::size_t k = 1; k < sent.size(); ++k) {
     const double elapsed_s =
         std::min(1e-9 * static_cast<double>(sent[k].stamp_ns - sent[k - 1].stamp_ns),
-                 static_cast<double>(kLongestRampTick_s));
+                 static_cast<double>(longest_step_s(held.limits().period_ns)));
     const double step_n = (sent[k].force_n - sent[k - 1].force_n).norm();
     const double step_nm = (sent[k].torque_nm - sent[k - 1].torque_nm).norm();
     const bool fits =

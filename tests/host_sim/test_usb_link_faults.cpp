@@ -144,8 +144,8 @@ TEST_SUITE("host_sim.usb_link_faults") {
     REQUIRE(b.device.forces_n.size() == before);
     b.run(1);
     REQUIRE(b.device.forces_n.size() > before);
-    // Ten periods have passed; no more than kLongestRampTick_s of them counts.
-    CHECK(b.device.forces_n[before - 1] - b.device.forces_n[before] <= 0.5 + kUnit_n);
+    // Ten periods have passed; no more than kMostStepPeriods of them count.
+    CHECK(b.device.forces_n[before - 1] - b.device.forces_n[before] <= 0.2 + kUnit_n);
     b.run(30);
     CHECK(b.force() == 0.0);
     CHECK(b.state().faults == 0u);
@@ -358,8 +358,8 @@ TEST_SUITE("host_sim.usb_link_faults") {
     b.device.on_command = [&] {
       if (b.link->counters().connects != connects) last_n = 0.0;  // it was away, its drives are off
       connects = b.link->counters().connects;
-      const double elapsed_s = std::min(static_cast<double>(b.clock.now_ns - last_ns) * 1.0e-9,
-                                        static_cast<double>(kLongestRampTick_s));
+      const double elapsed_s = std::min(1e-9 * static_cast<double>(b.clock.now_ns - last_ns),
+                                        static_cast<double>(longest_step_s(limits.period_ns)));
       const double change_n = std::abs(b.force() - last_n);
       const bool in_bounds =
           change_n <= static_cast<double>(limits.slew_n_per_s) * elapsed_s + 2 * kUnit_n &&

@@ -110,11 +110,12 @@ SafetyLimits random_limits(Random& random) {
 }
 
 /// What of the time between two stamps counts for the slew.
-double counted_between(std::int64_t from_ns, std::int64_t to_ns) {
+double counted_between(std::int64_t from_ns, std::int64_t to_ns, const SafetyLimits& l) {
   if (to_ns <= from_ns) return 0.0;
   const std::uint64_t span_ns =
       static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(from_ns);
-  return std::min(static_cast<double>(span_ns) * 1.0e-9, static_cast<double>(kLongestRampTick_s));
+  return std::min(static_cast<double>(span_ns) * 1.0e-9,
+                  static_cast<double>(longest_step_s(l.period_ns)));
 }
 
 /// Which promise a step of the output breaks; "" is none.
@@ -313,6 +314,51 @@ TEST_SUITE("rt_core.output_limiter") {
     CHECK(static_cast<double>(back.wrench_d.force_w.z()) == doctest::Approx(held + 0.6));
   }
 
+  TEST_CASE("after a stall: a tick takes back what two periods allow, not what was missed") {
+    for (const std::int64_t period_ns : {kMs / 4, kMs, 4 * kMs}) {
+      SafetyLimits l;
+      l.period_ns = period_ns;
+      const double allowed_n = 600.0 * std::min(2e-9 * static_cast<double>(period_ns), 5e-3);
+      for (const std::int64_t stall_ns : {5 * kMs, 100 * kMs, 60'000 * kMs}) {
+        Running r(l);
+        r.settled(push(0, 0, 2.9_r));
+        r.stamp += stall_ns;
+        const LimitedOutput out = r.tick(push(0, 0, -2.9_r));
+        CHECK(2.9 - static_cast<double>(out.wrench_d.force_w.z()) ==
+              doctest::Approx(allowed_n).epsilon(1e-5));
+      }
+    }
+  }
+
+  TEST_CASE("the largest numbers there are: finite, within the limits, not turned, let go of") {
+    constexpr Real kMax = std::numeric_limits<Real>::max();
+    constexpr Real kLeast = std::numeric_limits<Real>::denorm_min();
+    const Real extremes[] = {-kMax, kMax, -kMax / 2, kLeast, -kLeast, 0, 1};
+    const SafetyLimits l;
+    for (const Real x : extremes) {
+      for (const Real y : extremes) {
+        for (const Real z : extremes) {
+          CAPTURE(x);
+          CAPTURE(y);
+          CAPTURE(z);
+          Running r(l);
+          r.settled(push(0, 0, 2));
+          const Vec3 asked(x, y, z);
+          const Real largest = asked.cwiseAbs().maxCoeff();
+          const Vec3 v = r.settled({asked, asked}).wrench_d.force_w;
+          REQUIRE(is_finite(v));
+          CHECK(norm(v) <= static_cast<double>(l.max_force_n));
+          // Of numbers whose squares underflow next to the limit nothing is left: zero is safe.
+          const Vec3 shape = largest > 0 ? Vec3(asked / largest) : Vec3(Vec3::Zero());
+          CHECK(norm(v - norm(v) * shape.normalized()) <= 1e-4);
+          if (largest == 1) CHECK(norm(v) >= 0.99);
+          for (int k = 0; k < 6; ++k) r.tick({asked, -asked}, {}, false);
+          CHECK(r.limiter.last().force_w == Vec3::Zero());
+        }
+      }
+    }
+  }
+
   TEST_CASE("not finite: the last finite wrench stays, flagged") {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     Running r{SafetyLimits{}};
@@ -357,7 +403,7 @@ TEST_SUITE("rt_core.output_limiter") {
         in.wants_force = wants;
         if (random.uniform(0, 1) < 0.05) in.late_periods = 1u << (random.next() % 32);
         const LimitedOutput out = limiter.update(in);
-        const double counted_s = stamped ? counted_between(before, stamp) : 0.0;
+        const double counted_s = stamped ? counted_between(before, stamp, l) : 0.0;
         stamped = true;
         REQUIRE(std::string(broken_promise(last, out.wrench_d, l, counted_s)) == "");
         REQUIRE(out.gain >= 0.0_r);

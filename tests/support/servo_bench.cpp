@@ -64,8 +64,8 @@ ServoResult ServoBench::tick(bool is_new) {
 ServoResult ServoBench::bare_tick() {
   const ServoResult r = servo.step(input);
   const double passed_s = static_cast<double>(input.now_ns - last_now_ns_) * 1.0e-9;
-  const double elapsed_s =
-      has_ticked_ ? std::clamp(passed_s, 0.0, static_cast<double>(kLongestRampTick_s)) : 0.0;
+  const auto longest_s = static_cast<double>(longest_step_s(limits.period_ns));
+  const double elapsed_s = has_ticked_ ? std::clamp(passed_s, 0.0, longest_s) : 0.0;
   kept =
       kept &&
       is_calm(last_force_n_, force_of(r), limits.max_force_n, limits.slew_n_per_s, elapsed_s) &&

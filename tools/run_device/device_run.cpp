@@ -18,7 +18,7 @@
 #include "hal/local/local_link.hpp"
 #include "hal/local/socket_peer.hpp"
 #include "hal/realtime/process_hardening.hpp"
-#include "rt_core/safety/wrench_ramp.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
@@ -455,7 +455,7 @@ void LinkWatch::note_output(std::int64_t stamp_ns, const hal::GuardedOutput& out
   end_.last_torque_nm = static_cast<double>(output.wrench_d.torque_w.norm());
   if (ending_.load(std::memory_order_relaxed)) {
     const double elapsed_s = std::min(1e-9 * static_cast<double>(stamp_ns - output_ns_),
-                                      static_cast<double>(kLongestRampTick_s));
+                                      static_cast<double>(longest_step_s(period_ns_)));
     const auto step_n = static_cast<double>((force_d - force_d_).norm());
     end_.outputs += 1;
     end_.jumps += step_n > slew_n_per_s_ * elapsed_s + kSlack_n ? 1u : 0u;

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "hal/drivers/reference_codec.hpp"
+#include "rt_core/safety/safety_limits.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 
 namespace haptic::sim {
@@ -64,7 +65,8 @@ class FaultJudge {
   void fail(std::string text) { v_.failures.push_back(std::move(text)); }
   /// Share of the allowed change within `elapsed_s`.
   [[nodiscard]] double change_share(const Load& change, double elapsed_s) const {
-    const double counted_s = std::min(elapsed_s, static_cast<double>(kLongestRampTick_s));
+    const double counted_s =
+        std::min(elapsed_s, static_cast<double>(longest_step_s(limits_.period_ns)));
     const double force_n = static_cast<double>(limits_.slew_n_per_s) * counted_s + kRounding_n;
     const double torque_nm = static_cast<double>(limits_.slew_nm_per_s) * counted_s + kRounding_nm;
     return std::max(change.force_w.norm() / force_n, change.torque_w.norm() / torque_nm);
