@@ -23,6 +23,7 @@ const char* to_text(HalStatus status) noexcept {
       "out of memory",
       "operating system refused a call",
       "the device does not fit what it is to be used for",
+      "firmware file is not a known one; nothing was sent",
   };
   static_assert(sizeof(kTexts) / sizeof(kTexts[0]) == static_cast<std::size_t>(HalStatus::kCount));
   return status < HalStatus::kCount ? kTexts[static_cast<std::size_t>(status)] : "invalid status";

@@ -66,8 +66,9 @@ enum class HalStatus : std::uint8_t {
   kStartFailed,      ///< firmware, homing or calibration failed
   kBadFirmwareFile,  ///< the named image cannot be read or is not one
   kNoMemory,
-  kOsRefused,    ///< a call of the operating system failed
-  kNotAccepted,  ///< what the device states does not fit what it is to be used for
+  kOsRefused,            ///< a call of the operating system failed
+  kNotAccepted,          ///< what the device states does not fit what it is to be used for
+  kUnknownFirmwareFile,  ///< its hash is not one that the user has stated; nothing was sent
   kCount
 };
 

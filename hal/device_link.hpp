@@ -72,6 +72,9 @@ class DeviceLink {
   virtual void cancel() noexcept = 0;
   /// From any thread: the servo process ended; ramp to zero, latch kLinkServoLost.
   virtual void servo_lost() noexcept = 0;
+  /// From any thread: ramp to zero at once, latch kLinkStopCalled until the operator has let go and
+  /// armed again. Without a device: when one is there.
+  virtual void emergency_stop() noexcept = 0;
   /// From any thread: another servo process has taken over and has its own mailbox, since what a
   /// killed one left half done in its own cannot be known. `mailbox` outlives the link, and so does
   /// the one before.

@@ -173,10 +173,11 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
 std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexcept {
   const DeviceState& state = input.state;
   std::uint32_t faults = usable_ ? 0u : std::uint32_t{kFaultInternal};
-  const bool stopped = input.emergency_stop || (state.faults & kDeviceEmergencyStop) != 0 ||
+  constexpr std::uint32_t kStops = kDeviceEmergencyStop | kLinkStopCalled;
+  const bool stopped = input.emergency_stop || (state.faults & kStops) != 0 ||
                        (state.switches & parameters_.switches.emergency_stop) != 0;
   if (stopped) faults |= kFaultEmergencyStop;
-  if ((state.faults & ~kDeviceEmergencyStop) != 0) faults |= kFaultDevice;
+  if ((state.faults & ~kStops) != 0) faults |= kFaultDevice;
   if (state.link != LinkState::kReady) {
     if (was_ready_) faults |= kFaultDeviceLost;
     has_state_ = has_pose_ = false;  // the next opening counts its own reports

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/clock/servo_clock.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 
@@ -9,12 +10,23 @@ namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
+std::int64_t clock_now_ns(clockid_t clock) noexcept {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
+}
+
 }  // namespace
 
-std::int64_t monotonic_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
+std::int64_t monotonic_ns() noexcept { return clock_now_ns(CLOCK_MONOTONIC); }
+
+std::int64_t machine_slept_ns() noexcept {
+  std::int64_t longest = 0;
+  for (int look = 0; look < 3; ++look) {
+    const std::int64_t since_boot = clock_now_ns(CLOCK_BOOTTIME);
+    longest = std::max(longest, since_boot - clock_now_ns(CLOCK_MONOTONIC));
+  }
+  return longest;
 }
 
 int sleep_until(std::int64_t deadline_ns) noexcept {

@@ -11,6 +11,11 @@ namespace haptic::hal {
 /// Monotonic host time [ns]. A vDSO read; no system call on Linux with a usable time-stamp counter.
 [[nodiscard]] std::int64_t monotonic_ns() noexcept;
 
+/// For how long the machine has been suspended since it started [ns]: CLOCK_BOOTTIME, which goes on
+/// meanwhile, against CLOCK_MONOTONIC, which does not. Never too long; too short only where the
+/// thread was held up in each of three looks. vDSO reads.
+[[nodiscard]] std::int64_t machine_slept_ns() noexcept;
+
 /// Sleeps until `deadline_ns` of the monotonic clock (TIMER_ABSTIME); signals do not end the sleep
 /// early.
 /// @return 0, or the errno of clock_nanosleep.

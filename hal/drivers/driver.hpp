@@ -66,6 +66,24 @@ class Driver {
   /// other; returns its length, 0: none is needed. Of the state after the last `read`; the driver
   /// does not count it as sent.
   [[nodiscard]] virtual std::size_t zero_report(std::span<std::uint8_t> report) const noexcept = 0;
+
+  /// The last report of a session, after zero was delivered: switches the drives off, so that the
+  /// device can tell an end from a host that died. Length; 0: the protocol has none.
+  [[nodiscard]] virtual std::size_t release(std::uint64_t tick,
+                                            std::span<std::uint8_t> report) noexcept {
+    static_cast<void>(tick);
+    static_cast<void>(report);
+    return 0;
+  }
+
+  /// For a device whose silence means something: `state` as it is by `stamp_ns`, filled as by
+  /// `read`. False, and `state` unchanged: silence says nothing; the link then counts it as a
+  /// fault.
+  [[nodiscard]] virtual bool rest(std::int64_t stamp_ns, DeviceState& state) noexcept {
+    static_cast<void>(stamp_ns);
+    static_cast<void>(state);
+    return false;
+  }
 };
 
 }  // namespace haptic::hal

@@ -72,7 +72,10 @@ HalStatus FalconDriver::start(UsbPort& port) noexcept {
   if (const HalStatus s = set_falcon_run_mode(port); s != HalStatus::kOk) return s;
   if (const HalStatus s = probe_falcon(port, runs); s != HalStatus::kOk || runs) return s;
   const HalStatus loaded =
-      load_falcon_firmware(port, settings_.firmware_path.c_str(), settings_.load_attempts);
+      load_falcon_firmware(port,
+                           {settings_.firmware_path.c_str(), settings_.known_firmware,
+                            settings_.accept_unknown_firmware},
+                           settings_.load_attempts);
   if (loaded != HalStatus::kOk) return loaded;
   if (const HalStatus s = probe_falcon(port, runs); s != HalStatus::kOk) return s;
   return runs ? HalStatus::kOk : HalStatus::kStartFailed;

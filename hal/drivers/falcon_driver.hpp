@@ -10,10 +10,12 @@
 /// nothing: the link is kStarting, the homing bit is set and no force is sent.
 
 #include <string>
+#include <vector>
 
 #include "hal/drivers/driver.hpp"
 #include "hal/drivers/falcon_codec.hpp"
 #include "hal/drivers/falcon_kinematics.hpp"
+#include "hal/drivers/sha256.hpp"
 
 namespace haptic::hal {
 
@@ -23,8 +25,10 @@ namespace haptic::hal {
 [[nodiscard]] DeviceCapabilities falcon_capabilities() noexcept;
 
 struct FalconSettings {
-  std::string firmware_path;  ///< Novint's image; needed once after each power-up
-  int load_attempts = 3;      ///< 1 to 10
+  std::string firmware_path;                 ///< Novint's image; needed once after each power-up
+  std::vector<Sha256Digest> known_firmware;  ///< images that may be loaded ...
+  bool accept_unknown_firmware = false;      ///< ... and any other
+  int load_attempts = 3;                     ///< 1 to 10
   FalconGeometry geometry;
   DeviceCapabilities capabilities = falcon_capabilities();
 };
@@ -40,6 +44,7 @@ class FalconDriver : public Driver {
 
   /// Run mode; asks whether the firmware answers; loads it where it does not.
   /// @retval kBadFirmwareFile  it does not run, and the named file is no image.
+  /// @retval kUnknownFirmwareFile  nor is its hash a known one.
   /// @retval kStartFailed      loading failed, or what was loaded does not answer.
   [[nodiscard]] HalStatus start(UsbPort& port) noexcept override;
 

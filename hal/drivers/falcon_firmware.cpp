@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <memory>
+#include <new>
 #include <span>
 
 #include "hal/drivers/falcon_codec.hpp"
@@ -97,55 +99,62 @@ HalStatus greet_loader(UsbPort& port, bool& answered) noexcept {
   return send_and_expect(port, kLetter, kLetter, false, kReadsPerAnswer, answered);
 }
 
-/// The open image; closed when it goes.
+/// The image, whole: what was checked is what is sent, no matter what happens to the file.
 class ImageFile {
  public:
   explicit ImageFile(const char* path) noexcept {
     if (path == nullptr || path[0] == '\0') return;
     // Not blocking: a pipe in the image's place must not hold the thread; it is refused below.
-    file_ = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0) return;
     struct stat about {};
-    if (file_ < 0 || ::fstat(file_, &about) != 0 || !S_ISREG(about.st_mode)) return;
-    const auto least = static_cast<off_t>(kFalconLeastImageBytes);
-    const auto most = static_cast<off_t>(kFalconMostImageBytes);
-    if (about.st_size >= least && about.st_size <= most) {
-      bytes_ = static_cast<std::size_t>(about.st_size);
+    const bool regular = ::fstat(file, &about) == 0 && S_ISREG(about.st_mode);
+    const auto size = regular ? static_cast<std::size_t>(about.st_size) : 0;
+    if (size >= kFalconLeastImageBytes && size <= kFalconMostImageBytes) {
+      bytes_.reset(new (std::nothrow) std::uint8_t[size]);
+      if (bytes_ != nullptr && read(file, size)) size_ = size;
     }
+    ::close(file);
   }
-  ~ImageFile() {
-    if (file_ >= 0) ::close(file_);
-  }
-  ImageFile(const ImageFile&) = delete;
-  ImageFile& operator=(const ImageFile&) = delete;
 
-  [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
-  /// Fills `block` from `offset`; false where the file has become shorter or cannot be read.
-  [[nodiscard]] bool read(std::size_t offset, std::span<std::uint8_t> block) const noexcept {
+  /// Empty: there is none.
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const noexcept {
+    return {bytes_.get(), size_};
+  }
+
+ private:
+  [[nodiscard]] bool read(int file, std::size_t size) noexcept {
     std::size_t filled = 0;
-    for (int tries = 0; tries < 100 && filled < block.size(); ++tries) {
-      const ssize_t n = ::pread(file_, block.data() + filled, block.size() - filled,
-                                static_cast<off_t>(offset + filled));
+    for (int tries = 0; tries < 100 && filled < size; ++tries) {
+      const ssize_t n =
+          ::pread(file, bytes_.get() + filled, size - filled, static_cast<off_t>(filled));
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) return false;
       filled += static_cast<std::size_t>(n);
     }
-    return filled == block.size();
+    return filled == size;
   }
 
- private:
-  int file_ = -1;
-  std::size_t bytes_ = 0;
+  std::unique_ptr<std::uint8_t[]> bytes_;
+  std::size_t size_ = 0;
 };
 
-HalStatus send_image(UsbPort& port, const ImageFile& image, bool& loaded) noexcept {
-  std::array<std::uint8_t, kFalconBlockBytes> buffer{};
+bool is_known(std::span<const std::uint8_t> bytes, const FalconImage& image) noexcept {
+  Sha256 hash;
+  hash.add(bytes);
+  const Sha256Digest digest = hash.finish();
+  return image.accept_unknown ||
+         std::find(image.known.begin(), image.known.end(), digest) != image.known.end();
+}
+
+HalStatus send_image(UsbPort& port, std::span<const std::uint8_t> image, bool& loaded) noexcept {
   loaded = false;
-  for (std::size_t at = 0; at < image.bytes(); at += buffer.size()) {
-    const std::span<std::uint8_t> block(buffer.data(), std::min(buffer.size(), image.bytes() - at));
-    if (!image.read(at, block)) return HalStatus::kBadFirmwareFile;
+  while (!image.empty()) {
+    const auto block = image.first(std::min(kFalconBlockBytes, image.size()));
     bool echoed = false;
     const HalStatus s = send_and_expect(port, block, block, false, kReadsPerBlock, echoed);
     if (s != HalStatus::kOk || !echoed) return s;
+    image = image.subspan(block.size());
   }
   loaded = true;
   return HalStatus::kOk;
@@ -184,14 +193,15 @@ HalStatus probe_falcon(UsbPort& port, bool& runs) noexcept {
   return HalStatus::kOk;
 }
 
-HalStatus load_falcon_firmware(UsbPort& port, const char* path, int attempts) noexcept {
-  const ImageFile image(path);
-  if (image.bytes() == 0) return HalStatus::kBadFirmwareFile;
+HalStatus load_falcon_firmware(UsbPort& port, const FalconImage& image, int attempts) noexcept {
+  const ImageFile file(image.path);
+  if (file.bytes().empty()) return HalStatus::kBadFirmwareFile;
+  if (!is_known(file.bytes(), image)) return HalStatus::kUnknownFirmwareFile;
   for (int attempt = 0; attempt < std::clamp(attempts, 1, 10); ++attempt) {
     bool good = false;
     if (const HalStatus s = greet_loader(port, good); s != HalStatus::kOk) return s;
     if (!good) continue;
-    if (const HalStatus s = send_image(port, image, good); s != HalStatus::kOk) return s;
+    if (const HalStatus s = send_image(port, file.bytes(), good); s != HalStatus::kOk) return s;
     if (good) return set_falcon_run_mode(port);
   }
   return HalStatus::kStartFailed;

@@ -4,12 +4,16 @@
 /// forgets when it loses power. Facts: libnifalcon (BSD), FalconCommLibUSB.cpp setFirmwareMode and
 /// setNormalMode, FalconFirmware.cpp loadFirmware.
 ///
-/// The image is Novint's own and under its own licence: the user names the file, none is shipped.
+/// The image is Novint's own and under its own licence: the user names the file, none is shipped,
+/// and no hash of one is published by its maker. What is written into a motor controller must
+/// therefore be one whose SHA-256 the user states, or which the user accepts unseen.
 /// All of it blocks, is bounded, and gives up when the port is cancelled.
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "hal/drivers/sha256.hpp"
 #include "hal/drivers/usb_port.hpp"
 
 namespace haptic::hal {
@@ -43,12 +47,20 @@ inline constexpr std::size_t kFalconLeastImageBytes = 1024, kFalconMostImageByte
 /// @return kOk whether or not it runs; the port's status where the port failed.
 [[nodiscard]] HalStatus probe_falcon(UsbPort& port, bool& runs) noexcept;
 
-/// Sends the image in `path`, at most `attempts` times from the beginning, and sets run mode.
-/// @retval kBadFirmwareFile  no path, no file, not a regular file, or a size beyond the limits
-///                           above; nothing was sent.
+struct FalconImage {
+  const char* path = nullptr;
+  std::span<const Sha256Digest> known;  ///< hashes of images that may be sent
+  bool accept_unknown = false;          ///< and any other
+};
+
+/// Sends the image, at most `attempts` times from the beginning, and sets run mode. What is hashed
+/// is what is sent.
+/// @retval kBadFirmwareFile      no path, no file, not a regular file, or a size beyond the limits
+///                               above; nothing was sent.
+/// @retval kUnknownFirmwareFile  its hash is not among the known ones; nothing was sent.
 /// @retval kStartFailed      the loader did not answer, or an echo was wrong, in every attempt.
 /// @retval kTimeout          the port was cancelled.
-[[nodiscard]] HalStatus load_falcon_firmware(UsbPort& port, const char* path,
+[[nodiscard]] HalStatus load_falcon_firmware(UsbPort& port, const FalconImage& image,
                                              int attempts) noexcept;
 
 }  // namespace haptic::hal

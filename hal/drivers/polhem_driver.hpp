@@ -24,6 +24,9 @@ namespace haptic::hal {
 
 struct PolhemSettings {
   PolhemGeometry geometry;
+  /// The board has one switch, and it calibrates. Without a deadman switch beside the device it is
+  /// an input device: it declares no driven degree of freedom, and its currents stay zero.
+  bool has_deadman = false;
   double max_current_a = 2.0;  ///< what the usual drives can carry; at most 3
   DeviceCapabilities capabilities = polhem_capabilities();
 };

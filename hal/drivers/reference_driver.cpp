@@ -113,7 +113,9 @@ ReferenceDriver::ReferenceDriver(const ReferenceSettings& settings) noexcept
 void ReferenceDriver::forget() noexcept {
   reported_ = calibrated_ = was_calibrated_ = may_drive_ = false;
   asked_on_ = confirmed_ = acting_ = refused_ = false;
+  cleared_ = asked_off_ = false;
   held_faults_ = 0;
+  behind_ = 0;
 }
 
 HalStatus ReferenceDriver::start(UsbPort& port) noexcept {
@@ -157,10 +159,16 @@ ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::in
   if (verdict == CodecVerdict::kBadLength) return ReportVerdict::kBadLength;
   if (verdict == CodecVerdict::kBadNumber) return ReportVerdict::kBadNumber;
   if (verdict != CodecVerdict::kOk) return ReportVerdict::kBadCheck;
-  if (reported_ && !is_newer(report.sequence, last_sequence_)) {
-    return ReportVerdict::kNotAdvancing;
+  const bool behind = reported_ && !is_newer(report.sequence, last_sequence_);
+  if (behind && !follow_restart(report)) return ReportVerdict::kNotAdvancing;
+  const std::uint32_t sent = sequence_;
+  if (behind) {
+    forget();
+    held_faults_ = kDeviceDriveFault;
   }
+  behind_ = 0;
   follow_refusals(report);
+  if (behind && is_newer(sent, sequence_)) sequence_ = sent;  // some may still be on their way
   follow_drives(report);
   reported_ = true;
   last_sequence_ = report.sequence;
@@ -178,6 +186,14 @@ ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::in
   state.switches = report.switches;
   state.faults = report.faults | held_faults_ | (refused_ ? kDeviceRefused : 0u);
   return ReportVerdict::kState;
+}
+
+/// One that stands still, or an old report among new ones, is no restart.
+bool ReferenceDriver::follow_restart(const ReferenceReport& report) noexcept {
+  const bool advances = behind_ > 0 && is_newer(report.sequence, behind_at_);
+  behind_ = advances ? behind_ + 1 : 1;
+  behind_at_ = report.sequence;
+  return behind_ >= kReferenceRestartReports;
 }
 
 /// A refusal stands until the device has accepted a command that is newer than those before it.
@@ -201,7 +217,8 @@ void ReferenceDriver::follow_drives(const ReferenceReport& report) noexcept {
   calibrated_ = says(kReferenceCalibrated) && (report.faults & kDeviceNotHomed) == 0;
   if (!calibrated_ && was_calibrated_) causes |= kDeviceNotHomed;
   was_calibrated_ = was_calibrated_ || calibrated_;
-  may_drive_ = calibrated_ && causes == 0;
+  cleared_ = cleared_ || (asked_off_ && !is_newer(off_at_, report.accepted_sequence));
+  may_drive_ = cleared_ && calibrated_ && causes == 0;
 
   const bool dropped = confirmed_ && !says(kReferenceDrivesOn);
   if (may_drive_ && dropped) causes |= kDeviceDriveFault;
@@ -232,11 +249,7 @@ std::size_t ReferenceDriver::write(const Wrench& wrench_d, std::uint64_t tick,
   constexpr std::array<std::int32_t, 3> kNothing{};
   const bool nothing = command.force == kNothing && command.torque == kNothing;
 
-  command.sequence = ++sequence_;
-  command.tick = static_cast<std::uint32_t>(tick & 0xffff'ffffu);
   command.drives_on = may_drive_;
-  if (command.drives_on && !asked_on_) asked_since_ = sequence_;
-  asked_on_ = command.drives_on;
   // A device without drives to confirm needs a host that has seen the fault all the same.
   if (nothing && (confirmed_ || (may_drive_ && capabilities_.driven_dof == 0))) {
     acting_ = true;
@@ -247,6 +260,27 @@ std::size_t ReferenceDriver::write(const Wrench& wrench_d, std::uint64_t tick,
     delivered_d.torque_w = vec3_of(scaled(command.torque, kReferenceTorqueUnit_nm));
   } else {
     command.force = command.torque = kNothing;
+  }
+  return send(command, tick, report);
+}
+
+std::size_t ReferenceDriver::release(std::uint64_t tick, std::span<std::uint8_t> report) noexcept {
+  if (!reported_ || report.size() < kReferenceCommandBytes) return 0;
+  confirmed_ = acting_ = false;
+  ReferenceCommand off;
+  off.drives_on = false;
+  return send(off, tick, report);
+}
+
+std::size_t ReferenceDriver::send(ReferenceCommand& command, std::uint64_t tick,
+                                  std::span<std::uint8_t> report) noexcept {
+  command.sequence = ++sequence_;
+  command.tick = static_cast<std::uint32_t>(tick & 0xffff'ffffu);
+  if (command.drives_on && !asked_on_) asked_since_ = sequence_;
+  asked_on_ = command.drives_on;
+  if (!command.drives_on && !asked_off_) {
+    asked_off_ = true;
+    off_at_ = sequence_;
   }
   encode(command, report.first<kReferenceCommandBytes>());
   return kReferenceCommandBytes;

@@ -30,12 +30,20 @@ struct ReferenceSettings {
   DeviceCapabilities capabilities = reference_capabilities();
 };
 
-/// When a wrench acts. The drives are asked for once reports say "calibrated" and neither e-stop
-/// nor watchdog cut. A wrench is passed on from the first command on that finds the drives
-/// confirmed and is itself zero; until then zero is sent and `delivered_d` is zero. After a cut, an
-/// e-stop, a lost calibration or drives that dropped by themselves that starts again, and the fault
-/// bit stays in the state until then: a cause that was there for one report only is not missed, and
-/// force never comes back in one step.
+/// Reports in a row that advance among themselves, all behind the last one taken: the device counts
+/// from elsewhere.
+inline constexpr unsigned kReferenceRestartReports = 5;
+
+/// When a wrench acts. The drives are asked for once the device has accepted a command without them
+/// and reports say "calibrated" and neither e-stop nor watchdog cut. A wrench is passed on from the
+/// first command on that finds the drives confirmed and is itself zero; until then zero is sent and
+/// `delivered_d` is zero. After a cut, an e-stop, a lost calibration or drives that dropped by
+/// themselves that starts again, and the fault bit stays in the state until then: a cause that was
+/// there for one report only is not missed, and force never comes back in one step.
+///
+/// A device that counts its reports from elsewhere, without having left the bus, has restarted:
+/// after kReferenceRestartReports reports it is taken as one that has just come, with
+/// kDeviceDriveFault in the state.
 class ReferenceDriver final : public Driver {
  public:
   explicit ReferenceDriver(const ReferenceSettings& settings = {}) noexcept;
@@ -64,9 +72,16 @@ class ReferenceDriver final : public Driver {
   /// Drives off, with a sequence that is newer than any of the next 2^30 commands: days.
   [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
+  /// A command with the drives' bit clear. The drives that go off for it are no fault.
+  [[nodiscard]] std::size_t release(std::uint64_t tick,
+                                    std::span<std::uint8_t> report) noexcept override;
+
  private:
   [[nodiscard]] HalStatus ask(UsbPort& port) noexcept;
   void follow_drives(const ReferenceReport& report) noexcept;
+  [[nodiscard]] bool follow_restart(const ReferenceReport& report) noexcept;
+  [[nodiscard]] std::size_t send(ReferenceCommand& command, std::uint64_t tick,
+                                 std::span<std::uint8_t> report) noexcept;
   void follow_refusals(const ReferenceReport& report) noexcept;
   void forget() noexcept;
 
@@ -79,6 +94,9 @@ class ReferenceDriver final : public Driver {
   bool calibrated_ = false;          ///< by the last report
   bool was_calibrated_ = false;      ///< by any report
   bool may_drive_ = false;           ///< calibrated, neither e-stop nor watchdog cut
+  bool cleared_ = false;             ///< it has accepted a command without the drives' bit
+  bool asked_off_ = false;           ///< such a command was sent since start ...
+  std::uint32_t off_at_ = 0;         ///< ... first with this sequence
   std::uint32_t sequence_ = 0;       ///< of the last command
   bool asked_on_ = false;            ///< the last command asked for the drives ...
   std::uint32_t asked_since_ = 0;    ///< ... as every one since this
@@ -88,6 +106,8 @@ class ReferenceDriver final : public Driver {
   bool refused_ = false;
   std::uint32_t refused_at_ = 0;  ///< accepted_sequence when it last refused
   std::uint32_t rejected_ = 0;    ///< commands, by the last report
+  unsigned behind_ = 0;           ///< reports in a row that are older than the last one taken ...
+  std::uint32_t behind_at_ = 0;   ///< ... and advance, up to this
 };
 
 }  // namespace haptic::hal

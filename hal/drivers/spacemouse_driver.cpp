@@ -109,17 +109,23 @@ void SpaceMouseDriver::take_descriptor(std::span<const std::uint8_t> descriptor)
 }
 
 void SpaceMouseDriver::integrate(std::int64_t stamp_ns) noexcept {
+  // Stamps are of one clock, but the difference of any two numbers must not overflow.
+  const auto since = [this](std::int64_t to_ns) {
+    return to_ns > reported_ns_
+               ? static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(reported_ns_)
+               : 0;
+  };
   if (stamped_ && stamp_ns > stamp_ns_) {
-    // Stamps are of one clock, but the difference of any two numbers must not overflow.
-    const std::uint64_t past =
-        static_cast<std::uint64_t>(stamp_ns) - static_cast<std::uint64_t>(stamp_ns_);
     const auto longest = static_cast<std::uint64_t>(settings_.longest_step_ns);
-    const Real dt_s = static_cast<Real>(std::min(past, longest)) * 1.0e-9_r;
+    const std::uint64_t lasted = std::min(since(stamp_ns), longest);
+    const std::uint64_t done = std::min(since(stamp_ns_), longest);
+    const Real dt_s = static_cast<Real>(lasted - done) * 1.0e-9_r;
     pose_dh_.p_wa += velocity_d_.linear_w * dt_s;
     const Real distance_m = pose_dh_.p_wa.norm();
     if (distance_m > settings_.reach_m) pose_dh_.p_wa *= settings_.reach_m / distance_m;
     pose_dh_.q_wa = so3_exp(velocity_d_.angular_w * dt_s) * pose_dh_.q_wa;
     pose_dh_.q_wa.normalize();
+    if (since(stamp_ns) >= longest) velocity_d_ = Twist{};
   }
   stamp_ns_ = stamped_ ? std::max(stamp_ns_, stamp_ns) : stamp_ns;
   stamped_ = true;
@@ -145,13 +151,24 @@ ReportVerdict SpaceMouseDriver::read(std::span<const std::uint8_t> report, std::
   }
   integrate(stamp_ns);
   take_velocity();
+  reported_ns_ = stamp_ns_;
+  fill(state);
+  return ReportVerdict::kState;
+}
+
+bool SpaceMouseDriver::rest(std::int64_t stamp_ns, DeviceState& state) noexcept {
+  integrate(stamp_ns);
+  fill(state);
+  return true;
+}
+
+void SpaceMouseDriver::fill(DeviceState& state) const noexcept {
   state.pose_dh = record_of(pose_dh_);
   state.twist_d = record_of(velocity_d_);
   state.twist_valid = true;
   state.link = LinkState::kReady;
   state.switches = input_.buttons;
   state.faults = 0;
-  return ReportVerdict::kState;
 }
 
 std::size_t SpaceMouseDriver::write(const Wrench& /*wrench_d*/, std::uint64_t /*tick*/,

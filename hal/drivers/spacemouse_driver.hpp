@@ -6,7 +6,8 @@
 ///
 /// Frame D: x right, y away from the operator, z up, origin where the pose was when the link
 /// opened. Reports come while the cap is away from its rest, and one when it returns: a device at
-/// rest is silent, and its last velocity was zero.
+/// rest is silent, and its last velocity was zero. So silence is a hand at rest, from the first
+/// moment on; before that a velocity lasts until the next report, or for longest_step_ns.
 
 #include "hal/drivers/driver.hpp"
 #include "hal/drivers/hid_descriptor.hpp"
@@ -54,6 +55,9 @@ class SpaceMouseDriver : public Driver {
                                   Wrench& delivered_d) noexcept override;
   [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
+  /// The pose where the hand has it by now.
+  [[nodiscard]] bool rest(std::int64_t stamp_ns, DeviceState& state) noexcept override;
+
   [[nodiscard]] const SpaceMouseInput& input() const noexcept { return input_; }
   /// Full scale of the raw axis, after start().
   [[nodiscard]] double full_scale_of(std::size_t axis) const noexcept { return scale_[axis]; }
@@ -61,6 +65,7 @@ class SpaceMouseDriver : public Driver {
  private:
   void integrate(std::int64_t stamp_ns) noexcept;
   void take_velocity() noexcept;
+  void fill(DeviceState& state) const noexcept;
   void take_descriptor(std::span<const std::uint8_t> descriptor) noexcept;
 
   SpaceMouseSettings settings_;
@@ -73,7 +78,8 @@ class SpaceMouseDriver : public Driver {
   SpaceMouseInput input_;
   Pose pose_dh_;
   Twist velocity_d_;
-  std::int64_t stamp_ns_ = 0;
+  std::int64_t stamp_ns_ = 0;     ///< up to which the velocity is in the pose
+  std::int64_t reported_ns_ = 0;  ///< when it was reported
   bool stamped_ = false;
 };
 

@@ -33,6 +33,7 @@ class LocalLink final : public DeviceLink, private ReportTransfers {
   void cancel() noexcept override { cancelled_.store(true); }
   void servo_lost() noexcept override { flow_.servo_lost(); }
   void use_mailbox(const DeviceMailbox& mailbox) noexcept override { flow_.use_mailbox(mailbox); }
+  void emergency_stop() noexcept override { flow_.emergency_stop(); }
   [[nodiscard]] LinkState state() const noexcept override { return flow_.state(); }
   [[nodiscard]] LinkCounters counters() const noexcept override {
     return snapshot(flow_.counters());

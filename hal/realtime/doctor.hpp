@@ -39,6 +39,8 @@ struct DoctorLine {
 struct DoctorQuestions {
   std::uint16_t vendor_id = 0, product_id = 0;  ///< 0: no device named
   std::string serial;                           ///< empty: any
+  std::string
+      bus_path;  ///< its place, as in /sys/bus/usb/devices; empty: any, at no identity: none
   std::int64_t period_ns = 1'000'000;
   std::vector<int> cpus;
   int servo_priority = 80, usb_priority = 79;  ///< SCHED_FIFO

@@ -34,10 +34,24 @@ std::string find_device(const Examination& e, int& twins) {
         e.tree.text(folder + "/idProduct") != hexadecimal(q.product_id))
       continue;
     twins += 1;
-    const bool asked = q.serial.empty() || e.tree.text(folder + "/serial") == q.serial;
+    const bool asked = (q.serial.empty() || e.tree.text(folder + "/serial") == q.serial) &&
+                       (q.bus_path.empty() || each == q.bus_path);
     if (asked && found.empty()) found = each;
   }
   return found;
+}
+
+// The identity of what is at its place; unchanged where nothing is.
+void identify(const SystemTree& tree, DoctorQuestions& q) {
+  const std::string folder = "/sys/bus/usb/devices/" + q.bus_path;
+  const auto number = [&](const char* file) {
+    const std::string text = tree.text(folder + "/" + file).value_or("");
+    std::uint16_t value = 0;
+    (void)std::from_chars(text.data(), text.data() + text.size(), value, 16);
+    return value;
+  };
+  q.vendor_id = number("idVendor");
+  q.product_id = number("idProduct");
 }
 
 // "125us", "1ms" as the kernel writes an endpoint's interval; 0 for what is none.
@@ -76,18 +90,21 @@ DoctorLine check_found(const Examination& e, const std::string& device, int twin
   const DoctorQuestions& q = e.questions;
   const std::string folder = "/sys/bus/usb/devices/" + device;
   if (device.empty()) {
-    const std::string found = twins == 0 ? "no " + identity(q) + " on any bus"
-                                         : std::to_string(twins) + " of " + identity(q) +
-                                               ", none with serial " + q.serial;
+    const std::string found = twins == 0
+                                  ? "no " + identity(q) + " on any bus"
+                                  : std::to_string(twins) + " of " + identity(q) + ", none" +
+                                        (q.serial.empty() ? "" : " with serial " + q.serial) +
+                                        (q.bus_path.empty() ? "" : " at " + q.bus_path);
     return failed(kNames[0], found,
                   "plug it in and switch it on; it must be in the list of\n    lsusb");
   }
   const std::string product = e.tree.text(folder + "/product").value_or("");
   const std::string found =
       identity(q) + (product.empty() ? "" : " \"" + product + "\"") + " at " + device;
-  if (twins > 1 && q.serial.empty()) {
+  if (twins > 1 && q.serial.empty() && q.bus_path.empty()) {
     return warned(kNames[0], found + ", one of " + std::to_string(twins),
-                  "say which by its serial number:\n    --device " + identity(q) + ":SERIAL");
+                  "say which, by its serial number or by its place:\n    --device " + identity(q) +
+                      ":SERIAL\n    --device " + identity(q) + "@" + device);
   }
   return passed(kNames[0], found);
 }
@@ -166,11 +183,25 @@ DoctorLine check_link_power(const Examination& e, const std::string& device) {
 
 }  // namespace
 
-std::vector<DoctorLine> check_device(const Examination& e) {
+std::vector<DoctorLine> check_device(const Examination& asked) {
   std::vector<DoctorLine> lines;
+  DoctorQuestions questions = asked.questions;
+  const bool by_place = questions.vendor_id == 0 && !questions.bus_path.empty();
+  if (by_place) identify(asked.tree, questions);
+  const Examination e{asked.tree, asked.probes, questions};
+  if (by_place && questions.vendor_id == 0) {
+    lines.push_back(failed(kNames[0], "nothing at " + questions.bus_path,
+                           "see where it is:\n    grep . /sys/bus/usb/devices/*/idProduct"));
+    for (const char* name : kNames) {
+      if (name != kNames[0])
+        lines.push_back(skipped(name, "device not found", "see the line \"device\""));
+    }
+    return lines;
+  }
   if (e.questions.vendor_id == 0) {
     for (const char* name : kNames)
-      lines.push_back(skipped(name, "no device named", "name it: --device VID:PID[:SERIAL]"));
+      lines.push_back(
+          skipped(name, "no device named", "name it: --device VID:PID[:SERIAL][@PLACE]"));
     return lines;
   }
   int twins = 0;

@@ -35,6 +35,8 @@ constexpr BitText kDeviceTexts[] = {
     {kLinkServoLost, "the servo process ended"},
     {kLinkSendFailed, "commands can not be handed to the bus"},
     {kLinkOtherDevice, "the device that came back states other capabilities"},
+    {kLinkStopCalled, "an emergency stop was called"},
+    {kLinkSuspended, "the machine was suspended"},
 };
 
 constexpr std::array kLinkTexts = {"absent", "starting", "ready"};

@@ -32,6 +32,8 @@ class LinkFaults {
   void expect_reports_every(std::int64_t report_period_ns) noexcept;
   /// A report came, good or bad.
   void note(ReportVerdict verdict, std::int64_t now_ns) noexcept;
+  /// A silent device has said something by it.
+  void heard(std::int64_t now_ns) noexcept { heard_ns_ = now_ns; }
   /// Whether the device has been silent for too long.
   void check_silence(std::int64_t now_ns) noexcept;
 

@@ -25,9 +25,13 @@ enum class LinkEventKind : std::uint8_t {
   kSend = 9,       ///< stamp_ns, number: tick that it rests on, bytes
   kSendRefused = 10,  ///< the bus refused the submit
   kLink = 11,         ///< stamp_ns, code: LinkState, why: HalStatus
-  kClose = 12         ///< an orderly end begins
+  kClose = 12,        ///< an orderly end begins
+  kOutCleared = 13,   ///< the OUT endpoint's halt is cleared
+  kStopCalled = 14,   ///< the call of emergency_stop was seen
+  kSuspended = 15,    ///< the machine has slept; number: for how long in all [ns]
+  kSwitches = 16      ///< others than before are pressed beside the device; number: their bits
 };
-inline constexpr std::uint8_t kMostLinkEventKind = 12;
+inline constexpr std::uint8_t kMostLinkEventKind = 16;
 
 enum class OutEnd : std::uint8_t { kDelivered = 0, kFailed, kStalled };
 

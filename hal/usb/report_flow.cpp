@@ -18,6 +18,10 @@ constexpr int kMostAnswerLooks = 100'000;
 // the next.
 constexpr unsigned kMostLostSends = 3;
 
+// The clocks are not read at one instant; a machine sleeps for longer than a thread is held up
+// between two reads.
+constexpr std::int64_t kShortestSleep_ns = 20'000'000;
+
 bool is_zero(const Wrench& w) noexcept {
   return w.force_w == Vec3::Zero() && w.torque_w == Vec3::Zero();
 }
@@ -68,6 +72,11 @@ DeviceSide& ReportFlow::mailbox() noexcept {
     mailbox_ = DeviceSide(*next_mailbox_.exchange(nullptr, std::memory_order_acquire));
   }
   return mailbox_;
+}
+
+std::int64_t ReportFlow::slept_ns() const noexcept {
+  if (settings_.slept != nullptr) return settings_.slept(settings_.clock_context);
+  return settings_.clock != nullptr ? 0 : machine_slept_ns();
 }
 
 void ReportFlow::take_command() noexcept {
@@ -128,7 +137,8 @@ void ReportFlow::begin_reports() noexcept {
   take_limits();
   driven_ns_ = now - period_ns_;  // a device in lock-step says nothing before it is spoken to
   timed_ = true;
-  owed_ = resting_ = at_rest_ = false;
+  owed_ = resting_ = zero_delivered_ = releasing_ = at_rest_ = false;
+  slept_ns_ = slept_ns();
   lost_sends_ = 0;
   state_.accepted_d = WrenchRecord{};
   state_.accepted_tick = 0;
@@ -157,6 +167,7 @@ void ReportFlow::on_report(std::span<const std::uint8_t> bytes) noexcept {
   verdict_ = driver_.read(bytes, now, state_);
   count_verdict(counters_, verdict_);
   faults_.note(verdict_, now);
+  follow_switches();
   if (verdict_ == ReportVerdict::kState) {
     state_.sequence = ++sequence_;
     state_.stamp_ns = now;
@@ -195,12 +206,14 @@ void ReportFlow::on_out_end(bool delivered) noexcept {
   if (delivered) {
     lost_sends_ = 0;
     faults_.set_present(kLinkSendFailed, false);
-    at_rest_ = resting_ && out_zero_;
+    zero_delivered_ = resting_ && out_zero_;
+    at_rest_ = releasing_;
   } else {
     guard_.not_delivered();
     lose_send();
   }
-  if (owed_ && !transfers_->lost()) drive();
+  releasing_ = false;
+  if ((owed_ || (zero_delivered_ && !at_rest_)) && !transfers_->lost()) drive();
 }
 
 void ReportFlow::lose_send() noexcept {
@@ -215,11 +228,14 @@ void ReportFlow::drive() noexcept {
   take_command();
   follow_servo(now);
   follow_holder();
+  follow_calls();
+  follow_switches();
   owed_ = transfers_->busy();
   if (owed_) {
     count_one(counters_.send_busy);
     return;
   }
+  if (zero_delivered_) return release();
   const bool held = (state_.switches & settings_.deadman) == settings_.deadman;
   if (state_.link != LinkState::kReady || resting_ || !held) guard_.hold_back(command_);
   const GuardedOutput output = guard_.update(now, command_);
@@ -237,7 +253,7 @@ bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept
   Wrench delivered_d;
   const std::size_t size = driver_.write(output.wrench_d, output.tick, room, delivered_d);
   if (size == 0) {
-    at_rest_ = resting_ && is_zero(output.wrench_d);
+    at_rest_ = resting_ && is_zero(output.wrench_d);  // the device is not spoken to at all
     return false;
   }
   if (transfers_->send(size) != SendOutcome::kSent) {
@@ -255,6 +271,65 @@ bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept
         .bytes = room.first(size)});
   if (observer_ != nullptr) observer_->on_send(now_ns, room.first(size), output);
   return true;
+}
+
+// A zero has arrived: nothing but what switches the drives off follows it.
+void ReportFlow::release() noexcept {
+  const std::span<std::uint8_t> room = transfers_->out_bytes();
+  const std::size_t size = driver_.release(command_.tick, room);
+  if (size == 0) {
+    at_rest_ = true;
+    return;
+  }
+  if (transfers_->send(size) != SendOutcome::kSent) return lose_send();
+  releasing_ = true;
+  count_one(counters_.sent);
+  const std::int64_t now = now_ns();
+  out_since_ns_ = now;
+  GuardedOutput output;
+  output.tick = command_.tick;
+  output.faults = guard_.faults();
+  note({.kind = LinkEventKind::kSend,
+        .stamp_ns = now,
+        .number = output.tick,
+        .bytes = room.first(size)});
+  if (observer_ != nullptr) observer_->on_send(now, room.first(size), output);
+}
+
+void ReportFlow::follow_calls() noexcept {
+  std::uint32_t seen = 0;
+  if (stop_called_.exchange(false, std::memory_order_acq_rel)) {
+    note({.kind = LinkEventKind::kStopCalled});
+    seen |= kLinkStopCalled;
+  }
+  if (const std::int64_t slept = slept_ns(); slept - slept_ns_ > kShortestSleep_ns) {
+    note({.kind = LinkEventKind::kSuspended, .number = static_cast<std::uint64_t>(slept)});
+    slept_ns_ = slept;
+    seen |= kLinkSuspended;
+  }
+  if (seen == 0) return;
+  guard_.hold_back(command_);  // what was armed before does not count
+  guard_.latch(seen);
+  guard_faults_ |= seen;
+  faults_.raise(seen);
+}
+
+void ReportFlow::follow_switches() noexcept {
+  if (settings_.switches == nullptr) return;
+  const std::uint32_t pressed = settings_.switches->pressed() & kInputSwitch;
+  if (pressed != outer_switches_) note({.kind = LinkEventKind::kSwitches, .number = pressed});
+  outer_switches_ = pressed;
+  state_.switches = (state_.switches & ~kInputSwitch) | pressed;
+}
+
+// What a silent device says by its silence, once a period.
+void ReportFlow::fill_silence(std::int64_t now_ns) noexcept {
+  if (now_ns - state_.stamp_ns < period_ns_ || !driver_.rest(now_ns, state_)) return;
+  faults_.heard(now_ns);
+  follow_switches();
+  state_.sequence = ++sequence_;
+  state_.stamp_ns = now_ns;
+  publish(true);
 }
 
 void ReportFlow::follow_servo(std::int64_t now_ns) noexcept {
@@ -291,6 +366,8 @@ void ReportFlow::follow_holder() noexcept {
 
 void ReportFlow::turn() noexcept {
   const std::int64_t now = now_ns();
+  const bool due = until_turn_ns() == 0;
+  if (due) fill_silence(now);
   faults_.check_silence(now);
   if (transfers_->busy() && now - out_since_ns_ > settings_.silence_ns) {
     faults_.set_present(kLinkSendFailed, true);
@@ -303,7 +380,7 @@ void ReportFlow::turn() noexcept {
     guard_.latch(wrong);
     guard_faults_ |= wrong;
   }
-  if (until_turn_ns() == 0) {
+  if (due) {
     timed_ = true;
     drive();
   }

@@ -41,10 +41,12 @@ class ReportFlow final : public TransferSink {
   /// Time until `turn` has to send [ns]; 0: now.
   [[nodiscard]] std::int64_t until_turn_ns() const noexcept;
 
-  /// From now on the output ramps to zero; `is_at_rest` once a zero was delivered.
+  /// From now on the output ramps to zero; `is_at_rest` once a zero was delivered, and after it
+  /// what switches the drives off.
   void begin_rest() noexcept;
   [[nodiscard]] bool is_at_rest() const noexcept;
 
+  void emergency_stop() noexcept { stop_called_.store(true, std::memory_order_release); }
   void servo_lost() noexcept { servo_lost_.store(true, std::memory_order_release); }
   /// Release: who meets the mailbox sees it as it was made.
   void use_mailbox(const DeviceMailbox& mailbox) noexcept {
@@ -75,6 +77,11 @@ class ReportFlow final : public TransferSink {
   [[nodiscard]] bool send(std::int64_t now_ns, const GuardedOutput& output) noexcept;
   void follow_servo(std::int64_t now_ns) noexcept;
   void follow_holder() noexcept;
+  void follow_calls() noexcept;
+  void follow_switches() noexcept;
+  void fill_silence(std::int64_t now_ns) noexcept;
+  void release() noexcept;
+  [[nodiscard]] std::int64_t slept_ns() const noexcept;
   void publish(bool with_report, HalStatus why = HalStatus::kOk) noexcept;
   void publish_changes() noexcept;
 
@@ -100,13 +107,16 @@ class ReportFlow final : public TransferSink {
   std::uint64_t sequence_ = 0;
   ReportVerdict verdict_ = ReportVerdict::kNothing;
   std::int64_t driven_ns_ = 0, out_since_ns_ = 0, servo_lost_ns_ = 0;
-  unsigned lost_sends_ = 0;  ///< in a row
-  bool timed_ = false;       ///< the last output was clocked by time, not by a report
-  bool owed_ = false;        ///< an output was due while OUT was in flight
-  bool out_zero_ = false;    ///< the one in flight is zero
-  bool resting_ = false, at_rest_ = false;
+  unsigned lost_sends_ = 0;       ///< in a row
+  bool timed_ = false;            ///< the last output was clocked by time, not by a report
+  bool owed_ = false;             ///< an output was due while OUT was in flight
+  bool out_zero_ = false;         ///< the one in flight is zero
   bool zero_held_ = false;        ///< the holder has this connection's zero command
   std::uint32_t zeros_sent_ = 0;  ///< by the holder
+  bool resting_ = false, zero_delivered_ = false, releasing_ = false, at_rest_ = false;
+  std::int64_t slept_ns_ = 0;         ///< the machine, as far as it is known
+  std::uint32_t outer_switches_ = 0;  ///< pressed beside the device
+  std::atomic<bool> stop_called_{false};
   std::atomic<bool> servo_lost_{false};
   std::atomic<LinkState> link_{LinkState::kAbsent};
 };

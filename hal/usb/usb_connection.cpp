@@ -4,9 +4,11 @@
 #include <libusb.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 #include "hal/usb/usb_link.hpp"
@@ -16,6 +18,9 @@ namespace {
 
 // Longest part of a blocking transfer: how soon a cancelled start notices.
 constexpr unsigned kSlice_ms = 50;
+
+constexpr unsigned kString_ms = 200;
+constexpr std::size_t kMostControlBytes = 4096;
 
 constexpr unsigned kPacketBits = 0x7ff;  // of wMaxPacketSize; above them: transactions per frame
 constexpr std::size_t kMostPacketBytes = kPacketBits + 1;
@@ -59,6 +64,35 @@ int usbfs_descriptor(libusb_device_handle* handle) {
   return -1;
 }
 
+void on_control_end(libusb_transfer* transfer) { *static_cast<int*>(transfer->user_data) = 1; }
+
+int code_of_status(libusb_transfer_status status) {
+  switch (status) {
+    case LIBUSB_TRANSFER_COMPLETED:
+      return 0;
+    case LIBUSB_TRANSFER_NO_DEVICE:
+      return LIBUSB_ERROR_NO_DEVICE;
+    case LIBUSB_TRANSFER_STALL:
+      return LIBUSB_ERROR_PIPE;
+    case LIBUSB_TRANSFER_OVERFLOW:
+      return LIBUSB_ERROR_OVERFLOW;
+    case LIBUSB_TRANSFER_TIMED_OUT:
+      return LIBUSB_ERROR_TIMEOUT;
+    default:
+      return LIBUSB_ERROR_IO;
+  }
+}
+
+// As in /sys/bus/usb/devices; a root hub has no ports.
+std::string bus_path_of(libusb_device* device) {
+  std::array<std::uint8_t, 8> ports{};
+  const int depth = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
+  std::string path = std::to_string(libusb_get_bus_number(device));
+  for (int k = 0; k < depth; ++k)
+    path += (k == 0 ? "-" : ".") + std::to_string(ports[static_cast<std::size_t>(k)]);
+  return path;
+}
+
 }  // namespace
 
 HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& address, int wrapped_fd,
@@ -72,12 +106,10 @@ HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& addre
   if (code >= 0 && wrapped_fd >= 0) {
     action = UsbAction::kWrap;
     code = libusb_wrap_sys_device(context_.get(), wrapped_fd, &handle_);
+    if (code >= 0) code = claim(profile, action);
   } else if (code >= 0) {
-    code = find(address.serial);
-    // Found and not to be opened is another trouble than not found.
-    action = code == LIBUSB_ERROR_NOT_FOUND ? UsbAction::kFind : UsbAction::kOpen;
+    code = find(profile, address, action);
   }
-  if (code >= 0) code = claim(profile, action);
   if (code >= 0) descriptor_ = wrapped_fd >= 0 ? wrapped_fd : usbfs_descriptor(handle_);
   if (code >= 0) return HalStatus::kOk;
   const HalStatus status = status_of_libusb(code, action);
@@ -86,40 +118,60 @@ HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& addre
   return status;
 }
 
-// Opens the first device of the identity that can be opened and has the serial number.
-int UsbConnection::find(const std::string& serial) noexcept {
+// Opens and claims the first device that the address names and nobody else holds.
+int UsbConnection::find(const UsbProfile& profile, const UsbAddress& address,
+                        UsbAction& action) noexcept {
   libusb_device** list = nullptr;
+  action = UsbAction::kFind;
   const ssize_t count = libusb_get_device_list(context_.get(), &list);
   if (count < 0) return static_cast<int>(count);
   int code = LIBUSB_ERROR_NOT_FOUND;
-  for (ssize_t i = 0; i < count && handle_ == nullptr; ++i) {
+  for (ssize_t i = 0; i < count; ++i) {
     libusb_device_descriptor device{};
     if (libusb_get_device_descriptor(list[i], &device) < 0 || device.idVendor != name_.vendor_id ||
         device.idProduct != name_.product_id)
       continue;
-    const int opened = libusb_open(list[i], &handle_);
-    if (opened < 0) {
+    if (!address.bus_path.empty() && bus_path_of(list[i]) != address.bus_path) continue;
+    // Found and not to be had is another trouble than not found.
+    UsbAction tried = UsbAction::kOpen;
+    int result = libusb_open(list[i], &handle_);
+    if (result < 0) {
       handle_ = nullptr;
-      code = opened;
-    } else if (!serial.empty() && !has_serial(list[i], serial)) {
-      libusb_close(handle_);
-      handle_ = nullptr;
+    } else if (!address.serial.empty() && !has_serial(list[i], address.serial)) {
+      close_handle();
+      continue;
+    } else {
+      result = claim(profile, tried);
     }
+    code = result;
+    action = tried;
+    if (code >= 0) break;
+    close_handle();
   }
   libusb_free_device_list(list, 1);
-  return handle_ != nullptr ? 0 : code;
+  return code;
 }
 
+// Not libusb's own call, which waits for a second, twice.
 bool UsbConnection::has_serial(libusb_device* device, const std::string& serial) noexcept {
+  constexpr std::uint8_t kToHost = 0x80, kGetDescriptor = 6;
+  constexpr std::uint16_t kStrings = 0x0300;
   libusb_device_descriptor descriptor{};
-  unsigned char text[256] = {};
+  std::array<std::uint8_t, 255> text{};
+  std::size_t moved = 0;
   if (libusb_get_device_descriptor(device, &descriptor) < 0 || descriptor.iSerialNumber == 0)
     return false;
-  const int length = libusb_get_string_descriptor_ascii(handle_, descriptor.iSerialNumber, text,
-                                                        static_cast<int>(sizeof text));
-  return length >= 0 && serial.size() == static_cast<std::size_t>(length) &&
-         std::equal(serial.begin(), serial.end(), text,
-                    [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; });
+  if (request({kToHost, kGetDescriptor, kStrings, 0}, text, moved, kString_ms) < 0 || moved < 4)
+    return false;
+  const auto language = static_cast<std::uint16_t>(text[2] | text[3] << 8);
+  const auto which = static_cast<std::uint16_t>(kStrings | descriptor.iSerialNumber);
+  if (request({kToHost, kGetDescriptor, which, language}, text, moved, kString_ms) < 0 || moved < 2)
+    return false;
+  const std::size_t length = (std::min<std::size_t>(moved, text[0]) - 2) / 2;
+  bool same = text[0] >= 2 && serial.size() == length;
+  for (std::size_t k = 0; same && k < length; ++k)
+    same = text[2 + 2 * k] == static_cast<std::uint8_t>(serial[k]) && text[3 + 2 * k] == 0;
+  return same;
 }
 
 int UsbConnection::claim(const UsbProfile& profile, UsbAction& action) noexcept {
@@ -159,7 +211,11 @@ void UsbConnection::close() noexcept {
   if (handle_ == nullptr) return;
   if (claimed_interface_ >= 0) (void)libusb_release_interface(handle_, claimed_interface_);
   claimed_interface_ = -1;
-  libusb_close(handle_);
+  close_handle();
+}
+
+void UsbConnection::close_handle() noexcept {
+  if (handle_ != nullptr) libusb_close(handle_);
   handle_ = nullptr;
   descriptor_ = -1;
 }
@@ -168,14 +224,48 @@ HalStatus UsbConnection::control(const ControlRequest& request, std::span<std::u
                                  std::size_t& moved, unsigned timeout_ms) noexcept {
   moved = 0;
   if (handle_ == nullptr) return HalStatus::kDeviceGone;
-  if (cancelled()) return HalStatus::kTimeout;
-  // Not cut into slices: a request sent twice may mean something else than once.
-  const int code = libusb_control_transfer(
-      handle_, request.request_type, request.request, request.value, request.index, bytes.data(),
-      static_cast<std::uint16_t>(std::min<std::size_t>(bytes.size(), 0xffff)),
-      std::max(timeout_ms, 1u));
-  if (code >= 0) moved = static_cast<std::size_t>(code);
-  return status_of_libusb(code, UsbAction::kStart);
+  return status_of_libusb(this->request(request, bytes, moved, timeout_ms), UsbAction::kStart);
+}
+
+// One request, sent once: twice may mean something else than once. Waited for in slices, so that
+// the end of the program does not wait for a device that says nothing.
+int UsbConnection::request(const ControlRequest& request, std::span<std::uint8_t> bytes,
+                           std::size_t& moved, unsigned timeout_ms) noexcept {
+  moved = 0;
+  if (cancelled()) return LIBUSB_ERROR_TIMEOUT;
+  std::array<std::uint8_t, LIBUSB_CONTROL_SETUP_SIZE + kMostControlBytes> packet{};
+  if (bytes.size() > kMostControlBytes) return LIBUSB_ERROR_INVALID_PARAM;
+  const bool to_host = is_in(request.request_type);
+  libusb_fill_control_setup(packet.data(), request.request_type, request.request, request.value,
+                            request.index, static_cast<std::uint16_t>(bytes.size()));
+  if (!to_host) std::copy(bytes.begin(), bytes.end(), packet.begin() + LIBUSB_CONTROL_SETUP_SIZE);
+  libusb_transfer* const transfer = libusb_alloc_transfer(0);
+  if (transfer == nullptr) return LIBUSB_ERROR_NO_MEM;
+  int ended = 0;
+  libusb_fill_control_transfer(transfer, handle_, packet.data(), on_control_end, &ended, 0);
+  int code = libusb_submit_transfer(transfer);
+  if (code >= 0) {
+    unsigned left_ms = std::max(timeout_ms, 1u);
+    while (ended == 0 && left_ms > 0 && !cancelled()) {
+      const unsigned slice_ms = std::min(left_ms, kSlice_ms);
+      left_ms -= slice_ms;
+      timeval slice{0, static_cast<suseconds_t>(slice_ms * 1000)};
+      (void)libusb_handle_events_timeout_completed(context_.get(), &slice, &ended);
+    }
+    const bool over = ended == 0;
+    // What the kernel may still write to must not go: a cancelled transfer ends at once.
+    if (over) (void)libusb_cancel_transfer(transfer);
+    while (ended == 0) {
+      timeval slice{0, static_cast<suseconds_t>(kSlice_ms * 1000)};
+      (void)libusb_handle_events_timeout_completed(context_.get(), &slice, &ended);
+    }
+    code = over ? LIBUSB_ERROR_TIMEOUT : code_of_status(transfer->status);
+    if (code >= 0) moved = static_cast<std::size_t>(transfer->actual_length);
+    if (to_host && moved > 0)
+      std::copy_n(libusb_control_transfer_get_data(transfer), moved, bytes.begin());
+  }
+  libusb_free_transfer(transfer);
+  return code;
 }
 
 // One blocking transfer in slices, until something moved, the time is over or the start cancelled.
@@ -195,7 +285,10 @@ int UsbConnection::move(const UsbEndpoint& endpoint, std::span<std::uint8_t> byt
                     slice_ms);
     if (done > 0) moved = static_cast<std::size_t>(done);
   }
-  if (code == LIBUSB_ERROR_PIPE) (void)libusb_clear_halt(handle_, endpoint.address);
+  std::size_t none = 0;
+  if (code == LIBUSB_ERROR_PIPE)
+    (void)request({LIBUSB_RECIPIENT_ENDPOINT, LIBUSB_REQUEST_CLEAR_FEATURE, 0, endpoint.address},
+                  {}, none, kSlice_ms);
   return code == LIBUSB_ERROR_TIMEOUT && moved > 0 ? 0 : code;
 }
 

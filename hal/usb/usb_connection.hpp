@@ -36,8 +36,9 @@ class UsbConnection final : public UsbPort {
   UsbConnection(const UsbConnection&) = delete;
   UsbConnection& operator=(const UsbConnection&) = delete;
 
-  /// By identity, or by `wrapped_fd` where it is not negative. On failure nothing stays open and
-  /// `trouble` says what to do. Allocates.
+  /// By identity, or by `wrapped_fd` where it is not negative. Of equal devices the first that can
+  /// be opened and claimed. On failure nothing stays open and `trouble` says what to do: about a
+  /// device that is there but held, where none is free. Allocates.
   [[nodiscard]] HalStatus open(const UsbProfile& profile, const UsbAddress& address, int wrapped_fd,
                                std::string& trouble);
   /// Gives the interface back to the kernel's driver, if it had one, and closes; a wrapped
@@ -60,8 +61,12 @@ class UsbConnection final : public UsbPort {
   [[nodiscard]] bool cancelled() const noexcept override { return cancelled_.load(); }
 
  private:
-  [[nodiscard]] int find(const std::string& serial) noexcept;
+  [[nodiscard]] int find(const UsbProfile& profile, const UsbAddress& address,
+                         UsbAction& action) noexcept;
   [[nodiscard]] bool has_serial(libusb_device* device, const std::string& serial) noexcept;
+  [[nodiscard]] int request(const ControlRequest& request, std::span<std::uint8_t> bytes,
+                            std::size_t& moved, unsigned timeout_ms) noexcept;
+  void close_handle() noexcept;
   [[nodiscard]] int claim(const UsbProfile& profile, UsbAction& action) noexcept;
   [[nodiscard]] int choose_endpoints(const UsbProfile& profile) noexcept;
   [[nodiscard]] int move(const UsbEndpoint& endpoint, std::span<std::uint8_t> bytes,

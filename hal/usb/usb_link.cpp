@@ -145,6 +145,7 @@ void UsbLink::cancel() noexcept {
 }
 
 void UsbLink::servo_lost() noexcept { inside_->flow.servo_lost(); }
+void UsbLink::emergency_stop() noexcept { inside_->flow.emergency_stop(); }
 void UsbLink::use_mailbox(const DeviceMailbox& mailbox) noexcept {
   inside_->flow.use_mailbox(mailbox);
 }

@@ -14,6 +14,7 @@
 #include "hal/device_link.hpp"
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
+#include "hal/input/switch_source.hpp"
 #include "hal/usb/link_tape.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "hal/zero_command.hpp"
@@ -21,15 +22,17 @@
 
 namespace haptic::hal {
 
-/// Which device: by identity (0: the driver's own), serial number if not empty; or a descriptor
-/// that somebody else opened, which is then wrapped and not closed.
+/// Which device: by identity (0: the driver's own), serial number and place on the bus if not
+/// empty; or a descriptor that somebody else opened, which is then wrapped and not closed.
 struct UsbAddress {
   std::uint16_t vendor_id = 0, product_id = 0;
   std::string serial;
+  std::string bus_path;  ///< as in /sys/bus/usb/devices: bus, hyphen, ports joined by points
   int wrapped_fd = -1;
 };
 
-/// Parses "VID:PID" or "VID:PID:SERIAL", hexadecimal. Returns false when it is neither.
+/// Parses "VID:PID", "VID:PID:SERIAL", either with "@1-2.3" behind it, or "1-2.3" alone; the
+/// identity is hexadecimal, the place on the bus decimal. Returns false when it is none of them.
 [[nodiscard]] bool parse_usb_address(const std::string& text, UsbAddress& address);
 
 struct LinkSettings {
@@ -49,8 +52,13 @@ struct LinkSettings {
   /// people; empty: nothing does. On the link's thread, before reports flow; may allocate.
   std::function<std::string(const DeviceCapabilities& stated)> accept;
   std::int64_t retry_ns = 200'000'000;  ///< between attempts to open a device that is absent
+  /// Switches that are not the device's; they outlive the link. Null: none.
+  SwitchSource* switches = nullptr;
   /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
   std::int64_t (*clock)(void* context) = nullptr;
+  /// For how long the machine has slept so far, with the context of `clock`; null: CLOCK_BOOTTIME
+  /// against CLOCK_MONOTONIC, or never where there is a `clock`.
+  std::int64_t (*slept)(void* context) = nullptr;
   void* clock_context = nullptr;
   /// Is given the zero command of the device while it is open; outlives the link. Null: nobody.
   ZeroHolder* zero_holder = nullptr;
@@ -93,9 +101,9 @@ class UsbLink final : public DeviceLink {
   /// a period. Never throws; the status is the link's condition, kOk while reports can flow.
   HalStatus poll(std::int64_t timeout_ns) noexcept override;
 
-  /// Orderly end, in this order: ramp to zero, zero command and its completion (bounded: 0.3 s), no
-  /// resubmission, cancel, handle events until every callback has run, release, close. A poll after
-  /// it opens again.
+  /// Orderly end, in this order: ramp to zero, zero command and its completion, the driver's last
+  /// report, which switches the drives off (all bounded: 0.3 s), no resubmission, cancel, handle
+  /// events until every callback has run, release, close. A poll after it opens again.
   void close() noexcept override;
 
   /// From any thread: makes a blocking start give up and poll return soon; until `close` nothing is
@@ -103,6 +111,7 @@ class UsbLink final : public DeviceLink {
   void cancel() noexcept override;
   /// The servo process ended: ramp to zero, latch kLinkServoLost.
   void servo_lost() noexcept override;
+  void emergency_stop() noexcept override;
   /// Another servo process has taken over: its own mailbox from now on, since what a killed one
   /// left half done in its own cannot be known. From any thread; `mailbox` outlives the link, and
   /// so does the one before.

@@ -57,6 +57,9 @@ std::string fix_of(const UsbName& device, HalStatus status) {
       return "Mend: a shorter cable, another port, no hub; then plug it in again.";
     case HalStatus::kTimeout:
       return "Mend: switch the device off and on.";
+    case HalStatus::kUnknownFirmwareFile:
+      return "Give its hash (sha256sum FILE) in [device] firmware_sha256 once you know where the "
+             "image is from, or set firmware_accept_unknown = true.";
     case HalStatus::kNoMemory:
       return "Mend: free memory; usbfs takes at most "
              "/sys/module/usbcore/parameters/usbfs_memory_mb.";

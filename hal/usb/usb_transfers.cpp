@@ -48,8 +48,9 @@ struct UsbTransfers::Slot {
 
 struct UsbTransfers::Pool {
   std::array<Slot, kMostIn> in;
-  Slot out;
+  Slot out, clear;
   libusb_device_handle* handle = nullptr;
+  std::array<std::uint8_t, LIBUSB_CONTROL_SETUP_SIZE> setup{};
   std::array<std::array<std::uint8_t, kMostInBytes>, kMostIn> in_bytes{};
   std::array<std::uint8_t, kMaxReportBytes> out_bytes{};
   std::size_t out_room = 0;
@@ -98,6 +99,11 @@ int UsbTransfers::open(const UsbConnection& connection, const UsbProfile& profil
     if (!make(pool_->out, connection.out(), pool_->out_bytes.data(), pool_->out_room))
       return LIBUSB_ERROR_NO_MEM;
   }
+  pool_->clear.owner = this;
+  pool_->clear.transfer = libusb_alloc_transfer(0);
+  if (pool_->clear.transfer == nullptr) return LIBUSB_ERROR_NO_MEM;
+  libusb_fill_control_transfer(pool_->clear.transfer, pool_->handle, pool_->setup.data(), on_end,
+                               &pool_->clear, 0);
   for (std::size_t i = 0; i < count && !lost(); ++i) queue(pool_->in[i]);
   return lost_code_;
 }
@@ -111,7 +117,7 @@ bool UsbTransfers::busy() const noexcept { return pool_ != nullptr && pool_->out
 
 unsigned UsbTransfers::in_flight() const noexcept {
   if (pool_ == nullptr) return 0;
-  unsigned count = pool_->out.in_flight ? 1 : 0;
+  unsigned count = (pool_->out.in_flight ? 1u : 0u) + (pool_->clear.in_flight ? 1u : 0u);
   for (const Slot& slot : pool_->in) count += slot.in_flight ? 1 : 0;
   return count;
 }
@@ -169,6 +175,7 @@ void UsbTransfers::on_end(libusb_transfer* transfer) {
   slot.in_flight = false;
   if (slot.owner == nullptr) return;  // given up in close
   UsbTransfers& self = *slot.owner;
+  if (&slot == &self.pool_->clear) return self.on_clear_end(slot);
   &slot == &self.pool_->out ? self.on_out_end(slot) : self.on_in_end(slot);
 }
 
@@ -202,30 +209,55 @@ void UsbTransfers::on_out_end(Slot& slot) noexcept {
   sink_.on_out_end(whole);
 }
 
-void UsbTransfers::clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_row,
-                              std::uint64_t& counter) noexcept {
-  const int code = libusb_clear_halt(pool_->handle, endpoint);
-  if (code < 0) {
-    failed(in_row, counter, code);
-  } else {
-    halted = false;
+void UsbTransfers::begin_clear(std::uint8_t endpoint, std::int64_t now_ns) noexcept {
+  constexpr std::uint8_t kToEndpoint = 0x02;  // standard, from the host
+  constexpr std::uint16_t kEndpointHalt = 0;
+  libusb_fill_control_setup(pool_->setup.data(), kToEndpoint, LIBUSB_REQUEST_CLEAR_FEATURE,
+                            kEndpointHalt, endpoint, 0);
+  const bool is_out = (endpoint & LIBUSB_ENDPOINT_IN) == 0;
+  clear_since_ns_ = now_ns;
+  if (const int code = submit(pool_->clear); code < 0)
+    failed(is_out ? out_errors_ : in_errors_, is_out ? counters_.send_failed : counters_.in_failed,
+           code);
+}
+
+void UsbTransfers::on_clear_end(Slot& slot) noexcept {
+  const int code = code_of(slot.transfer->status);
+  if (stopping_ || lost() || code == LIBUSB_ERROR_INTERRUPTED) return;
+  const bool is_out =
+      (libusb_le16_to_cpu(libusb_control_transfer_get_setup(slot.transfer)->wIndex) &
+       LIBUSB_ENDPOINT_IN) == 0;
+  if (code < 0)
+    return failed(is_out ? out_errors_ : in_errors_,
+                  is_out ? counters_.send_failed : counters_.in_failed, code);
+  (is_out ? out_halted_ : in_halted_) = false;
+  if (is_out) note(LinkEventKind::kOutCleared, 0);
+}
+
+// Whether IN transfers may be queued.
+bool UsbTransfers::follow_halts(std::int64_t now_ns) noexcept {
+  if (pool_->clear.in_flight) {
+    if (now_ns - clear_since_ns_ > kLongestClear_ns) give_up(LIBUSB_ERROR_TIMEOUT);
+    return !in_halted_;
   }
+  bool queued = false;
+  for (const Slot& slot : pool_->in) queued = queued || slot.in_flight;
+  if (out_halted_) {
+    begin_clear(pool_->out.transfer->endpoint, now_ns);
+  } else if (in_halted_ && !queued) {
+    begin_clear(pool_->in[0].transfer->endpoint, now_ns);
+  }
+  if (in_halted_ && queued) {  // the device may want an empty queue when a halt is cleared
+    for (const Slot& slot : pool_->in) {
+      if (slot.in_flight) (void)libusb_cancel_transfer(slot.transfer);
+    }
+  }
+  return !in_halted_;
 }
 
 void UsbTransfers::requeue(std::int64_t now_ns) noexcept {
   if (pool_ == nullptr || stopping_ || lost()) return;
-  if (out_halted_)
-    clear_halt(pool_->out.transfer->endpoint, out_halted_, out_errors_, counters_.send_failed);
-  bool queued = false;
-  for (const Slot& slot : pool_->in) queued = queued || slot.in_flight;
-  if (in_halted_ && queued) {  // the kernel wants an empty queue when a halt is cleared
-    for (const Slot& slot : pool_->in) {
-      if (slot.in_flight) (void)libusb_cancel_transfer(slot.transfer);
-    }
-    return;
-  }
-  if (in_halted_)
-    clear_halt(pool_->in[0].transfer->endpoint, in_halted_, in_errors_, counters_.in_failed);
+  if (!follow_halts(now_ns) || lost()) return;
   if (now_ns < next_queue_ns_) return;
   for (Slot& slot : pool_->in) {
     if (slot.transfer == nullptr || slot.in_flight || in_halted_ || lost()) continue;
@@ -244,6 +276,7 @@ void UsbTransfers::stop() noexcept {
     if (slot.in_flight) (void)libusb_cancel_transfer(slot.transfer);
   }
   cancel_out();
+  if (pool_->clear.in_flight) (void)libusb_cancel_transfer(pool_->clear.transfer);
 }
 
 void UsbTransfers::close() noexcept {
@@ -251,10 +284,11 @@ void UsbTransfers::close() noexcept {
   if (in_flight() == 0) {
     for (const Slot& slot : pool_->in) libusb_free_transfer(slot.transfer);
     libusb_free_transfer(pool_->out.transfer);
+    libusb_free_transfer(pool_->clear.transfer);
     pool_.reset();
   } else {
     for (Slot& slot : pool_->in) slot.owner = nullptr;
-    pool_->out.owner = nullptr;
+    pool_->out.owner = pool_->clear.owner = nullptr;
     (void)pool_.release();
   }
 }

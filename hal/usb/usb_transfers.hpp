@@ -22,6 +22,8 @@ enum class LinkEventKind : std::uint8_t;
 
 /// Errors in a row, of one direction, after which the connection is given up.
 inline constexpr unsigned kMostUsbErrorsInRow = 10;
+/// Longest answer to the request that clears a halt: what USB 2.0 allows (9.2.6.4).
+inline constexpr std::int64_t kLongestClear_ns = 50'000'000;
 
 /// Owner: the USB thread. Nothing is allocated between `open` and `close` but what libusb allocates
 /// itself on a submit.
@@ -43,7 +45,11 @@ class UsbTransfers final : public ReportTransfers {
   void cancel_out() noexcept override;
 
   /// After handle_events: clears stalled endpoints and queues what could not be queued; what is
-  /// refused again is left alone for two milliseconds.
+  /// refused again is left alone for two milliseconds. Never waits: the request that clears a halt
+  /// is a transfer like the others, and one that is not answered within kLongestClear_ns ends the
+  /// connection. (libusb_clear_halt waits up to 5 s, and the kernel lets nothing be submitted
+  /// meanwhile, from any thread.) What the kernel's call does besides is to reset its own data
+  /// toggle; a host controller that has not done so at the stall loses one transfer more.
   void requeue(std::int64_t now_ns) noexcept;
 
   /// Nothing is queued any more, and all that is in flight is cancelled.
@@ -69,8 +75,9 @@ class UsbTransfers final : public ReportTransfers {
   void queue(Slot& slot) noexcept;
   void note(LinkEventKind kind, std::uint8_t code) noexcept;
   void failed(unsigned& in_row, std::uint64_t& counter, int code) noexcept;
-  void clear_halt(std::uint8_t endpoint, bool& halted, unsigned& in_row,
-                  std::uint64_t& counter) noexcept;
+  void begin_clear(std::uint8_t endpoint, std::int64_t now_ns) noexcept;
+  void on_clear_end(Slot& slot) noexcept;
+  [[nodiscard]] bool follow_halts(std::int64_t now_ns) noexcept;
 
   TransferSink& sink_;
   LinkCounters& counters_;
@@ -78,7 +85,8 @@ class UsbTransfers final : public ReportTransfers {
   std::unique_ptr<Pool> pool_;
   int lost_code_ = 0;
   ZeroCommand zero_target_;
-  std::int64_t next_queue_ns_ = 0;           ///< nothing is queued by `requeue` before
+  std::int64_t next_queue_ns_ = 0;  ///< nothing is queued by `requeue` before
+  std::int64_t clear_since_ns_ = 0;
   unsigned in_errors_ = 0, out_errors_ = 0;  ///< in a row
   bool in_halted_ = false, out_halted_ = false;
   bool stopping_ = false;

@@ -30,7 +30,7 @@ bool is_same(const LinkEvent& a, const LinkEvent& b) {
 }
 
 /// The link over a bus that does what the tape says.
-class BusPlayer final : private hal::LinkTape, private UsbFunction {
+class BusPlayer final : private hal::LinkTape, private UsbFunction, private hal::SwitchSource {
  public:
   BusPlayer(CoreSession& session, const hal::BusSession& header, std::span<const std::uint8_t> file,
             std::size_t first)
@@ -39,6 +39,8 @@ class BusPlayer final : private hal::LinkTape, private UsbFunction {
     settings.address = {};
     settings.clock = &BusPlayer::clock;
     settings.clock_context = this;
+    settings.slept = &BusPlayer::slept;
+    settings.switches = this;
     link_ = std::make_unique<hal::UsbLink>(driver_, mailbox_, settings);
     link_->set_wrapped_fd(-1);  // nothing is searched for
     link_->tape(this);
@@ -57,6 +59,8 @@ class BusPlayer final : private hal::LinkTape, private UsbFunction {
 
  private:
   static std::int64_t clock(void* self);
+  static std::int64_t slept(void* self);
+  [[nodiscard]] std::uint32_t pressed() noexcept override;
   void on_event(const LinkEvent& event) noexcept override;
   void on_state(const haptic::DeviceState& state) noexcept override;
   void prepare();
@@ -88,7 +92,8 @@ class BusPlayer final : private hal::LinkTape, private UsbFunction {
   std::unique_ptr<UsbfsCarrier> carrier_, before_;  ///< libusb may still have the last one open
   std::unique_ptr<hal::UsbLink> link_;
   PlayResult result_;
-  std::int64_t first_ns_ = 0, last_ns_ = 0;
+  std::int64_t first_ns_ = 0, last_ns_ = 0, slept_ns_ = 0;
+  std::uint32_t pressed_ = 0;   ///< beside the device
   std::uint64_t sequence_ = 0;  ///< of the last report
   bool fed_ = false;            ///< what ends next on the bus is on its way
   bool stopped_ = false;
@@ -99,6 +104,19 @@ std::int64_t BusPlayer::clock(void* self) {
   const auto& player = *static_cast<BusPlayer*>(self);
   const bool known = !player.stopped_ && player.track_.next_is(LinkEventKind::kClock);
   return known ? player.track_.next().stamp_ns : player.last_ns_;
+}
+
+std::int64_t BusPlayer::slept(void* self) {
+  auto& player = *static_cast<BusPlayer*>(self);
+  if (!player.stopped_ && player.track_.next_is(LinkEventKind::kSuspended))
+    player.slept_ns_ = static_cast<std::int64_t>(player.track_.next().number);
+  return player.slept_ns_;
+}
+
+std::uint32_t BusPlayer::pressed() noexcept {
+  if (!stopped_ && track_.next_is(LinkEventKind::kSwitches))
+    pressed_ = static_cast<std::uint32_t>(track_.next().number);
+  return pressed_;
 }
 
 void BusPlayer::on_event(const LinkEvent& event) noexcept {
@@ -125,6 +143,7 @@ void BusPlayer::on_event(const LinkEvent& event) noexcept {
       fed_ = false;
       break;
     case LinkEventKind::kOutEnd:
+    case LinkEventKind::kOutCleared:
       fed_ = false;
       break;
     case LinkEventKind::kSend:
@@ -157,6 +176,9 @@ void BusPlayer::prepare() {
     case LinkEventKind::kServoLost:
       link_->servo_lost();
       break;
+    case LinkEventKind::kStopCalled:
+      link_->emergency_stop();
+      break;
     case LinkEventKind::kLost:
       if (carrier_) carrier_->unplug();
       break;
@@ -173,7 +195,7 @@ void BusPlayer::prepare() {
 void BusPlayer::feed() {
   const auto ends = [](const LinkEvent& e) {
     return e.kind == LinkEventKind::kReport || e.kind == LinkEventKind::kOutEnd ||
-           e.kind == LinkEventKind::kLost;
+           e.kind == LinkEventKind::kOutCleared || e.kind == LinkEventKind::kLost;
   };
   const std::optional<LinkEvent> end = track_.in_this_turn(ends);
   if (!end || end->kind == LinkEventKind::kLost) return;
@@ -182,9 +204,16 @@ void BusPlayer::feed() {
     carrier_->push(ReferenceUsb::kInEndpoint, end->bytes);
     return;
   }
+  if (end->kind == LinkEventKind::kOutCleared) {
+    if (carrier_->waiting(0) == 0) return;  // not asked for yet
+    fed_ = true;
+    carrier_->hold_control(false);
+    return;
+  }
   if (carrier_->waiting(ReferenceUsb::kOutEndpoint) == 0) return;  // not yet, or taken back
   fed_ = true;
   const auto how = static_cast<hal::OutEnd>(end->code);
+  if (how == hal::OutEnd::kStalled) carrier_->hold_control(true);  // until it is cleared
   if (how != hal::OutEnd::kDelivered)
     carrier_->fail_next(ReferenceUsb::kOutEndpoint,
                         how == hal::OutEnd::kStalled ? -EPIPE : -EPROTO);

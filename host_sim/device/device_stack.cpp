@@ -122,6 +122,7 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
   link.address.wrapped_fd = bus_->plug();
   link.clock = &DeviceStack::clock;
   link.clock_context = this;
+  link.slept = &DeviceStack::slept;
   link_ = std::make_unique<hal::UsbLink>(driver_, mailbox_, link);
   link_->observe(this);
   bus_->on_replug([this](int descriptor) { link_->set_wrapped_fd(descriptor); });
@@ -191,6 +192,10 @@ std::vector<StepTrace> DeviceStack::flight() const {
 
 // The link asks for the time while it waits for an answer: in one thread, that is when the servo
 // loop runs.
+std::int64_t DeviceStack::slept(void* self) {
+  return static_cast<const DeviceStack*>(self)->slept_ns_;
+}
+
 std::int64_t DeviceStack::clock(void* self) {
   auto& stack = *static_cast<DeviceStack*>(self);
   if (stack.in_poll_ && stack.link_->state() == LinkState::kReady) stack.serve_servo(true);
@@ -253,6 +258,10 @@ StackTick DeviceStack::step() {
   out_.cuts = model_.cuts();
   out_.link = link_ ? link_->state() : LinkState::kReady;
   return out_;
+}
+
+void DeviceStack::stop_link() {
+  if (link_) link_->emergency_stop();
 }
 
 void DeviceStack::servo_lost() {

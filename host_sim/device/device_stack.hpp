@@ -95,6 +95,10 @@ class DeviceStack final : private hal::LinkObserver {
     instead_ = std::move(command);
   }
   void servo_lost();
+  /// The call of the link, with StackCarrier::kUsb.
+  void stop_link();
+  /// The machine sleeps for a second; no time passes that its clock would show.
+  void suspend() { slept_ns_ += 1'000'000'000; }
   /// The servo loop and its history start again, as after a restart of its process.
   void restart_servo();
   /// Unplugged for good, or plugged in again (with `power`: the device was without power too).
@@ -109,6 +113,7 @@ class DeviceStack final : private hal::LinkObserver {
  private:
   class DirectLink;
   static std::int64_t clock(void* self);
+  static std::int64_t slept(void* self);
   static void saw(void* self, const ServoInput& input, const ServoResult& result);
   [[nodiscard]] ServoParameters servo_parameters() const;
   [[nodiscard]] hal::LinkSettings link_settings() const;
@@ -137,7 +142,7 @@ class DeviceStack final : private hal::LinkObserver {
   void* watch_context_ = nullptr;
 
   StackTick out_;
-  std::int64_t now_ns_ = 0, period_ns_ = 0;
+  std::int64_t now_ns_ = 0, period_ns_ = 0, slept_ns_ = 0;
   std::uint32_t seen_ = 0;  ///< states published before this period
   std::uint32_t stalled_periods_ = 0;
   bool servo_stalled_ = false, in_poll_ = false;

@@ -15,10 +15,23 @@ namespace {
 using hal::LinkEvent;
 using hal::LinkEventKind;
 
-constexpr std::array<const char*, hal::kMostLinkEventKind + 1> kKinds{
-    "nothing",       "turn of the link",   "look at the clock", "control request",   "report",
-    "end of a send", "loss of the device", "command taken",     "loss of the servo", "send",
-    "refused send",  "change of the link", "orderly end"};
+constexpr std::array<const char*, hal::kMostLinkEventKind + 1> kKinds{"nothing",
+                                                                      "turn of the link",
+                                                                      "look at the clock",
+                                                                      "control request",
+                                                                      "report",
+                                                                      "end of a send",
+                                                                      "loss of the device",
+                                                                      "command taken",
+                                                                      "loss of the servo",
+                                                                      "send",
+                                                                      "refused send",
+                                                                      "change of the link",
+                                                                      "orderly end",
+                                                                      "end of a halt",
+                                                                      "emergency stop",
+                                                                      "sleep of the machine",
+                                                                      "change of switches"};
 constexpr std::array<const char*, 6> kVerdicts{"state",     "nothing",    "bad length",
                                                "bad check", "bad number", "not advancing"};
 

@@ -86,6 +86,7 @@ void ReferenceModel::power_up() {
   drives_off();
   jump_m_.setZero();
   cut_ = false;
+  fresh_ = true;
   stopped_ = stop_pressed_;
   sequence_ = accepted_ = tick_ = rejected_ = faults_ = 0;
 }
@@ -104,7 +105,9 @@ double ReferenceModel::time_s() const {
   return static_cast<double>(periods_) / settings_.report_rate_hz;
 }
 
-bool ReferenceModel::may_drive() const { return !cut_ && !stopped_ && (faults_ & kNoDrives) == 0; }
+bool ReferenceModel::may_drive() const {
+  return !fresh_ && !cut_ && !stopped_ && (faults_ & kNoDrives) == 0;
+}
 
 void ReferenceModel::advance() {
   ++periods_;
@@ -159,8 +162,9 @@ bool ReferenceModel::command(std::span<const std::uint8_t> bytes) {
   tick_ = c.tick;
   fed_ns_ = time_ns();
   if (!c.drives_on) {
+    released_ += on_ ? 1u : 0u;
     drives_off();
-    cut_ = false;
+    fresh_ = cut_ = false;
     stopped_ = stop_pressed_;
   } else if (may_drive()) {
     wrench_ = {vector_of(c.force, hal::kReferenceForceUnit_n),

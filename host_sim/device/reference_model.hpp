@@ -44,7 +44,8 @@ class ReferenceModel {
 
   /// Puts the device there, at rest; time goes on.
   void place(const DeviceState& state);
-  /// Power on: counters 0, drives off, calibrated.
+  /// Power on, or the firmware starts again without leaving the bus: counters 0, drives off,
+  /// calibrated.
   void power_up();
   /// Bus reset, or the cable pulled out: as a command with the drives' bit clear, that acknowledges
   /// nothing.
@@ -79,6 +80,9 @@ class ReferenceModel {
   [[nodiscard]] std::uint32_t rejected() const { return rejected_; }
   /// How often the watchdog cut the drives.
   [[nodiscard]] std::uint32_t cuts() const { return cuts_; }
+  /// How often the host took them off by a command: a session that ended in order, or a fault that
+  /// the host answered.
+  [[nodiscard]] std::uint32_t released() const { return released_; }
 
   // Faults of the device itself.
   /// Bits of DeviceFault's lower half, until set otherwise. kDeviceDriveFault and kDeviceNotHomed
@@ -102,8 +106,10 @@ class ReferenceModel {
   Vector jump_m_ = Vector::Zero();
   Load wrench_, acting_;  ///< accepted; on the handle in the last period
   bool on_ = false, cut_ = false, stop_pressed_ = false, stopped_ = false;
+  bool fresh_ = true;  ///< no command without the drives' bit since power-up
   std::int64_t fed_ns_ = 0;
-  std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0, rejected_ = 0, cuts_ = 0, faults_ = 0;
+  std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0, rejected_ = 0, cuts_ = 0, released_ = 0,
+                faults_ = 0;
 };
 
 }  // namespace haptic::sim

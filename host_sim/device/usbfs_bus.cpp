@@ -119,12 +119,13 @@ long UsbfsBus::submit(usbdevfs_urb* urb) {
   return 0;
 }
 
-// The next transfer that the device can take: control always, OUT unless held.
+// The next transfer that the device can take: unless held.
 std::size_t UsbfsBus::next_for_device() const {
   for (std::size_t i = 0; i < flights_.size(); ++i) {
     const Flight& flight = flights_[i];
     if (flight.at_device || is_in(*flight.urb)) continue;
-    if (is_control(*flight.urb) || !out_held_) return i;
+    const bool held = is_control(*flight.urb) ? control_held_ : out_held_;
+    if (!held) return i;
   }
   return kNoFlight;
 }
@@ -270,6 +271,12 @@ void UsbfsBus::refuse_submit(std::uint8_t endpoint, int negative_errno, unsigned
 void UsbfsBus::hold_out(bool held) {
   Lock lock(mutex_);
   out_held_ = held;
+  if (!held) carry_out(lock);
+}
+
+void UsbfsBus::hold_control(bool held) {
+  Lock lock(mutex_);
+  control_held_ = held;
   if (!held) carry_out(lock);
 }
 

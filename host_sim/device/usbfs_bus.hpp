@@ -64,6 +64,7 @@ class UsbfsBus final : public DescriptorAnswer {
   void fail_next(std::uint8_t endpoint, int negative_errno, unsigned times);
   void refuse_submit(std::uint8_t endpoint, int negative_errno, unsigned times);
   void hold_out(bool held);
+  void hold_control(bool held);
   void unplug();
   void unplug_at_next_resubmit();
   [[nodiscard]] bool plugged() const;
@@ -118,7 +119,7 @@ class UsbfsBus final : public DescriptorAnswer {
   bool at_device_ = false;             ///< the function works on a flight
   std::vector<std::uint8_t> carried_;  ///< its bytes: the host's may go when the device does
   std::vector<std::vector<std::uint8_t>> spare_;  ///< memory of reports
-  bool plugged_ = true, out_held_ = false;
+  bool plugged_ = true, out_held_ = false, control_held_ = false;
   bool armed_ = false, in_reaped_ = false;  ///< of unplug_at_next_resubmit
 };
 

@@ -50,6 +50,7 @@ void UsbfsCarrier::refuse_submit(std::uint8_t endpoint, int negative_errno, unsi
   bus_->refuse_submit(endpoint, negative_errno, times);
 }
 
+void UsbfsCarrier::hold_control(bool held) { bus_->hold_control(held); }
 void UsbfsCarrier::hold_out(bool held) { bus_->hold_out(held); }
 
 void UsbfsCarrier::unplug() { bus_->unplug(); }

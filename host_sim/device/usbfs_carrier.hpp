@@ -5,6 +5,7 @@
 /// hardware nor rights. The program links the object library haptic_usbfs and exports its symbols
 /// (CMake ENABLE_EXPORTS), so that the shared libusb resolves to ours.
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,6 +36,11 @@ class UsbfsCarrier final : public BusCarrier {
   /// OUT transfers stay in flight until released; those that waited go to the device in order, on
   /// the thread that releases.
   void hold_out(bool held);
+
+  /// Control requests are not answered until released: a transfer stays in flight, and the call of
+  /// usbfs that clears a halt waits, as the kernel does, for kHeldCall.
+  void hold_control(bool held);
+  static constexpr std::chrono::milliseconds kHeldCall{5000};
 
   void unplug() override;  ///< pending transfers end with -ESHUTDOWN
   void unplug_at_next_resubmit() override;

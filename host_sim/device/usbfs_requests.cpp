@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <thread>
 
 namespace haptic::sim {
 namespace {
@@ -129,7 +130,12 @@ long UsbfsBus::release(unsigned interface) {
 long UsbfsBus::clear_halt(unsigned endpoint) {
   const auto address = static_cast<std::uint8_t>(endpoint);
   if (endpoint == 0 || endpoint > 0xff || endpoints_.count(address) == 0) return -ENOENT;
-  return std::min(function_.control(0x02, kClearFeature, 0, address, {}), 0);
+  {
+    const Lock lock(mutex_);
+    if (!control_held_) return std::min(function_.control(0x02, kClearFeature, 0, address, {}), 0);
+  }
+  std::this_thread::sleep_for(UsbfsCarrier::kHeldCall);
+  return -ETIMEDOUT;
 }
 
 long UsbfsBus::control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,

@@ -34,7 +34,9 @@ enum DeviceFault : std::uint32_t {
   kLinkStaleCommand = 1u << 20,  ///< the servo's command was too old: ramped down on this side
   kLinkServoLost = 1u << 21,     ///< the servo process ended
   kLinkSendFailed = 1u << 22,    ///< commands can not be handed to the bus
-  kLinkOtherDevice = 1u << 23    ///< the device that came back states other capabilities
+  kLinkOtherDevice = 1u << 23,   ///< the device that came back states other capabilities
+  kLinkStopCalled = 1u << 24,    ///< an emergency stop by call, on the device side
+  kLinkSuspended = 1u << 25      ///< the machine slept: what is known is older than its stamps say
 };
 
 /// Pose, twist and wrench as plain numbers: what crosses threads and processes is trivially

@@ -119,6 +119,7 @@ const std::string& image_path() {
 void run_dialogue(ReportStream input) {
   FalconSettings settings;
   settings.firmware_path = image_path();
+  settings.accept_unknown_firmware = true;
   FalconDriver driver(settings);
   HostilePort port(input);
   const HalStatus status = driver.start(port);

@@ -33,7 +33,9 @@ void check_codec(std::span<const std::uint8_t> bytes) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ReportStream input(std::span(data, size));
-  PolhemDriver driver;
+  PolhemSettings settings;
+  settings.has_deadman = true;
+  PolhemDriver driver(settings);
   DeviceState state;
   bool counts_were_set = false;
   while (!input.empty()) {

@@ -101,6 +101,33 @@ const DoctorCase kUsbCases[] = {
      [](FakeMachine& m) { m.remove(kUsb + "1-2"); },
      {"no 1209:0001 on any bus"},
      {"lsusb"}},
+    {"its place on the bus alone",
+     "device",
+     kPass,
+     false,
+     [](FakeMachine& m) {
+       m.questions.vendor_id = m.questions.product_id = 0;
+       m.questions.bus_path = "1-2";
+     },
+     {"1209:0001", "at 1-2"},
+     {}},
+    {"nothing at that place",
+     "device",
+     kFailure,
+     true,
+     [](FakeMachine& m) {
+       m.questions.vendor_id = m.questions.product_id = 0;
+       m.questions.bus_path = "1-9";
+     },
+     {"nothing at 1-9"},
+     {}},
+    {"it is at another place",
+     "device",
+     kFailure,
+     true,
+     [](FakeMachine& m) { m.questions.bus_path = "1-9"; },
+     {"1 of 1209:0001, none at 1-9"},
+     {}},
     {"another serial number",
      "device",
      kFailure,

@@ -89,10 +89,10 @@ class ReferenceBench {
     device.accepted_sequence = taken.sequence;
     device.accepted_tick = taken.tick;
     if (!taken.drives_on) {
-      drives_on = false;
+      drives_on = fresh = false;
       unset(kReferenceWatchdogCut);
       if (!pressed) unset(kReferenceEmergencyStop);
-    } else if ((device.status & (kReferenceWatchdogCut | kReferenceEmergencyStop)) == 0 &&
+    } else if (!fresh && (device.status & (kReferenceWatchdogCut | kReferenceEmergencyStop)) == 0 &&
                (device.status & kReferenceCalibrated) != 0) {
       drives_on = true;
     }
@@ -103,6 +103,13 @@ class ReferenceBench {
   }
   void unset(ReferenceStatusBit bit) {
     device.status = static_cast<std::uint8_t>(device.status & ~unsigned{bit});
+  }
+  /// Its firmware starts again, and the bus does not notice; already calibrated.
+  void restart() {
+    device.sequence = device.accepted_sequence = device.accepted_tick = device.rejected = 0;
+    drives_on = false;
+    fresh = true;
+    on_the_way.clear();
   }
   /// Reports, each answered by a command of no force; the faults that the states had.
   std::uint32_t idle(std::size_t reports) {
@@ -117,13 +124,14 @@ class ReferenceBench {
   /// Calibrated, drives confirmed, wrenches passed on.
   void bring_up() {
     set(kReferenceCalibrated);
-    idle(4 + latency);
+    idle(5 + 2 * latency);
   }
 
   AnsweringPort port;
   ReferenceDriver driver;
   ReferenceReport device;
   bool drives_on = false, pressed = false;
+  bool fresh = true;  ///< no command without the drives' bit since power-up
   DeviceState state;
   ReferenceCommand sent;
   Wrench delivered;

@@ -51,6 +51,7 @@ class TestImage {
 FalconSettings settings_with(const std::string& path) {
   FalconSettings settings;
   settings.firmware_path = path;
+  settings.accept_unknown_firmware = true;
   return settings;
 }
 
@@ -118,6 +119,33 @@ TEST_SUITE("hal.falcon_driver") {
       CAPTURE(path);
       CHECK(driver.start(device) == HalStatus::kBadFirmwareFile);
       CHECK(device.loads() == 0);
+    }
+  }
+
+  TEST_CASE("start: an image is loaded only if its hash is known, or any is accepted") {
+    const TestImage image(kImageBytes);
+    Sha256 hash;
+    hash.add(image.bytes);
+    const Sha256Digest right = hash.finish();
+    Sha256Digest wrong = right;
+    wrong[31] ^= 1;
+    struct Case {
+      std::vector<Sha256Digest> known;
+      bool accept_unknown;
+      HalStatus status;
+    };
+    for (const Case& c : {Case{{}, false, HalStatus::kUnknownFirmwareFile},
+                          {{wrong}, false, HalStatus::kUnknownFirmwareFile},
+                          {{wrong, right}, false, HalStatus::kOk},
+                          {{}, true, HalStatus::kOk}}) {
+      FalconSettings settings;
+      settings.firmware_path = image.path;
+      settings.known_firmware = c.known;
+      settings.accept_unknown_firmware = c.accept_unknown;
+      FalconDriver driver(settings);
+      FalconCounterpart device(kImageBytes);
+      CHECK(driver.start(device) == c.status);
+      CHECK(device.loads() == (c.status == HalStatus::kOk ? 1 : 0));
     }
   }
 

@@ -21,6 +21,12 @@ namespace {
 
 constexpr std::uint64_t kSeed = 60606;
 
+PolhemSettings with_deadman() {
+  PolhemSettings settings;
+  settings.has_deadman = true;
+  return settings;
+}
+
 ReportVerdict exchange(PolhemDriver& driver, PolhemCounterpart& device, const Vec3& force,
                        DeviceState& state, Wrench& delivered) {
   std::array<std::uint8_t, 64> bytes{};
@@ -208,7 +214,7 @@ TEST_SUITE("hal.polhem_driver") {
   }
 
   TEST_CASE("start: kicks the lock-step off with zero currents, or says that nothing answers") {
-    PolhemDriver driver;
+    PolhemDriver driver(with_deadman());
     PolhemCounterpart device;
     CHECK(driver.start(device) == HalStatus::kOk);
     CHECK(device.currents_ma() == std::array<std::int16_t, 3>{});
@@ -224,7 +230,7 @@ TEST_SUITE("hal.polhem_driver") {
   }
 
   TEST_CASE("calibration: no force and no pose until the counts that were set have arrived") {
-    PolhemDriver driver;
+    PolhemDriver driver(with_deadman());
     PolhemCounterpart device;
     device.turn({123, -456, 789, 1, 2, 3});
     REQUIRE(driver.start(device) == HalStatus::kOk);
@@ -258,7 +264,7 @@ TEST_SUITE("hal.polhem_driver") {
   }
 
   TEST_CASE("calibration: reports under way, lost commands and wrong counts") {
-    PolhemDriver driver;
+    PolhemDriver driver(with_deadman());
     DeviceState state;
     PolhemCounterpart late;
     late.turn({9000, 0, 0, 0, 0, 0});
@@ -289,8 +295,25 @@ TEST_SUITE("hal.polhem_driver") {
     CHECK(wrong.set_commands() == 1);  // only the operator can ask for more
   }
 
+  TEST_CASE("without a deadman switch beside it: an input device, whose currents stay zero") {
+    PolhemDriver driver;
+    CHECK(driver.capabilities().sensed_dof == kDofAll);
+    CHECK(driver.capabilities().driven_dof == 0u);
+    CHECK(check_capabilities(driver.capabilities()) == HalStatus::kOk);
+    PolhemCounterpart device;
+    REQUIRE(driver.start(device) == HalStatus::kOk);
+    DeviceState state;
+    REQUIRE(calibrate(driver, device, state) < 10);
+    Wrench delivered;
+    REQUIRE(exchange(driver, device, Vec3(1, 2, 3), state, delivered) == ReportVerdict::kState);
+    CHECK(state.link == LinkState::kReady);
+    CHECK(delivered.force_w == Vec3::Zero());
+    CHECK(device.currents_ma() == std::array<std::int16_t, 3>{});
+    CHECK(PolhemDriver(with_deadman()).capabilities().driven_dof == kDofTranslation);
+  }
+
   TEST_CASE("write: within the drives' current, direction kept, delivered as rounded") {
-    PolhemSettings settings;
+    const PolhemSettings settings = with_deadman();
     PolhemDriver driver(settings);
     PolhemCounterpart device;
     REQUIRE(driver.start(device) == HalStatus::kOk);
@@ -325,7 +348,7 @@ TEST_SUITE("hal.polhem_driver") {
   }
 
   TEST_CASE("read and write: hostile input") {
-    PolhemDriver driver;
+    PolhemDriver driver(with_deadman());
     PolhemCounterpart device;
     REQUIRE(driver.start(device) == HalStatus::kOk);
     DeviceState state;
@@ -350,7 +373,7 @@ TEST_SUITE("hal.polhem_driver") {
   }
 
   TEST_CASE("read and write: no heap calls") {
-    PolhemDriver driver;
+    PolhemDriver driver(with_deadman());
     PolhemCounterpart device;
     REQUIRE(driver.start(device) == HalStatus::kOk);
     DeviceState state;

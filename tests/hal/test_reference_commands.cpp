@@ -50,7 +50,7 @@ TEST_SUITE("hal.reference_commands") {
     for (int k = 0; k < 10; ++k) {
       REQUIRE(bench.report() == ReportVerdict::kState);
       REQUIRE(bench.command(push(1, 0, 0)) == kReferenceCommandBytes);
-      CHECK(bench.sent.drives_on);
+      CHECK(bench.sent.drives_on == (k > 0));  // first one without, which a fresh device waits for
       CHECK(is_zero(bench.delivered));
       CHECK(bench.sent.force[0] == 0);
     }
@@ -118,6 +118,79 @@ TEST_SUITE("hal.reference_commands") {
       REQUIRE(bench.command(push(2, 0, 0)) == kReferenceCommandBytes);
       CHECK(bench.sent.force[0] == 200'000);
     }
+  }
+
+  TEST_CASE("release: drives off in the last command, which are no fault for it") {
+    ReferenceBench bench;
+    std::array<std::uint8_t, kReferenceCommandBytes> bytes{};
+    CHECK(bench.driver.release(1, bytes) == 0u);  // nothing before the first report
+    bench.bring_up();
+    REQUIRE(bench.command(push(1, 0, 0)) == kReferenceCommandBytes);
+    REQUIRE(bench.command({}) == kReferenceCommandBytes);
+    CHECK(bench.driver.release(7, std::span(bytes).first(kReferenceCommandBytes - 1)) == 0u);
+    REQUIRE(bench.driver.release(7, bytes) == kReferenceCommandBytes);
+    ReferenceCommand off;
+    REQUIRE(decode(bytes, off) == CodecVerdict::kOk);
+    CHECK_FALSE(off.drives_on);
+    CHECK(off.force == std::array<std::int32_t, 3>{});
+    CHECK(is_newer(off.sequence, bench.sent.sequence));
+    bench.accept(off);
+    CHECK_FALSE(bench.drives_on);
+    REQUIRE(bench.report() == ReportVerdict::kState);
+    CHECK(bench.state.faults == 0u);
+  }
+
+  TEST_CASE("restart: counters that start again are taken up, with a fault, without a wrench") {
+    for (std::size_t latency = 0; latency < 4; ++latency) {
+      for (const std::uint32_t calibrated : {1u, 0u}) {
+        CAPTURE(latency);
+        CAPTURE(calibrated);
+        ReferenceBench bench;
+        bench.latency = latency;
+        bench.bring_up();
+        for (int k = 0; k < 50; ++k) {
+          REQUIRE(bench.report() == ReportVerdict::kState);
+          REQUIRE(bench.command(push(2, 0, 0)) == kReferenceCommandBytes);
+        }
+        REQUIRE(bench.drives_on);
+        bench.restart();
+        if (calibrated == 0) bench.unset(kReferenceCalibrated);
+        std::uint32_t seen = 0;
+        for (unsigned k = 1; k <= 40; ++k) {
+          CAPTURE(k);
+          const bool taken = k >= kReferenceRestartReports;
+          REQUIRE(bench.report() == (taken ? ReportVerdict::kState : ReportVerdict::kNotAdvancing));
+          if (taken) seen |= bench.state.faults;
+          REQUIRE(bench.command(push(2, 0, 0)) == kReferenceCommandBytes);
+          // What the host has not noticed yet must not act either: the device waits.
+          if (k < kReferenceRestartReports) CHECK_FALSE(bench.drives_on);
+          if (taken) CHECK(bench.sent.force[0] == 0);
+        }
+        CHECK(seen == kDeviceDriveFault);
+        CHECK(bench.drives_on == (calibrated == 1));
+        bench.set(kReferenceCalibrated);
+        bench.idle(5 + 2 * latency);
+        CHECK(bench.state.faults == 0u);
+        REQUIRE(bench.command(push(2, 0, 0)) == kReferenceCommandBytes);
+        CHECK(bench.sent.force[0] == 200'000);
+      }
+    }
+  }
+
+  TEST_CASE("restart: neither one that stands still nor old reports among new ones are one") {
+    ReferenceBench bench;
+    bench.bring_up();
+    for (int k = 0; k < 100; ++k) CHECK(bench.repeat_report() == ReportVerdict::kNotAdvancing);
+    const std::uint32_t newest = bench.device.sequence;
+    for (std::uint32_t k = 0; k < 40; ++k) {
+      // Four old ones in their order, then one that goes back again.
+      bench.device.sequence = newest - 5 + k % 4;
+      CHECK(bench.repeat_report() == ReportVerdict::kNotAdvancing);
+    }
+    bench.device.sequence = newest;
+    REQUIRE(bench.report() == ReportVerdict::kState);
+    CHECK(bench.state.faults == 0u);
+    CHECK(bench.drives_on);
   }
 
   TEST_CASE("watchdog cut: commands that act late are not taken for dropped drives") {

@@ -244,6 +244,50 @@ TEST_SUITE("hal.spacemouse_driver") {
     CHECK(vec3_of(state.twist_d.angular_rad_per_s).norm() == 0);
   }
 
+  TEST_CASE("rest: a velocity goes on for its time alone, and silence is a hand at rest") {
+    SpaceMouseSettings settings;
+    settings.full_speed_m_per_s = 0.1_r;
+    settings.longest_step_ns = 50'000'000;
+    SpaceMouseDriver silent(settings), told(settings);
+    SpaceMouseCounterpart device(true), other(true);
+    REQUIRE(silent.start(device) == HalStatus::kOk);
+    REQUIRE(told.start(other) == HalStatus::kOk);
+    DeviceState state, expected;
+    // From the first moment on, before any report.
+    REQUIRE(silent.rest(1'000'000, state));
+    CHECK(state.link == LinkState::kReady);
+    CHECK(state.pose_dh.p_m[0] == 0.0_r);
+    std::array<std::uint8_t, 64> bytes{};
+    const auto report = [&bytes](SpaceMouseCounterpart& from, SpaceMouseDriver& driver,
+                                 std::int64_t stamp_ns, DeviceState& to) {
+      const std::size_t size = from.on_in(bytes);
+      REQUIRE(driver.read(std::span(bytes).first(size), stamp_ns, to) == ReportVerdict::kState);
+    };
+    device.push({350, 0, 0, 0, 0, 0});
+    other.push({350, 0, 0, 0, 0, 0});
+    report(device, silent, 2'000'000, state);
+    report(other, told, 2'000'000, expected);
+    for (int ms = 3; ms <= 18; ++ms) REQUIRE(silent.rest(ms * 1'000'000, state));
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.0016));
+    CHECK(state.twist_d.linear_m_per_s[0] == doctest::Approx(0.1));
+    // In between or not: the next report finds the same pose.
+    device.push({350, 0, 0, 0, 0, 0});
+    other.push({350, 0, 0, 0, 0, 0});
+    report(device, silent, 18'000'000, state);
+    report(other, told, 18'000'000, expected);
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(expected.pose_dh.p_m[0]));
+    // The cap came back and said so no more: at rest once a velocity can have lasted no longer.
+    for (int ms = 19; ms <= 1000; ++ms) {
+      REQUIRE(silent.rest(ms * 1'000'000, state));
+      if (ms < 68) continue;
+      CHECK(state.twist_d.linear_m_per_s[0] == 0.0_r);
+      CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.0016 + 0.005));
+    }
+    device.push({0, 0, 0, 0, 0, 0});
+    report(device, silent, 1'001'000'000, state);
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.0016 + 0.005));
+  }
+
   TEST_CASE("read: no heap calls") {
     SpaceMouseDriver driver;
     SpaceMouseCounterpart device(true);

@@ -81,8 +81,25 @@ TEST_SUITE("hal.usb_link") {
     CHECK(a.vendor_id == 0x0403);
     CHECK(a.product_id == 0xcb48);
     CHECK(a.serial == "A1:B2");
-    for (const char* bad : {"", ":", "1209", "1209:", ":000f", "12090:1", "1209:0001f", "0:1",
-                            "1:0", "g:1", "1209:1:", "-1:1", "0x12:1", " 1:1", "1 :1"}) {
+    CHECK(parse_usb_address("1-2.3", a));
+    CHECK(a.vendor_id == 0);
+    CHECK(a.serial.empty());
+    CHECK(a.bus_path == "1-2.3");
+    CHECK(parse_usb_address("1209:000f@12-1", a));
+    CHECK(a.product_id == 0x000f);
+    CHECK(a.bus_path == "12-1");
+    CHECK(parse_usb_address("1209:000f:A@B@3-1.2.3.4.5.6.7", a));
+    CHECK(a.serial == "A@B");
+    CHECK(a.bus_path == "3-1.2.3.4.5.6.7");
+    CHECK(parse_usb_address("1209:000f:A@B", a));
+    CHECK(a.serial == "A@B");
+    CHECK(a.bus_path.empty());
+    for (const char* bad : {"1-",         "-1",          "1-2.",  "1-.2",    "0-1",
+                            "1-0",        "01-2",        "1-2-3", "256-1",   "1-2.3.4.5.6.7.1.2",
+                            "1209:000f@", "1209:000f@1", "@1-2",  "",        ":",
+                            "1209",       "1209:",       ":000f", "12090:1", "1209:0001f",
+                            "0:1",        "1:0",         "g:1",   "1209:1:", "-1:1",
+                            "0x12:1",     " 1:1",        "1 :1"}) {
       INFO(bad);
       a = UsbAddress{};
       a.vendor_id = 77;

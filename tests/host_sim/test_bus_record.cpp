@@ -86,7 +86,10 @@ Recorded record_stack(const std::string& path, double seconds, bool report_clock
   Recorded result;
   const auto periods = static_cast<std::uint64_t>(std::llround(seconds / stack.period_s()));
   for (std::uint64_t k = 0; k < periods; ++k) {
+    if (k == 4300) stack.stop_link();
+    if (k == 5600) stack.suspend();
     if (k == 7600) stack.emergency_stop();
+    if (k == 9500) stack.bus().with_model([](auto& model) { model.power_up(); });
     if (k == 10500) stack.restart_servo();
     if (k == 18500) stack.servo_lost();
     stack.stall_servo(k > 13500 && k < 13512);

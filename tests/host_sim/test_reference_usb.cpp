@@ -48,7 +48,7 @@ class Host {
     hal::ReferenceCommand command;
     const bool hurt =
         (report.status & (hal::kReferenceWatchdogCut | hal::kReferenceEmergencyStop)) != 0;
-    command.drives_on = !hurt;
+    command.drives_on = !hurt && report.accepted_sequence > 0;  // first one without
     command.sequence = report.accepted_sequence + 1;
     command.tick = report.sequence;
     // 200 N/m: 10 uN per 50 nm.
@@ -132,7 +132,7 @@ TEST_SUITE("host_sim.reference_usb") {
       hal::ReferenceReport report;
       REQUIRE(hal::decode(alone.back(), report) == hal::CodecVerdict::kOk);
       hal::ReferenceCommand command;
-      command.drives_on = true;
+      command.drives_on = k > 1;
       command.sequence = k;
       command.tick = k;
       for (std::size_t i = 0; i < 3; ++i) command.force[i] = -report.position[i] / 50;

@@ -23,6 +23,7 @@ inline constexpr double kUnit_n = 1.0e-6;
 
 struct Clock {
   std::int64_t now_ns = 1'000'000'000;
+  std::int64_t slept_ns = 0;
   std::function<void()> on_look;
   static std::int64_t read(void* self) {
     auto& clock = *static_cast<Clock*>(self);

@@ -68,7 +68,11 @@ int UsbTestDevice::control(std::uint8_t request_type, std::uint8_t request, std:
 
 int UsbTestDevice::out(std::uint8_t /*endpoint*/, std::span<const std::uint8_t> bytes) {
   const Words words = bytes.size() == kCommandBytes ? unpacked(bytes) : Words{};
-  if (checks(words)) {
+  if (checks(words) && words[2] == 1) {
+    ++released;
+    force_before_release_n = forces_n.empty() ? 0.0 : forces_n.back();
+  } else if (checks(words)) {
+    forces_after_release += released > 0 ? 1 : 0;
     forces_n.push_back(static_cast<double>(static_cast<std::int32_t>(words[0])) * kForceUnit_n);
     ticks.push_back(words[1]);
   } else {
@@ -119,6 +123,13 @@ std::size_t UsbTestDriver::write(const Wrench& wrench_d, std::uint64_t tick,
   delivered_d = Wrench{};
   delivered_d.force_w.x() = static_cast<Real>(static_cast<double>(units) * kForceUnit_n);
   const auto bytes = packed({static_cast<std::uint32_t>(units), static_cast<std::uint32_t>(tick)});
+  std::copy(bytes.begin(), bytes.end(), report.begin());
+  return bytes.size();
+}
+
+std::size_t UsbTestDriver::release(std::uint64_t tick, std::span<std::uint8_t> report) noexcept {
+  if (!releases) return 0;
+  const auto bytes = packed({0, static_cast<std::uint32_t>(tick), 1});
   std::copy(bytes.begin(), bytes.end(), report.begin());
   return bytes.size();
 }

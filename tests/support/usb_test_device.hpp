@@ -15,8 +15,9 @@ namespace haptic::test {
 inline constexpr std::uint8_t kInEndpoint = 0x81, kOutEndpoint = 0x01;
 inline constexpr std::size_t kReportBytes = 16, kCommandBytes = 16;
 
-/// Report: sequence, position [um], 1 = ready, check. Command: force [uN] in x, tick, 0, check. All
-/// 32-bit little-endian; the check is the exclusive or of the three before it and a constant.
+/// Report: sequence, position [um], 1 = ready, check. Command: force [uN] in x, tick, 1 = drives
+/// off, check. All 32-bit little-endian; the check is the exclusive or of the three before it and a
+/// constant.
 using Words = std::array<std::uint32_t, 4>;
 [[nodiscard]] std::array<std::uint8_t, 16> packed(Words words);
 [[nodiscard]] Words unpacked(std::span<const std::uint8_t> bytes);
@@ -34,6 +35,9 @@ struct UsbTestDevice final : sim::UsbFunction {
   std::vector<std::uint32_t> ticks;  ///< likewise
   unsigned damaged = 0;              ///< commands whose check was wrong
   unsigned halts_cleared = 0;
+  unsigned released = 0;  ///< commands that take the drives off
+  double force_before_release_n = -1;
+  unsigned forces_after_release = 0;
   std::function<void()> on_command;
 };
 
@@ -53,10 +57,13 @@ class UsbTestDriver final : public hal::Driver {
   [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t>) const noexcept override {
     return 0;
   }
+  [[nodiscard]] std::size_t release(std::uint64_t tick,
+                                    std::span<std::uint8_t> report) noexcept override;
 
   /// What the device says of itself from its next start on.
   void state(const hal::DeviceCapabilities& capabilities) { capabilities_ = capabilities; }
 
+  bool releases = false;  ///< there is a report that takes the drives off
   std::function<hal::HalStatus(hal::UsbPort&)> on_start;
   int starts = 0;
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
+#include <sstream>
 
 #include "hal/device_limits.hpp"
 #include "hal/drivers/falcon_driver.hpp"
@@ -43,14 +45,26 @@ std::int64_t integer_in(const TomlTable& t, std::string_view key, std::int64_t l
   return value;
 }
 
+struct FirmwareConfig {
+  std::string path;
+  std::vector<hal::Sha256Digest> known;
+  bool accept_unknown = false;
+};
+
 std::unique_ptr<hal::Driver> driver_of(const std::string& name, const hal::UsbAddress& address,
-                                       const std::string& firmware) {
+                                       const FirmwareConfig& firmware, bool has_deadman) {
   if (name == "falcon") {
     hal::FalconSettings settings;
-    settings.firmware_path = firmware;
+    settings.firmware_path = firmware.path;
+    settings.known_firmware = firmware.known;
+    settings.accept_unknown_firmware = firmware.accept_unknown;
     return std::make_unique<hal::FalconDriver>(settings);
   }
-  if (name == "polhem") return std::make_unique<hal::PolhemDriver>();
+  if (name == "polhem") {
+    hal::PolhemSettings settings;
+    settings.has_deadman = has_deadman;
+    return std::make_unique<hal::PolhemDriver>(settings);
+  }
   if (name == "spacemouse") {
     hal::SpaceMouseSettings settings;
     if (address.vendor_id != 0) settings.vendor_id = address.vendor_id;
@@ -60,11 +74,27 @@ std::unique_ptr<hal::Driver> driver_of(const std::string& name, const hal::UsbAd
   return std::make_unique<hal::ReferenceDriver>();
 }
 
+/// Hashes as sha256sum prints them, separated by spaces.
+std::vector<hal::Sha256Digest> read_hashes(const TomlTable& device) {
+  std::vector<hal::Sha256Digest> hashes;
+  std::istringstream words(device.text("firmware_sha256").value_or(""));
+  for (std::string word; words >> word;) {
+    hal::Sha256Digest digest;
+    if (!hal::parse_sha256(word, digest))
+      device.fail("firmware_sha256",
+                  "'" + word + "' is no SHA-256; give the 64 digits that sha256sum FILE prints");
+    hashes.push_back(digest);
+  }
+  return hashes;
+}
+
 void read_device(const TomlTable& top, const std::filesystem::path& folder,
                  const std::string& chosen, DeviceConfig& config) {
-  const auto device = top.table("device", {"driver", "address", "firmware"});
+  const auto device = top.table(
+      "device", {"driver", "address", "firmware", "firmware_sha256", "firmware_accept_unknown"});
   if (!device && chosen.empty()) top.fail_missing("device", "add the table [device] with driver");
-  std::string firmware, driver = chosen;
+  std::string driver = chosen;
+  FirmwareConfig firmware;
   if (device) {
     const auto named = device->text("driver");
     if (!named && chosen.empty()) device->fail_missing("driver", kDriverMend);
@@ -83,21 +113,30 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
       if (!hal::parse_usb_address(*address, read))
         device->fail("address", "'" + *address +
                                     "' is no address; give VID:PID or VID:PID:SERIAL in "
-                                    "hexadecimal, as lsusb shows it");
+                                    "hexadecimal, as lsusb shows it, its place on the bus, as in "
+                                    "1-2.3, or both, joined by @");
       if (own) config.address = read;
     }
     if (const auto file = device->text("firmware")) {
       if (named && *named != "falcon")
         device->fail("firmware", "only the falcon loads firmware; remove the key");
-      if (own) firmware = (folder / *file).string();
+      if (own) firmware.path = (folder / *file).string();
       std::error_code error;
-      if (own && std::filesystem::is_regular_file(firmware, error))
-        note_input(firmware, "the firmware");
+      if (own && std::filesystem::is_regular_file(firmware.path, error))
+        note_input(firmware.path, "the firmware");
     }
+    for (const char* key : {"firmware_sha256", "firmware_accept_unknown"}) {
+      if (device->has(key) && !device->has("firmware"))
+        device->fail(key,
+                     "says how to check the firmware, and none is named; add firmware or "
+                     "remove the key");
+    }
+    firmware.known = read_hashes(*device);
+    firmware.accept_unknown = device->flag("firmware_accept_unknown").value_or(false);
   }
   config.driver_name = driver;
   config.simulated = driver == "sim";
-  config.driver = driver_of(driver, config.address, firmware);
+  config.driver = driver_of(driver, config.address, firmware, !config.deadman_input.path.empty());
   config.has_motors = !config.simulated && config.driver->capabilities().driven_dof != 0;
 }
 
@@ -195,9 +234,32 @@ void read_limits(const TomlTable& top, DeviceConfig& config) {
                                        "; lower that one too");
 }
 
-void read_switches(const TomlTable& top, SwitchMap& switches) {
-  const auto t = top.table("switches", {"deadman", "clutch", "emergency_stop"});
+std::optional<TomlTable> switches_table(const TomlTable& top) {
+  return top.table("switches",
+                   {"deadman", "clutch", "emergency_stop", "deadman_input", "deadman_key"});
+}
+
+/// A key of a Linux input device, beside the haptic one.
+void read_deadman_input(const TomlTable& top, hal::KeySwitchSettings& input) {
+  const auto t = switches_table(top);
   if (!t) return;
+  const auto path = t->text("deadman_input");
+  const bool has_key = t->has("deadman_key");
+  if (!path && has_key) t->fail("deadman_key", "is a key of no device; add deadman_input");
+  if (!path) return;
+  if (path->empty()) t->fail("deadman_input", "is empty; give the path below /dev/input/by-id");
+  if (!has_key)
+    t->fail("deadman_input", "has no key; add deadman_key, the code that evtest shows for it");
+  input.path = *path;
+  input.key = static_cast<std::uint16_t>(integer_in(*t, "deadman_key", 1, KEY_MAX, -1));
+}
+
+void read_switches(const TomlTable& top, DeviceConfig& config) {
+  SwitchMap& switches = config.servo.switches;
+  const auto t = switches_table(top);
+  if (!t) return;
+  const bool has_input = !config.deadman_input.path.empty();
+  if (has_input && !t->has("deadman")) switches.deadman = hal::kInputSwitch;
   constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
   const auto mask = [&t](std::string_view key, std::uint32_t& value) {
     value = static_cast<std::uint32_t>(integer_in(*t, key, 0, kMost, value));
@@ -209,6 +271,7 @@ void read_switches(const TomlTable& top, SwitchMap& switches) {
     t->fail("deadman", "is 0, so that nothing would ever arm; give the mask of a switch");
   if ((switches.deadman & switches.clutch) != 0)
     t->fail("clutch", "shares a switch with deadman; give each its own");
+  if (has_input) switches.deadman |= hal::kInputSwitch;
 }
 
 }  // namespace
@@ -232,11 +295,12 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
                           "'; compile it with graph_compiler; the path counts from this file's "
                           "folder");
   note_input(config.scene, "the compiled scene");
+  read_deadman_input(top, config.deadman_input);
   read_device(top, folder, device, config);
   read_loop(top, config);
   read_workspace(top, config);
   read_limits(top, config);
-  read_switches(top, config.servo.switches);
+  read_switches(top, config);
   if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
     config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
     if (const auto file = recorder->text("crash_file")) config.crash_file = folder / *file;

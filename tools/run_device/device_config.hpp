@@ -8,6 +8,7 @@
 #include <string>
 
 #include "hal/drivers/driver.hpp"
+#include "hal/input/key_switch.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "rt_core/servo_tick.hpp"
 
@@ -30,6 +31,7 @@ struct DeviceConfig {
   bool simulated = false;       ///< the peer in this process, no bus
   hal::UsbAddress address;
   std::string socket_path;  ///< of a device in another process; empty: it is on the bus
+  hal::KeySwitchSettings deadman_input;  ///< no path: the device's own switches alone
   std::unique_ptr<hal::Driver> driver;
   bool has_motors = false;         ///< force can reach a hand
   bool accept_unbudgeted = false;  ///< gains beyond the device's passivity budget, or without one

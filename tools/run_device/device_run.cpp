@@ -23,6 +23,7 @@
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/run_device/device_fit.hpp"
+#include "tools/run_device/stop_key.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -139,6 +140,8 @@ class Run {
   RunEvents events_;
   std::unique_ptr<SimulatedPeer> peer_;
   std::unique_ptr<hal::SocketPeer> socket_;
+  StopKey stop_key_;
+  std::unique_ptr<hal::KeySwitch> deadman_;
   std::unique_ptr<hal::DeviceLink> link_;
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
   std::optional<DeviceGate> gate_;  ///< made with the link
@@ -198,6 +201,10 @@ void Run::hold() {
   gate_.emplace(fit_question(config_, scene_), limits_);
   if (config_.has_motors)
     settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_->admit(c); };
+  if (!config_.deadman_input.path.empty()) {
+    deadman_ = std::make_unique<hal::KeySwitch>(config_.deadman_input);
+    settings.switches = deadman_.get();
+  }
   hal::Driver& driver = *config_.driver;
   if (config_.simulated) {
     peer_ = std::make_unique<SimulatedPeer>(
@@ -348,6 +355,7 @@ void Run::watch_until_end() {
       account_.exit_code = kExitDeviceOrOs;
       return;
     }
+    if (stop_key_.pressed()) link_->emergency_stop();
     if (is_long_enough()) return;
     tell_status();
   }

@@ -162,6 +162,7 @@ hal::DoctorQuestions questions_of(const Options& o) {
     q.vendor_id = address.vendor_id;
     q.product_id = address.product_id;
     q.serial = address.serial;
+    q.bus_path = address.bus_path;
   }
   q.period_ns = nanoseconds(1.0 / o.rate_hz, 1.0e9);
   q.cpus = o.cpus;
@@ -202,7 +203,9 @@ std::string check_device(const std::string& text) {
   hal::UsbAddress ignored;
   return hal::parse_usb_address(text, ignored)
              ? ""
-             : text + " is not VID:PID or VID:PID:SERIAL (hexadecimal, as lsusb shows it)";
+             : text +
+                   " is not VID:PID or VID:PID:SERIAL (hexadecimal, as lsusb shows it), nor a "
+                   "place on the bus (1-2.3), nor both, joined by @";
 }
 
 }  // namespace

@@ -212,7 +212,8 @@ ordered_json summary_json(const RunAccount& a) {
   if (a.peer) {
     json["peer"] = {{"commands", a.peer->commands},
                     {"refused", a.peer->refused},
-                    {"watchdog_cuts", a.peer->watchdog_cuts}};
+                    {"watchdog_cuts", a.peer->watchdog_cuts},
+                    {"released", a.peer->released}};
   }
   json["refused"] = a.refused;
   json["force_share"] = a.share;

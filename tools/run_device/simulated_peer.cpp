@@ -123,8 +123,9 @@ void SimulatedPeer::command(std::int64_t /*now_ns*/, std::span<const std::uint8_
   tick_ = c.tick;
   fed_ = periods_;
   if (!c.drives_on) {
-    drives_on_ = cut_ = false;
-  } else if (!cut_) {
+    if (drives_on_) counters_.released += 1;
+    drives_on_ = fresh_ = cut_ = false;
+  } else if (!cut_ && !fresh_) {
     drives_on_ = true;
     for (std::size_t k = 0; k < 3; ++k) force_n_[k] = c.force[k] * hal::kReferenceForceUnit_n;
   }

@@ -21,6 +21,7 @@ struct SimulatedPeerSettings {
 /// Counts since it was plugged in.
 struct SimulatedPeerCounters {
   std::uint64_t commands = 0, refused = 0, watchdog_cuts = 0;
+  std::uint64_t released = 0;  ///< the host took the drives off by a command
 };
 
 /// Owner: the link's thread; `counters` once that has ended. Periods that nobody asked for pass all
@@ -50,6 +51,7 @@ class SimulatedPeer final : public hal::LocalPeer {
   std::array<double, 3> position_m_{}, velocity_m_per_s_{}, force_n_{};  ///< D axes
   std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0;
   bool drives_on_ = false, cut_ = false;
+  bool fresh_ = true;  ///< no command without the drives' bit since it was plugged in
 };
 
 }  // namespace haptic::tools

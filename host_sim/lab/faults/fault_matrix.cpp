@@ -105,10 +105,11 @@ void FaultJudge::measure_sends() {
   for (const FaultSample& sample : t_.samples) {
     if (const auto found = sent.find(accepted); found != sent.end()) arrived = found->second;
     accepted = sample.accepted;
-    if (sample.link == LinkState::kAbsent || !sample.drives_on) {
+    const auto forget = [&] {
       last.wrench = arrived.wrench = {};
       sent.clear();
-    }
+    };
+    if (!sample.drives_on) forget();
     for (const StackSend& send : sample.sent) {
       note_size(send.wrench);
       const auto share = [&](const StackSend& before) {
@@ -122,6 +123,7 @@ void FaultJudge::measure_sends() {
       last = send;
       if (!sample.drives_on) last.wrench = {};
     }
+    if (sample.link == LinkState::kAbsent) forget();  // what was sent went out before
   }
 }
 

@@ -29,6 +29,8 @@ class StackStage final : public FaultStage {
 
   [[nodiscard]] ReferenceUsb& bus() override { return stack_.bus(); }
   void emergency_stop() override { stack_.emergency_stop(); }
+  void stop_link() override { stack_.stop_link(); }
+  void suspend() override { stack_.suspend(); }
   void stall_servo(unsigned /*periods*/) override { stack_.stall_servo(true); }
   void spoil_commands(FaultCause cause) override;
   void lose_servo() override;

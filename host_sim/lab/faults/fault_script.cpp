@@ -176,6 +176,18 @@ void FaultScript::inject() {
     case FaultCause::kEmergencyCall:
       stage_.emergency_stop();
       break;
+    case FaultCause::kLinkStop:
+      stage_.stop_link();
+      break;
+    case FaultCause::kSuspended:
+      stage_.suspend();
+      break;
+    case FaultCause::kFirmwareRestart:
+      stage_.bus().with_model([&](auto& model) {
+        model.power_up();
+        if (cell_.state == FaultState::kStarting) model.set_faults(kDeviceNotHomed);
+      });
+      break;
     case FaultCause::kDeviceBits:
       stage_.bus().with_model([&](auto& model) {
         const bool starting = cell_.state == FaultState::kStarting;

@@ -84,6 +84,10 @@ class FaultStage {
 
   [[nodiscard]] virtual ReferenceUsb& bus() = 0;
   virtual void emergency_stop() = 0;
+  /// The call of the link.
+  virtual void stop_link() = 0;
+  /// The machine sleeps and wakes.
+  virtual void suspend() = 0;
   /// No tick for so many periods from now on.
   virtual void stall_servo(unsigned periods) = 0;
   /// The servo thread says what the cause makes of its commands, until `release_servo`.

@@ -67,6 +67,9 @@ constexpr Fault kFaults[] = {
     {"encoder jump 30 mm", FaultCause::kBus, on_bus(Kind::kEncoderJump, 1, kImpossible_m)},
     {"emergency stop of the device", FaultCause::kBus, on_bus(Kind::kEmergencyStop, kForLong)},
     {"emergency stop by call", FaultCause::kEmergencyCall, {}},
+    {"emergency stop of the link", FaultCause::kLinkStop, {}},
+    {"machine suspended", FaultCause::kSuspended, {}},
+    {"firmware restarted", FaultCause::kFirmwareRestart, {}},
     {"device deaf", FaultCause::kBus, on_bus(Kind::kDeaf, kForLong)},
     {"overheated", FaultCause::kDeviceBits, times(kDeviceOverheated)},
     {"drive fault", FaultCause::kDeviceBits, times(kDeviceDriveFault)},
@@ -168,6 +171,12 @@ constexpr FaultRule kRules[] = {
      kDeviceEmergencyStop, 0, "the button released"},
     {"emergency stop by call", "the servo tick", Out::kRampsToZero, kFaultEmergencyStop, 0, 0,
      kNothing},
+    {"emergency stop of the link", "DeviceLink::emergency_stop", Out::kRampsToZero,
+     kFaultEmergencyStop, kLinkStopCalled, 0, kNothing},
+    {"machine suspended", "CLOCK_BOOTTIME against CLOCK_MONOTONIC", Out::kRampsToZero, kFaultDevice,
+     kLinkSuspended, 0, kNothing},
+    {"firmware restarted", "five reports that advance behind the last one", Out::kCut, kFaultDevice,
+     kDeviceDriveFault, 0, kGoodReport},
     {"device deaf", "the device's watchdog; its report", Out::kCut, kFaultDevice,
      kDeviceWatchdogCut, kWatchdog_ms, "a command that it hears"},
     {"overheated", "the device's report", Out::kRampsToZero, kFaultDevice, kDeviceOverheated, 0,
@@ -228,7 +237,9 @@ constexpr std::pair<std::uint32_t, const char*> kDeviceNames[] = {
     {kLinkStaleCommand, "kLinkStaleCommand"},
     {kLinkServoLost, "kLinkServoLost"},
     {kLinkSendFailed, "kLinkSendFailed"},
-    {kLinkOtherDevice, "kLinkOtherDevice"}};
+    {kLinkOtherDevice, "kLinkOtherDevice"},
+    {kLinkStopCalled, "kLinkStopCalled"},
+    {kLinkSuspended, "kLinkSuspended"}};
 
 std::string names_of(std::uint32_t faults, Names names) {
   std::string text;
@@ -300,7 +311,7 @@ FaultExpectation expectation_of(const FaultCase& cell, const SafetyLimits& limit
   switch (cell.state) {
     case FaultState::kAbsent:  // there is neither device nor bus that could be at fault
       e.safety &= kFaultEmergencyStop | kFaultLateTick;
-      if (cause == FaultCause::kBus) e.safety = 0;
+      if (cause == FaultCause::kBus || cause == FaultCause::kLinkStop) e.safety = 0;
       // Told as soon as there is a device.
       e.device = 0;
       break;

@@ -38,6 +38,9 @@ enum class FaultCause : std::uint8_t {
   kPowerLost,        ///< the drives go with the device, which is away until it is plugged in again
   kOtherDevice,      ///< power lost, then plugged in again with weaker_block()
   kEmergencyCall,    ///< the call of the servo loop
+  kLinkStop,         ///< the call of the link
+  kSuspended,        ///< the machine sleeps and wakes
+  kFirmwareRestart,  ///< the device's counters start again, it does not leave the bus
   kDeviceBits,       ///< the device says so itself: Fault::event.count is its bits
   kServoStalled,     ///< no tick for Fault::event.count periods
   kServoLost,        ///< its process ends; another begins after Fault::event.count periods
@@ -58,7 +61,9 @@ struct Fault {
   /// Whether it exists without a bus.
   [[nodiscard]] bool without_bus() const {
     return cause != FaultCause::kBus && cause != FaultCause::kHoldOut &&
-           cause != FaultCause::kPowerLost && cause != FaultCause::kOtherDevice;
+           cause != FaultCause::kPowerLost && cause != FaultCause::kOtherDevice &&
+           cause != FaultCause::kLinkStop && cause != FaultCause::kSuspended &&
+           cause != FaultCause::kFirmwareRestart;
   }
 };
 

@@ -61,6 +61,7 @@ ThreadedLoop::ThreadedLoop(CoreSession& session, const ThreadedLoopSettings& set
   link.wake_servo = stack.report_clocked;
   link.retry_ns = 20 * stack.limits.period_ns;
   link.clock = settings_.link_clock;
+  link.slept = settings_.link_slept;
   link.clock_context = settings_.clock_context;
   link_ = std::make_unique<hal::UsbLink>(driver_, *mailboxes_[0], link);
   bus_.on_replug([this](int descriptor) { link_->set_wrapped_fd(descriptor); });

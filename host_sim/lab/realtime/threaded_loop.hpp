@@ -28,6 +28,7 @@ struct ThreadedLoopSettings {
   /// Clock of the link and of the ticks, called on their threads; null: CLOCK_MONOTONIC, which it
   /// must give.
   std::int64_t (*link_clock)(void* context) = nullptr;
+  std::int64_t (*link_slept)(void* context) = nullptr;
   std::int64_t (*tick_clock)(void* context) = nullptr;
   void* clock_context = nullptr;
 };

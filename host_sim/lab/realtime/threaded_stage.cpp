@@ -38,6 +38,7 @@ ThreadedLoopSettings ThreadedStage::settings_of(const StackSettings& stack) {
   ThreadedLoopSettings settings;
   settings.stack = stack;
   settings.link_clock = &ThreadedStage::link_clock;
+  settings.link_slept = &ThreadedStage::link_slept;
   settings.tick_clock = &ThreadedStage::tick_clock;
   settings.clock_context = this;
   return settings;
@@ -177,6 +178,10 @@ std::int64_t ThreadedStage::link_clock(void* self) {
     raise(stage.usb_late_ns_, now_ns - stage.last_look_ns_ - stage.period_ns_ / 2);
   stage.last_look_ns_ = now_ns;
   return now_ns;
+}
+
+std::int64_t ThreadedStage::link_slept(void* self) {
+  return static_cast<const ThreadedStage*>(self)->slept_ns_.load();
 }
 
 /// Asked for just before a tick, which is where a servo thread that hangs hangs.

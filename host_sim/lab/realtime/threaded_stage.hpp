@@ -32,6 +32,8 @@ class ThreadedStage final : public FaultStage, private hal::LinkObserver {
 
   [[nodiscard]] ReferenceUsb& bus() override { return loop_.bus(); }
   void emergency_stop() override { loop_.loop().emergency_stop(); }
+  void stop_link() override { loop_.link().emergency_stop(); }
+  void suspend() override { slept_ns_.fetch_add(1'000'000'000); }
   void stall_servo(unsigned periods) override;
   void spoil_commands(FaultCause cause) override { spoil_.store(cause); }
   void lose_servo() override;
@@ -60,6 +62,7 @@ class ThreadedStage final : public FaultStage, private hal::LinkObserver {
   void take_sends(FaultSample& sample);
   [[nodiscard]] HandAction note_begin(double t_s);
   static std::int64_t link_clock(void* self);
+  static std::int64_t link_slept(void* self);
   static std::int64_t tick_clock(void* self);
   static void saw(void* self, const ServoInput& input, const ServoResult& result);
   void note_tick(const ServoInput& input, const ServoResult& result) noexcept;
@@ -86,6 +89,7 @@ class ThreadedStage final : public FaultStage, private hal::LinkObserver {
   std::uint64_t servo_calls_before_ = 0;
   // Of the device's thread, read by the servo thread.
   std::atomic<std::int64_t> stalled_until_ns_{0};
+  std::atomic<std::int64_t> slept_ns_{0};  ///< the machine
   std::atomic<FaultCause> spoil_{FaultCause::kNothing};
 
   // Of the USB thread.
