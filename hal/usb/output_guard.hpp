@@ -41,6 +41,12 @@ class OutputGuard {
   /// loop's period is the one of longest_step_s.
   void follow_reports(std::int64_t period_ns) noexcept { report_period_ns_ = period_ns; }
 
+  /// What the driver made of the last output, where that is not the same: rounded, or withheld. The
+  /// next one starts from it, so that what was withheld does not come back in one step.
+  void delivered(const Wrench& delivered_d) noexcept {
+    if (is_finite(delivered_d)) output_.sent_d = delivered_d;
+  }
+
   /// The last output did not reach the device: the next one starts from what was sent before it.
   void not_delivered() noexcept { output_ = before_; }
 

@@ -230,14 +230,16 @@ void ReportFlow::drive() noexcept {
   follow_holder();
   follow_calls();
   follow_switches();
+  latch_present();
+  // Also where nothing can be sent now: the next report may be a good one again.
+  const bool held = (state_.switches & settings_.deadman) == settings_.deadman;
+  if (state_.link != LinkState::kReady || resting_ || !held) guard_.hold_back(command_);
   owed_ = transfers_->busy();
   if (owed_) {
     count_one(counters_.send_busy);
     return;
   }
   if (zero_delivered_) return release();
-  const bool held = (state_.switches & settings_.deadman) == settings_.deadman;
-  if (state_.link != LinkState::kReady || resting_ || !held) guard_.hold_back(command_);
   const GuardedOutput output = guard_.update(now, command_);
   faults_.raise(output.faults & ~guard_faults_);
   guard_faults_ = output.faults;
@@ -263,6 +265,7 @@ bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept
   count_one(counters_.sent);
   out_since_ns_ = now_ns;
   out_zero_ = is_zero(output.wrench_d);
+  guard_.delivered(delivered_d);
   state_.accepted_d = record_of(delivered_d);
   state_.accepted_tick = output.tick;
   note({.kind = LinkEventKind::kSend,
@@ -336,6 +339,7 @@ void ReportFlow::follow_servo(std::int64_t now_ns) noexcept {
   if (servo_lost_.exchange(false, std::memory_order_acq_rel)) {
     note({.kind = LinkEventKind::kServoLost});
     servo_lost_ns_ = now_ns;
+    guard_.hold_back(command_);
     guard_.latch(kLinkServoLost);
     faults_.set_present(kLinkServoLost, true);
   }
@@ -364,6 +368,17 @@ void ReportFlow::follow_holder() noexcept {
   guard_.latch(kLinkStaleCommand);
 }
 
+// A fault of the link does not wait for the servo thread to see it; and while it is there, what was
+// armed before, seen or not, does not count.
+void ReportFlow::latch_present() noexcept {
+  if (faults_.present() == 0) return;
+  take_command();
+  guard_.hold_back(command_);
+  const std::uint32_t wrong = faults_.present() & ~guard_.faults();
+  guard_.latch(wrong);
+  guard_faults_ |= wrong;
+}
+
 void ReportFlow::turn() noexcept {
   const std::int64_t now = now_ns();
   const bool due = until_turn_ns() == 0;
@@ -374,12 +389,7 @@ void ReportFlow::turn() noexcept {
     out_since_ns_ = now;
     transfers_->cancel_out();
   }
-  // A fault of the link does not wait for the servo thread to see it.
-  const std::uint32_t wrong = faults_.present() & ~guard_.faults();
-  if (wrong != 0) {
-    guard_.latch(wrong);
-    guard_faults_ |= wrong;
-  }
+  latch_present();
   if (due) {
     timed_ = true;
     drive();

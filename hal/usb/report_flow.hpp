@@ -76,6 +76,7 @@ class ReportFlow final : public TransferSink {
   void lose_send() noexcept;
   [[nodiscard]] bool send(std::int64_t now_ns, const GuardedOutput& output) noexcept;
   void follow_servo(std::int64_t now_ns) noexcept;
+  void latch_present() noexcept;
   void follow_holder() noexcept;
   void follow_calls() noexcept;
   void follow_switches() noexcept;

@@ -148,6 +148,23 @@ TEST_SUITE("hal.output_guard") {
     CHECK(s.guard.last().force_w == kForce_d);
   }
 
+  TEST_CASE("delivered: what the driver withheld comes back by the slew limit alone") {
+    Session s;
+    s.run(300, kForce_d, 1);
+    (void)s.on_time(kForce_d, 1);
+    s.guard.delivered(Wrench{});
+    const Real most_n = test_limits().slew_n_per_s * 1.0e-3_r;
+    const Real first_n = s.on_time(kForce_d, 1).wrench_d.force_w.norm();
+    CHECK(first_n > 0.0_r);
+    CHECK(first_n <= most_n * (1.0_r + 1.0e-6_r));
+    CHECK(s.run(10, kForce_d, 1).wrench_d.force_w == kForce_d);
+    // What is no number is not taken over.
+    Wrench broken;
+    broken.force_w.x() = std::numeric_limits<Real>::quiet_NaN();
+    s.guard.delivered(broken);
+    CHECK(s.on_time(kForce_d, 1).wrench_d.force_w == kForce_d);
+  }
+
   TEST_CASE("latch: ramps out by the slew limit, and stays out") {
     Session s;
     s.run(300, kForce_d, 1);
