@@ -44,7 +44,7 @@ class ScriptReader {
                "unknown key '" + std::string(key.str()) + "'; known here: format, [[fault]]");
     }
     const toml::node* format = root.get("format");
-    if (format == nullptr || format->value<std::int64_t>() != 1) {
+    if (format == nullptr || format->value_exact<std::int64_t>() != 1) {
       refuse(format == nullptr ? root.source() : format->source(),
              "not a fault script of this format; begin with format = 1");
     }

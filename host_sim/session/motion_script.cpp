@@ -263,8 +263,8 @@ MotionScript read_motion_script(const std::string& path) {
   MotionScript script;
   script.rate_hz = reader.number_or(root, "rate_hz", 1.0, kLargestRate_hz, script.rate_hz);
   if (const toml::node* seed = root.get("seed")) {
-    const auto value = seed->value<std::int64_t>();
-    if (!seed->is_integer() || !value || *value < 0) {
+    const auto value = seed->value_exact<std::int64_t>();
+    if (!value || *value < 0) {
       reader.refuse(seed->source(), "seed must be a whole number, not negative");
     }
     script.seed = static_cast<std::uint64_t>(*value);
