@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim usb-device [--seconds N] [--rate HZ] [--faults SCRIPT] [--hand H] [--scene S]
-// [--script MOTION] [--regrip S] [--priority P]
+// [--script MOTION] [--regrip S] [--priority P] [--wire FILE]
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/time.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
@@ -12,8 +13,10 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/hand_routine.hpp"
@@ -22,6 +25,8 @@
 #include "host_sim/device/usbip_carrier.hpp"
 #include "host_sim/device/vhci_port.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -29,14 +34,16 @@ namespace {
 constexpr double kPressing_s = 6.0;  // one round of the motion without a script
 
 struct UsbDeviceArguments {
-  std::string faults, hand = "light", scene, script;
+  std::string faults, hand = "light", scene, script, wire;
   std::optional<double> seconds;
   double rate_hz = 1000, regrip_s = 2;
   int priority = 0;
 };
 
 constinit std::atomic<bool> running = true;
+constinit std::atomic<unsigned> marks = 0;
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+static_assert(std::atomic<unsigned>::is_always_lock_free, "counted by a signal handler");
 
 void stop_at_signals(const std::optional<double>& seconds) {
   struct sigaction action {};
@@ -48,6 +55,66 @@ void stop_at_signals(const std::optional<double>& seconds) {
   end.it_value.tv_usec = static_cast<suseconds_t>(std::fmod(*seconds, 1.0) * 1.0e6);
   setitimer(ITIMER_REAL, &end, nullptr);
 }
+
+/// What the device was handed and what acted, per period, as CSV.
+class WireLog {
+ public:
+  explicit WireLog(const std::string& path) : path_(path) {
+    tools::claim_output(path, "--wire");
+    struct sigaction action {};
+    action.sa_handler = [](int) { marks.fetch_add(1, std::memory_order_relaxed); };
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGUSR1, &action, nullptr);
+    rows_.reserve(kRowsAtFirst);
+  }
+
+  void note_command(const ReferenceModel& m) {
+    ++commands_;
+    step_n_ = std::max(step_n_, (m.handed().force_w - handed_n_).norm());
+    handed_n_ = m.handed().force_w;
+  }
+
+  void note_period(const ReferenceModel& m) {
+    handed_n_ = m.handed().force_w;
+    rows_.push_back({m.time_s(), handed_n_, m.acting().force_w.norm(), step_n_, m.cuts(),
+                     marks.load(std::memory_order_relaxed), commands_, m.drives_on()});
+    step_n_ = 0;
+    commands_ = 0;
+  }
+
+  void write() const {
+    std::string text =
+        "t_s,handed_x_n,handed_y_n,handed_z_n,drives_on,acting_n,cuts,marks,commands,step_n\n";
+    for (const Row& r : rows_) {
+      char line[192];
+      const int size =
+          std::snprintf(line, sizeof line, "%.4f,%.4f,%.4f,%.4f,%d,%.4f,%u,%u,%u,%.4f\n", r.t_s,
+                        r.handed_n.x(), r.handed_n.y(), r.handed_n.z(), r.drives_on ? 1 : 0,
+                        r.acting_n, r.cuts, r.marks, r.commands, r.step_n);
+      text.append(line, static_cast<std::size_t>(std::max(size, 0)));
+    }
+    tools::write_files({{path_, std::as_bytes(std::span(text))}});
+  }
+
+ private:
+  struct Row {
+    double t_s = 0;
+    Vector handed_n;
+    double acting_n = 0, step_n = 0;
+    std::uint32_t cuts = 0;
+    unsigned marks = 0, commands = 0;
+    bool drives_on = false;
+  };
+  // A minute at the usual rate, before the first copy.
+  static constexpr std::size_t kRowsAtFirst = 60'000;
+
+  std::string path_;
+  std::vector<Row> rows_;
+  // Since the last period.
+  Vector handed_n_ = Vector::Zero();
+  double step_n_ = 0;
+  unsigned commands_ = 0;
+};
 
 /// Of this thread, and of those that it makes.
 void take_priority(int priority) {
@@ -100,6 +167,12 @@ int do_usb_device(const UsbDeviceArguments& o) {
   ReferenceUsb device(model, DevicePace::kRealTime, plug_in);
   if (!o.faults.empty())
     for (const DeviceFaultEvent& event : read_fault_script(o.faults, o.rate_hz)) device.add(event);
+  std::optional<WireLog> wire;
+  if (!o.wire.empty()) {
+    wire.emplace(o.wire);
+    device.on_period([&wire](const ReferenceModel& m) { wire->note_period(m); });
+    device.on_command([&wire](const ReferenceModel& m) { wire->note_command(m); });
+  }
   stop_at_signals(o.seconds);
   take_priority(o.priority);
   device.plug();
@@ -111,6 +184,7 @@ int do_usb_device(const UsbDeviceArguments& o) {
         m.time_s(), static_cast<unsigned long long>(std::llround(m.time_s() * o.rate_hz)),
         m.rejected(), m.cuts());
   });
+  if (wire) wire->write();
   return tools::kExitDone;
 }
 
@@ -141,6 +215,9 @@ Command add_usb_device_command(CLI::App& program) {
          "SCHED_FIFO priority of the device and of the kernel's threads for it, below those "
          "of the loop; default 0: ordinary")
       ->check(CLI::Range(0, 98));
+  app->add_option("--wire", o->wire,
+                  "CSV, written at the end: the force that the device was handed and the one that "
+                  "acted, per period; SIGUSR1 counts in column marks");
   return {app, [o] { return do_usb_device(*o); }, "host_sim usb-device --scene peg.rtscene"};
 }
 

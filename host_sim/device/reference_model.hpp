@@ -70,6 +70,8 @@ class ReferenceModel {
   [[nodiscard]] const DeviceState& state() const { return device_.state(); }
   /// Wrench on the handle in the last period.
   [[nodiscard]] const Load& acting() const { return acting_; }
+  /// Wrench of the last command accepted; zero while the drives are off.
+  [[nodiscard]] const Load& handed() const { return wrench_; }
   /// Work of the wrenches on the device so far [J].
   [[nodiscard]] double delivered_j() const { return device_.delivered_j(); }
   [[nodiscard]] double time_s() const;

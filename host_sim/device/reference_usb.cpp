@@ -73,7 +73,7 @@ int ReferenceUsb::out(std::uint8_t, std::span<const std::uint8_t> bytes) {
   {
     const std::lock_guard lock(mutex_);
     before = carriers_.back()->descriptor();
-    if (period_ >= deaf_until_) model_.command(bytes);
+    if (period_ >= deaf_until_ && model_.command(bytes) && command_seen_) command_seen_(model_);
     if (pace_ == DevicePace::kLockStep) step_to_next_report();
   }
   settle(before);
@@ -113,6 +113,14 @@ void ReferenceUsb::on_replug(std::function<void(int)> told) { told_ = std::move(
 BusCarrier& ReferenceUsb::carrier() {
   const std::lock_guard lock(mutex_);
   return *carriers_.back();
+}
+
+void ReferenceUsb::on_period(std::function<void(const ReferenceModel&)> seen) {
+  period_seen_ = std::move(seen);
+}
+
+void ReferenceUsb::on_command(std::function<void(const ReferenceModel&)> seen) {
+  command_seen_ = std::move(seen);
 }
 
 // Without the lock, for which the thread of an old bus may be waiting.
@@ -176,6 +184,7 @@ bool ReferenceUsb::step_locked() {
     stopped_until_ = 0;
   }
   model_.advance();
+  if (period_seen_) period_seen_(model_);
   bool under_way = false;
   for (const std::vector<std::uint8_t>& bytes : filter_.pass(period_, model_.report())) {
     BusCarrier& bus = *carriers_.back();

@@ -58,6 +58,10 @@ class ReferenceUsb final : public UsbFunction {
   /// Called with the descriptor after a replug by an event; on the thread whose call let the period
   /// pass, without a lock. Set before the first period.
   void on_replug(std::function<void(int descriptor)> told);
+  /// Called with the lock held, after each period and after each command that was accepted. Set
+  /// before the first period.
+  void on_period(std::function<void(const ReferenceModel&)> seen);
+  void on_command(std::function<void(const ReferenceModel&)> seen);
   /// The bus of the newest plug. Lives until kKeptCarriers plugs later.
   [[nodiscard]] BusCarrier& carrier();
 
@@ -101,6 +105,7 @@ class ReferenceUsb final : public UsbFunction {
   const DevicePace pace_;
   const CarrierMaker maker_;
   std::function<void(int)> told_;
+  std::function<void(const ReferenceModel&)> period_seen_, command_seen_;
 
   mutable std::mutex mutex_;                           ///< of all below; taken before the carrier's
   std::vector<std::unique_ptr<BusCarrier>> carriers_;  ///< old ones may still be open in the host
