@@ -10,7 +10,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPanelWidth = 360, kPanelHeight = 110, kLine = 46, kTop = 70, kSide = 50;
+constexpr double kPanelWidth = 360, kPanelHeight = 110, kLine = 46, kTop = 70, kSide = 84;
 constexpr double kNamesWidth = 620;
 constexpr std::size_t kNamesInLine = 90;
 constexpr double kShownBefore_s = 0.02, kShownAfter_s = 0.12, kShownMost_n = 12;
@@ -109,15 +109,19 @@ Course handed_in(const ProcessVerdict& v) {
   return course;
 }
 
-/// One curve can stand for both: they differ by less than its width, or by few milliseconds.
-bool are_alike(const Course& l, const Course& r) {
-  constexpr std::size_t kNear = 5;
-  constexpr double kNear_n = 0.6;
+/// One curve can stand for both: as shares of the force before (which is lower on a machine that
+/// wakes late) they differ by less than its width, or by few milliseconds.
+bool are_alike(const ProcessVerdict& left, const ProcessVerdict& right) {
+  constexpr std::size_t kNear = 8;
+  constexpr double kNearShare = 0.1;
+  const Course l = acting_in(left), r = acting_in(right);
+  const double l_n = std::max(left.found.before_n, 0.1), r_n = std::max(right.found.before_n, 0.1);
   for (std::size_t k = 0; k < std::min(l.t_s.size(), r.t_s.size()); ++k) {
     const std::size_t first = k - std::min(k, kNear);
     const std::size_t count = std::min(r.force_n.size(), k + kNear + 1) - first;
     const auto [least, most] = std::ranges::minmax(std::span(r.force_n).subspan(first, count));
-    if (l.force_n[k] < least - kNear_n || l.force_n[k] > most + kNear_n) return false;
+    const double share = l.force_n[k] / l_n;
+    if (share < least / r_n - kNearShare || share > most / r_n + kNearShare) return false;
   }
   return true;
 }
@@ -130,12 +134,12 @@ struct AlikeCells {
 std::string panel_of_process(const ProcessVerdict& v, double top) {
   const Panel panel{kSide,           top,           kPanelWidth, kPanelHeight,
                     -kShownBefore_s, kShownAfter_s, 0,           kShownMost_n};
-  std::string svg = panel_frame(panel, "", true);
+  std::string svg = panel_frame(panel, "force (N)", true);
   const Course acting = acting_in(v), handed = handed_in(v);
   svg += curve(panel, acting.t_s, acting.force_n, kRegionColour, 4);
   svg += curve(panel, handed.t_s, handed.force_n, kForceColour, 1.5);
   svg += line_at({panel.x_of(0), top}, {panel.x_of(0), top + kPanelHeight}, "#000000", 1, "3 2");
-  return svg + panel_box(panel) + text_at(kSide - 30, top - 8, "N", "start", 11);
+  return svg + panel_box(panel);
 }
 
 std::string names_at(const std::vector<std::string>& names, double top) {
@@ -157,10 +161,8 @@ std::string picture_of_processes(const std::vector<ProcessVerdict>& verdicts) {
   std::vector<AlikeCells> rows;
   for (const ProcessVerdict& v : verdicts) {
     if (v.cell.state != OperatorState::kArmedContact) continue;
-    const Course course = acting_in(v);
-    const auto alike = std::find_if(rows.begin(), rows.end(), [&](const AlikeCells& row) {
-      return are_alike(course, acting_in(*row.shown));
-    });
+    const auto alike = std::find_if(
+        rows.begin(), rows.end(), [&](const AlikeCells& row) { return are_alike(v, *row.shown); });
     if (alike != rows.end()) {
       alike->names.push_back(name_of(v));
     } else {
