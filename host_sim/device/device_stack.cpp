@@ -60,6 +60,7 @@ class DeviceStack::DirectLink final : private hal::UsbPort {
     if (count == 0) return;
     const std::span<const std::uint8_t> sent(bytes.data(), count);
     model_.command(sent);
+    guard_.delivered(delivered_d);
     state_.accepted_d = record_of(delivered_d);
     state_.accepted_tick = output.tick;
     static_cast<hal::LinkObserver&>(stack_).on_send(stack_.now_ns_, sent, output);

@@ -89,6 +89,12 @@ Bytes push(std::uint32_t sequence, std::array<std::int32_t, 3> force, bool drive
   return bytes_of(command);
 }
 
+/// The drives stay off until they were asked off once. Twice here, so that 1 is a newer sequence.
+void wake(ReferenceModel& model) {
+  REQUIRE(model.command(push(0x7fffffffu, {0, 0, 0}, false)));
+  REQUIRE(model.command(push(0xfffffffeu, {0, 0, 0}, false)));
+}
+
 hal::ReferenceReport read(const ReferenceModel& model) {
   hal::ReferenceReport report;
   REQUIRE(hal::decode(model.report(), report) == hal::CodecVerdict::kOk);
@@ -162,6 +168,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: acts in the next period, to the unit, and is confirmed") {
     ReferenceModel model({}, still);
+    wake(model);
     model.advance();
     CHECK(model.command(push(1, {123456, -7, 40000})));
     model.advance();
@@ -182,6 +189,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: beyond the limits it is shortened and not turned") {
     ReferenceModel model({}, still);
+    wake(model);
     hal::ReferenceCommand command;
     command.drives_on = true;
     command.sequence = 1;
@@ -195,6 +203,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: every flipped bit, wrong lengths and replays are rejected and counted") {
     ReferenceModel model({}, still);
+    wake(model);
     model.advance();
     REQUIRE(model.command(push(10, {100, 0, 0})));
     std::uint32_t rejected = 0;
@@ -233,6 +242,7 @@ TEST_SUITE("host_sim.reference_model") {
     ReferenceModelSettings settings;
     settings.device.delay_samples = 3;
     ReferenceModel model(settings, still);
+    wake(model);
     REQUIRE(model.command(push(1, {100000, 0, 0})));
     for (int k = 1; k <= 19; ++k) {
       static_cast<void>(model.command(push(1, {900000, 0, 0})));  // rejected: does not feed it
@@ -268,6 +278,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("emergency stop and faults: off at once, latched until acknowledged") {
     ReferenceModel model({}, still);
+    wake(model);
     REQUIRE(model.command(push(1, {100000, 0, 0})));
     model.advance();
     model.press_emergency_stop(true);
@@ -321,6 +332,7 @@ TEST_SUITE("host_sim.reference_model") {
       ReferenceModelSettings settings;
       settings.device.delay_samples = delay;
       ReferenceModel model(settings, still);
+      wake(model);
       for (std::uint32_t k = 1; k <= 12; ++k) {
         REQUIRE(model.command(push(k, {static_cast<std::int32_t>(k) * 1000, 0, 0})));
         model.advance();

@@ -35,7 +35,7 @@ bool answer_with_spring(const Bytes& bytes, hal::ReferenceCommand& command) {
   hal::ReferenceReport report;
   if (hal::decode(bytes, report) != hal::CodecVerdict::kOk) return false;
   command = {};
-  command.drives_on = true;
+  command.drives_on = report.accepted_sequence > 0;  // asked off once first
   command.sequence = report.accepted_sequence + 1;
   command.tick = report.sequence;
   for (std::size_t k = 0; k < 3; ++k) command.force[k] = -report.position[k] / 50;

@@ -28,8 +28,8 @@
 namespace haptic::tools {
 namespace {
 
-// Of rounding, against steps of newtons.
-constexpr double kSlack_n = 1e-6;
+// Of rounding to a device's units, from which the next step counts; steps are of newtons.
+constexpr double kSlack_n = 1e-4;
 
 constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
