@@ -33,8 +33,8 @@ class ZeroHolder {
   virtual void hold(const ZeroCommand& command) noexcept = 0;
   /// The device is about to be closed, or gone.
   virtual void release() noexcept = 0;
-  /// Grows whenever the holder has sent it of its own accord: the device has zero then, whatever
-  /// the link sent last.
+  /// Grows whenever the holder has sent it of its own accord: the device has zero then, no matter
+  /// what the link sent last.
   [[nodiscard]] virtual std::uint32_t sent() const noexcept = 0;
 };
 

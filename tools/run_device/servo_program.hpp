@@ -66,8 +66,8 @@ struct ServoClose {
   int loop_error = 0;                 ///< errno of a sleep that failed
 };
 
-/// ServoSeat::report of each servo process. Whatever stands there when it has gone wild, the reader
-/// takes no harm.
+/// ServoSeat::report of each servo process. The reader takes no harm from what a process that has
+/// gone wild leaves there.
 struct ServoBoard {
   NewestRecord<ServoStatus> status;
   std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
