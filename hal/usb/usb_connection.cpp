@@ -66,23 +66,6 @@ int usbfs_descriptor(libusb_device_handle* handle) {
 
 void on_control_end(libusb_transfer* transfer) { *static_cast<int*>(transfer->user_data) = 1; }
 
-int code_of_status(libusb_transfer_status status) {
-  switch (status) {
-    case LIBUSB_TRANSFER_COMPLETED:
-      return 0;
-    case LIBUSB_TRANSFER_NO_DEVICE:
-      return LIBUSB_ERROR_NO_DEVICE;
-    case LIBUSB_TRANSFER_STALL:
-      return LIBUSB_ERROR_PIPE;
-    case LIBUSB_TRANSFER_OVERFLOW:
-      return LIBUSB_ERROR_OVERFLOW;
-    case LIBUSB_TRANSFER_TIMED_OUT:
-      return LIBUSB_ERROR_TIMEOUT;
-    default:
-      return LIBUSB_ERROR_IO;
-  }
-}
-
 // As in /sys/bus/usb/devices; a root hub has no ports.
 std::string bus_path_of(libusb_device* device) {
   std::array<std::uint8_t, 8> ports{};
@@ -259,7 +242,7 @@ int UsbConnection::request(const ControlRequest& request, std::span<std::uint8_t
       timeval slice{0, static_cast<suseconds_t>(kSlice_ms * 1000)};
       (void)libusb_handle_events_timeout_completed(context_.get(), &slice, &ended);
     }
-    code = over ? LIBUSB_ERROR_TIMEOUT : code_of_status(transfer->status);
+    code = over ? LIBUSB_ERROR_TIMEOUT : code_of_transfer(transfer->status);
     if (code >= 0) moved = static_cast<std::size_t>(transfer->actual_length);
     if (to_host && moved > 0)
       std::copy_n(libusb_control_transfer_get_data(transfer), moved, bytes.begin());

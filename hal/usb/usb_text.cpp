@@ -70,6 +70,25 @@ std::string fix_of(const UsbName& device, HalStatus status) {
 
 }  // namespace
 
+int code_of_transfer(int transfer_status) noexcept {
+  switch (transfer_status) {
+    case LIBUSB_TRANSFER_COMPLETED:
+      return 0;
+    case LIBUSB_TRANSFER_NO_DEVICE:
+      return LIBUSB_ERROR_NO_DEVICE;
+    case LIBUSB_TRANSFER_STALL:
+      return LIBUSB_ERROR_PIPE;
+    case LIBUSB_TRANSFER_OVERFLOW:
+      return LIBUSB_ERROR_OVERFLOW;
+    case LIBUSB_TRANSFER_TIMED_OUT:
+      return LIBUSB_ERROR_TIMEOUT;
+    case LIBUSB_TRANSFER_CANCELLED:
+      return LIBUSB_ERROR_INTERRUPTED;
+    default:
+      return LIBUSB_ERROR_IO;
+  }
+}
+
 HalStatus status_of_libusb(int code, UsbAction action) noexcept {
   if (code >= 0) return HalStatus::kOk;
   if (action == UsbAction::kInitialise) return HalStatus::kUsbUnavailable;

@@ -31,6 +31,9 @@ struct UsbName {
 /// Status of a libusb code met while doing `action`.
 [[nodiscard]] HalStatus status_of_libusb(int code, UsbAction action) noexcept;
 
+/// The libusb code that says what the end of a transfer (libusb_transfer_status) says.
+[[nodiscard]] int code_of_transfer(int transfer_status) noexcept;
+
 /// One or more lines: which device, what was tried, libusb's name of the code, and the fix (udev
 /// rule, module to load, program to close).
 [[nodiscard]] std::string usb_trouble(const UsbName& device, UsbAction action, int code,

@@ -9,6 +9,7 @@
 
 #include "hal/device_link.hpp"
 #include "hal/usb/link_tape.hpp"
+#include "hal/usb/usb_text.hpp"
 
 namespace haptic::hal {
 namespace {
@@ -18,25 +19,6 @@ constexpr std::size_t kMostIn = 4;
 // before the output, whose transfers may well work, has come down for want of reports.
 constexpr std::int64_t kRefusedWait_ns = 2'000'000;
 constexpr std::size_t kMostInBytes = 2048;  // a report, rounded up to whole packets
-
-int code_of(libusb_transfer_status status) noexcept {
-  switch (status) {
-    case LIBUSB_TRANSFER_COMPLETED:
-      return 0;
-    case LIBUSB_TRANSFER_NO_DEVICE:
-      return LIBUSB_ERROR_NO_DEVICE;
-    case LIBUSB_TRANSFER_STALL:
-      return LIBUSB_ERROR_PIPE;
-    case LIBUSB_TRANSFER_OVERFLOW:
-      return LIBUSB_ERROR_OVERFLOW;
-    case LIBUSB_TRANSFER_TIMED_OUT:
-      return LIBUSB_ERROR_TIMEOUT;
-    case LIBUSB_TRANSFER_CANCELLED:
-      return LIBUSB_ERROR_INTERRUPTED;
-    default:
-      return LIBUSB_ERROR_IO;
-  }
-}
 
 }  // namespace
 
@@ -180,7 +162,7 @@ void UsbTransfers::on_end(libusb_transfer* transfer) {
 }
 
 void UsbTransfers::on_in_end(Slot& slot) noexcept {
-  const int code = code_of(slot.transfer->status);
+  const int code = code_of_transfer(slot.transfer->status);
   const bool reported = code == 0 && !stopping_ && !lost();
   if (reported) {
     in_errors_ = 0;
@@ -196,7 +178,7 @@ void UsbTransfers::on_in_end(Slot& slot) noexcept {
 
 void UsbTransfers::on_out_end(Slot& slot) noexcept {
   if (stopping_) return;
-  const int code = code_of(slot.transfer->status);
+  const int code = code_of_transfer(slot.transfer->status);
   const bool whole = code == 0 && slot.transfer->actual_length == slot.transfer->length;
   if (whole) {
     out_errors_ = 0;
@@ -222,7 +204,7 @@ void UsbTransfers::begin_clear(std::uint8_t endpoint, std::int64_t now_ns) noexc
 }
 
 void UsbTransfers::on_clear_end(Slot& slot) noexcept {
-  const int code = code_of(slot.transfer->status);
+  const int code = code_of_transfer(slot.transfer->status);
   if (stopping_ || lost() || code == LIBUSB_ERROR_INTERRUPTED) return;
   const bool is_out =
       (libusb_le16_to_cpu(libusb_control_transfer_get_setup(slot.transfer)->wIndex) &
