@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
+#include <sys/prctl.h>
 #include <sys/uio.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -89,7 +90,8 @@ DeviceProgram::DeviceProgram(const std::vector<std::string>& arguments, const st
   list.push_back(nullptr);
   pid_ = fork();
   if (pid_ == 0) {
-    setsid();  // a group of its own, to be signalled as one
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // nothing outlives a test that is killed
+    setsid();                          // a group of its own, to be signalled as one
     if (reader == ProgramReader::kTerminal) (void)ioctl(ends.writer, TIOCSCTTY, 0);
     if (dup2(ends.writer, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) _exit(126);
     execv(list[0], list.data());
