@@ -161,8 +161,9 @@ std::string picture_of_processes(const std::vector<ProcessVerdict>& verdicts) {
   std::vector<AlikeCells> rows;
   for (const ProcessVerdict& v : verdicts) {
     if (v.cell.state != OperatorState::kArmedContact) continue;
-    const auto alike = std::find_if(
-        rows.begin(), rows.end(), [&](const AlikeCells& row) { return are_alike(v, *row.shown); });
+    const auto alike = std::find_if(rows.begin(), rows.end(), [&](const AlikeCells& row) {
+      return v.cell.fault->output == row.shown->cell.fault->output && are_alike(v, *row.shown);
+    });
     if (alike != rows.end()) {
       alike->names.push_back(name_of(v));
     } else {
