@@ -274,7 +274,13 @@ DeviceModel device_of(const SceneParameters& parameters, double rate_hz) {
   if (d.damping_ns_per_m > 0) model.damping_ns_per_m = d.damping_ns_per_m;
   model.coulomb_force_n = d.coulomb_friction_n;
   model.encoder_step_m = d.encoder_step_m;
-  model.encoder_step_rad = parameters.coupling.encoder_step_rad;
+  model.encoder_step_rad = d.encoder_step_rad;
+  if (d.rotor_inertia_kg_m2[0] > 0) {
+    // The model turns alike about every axis: the lightest rotor with the least damping.
+    model.rotor_kg_m2 = *std::ranges::min_element(d.rotor_inertia_kg_m2);
+    model.rotor_damping_nms_per_rad = *std::ranges::min_element(d.rotor_damping_nms_per_rad);
+  }
+  model.coulomb_torque_nm = d.coulomb_torque_nm;
   model.max_force_n = d.max_force_n;
   model.max_torque_nm = d.max_torque_nm;
   const double samples = std::nearbyint(d.delay_s * rate_hz);

@@ -204,11 +204,63 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
                       in_range(c.max_translation_error_m, 0.0, kMaxSceneLength_m);
   const bool window = positive(c.max_window_s) && c.max_window_s <= kMaxWindow_s &&
                       in_range(c.min_window_s, 0.0, c.max_window_s);
-  const bool rest = finite(c.encoder_step_rad) && c.encoder_step_rad >= 0.0 && c.passivity <= 1 &&
-                    c.allow_active <= 1 && c.passes >= 1 && c.passes <= kMaxProxyPasses &&
-                    c.reserved == 0 && in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
+  const bool rest = finite(c.max_pull_n) && c.max_pull_n >= 0.0 && finite(c.max_turn_nm) &&
+                    c.max_turn_nm >= 0.0 && c.passivity <= 1 && c.allow_active <= 1 &&
+                    c.passes >= 1 && c.passes <= kMaxProxyPasses && c.reserved == 0 &&
+                    in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
   return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
                                                             : RtStatus::kBlobBadNumber;
+}
+
+RtStatus check::device(const DeviceParameters& d) noexcept {
+  if (d.given > 1 || d.reserved != 0) return RtStatus::kBlobBadNumber;
+  for (const double x :
+       {d.mass_kg, d.damping_ns_per_m, d.coulomb_friction_n, d.encoder_step_m, d.coulomb_torque_nm,
+        d.encoder_step_rad, d.max_force_n, d.max_torque_nm, d.max_force_rate_n_per_s,
+        d.max_torque_rate_nm_per_s, d.max_stiffness_n_per_m, d.max_damping_ns_per_m,
+        d.max_rotary_stiffness_nm_per_rad, d.delay_s}) {
+    if (!finite(x) || x < 0.0) return RtStatus::kBlobBadNumber;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const double j = d.rotor_inertia_kg_m2[k], b = d.rotor_damping_nms_per_rad[k];
+    if (!finite(j) || j < 0.0 || !finite(b) || b < 0.0) return RtStatus::kBlobBadNumber;
+    // An axis without inertia among others with one is an error of the table, not a light axis.
+    if ((j > 0.0) != (d.rotor_inertia_kg_m2[0] > 0.0)) return RtStatus::kBlobBadNumber;
+  }
+  return RtStatus::kOk;
+}
+
+RtStatus check::held(const HeldPartParameters& h) noexcept {
+  const double* const j = h.inertia_kg_m2;
+  bool zero = true;
+  for (int k = 0; k < 6; ++k) {
+    if (!finite(j[k])) return RtStatus::kBlobBadNumber;
+    zero = zero && !(absolute(j[k]) > 0.0);
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (!is_coordinate(h.centre_m[k]) ||
+        !in_range(absolute(h.gravity_m_per_s2[k]), 0.0, kMaxGravity_m_per_s2)) {
+      return RtStatus::kBlobBadNumber;
+    }
+    zero = zero && !(absolute(h.centre_m[k]) > 0.0) && !(absolute(h.gravity_m_per_s2[k]) > 0.0);
+  }
+  if (!in_range(h.mass_kg, 0.0, kMaxHeldMass_kg)) return RtStatus::kBlobBadNumber;
+  if (!(h.mass_kg > 0.0)) return zero ? RtStatus::kOk : RtStatus::kBlobBadNumber;
+  // Second moments S = integral of x x' dm = tr(J) / 2 - J, minus m c c': positive semidefinite.
+  const double half = 0.5 * (j[0] + j[1] + j[2]);
+  const double m = h.mass_kg;
+  const double* const c = h.centre_m;
+  const double xx = half - j[0] - m * c[0] * c[0], yy = half - j[1] - m * c[1] * c[1],
+               zz = half - j[2] - m * c[2] * c[2], xy = -j[3] - m * c[0] * c[1],
+               xz = -j[4] - m * c[0] * c[2], yz = -j[5] - m * c[1] * c[2];
+  const double t = 1.0e-9 * half;
+  const double minors[] = {(xx + t) * (yy + t) - xy * xy, (xx + t) * (zz + t) - xz * xz,
+                           (yy + t) * (zz + t) - yz * yz};
+  const double determinant =
+      (xx + t) * minors[2] - xy * (xy * (zz + t) - yz * xz) + xz * (xy * yz - (yy + t) * xz);
+  const bool body = half > 0.0 && finite(half) && xx + t > 0.0 && yy + t > 0.0 && zz + t > 0.0 &&
+                    minors[0] >= 0.0 && minors[1] >= 0.0 && minors[2] >= 0.0 && determinant >= 0.0;
+  return body ? RtStatus::kOk : RtStatus::kBlobBadNumber;
 }
 
 RtStatus check::envelope(const EnvelopeParameters& e) noexcept {
@@ -273,7 +325,11 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
     for (const double x : body.reference_m) {
       if (!check::is_coordinate(x)) return RtStatus::kBlobBadNumber;
     }
-    if (!in_range(body.friction, 0.0, b == 0 ? 0.0 : kMaxFriction)) return RtStatus::kBlobBadNumber;
+    const double most = b == 0 ? 0.0 : kMaxFriction;
+    if (!in_range(body.friction, 0.0, most) ||
+        !in_range(body.friction_static, body.friction, most)) {
+      return RtStatus::kBlobBadNumber;
+    }
     if (!check::finite(body.volume_m3) ||
         !(check::absolute(volume - body.volume_m3) <= 1e-6 * volume)) {
       return RtStatus::kBlobBadNumber;

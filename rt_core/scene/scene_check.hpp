@@ -34,6 +34,13 @@ template <typename T>
 /// format state. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus coupling(const CouplingParameters& c) noexcept;
 
+/// Every number of the device is finite and not negative. Answers kOk or kBlobBadNumber.
+[[nodiscard]] RtStatus device(const DeviceParameters& d) noexcept;
+
+/// The held part has no mass and no other number, or a mass whose inertia about the grip point is
+/// that of a body with its centre there, within rounding. Answers kOk or kBlobBadNumber.
+[[nodiscard]] RtStatus held(const HeldPartParameters& h) noexcept;
+
 /// The given parts of the envelope are a unit quaternion, an angle up to pi, a box that is not
 /// empty; the rest is zero. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;

@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 5;
+inline constexpr std::uint32_t kSceneVersion = 6;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -137,14 +137,23 @@ inline constexpr double kMaxCouplingDamping_ns_per_m = 1.0e12;
 inline constexpr double kMaxRotationError_rad = 3.0;
 inline constexpr double kMaxWindow_s = 1.0e3;
 inline constexpr double kMaxFriction = 2.0;
+/// Limits of the held part: mass [kg], acceleration of gravity [m/s^2].
+inline constexpr double kMaxHeldMass_kg = 1.0e6;
+inline constexpr double kMaxGravity_m_per_s2 = 1.0e4;
 
 enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
 
-/// Properties of the haptic device; SI units. A value of 0 in a limit means "not given".
+/// Properties of the haptic device, as they act at its handle; SI units. A value of 0 in a limit
+/// means "not given".
 struct DeviceParameters {
   double mass_kg, damping_ns_per_m, coulomb_friction_n, encoder_step_m;
+  double rotor_inertia_kg_m2[3];  ///< that the handle turns against about the axes of W; all 0:
+                                  ///< not given
+  double rotor_damping_nms_per_rad[3];  ///< about the same axes
+  double coulomb_torque_nm, encoder_step_rad;
   double max_force_n, max_torque_nm, max_force_rate_n_per_s, max_torque_rate_nm_per_s;
   double max_stiffness_n_per_m, max_damping_ns_per_m;
+  double max_rotary_stiffness_nm_per_rad;
   double delay_s;
   std::uint32_t given;  ///< 1 when the scene has a [device] table
   std::uint32_t reserved;
@@ -161,7 +170,8 @@ struct CouplingParameters {
   double max_translation_error_m;  ///< the anchor follows beyond; 0: no limit
   double min_window_s;             ///< of the twist estimator, 0 to max_window_s
   double max_window_s;             ///< of the twist estimator, > 0
-  double encoder_step_rad;         ///< angular step of the device; 0: not given
+  double max_pull_n;               ///< force at which the spring saturates; 0: no limit
+  double max_turn_nm;              ///< torque at which it does; 0: no limit
   double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
   std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
   std::uint32_t reserved;
@@ -183,6 +193,14 @@ struct EnvelopeParameters {
   std::uint32_t reserved;
 };
 
+/// The mass that the hand is to feel in the moving part; all zero: none.
+struct HeldPartParameters {
+  double mass_kg;              ///< >= 0
+  double inertia_kg_m2[6];     ///< matrix about the grip point in A's axes: xx, yy, zz, xy, xz, yz
+  double centre_m[3];          ///< of mass, from the grip point, A's axes
+  double gravity_m_per_s2[3];  ///< W's axes
+};
+
 struct SceneParameters {
   LawId law;
   std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
@@ -198,6 +216,7 @@ struct SceneParameters {
   DeviceParameters device;
   CouplingParameters coupling;
   EnvelopeParameters envelope;
+  HeldPartParameters held;
 };
 
 // Bodies and their pieces.
@@ -208,8 +227,9 @@ struct BodyRecord {
   double
       reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
   double volume_m3;    ///< of the solid (pieces of a cover counted once each)
-  double friction;     ///< static body: Coulomb coefficient against the moving body, 0 to 2;
-                       ///< moving: 0
+  double friction;     ///< static body: Coulomb coefficient against the moving body while it
+                       ///< slides, 0 to 2; moving: 0
+  double friction_static;  ///< the same while it sticks, `friction` to 2; moving: 0
   std::uint32_t piece_begin, piece_count;
   std::uint32_t plane_begin, plane_count;
   std::uint32_t name_offset, name_bytes;  ///< in kText
@@ -351,9 +371,10 @@ constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
 
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
               sizeof(SceneHeader) == 152);
-static_assert(sizeof(DeviceParameters) == 96 && sizeof(CouplingParameters) == 96 &&
-              sizeof(EnvelopeParameters) == 96 && sizeof(SceneParameters) == 416);
-static_assert(sizeof(BodyRecord) == 64 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20 &&
+static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 104 &&
+              sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
+              sizeof(SceneParameters) == 600);
+static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&

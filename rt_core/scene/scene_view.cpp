@@ -335,8 +335,7 @@ RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
   if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion && p.law != LawId::kProxy)
     return RtStatus::kBlobBadNumber;
-  if (p.motion_limits_given > 1 || p.device.given > 1 || p.device.reserved != 0)
-    return RtStatus::kBlobBadNumber;
+  if (p.motion_limits_given > 1) return RtStatus::kBlobBadNumber;
   if (!check::positive(p.k_f_n_per_m) || !check::positive(p.rate_hz) ||
       p.k_f_n_per_m > kMaxStiffness_n_per_m) {
     return RtStatus::kBlobBadNumber;
@@ -353,16 +352,15 @@ RtStatus SceneView::check_parameters() const noexcept {
     q2 += x * x;
   }
   if (!(q2 > 1.0 - 1e-6 && q2 < 1.0 + 1e-6)) return RtStatus::kBlobBadNumber;
-  const DeviceParameters& d = p.device;
-  for (const double x : {p.max_linear_speed_m_per_s, p.max_angular_speed_rad_per_s, d.mass_kg,
-                         d.damping_ns_per_m, d.coulomb_friction_n, d.encoder_step_m, d.max_force_n,
-                         d.max_torque_nm, d.max_force_rate_n_per_s, d.max_torque_rate_nm_per_s,
-                         d.max_stiffness_n_per_m, d.max_damping_ns_per_m, d.delay_s}) {
+  for (const double x : {p.max_linear_speed_m_per_s, p.max_angular_speed_rad_per_s}) {
     if (!check::finite(x) || x < 0.0) return RtStatus::kBlobBadNumber;
   }
   if (!check::within(p.name_offset, p.name_bytes, text_.size())) return RtStatus::kBlobBadIndex;
-  const RtStatus status = check::envelope(p.envelope);
-  return status == RtStatus::kOk ? check::coupling(p.coupling) : status;
+  for (const RtStatus status : {check::device(p.device), check::envelope(p.envelope),
+                                check::held(p.held), check::coupling(p.coupling)}) {
+    if (status != RtStatus::kOk) return status;
+  }
+  return RtStatus::kOk;
 }
 
 }  // namespace haptic

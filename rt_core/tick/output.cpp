@@ -36,7 +36,7 @@ void OutputStage::read_scene(const SceneView& scene) noexcept {
   ramp_ = WrenchRamp(ramp);
   TwistWindow window;
   window.step_m = static_cast<Real>(d.encoder_step_m);
-  window.step_rad = static_cast<Real>(c.encoder_step_rad);
+  window.step_rad = static_cast<Real>(d.encoder_step_rad);
   window.min_window_s = static_cast<Real>(c.min_window_s);
   window.max_window_s = static_cast<Real>(c.max_window_s);
   for (TwistEstimator& estimator : twist_) estimator = TwistEstimator(window);

@@ -39,7 +39,8 @@ void check_scene(const haptic::tools::SceneFile& scene) {
     require(!x || (std::isfinite(*x) && *x > 0.0), "gains of the coupling are positive");
   }
   for (const haptic::tools::FrictionPair& pair : scene.friction) {
-    require(pair.mu >= 0.0 && pair.mu <= 2.0, "coefficients lie from 0 to 2");
+    require(pair.mu >= 0.0 && pair.mu <= pair.mu_static && pair.mu_static <= 2.0,
+            "coefficients lie from 0 to 2, the static one above");
   }
 }
 

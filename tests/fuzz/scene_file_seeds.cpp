@@ -13,7 +13,7 @@ const char* const kLeast =
 const char* const kEveryKey =
     "# all keys\nformat = 1\nname = \"every key \\u00e9\"\n"
     "[moving]\nmesh = \"tetrahedron.obj\"\nscale_to_m = [0.001, 0.002, 1e-3]\nmaterial = \"pom\"\n"
-    "grip_m = [-0.02, 0.012, 0.025]\n"
+    "grip_m = [-0.02, 0.012, 0.025]\nmass_kg = 0.3\ngravity_m_per_s2 = [0, 0, -9.81]\n"
     "[start]\nposition_m = [0.02, -0.015, 0.025]\n"
     "quaternion = { w = 0.6, x = 0.8, y = 0.0, z = -0.0 }\n"
     "[[static]]\nmesh = \"box.stl\"\nscale_to_m = 0.001\nposition_m = [0, 1, 2]\nmaterial = "
@@ -27,11 +27,13 @@ const char* const kEveryKey =
     "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 0.5\ncoulomb_friction_n = 0.1\n"
     "encoder_step_m = 1e-5\nmax_force_n = 12\nmax_torque_nm = 0.3\nmax_force_rate_n_per_s = 1e4\n"
     "max_torque_rate_nm_per_s = 1e3\nmax_stiffness_n_per_m = 3000\nmax_damping_ns_per_m = 5\n"
-    "delay_s = 0.0005\nencoder_step_rad = 1e-4\n[coupling]\nk_t_n_per_m = 700\nlength_m = 0.02\n"
+    "delay_s = 0.0005\nencoder_step_rad = 1e-4\nrotor_inertia_kg_m2 = [1e-4, 2e-4, 1e-4]\n"
+    "rotor_damping_nms_per_rad = 1e-3\ncoulomb_torque_nm = 0.01\n"
+    "max_rotary_stiffness_nm_per_rad = 5\n[coupling]\nk_t_n_per_m = 700\nlength_m = 0.02\n"
     "damping_ns_per_m = 1\ndamping_share = 0.5\nmax_rotation_error_rad = 0.5\n"
     "max_translation_error_m = 0.01\nmin_window_s = 0.001\nmax_window_s = 0.02\npassivity = true\n"
     "allow_active = false\n[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = "
-    "0.3\n[cleaning]\nplane_tolerance_m = 1e-6\n"
+    "0.3\nmu_static = 0.4\n[cleaning]\nplane_tolerance_m = 1e-6\n"
     "[budget]\nconstants_bytes = 1_000_000\nstate_bytes = 0x10000\nstack_bytes = 8192\n";
 
 const char* const kSpellings =

@@ -159,7 +159,10 @@ std::vector<Seed> seeds() {
   proxy.parameters.law = LawId::kProxy;
   proxy.moving.position_m = kFreeStart_m;
   tools::SceneDescription rough = proxy;
-  rough.statics[0].friction = kMaxFriction;
+  rough.statics[0].friction = 0.5 * kMaxFriction;
+  rough.statics[0].friction_static = kMaxFriction;
+  rough.parameters.held.mass_kg = 0.5;
+  rough.parameters.held.gravity_m_per_s2[2] = -9.81;
   const std::string huge = scaled(unit, kMaxSceneLength_m);
   return loaded({{"huge", huge},
                  {"huge_stiff", stiffened(huge)},

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <vector>
@@ -109,7 +111,8 @@ TEST_SUITE("rt_core.scene_view") {
                             {&CouplingParameters::max_translation_error_m, 0, 1e6, -1e-9, 1.1e6},
                             {&CouplingParameters::min_window_s, 0, 0.02, -0.001, 0.021},
                             {&CouplingParameters::max_window_s, 0.001, 1e3, 0.0009, 1.1e3},
-                            {&CouplingParameters::encoder_step_rad, 0, 1, -1e-9, infinite}};
+                            {&CouplingParameters::max_pull_n, 0, 1e300, -1e-9, infinite},
+                            {&CouplingParameters::max_turn_nm, 0, 1e300, -1e-9, infinite}};
     for (const Range& r : ranges) {
       CAPTURE(&r - ranges);
       for (const double x : {r.least, r.most}) {
@@ -137,16 +140,84 @@ TEST_SUITE("rt_core.scene_view") {
 
   TEST_CASE("open: static bodies rub with a coefficient from 0 to 2, the moving one has none") {
     const std::vector<std::byte> blob = tetra_box_blob();
-    const auto with = [&](std::size_t body, double friction) {
-      return changed_section<BodyRecord>(blob, SectionId::kBodies,
-                                         [&](BodyRecord* b) { b[body].friction = friction; });
+    const auto with = [&](std::size_t body, double sliding, double sticking) {
+      return changed_section<BodyRecord>(blob, SectionId::kBodies, [&](BodyRecord* b) {
+        b[body].friction = sliding;
+        b[body].friction_static = sticking;
+      });
     };
-    CHECK(with(1, 0.3) == RtStatus::kOk);
-    CHECK(with(1, kMaxFriction) == RtStatus::kOk);
+    CHECK(with(1, 0.3, 0.3) == RtStatus::kOk);
+    CHECK(with(1, 0.0, kMaxFriction) == RtStatus::kOk);
+    CHECK(with(1, kMaxFriction, kMaxFriction) == RtStatus::kOk);
     for (const double x : {-0.1, 2.1, std::nan("")}) {
-      CHECK(with(1, x) == RtStatus::kBlobBadNumber);
+      CHECK(with(1, x, x) == RtStatus::kBlobBadNumber);
+      CHECK(with(1, 0.0, x) == RtStatus::kBlobBadNumber);
     }
-    CHECK(with(0, 0.3) == RtStatus::kBlobBadNumber);
+    CHECK(with(1, 0.3, 0.29) == RtStatus::kBlobBadNumber);
+    CHECK(with(0, 0.3, 0.3) == RtStatus::kBlobBadNumber);
+    CHECK(with(0, 0.0, 0.3) == RtStatus::kBlobBadNumber);
+  }
+
+  TEST_CASE("open: a device states no negative number, and a rotor about all axes or none") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](auto change) {
+      return changed_section<SceneParameters>(blob, SectionId::kParameters,
+                                              [&](SceneParameters* p) { change(p->device); });
+    };
+    const double infinite = std::numeric_limits<double>::infinity();
+    for (const auto member :
+         {&DeviceParameters::mass_kg, &DeviceParameters::coulomb_friction_n,
+          &DeviceParameters::coulomb_torque_nm, &DeviceParameters::encoder_step_rad,
+          &DeviceParameters::max_rotary_stiffness_nm_per_rad, &DeviceParameters::delay_s}) {
+      CHECK(with([&](DeviceParameters& d) { d.*member = 1.0; }) == RtStatus::kOk);
+      for (const double x : {-1e-300, infinite, std::nan("")}) {
+        CHECK(with([&](DeviceParameters& d) { d.*member = x; }) == RtStatus::kBlobBadNumber);
+      }
+    }
+    const auto rotor = [&](std::array<double, 3> inertia, std::array<double, 3> damping) {
+      return with([&](DeviceParameters& d) {
+        std::ranges::copy(inertia, d.rotor_inertia_kg_m2);
+        std::ranges::copy(damping, d.rotor_damping_nms_per_rad);
+      });
+    };
+    CHECK(rotor({1e-4, 2e-4, 3e-4}, {0, 1e-3, 0}) == RtStatus::kOk);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const double x : {0.0, -1e-4, infinite, std::nan("")}) {
+        std::array<double, 3> inertia{1e-4, 2e-4, 3e-4}, damping{1e-3, 1e-3, 1e-3};
+        inertia[axis] = x;
+        CHECK(rotor(inertia, damping) == RtStatus::kBlobBadNumber);
+        if (x == 0.0) continue;
+        damping[axis] = x;
+        CHECK(rotor({1e-4, 2e-4, 3e-4}, damping) == RtStatus::kBlobBadNumber);
+      }
+    }
+  }
+
+  TEST_CASE("open: a held part is all zero or has the inertia of a body about its grip") {
+    const std::vector<std::byte> blob = tetra_box_blob();
+    const auto with = [&](auto change) {
+      return changed_section<SceneParameters>(
+          blob, SectionId::kParameters, [&](SceneParameters* p) {
+            // A rod of 0.3 kg and 0.2 m along z, held at its end.
+            p->held = {0.3, {0.004, 0.004, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}, {0.0, 0.0, -9.81}};
+            change(p->held);
+          });
+    };
+    CHECK(with([](HeldPartParameters&) {}) == RtStatus::kOk);
+    CHECK(with([](HeldPartParameters& h) { h = HeldPartParameters{}; }) == RtStatus::kOk);
+    CHECK(with([](HeldPartParameters& h) { h.mass_kg = 0; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.mass_kg = -0.3; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.mass_kg = 1.1e6; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.inertia_kg_m2[0] = 0.0; }) ==
+          RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.inertia_kg_m2[3] = 0.001; }) ==
+          RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.inertia_kg_m2[5] = std::nan(""); }) ==
+          RtStatus::kBlobBadNumber);
+    // Its centre would have more inertia about the grip than the whole part.
+    CHECK(with([](HeldPartParameters& h) { h.centre_m[2] = 0.12; }) == RtStatus::kBlobBadNumber);
+    CHECK(with([](HeldPartParameters& h) { h.gravity_m_per_s2[1] = 1.1e4; }) ==
+          RtStatus::kBlobBadNumber);
   }
 
   TEST_CASE("open: a section with an unknown id is skipped") {

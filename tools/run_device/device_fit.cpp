@@ -75,7 +75,7 @@ class Fit {
                 {"damping_ns_per_m", d.damping_ns_per_m, device_.damping_ns_per_m},
                 {"coulomb_friction_n", d.coulomb_friction_n, device_.coulomb_friction_n},
                 {"encoder_step_m", d.encoder_step_m, device_.encoder_step_m},
-                {"encoder_step_rad", q_.scene.coupling.encoder_step_rad, device_.encoder_step_rad},
+                {"encoder_step_rad", d.encoder_step_rad, device_.encoder_step_rad},
                 {"max_force_n", d.max_force_n, device_.max_force_n},
                 {"max_torque_nm", d.max_torque_nm, device_.max_torque_nm}};
     std::string list;

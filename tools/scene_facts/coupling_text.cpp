@@ -47,7 +47,8 @@ std::string coupling_as_text(const SceneFacts& facts) {
   text += c.max_translation_error_m > 0 ? short_length(c.max_translation_error_m)
                                         : std::string("none in translation");
   text += formatted("; twist over %.9g to %.9g s", c.min_window_s, c.max_window_s);
-  if (c.encoder_step_rad > 0) text += formatted(", encoder step %.9g rad", c.encoder_step_rad);
+  if (c.max_pull_n > 0) text += formatted(", spring up to %.9g N", c.max_pull_n);
+  if (c.max_turn_nm > 0) text += formatted(", up to %.9g N m", c.max_turn_nm);
   text += c.passivity != 0 ? "; passivity controller on" : "; no passivity controller";
   text += c.allow_active != 0 ? "; gains beyond the budget allowed\n" : "\n";
   if (facts.parameters.law != LawId::kProxy) {
@@ -73,7 +74,9 @@ Json coupling_as_json(const SceneFacts& facts) {
           {"max_translation_error_m", c.max_translation_error_m},
           {"min_window_s", c.min_window_s},
           {"max_window_s", c.max_window_s},
-          {"encoder_step_rad", c.encoder_step_rad},
+          {"encoder_step_rad", facts.parameters.device.encoder_step_rad},
+          {"max_pull_n", c.max_pull_n},
+          {"max_turn_nm", c.max_turn_nm},
           {"passes", c.passes},
           {"tolerance_m", c.tolerance_m},
           {"passivity", c.passivity != 0},

@@ -54,6 +54,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
           {"friction", body.friction},
+          {"friction_static", body.friction_static},
           {"simplified", simplified_json(body)},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
@@ -95,7 +96,19 @@ Json parameters_json(const SceneParameters& p) {
                         {"max_torque_rate_nm_per_s", d.max_torque_rate_nm_per_s},
                         {"max_stiffness_n_per_m", d.max_stiffness_n_per_m},
                         {"max_damping_ns_per_m", d.max_damping_ns_per_m},
-                        {"delay_s", d.delay_s}};
+                        {"delay_s", d.delay_s},
+                        {"rotor_inertia_kg_m2", d.rotor_inertia_kg_m2},
+                        {"rotor_damping_nms_per_rad", d.rotor_damping_nms_per_rad},
+                        {"coulomb_torque_nm", d.coulomb_torque_nm},
+                        {"encoder_step_rad", d.encoder_step_rad},
+                        {"max_rotary_stiffness_nm_per_rad", d.max_rotary_stiffness_nm_per_rad}};
+  }
+  const HeldPartParameters& h = p.held;
+  if (h.mass_kg > 0) {
+    result["held_part"] = {{"mass_kg", h.mass_kg},
+                           {"inertia_kg_m2", h.inertia_kg_m2},
+                           {"centre_m", h.centre_m},
+                           {"gravity_m_per_s2", h.gravity_m_per_s2}};
   }
   return result;
 }

@@ -50,7 +50,10 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
         formatted("    SIMPLIFIED: surface within %.6g m of that of the mesh, volume %+.6g m3\n",
                   body.simplified->distance_m, body.simplified->volume_change_m3);
   }
-  if (index > 0) text += formatted("    friction %.9g against the moving part\n", body.friction);
+  if (index > 0) {
+    text += formatted("    friction %.9g against the moving part, %.9g while it sticks\n",
+                      body.friction, body.friction_static);
+  }
   for (std::size_t i = 0; i < std::min(body.pieces.size(), kShownRows); ++i) {
     const PieceFacts& p = body.pieces[i];
     text += formatted(
@@ -84,12 +87,27 @@ std::string parameters_text(const SceneParameters& p) {
         "  device: mass %.9g kg, damping %.9g N s/m, friction %.9g N, encoder step %.9g m, delay "
         "%.9g s\n"
         "  device limits (0: not given): %.9g N, %.9g N m, %.9g N/s, %.9g N m/s, %.9g N/m, %.9g N "
-        "s/m\n",
+        "s/m, %.9g N m/rad\n"
+        "  rotor: inertia (%.9g, %.9g, %.9g) kg m2, damping (%.9g, %.9g, %.9g) N m s/rad, friction "
+        "%.9g N m, encoder step %.9g rad\n",
         d.mass_kg, d.damping_ns_per_m, d.coulomb_friction_n, d.encoder_step_m, d.delay_s,
         d.max_force_n, d.max_torque_nm, d.max_force_rate_n_per_s, d.max_torque_rate_nm_per_s,
-        d.max_stiffness_n_per_m, d.max_damping_ns_per_m);
+        d.max_stiffness_n_per_m, d.max_damping_ns_per_m, d.max_rotary_stiffness_nm_per_rad,
+        d.rotor_inertia_kg_m2[0], d.rotor_inertia_kg_m2[1], d.rotor_inertia_kg_m2[2],
+        d.rotor_damping_nms_per_rad[0], d.rotor_damping_nms_per_rad[1],
+        d.rotor_damping_nms_per_rad[2], d.coulomb_torque_nm, d.encoder_step_rad);
   } else {
     text += "  no device given\n";
+  }
+  const HeldPartParameters& h = p.held;
+  if (h.mass_kg > 0) {
+    text += formatted(
+        "  held part: %.9g kg, centre (%.9g, %.9g, %.9g) m from the grip, gravity (%.9g, %.9g, "
+        "%.9g) m/s2\n"
+        "  inertia about the grip (%.9g, %.9g, %.9g, xy %.9g, xz %.9g, yz %.9g) kg m2\n",
+        h.mass_kg, h.centre_m[0], h.centre_m[1], h.centre_m[2], h.gravity_m_per_s2[0],
+        h.gravity_m_per_s2[1], h.gravity_m_per_s2[2], h.inertia_kg_m2[0], h.inertia_kg_m2[1],
+        h.inertia_kg_m2[2], h.inertia_kg_m2[3], h.inertia_kg_m2[4], h.inertia_kg_m2[5]);
   }
   return text;
 }

@@ -179,6 +179,7 @@ SceneFacts facts_of(const SceneView& view) {
               body.reference_m.begin());
     body.volume_m3 = record.volume_m3;
     body.friction = record.friction;
+    body.friction_static = record.friction_static;
     body.planes = record.plane_count;
     for (std::uint32_t i = 0; i < record.piece_count; ++i) {
       body.pieces.push_back(piece_facts(view.piece(record.piece_begin + i)));

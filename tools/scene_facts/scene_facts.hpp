@@ -72,7 +72,8 @@ struct BodyFacts {
   std::string name;
   std::array<double, 3> reference_m{0, 0, 0};
   double volume_m3 = 0.0;
-  double friction = 0.0;                     ///< against the moving part
+  double friction = 0.0;                     ///< against the moving part, while it slides
+  double friction_static = 0.0;              ///< the same while it sticks
   std::optional<SimplifiedBody> simplified;  ///< absent: the solid of its mesh
   std::uint32_t planes = 0;
   std::vector<PieceFacts> pieces;

@@ -43,6 +43,7 @@ PlacedBody body_of(const SceneView& view, std::uint32_t index) {
   placed.body.name = view.text(record.name_offset, record.name_bytes);
   placed.body.volume_m3 = record.volume_m3;
   placed.friction = record.friction;
+  placed.friction_static = record.friction_static;
   for (std::uint32_t i = 0; i < record.piece_count; ++i) {
     placed.body.pieces.push_back(piece_of(view.piece(record.piece_begin + i)));
   }

@@ -158,6 +158,7 @@ TEST_SUITE("tools.coupling_choice") {
     REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
     CHECK(view.parameters().law == LawId::kProxy);
     CHECK(view.bodies()[1].friction == 0.3);
+    CHECK(view.bodies()[1].friction_static == 0.3);
     const auto noted = [](const CompiledScene& scene, const std::string& words) {
       return has(report_as_text(scene), "note: " + words);
     };

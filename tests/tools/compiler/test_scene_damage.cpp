@@ -54,10 +54,30 @@ tools::SceneDescription general_scene() {
   scene.parameters.motion_limits_given = 1;
   scene.parameters.max_linear_speed_m_per_s = 0.7;
   scene.parameters.max_angular_speed_rad_per_s = 5.0;
-  scene.parameters.device = {0.1, 1.5, 0.2, 1e-5, 9.0, 0.7, 1e3, 50.0, 2e3, 3.0, 0.001, 1, 0};
-  scene.parameters.coupling = {900.0, 0.7,  0.9,  0.45, 0.31, 0.011, 0.0015,
-                               0.025, 3e-4, 3e-7, 4,    0,    1,     0};
+  scene.parameters.device = {0.1,
+                             1.5,
+                             0.2,
+                             1e-5,
+                             {1.1e-4, 1.3e-4, 1.7e-4},
+                             {1e-3, 2e-3, 3e-3},
+                             0.01,
+                             1e-4,
+                             9.0,
+                             0.7,
+                             1e3,
+                             50.0,
+                             2e3,
+                             3.0,
+                             1.9,
+                             0.001,
+                             1,
+                             0};
+  scene.parameters.coupling = {900.0, 0.7, 0.9,  0.45, 0.31, 0.011, 0.0015, 0.025,
+                               9.0,   0.7, 3e-7, 4,    0,    1,     0};
+  scene.parameters.held.mass_kg = 0.37;
+  scene.parameters.held.gravity_m_per_s2[2] = -9.81;
   scene.statics[0].friction = 0.3;
+  scene.statics[0].friction_static = 0.4;
   scene.statics[1].friction = 0.17;
   scene.statics[1].simplified = {3.1e-4, -2.7e-8};
   return scene;

@@ -122,6 +122,11 @@ inline constexpr SceneFileAddition kAdditions[] = {
     {"[coupling]\npassivity = 1", "15:13: ", "give true or false"},
     {"[coupling]\npassivity = true", "15:13: ", "give [device] mass_kg"},
     {"[device]\nencoder_step_rad = -1", "15:20: ", "at least 0"},
+    {"[device]\nrotor_inertia_kg_m2 = 0", "15:23: ", "above 0"},
+    {"[device]\nrotor_inertia_kg_m2 = [1e-4, 1e-4]", "15:23: ", "three"},
+    {"[device]\nrotor_damping_nms_per_rad = 1e-3", "15:29: ", "give rotor_inertia_kg_m2 too"},
+    {"[[friction]]\nmaterials = [\"a\", \"b\"]\nmu = 0.3\nmu_static = 0.2",
+     "17:13: ", "is below mu"},
     {"epsilon_m = 0.0", "14:13: ", "above 0 and at most 0.1"},
     {"epsilon_m = 1", "14:13: ", "at most 0.1"},
     {"[loop]\nrate_hz = 0.5", "15:11: ", "from 1 to 100000"},
@@ -279,7 +284,10 @@ TEST_SUITE("tools.scene_file") {
         "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\ncoulomb_friction_n = 0.2\n"
         "encoder_step_m = 1e-5\nmax_force_n = 9\nmax_torque_nm = 0.5\nmax_force_rate_n_per_s = "
         "1e3\n"
-        "max_torque_rate_nm_per_s = 50\nmax_stiffness_n_per_m = 2000\nmax_damping_ns_per_m = 3\n"
+        "max_torque_rate_nm_per_s = 50\nrotor_inertia_kg_m2 = [1e-4, 2e-4, 3e-4]\n"
+        "rotor_damping_nms_per_rad = 2e-3\ncoulomb_torque_nm = 0.01\n"
+        "max_rotary_stiffness_nm_per_rad = 7\nmax_stiffness_n_per_m = 2000\nmax_damping_ns_per_m = "
+        "3\n"
         "delay_s = 0.001\nencoder_step_rad = 3e-4\n"
         "[budget]\nconstants_bytes = 1000\nstate_bytes = 2000\nstack_bytes = 3000\n"
         "pair_visits = 12\n[memory]\ngraph_bytes = 1000000\n"
@@ -287,8 +295,9 @@ TEST_SUITE("tools.scene_file") {
         "[coupling]\nk_t_n_per_m = 900\nk_r_nm_per_rad = 0.5\ndamping_ns_per_m = 2\n"
         "damping_share = 0.25\nmax_rotation_error_rad = 0.3\nmax_translation_error_m = 0.008\n"
         "min_window_s = 0.002\nmax_window_s = 0.03\npassivity = false\nallow_active = true\n"
-        "[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = 0.3\n";
-    text = replaced(text, "grip_m", "material = \"pom\"\ngrip_m");
+        "[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = 0.3\nmu_static = 0.4\n";
+    text = replaced(text, "grip_m",
+                    "material = \"pom\"\nmass_kg = 0.4\ngravity_m_per_s2 = [1, 0, -2]\ngrip_m");
     text = replaced(text, "[[static]]\n", "[[static]]\nmaterial = \"steel\"\n");
     const SceneFile scene =
         parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
@@ -305,7 +314,7 @@ TEST_SUITE("tools.scene_file") {
               d.max_stiffness_n_per_m + d.max_damping_ns_per_m + d.delay_s ==
           doctest::Approx(0.1 + 1 + 0.2 + 1e-5 + 9 + 0.5 + 1000 + 50 + 2000 + 3 + 0.001));
     CHECK(scene.budget.constants->bytes == 1000);
-    CHECK(scene.budget.state->line == 41);
+    CHECK(scene.budget.state->line == 47);
     CHECK(scene.budget.pair_visits == 12u);
     CHECK(scene.graph_bytes == 1000000u);
     CHECK(scene.parameters.law == LawId::kPaper);
@@ -313,7 +322,16 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.parameters.exact_band_m == 0.01);
     CHECK(scene.budget.stack->bytes == 3000);
     CHECK(scene.plane_tolerance_m == 2e-6);
-    CHECK(scene.parameters.coupling.encoder_step_rad == 3e-4);
+    CHECK(d.encoder_step_rad == 3e-4);
+    CHECK(d.coulomb_torque_nm == 0.01);
+    CHECK(d.max_rotary_stiffness_nm_per_rad == 7);
+    for (const std::size_t k : {0u, 1u, 2u}) {
+      CHECK(d.rotor_inertia_kg_m2[k] == doctest::Approx(1e-4 * static_cast<double>(k + 1)));
+      CHECK(d.rotor_damping_nms_per_rad[k] == 2e-3);
+    }
+    CHECK(scene.parameters.held.mass_kg == 0.4);
+    CHECK(scene.parameters.held.gravity_m_per_s2[0] == 1);
+    CHECK(scene.parameters.held.gravity_m_per_s2[2] == -2);
     const CouplingRequest& c = scene.coupling;
     CHECK(c.k_t_n_per_m == 900.0);
     CHECK(c.k_r_nm_per_rad == 0.5);
@@ -328,8 +346,8 @@ TEST_SUITE("tools.scene_file") {
     CHECK(c.k_t_at.line == scene.budget.stack->line + 7);
     CHECK(scene.moving.material == "pom");
     CHECK(scene.statics[0].material == "steel");
-    CHECK(friction_of(scene.friction, "pom", "steel") == 0.3);
-    CHECK(friction_of(scene.friction, "steel", "pom") == 0.3);
+    CHECK(friction_of(scene.friction, "pom", "steel")->mu == 0.3);
+    CHECK(friction_of(scene.friction, "steel", "pom")->mu_static == 0.4);
     CHECK(!friction_of(scene.friction, "steel", "steel"));
   }
 

@@ -228,9 +228,10 @@ TEST_SUITE("tools.scene_writer") {
     CHECK(c.passivity == 0);
     CHECK(derived.view.bodies()[0].friction == 0.0);
     CHECK(derived.view.bodies()[1].friction == 0.25);
+    CHECK(derived.view.bodies()[1].friction_static == 0.25);
 
     CouplingParameters& given = description.parameters.coupling;
-    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 1e-4, 2e-7, 5, 0, 1, 1};
+    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 9.0, 0.5, 2e-7, 5, 0, 1, 1};
     const LoadedScene kept(description);
     CHECK(std::memcmp(&kept.view.parameters().coupling, &given, sizeof given) == 0);
     given.k_r_nm_per_rad = 0.0;
@@ -240,6 +241,29 @@ TEST_SUITE("tools.scene_writer") {
     given.k_r_nm_per_rad = -1.0;
     CHECK_THROWS_WITH_AS(tools::write_scene(description), doctest::Contains("out of its range"),
                          tools::InputError);
+  }
+
+  TEST_CASE("a held part of a mass has the inertia of its solid about the grip") {
+    // 1 x 2 x 3 in two pieces that meet at x = 0.4, from a corner that lies off the origin.
+    const tools::Body bar = join({box({0, 0, 0}, {0.4, 2, 3}), box({0.4, 0, 0}, {1, 2, 3})});
+    tools::SceneDescription description = scene_of(bar, {box({0, 0, 0}, {1, 1, 1})});
+    description.moving.mesh_origin_m = {0.1, 0.2, 0.3};
+    description.grip_m = {0.1, 0.2, 0.3};
+    CHECK(LoadedScene(description).view.parameters().held.inertia_kg_m2[0] == 0.0);
+    description.parameters.held.mass_kg = 0.6;
+    const LoadedScene scene(description);
+    const HeldPartParameters& h = scene.view.parameters().held;
+    const auto near = [](double x) { return doctest::Approx(x).epsilon(1e-12); };
+    CHECK(h.centre_m[0] == near(0.5));
+    CHECK(h.centre_m[1] == near(1.0));
+    CHECK(h.centre_m[2] == near(1.5));
+    // m (b^2 + c^2) / 3 about a corner; -m a b / 4 off the diagonal.
+    CHECK(h.inertia_kg_m2[0] == near(0.6 * (4 + 9) / 3));
+    CHECK(h.inertia_kg_m2[1] == near(0.6 * (1 + 9) / 3));
+    CHECK(h.inertia_kg_m2[2] == near(0.6 * (1 + 4) / 3));
+    CHECK(h.inertia_kg_m2[3] == near(-0.6 * 2 / 4));
+    CHECK(h.inertia_kg_m2[4] == near(-0.6 * 3 / 4));
+    CHECK(h.inertia_kg_m2[5] == near(-0.6 * 6 / 4));
   }
 
   TEST_CASE("the lanes are the vertices by coordinate, padded with the first") {

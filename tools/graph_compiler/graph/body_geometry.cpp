@@ -119,6 +119,46 @@ BodyGeometry moving_geometry(const PlacedBody& placed, const std::array<double, 
   return g;
 }
 
+void set_held_part(HeldPartParameters& held, const PlacedBody& placed,
+                   const std::array<double, 3>& grip_m) {
+  if (!(held.mass_kg > 0.0)) return;
+  const Wide3 shift = widen(placed.mesh_origin_m) - widen(grip_m);
+  Wide volume = 0;
+  Wide3 first{0, 0, 0};
+  WideMatrix second{};
+  for (const ConvexPiece& piece : placed.body.pieces) {
+    // Tetrahedra from one vertex to the triangles of every face: V, V / 4 times the sum of the
+    // corners, V / 20 times the sum of the corners' squares and the square of their sum.
+    const auto corner = [&](std::size_t v) { return widen(piece.vertices[v]) + shift; };
+    const Wide3 apex = corner(0);
+    for (const PieceFace& face : piece.faces) {
+      for (std::size_t k = 2; k < face.loop.size(); ++k) {
+        const Wide3 corners[] = {apex, corner(face.loop[0]), corner(face.loop[k - 1]),
+                                 corner(face.loop[k])};
+        const Wide v = dot(corners[1] - apex, cross(corners[2] - apex, corners[3] - apex)) / 6;
+        const Wide3 sum = corners[0] + corners[1] + corners[2] + corners[3];
+        volume += v;
+        for (std::size_t i = 0; i < 3; ++i) {
+          first[i] += v * sum[i] / 4;
+          for (std::size_t j = 0; j < 3; ++j) {
+            Wide squares = sum[i] * sum[j];
+            for (const Wide3& x : corners) squares += x[i] * x[j];
+            second[i][j] += v * squares / 20;
+          }
+        }
+      }
+    }
+  }
+  const Wide density = static_cast<Wide>(held.mass_kg) / volume;
+  const Wide trace = second[0][0] + second[1][1] + second[2][2];
+  constexpr std::size_t kEntries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [i, j] = kEntries[k];
+    held.inertia_kg_m2[k] = round_to_double(density * ((i == j ? trace : 0) - second[i][j]));
+  }
+  for (std::size_t k = 0; k < 3; ++k) held.centre_m[k] = round_to_double(first[k] / volume);
+}
+
 BodyGeometry static_geometry(const PlacedBody& placed,
                              const std::vector<PieceTopology>& topologies) {
   const WideMatrix r = rotation_matrix(unit_quaternion(placed.quaternion_wxyz, placed.body.name));

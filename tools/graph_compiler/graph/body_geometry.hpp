@@ -41,6 +41,11 @@ BodyGeometry moving_geometry(const PlacedBody& placed, const std::array<double, 
 BodyGeometry static_geometry(const PlacedBody& placed,
                              const std::vector<PieceTopology>& topologies);
 
+/// Sets inertia and centre of a held part with a mass: that of the pieces of `placed`, of uniform
+/// density, about `grip_m` (both in A's mesh frame). Nothing changes without a mass.
+void set_held_part(HeldPartParameters& held, const PlacedBody& placed,
+                   const std::array<double, 3>& grip_m);
+
 /// Unit quaternion (w, x, y, z) of the same direction.
 /// @throws InputError when it is not finite or its length is not within 1e-6 of 1.
 std::array<long double, 4> unit_quaternion(const std::array<double, 4>& wxyz,

@@ -192,6 +192,7 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
   record.name_bytes = static_cast<std::uint32_t>(body.name.size());
   record.name_offset = add_text(t, body.name);
   record.friction = placed.friction;
+  record.friction_static = std::max(placed.friction, placed.friction_static);
   double sum = 0.0;
   for (std::size_t i = 0; i < body.pieces.size(); ++i) {
     check_geometry(geometry, i, topologies[i], piece_place(body, i));

@@ -268,6 +268,7 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   double radius_m = 0.0;
   for (const PieceRecord& piece : t.pieces) radius_m = std::max(radius_m, piece.reach_m);
   complete_coupling(t.parameters[0], radius_m);
+  set_held_part(t.parameters[0].held, description.moving, description.grip_m);
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
   check_resolution(t, description.name);
   const bool wide = add_pairs(t, description);

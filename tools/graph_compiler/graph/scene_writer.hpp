@@ -39,6 +39,7 @@ struct PlacedBody {
   std::array<double, 3> mesh_origin_m{0, 0, 0};
   /// Static: Coulomb coefficient against the moving body; moving: 0.
   double friction = 0.0;
+  double friction_static = 0.0;  ///< the same while the parts stick; below `friction`: that
   std::optional<BodySimplification> simplified{};  ///< absent: the body is the solid of its mesh
 };
 
@@ -66,7 +67,8 @@ struct SceneDescription {
   std::vector<PlacedBody> statics;
   std::array<double, 3> grip_m{0, 0, 0};  ///< x_0^A in the moving body's frame
   /// name_offset, name_bytes and start pose are filled by the writer; so is epsilon_o_m when it is
-  /// zero, with epsilon_m, and what complete_coupling completes.
+  /// zero, with epsilon_m, and what complete_coupling completes. Of a held part with a mass the
+  /// writer sets inertia and centre from the solid, of uniform density.
   SceneParameters parameters = default_parameters();
   std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs

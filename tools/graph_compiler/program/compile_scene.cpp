@@ -216,23 +216,26 @@ double radius_about(const PlacedBody& placed, const std::array<double, 3>& grip_
   return std::sqrt(square);
 }
 
-/// Coefficient of a static part against the moving one, with a note where there should be one.
-double friction_against(const SceneFile& scene, const ScenePart& part,
-                        std::vector<std::string>& notes) {
-  const auto mu = friction_of(scene.friction, scene.moving.material, part.material);
+/// Sets the coefficients of a static part against the moving one, with a note where there should be
+/// some.
+void set_friction(const SceneFile& scene, const ScenePart& part, PlacedBody& placed,
+                  std::vector<std::string>& notes) {
+  const auto pair = friction_of(scene.friction, scene.moving.material, part.material);
   const auto named = [](const ScenePart& p) {
     return p.material.empty() ? p.mesh + " without material" : p.mesh + " of " + p.material;
   };
   const bool any =
       !scene.friction.empty() || !part.material.empty() || !scene.moving.material.empty();
-  if (!mu && any) {
+  if (!pair && any) {
     notes.push_back("no [[friction]] between " + named(scene.moving) + " and " + named(part) +
                     ": coefficient 0");
   }
-  if (mu.value_or(0.0) > 0.0 && scene.parameters.law != LawId::kProxy) {
+  const FrictionPair friction = pair.value_or(FrictionPair{});
+  if (friction.mu_static > 0.0 && scene.parameters.law != LawId::kProxy) {
     notes.push_back("friction of " + part.mesh + " is not rendered by this law; law proxy does");
   }
-  return mu.value_or(0.0);
+  placed.friction = friction.mu;
+  placed.friction_static = friction.mu_static;
 }
 
 /// Sizes that the proxy law does not serve are refused, a raised tolerance is noted.
@@ -278,7 +281,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   result.notes = std::move(choice.notes);
   for (const ScenePart& part : scene.statics) {
     CompiledPart fixed = compile_part(part, scene, options);
-    fixed.placed.friction = friction_against(scene, part, result.notes);
+    set_friction(scene, part, fixed.placed, result.notes);
     description.statics.push_back(std::move(fixed.placed));
     append(description.exposure, fixed.exposure);
     exposure_s += fixed.exposure_s;

@@ -52,6 +52,8 @@ class Choice {
     c.max_translation_error_m = request.max_translation_error_m.value_or(
         device.max_force_n > 0.0 ? limited(kMaxSceneLength_m, device.max_force_n, c.k_t_n_per_m)
                                  : 0.0);
+    c.max_pull_n = device.max_force_n;
+    c.max_turn_nm = device.max_torque_nm;
     if (!request.allow_active) refuse_beyond(passivity_budget(parameters_, radius_m_));
     return {c, std::move(notes_)};
   }

@@ -76,7 +76,7 @@ CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& devi
 /// Two names and mu each, no pair twice.
 std::vector<FrictionPair> read_friction(const TomlTable& top) {
   std::vector<FrictionPair> pairs;
-  for (const TomlTable& t : top.tables("friction", {"materials", "mu"})) {
+  for (const TomlTable& t : top.tables("friction", {"materials", "mu", "mu_static"})) {
     FrictionPair pair;
     const auto materials = t.word_pair("materials");
     if (!materials) t.fail_missing("materials", "name two, as in [\"steel\", \"pom\"]");
@@ -84,6 +84,10 @@ std::vector<FrictionPair> read_friction(const TomlTable& top) {
     const auto mu = t.number("mu", {0.0, kMaxFriction});
     if (!mu) t.fail_missing("mu", "give the Coulomb coefficient, from 0 to 2");
     pair.mu = *mu;
+    pair.mu_static = t.number("mu_static", {0.0, kMaxFriction}).value_or(pair.mu);
+    if (pair.mu_static < pair.mu) {
+      t.fail("mu_static", "is below mu, the coefficient while the parts slide; give at least that");
+    }
     if (friction_of(pairs, pair.materials[0], pair.materials[1])) {
       t.fail("materials", "'" + pair.materials[0] + "' and '" + pair.materials[1] +
                               "' have a coefficient already; keep one of the two tables");
@@ -186,6 +190,9 @@ constexpr Range kContactStiffness{0.0, kMaxStiffness_n_per_m, true};
 constexpr Range kEpsilon{0.0, 0.1, true};
 constexpr Range kBand{0.0, kMaxSceneLength_m, true};
 constexpr Range kRate{1.0, 1e5};
+constexpr Range kHeldMass{0.0, kMaxHeldMass_kg, true};
+constexpr Range kGravity{-kMaxGravity_m_per_s2, kMaxGravity_m_per_s2};
+constexpr std::array<double, 3> kStandardGravity_m_per_s2{0.0, 0.0, -9.81};
 constexpr std::int64_t kMaxPairVisits = 1 << 20;
 
 /// Reads a pose; true when one of its keys is there.
@@ -226,13 +233,27 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
   return part;
 }
 
+/// Mass and gravity; the rest of the held part follows from the solid.
+void read_held_part(const TomlTable& moving, HeldPartParameters& held) {
+  const auto mass = moving.number("mass_kg", kHeldMass);
+  const auto gravity = moving.vector3("gravity_m_per_s2", kGravity);
+  if (gravity && !mass) {
+    moving.fail("gravity_m_per_s2", "acts on a part without mass; give mass_kg too");
+  }
+  if (!mass) return;
+  held.mass_kg = *mass;
+  std::ranges::copy(gravity.value_or(kStandardGravity_m_per_s2), held.gravity_m_per_s2);
+}
+
 void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
-  const auto moving = top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion",
-                                           "material", "grip_m", "simplify_m", "disjoint"});
+  const auto moving =
+      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m",
+                           "simplify_m", "disjoint", "mass_kg", "gravity_m_per_s2"});
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
   scene.grip_m = moving->vector3("grip_m", kPosition);
+  read_held_part(*moving, scene.parameters.held);
   const auto start = top.table("start", {"position_m", "quaternion"});
   if (!start) return;
   if (posed) {
@@ -273,22 +294,35 @@ void read_device(const TomlTable& top, SceneParameters& p) {
       {"damping_ns_per_m", &DeviceParameters::damping_ns_per_m},
       {"coulomb_friction_n", &DeviceParameters::coulomb_friction_n},
       {"encoder_step_m", &DeviceParameters::encoder_step_m},
+      {"coulomb_torque_nm", &DeviceParameters::coulomb_torque_nm},
+      {"encoder_step_rad", &DeviceParameters::encoder_step_rad},
       {"max_force_n", &DeviceParameters::max_force_n},
       {"max_torque_nm", &DeviceParameters::max_torque_nm},
       {"max_force_rate_n_per_s", &DeviceParameters::max_force_rate_n_per_s},
       {"max_torque_rate_nm_per_s", &DeviceParameters::max_torque_rate_nm_per_s},
       {"max_stiffness_n_per_m", &DeviceParameters::max_stiffness_n_per_m},
       {"max_damping_ns_per_m", &DeviceParameters::max_damping_ns_per_m},
+      {"max_rotary_stiffness_nm_per_rad", &DeviceParameters::max_rotary_stiffness_nm_per_rad},
       {"delay_s", &DeviceParameters::delay_s}};
   std::vector<std::string_view> known;
   for (const auto& field : fields) known.push_back(field.first);
-  known.push_back("encoder_step_rad");
+  known.push_back("rotor_inertia_kg_m2");
+  known.push_back("rotor_damping_nms_per_rad");
   const auto device = top.table("device", known);
   if (!device) return;
   d.given = 1;
   for (const auto& [key, member] : fields)
     d.*member = device->number(key, kNotNegative).value_or(0);
-  p.coupling.encoder_step_rad = device->number("encoder_step_rad", kNotNegative).value_or(0);
+  if (const auto inertia = device->scale3("rotor_inertia_kg_m2", kPositive)) {
+    std::ranges::copy(*inertia, d.rotor_inertia_kg_m2);
+  }
+  if (const auto damping = device->scale3("rotor_damping_nms_per_rad", kNotNegative)) {
+    if (!device->has("rotor_inertia_kg_m2")) {
+      device->fail("rotor_damping_nms_per_rad",
+                   "damps a rotor of unknown inertia; give rotor_inertia_kg_m2 too");
+    }
+    std::ranges::copy(*damping, d.rotor_damping_nms_per_rad);
+  }
 }
 
 std::optional<BudgetLimit> read_limit(const TomlTable& t, std::string_view key) {
@@ -374,10 +408,10 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
 
 }  // namespace
 
-std::optional<double> friction_of(const std::vector<FrictionPair>& pairs, const std::string& a,
-                                  const std::string& b) {
+std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
+                                        const std::string& a, const std::string& b) {
   for (const FrictionPair& pair : pairs) {
-    if (pair.is_of(a, b)) return pair.mu;
+    if (pair.is_of(a, b)) return pair;
   }
   return std::nullopt;
 }

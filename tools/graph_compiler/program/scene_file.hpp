@@ -34,16 +34,17 @@ struct CouplingRequest {
 /// One `[[friction]]` table: Coulomb coefficient between two materials, in either order.
 struct FrictionPair {
   std::array<std::string, 2> materials;
-  double mu = 0.0;
+  double mu = 0.0;         ///< while they slide
+  double mu_static = 0.0;  ///< while they stick, at least mu
 
   [[nodiscard]] bool is_of(const std::string& a, const std::string& b) const {
     return (materials[0] == a && materials[1] == b) || (materials[0] == b && materials[1] == a);
   }
 };
 
-/// Coefficient of two materials; absent when the table does not know the pair or a name is empty.
-std::optional<double> friction_of(const std::vector<FrictionPair>& pairs, const std::string& a,
-                                  const std::string& b);
+/// Coefficients of two materials; absent when the table does not know the pair or a name is empty.
+std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
+                                        const std::string& a, const std::string& b);
 
 /// One `[moving]` or `[[static]]` table.
 struct ScenePart {
