@@ -25,7 +25,8 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   const bool proxy = m.has_law(LawId::kProxy);
 
   // 1. From the device's pose to the goal: clutch, anchor, envelope.
-  const Goal goal = m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose());
+  const Goal goal =
+      m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose(), m.free_motion.at_rest());
 
   // 2 to 5. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does
   // without it unless the caller asks.

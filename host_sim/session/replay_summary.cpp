@@ -58,7 +58,7 @@ const char* flag_name(std::size_t bit) {
   constexpr const char* kNames[] = {
       "first_tick",   "relocalised", "far_band",       "verdict_touching", "verdict_undecided",
       "near_set_cut", "inexact",     "budget_used_up", "motion_exceeded",  "several_planes",
-      "bad_pose",     "recovery",    "anchor_moved",   "clutched",         "proxy_limited",
+      "bad_pose",     "recovery",    "saturated",      "clutched",         "proxy_limited",
       "proxy_stuck",  "hooked",      "passivity",      "ramping",          "local_set_empty"};
   static_assert(std::size(kNames) == kFlagCount);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";

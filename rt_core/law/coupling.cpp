@@ -25,36 +25,60 @@ GripPose moved(const GripPose& pose, const Vec3& dx_m, const Vec3& dtheta_rad) n
   return result;
 }
 
+namespace {
+
+Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
+
+/// By what the stiffness falls where an error of this length is beyond `soft`.
+Real share_of(Real length, Real soft) noexcept {
+  return soft > 0 && length > soft ? soft / length : Real{1};
+}
+
+/// Huber's function over the stiffness.
+Real soft_square(const Vec3& v, Real soft) noexcept {
+  const Real square = v.squaredNorm();
+  if (!(soft > 0) || square <= soft * soft) return square / 2;
+  return soft * (std::sqrt(square) - soft / 2);
+}
+
+}  // namespace
+
 Real potential_j(const Spring& spring, const PoseError& error) noexcept {
-  return (spring.k_t_n_per_m * error.translation_m.squaredNorm() +
-          spring.k_r_nm_per_rad * error.rotation_rad.squaredNorm()) /
-         2;
+  return spring.k_t_n_per_m * soft_square(error.translation_m, spring.soft_translation_m) +
+         spring.k_r_nm_per_rad * soft_square(error.rotation_rad, spring.soft_rotation_rad);
+}
+
+PoseError felt_error(const Spring& spring, const PoseError& error) noexcept {
+  const Real t = share_of(length_of(error.translation_m), spring.soft_translation_m);
+  const Real r = share_of(length_of(error.rotation_rad), spring.soft_rotation_rad);
+  return {t * error.translation_m, r * error.rotation_rad};
 }
 
 Wrench spring_wrench(const Spring& spring, const PoseError& error) noexcept {
-  return {-spring.k_t_n_per_m * error.translation_m, -spring.k_r_nm_per_rad * error.rotation_rad};
+  const PoseError felt = felt_error(spring, error);
+  return {-spring.k_t_n_per_m * felt.translation_m, -spring.k_r_nm_per_rad * felt.rotation_rad};
 }
 
-bool limit_goal(const AnchorLimits& limits, const GripPose& proxy, GripPose& goal,
-                PoseError& error) noexcept {
-  const bool fixed = kSceneTraits.is_fixed(limits.never_turns);
-  error = fixed ? place_error(goal, proxy) : pose_error(goal, proxy);
-  bool changed = false;
-  const Real turn = fixed ? 0 : std::sqrt(error.rotation_rad.squaredNorm());
-  if (turn > limits.max_rotation_rad) {
-    error.rotation_rad *= limits.max_rotation_rad / turn;
-    const GripPose turned = moved(proxy, Vec3::Zero(), error.rotation_rad);
-    goal.q_wa = turned.q_wa;
-    goal.r_wa = turned.r_wa;
-    changed = true;
-  }
-  const Real distance = std::sqrt(error.translation_m.squaredNorm());
-  if (limits.max_translation_m > 0 && distance > limits.max_translation_m) {
-    error.translation_m *= limits.max_translation_m / distance;
-    goal.x0_w = proxy.x0_w + error.translation_m;
-    changed = true;
-  }
-  return changed;
+bool is_saturated(const Spring& spring, const PoseError& error) noexcept {
+  return share_of(length_of(error.translation_m), spring.soft_translation_m) < 1 ||
+         share_of(length_of(error.rotation_rad), spring.soft_rotation_rad) < 1;
+}
+
+Spring secant_spring(const Spring& spring, const PoseError& error) noexcept {
+  const Real t = share_of(length_of(error.translation_m), spring.soft_translation_m);
+  const Real r = share_of(length_of(error.rotation_rad), spring.soft_rotation_rad);
+  if (!(t < 1) && !(r < 1)) return {spring.k_t_n_per_m, spring.k_r_nm_per_rad, spring.length_m};
+  return {t * spring.k_t_n_per_m, r * spring.k_r_nm_per_rad, spring.length_m * std::sqrt(r / t)};
+}
+
+bool limit_turn(Real most_rad, const GripPose& proxy, GripPose& goal) noexcept {
+  const Vec3 turn = so3_log(goal.q_wa * proxy.q_wa.conjugate());
+  const Real angle = length_of(turn);
+  if (!(angle > most_rad)) return false;
+  const GripPose turned = moved(proxy, Vec3::Zero(), turn * (most_rad / angle));
+  goal.q_wa = turned.q_wa;
+  goal.r_wa = turned.r_wa;
+  return true;
 }
 
 }  // namespace haptic

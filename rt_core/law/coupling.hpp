@@ -14,11 +14,16 @@ struct PoseError {
 };
 
 /// Stiffness K = diag(k_t, k_t, k_t, k_r, k_r, k_r), k_r = k_t L^2: L is the radius at which a
-/// rotation counts like a displacement.
+/// rotation counts like a displacement. Force and torque grow with the error up to a limit and stay
+/// there (Huber's function): the pull has a largest value, and still it is an energy's gradient, so
+/// that nothing is forgotten when the error falls again.
 struct Spring {
   Real k_t_n_per_m = 0;
   Real k_r_nm_per_rad = 0;
   Real length_m = 0;  ///< L
+  /// Errors from which on the force and the torque no longer grow; 0: no limit.
+  Real soft_translation_m = 0;
+  Real soft_rotation_rad = 0;
 };
 
 [[nodiscard]] PoseError pose_error(const GripPose& goal, const GripPose& proxy) noexcept;
@@ -32,22 +37,27 @@ struct Spring {
 [[nodiscard]] GripPose moved(const GripPose& pose, const Vec3& dx_m,
                              const Vec3& dtheta_rad) noexcept;
 
-/// V = 1/2 g^T K g. [J]
+/// V = V_t + V_r, V_t = 1/2 k_t |g_t|^2 up to |g_t| = s, k_t s (|g_t| - s / 2) beyond; V_r alike.
+/// [J]
 [[nodiscard]] Real potential_j(const Spring& spring, const PoseError& error) noexcept;
 
-/// Wrench on the hand about x_0^A: F = -k_t g_t, tau = -k_r g_r, exactly -dV/dq_d.
+/// The error that the pull is proportional to: each part cut to the length where it stops growing.
+[[nodiscard]] PoseError felt_error(const Spring& spring, const PoseError& error) noexcept;
+
+/// Wrench on the hand about x_0^A: F = -k_t g_t, tau = -k_r g_r of the felt error, exactly
+/// -dV/dq_d.
 [[nodiscard]] Wrench spring_wrench(const Spring& spring, const PoseError& error) noexcept;
 
-/// What holds the goal back where the pull would become too large: an offset that follows.
-struct AnchorLimits {
-  Real max_rotation_rad = 1;   ///< theta_sat
-  Real max_translation_m = 0;  ///< 0: none
-  bool never_turns = false;    ///< goal and proxy have one orientation
-};
+/// Whether force or torque has reached its limit.
+[[nodiscard]] bool is_saturated(const Spring& spring, const PoseError& error) noexcept;
 
-/// The goal nearest to `goal` whose error against `proxy` is within the limits; `error` is that of
-/// the result. False: it was within them already and nothing was changed.
-[[nodiscard]] bool limit_goal(const AnchorLimits& limits, const GripPose& proxy, GripPose& goal,
-                              PoseError& error) noexcept;
+/// The spring without limits that gives the same wrench at `error` and whose energy rises no less
+/// than V to any other error: its stiffness is the secant's, |dV| / |g|. Where its energy falls, V
+/// falls as far or farther.
+[[nodiscard]] Spring secant_spring(const Spring& spring, const PoseError& error) noexcept;
+
+/// Turns `goal` back to `most_rad` from `proxy` about the same axis where it is farther, so that
+/// the shorter way between them stays the same. False: it was not and nothing was changed.
+[[nodiscard]] bool limit_turn(Real most_rad, const GripPose& proxy, GripPose& goal) noexcept;
 
 }  // namespace haptic

@@ -208,6 +208,7 @@ class Proxy {
   ManifoldScratch manifold_scratch_;
   NearScratch* near_scratch_ = nullptr;
   BoundedList<NearNode>* near_ = nullptr;
+  Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
   bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
 };

@@ -43,6 +43,8 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Spring& spring = parameters_.spring;
   const PoseError error = error_of(goal, p_);
+  // The program lowers the energy of the secant, and with it that of the spring.
+  secant_ = secant_spring(spring, error);
   gather(tick);
   rows_.clear();
   imposed_.clear();
@@ -50,8 +52,8 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   impose_last(error, tick);
 
   const Real pull_n =
-      spring.k_t_n_per_m * (std::sqrt(error.translation_m.squaredNorm()) +
-                            spring.length_m * std::sqrt(error.rotation_rad.squaredNorm()));
+      secant_.k_t_n_per_m * (std::sqrt(error.translation_m.squaredNorm()) +
+                             secant_.length_m * std::sqrt(error.rotation_rad.squaredNorm()));
   const Real rise_j =
       scale.tolerance_m * (2 * pull_n + 100 * spring.k_t_n_per_m * scale.tolerance_m);
   const Real limit_j =
@@ -156,7 +158,7 @@ bool Proxy::crowded() const noexcept {
 /// Imposes planes until the step that the quadratic program asks for is certified.
 bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
-  const Real length = parameters_.spring.length_m;
+  const Real length = secant_.length_m;
   const Real tolerance = qp_tolerance(scale, error, length);
   const Step here = step_by(Vec3::Zero(), Vec3::Zero());
   Real share = 1;
@@ -281,7 +283,7 @@ bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec
   const ProxyScale& scale = parameters_.scale;
   const ImposedPlane& plane = imposed_[imposed];
   const Real mu = kSceneTraits.friction ? pairs_[plane.pair].friction : 0;
-  const Real length = parameters_.spring.length_m;
+  const Real length = secant_.length_m;
   // Rows that zero motion would violate by more than this could be inconsistent.
   const Real most =
       scale.tolerance_m + (pairs_[plane.pair].inside ? scale.recovery_step_m : Real{0});

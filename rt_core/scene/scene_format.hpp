@@ -166,8 +166,8 @@ struct CouplingParameters {
   double k_r_nm_per_rad;           ///< in rotation, > 0; k_r = k_t L^2, L 1e-9 to 1e6 m
   double damping_ns_per_m;         ///< B: coupling damping in translation; B L^2 in rotation; >= 0
   double damping_share;            ///< it is at most this share of the spring wrench, 0 to 1
-  double max_rotation_error_rad;   ///< theta_sat: the anchor follows beyond; in (0, 3]
-  double max_translation_error_m;  ///< the anchor follows beyond; 0: no limit
+  double max_rotation_error_rad;   ///< theta_sat: the torque grows no further; in (0, 3]
+  double max_translation_error_m;  ///< the force grows no further; 0: no limit
   double min_window_s;             ///< of the twist estimator, 0 to max_window_s
   double max_window_s;             ///< of the twist estimator, > 0
   double max_pull_n;               ///< force at which the spring saturates; 0: no limit

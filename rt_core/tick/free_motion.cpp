@@ -52,6 +52,13 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
   spring_.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
   spring_.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
   spring_.length_m = std::sqrt(spring_.k_r_nm_per_rad / spring_.k_t_n_per_m);
+  // Of a largest error and a largest pull the smaller counts.
+  const auto soft = [](double error, double pull, double stiffness) {
+    if (pull > 0 && !(error > 0 && error < pull / stiffness)) error = pull / stiffness;
+    return static_cast<Real>(error);
+  };
+  spring_.soft_translation_m = soft(c.max_translation_error_m, c.max_pull_n, c.k_t_n_per_m);
+  spring_.soft_rotation_rad = soft(c.max_rotation_error_rad, c.max_turn_nm, c.k_r_nm_per_rad);
   damping_.ns_per_m = static_cast<Real>(c.damping_ns_per_m);
   damping_.share = static_cast<Real>(c.damping_share);
   radius_m_ = radius;
@@ -59,6 +66,7 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
   Proxy::Parameters parameters;
   parameters.spring = spring_;
   parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
+  tolerance_m_ = parameters.scale.tolerance_m;
   parameters.passes = c.passes;
   parameters.radius_m = radius;
   parameters.epsilon_m = epsilon_m_;
@@ -69,6 +77,7 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
 
 void FreeMotion::reset() noexcept {
   proxy_.reset();
+  at_rest_ = false;
   damping_.has_error = false;
   damping_.rate = PoseError{};
 }
@@ -103,10 +112,16 @@ FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoo
   if (free.work.passes == free.work.rejected) free.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * radius_m_;
   if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
+  if (is_saturated(spring_, error)) free.flags |= kFlagSaturated;
+  const Real turned_m = radius_m_ * std::sqrt(error.rotation_rad.squaredNorm());
+  at_rest_ = felt().plane_count == 0 && turned_m <= tolerance_m_ &&
+             error.translation_m.squaredNorm() <= tolerance_m_ * tolerance_m_;
   free.spring_w = free.wrench_w = spring_wrench(spring_, error);
   if (!(damping_.ns_per_m > 0)) return free;
-  // Damping B (p' - q_d') in translation and B L^2 in rotation.
-  damping_ = damping_after(error, stamp_ns);
+  // Damping B (p' - q_d') in translation and B L^2 in rotation, of the error as it is felt: a pull
+  // at its limit grows no further by it, and as cutting is the gradient of a convex function, the
+  // damping still only takes energy.
+  damping_ = damping_after(felt_error(spring_, error), stamp_ns);
   const Real b = damping_.ns_per_m;
   const Real b_r = b * spring_.length_m * spring_.length_m;
   Wrench& wrench = free.wrench_w;

@@ -25,7 +25,8 @@ struct FreePose {
   Wrench spring_w;  ///< the coupling's pull
   Wrench wrench_w;  ///< with its damping
   ProxyTick work;
-  std::uint32_t flags = 0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked
+  std::uint32_t flags =
+      0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked, kFlagSaturated
 };
 
 class FreeMotion {
@@ -42,6 +43,8 @@ class FreeMotion {
   [[nodiscard]] const GripPose* pose() const noexcept {
     return proxy_.started() ? &proxy_.pose() : nullptr;
   }
+  /// Whether the proxy stood at its goal at the end of the last tick and touched nothing.
+  [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
   /// Planes that hold the proxy, of the last tick.
   [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }
   /// Contact of a pair that holds the proxy, from its near set there, into the emptied `out`; for
@@ -62,7 +65,9 @@ class FreeMotion {
 
   Proxy proxy_;
   Spring spring_;
-  Real radius_m_ = 0;  ///< of A about the grip point
+  Real radius_m_ = 0;     ///< of A about the grip point
+  Real tolerance_m_ = 0;  ///< of the proxy
+  bool at_rest_ = false;
   Real epsilon_m_ = 0;
   Damping damping_;
 };

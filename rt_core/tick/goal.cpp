@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_core/tick/goal.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/base/rotation.hpp"
 #include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
 namespace {
+
+/// Beyond this turn between goal and proxy the goal follows: at half a turn the shorter way between
+/// them, and with it the torque, would change sides.
+constexpr Real kAnchorTurn_rad = 2.8_r;
+/// How fast the goal comes back where nothing is felt.
+constexpr Real kTurnBack_rad_per_s = 0.5_r;
 
 Vec3 point_of(const double (&v)[3]) noexcept {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
@@ -36,9 +46,8 @@ void GoalStage::read_scene(const SceneView& scene) noexcept {
   envelope_ = envelope_of(p);
   never_turns_ = scene.is_fixed();
   if (is_fixed()) fixed_r_wa_ = envelope_.q_wa.toRotationMatrix();
-  anchor_.max_rotation_rad = static_cast<Real>(p.coupling.max_rotation_error_rad);
-  anchor_.max_translation_m = static_cast<Real>(p.coupling.max_translation_error_m);
-  anchor_.never_turns = is_fixed();
+  anchor_rad_ = std::max(kAnchorTurn_rad, static_cast<Real>(p.coupling.max_rotation_error_rad));
+  turn_back_rad_ = kTurnBack_rad_per_s / static_cast<Real>(p.rate_hz);
 }
 
 void GoalStage::reset() noexcept {
@@ -65,7 +74,10 @@ GoalStage::Offset GoalStage::offset_between(const GripPose& device,
                                             const GripPose& goal) const noexcept {
   Offset offset = offset_;
   offset.translation_m = goal.x0_w - device.x0_w;
-  if (!is_fixed()) offset.rotation = (goal.q_wa * device.q_wa.conjugate()).normalized();
+  if (!is_fixed()) {
+    offset.rotation =
+        (offset_.anchor.conjugate() * goal.q_wa * device.q_wa.conjugate()).normalized();
+  }
   offset.is_zero = false;
   return offset;
 }
@@ -75,10 +87,26 @@ GripPose GoalStage::offset_goal(const GripPose& device) const noexcept {
   if (offset_.is_zero) return goal;
   goal.x0_w += offset_.translation_m;
   if (!is_fixed()) {
-    goal.q_wa = (offset_.rotation * device.q_wa).normalized();
+    goal.q_wa = (offset_.anchor * offset_.rotation * device.q_wa).normalized();
     goal.r_wa = goal.q_wa.toRotationMatrix();
   }
   return goal;
+}
+
+/// Takes the anchor back by a step. It may have no part in a pull: turned back under one, the
+/// spring would do work that nobody has put in.
+void GoalStage::turn_back() noexcept {
+  if (offset_.is_zero) return;
+  const Vec3 turn = so3_log(offset_.anchor);
+  const Real angle = std::sqrt(turn.squaredNorm());
+  if (angle > turn_back_rad_) {
+    offset_.anchor = so3_exp(Vec3(turn * (1 - turn_back_rad_ / angle)));
+    return;
+  }
+  offset_.anchor = Quat::Identity();
+  const bool clutched_once = !offset_.translation_m.isZero(0) ||
+                             !offset_.rotation.coeffs().cwiseEqual(Quat::Identity().coeffs()).all();
+  offset_.is_zero = !clutched_once && !offset_.clutched;
 }
 
 /// EnvelopeSide of the goal, now and by the next tick.
@@ -99,7 +127,8 @@ bool GoalStage::hold(GripPose& goal) const noexcept {
   return is_fixed() ? hold_place(envelope_, goal) : hold_inside(envelope_, goal);
 }
 
-Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt) noexcept {
+Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt,
+                       bool at_rest) noexcept {
   Goal goal;
   goal.device = device_grip(pose_wa);
   if (offset_.clutched && clutched) {  // the goal stays
@@ -110,11 +139,13 @@ Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt)
       offset_ = offset_between(goal.device, frozen_);
       offset_.clutched = false;
     }
+    if (at_rest) turn_back();
     goal.grip = offset_goal(goal.device);
-    PoseError error;
-    if (felt != nullptr && limit_goal(anchor_, *felt, goal.grip, error)) {
-      offset_ = offset_between(goal.device, goal.grip);
-      goal.flags |= kFlagAnchorMoved;
+    const Quat asked = goal.grip.q_wa;
+    if (felt != nullptr && !is_fixed() && limit_turn(anchor_rad_, *felt, goal.grip)) {
+      offset_.anchor = (goal.grip.q_wa * asked.conjugate() * offset_.anchor).normalized();
+      offset_.is_zero = false;
+      goal.flags |= kFlagSaturated;
     }
     if (clutched) {
       offset_.clutched = true;

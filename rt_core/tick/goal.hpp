@@ -17,7 +17,7 @@ struct Goal {
   GripPose grip;              ///< the goal, at the grip point
   Pose pose_wa;               ///< the goal of A's mesh frame
   std::uint32_t outside = 0;  ///< EnvelopeSide of the scene's envelope
-  std::uint32_t flags = 0;    ///< kFlagClutched, kFlagAnchorMoved, kFlagOutsideEnvelope
+  std::uint32_t flags = 0;    ///< kFlagClutched, kFlagSaturated, kFlagOutsideEnvelope
 };
 
 /// What the scene says about where the part goes.
@@ -28,8 +28,10 @@ class GoalStage {
  public:
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
-  /// `felt`: the proxy, from which an anchored goal goes no farther than its limits; null: none.
-  [[nodiscard]] Goal update(const Pose& pose_wa, bool clutched, const GripPose* felt) noexcept;
+  /// `felt`: the proxy, from which the goal is never turned by more than the anchor allows; null:
+  /// none. `at_rest`: nothing pulls at the proxy, so that the anchor may turn back.
+  [[nodiscard]] Goal update(const Pose& pose_wa, bool clutched, const GripPose* felt,
+                            bool at_rest) noexcept;
 
   [[nodiscard]] const MotionEnvelope& envelope() const noexcept { return envelope_; }
   /// Pose of A's mesh frame.
@@ -42,7 +44,8 @@ class GoalStage {
   struct Offset {
     Vec3 translation_m = Vec3::Zero();
     Quat rotation = Quat::Identity();
-    bool is_zero = true;  ///< then the goal is the device's pose, bit by bit
+    Quat anchor = Quat::Identity();  ///< on top of it
+    bool is_zero = true;             ///< then the goal is the device's pose, bit by bit
     bool clutched = false;
   };
 
@@ -50,6 +53,7 @@ class GoalStage {
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
   [[nodiscard]] Offset offset_between(const GripPose& device, const GripPose& goal) const noexcept;
   [[nodiscard]] GripPose offset_goal(const GripPose& device) const noexcept;
+  void turn_back() noexcept;
   [[nodiscard]] std::uint32_t outside_of(const GripPose& goal) noexcept;
   [[nodiscard]] bool hold(GripPose& goal) const noexcept;
 
@@ -58,7 +62,8 @@ class GoalStage {
   bool never_turns_ = false;    ///< the envelope is one orientation, whatever the device's is
   Mat3 fixed_r_wa_ = Mat3::Identity();  ///< that orientation
   MotionEnvelope envelope_;
-  AnchorLimits anchor_;
+  Real anchor_rad_ = 0;     ///< largest turn of the goal from the proxy
+  Real turn_back_rad_ = 0;  ///< of the anchor in a tick
   Offset offset_;
   GripPose frozen_;  ///< the goal while clutched
   EnvelopeWatch watch_;

@@ -53,7 +53,7 @@ enum StepFlag : std::uint32_t {
   kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
   kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
   kFlagRecovery = 1u << 11,         ///< the proxy is inside an obstacle: wrench ramped out
-  kFlagAnchorMoved = 1u << 12,      ///< the pull has a limit: the goal's offset followed the proxy
+  kFlagSaturated = 1u << 12,        ///< the pull has met its limit of force or torque
   kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
   kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or rejected
   kFlagProxyStuck = 1u << 15,       ///< the proxy did not move though it was pulled and free to

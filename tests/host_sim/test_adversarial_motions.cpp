@@ -52,7 +52,7 @@ struct Allowed {
 
 /// Ticks whose wrench a ramp, an anchor or passivity has a hand in: more than the law.
 constexpr std::uint32_t kBeyondTheLaw =
-    kFlagRecovery | kFlagAnchorMoved | kFlagClutched | kFlagPassivity | kFlagRamping;
+    kFlagRecovery | kFlagSaturated | kFlagClutched | kFlagPassivity | kFlagRamping;
 
 /// Forces of one motion: finite; never more than the spring's stretch; and from tick to tick no
 /// more than the goal and the proxy's passes together can move.

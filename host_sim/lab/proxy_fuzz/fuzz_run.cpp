@@ -206,13 +206,13 @@ void FuzzRun::check_output(const Tick& tick, ProxyFuzzTotals& totals) {
            totals);
     }
   }
-  const bool anchored = (r.flags & kFlagAnchorMoved) != 0;
-  turned_ = turned_ || anchored;
-  if (anchored) ++totals.anchored;
   const Wide turn = norm(wide_error(tick.goal, tick.before).rotation_rad);
-  const Wide limit = widen(session_.view().parameters().coupling.max_rotation_error_rad);
+  constexpr Wide limit = 2.8L;
   const WideError offset = wide_error(tick.goal, wide_pose(tick.device));
   const Wide rounding = 64 * widen(std::numeric_limits<Real>::epsilon());
+  const bool anchored = turn >= limit - rounding;
+  turned_ = turned_ || anchored;
+  if (anchored) ++totals.anchored;
   const bool in_place = norm(offset.translation_m) <= rounding;
   const bool as_given = turned_ || norm(offset.rotation_rad) <= rounding;
   if (!in_place || !as_given || turn > limit + rounding) {

@@ -226,6 +226,7 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   k_t_ = widen(kFuzzStiffness_n_per_m);
   length_m_ = widen(tools::kDefaultLengthShare) * radius_m_;
   k_r_ = k_t_ * length_m_ * length_m_;
+  limit_rad_ = widen(tools::kDefaultRotationError_rad);
 }
 
 OraclePose ProxyJudge::in_frame(const WidePose& pose, std::size_t pair) const {
@@ -255,9 +256,10 @@ Wide ProxyJudge::exact_gap_m(const WidePose& pose, Wide wanted_m) {
 }
 
 Wide ProxyJudge::potential_j(const WideError& error) const {
-  return (k_t_ * dot(error.translation_m, error.translation_m) +
-          k_r_ * dot(error.rotation_rad, error.rotation_rad)) /
-         2;
+  const Wide turn = norm(error.rotation_rad);
+  const Wide turned_j =
+      turn > limit_rad_ ? k_r_ * limit_rad_ * (turn - limit_rad_ / 2) : k_r_ * turn * turn / 2;
+  return k_t_ * dot(error.translation_m, error.translation_m) / 2 + turned_j;
 }
 
 Wide ProxyJudge::wrench_error(const Wrench& wrench, const WidePose& goal,
@@ -265,7 +267,9 @@ Wide ProxyJudge::wrench_error(const Wrench& wrench, const WidePose& goal,
   const WideError error = wide_error(goal, proxy);
   const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
   const WideVec force = widened(wrench.force_w) + k_t_ * error.translation_m;
-  const WideVec torque = widened(wrench.torque_w) + k_r_ * error.rotation_rad;
+  const Wide turn = norm(error.rotation_rad);
+  const Wide share = turn > limit_rad_ ? limit_rad_ / turn : 1;
+  const WideVec torque = widened(wrench.torque_w) + (k_r_ * share) * error.rotation_rad;
   // Positions and quaternions are differences of rounded numbers; k_r is a number of the scene.
   const Wide of_force = 4 * roundoff * k_t_ * (norm(goal.p) + norm(proxy.p));
   const Wide of_torque = 32 * roundoff * k_r_ * (1 + norm(error.rotation_rad));
@@ -369,7 +373,8 @@ bool ProxyJudge::could_follow(const WidePose& goal, const WidePose& proxy) {
   constexpr int kRandomMoves = 24;
   const WideError error = wide_error(goal, proxy);
   const Wide start_j = potential_j(error);
-  const Wide pull = k_t_ * (norm(error.translation_m) + length_m_ * norm(error.rotation_rad));
+  const Wide turn = std::min(norm(error.rotation_rad), limit_rad_);
+  const Wide pull = k_t_ * (norm(error.translation_m) + length_m_ * turn);
   const Wide least_j = 10 * tolerance_m_ * pull;
   std::vector<Row> rows;
   touching_rows(proxy, rows);

@@ -131,6 +131,7 @@ class ProxyJudge {
   std::vector<WideVec> references_;     ///< of B's body, by pair
   std::optional<FuzzPlate> plate_;
   Wide k_t_, k_r_, length_m_;
+  Wide limit_rad_;  ///< turn from which on the torque no longer grows
   Wide radius_m_ = 0, tolerance_m_ = 0;
 };
 

@@ -88,7 +88,7 @@ std::vector<Figure> deep_push_figures() {
   path.approach_s = 0.01;
   path.retreat_w = {0, 0, 3e-4};
   const Trace trace = run_trace(scene, LawId::kProxy, path);
-  const bool told = (trace.ticks.back().flags & kFlagAnchorMoved) != 0;
+  const bool told = (trace.ticks.back().flags & kFlagSaturated) != 0;
   return {near_to("F at 60 mm (N)", 8, trace.ticks.back().force_n.z(), 1e-3),
           at_most("dF (N)", 0.03, largest_steps(trace.path()).force_n),
           near_to("flag", 1, told ? 1 : 0, 0)};
