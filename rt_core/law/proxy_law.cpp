@@ -80,6 +80,13 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
   rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
   row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
+  bool rubbing = false;
+  for (const BodyRecord& body : scene.bodies()) rubbing = rubbing || body.friction > 0;
+  if (kSceneTraits.friction && rubbing) {
+    cones_ = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
+    row_cone_ = arena.take<std::uint8_t>(kMaxQpRows);
+    last_cones_ = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
+  }
   if (fixed) return;  // planes need neither turned vertices nor searches
   lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
   lanes_begin_ = arena.take<std::size_t>(moving_pieces);
@@ -101,7 +108,11 @@ void Proxy::reset() noexcept {
     pair.known = pair.inside = false;
     pair.clear_until_m = 0;
     pair.gap_version = 0;
+    pair.slips = true;
+    pair.quiet_ticks = 0;
   }
+  cones_.clear();
+  last_cones_.clear();
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   choose_from_start_ = false;
@@ -235,6 +246,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
 
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
+  note_slip(step);
   p_ = step.q;
   version_ += 1;
   path_m_ =
@@ -282,6 +294,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     const bool accepted = pair.gap_version == version_;
     tick.gap_m = std::min(tick.gap_m, accepted ? pair.gap_m : reached.gap_q_m);
   }
+  settle_slip();
   feel(tick);
   return tick;
 }

@@ -52,14 +52,17 @@ struct ProxyPair {
   const PairView* view = nullptr;
   Vec3 reference_w = Vec3::Zero();  ///< of B's body
   Real reach_a_m = 0;               ///< lever of the piece of A about the grip point
-  Real friction = 0;                ///< Coulomb coefficient
+  Real friction = 0;                ///< Coulomb coefficient while it slides
+  Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
   PlaneId plane;                    ///< that last certified the pair, when known
   SupportPair support;
   double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
   Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
   bool known = false;
-  bool inside = false;  ///< no plane had a gap: the pair is being recovered
+  bool inside = false;            ///< no plane had a gap: the pair is being recovered
+  bool slips = true;              ///< it slid in one of the last kStickTicks ticks
+  std::uint32_t quiet_ticks = 0;  ///< in which it did not
 };
 
 /// A pair that a pass can reach.
@@ -86,6 +89,18 @@ struct ImposedPlane {
   Real allowed_m = 0;
   bool at_start = false;  ///< its rows at p are in
   std::uint8_t times = 0;
+};
+
+/// A contact point with friction in the quadratic program: n.dp - mu |dp_t| >= least, with the
+/// motion dp of the point and its part dp_t along the plane.
+struct FrictionCone {
+  Vec3 app_w = Vec3::Zero(), normal_w = Vec3::Zero();
+  Vec3 direction_w = Vec3::Zero();  ///< unit, along the plane: against the slip
+  Real least_m = 0;
+  Real friction = 0;
+  std::uint32_t pair = 0;
+  std::uint8_t imposed = 0;  ///< index of its plane
+  std::uint8_t number = 0;   ///< among the points of its pair
 };
 
 /// Work and state of one tick of the proxy.
@@ -161,10 +176,28 @@ class Proxy {
                                 SupportPair support, ProxyTick& tick) const noexcept;
   [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
                              const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
-  [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick) const noexcept;
+  [[nodiscard]] bool push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
+                              const PoseError& error, std::uint32_t most_rows) noexcept;
+  [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick,
+                                    std::span<const std::uint8_t> first = {}) const noexcept;
   void remember_active() noexcept;
   void feel(ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
+
+  /// Friction (proxy_friction.cpp).
+  [[nodiscard]] static bool rubs(const ProxyPair& pair) noexcept {
+    return kSceneTraits.friction && pair.friction > 0;
+  }
+  void begin_cones() noexcept;
+  [[nodiscard]] bool add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& normal_w,
+                              Real least_m, const PoseError& error) noexcept;
+  [[nodiscard]] bool push_cone_row(std::uint32_t at, const Vec3& direction_w,
+                                   const PoseError& error) noexcept;
+  void cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Vec3 slip_of(const FrictionCone& cone, const Vec3& dx_m,
+                             const Vec3& dtheta_rad) const noexcept;
+  void note_slip(const Step& step) noexcept;
+  void settle_slip() noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   void certify(ReachedPair& reached, const GripPose& q, Real least_m, ProxyTick& tick) noexcept;
@@ -178,8 +211,6 @@ class Proxy {
   [[nodiscard]] PoseError error_of(const GripPose& goal, const GripPose& pose) const noexcept {
     return is_fixed() ? place_error(goal, pose) : pose_error(goal, pose);
   }
-  [[nodiscard]] bool add_fixed_row(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
-                                   const PoseError& error) noexcept;
   void search_fixed(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] double odometer_m(const ProxyPair& pair) const noexcept {
     return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
@@ -199,8 +230,11 @@ class Proxy {
       false;  ///< the last pass was rejected: the next starts without its planes
   FeltContact felt_;
   BoundedList<QpRow> rows_;
-  std::span<std::uint8_t> row_plane_;  ///< index of the imposed plane of each row
-  std::span<Real> lanes_;              ///< A's vertices turned to p_
+  std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row
+  BoundedList<FrictionCone> cones_, last_cones_;  ///< of this pass and of the one before
+  std::uint32_t cone_programs_ = 0;               ///< of this pass, that cuts asked for
+  std::span<std::uint8_t> row_cone_;              ///< index of the cone of each row
+  std::span<Real> lanes_;                         ///< A's vertices turned to p_
   std::span<std::size_t> lanes_begin_;
   std::span<std::uint64_t> lanes_version_;
   std::span<std::uint64_t> search_memory_;  ///< bounds of one full search

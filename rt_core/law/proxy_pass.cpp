@@ -48,6 +48,7 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   gather(tick);
   rows_.clear();
   imposed_.clear();
+  begin_cones();
   last_qp_ = QpResult{};
   impose_last(error, tick);
 
@@ -109,7 +110,7 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       plane.id = id;
       plane.allowed_m = reached.allowed_m;
       plane.at_start = true;
-      const std::uint32_t rows = rows_.size();
+      const std::uint32_t rows = rows_.size(), cones = cones_.size();
       if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, gap, here, error, false)) {
         tick.limited = true;
         return;
@@ -118,6 +119,7 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
       if (!pair.inside && !manifold_scratch_.overlap) {
         imposed_.truncate(imposed_.size() - 1);
         rows_.truncate(rows);
+        cones_.truncate(cones);
       }
     };
     if (pair.inside) {
@@ -136,8 +138,9 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
 }
 
 /// The point of the rows that is closest to the origin, and its work counted.
-QpResult Proxy::solve_rows(Real tolerance_m, ProxyTick& tick) const noexcept {
-  const QpResult found = closest_point(rows_.view(), tolerance_m);
+QpResult Proxy::solve_rows(Real tolerance_m, ProxyTick& tick,
+                           std::span<const std::uint8_t> first) const noexcept {
+  const QpResult found = closest_point(rows_.view(), tolerance_m, first);
   tick.rows = std::max(tick.rows, rows_.size());
   tick.qp_iterations = std::max(tick.qp_iterations, found.iterations);
   tick.qp_programs += 1;
@@ -172,6 +175,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       share *= kRetryShare;
       far_rows_ = false;
       rows_.clear();
+      cones_.clear();
       if (from_start) imposed_.clear();
       from_start = false;
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
@@ -181,6 +185,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     }
     tick.rounds = std::max(tick.rounds, round + 1);
     last_qp_ = solve_rows(tolerance, tick);
+    cut_cones(error, tolerance, tick);
     if (last_qp_.capped) tick.limited = true;
     const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
     const Vec3 dtheta =
@@ -190,6 +195,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     Real s = 1;
     if (far > share * scale.step_m) s = share * scale.step_m / far;
     if (s * turn > share * scale.turn_rad) s = share * scale.turn_rad / turn;
+    if (!cones_.empty() && s * far <= scale.still_m && s * turn <= scale.still_rad) s = 0;
     step = step_by(s * dx, s * dtheta);
     const Check result = check(step, -scale.tolerance_m / 2, tick);
     if (result.ok) {
@@ -262,7 +268,7 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& a
                        const PoseError& error, bool support_too) noexcept {
   ImposedPlane& plane = imposed_[imposed];
   plane.support = gap.support;
-  if (is_fixed()) return add_fixed_row(imposed, gap, at, error);
+  if (is_fixed()) return add_row(imposed, {Vec3::Zero(), gap.gap_m}, gap.normal_w, at, error);
   const ProxyPair& pair = pairs_[plane.pair];
   const Vec3 y_w = at.q.x0_w - pair.reference_w;
   std::array<ManifoldPoint, kMaxManifoldPoints> points;
@@ -277,36 +283,38 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& a
 }
 
 /// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised; with
-/// friction the four generators n +- mu t, n +- mu b, t along the pull.
+/// friction the point gets its cone.
 bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec3& normal_w,
                     const Step& at, const PoseError& error) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const ImposedPlane& plane = imposed_[imposed];
-  const Real mu = kSceneTraits.friction ? pairs_[plane.pair].friction : 0;
-  const Real length = secant_.length_m;
+  const ProxyPair& pair = pairs_[plane.pair];
   // Rows that zero motion would violate by more than this could be inconsistent.
-  const Real most =
-      scale.tolerance_m + (pairs_[plane.pair].inside ? scale.recovery_step_m : Real{0});
-  const auto add = [&](const Vec3& w) {
-    const Vec3 moment = point.app_w.cross(w);
-    const Real along = w.dot(at.dx_m) + moment.dot(at.dtheta_rad);
-    const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
-    QpRow row;
-    row.g.head<3>() = w;
-    row.g.tail<3>() = moment / length;
-    row.h = least - (w.dot(error.translation_m) + moment.dot(error.rotation_rad));
-    const std::uint32_t index = rows_.size();
-    if (index >= (mu > 0 ? kMaxQpRows : kMaxProxyRows) || !rows_.push(row)) return false;
-    row_plane_[index] = static_cast<std::uint8_t>(imposed);
-    return true;
-  };
-  if (!(mu > 0)) return add(normal_w);
-  Vec3 t = error.translation_m - normal_w * normal_w.dot(error.translation_m);
-  const Real pull = std::sqrt(t.squaredNorm());
-  t = pull > scale.still_m ? Vec3(t / pull) : plane_basis(normal_w).e1;
-  const Vec3 b = normal_w.cross(t);
-  return add(normal_w + mu * t) && add(normal_w - mu * t) && add(normal_w + mu * b) &&
-         add(normal_w - mu * b);
+  const Real most = scale.tolerance_m + (pair.inside ? scale.recovery_step_m : Real{0});
+  Real along = normal_w.dot(at.dx_m);
+  if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at.dtheta_rad);
+  const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
+  if (rubs(pair)) return add_cone(imposed, point.app_w, normal_w, least, error);
+  return push_row(imposed, point.app_w, normal_w, least, error, kMaxProxyRows);
+}
+
+/// Row w.(dx + dtheta x App) >= least about p.
+bool Proxy::push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
+                     const PoseError& error, std::uint32_t most_rows) noexcept {
+  QpRow row;
+  Real pull = w.dot(error.translation_m);
+  row.g.head<3>() = w;
+  if (!is_fixed()) {
+    const Vec3 moment = app_w.cross(w);
+    row.g.tail<3>() = moment / secant_.length_m;
+    pull += moment.dot(error.rotation_rad);
+  }
+  row.h = least_m - pull;
+  const std::uint32_t index = rows_.size();
+  if (index >= most_rows || !rows_.push(row)) return false;
+  row_plane_[index] = static_cast<std::uint8_t>(imposed);
+  if (!row_cone_.empty()) row_cone_[index] = kMaxFrictionCones;
+  return true;
 }
 
 /// Planes with a multiplier: the next pass starts with them.

@@ -343,9 +343,15 @@ Violation most_violated(std::span<const QpRow> rows, const QpVector& z, Real tol
 
 }  // namespace
 
-QpResult closest_point(std::span<const QpRow> rows, Real tolerance) noexcept {
+QpResult closest_point(std::span<const QpRow> rows, Real tolerance,
+                       std::span<const std::uint8_t> first) noexcept {
   rows = rows.first(std::min<std::size_t>(rows.size(), kMaxQpRows));
   DualSearch search(rows);
+  for (const std::uint8_t row : first.first(std::min<std::size_t>(first.size(), kDimension))) {
+    if (row >= rows.size() || search.closed().contains(row)) continue;
+    const Real violation = rows[row].h - dot(rows[row].g, search.z());
+    if (violation > tolerance) search.enter(row, violation);
+  }
   for (;;) {
     const Violation worst = most_violated(rows, search.z(), tolerance, search.closed());
     const bool met = worst.row == kMaxQpRows;

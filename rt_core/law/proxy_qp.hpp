@@ -46,6 +46,9 @@ struct QpResult {
 /// Deterministic, the same bits in every build of one Real: the most violated row first, the lowest
 /// index at ties. Cost: at most kMaxQpIterations times (all rows once and a 6x6 orthogonalisation);
 /// typically 4.
-[[nodiscard]] QpResult closest_point(std::span<const QpRow> rows, Real tolerance) noexcept;
+/// `first`: rows that are looked at before, in this order, such as those that hold the closest
+/// point of most of the rows; the first kQpSize of them count.
+[[nodiscard]] QpResult closest_point(std::span<const QpRow> rows, Real tolerance,
+                                     std::span<const std::uint8_t> first = {}) noexcept;
 
 }  // namespace haptic

@@ -77,7 +77,8 @@ constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) no
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
-/// per correction, whose rows are one for each pair. `friction`: of any body.
+/// per correction, whose rows are one for each pair; with friction kMaxConePrograms more.
+/// `friction`: of any body.
 struct ProgramBounds {
   std::uint32_t rounds, rows, iterations, programs, steps;
 };
@@ -87,7 +88,8 @@ constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   const auto corrected =
       static_cast<std::uint32_t>(std::min<std::uint64_t>(pairs, kMaxFrictionRows));
-  const std::uint32_t programs = passes * (kRounds + 2 * kMaxCorrections);
+  const std::uint32_t cones = friction ? kMaxConePrograms : 0;
+  const std::uint32_t programs = passes * (kRounds + 2 * kMaxCorrections + cones);
   return {kRounds, friction ? kMaxFrictionRows : std::max(kMaxProxyRows, corrected),
           kMaxQpIterations, programs, programs * kMaxQpIterations};
 }

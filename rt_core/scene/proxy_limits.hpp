@@ -20,6 +20,11 @@ inline constexpr std::uint32_t kMaxFeltPlanes = 6;
 /// Rows of one program: without friction, and the most of all; iterations after which it ends with
 /// what it has.
 inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;
+/// Contact points with friction in one program, and programs that one pass solves again because
+/// their rows left one of the cones out by more than a share.
+inline constexpr std::uint32_t kMaxFrictionCones = 48, kMaxConePrograms = 12;
+/// Ticks without slip after which a pair sticks.
+inline constexpr std::uint32_t kStickTicks = 50;
 /// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
 /// whose sets a pass has room for; further ones keep their certificate as the only plane.
 inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;

@@ -45,6 +45,7 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
     pair.reference_w = place_of(body.reference_m);
     pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
     pair.friction = static_cast<Real>(body.friction);
+    pair.friction_static = static_cast<Real>(body.friction_static);
     radius = std::max(radius, pair.reach_a_m);
     extent = std::max(extent, std::sqrt(pair.reference_w.squaredNorm()) +
                                   static_cast<Real>(view.b.record->reach_m));

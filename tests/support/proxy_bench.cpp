@@ -84,6 +84,7 @@ ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t
              static_cast<Real>(body.reference_m[2]));
     pair.reach_a_m = static_cast<Real>(views_[i].a.record->reach_m);
     pair.friction = static_cast<Real>(body.friction);
+    pair.friction_static = static_cast<Real>(body.friction_static);
     radius = std::max(radius, pair.reach_a_m);
     extent = std::max(extent, static_cast<Real>(views_[i].b.record->reach_m));
   }

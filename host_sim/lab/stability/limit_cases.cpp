@@ -174,6 +174,79 @@ std::vector<Figure> circle_figures(double mu) {
   return {near_to("work (J)", 0.113, work_j, 0.002)};
 }
 
+/// Tremor of 0.1 um, without a period that the ticks could meet.
+Vector tremor_m(double t) {
+  return 1e-7 * Vector(std::sin(7.13e4 * t), std::sin(9.71e4 * t + 1), std::sin(1.137e5 * t + 2));
+}
+
+/// Pressed and spun at 0.5 rad/s with tremor: the torque, its noise, and the force aside.
+std::vector<Figure> spin_figures(double mu) {
+  CoupledScene scene = box_on(wide_floor());
+  scene.friction = mu;
+  TimedPath path;
+  path.pose = [](double t) -> PathPose {
+    const Vector place(0, 0, kBoxHalf_m[2] - kPush_m);
+    return {place + tremor_m(t), turn_about(0.5 * t, Vector::UnitZ())};
+  };
+  path.duration_s = 2.5;
+  const Trace trace = run_trace(scene, LawId::kProxy, path);
+  const auto ticks = trace.path().last(1500);
+  double sum_nm = 0, squares = 0, force_n = 0;
+  for (const TraceTick& tick : ticks) {
+    const double torque = std::abs(tick.torque_nm.z());
+    sum_nm += torque;
+    squares += torque * torque;
+    force_n += tick.force_n.z();
+  }
+  const auto count = static_cast<double>(ticks.size());
+  const double mean_nm = sum_nm / count, lever_m = std::hypot(kBoxHalf_m[0], kBoxHalf_m[1]);
+  const double noise = std::sqrt(std::max(0.0, squares / count - mean_nm * mean_nm)) / mean_nm;
+  const double patch_nm = mu * force_n / count * lever_m;
+  return {at_most("torque noise (1)", 0.02, noise),
+          near_to("torque over that of the corners", 1, mean_nm / patch_nm, 0.03)};
+}
+
+/// Dragged in 360 directions at 20 mm/s: largest error of the force along and across the way.
+std::vector<Figure> direction_figures(double mu) {
+  CoupledScene scene = box_on(wide_floor());
+  scene.friction = mu;
+  double along = 0, across = 0;
+  for (int degree = 0; degree < 360; ++degree) {
+    const double a = degree * pi / 180;
+    TimedPath path;
+    path.pose = [a](double t) -> PathPose {
+      return {{0.02 * t * std::cos(a), 0.02 * t * std::sin(a), kBoxHalf_m[2] - kPush_m},
+              Rotation::Identity()};
+    };
+    path.duration_s = mu * kPush_m / 0.02 + 0.1;
+    const TraceTick end = run_trace(scene, LawId::kProxy, path).ticks.back();
+    const double most_n = mu * end.force_n.z();
+    const Vector way(std::cos(a), std::sin(a), 0), aside(-std::sin(a), std::cos(a), 0);
+    along = std::max(along, std::abs(-end.force_n.dot(way) / most_n - 1));
+    across = std::max(across, std::abs(end.force_n.dot(aside)) / most_n);
+  }
+  return {at_most("error along the way (1)", 0.02, along),
+          at_most("force across the way (1)", 0.03, across)};
+}
+
+/// Held for 60 s with tremor, pulled with 0.8 mu N at 45 degrees.
+std::vector<Figure> stick_figures(double mu) {
+  CoupledScene scene = box_on(wide_floor());
+  scene.friction = mu;
+  TimedPath path;
+  path.pose = [mu](double t) -> PathPose {
+    const double pull = 0.8 * std::min(t / 0.2, 1.0) * mu * kPush_m / std::numbers::sqrt2;
+    return {Vector(pull, pull, kBoxHalf_m[2] - kPush_m) + tremor_m(t), Rotation::Identity()};
+  };
+  path.duration_s = 60.3;
+  const Trace trace = run_trace(scene, LawId::kProxy, path);
+  const auto ticks = trace.path().last(60000);
+  double drift_m = 0;
+  for (const TraceTick& tick : ticks)
+    drift_m = std::max(drift_m, (tick.proxy.p - ticks.front().proxy.p).norm());
+  return {near_to("drift in 60 s (m)", 0, drift_m, 0)};
+}
+
 /// Tilted in its hole and pushed 8 mm down: how far it lags at most, and what it takes.
 std::vector<Figure> jam_figures(double mu, double force_n) {
   const CoupledScene scene = peg_scene(1e-4, mu);
@@ -211,14 +284,19 @@ std::vector<CaseRow> limit_rows() {
 }
 
 std::vector<CaseRow> friction_rows() {
-  return {{"drag_0.1", "box dragged, mu 0.1", [] { return drag_figures(0.1); }},
-          {"drag_0.3", "box dragged, mu 0.3", [] { return drag_figures(0.3); }},
-          {"drag_0.6", "box dragged, mu 0.6", [] { return drag_figures(0.6); }},
-          {"circle_0.3", "sliding circle, mu 0.3", [] { return circle_figures(0.3); }},
-          {"circle_0", "sliding circle, mu 0", [] { return circle_figures(0); }},
-          {"jam_0", "peg tilted 0.08 rad, pushed 8 mm, mu 0", [] { return jam_figures(0, 0.03); }},
-          {"jam_0.2", "the same, mu 0.2", [] { return jam_figures(0.2, 0.91); }},
-          {"jam_0.5", "the same, mu 0.5", [] { return jam_figures(0.5, 2.45); }}};
+  return {
+      {"drag_0.1", "box dragged, mu 0.1", [] { return drag_figures(0.1); }},
+      {"drag_0.3", "box dragged, mu 0.3", [] { return drag_figures(0.3); }},
+      {"drag_0.6", "box dragged, mu 0.6", [] { return drag_figures(0.6); }},
+      {"circle_0.3", "sliding circle, mu 0.3", [] { return circle_figures(0.3); }},
+      {"circle_0", "sliding circle, mu 0", [] { return circle_figures(0); }},
+      {"spin_0.4", "spun at 0.5 rad/s, tremor 0.1 um, mu 0.4", [] { return spin_figures(0.4); }},
+      {"directions_0.4", "dragged in 360 directions, mu 0.4",
+       [] { return direction_figures(0.4); }},
+      {"stick_0.4", "held 60 s with tremor 0.1 um, mu 0.4", [] { return stick_figures(0.4); }},
+      {"jam_0", "peg tilted 0.08 rad, pushed 8 mm, mu 0", [] { return jam_figures(0, 0.03); }},
+      {"jam_0.2", "the same, mu 0.2", [] { return jam_figures(0.2, 0.91); }},
+      {"jam_0.5", "the same, mu 0.5", [] { return jam_figures(0.5, 2.45); }}};
 }
 
 }  // namespace haptic::sim

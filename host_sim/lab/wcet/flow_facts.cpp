@@ -76,6 +76,9 @@ void add_compiled(Facts& facts) {
   facts.add("kProxyRetryRounds", kProxyRetryRounds, "rounds of one such try");
   facts.add("kMaxCorrections", kMaxCorrections, "displaced steps that a pass tries, twice");
   facts.add("kMaxBackOffs", kMaxBackOffs, "shortened steps that a pass tries");
+  facts.add("kMaxFrictionCones", kMaxFrictionCones, "contact points with friction in one program");
+  facts.add("kMaxConePrograms", kMaxConePrograms,
+            "programs of a pass solved again for a cone of friction");
   facts.add("kMaxImposedPlanes", kMaxImposedPlanes, "planes of one quadratic program");
   facts.add("kMaxValidPlanes", kMaxValidPlanes, "planes kept of a pair's valid set");
   facts.add("kMaxValidVisits", kMaxValidVisits, "nodes of one search for valid planes");
