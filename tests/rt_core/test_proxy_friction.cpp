@@ -17,7 +17,6 @@ namespace {
 constexpr double kMu = 0.4, kDepth_m = 0.005, kHalfHeight_m = 0.01;
 constexpr double kStiffness_n_per_m = 1000;
 constexpr double kCorner_m = 0.025;  // from the grip's normal to a corner of the patch
-constexpr bool kSingle = HAPTIC_REAL_IS_FLOAT;
 
 tools::SceneDescription rubbing_scene(double mu, double mu_static = 0) {
   tools::SceneDescription scene =
