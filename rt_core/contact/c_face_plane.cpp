@@ -7,6 +7,22 @@
 
 namespace haptic {
 
+Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
+  if (pair.is_fixed()) return Vec3::Zero();
+  switch (id.type) {
+    case ContactType::kA:
+      return r_wa * -pair.a.face_normal(id.i);
+    case ContactType::kB:
+      return pair.b.face_normal(id.j);
+    case ContactType::kC:
+      break;
+  }
+  const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
+  const Vec3 m = u.cross(ConstVec3Map(pair.b.edge_directions[id.j].unit));
+  const Real sine = std::sqrt(m.squaredNorm());
+  return sine < kMinEdgeSine ? Vec3(Vec3::Zero()) : Vec3(m / (id.flipped ? -sine : sine));
+}
+
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
                    SupportPair start) noexcept {
   if (pair.is_fixed()) return fixed_plane_gap(pair, y_w, id);

@@ -30,6 +30,10 @@ struct PlaneGap {
   bool defined = false;          ///< false: edges too close to parallel, the rest means nothing
 };
 
+/// Unit normal of plane `id`, from B to A, when A is turned by `r_wa`; zero where it is not defined
+/// or the part never turns.
+[[nodiscard]] Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept;
+
 /// Plane `id` and its gap when A is turned by `r_wa`. `y_w`: x_0^A minus the reference of B's body
 /// [m]. `start`: vertices where the search for supports begins; any will do, the last ones are the
 /// fastest. The support of a face is its first vertex, without search. Cost: one highest_vertex

@@ -9,63 +9,139 @@
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
+namespace {
 
-/// Largest gap of a pair at q: its certificate's, or that of the best plane of its valid set.
-/// Exposed planes come first in the set, so the best of them is known before the rest is measured.
-void Proxy::certify(ReachedPair& reached, const GripPose& q, Real least_m,
+/// A step is not shortened by more than this at once.
+constexpr Real kLeastShare = 1.0e-3_r;
+
+/// How deep a step may dip on its way, from a gap of `gap_p_m`.
+Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
+  return std::min(-scale.tolerance_m, gap_p_m);
+}
+
+}  // namespace
+
+/// Lower bound of the gap of a pair on the straight way of `step` (place and turn at constant
+/// speed), from its gaps along one plane at both ends; `at_q`: at the end.
+///
+/// Let n(s) = (1 - s) n_p + s n_q be the direction on the way, d(s) the way from a vertex of B to
+/// one of A, M = n.d. n'' = 0, |d'| <= |dx| + r |dtheta| and |d''| <= r |dtheta|^2 with the lever r
+/// of A's piece, so |M''| <= K = 2 (|n'.dx| + |n'| r |dtheta|) + r |dtheta|^2, and M lies no lower
+/// than the parabola of curvature K through its ends. n is no shorter than sqrt(1 - |n'|^2 / 4).
+/// A plane that turns by more than 60 degrees certifies nothing: it may have come round to the
+/// other side of both pieces.
+Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
+                     const Step& step) const noexcept {
+  const Real gap_q_m = at_q.gap_m;
+  const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
+  if (is_fixed() || !(turn > 0)) return std::min(gap_p_m, gap_q_m);
+  const Real lever = pair.reach_a_m;
+  Real curvature = lever * turn * turn;
+  Real length = 1;
+  if (at_q.id.type != ContactType::kB) {
+    constexpr Real kLowest = -std::numeric_limits<Real>::max();
+    const Vec3 at_p = plane_normal(*pair.view, p_.r_wa, at_q.id);
+    const Vec3 change = at_q.normal_w - at_p;
+    const Real change2 = change.squaredNorm();
+    if (!(change2 < 1) || at_p.isZero(0)) return kLowest;
+    curvature += 2 * (std::abs(change.dot(step.dx_m)) + std::sqrt(change2) * lever * turn);
+    length = std::sqrt(1 - change2 / 4);
+  }
+  const Real rise = gap_q_m - gap_p_m;
+  Real least = std::min(gap_p_m, gap_q_m);
+  if (2 * std::abs(rise) < curvature) {
+    const Real slope = rise - curvature / 2;
+    least = gap_p_m - slope * slope / (2 * curvature);
+  }
+  return least < 0 ? least / length : least;
+}
+
+/// The plane that certifies a pair best, of its certificate and, where that does not do, of its
+/// valid set. Exposed planes come first in the set, so the best of them is known before the rest is
+/// measured.
+void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
                     ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
-  const Vec3 y_w = q.x0_w - pair.reference_w;
+  const Vec3 y_w = step.q.x0_w - pair.reference_w;
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
-  Real exposed_m = kLowest;
-  const auto measure = [&](const PlaneId& id, SupportPair from, bool first) {
-    const PlaneGap gap = plane_gap(*pair.view, q.r_wa, y_w, id, from);
+  Real worth_m = kLowest;  // by how much the gap is enough, at the end and on the way
+  Real exposed_worth_m = kLowest;
+  const auto measure = [&](const PlaneId& id, SupportPair from, Real gap_p_m, bool first) {
+    const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, y_w, id, from);
     tick.plane_gaps += 1;
-    if (!first && (!gap.defined || gap.gap_m <= reached.gap_q_m)) return;
+    Real worth = kLowest, path = kLowest;
+    if (gap.defined) {
+      worth = gap.gap_m + reached.allowed_m - least_m;
+      path = gap.gap_m;
+      if (worth >= 0 && !pair.inside) {
+        path = path_gap(pair, gap_p_m, gap, step);
+        worth = std::min(worth, path - deepest_on_way(parameters_.scale, gap_p_m));
+      }
+    }
+    if (!first && !(worth > worth_m)) return;
+    worth_m = worth;
     reached.plane = id;
     reached.support = gap.support;
+    reached.gap_p_m = gap_p_m;
     reached.gap_q_m = gap.defined ? gap.gap_m : kLowest;
+    reached.path_m = path;
   };
   reached.exact_q = true;
-  measure(PlaneId(reached.plane), reached.support, true);
-  if (reached.gap_q_m + reached.allowed_m >= least_m) return;
+  measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
+  if (worth_m >= 0) return;
   if (!reached.searched) find_valid(reached, tick);
-  PlaneId exposed;
-  SupportPair support;
+  ReachedPair exposed;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];
-    measure(valid.id, valid.support, k == 0);
+    measure(valid.id, valid.support, valid.gap_m, k == 0);
     if (k + 1 != reached.exposed_count) continue;
-    exposed = reached.plane;
-    support = reached.support;
-    exposed_m = reached.gap_q_m;
+    exposed = reached;
+    exposed_worth_m = worth_m;
   }
   // Any plane certifies; one that only separates is imposed where nothing else is there to be.
-  if (exposed_m == kLowest || reached.gap_q_m + reached.allowed_m >= least_m) return;
-  reached.plane = exposed;
-  reached.support = support;
+  if (exposed_worth_m == kLowest || worth_m >= 0) return;
+  reached.plane = exposed.plane;
+  reached.support = exposed.support;
+  reached.gap_p_m = exposed.gap_p_m;
+  reached.gap_q_m = exposed.gap_q_m;
+  reached.path_m = exposed.path_m;
 }
 
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
   Check result;
   const Real far = std::sqrt(step.dx_m.squaredNorm());
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
+  const Real motion = far + turn * parameters_.radius_m;
+  if (motion > reach_m_) widen(motion, tick);
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];
     const ProxyPair& pair = pairs_[reached.pair];
-    // The direction of the plane at p, held fixed, loses no more than this.
+    // The direction of the plane at p, held fixed, loses no more than this anywhere on the way.
     const Real least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
     if (least_gap > parameters_.scale.tolerance_m) {
       reached.plane = pair.plane;
       reached.support = pair.support;
-      reached.gap_q_m = least_gap;
+      reached.gap_p_m = reached.gap_m;
+      reached.gap_q_m = reached.path_m = least_gap;
       reached.exact_q = false;
       continue;
     }
-    certify(reached, step.q, least_m, tick);
+    certify(reached, step, least_m, tick);
     const Real lacking = least_m - (reached.gap_q_m + reached.allowed_m);
-    if (lacking > 0 && (result.ok || lacking > result.lacking_m)) {
-      result = {false, lacking, k};
+    const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
+    if (lacking > 0) {
+      if (lacking > result.lacking_m) {
+        result.lacking_m = lacking;
+        result.worst = k;
+      }
+      result.ok = false;
+    } else if (reached.path_m < deepest_m && !pair.inside) {
+      // How deep the way dips grows with the square of the step.
+      const Real ends = std::min(reached.gap_p_m, reached.gap_q_m);
+      const Real room = std::max(ends - deepest_m, 0.25_r * parameters_.scale.tolerance_m);
+      const Real share = 0.9_r * std::sqrt(std::min<Real>(room / (ends - reached.path_m), 1));
+      result.share = std::min(result.share, std::max(share, kLeastShare));
+      result.ok = false;
     }
   }
   return result;
@@ -76,14 +152,14 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   Step trial = step;
   for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
-    const Check result = check(trial, -scale.tolerance_m, tick);
+    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick);
     if (result.ok) {
       const Real most = scale.step_m + scale.margin_m;
-      if (trial.dx_m.squaredNorm() > most * most) return false;
+      if ((trial.dx_m - step.dx_m).squaredNorm() > most * most) return false;
       step = trial;
       return true;
     }
-    if (k == kMaxCorrections) break;
+    if (k == kMaxCorrections || !(result.lacking_m > 0)) break;
     rows_.clear();
     for (const ReachedPair& reached : reached_) {
       if (!reached.exact_q || reached.gap_q_m > scale.step_m) continue;

@@ -20,6 +20,12 @@ constexpr Real kChosenFor_m = 0.05_r;
 /// Sums of motion are rounded up by this share.
 constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 
+/// Ticks with one goal, to the bit, after which a step must lower the energy by more in each, and
+/// those after which it would have to by more than any spring holds.
+constexpr std::uint32_t kPatience = 64, kMostHeld = kPatience + 2 * 128;
+/// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.
+constexpr std::uint32_t kLeastHeld = 4;
+
 /// Gap between the spheres round the two pieces, a lower bound of their distance [m].
 Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexcept {
   const PieceRecord& a = *pair.a.record;
@@ -116,6 +122,8 @@ void Proxy::reset() noexcept {
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   choose_from_start_ = false;
+  settled_ = false;
+  held_ = 0;
   felt_ = FeltContact{};
   path_m_ = turn_rad_ = 0;
   version_ = 1;
@@ -166,7 +174,7 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// Whether a pass can bring the pair into contact; then `reached` tells where it stands.
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   const double odometer = odometer_m(pair);
-  const Real reach = parameters_.scale.reach_m;
+  const Real reach = reach_m_;
   const auto clear = [&](Real gap) {
     pair.clear_until_m = odometer + static_cast<double>(gap);
     return gap >= reach;
@@ -190,7 +198,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     if (!pair.known || pair.gap_m < -valid_depth(parameters_.scale)) search_fully(pair, tick);
   }
   if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
-  reached.gap_m = reached.gap_q_m = pair.gap_m;
+  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;
   reached.plane = pair.plane;
   reached.support = pair.support;
   reached.allowed_m =
@@ -198,22 +206,56 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
   return true;
 }
 
+/// The pairs that a pass can bring into contact.
 void Proxy::gather(ProxyTick& tick) noexcept {
   reached_.clear();
   valid_.clear();
-  tick.gap_m = std::numeric_limits<Real>::max();
+  pass_ += 1;
+  reach_m_ = parameters_.scale.reach_m;
   tick.recovering = false;
+  worst_gap_m_ = std::numeric_limits<Real>::max();
+  reach_all(tick);
+}
+
+/// Takes those pairs in too that a step of this length can meet; at most twice in a pass, the
+/// second time all of them.
+void Proxy::widen(Real motion_m, ProxyTick& tick) noexcept {
+  constexpr Real kAll = std::numeric_limits<Real>::max();
+  reach_m_ = reach_m_ > parameters_.scale.reach_m ? kAll : 4 * motion_m;
+  reach_all(tick);
+}
+
+/// Appends the pairs within the pass's reach that are not in its list yet.
+void Proxy::reach_all(ProxyTick& tick) noexcept {
+  tick.gap_m = nearest_m_ = std::numeric_limits<Real>::max();
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+    ProxyPair& pair = pairs_[i];
     ReachedPair reached;
     reached.pair = i;
-    if (reach_pair(pairs_[i], reached, tick)) {
+    if (pair.reached_in == pass_) {
+      nearest_m_ = std::min(nearest_m_, pair.gap_m);
+    } else if (reach_pair(pair, reached, tick)) {
+      pair.reached_in = pass_;
+      nearest_m_ = std::min(nearest_m_, pair.gap_m);
+      worst_gap_m_ = std::min(worst_gap_m_, pair.gap_m);
       static_cast<void>(reached_.push(reached));
-      tick.recovering = tick.recovering || pairs_[i].inside;
+      tick.recovering = tick.recovering || pair.inside;
     } else {
-      tick.gap_m =
-          std::min(tick.gap_m, static_cast<Real>(pairs_[i].clear_until_m - odometer_m(pairs_[i])));
+      const Real clear = static_cast<Real>(pair.clear_until_m - odometer_m(pair));
+      tick.gap_m = std::min(tick.gap_m, clear);
+      nearest_m_ = std::min(nearest_m_, clear);
     }
   }
+}
+
+/// What a pass must lower the energy by to be worth a step: what rounding makes of it, and where
+/// the goal has stayed the same for long more and more, so that every search ends.
+Real Proxy::least_fall_j(Real potential_j) const noexcept {
+  const Real still_m = parameters_.scale.still_m;
+  Real fall_j =
+      parameters_.spring.k_t_n_per_m * still_m * still_m / 2 + 32 * kRealEpsilon * potential_j;
+  for (std::uint32_t k = kPatience; k < std::min(held_, kMostHeld); k += 2) fall_j *= 2;
+  return fall_j;
 }
 
 /// The valid set of a pair at p_, once in a pass.
@@ -269,26 +311,34 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
                       BoundedList<NearNode>& near) noexcept {
   near_scratch_ = &scratch;
   near_ = &near;
-  ProxyTick tick;
   if (!started_) {
     p_ = goal;
     started_ = true;
     version_ += 1;
+    held_ = 0;
+  } else if (goal.x0_w == goal_.x0_w && goal.q_wa.coeffs() == goal_.q_wa.coeffs()) {
+    if (settled_) {
+      settle_slip();
+      return settled_tick_;
+    }
+    held_ = std::min(held_ + 1, kMostHeld);
+  } else {
+    held_ = 0;
   }
+  goal_ = goal;
+  ProxyTick tick;
   tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
-  const ProxyScale& scale = parameters_.scale;
+  tick.end_potential_j = tick.start_potential_j;
+  may_close_ = true;
+  PassEnd end = PassEnd::kMoved;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
-    const GripPose before = p_;
-    const std::uint32_t rejected = tick.rejected;
-    pass(goal, tick);
+    end = pass(goal, tick);
     tick.passes += 1;
-    const bool moved = (p_.x0_w - before.x0_w).squaredNorm() > scale.still_m * scale.still_m ||
-                       (p_.q_wa.coeffs() - before.q_wa.coeffs()).squaredNorm() * 4 >
-                           scale.still_rad * scale.still_rad;
-    if (!moved && tick.rejected == rejected) break;
+    tick.moved = tick.moved || end == PassEnd::kMoved;
+    if (end == PassEnd::kDone) break;
   }
+  if (tick.residual_n > kResidual_n) tick.limited = true;
   tick.error = error_of(goal, p_);
-  tick.end_potential_j = potential_j(parameters_.spring, tick.error);
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];
     const bool accepted = pair.gap_version == version_;
@@ -296,6 +346,14 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   }
   settle_slip();
   feel(tick);
+  settled_ = !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
+  if (settled_) {
+    settled_tick_ = tick;
+    settled_tick_.passes = settled_tick_.rejected = 0;
+    settled_tick_.rounds = settled_tick_.rows = settled_tick_.qp_iterations = 0;
+    settled_tick_.plane_gaps = settled_tick_.valid_nodes = settled_tick_.full_searches = 0;
+    settled_tick_.search_work = settled_tick_.qp_programs = settled_tick_.qp_steps = 0;
+  }
   return tick;
 }
 

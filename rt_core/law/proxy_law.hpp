@@ -59,6 +59,7 @@ struct ProxyPair {
   double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
   Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
+  std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
   bool known = false;
   bool inside = false;            ///< no plane had a gap: the pair is being recovered
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
@@ -74,7 +75,9 @@ struct ReachedPair {
   /// closest: of those that can carry a force while one of these is valid.
   PlaneId plane;
   SupportPair support;
+  Real gap_p_m = 0;       ///< at p, along that plane
   Real gap_q_m = 0;       ///< there, or a lower bound of it
+  Real path_m = 0;        ///< on the way there, a lower bound: of the plane between its two ends
   bool exact_q = false;   ///< gap_q_m is the gap itself
   bool searched = false;  ///< its valid set is there
   /// Its valid set; the first `exposed_count` of it can carry a force.
@@ -103,16 +106,23 @@ struct FrictionCone {
   std::uint8_t number = 0;   ///< among the points of its pair
 };
 
+/// A pull that the planes leave and the proxy has not followed is said when it is larger [N].
+inline constexpr Real kResidual_n = 0.01_r;
+
 /// Work and state of one tick of the proxy.
 struct ProxyTick {
   PoseError error;  ///< of the goal against the proxy at the end
   Real gap_m = 0;   ///< smallest known gap, a lower bound of the distance
   Real start_potential_j = 0, end_potential_j = 0;
-  Real allowed_rise_j = 0;  ///< sum over the passes of what the energy may rise by rounding
+  /// What the energy may have risen by: nothing but rounding. A pass may raise it to close a gap
+  /// that is negative, by no more than half of what earlier passes of the tick have lowered it.
+  Real allowed_rise_j = 0;
+  Real residual_n = 0;  ///< pull that the planes of the last program leave, were p to follow it
   std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
   std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
   std::uint32_t qp_programs = 0, qp_steps = 0;
-  bool limited = false;     ///< a cap was met
+  bool moved = false;       ///< p is not where it was
+  bool limited = false;     ///< a cap was met, or a residual is left
   bool recovering = false;  ///< inside an obstacle
 };
 
@@ -157,9 +167,19 @@ class Proxy {
   struct Step;
   struct Check;
 
-  void pass(const GripPose& goal, ProxyTick& tick) noexcept;
+  /// How a pass ended.
+  enum class PassEnd : std::uint8_t {
+    kMoved,
+    kDone,     ///< no step lowers the energy by more than rounding
+    kRejected  ///< steps that would have are not certified
+  };
+
+  [[nodiscard]] PassEnd pass(const GripPose& goal, ProxyTick& tick) noexcept;
   void gather(ProxyTick& tick) noexcept;
+  void widen(Real motion_m, ProxyTick& tick) noexcept;
+  void reach_all(ProxyTick& tick) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
 
@@ -183,6 +203,9 @@ class Proxy {
   void remember_active() noexcept;
   void feel(ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
+  [[nodiscard]] bool choice_is_due() noexcept;
+  [[nodiscard]] bool is_still(const Step& step) const noexcept;
+  [[nodiscard]] Real left_over_n(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
 
   /// Friction (proxy_friction.cpp).
   [[nodiscard]] static bool rubs(const ProxyPair& pair) noexcept {
@@ -200,7 +223,9 @@ class Proxy {
   void settle_slip() noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
-  void certify(ReachedPair& reached, const GripPose& q, Real least_m, ProxyTick& tick) noexcept;
+  void certify(ReachedPair& reached, const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
+                              const Step& step) const noexcept;
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
   void accept(const Step& step) noexcept;
   [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;
@@ -226,8 +251,21 @@ class Proxy {
   BoundedList<ReachedPair> reached_;
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
-  bool choose_from_start_ =
-      false;  ///< the last pass was rejected: the next starts without its planes
+  /// The last pass was rejected: the next starts without its planes.
+  bool choose_from_start_ = false;
+  std::uint64_t pass_ = 0;  ///< counts them, for ProxyPair::reached_in
+  Real reach_m_ = 0;        ///< of this pass: pairs farther apart than this are not in its list
+  Real nearest_m_ = 0;      ///< no pair is nearer than this at p_
+  Real close_m_ = 0;        ///< of a negative gap, what rows of this pass may ask to be closed
+  bool may_close_ = true;   ///< in this tick: no pass that did was rejected
+  Real worst_gap_m_ = 0;    ///< at p_, of the pairs in the list
+  PoseError wish_;          ///< the step that the last program asked for
+  std::uint64_t chosen_planes_ = 0;  ///< a hash of those last chosen from the start
+  std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
+  GripPose goal_;                    ///< of the last tick
+  std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
+  bool settled_ = false;             ///< with it, and nothing moves any more
+  ProxyTick settled_tick_;           ///< its account
   FeltContact felt_;
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row

@@ -11,6 +11,12 @@ namespace {
 
 /// By how much a retry shrinks the trust region.
 constexpr Real kRetryShare = 0.15_r;
+/// A retry goes this many of the scale's steps far at the most.
+constexpr Real kRetrySteps = 8;
+/// Gaps less negative than this share of the tolerance are not worth a closing.
+constexpr Real kClosedShare = 0.02_r;
+/// Passes after which the planes of a part at rest are chosen from the start again.
+constexpr std::uint32_t kChoiceAge = 96;
 
 /// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
 /// rounding makes of numbers as large as the error.
@@ -39,7 +45,9 @@ Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexc
   return step;
 }
 
-void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
+/// Moves p to where the spring's energy is lower, if a step there is certified. After every pass p
+/// is free, and the energy has not risen over those of the tick.
+Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Spring& spring = parameters_.spring;
   const PoseError error = error_of(goal, p_);
@@ -50,28 +58,40 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   imposed_.clear();
   begin_cones();
   last_qp_ = QpResult{};
+  // A gap that is negative is closed from what the tick has gained, and only then: rows that ask
+  // for it raise the energy where the planes hold the part.
+  const Real start_j = tick.end_potential_j;
+  const Real gained_j = (tick.start_potential_j - start_j) / 2;
+  const bool closes =
+      may_close_ && gained_j > 0 && worst_gap_m_ < -kClosedShare * scale.tolerance_m;
+  close_m_ = closes ? scale.tolerance_m : 0;
   impose_last(error, tick);
 
-  const Real pull_n =
-      secant_.k_t_n_per_m * (std::sqrt(error.translation_m.squaredNorm()) +
-                             secant_.length_m * std::sqrt(error.rotation_rad.squaredNorm()));
-  const Real rise_j =
-      scale.tolerance_m * (2 * pull_n + 100 * spring.k_t_n_per_m * scale.tolerance_m);
-  const Real limit_j =
-      tick.recovering ? std::numeric_limits<Real>::max() : potential_j(spring, error) + rise_j;
+  const Real limit_j = tick.recovering ? std::numeric_limits<Real>::max()
+                       : closes        ? start_j + gained_j
+                                       : start_j - least_fall_j(start_j);
+  Real end_j = start_j;
   const auto affordable = [&](const Step& step) {
-    return potential_j(spring, error_of(goal, step.q)) <= limit_j;
+    end_j = potential_j(spring, error_of(goal, step.q));
+    return end_j <= limit_j;
   };
 
   Step step;
-  bool ok = solve(error, step, tick) && affordable(step);
+  const bool found = solve(error, step, tick);
+  tick.residual_n = left_over_n(Vec3::Zero(), Vec3::Zero());
+  bool ok = found && affordable(step);
+  const bool stays = step.dx_m.isZero(0) && step.dtheta_rad.isZero(0);
+  if (found && (stays || (!ok && !closes && (is_still(step) || end_j <= start_j)))) {
+    remember_active();
+    return PassEnd::kDone;
+  }
   if (!ok) ok = correct(step, tick) && affordable(step);
   if (!ok) {
     const Vec3 dx = step.dx_m, dtheta = step.dtheta_rad;
     Real share = 0.5_r;
     for (std::uint32_t k = 0; k < kMaxBackOffs && !ok; ++k, share /= 2) {
       step = step_by(share * dx, share * dtheta);
-      ok = check(step, -scale.tolerance_m, tick).ok && affordable(step);
+      ok = check(step, kCorrectedShare * -scale.tolerance_m, tick).ok && affordable(step);
     }
   }
   if (!ok) {
@@ -87,12 +107,22 @@ void Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
     // its planes from the start.
     choose_from_start_ = true;
+    may_close_ = false;
     tick.rejected += 1;
     tick.limited = true;
-    return;
+    return PassEnd::kRejected;
   }
-  tick.allowed_rise_j += rise_j;
+  tick.end_potential_j = end_j;
+  tick.residual_n = left_over_n(step.dx_m, step.dtheta_rad);
   accept(step);
+  return PassEnd::kMoved;
+}
+
+/// Force of the spring along what the last program asked for and a step did not do.
+Real Proxy::left_over_n(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
+  const Real turn_m2 = secant_.length_m * secant_.length_m;
+  return secant_.k_t_n_per_m * std::sqrt((wish_.translation_m - dx_m).squaredNorm() +
+                                         turn_m2 * (wish_.rotation_rad - dtheta_rad).squaredNorm());
 }
 
 /// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
@@ -164,15 +194,25 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   const Real length = secant_.length_m;
   const Real tolerance = qp_tolerance(scale, error, length);
   const Step here = step_by(Vec3::Zero(), Vec3::Zero());
-  Real share = 1;
+  // A translation may be as long as the pull asks for: its planes keep their normals, so the
+  // program is exact for them. A turn is kept short while something is near.
+  Real most_m = std::numeric_limits<Real>::max();
+  Real most_rad = scale.turn_rad;
+  Real share = 1;  // of the program's step, where its way is not certified
+  Real far = 0, turn = 0;
   far_rows_ = false;
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
+  bool anew = imposed_.empty();
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     if (round == retry_at) {
+      const Real longest = std::sqrt(error.translation_m.squaredNorm());
+      most_m = kRetryShare *
+               std::min(most_m, std::clamp(longest, scale.step_m, kRetrySteps * scale.step_m));
+      most_rad *= kRetryShare;
       retry_at += kProxyRetryRounds;
-      share *= kRetryShare;
+      share = 1;
       far_rows_ = false;
       rows_.clear();
       cones_.clear();
@@ -184,29 +224,49 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       }
     }
     tick.rounds = std::max(tick.rounds, round + 1);
-    last_qp_ = solve_rows(tolerance, tick);
-    cut_cones(error, tolerance, tick);
-    if (last_qp_.capped) tick.limited = true;
-    const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
-    const Vec3 dtheta =
-        is_fixed() ? Vec3::Zero() : Vec3(last_qp_.z.tail<3>() / length + error.rotation_rad);
-    const Real far = std::sqrt(dx.squaredNorm());
-    const Real turn = std::sqrt(dtheta.squaredNorm());
+    if (!(share < 1)) {
+      last_qp_ = solve_rows(tolerance, tick);
+      cut_cones(error, tolerance, tick);
+      if (last_qp_.capped) tick.limited = true;
+      wish_.translation_m = last_qp_.z.head<3>() + error.translation_m;
+      wish_.rotation_rad =
+          is_fixed() ? Vec3::Zero() : Vec3(last_qp_.z.tail<3>() / length + error.rotation_rad);
+      far = std::sqrt(wish_.translation_m.squaredNorm());
+      turn = std::sqrt(wish_.rotation_rad.squaredNorm());
+    }
+    const Real motion = far + turn * parameters_.radius_m;
     Real s = 1;
-    if (far > share * scale.step_m) s = share * scale.step_m / far;
-    if (s * turn > share * scale.turn_rad) s = share * scale.turn_rad / turn;
+    if (motion > nearest_m_) {
+      if (far > most_m) s = most_m / far;
+      if (s * turn > most_rad) s = most_rad / turn;
+      s = std::max(s, nearest_m_ / motion);
+    }
+    s *= share;
+    // What rubs is not crept along by less than a step that counts.
     if (!cones_.empty() && s * far <= scale.still_m && s * turn <= scale.still_rad) s = 0;
-    step = step_by(s * dx, s * dtheta);
+    step = step_by(s * wish_.translation_m, s * wish_.rotation_rad);
+    // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
+    if (s == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
+    const bool still = is_still(step);
     if (result.ok) {
-      // Rows linearised at a far step, and planes that were the best there, can hold the proxy
-      // where it is: a nearer step, with planes chosen from the start, may be free.
-      const bool still = far * s <= scale.still_m && turn * s <= scale.still_rad;
-      if (!still || !(far_rows_ || crowded()) || retry_at >= kRounds) return true;
+      if (!still) return true;
+      if (share < 1) return false;
+      // Rows linearised at a far step, planes that were the best there, and planes of an earlier
+      // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
+      // be free.
+      const bool due = far_rows_ || crowded() || (!anew && choice_is_due());
+      if (!due || retry_at >= kRounds) return true;
       round = retry_at - 1;
-      from_start = true;
+      from_start = anew = true;
       continue;
     }
+    if (!(result.lacking_m > 0)) {
+      if (still) return false;
+      share *= result.share;
+      continue;
+    }
+    share = 1;
     if (!impose_worst(result, step, error, tick)) {
       tick.limited = true;
       return false;
@@ -214,6 +274,28 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   }
   tick.limited = true;
   return false;
+}
+
+bool Proxy::is_still(const Step& step) const noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  return step.dx_m.squaredNorm() <= scale.still_m * scale.still_m &&
+         step.dtheta_rad.squaredNorm() <= scale.still_rad * scale.still_rad;
+}
+
+/// Whether the planes that hold the proxy where it is must be chosen from the start to be sure:
+/// others than the last time, long ago, or the goal does not move.
+bool Proxy::choice_is_due() noexcept {
+  std::uint64_t planes = 0;
+  for (const ImposedPlane& plane : imposed_) {
+    const std::uint64_t id = std::uint64_t{plane.id.i} << 19 | std::uint64_t{plane.id.j} << 3 |
+                             static_cast<std::uint64_t>(plane.id.type) << 1 |
+                             (plane.id.flipped ? 1u : 0u);
+    planes = (planes ^ (std::uint64_t{plane.pair} << 35 | id)) * 0x9e3779b97f4a7c15u;
+  }
+  const bool due = held_ > 0 || planes != chosen_planes_ || chosen_ago_ >= kChoiceAge;
+  chosen_ago_ = due ? 0 : chosen_ago_ + 1;
+  chosen_planes_ = planes;
+  return due;
 }
 
 /// Adds the plane that came closest to certifying the worst pair: at p, and when that was not
@@ -290,7 +372,7 @@ bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec
   const ImposedPlane& plane = imposed_[imposed];
   const ProxyPair& pair = pairs_[plane.pair];
   // Rows that zero motion would violate by more than this could be inconsistent.
-  const Real most = scale.tolerance_m + (pair.inside ? scale.recovery_step_m : Real{0});
+  const Real most = pair.inside ? scale.tolerance_m + scale.recovery_step_m : close_m_;
   Real along = normal_w.dot(at.dx_m);
   if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at.dtheta_rad);
   const Real least = std::min(along - point.gap_m - plane.allowed_m, most);

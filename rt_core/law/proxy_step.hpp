@@ -17,7 +17,13 @@ struct Proxy::Check {
   bool ok = true;
   Real lacking_m = 0;       ///< how far below the least allowed gap the worst pair is
   std::uint32_t worst = 0;  ///< index in the list of reached pairs
+  /// Every pair has its gap at the end; the way there is certified if the step is shortened to this
+  /// share of it, or less.
+  Real share = 1;
 };
+
+/// Share of the tolerance that a step that was corrected or shortened may be deep at its end.
+inline constexpr Real kCorrectedShare = 0.75_r;
 
 /// A plane counts as valid at p when p is no deeper behind it than this.
 [[nodiscard]] inline Real valid_depth(const ProxyScale& scale) noexcept {

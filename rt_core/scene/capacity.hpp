@@ -72,7 +72,8 @@ constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) no
   const std::uint64_t rows =
       (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
   const std::uint64_t felt = passes > 0 ? kMaxFeltPlanes : 0;
-  return {passes * (pairs + kChecks * check + rows) + felt,
+  // Pairs within reach, and twice more where a step goes farther.
+  return {passes * (3 * pairs + kChecks * check + rows) + felt,
           passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
 }
 

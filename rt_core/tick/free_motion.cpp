@@ -110,7 +110,7 @@ FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoo
   const PoseError& error = free.work.error;
   if (free.work.limited) free.flags |= kFlagProxyLimited;
   if (free.work.recovering) free.flags |= kFlagRecovery;
-  if (free.work.passes == free.work.rejected) free.flags |= kFlagProxyStuck;
+  if (!free.work.moved && free.work.residual_n > kResidual_n) free.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * radius_m_;
   if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
   if (is_saturated(spring_, error)) free.flags |= kFlagSaturated;
