@@ -17,8 +17,12 @@ struct LaboratoryCommand {
 constexpr LaboratoryCommand kLaboratory[] = {
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
     {"continuity", "Measures the jumps of both contact laws on smooth paths."},
+    {"crossings",
+     "Drives rods, blades and sheets through each other; the way of every pass judged."},
     {"delay", "Measures the time from a motion to the force that answers it, in both modes."},
     {"faults", "Makes every fault of device, bus and servo loop happen in every state."},
+    {"flight", "Flies parts of 10 um to 10 m freely and along a wall: no force at all."},
+    {"hold", "Holds the device still after stress: a fixed point, balanced, no energy gained."},
     {"pareto", "Error against run time of the core and of other collision methods."},
     {"proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged."},
     {"rates", "Finds the highest rate of the servo loop that holds on this machine."},

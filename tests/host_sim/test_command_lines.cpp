@@ -190,9 +190,10 @@ TEST_CASE("what nobody could read was not given: a full device, in every program
 }
 
 TEST_CASE("every help is text, names its exit codes and an example") {
-  const char* lab[] = {"compare-laws", "continuity", "delay",          "faults", "pareto",
-                       "proxy-fuzz",   "rates",      "soak",           "verify", "stability",
-                       "wcet",         "vectors",    "reproduce-paper"};
+  const char* lab[] = {"compare-laws",    "continuity", "delay",  "faults",
+                       "pareto",          "proxy-fuzz", "rates",  "soak",
+                       "verify",          "stability",  "wcet",   "vectors",
+                       "reproduce-paper", "crossings",  "flight", "hold"};
   const char* sim[] = {"motion", "play", "replay", "run", "usb-device"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

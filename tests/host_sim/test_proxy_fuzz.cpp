@@ -27,6 +27,7 @@ ProxyFuzzResult run(std::uint64_t ticks, std::uint64_t seed, std::uint32_t threa
   size.ticks = ticks;
   size.seed = seed;
   size.fault = fault;
+  size.paths = false;
   return run_proxy_fuzz(size, {threads, false});
 }
 

@@ -10,8 +10,11 @@ using tools::Command;
 
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
+[[nodiscard]] Command add_crossings_command(CLI::App& program);
 [[nodiscard]] Command add_delay_command(CLI::App& program);
 [[nodiscard]] Command add_faults_command(CLI::App& program);
+[[nodiscard]] Command add_flight_command(CLI::App& program);
+[[nodiscard]] Command add_hold_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
 [[nodiscard]] Command add_proxy_fuzz_command(CLI::App& program);
 [[nodiscard]] Command add_rates_command(CLI::App& program);

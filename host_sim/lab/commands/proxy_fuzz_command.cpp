@@ -29,16 +29,20 @@ void print(const ProxyFuzzResult& result, double seconds) {
   std::printf("seed %llu: %llu ticks (%llu held), %.0f ticks/s\n", number(result.size.seed),
               number(t.ticks), number(t.held), static_cast<double>(t.ticks) / seconds);
   std::printf(
-      "not free %llu, energy rises %llu, stalled %llu, invisible walls %llu, through plates %llu, "
+      "not free %llu, on the way %llu, energy rises %llu, stalled %llu, invisible walls %llu, "
+      "through plates %llu, "
       "wrong wrenches %llu, "
       "wrong goals %llu, over caps %llu, recoveries %llu\n",
-      number(t.deep), number(t.rises), number(t.stalls), number(t.walls), number(t.crossings),
-      number(t.wrenches), number(t.goals), number(t.over_caps), number(t.recoveries));
+      number(t.deep), number(t.dips), number(t.rises), number(t.stalls), number(t.walls),
+      number(t.crossings), number(t.wrenches), number(t.goals), number(t.over_caps),
+      number(t.recoveries));
   std::printf(
-      "worst gap %.4Lg um, largest rise %.3Lg J (%.3Lg of its bound), longest stall %llu, all "
+      "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of its "
+      "bound), longest stall %llu, all "
       "passes rejected for %llu ticks, %llu passes in all\n",
-      t.worst_gap_m * 1e6L, t.largest_rise_j, t.largest_rise_share, number(t.longest_stall),
-      number(t.longest_rejected), number(t.rejected_passes));
+      t.worst_gap_m * 1e6L, number(t.paths), t.worst_path_m * 1e6L, t.largest_rise_j,
+      t.largest_rise_share, number(t.longest_stall), number(t.longest_rejected),
+      number(t.rejected_passes));
   std::printf("peaks: rounds %u, rows %u, QP steps %u, plane gaps %u, valid nodes %u\n",
               t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations, t.peaks.plane_gaps,
               t.peaks.valid_nodes);

@@ -12,6 +12,15 @@
 
 namespace haptic::sim {
 
+/// Damages the core's memory, or the geometry it reads; nothing for kRestless.
+void damage(CoreSession& session, ProxyFault fault);
+
+/// kRestless: moves the part by `shift_m` in the core's memory, from where `last` has left it.
+void displace(CoreSession& session, const StepResult& last, const Vec3& shift_m);
+
+/// A free pose near the obstacle; the scene's own where none is found.
+void draw_start(const FuzzScene& scene, ProxyJudge& judge, Seeded& random, Vector& p, Rotation& q);
+
 /// Not movable: it holds pointers into itself.
 class FuzzRun {
  public:
@@ -26,7 +35,7 @@ class FuzzRun {
 
  private:
   struct Tick;
-  void start_pose(Seeded& random, Vector& p, Rotation& q);
+  void check_path(const Tick& tick, ProxyFuzzTotals& totals);
   void check_free(const Tick& tick, ProxyFuzzTotals& totals);
   void check_energy(const Tick& tick, ProxyFuzzTotals& totals);
   void check_output(const Tick& tick, ProxyFuzzTotals& totals);

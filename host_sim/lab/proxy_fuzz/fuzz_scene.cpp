@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/proxy_fuzz/fuzz_scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace haptic::sim {
@@ -9,12 +10,6 @@ namespace {
 constexpr std::uint64_t kShapeSeed = 41;
 constexpr double kExactBand_m = 5e-3;
 constexpr double kPlateHalf_m = 0.05;
-
-/// The solid turned and then moved.
-Solid placed(Solid solid, const Rotation& q, const Vector& p) {
-  for (Vector& v : solid.vertices) v = q * v + p;
-  return solid;
-}
 
 FuzzScene over(const std::string& name, Solid part, Solid obstacle, const Vector& range,
                double share) {
@@ -96,7 +91,86 @@ FuzzScene seam_scene() {
   return scene;
 }
 
+/// Upright prism over a convex outline in x and z, counter-clockwise seen from -y.
+Solid extruded(const std::string& name, const std::vector<Vector>& outline, double half_y_m) {
+  Solid solid;
+  solid.name = name;
+  const auto count = static_cast<std::uint32_t>(outline.size());
+  for (const double y : {-half_y_m, half_y_m}) {
+    for (const Vector& v : outline) solid.vertices.emplace_back(v[0], y, v[2]);
+  }
+  solid.loops.resize(2);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::uint32_t next = (k + 1) % count;
+    solid.loops[0].push_back(k);
+    solid.loops[1].push_back(2 * count - 1 - k);
+    solid.loops.push_back({k, k + count, next + count, next});
+  }
+  return solid;
+}
+
+/// A wedge that tapers downwards by 1 degree, and the groove that it fits.
+FuzzScene groove_scene() {
+  const double slope = std::tan(0.5 * 3.14159265358979 / 180.0);
+  constexpr double kHalf_m = 0.005, kDeep_m = 0.03, kOut_m = 0.03;
+  FuzzScene scene;
+  scene.name = "wedge of 1 degree";
+  const double top = kHalf_m + kDeep_m * slope;
+  scene.part = extruded("wedge",
+                        {{-kHalf_m, 0, -kDeep_m / 2},
+                         {kHalf_m, 0, -kDeep_m / 2},
+                         {top, 0, kDeep_m / 2},
+                         {-top, 0, kDeep_m / 2}},
+                        0.01);
+  const double low = kHalf_m - kDeep_m / 2 * slope, high = kHalf_m + kDeep_m / 2 * slope;
+  scene.pieces = {extruded("right",
+                           {{low, 0, -kDeep_m / 2},
+                            {kOut_m, 0, -kDeep_m / 2},
+                            {kOut_m, 0, kDeep_m / 2},
+                            {high, 0, kDeep_m / 2}},
+                           0.02),
+                  extruded("left",
+                           {{-kOut_m, 0, -kDeep_m / 2},
+                            {-low, 0, -kDeep_m / 2},
+                            {-high, 0, kDeep_m / 2},
+                            {-kOut_m, 0, kDeep_m / 2}},
+                           0.02)};
+  scene.home = Vector(0, 0, 0.008);
+  scene.range = Vector(0.003, 0.01, 0.02);
+  scene.tilt_rad = 0.15;
+  scene.start = Vector(0, 0, 0.04);
+  return scene;
+}
+
+/// A box on a floor under a ceiling that comes down by 1 degree.
+FuzzScene ceiling_scene() {
+  const double slope = std::tan(3.14159265358979 / 180.0);
+  constexpr double kHalf_m = 0.01, kLong_m = 0.08, kThick_m = 0.01;
+  FuzzScene scene;
+  scene.name = "ceiling of 1 degree";
+  scene.part = centred_box("box", 0.02, 0.015, kHalf_m);
+  const double low = kHalf_m - kLong_m * slope, high = kHalf_m + kLong_m * slope;
+  scene.pieces = {
+      box_solid("floor", {-kLong_m, -0.05, -kHalf_m - kThick_m}, {kLong_m, 0.05, -kHalf_m}),
+      extruded("ceiling",
+               {{-kLong_m, 0, high},
+                {kLong_m, 0, low},
+                {kLong_m, 0, high + kThick_m},
+                {-kLong_m, 0, high + kThick_m}},
+               0.05)};
+  scene.home = Vector(0, 0, 0);
+  scene.range = Vector(0.03, 0.02, 0.004);
+  scene.tilt_rad = 0.1;
+  scene.start = Vector(-0.13, 0, 0);
+  return scene;
+}
+
 }  // namespace
+
+Solid placed(Solid solid, const Rotation& q, const Vector& p) {
+  for (Vector& v : solid.vertices) v = q * v + p;
+  return solid;
+}
 
 std::vector<FuzzScene> fuzz_scenes() {
   const Solid box = centred_box("box", 0.03, 0.025, 0.02);
@@ -129,7 +203,31 @@ std::vector<FuzzScene> fuzz_scenes() {
   return scenes;
 }
 
-std::vector<std::byte> compiled(const FuzzScene& scene, double friction) {
+std::vector<FuzzScene> hold_scenes() {
+  std::vector<FuzzScene> scenes = fuzz_scenes();
+  const auto smaller = [](FuzzScene scene) {
+    constexpr double kShare = 1.0 / 500;
+    const auto shrink = [&](Solid& solid) {
+      for (Vector& v : solid.vertices) v *= kShare;
+    };
+    shrink(scene.part);
+    std::ranges::for_each(scene.pieces, shrink);
+    scene.home *= kShare;
+    scene.range *= kShare;
+    scene.start *= kShare;
+    scene.plate.reset();
+    scene.name += ", 1:500";
+    return scene;
+  };
+  const FuzzScene small[] = {smaller(scenes[0]), smaller(scenes[1]), smaller(scenes[7])};
+  scenes.push_back(peg_scene("peg, clearance 1 um", 1e-6));
+  scenes.push_back(groove_scene());
+  scenes.push_back(ceiling_scene());
+  scenes.insert(scenes.end(), std::begin(small), std::end(small));
+  return scenes;
+}
+
+std::vector<std::byte> compiled(const FuzzScene& scene, double friction, std::uint32_t passes) {
   tools::SceneDescription description;
   description.name = scene.name;
   description.moving.body = united_body({&scene.part, 1});
@@ -137,9 +235,18 @@ std::vector<std::byte> compiled(const FuzzScene& scene, double friction) {
   obstacle.body = united_body(scene.pieces);
   obstacle.friction = friction;
   description.statics.push_back(obstacle);
-  description.parameters.law = LawId::kProxy;
-  description.parameters.k_f_n_per_m = kFuzzStiffness_n_per_m;
-  description.parameters.exact_band_m = kExactBand_m;
+  SceneParameters& parameters = description.parameters;
+  parameters.law = LawId::kProxy;
+  parameters.k_f_n_per_m = kFuzzStiffness_n_per_m;
+  parameters.exact_band_m = kExactBand_m;
+  if (scene.device) {
+    parameters.device.given = 1;
+    parameters.device.mass_kg = 0.1;
+    parameters.device.damping_ns_per_m = 1.0;
+    parameters.coupling.damping_ns_per_m = 0.5;  // what such a device can hold
+    parameters.coupling.passivity = 1;
+  }
+  parameters.coupling.passes = passes;
   return tools::write_scene(description);
 }
 

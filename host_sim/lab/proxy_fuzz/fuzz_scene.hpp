@@ -27,6 +27,7 @@ struct FuzzScene {
   double tilt_rad = 3.2;             ///< and turns from upright up to this
   Vector start = Vector(0, 0, 0.2);  ///< free, upright
   std::optional<FuzzPlate> plate;
+  bool device = false;  ///< with a [device]: its length, damping, passivity
 };
 
 /// All scenes, the same in every run.
@@ -35,8 +36,18 @@ struct FuzzScene {
 /// Stiffness of the coupling in every scene: 1000 N/m, and the default length.
 inline constexpr double kFuzzStiffness_n_per_m = 1000.0;
 
-/// Compiled for law `proxy`, without damping, so that the wrench is the spring's pull.
+/// Those, a wedge of 1 degree in its groove and a box under a ceiling that tilts by 1 degree, a peg
+/// with 1 um of clearance, and some of them five hundred times smaller.
+[[nodiscard]] std::vector<FuzzScene> hold_scenes();
+
+/// The solid turned and then moved.
+[[nodiscard]] Solid placed(Solid solid, const Rotation& q, const Vector& p);
+
+/// Compiled for law `proxy`. Without a device there is no damping: the wrench is the spring's pull.
+/// With one of 0.1 kg: damping and passivity. `passes` 0: the
+/// default.
 /// @throws tools::InputError when the writer refuses it.
-[[nodiscard]] std::vector<std::byte> compiled(const FuzzScene& scene, double friction);
+[[nodiscard]] std::vector<std::byte> compiled(const FuzzScene& scene, double friction,
+                                              std::uint32_t passes = 0);
 
 }  // namespace haptic::sim

@@ -57,7 +57,8 @@ class FuzzMotion {
 enum class ProxyFault {
   kCertificate,  ///< a step is certified that ends twenty tolerances deep, and rows follow
   kSpring,       ///< the spring turns a quarter too stiff
-  kVertex        ///< one vertex of the part is where another is
+  kVertex,       ///< one vertex of the part is where another is
+  kRestless      ///< now and then the part is found a little off where it was left
 };
 [[nodiscard]] std::optional<ProxyFault> proxy_fault_named(const std::string& name);
 
@@ -65,13 +66,15 @@ struct ProxyFuzzSize {
   std::uint64_t ticks = 1000000;  ///< over all scenes, rounded up to whole shards
   std::uint64_t seed = 1;
   std::vector<double> frictions = {0.0, 0.3};
+  bool paths = true;  ///< half of the ticks have one pass, whose straight way is judged
   std::optional<ProxyFault> fault;
 };
 
 struct ProxyFuzzTotals {
   std::uint64_t ticks = 0, held = 0;  ///< held: the proxy is kept from its goal
   // Each of these must be zero.
-  std::uint64_t deep = 0;    ///< a pair is deeper than 0.2 um at 50 mm
+  std::uint64_t deep = 0;    ///< a pair is deeper than 0.1 um at 50 mm
+  std::uint64_t dips = 0;    ///< it is on the straight way of a pass
   std::uint64_t rises = 0;   ///< the energy rose by more than its bound
   std::uint64_t stalls = 0;  ///< ticks beyond the tenth of a run without a move that was possible
   std::uint64_t walls = 0;   ///< kept from the goal though nothing is near
@@ -81,7 +84,8 @@ struct ProxyFuzzTotals {
   std::uint64_t over_caps = 0;   ///< a counter beyond its cap
   std::uint64_t recoveries = 0;  ///< inside an obstacle, by the core's own account
   // Figures.
-  Wide worst_gap_m = 0;                             ///< scaled to a part of 50 mm
+  Wide worst_gap_m = 0, worst_path_m = 0;           ///< at ends, on ways; scaled to a part of 50 mm
+  std::uint64_t paths = 0;                          ///< ways of passes that were judged
   Wide largest_rise_j = 0, largest_rise_share = 0;  ///< in J, and of its bound
   Wide largest_wrench_error = 0;                    ///< of what rounding makes of it
   std::uint64_t longest_still = 0;                  ///< run of ticks without a move, held
@@ -92,7 +96,8 @@ struct ProxyFuzzTotals {
   FailureLog failures;
 
   [[nodiscard]] std::uint64_t failed() const {
-    return deep + rises + stalls + walls + crossings + wrenches + goals + over_caps + recoveries;
+    return deep + dips + rises + stalls + walls + crossings + wrenches + goals + over_caps +
+           recoveries;
   }
   void add(const ProxyFuzzTotals& other);
 };
@@ -100,6 +105,7 @@ struct ProxyFuzzTotals {
 struct ProxyFuzzRow {
   std::string scene, motion;
   double friction = 0;
+  std::uint32_t passes = 0;  ///< in a tick; of 1 the ticks' ways are judged too
   ProxyFuzzTotals totals;
 };
 

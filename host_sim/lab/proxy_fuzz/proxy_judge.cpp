@@ -35,20 +35,6 @@ void multiply(const Wide (&a)[4], const Wide (&b)[4], Wide (&c)[4]) {
   c[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
 }
 
-WidePose moved(const WidePose& pose, const WideVec& dx, const WideVec& dtheta) {
-  WidePose result = pose;
-  result.p = pose.p + dx;
-  const Wide angle = norm(dtheta);
-  if (angle > 0) {
-    const Wide s = std::sin(angle / 2) / angle;
-    const Wide turn[4] = {std::cos(angle / 2), s * dtheta.x, s * dtheta.y, s * dtheta.z};
-    multiply(turn, pose.q_wxyz, result.q_wxyz);
-  }
-  const Wide* q = result.q_wxyz;
-  result.r = rotation_of(q[0], q[1], q[2], q[3]);
-  return result;
-}
-
 WideVec widened(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 
 WideVec at(const WidePose& pose, const WideVec& point) { return pose.p + pose.r * point; }
@@ -65,7 +51,10 @@ FreeWitness::Incidence::Incidence(const OraclePiece& piece)
   }
   for (const WideVec& v : piece.vertices) centre = centre + v;
   centre = (1.0L / static_cast<Wide>(piece.vertices.size())) * centre;
-  for (const WideVec& v : piece.vertices) radius_m = std::max(radius_m, norm(v - centre));
+  for (const WideVec& v : piece.vertices) {
+    radius_m = std::max(radius_m, norm(v - centre));
+    lever_m = std::max(lever_m, norm(v));
+  }
 }
 
 FreeWitness::FreeWitness(const OraclePiece& a, const OraclePiece& b)
@@ -188,6 +177,20 @@ WidePose wide_pose(const Pose& pose) {
   return wide;
 }
 
+WidePose moved_pose(const WidePose& pose, const WideVec& dx, const WideVec& dtheta) {
+  WidePose result = pose;
+  result.p = pose.p + dx;
+  const Wide angle = norm(dtheta);
+  if (angle > 0) {
+    const Wide s = std::sin(angle / 2) / angle;
+    const Wide turn[4] = {std::cos(angle / 2), s * dtheta.x, s * dtheta.y, s * dtheta.z};
+    multiply(turn, pose.q_wxyz, result.q_wxyz);
+  }
+  const Wide* q = result.q_wxyz;
+  result.r = rotation_of(q[0], q[1], q[2], q[3]);
+  return result;
+}
+
 WideError wide_error(const WidePose& goal, const WidePose& proxy) {
   WideError error;
   error.translation_m = goal.p - proxy.p;
@@ -223,10 +226,17 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
   tolerance_m_ =
       std::max(kTolerance_m * radius_m_ / kJudgedRadius_m, 64.5L * roundoff * (radius_m_ + extent));
+  rounding_m_ = 8 * roundoff * (radius_m_ + extent);
+  limit_rad_ = widen(tools::kDefaultRotationError_rad);
+  if (scene.device) {  // the compiler's choice
+    k_t_ = widen(view.parameters().coupling.k_t_n_per_m);
+    k_r_ = widen(view.parameters().coupling.k_r_nm_per_rad);
+    length_m_ = std::sqrt(k_r_ / k_t_);
+    return;
+  }
   k_t_ = widen(kFuzzStiffness_n_per_m);
   length_m_ = widen(tools::kDefaultLengthShare) * radius_m_;
   k_r_ = k_t_ * length_m_ * length_m_;
-  limit_rad_ = widen(tools::kDefaultRotationError_rad);
 }
 
 OraclePose ProxyJudge::in_frame(const WidePose& pose, std::size_t pair) const {
@@ -313,7 +323,7 @@ Wide ProxyJudge::unhindered_j(const WidePose& goal, const WidePose& proxy) {
   if (!(length > far)) return std::numeric_limits<Wide>::infinity();
   const Wide s = far / length;
   return potential_j(
-      wide_error(goal, moved(proxy, s * error.translation_m, s * error.rotation_rad)));
+      wide_error(goal, moved_pose(proxy, s * error.translation_m, s * error.rotation_rad)));
 }
 
 /// What touches at the proxy: along each near pair's direction of largest known gap, the vertices
@@ -332,12 +342,12 @@ void ProxyJudge::touching_rows(const WidePose& proxy, std::vector<Row>& rows) {
     const WideVec high = b.vertices[gap.vertex_b];
     for (const WideVec& v : a.vertices) {
       const WideVec arm = proxy.r * v;
-      if (dot(n, arm - low) < height) rows.push_back({n, cross(arm, n)});
+      if (dot(n, arm - low) < height) rows.push_back({n, cross(arm, n), arm});
     }
     for (const WideVec& v : b.vertices) {
       if (dot(n, high - v) > height) continue;
       const WideVec arm = v - relative.x;
-      rows.push_back({n, cross(arm, n)});
+      rows.push_back({n, cross(arm, n), arm});
     }
   }
 }
@@ -362,11 +372,11 @@ void ProxyJudge::push_out(const std::vector<Row>& rows, WideVec& dx, WideVec& dt
 
 bool ProxyJudge::lowers(const WidePose& goal, const WidePose& proxy, const WideVec& dx,
                         const WideVec& dtheta, Wide start_j, Wide least_j) {
-  const WidePose moved_pose = moved(proxy, dx, dtheta);
-  if (potential_j(wide_error(goal, moved_pose)) > start_j - least_j) return false;
+  const WidePose next = moved_pose(proxy, dx, dtheta);
+  if (potential_j(wide_error(goal, next)) > start_j - least_j) return false;
   // Where it is not sunk in deeper than before: a gain must not come from the tolerance.
   const Wide wanted = -tolerance_m_ / 2;
-  return free_gap_m(moved_pose, wanted) >= wanted;
+  return free_gap_m(next, wanted) >= wanted;
 }
 
 bool ProxyJudge::could_follow(const WidePose& goal, const WidePose& proxy) {

@@ -26,6 +26,8 @@ struct FreeGap {
   std::uint32_t vertex_a = 0, vertex_b = 0;  ///< between which the gap is
 };
 
+struct PairPath;
+
 class FreeWitness {
  public:
   /// The pieces must outlive it.
@@ -36,8 +38,17 @@ class FreeWitness {
   [[nodiscard]] FreeGap find(const OraclePose& pose, Wide wanted_m);
   /// The signed distance by every face and every pair of edges. Milliseconds for large pieces.
   [[nodiscard]] Wide exhaustive_m(const OraclePose& pose) const;
+  /// The smallest signed distance found on the way from `from` to `to`: straight, turning evenly.
+  /// Cut in halves until every part is proven to stay above `wanted_m` by one face or pair of edges
+  /// (or by the speed of its points), or is too short to matter; stops early once it is deeper.
+  [[nodiscard]] Wide path_m(const PairPath& path, Wide wanted_m, Wide resolution_m);
   /// Whether the spheres round the pieces are this far apart.
   [[nodiscard]] bool far(const OraclePose& pose, Wide distance_m) const;
+
+  /// The gap along a unit direction.
+  [[nodiscard]] Wide gap_m(const OraclePose& pose, const WideVec& normal) const {
+    return gap_along(pose, normal).gap_m;
+  }
 
   [[nodiscard]] const OraclePiece& piece_a() const { return a_; }
   [[nodiscard]] const OraclePiece& piece_b() const { return b_; }
@@ -52,9 +63,17 @@ class FreeWitness {
   struct Incidence {
     std::vector<std::vector<std::uint32_t>> faces, edges;  ///< by vertex
     WideVec centre;
-    Wide radius_m = 0;
+    Wide radius_m = 0, lever_m = 0;  ///< about the centre, about the origin
     explicit Incidence(const OraclePiece& piece);
   };
+  struct Sample {
+    Wide at = 0, gap_m = 0;
+    OraclePose pose;
+    Direction direction;
+  };
+  [[nodiscard]] Sample sampled(const PairPath& path, Wide at, Wide wanted_m);
+  [[nodiscard]] bool proven(const PairPath& path, const Sample& from, const Sample& to,
+                            const Direction& d, Wide wanted_m) const;
   [[nodiscard]] bool normal_of(const OraclePose& pose, const Direction& d, WideVec& normal) const;
   [[nodiscard]] FreeGap gap_along(const OraclePose& pose, const WideVec& normal) const;
   void consider(const OraclePose& pose, const Direction& d, Direction& best, FreeGap& gap) const;
@@ -74,6 +93,18 @@ struct WidePose {
   WideRotation r;
 };
 [[nodiscard]] WidePose wide_pose(const Pose& pose);
+/// Displaced by dx, and turned by exp(dtheta).
+[[nodiscard]] WidePose moved_pose(const WidePose& pose, const WideVec& dx, const WideVec& dtheta);
+
+/// The way of A between two configurations, as B sees it: straight, and turning evenly about one
+/// axis by the smaller angle.
+struct PairPath {
+  WidePose from, to;
+  WideVec reference_w;  ///< of B's body
+  WideVec move_m, turn_rad;
+  PairPath(const WidePose& from, const WidePose& to, const WideVec& reference_w);
+  [[nodiscard]] OraclePose at(Wide share) const;
+};
 
 /// (x_d - x, log(R_d R^T)) of goal against proxy.
 struct WideError {
@@ -95,6 +126,10 @@ class ProxyJudge {
   /// `wanted_m` at hand.
   [[nodiscard]] Wide exact_gap_m(const WidePose& pose, Wide wanted_m);
 
+  /// The smallest signed distance on the way from one configuration to the next, where it is below
+  /// `-allowed_depth_m()`; else the smallest seen.
+  [[nodiscard]] Wide path_gap_m(const WidePose& before, const WidePose& after);
+
   [[nodiscard]] Wide potential_j(const WideError& error) const;
   /// Largest difference of the wrench to -K g, as a share of what rounding makes of it.
   [[nodiscard]] Wide wrench_error(const Wrench& wrench, const WidePose& goal,
@@ -113,14 +148,20 @@ class ProxyJudge {
 
   [[nodiscard]] Wide radius_m() const { return radius_m_; }
   [[nodiscard]] Wide tolerance_m() const { return tolerance_m_; }  ///< of "free" in the core
-  /// Depth that the checks allow: twice the tolerance, 0.2 um for a part of 50 mm.
-  [[nodiscard]] Wide allowed_depth_m() const { return 2 * tolerance_m_; }
+  /// Depth that the checks allow: the tolerance, 0.1 um for a part of 50 mm, and the rounding of
+  /// what it is measured from.
+  [[nodiscard]] Wide allowed_depth_m() const { return tolerance_m_ + rounding_m_; }
+  /// Largest residual in N (torque over the length of the coupling) that contact forces leave of
+  /// the spring's pull: the smallest |pull + sum of them| over all non-negative ones at the pairs
+  /// of features that touch, with Coulomb friction where `friction` > 0.
+  [[nodiscard]] Wide residual_n(const WidePose& goal, const WidePose& proxy, Wide friction);
 
  private:
   struct Row {
-    WideVec n, moment;
+    WideVec n, moment, arm;  ///< arm: from the grip point, W axes
   };
   [[nodiscard]] OraclePose in_frame(const WidePose& pose, std::size_t pair) const;
+  void feature_rows(const WidePose& proxy, std::size_t pair, std::vector<Row>& rows) const;
   void touching_rows(const WidePose& proxy, std::vector<Row>& rows);
   void push_out(const std::vector<Row>& rows, WideVec& dx, WideVec& dtheta) const;
   [[nodiscard]] bool lowers(const WidePose& goal, const WidePose& proxy, const WideVec& dx,
@@ -132,7 +173,7 @@ class ProxyJudge {
   std::optional<FuzzPlate> plate_;
   Wide k_t_, k_r_, length_m_;
   Wide limit_rad_;  ///< turn from which on the torque no longer grows
-  Wide radius_m_ = 0, tolerance_m_ = 0;
+  Wide radius_m_ = 0, tolerance_m_ = 0, rounding_m_ = 0;
 };
 
 }  // namespace haptic::sim
