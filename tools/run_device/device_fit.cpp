@@ -141,6 +141,12 @@ class Fit {
     take(device_.coulomb_friction_n, d.coulomb_friction_n);
     take(device_.encoder_step_m, d.encoder_step_m);
     d.given = 1;
+    // At the handle, before lengths are scaled: the scale does not change a rotor.
+    if (proxy_ && !has_rotor(d) && d.mass_kg > 0) {
+      const double r2 = kAssumedRotorRadius_m * kAssumedRotorRadius_m;
+      std::ranges::fill(d.rotor_inertia_kg_m2, d.mass_kg * r2);
+      std::ranges::fill(d.rotor_damping_nms_per_rad, d.damping_ns_per_m * r2);
+    }
     p.rate_hz = 1 / period_s();
     const double late_s = q_.report_clocked ? 0.5 * period_s() : period_s();
     d.delay_s = std::max(d.delay_s, late_s);

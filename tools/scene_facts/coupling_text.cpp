@@ -99,10 +99,11 @@ std::string budget_as_text(const SceneFacts& facts) {
       "%.3g; no hand,\n"
       "    no Coulomb friction; first order without damping: %.6g N/m; passive in any hand without "
       "delay: %.6g N/m\n"
-      "    rotation: mass and damping of the device taken to act at %s\n",
+      "    rotation: %s, %.6g kg m2 and %.6g N m s/rad about its least stable axis, gyration %s\n",
       1.0 / b.translation.period_s, b.translation.delay_s, b.virtual_damping_ns_per_m,
       b.damping_limit_ns_per_m, kBudgetMargin, b.first_order_n_per_m, b.passive_n_per_m,
-      short_length(b.rotation_radius_m).c_str());
+      b.rotor_assumed ? "rotor not given, assumed" : "rotor", b.rotation.mass_kg,
+      b.rotation.damping_ns_per_m, short_length(b.rotation_radius_m).c_str());
   if (b.encoder_n_per_m > 0) {
     text += formatted("    Coulomb friction eats what the encoder's steps feed in up to %.6g N/m\n",
                       b.encoder_n_per_m);
@@ -133,6 +134,9 @@ Json budget_as_json(const SceneFacts& facts) {
           {"passive_n_per_m", b.passive_n_per_m},
           {"encoder_n_per_m", b.encoder_n_per_m},
           {"rotation_radius_m", b.rotation_radius_m},
+          {"rotor_assumed", b.rotor_assumed},
+          {"rotor_inertia_kg_m2", b.rotation.mass_kg},
+          {"rotor_damping_nms_per_rad", b.rotation.damping_ns_per_m},
           {"states", std::move(states)}};
 }
 

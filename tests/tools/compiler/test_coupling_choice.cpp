@@ -23,7 +23,8 @@ namespace {
 
 constexpr double kRadius_m = 0.04;
 constexpr const char* kDevice =
-    "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\nmax_force_n = 8\nmax_torque_nm = 0.2\n";
+    "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\nmax_force_n = 8\nmax_torque_nm = 0.2\n"
+    "rotor_inertia_kg_m2 = 9e-5\nrotor_damping_nms_per_rad = 9e-4\n";
 
 /// A cube over a larger one; `k_f` stands at 12:15, `more` begins in line 13.
 std::string scene_text(const std::string& k_f, const std::string& more) {
@@ -88,7 +89,7 @@ TEST_SUITE("tools.coupling_choice") {
 
   TEST_CASE("a derived stiffness is reduced to the budget, with L kept, and the report says so") {
     const CouplingChoice made = choice("20000", kDevice);
-    REQUIRE(made.notes.size() == 2);
+    REQUIRE(made.notes.size() == 1);
     CHECK(has(made.notes[0], "instead of 20000 (k_F), which is all that [device] can hold"));
     CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(made.coupling.k_t_n_per_m * 0.03 * 0.03));
     // Two N s/m in all: about twice the undamped 2000 N/m, less the margin.
@@ -104,6 +105,41 @@ TEST_SUITE("tools.coupling_choice") {
     CHECK(active.notes.empty());
   }
 
+  TEST_CASE("a derived rotary stiffness is what the rotor holds and the motors render") {
+    constexpr double kLarge_m = 0.5;
+    const auto large = [&](const std::string& more) {
+      const ScratchFolder folder("coupling");
+      return choose_coupling(parsed(scene_text("800", more), folder), kLarge_m);
+    };
+    const std::string bare = "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\n";
+    const std::string rotor =
+        "rotor_inertia_kg_m2 = [2e-4, 1e-4, 3e-4]\nrotor_damping_nms_per_rad = [2e-3, 1e-3, "
+        "3e-3]\n";
+    // L = 0.75 r_A would ask for 112 N m/rad.
+    const CouplingChoice held = large(bare + rotor);
+    CHECK(held.coupling.k_t_n_per_m == 800.0);
+    const SampledAxis axis{1e-4, 1e-3, 1e-3, 0.0, 1};
+    const double k_r = held.coupling.k_r_nm_per_rad;
+    const double damping = held.coupling.damping_ns_per_m / 800.0 * k_r;
+    CHECK(is_stable(axis, 1.24 * k_r, 1.24 * damping));
+    CHECK(!is_stable(axis, 1.26 * k_r, 1.26 * damping));
+    REQUIRE(held.notes.size() == 1);
+    CHECK(has(held.notes[0], "k_r_nm_per_rad is "));
+    CHECK(has(held.notes[0], "instead of 112.5 (k_t L^2)"));
+    CHECK(large(bare + rotor + "max_rotary_stiffness_nm_per_rad = 0.7\n").coupling.k_r_nm_per_rad ==
+          0.7);
+    CHECK(large(bare + rotor + "max_torque_nm = 0.01\n").coupling.k_r_nm_per_rad ==
+          doctest::Approx(0.5));
+    // Without a rotor: a light one, and a note.
+    const CouplingChoice assumed = large(bare);
+    CHECK(assumed.coupling.k_r_nm_per_rad < 0.2 * k_r);
+    REQUIRE(assumed.notes.size() == 2);
+    CHECK(has(assumed.notes[1], "no rotor_inertia_kg_m2"));
+    CHECK(has(assumed.notes[1], "1e-05 kg m2 and 0.0001 N m s/rad"));
+    CHECK(has(refusal("800", bare + "delay_s = 0.002\nrotor_inertia_kg_m2 = 1e-4\n"),
+              "k_r_nm_per_rad: no rotary stiffness is stable"));
+  }
+
   TEST_CASE("a light device gets less damping than the default") {
     const CouplingChoice made =
         choice("10", "[device]\nmass_kg = 0.001\ndamping_ns_per_m = 0.1\ndelay_s = 0.002\n");
@@ -114,15 +150,15 @@ TEST_SUITE("tools.coupling_choice") {
   }
 
   TEST_CASE("a given gain beyond the budget is refused at its place unless active is allowed") {
-    const std::string device = kDevice;  // lines 13 to 17, [coupling] is line 18
+    const std::string device = kDevice;  // lines 13 to 19, [coupling] is line 20
     CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"),
-              "scene.toml:19:15: k_t_n_per_m: is 9000, the device is safe up to "));
+              "scene.toml:21:15: k_t_n_per_m: is 9000, the device is safe up to "));
     CHECK(has(refusal("800", device + "[coupling]\nk_r_nm_per_rad = 90\n"),
-              "scene.toml:19:18: k_r_nm_per_rad: is 90, the device is safe up to "));
+              "scene.toml:21:18: k_r_nm_per_rad: is 90, the device is safe up to "));
     CHECK(has(refusal("800", device + "[coupling]\nlength_m = 0.4\n"),
-              "scene.toml:19:12: k_r_nm_per_rad: is "));
+              "scene.toml:21:12: k_r_nm_per_rad: is "));
     CHECK(has(refusal("800", device + "[coupling]\ndamping_ns_per_m = 900\n"),
-              "scene.toml:19:20: damping_ns_per_m: is 900 N s/m, the device is safe up to 161"));
+              "scene.toml:21:20: damping_ns_per_m: is 900 N s/m, the device is safe up to 161"));
     CHECK(has(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\n"), "allow_active = true"));
     CHECK(refusal("800", device + "[coupling]\nk_t_n_per_m = 9000\nallow_active = true\n") ==
           "accepted");

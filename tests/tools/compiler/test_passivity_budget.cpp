@@ -154,6 +154,8 @@ TEST_SUITE("tools.passivity_budget") {
 
   TEST_CASE("law proxy: every state has the spring's own stiffness, the others add planes") {
     SceneParameters p = device_scene(LawId::kProxy, 1000.0, 1.0, 0.0, 1000.0);
+    std::ranges::fill(p.device.rotor_inertia_kg_m2, 0.1 * 0.03 * 0.03);
+    std::ranges::fill(p.device.rotor_damping_nms_per_rad, 0.03 * 0.03);
     tools::complete_coupling(p, 0.04);
     const PassivityBudget proxy = tools::passivity_budget(p, 0.04);
     REQUIRE(proxy.unchecked.empty());
@@ -172,6 +174,32 @@ TEST_SUITE("tools.passivity_budget") {
     CHECK(paper.states[1].stiffness == doctest::Approx(paper.states[0].stiffness / 2));
     CHECK(paper.limit_of("k_f_n_per_m") == doctest::Approx(2000.0 / 2.5).epsilon(3e-3));
     CHECK(!paper.holds());
+  }
+
+  TEST_CASE("rotation: the rotor's least stable axis decides, the radius of the part does not") {
+    SceneParameters p = device_scene(LawId::kProxy, 1000.0, 1.0, 0.001, 1000.0);
+    const double inertia[] = {3e-4, 1e-4, 2e-4}, damping[] = {4e-3, 3e-3, 1e-3};
+    std::ranges::copy(inertia, p.device.rotor_inertia_kg_m2);
+    std::ranges::copy(damping, p.device.rotor_damping_nms_per_rad);
+    const auto rotary = [&](double radius_m) {
+      SceneParameters sized = p;
+      tools::complete_coupling(sized, radius_m);
+      return tools::passivity_budget(sized, radius_m);
+    };
+    const PassivityBudget budget = rotary(0.04);
+    CHECK(!budget.rotor_assumed);
+    CHECK(budget.rotation.mass_kg == 2e-4);
+    CHECK(budget.rotation.damping_ns_per_m == 1e-3);
+    const double limit = budget.limit_of("k_r_nm_per_rad");
+    CHECK(limit == doctest::Approx(1e-3 / 1.5e-3 / tools::kBudgetMargin).epsilon(3e-3));
+    CHECK(rotary(0.25).limit_of("k_r_nm_per_rad") == limit);
+    CHECK(growth(budget.rotation, limit, 0.0, 20000) < 0.9);
+    CHECK(growth(budget.rotation, 1.5 * limit, 0.0, 20000) > 1.1);
+    std::ranges::fill(p.device.rotor_inertia_kg_m2, 0.0);
+    std::ranges::fill(p.device.rotor_damping_nms_per_rad, 0.0);
+    CHECK(rotary(0.04).rotor_assumed);
+    CHECK(rotary(0.04).rotation.mass_kg == doctest::Approx(0.1 * 1e-4));
+    CHECK(rotary(0.25).rotation.damping_ns_per_m == doctest::Approx(1e-4));
   }
 
   TEST_CASE("coupling damping raises the stiffness that is safe, as the loop itself finds") {

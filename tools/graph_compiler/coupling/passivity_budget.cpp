@@ -141,6 +141,23 @@ SampledAxis translation_axis(const SceneParameters& p) {
   return axis;
 }
 
+/// The rotor's axis about which the least stiffness is stable, with a virtual damping of
+/// `damping_per_stiffness_s` times the stiffness.
+SampledAxis least_stable_rotor(const SceneParameters& p, double damping_per_stiffness_s) {
+  SampledAxis least = translation_axis(p);
+  double limit = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    SampledAxis axis = translation_axis(p);
+    axis.mass_kg = p.device.rotor_inertia_kg_m2[k];
+    axis.damping_ns_per_m = p.device.rotor_damping_nms_per_rad[k];
+    const double stiffness = stiffness_boundary(axis, 0.0, damping_per_stiffness_s);
+    if (k > 0 && stiffness >= limit) continue;
+    least = axis;
+    limit = stiffness;
+  }
+  return least;
+}
+
 /// Largest stiffness and damping of an axis within the margin.
 struct AxisLimits {
   double stiffness = 0.0, damping = 0.0;
@@ -219,11 +236,19 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
   const bool proxy = p.law == LawId::kProxy;
   const SampledAxis axis = translation_axis(p);
   budget.translation = budget.rotation = axis;
-  const double r = kDeviceLengthShare * radius_m;
-  budget.rotation_radius_m = r;
-  budget.rotation.mass_kg *= r * r;
-  budget.rotation.damping_ns_per_m *= r * r;
   const double b = proxy ? p.coupling.damping_ns_per_m : 0.0;
+  // The coupling damps rotation with B L^2 = (B / k_t) k_r, which follows k_r.
+  const double damping_per_stiffness_s = proxy ? b / p.coupling.k_t_n_per_m : 0.0;
+  budget.rotor_assumed = !has_rotor(d);
+  if (budget.rotor_assumed) {
+    const double r = proxy ? kAssumedRotorRadius_m : kDeviceLengthShare * radius_m;
+    budget.rotation_radius_m = r;
+    budget.rotation.mass_kg *= r * r;
+    budget.rotation.damping_ns_per_m *= r * r;
+  } else {
+    budget.rotation = least_stable_rotor(p, damping_per_stiffness_s);
+    budget.rotation_radius_m = std::sqrt(budget.rotation.mass_kg / d.mass_kg);
+  }
   budget.virtual_damping_ns_per_m = b;
   budget.damping_limit_ns_per_m = damping_boundary(axis, 0.0) / kBudgetMargin;
   budget.first_order_n_per_m = first_order_stiffness(axis);
@@ -244,15 +269,16 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
   add("corner of three perpendicular planes", 1.0);
   if (proxy) {
     const double k_r = p.coupling.k_r_nm_per_rad;
-    // The coupling damps rotation with B L^2 = (B / k_t) k_r, which follows k_r.
-    const double damping_per_stiffness_s = b / p.coupling.k_t_n_per_m;
     const AxisLimits turn{
         stiffness_boundary(budget.rotation, 0.0, damping_per_stiffness_s) / kBudgetMargin,
         damping_boundary(budget.rotation, k_r) / kBudgetMargin};
     budget.states.push_back({"rotation", "k_r_nm_per_rad", 1.0, turn.stiffness, turn.damping, k_r});
   } else {
-    // k_F at the largest lever: k_F r_A^2 against inertia m r^2.
-    add("rotation, contact at the largest lever", radius_m * radius_m / (r * r));
+    // k_F r_A^2 at the largest lever, against the rotor.
+    const double lever_m2 = radius_m * radius_m;
+    const AxisLimits turn = limits(budget.rotation, p.k_f_n_per_m * lever_m2, 0.0);
+    budget.states.push_back({"rotation, contact at the largest lever", "k_f_n_per_m", lever_m2,
+                             turn.stiffness / lever_m2, turn.damping, p.k_f_n_per_m});
   }
   return budget;
 }

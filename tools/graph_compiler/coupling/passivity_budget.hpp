@@ -51,6 +51,15 @@ double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m);
 double first_order_stiffness(const SampledAxis& axis);
 double first_order_damping(const SampledAxis& axis);
 
+/// A device that states a mass and no rotor turns, under law proxy, as if mass and damping acted at
+/// this radius. Safe side of what makers state: the largest rotary over the largest linear
+/// stiffness of lambda.7, sigma.7 and Premium 1.5 6-DOF is the square of 11, 16 and 19 mm (presets
+/// of CHAI3D).
+inline constexpr double kAssumedRotorRadius_m = 0.01;
+[[nodiscard]] constexpr bool has_rotor(const DeviceParameters& d) {
+  return d.rotor_inertia_kg_m2[0] > 0;
+}
+
 /// Boundary of stability over budget.
 inline constexpr double kBudgetMargin = 1.25;
 /// Gains derived from a radius meet the budget of that radius within its rounding to a scalar.
@@ -71,9 +80,11 @@ struct ContactStateBudget {
 
 struct PassivityBudget {
   std::string unchecked;  ///< why there is no budget; empty: there is one
-  SampledAxis translation, rotation;
-  /// The scene has no data of the device's rotation: mass and damping are taken to act at this
-  /// radius, kDeviceLengthShare r_A.
+  SampledAxis translation;
+  SampledAxis rotation;        ///< about the axis that holds the least stiffness
+  bool rotor_assumed = false;  ///< the device states none
+  /// Radius of gyration: of the rotor's inertia over the mass, or the assumed one: for law proxy
+  /// kAssumedRotorRadius_m, for the direct laws kDeviceLengthShare r_A.
   double rotation_radius_m = 0.0;
   double virtual_damping_ns_per_m = 0.0;  ///< B; law proxy only
   double damping_limit_ns_per_m = 0.0;    ///< largest safe B where nothing is touched (K = 0)

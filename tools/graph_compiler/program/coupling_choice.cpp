@@ -19,6 +19,10 @@ constexpr double kDefaultDamping_ns_per_m = 1.0;
 /// spring.
 constexpr double kDerivedDampingShare = 0.5;
 
+/// Error at which a derived rotary spring may reach the device's largest torque, at least [rad]:
+/// about a degree, far above a hand's tremor, so that the torque does not switch.
+constexpr double kLeastFullTurn_rad = 0.02;
+
 std::string number(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", x);
@@ -96,7 +100,16 @@ class Choice {
       return request.k_r_nm_per_rad.value_or(c.k_t_n_per_m * length_m * length_m);
     };
     c.k_r_nm_per_rad = rotary();
-    if (request.k_t_n_per_m || request.allow_active || parameters_.law != LawId::kProxy) return;
+    if (request.allow_active || parameters_.law != LawId::kProxy) return;
+    if (!request.k_t_n_per_m) bound_translation();
+    c.k_r_nm_per_rad = rotary();
+    if (!request.k_r_nm_per_rad && !request.length_m) bound_rotation();
+    note_assumed_rotor();
+  }
+
+  void bound_translation() {
+    CouplingParameters& c = parameters_.coupling;
+    const CouplingRequest& request = scene_.coupling;
     const double wanted = c.k_t_n_per_m;
     const double most = parameters_.device.max_stiffness_n_per_m;
     if (most > 0.0) c.k_t_n_per_m = std::min(c.k_t_n_per_m, most);
@@ -109,12 +122,49 @@ class Choice {
     if (c.k_t_n_per_m == wanted) return;
     note("k_t_n_per_m is " + number(c.k_t_n_per_m) + " N/m instead of " + number(wanted) +
          " (k_F)");
-    const double before = c.k_r_nm_per_rad;
-    c.k_r_nm_per_rad = rotary();
-    if (c.k_r_nm_per_rad != before) {
-      note("k_r_nm_per_rad is " + number(c.k_r_nm_per_rad) + " N m/rad instead of " +
-           number(before));
+  }
+
+  /// A derived rotary stiffness is what the rotor holds and the motors render.
+  void bound_rotation() {
+    CouplingParameters& c = parameters_.coupling;
+    const DeviceParameters& d = parameters_.device;
+    const double wanted = c.k_r_nm_per_rad;
+    double most = wanted;
+    if (d.max_rotary_stiffness_nm_per_rad > 0.0) {
+      most = std::min(most, d.max_rotary_stiffness_nm_per_rad);
     }
+    if (d.max_torque_nm > 0.0) most = std::min(most, d.max_torque_nm / kLeastFullTurn_rad);
+    const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
+    if (budget.unchecked.empty()) {
+      const double limit = budget.limit_of("k_r_nm_per_rad");
+      if (!(limit > 0.0)) {
+        fail(
+            scene_.coupling.k_f_at, "k_r_nm_per_rad",
+            "no rotary stiffness is stable on this device, whose rotor is damped with " +
+                number(budget.rotation.damping_ns_per_m) +
+                " N m s/rad of its own; give [device] rotor_damping_nms_per_rad, change [coupling] "
+                "damping_ns_per_m, or set allow_active = true");
+      }
+      most = std::min(most, limit);
+    }
+    if (!(most < wanted)) return;
+    c.k_r_nm_per_rad = most;
+    note("k_r_nm_per_rad is " + number(most) + " N m/rad instead of " + number(wanted) +
+         " (k_t L^2)");
+  }
+
+  void note_assumed_rotor() {
+    const DeviceParameters& d = parameters_.device;
+    if (d.given == 0 || !(d.mass_kg > 0.0) || has_rotor(d) || scene_turns_never()) return;
+    const double r2 = kAssumedRotorRadius_m * kAssumedRotorRadius_m;
+    notes_.push_back(
+        "[device] gives no rotor_inertia_kg_m2: rotation is bounded for a light rotor, " +
+        number(d.mass_kg * r2) + " kg m2 and " + number(d.damping_ns_per_m * r2) +
+        " N m s/rad (mass and damping at " + number(1e3 * kAssumedRotorRadius_m) + " mm)");
+  }
+
+  [[nodiscard]] bool scene_turns_never() const {
+    return scene_.orientation && !(scene_.orientation->max_angle_rad > 0.0);
   }
 
   void note(const std::string& words) {
