@@ -2,6 +2,7 @@
 // Scene, map and loop against what a connected device states; what a machine that is late costs.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "hal/drivers/reference_driver.hpp"
@@ -29,6 +30,8 @@ FitQuestion modest_question() {
   q.scene = default_parameters();
   q.scene.rate_hz = 1000;
   q.scene.device = {};
+  std::ranges::fill(q.scene.device.rotor_inertia_kg_m2, 2.8e-4);
+  std::ranges::fill(q.scene.device.rotor_damping_nms_per_rad, 7e-3);
   q.scene.coupling.k_t_n_per_m = 800;
   q.scene.coupling.k_r_nm_per_rad = 0.5;
   q.scene.coupling.damping_ns_per_m = 1;
@@ -84,6 +87,16 @@ TEST_SUITE("tools.run_device.fit") {
     bold.scene.coupling.allow_active = 1;
     CHECK(fit_of(bold, stated_device()).refusal == "");
     CHECK(says(fit_of(bold, stated_device()), "allow_active"));
+  }
+
+  TEST_CASE("a rotor that nobody states is taken for a light one") {
+    FitQuestion q = modest_question();
+    q.scene.coupling.k_r_nm_per_rad = 10;
+    CHECK(fit_of(q, stated_device()).refusal == "");
+    std::ranges::fill(q.scene.device.rotor_inertia_kg_m2, 0.0);
+    std::ranges::fill(q.scene.device.rotor_damping_nms_per_rad, 0.0);
+    CHECK(fit_of(q, stated_device()).refusal.find("k_r_nm_per_rad is 10, at most ") !=
+          std::string::npos);
   }
 
   TEST_CASE("a device without torque is not refused for a stiffness in rotation") {
