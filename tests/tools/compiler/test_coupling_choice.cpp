@@ -118,7 +118,7 @@ TEST_SUITE("tools.coupling_choice") {
     // L = 0.75 r_A would ask for 112 N m/rad.
     const CouplingChoice held = large(bare + rotor);
     CHECK(held.coupling.k_t_n_per_m == 800.0);
-    const SampledAxis axis{1e-4, 1e-3, 1e-3, 0.0, 1};
+    const SampledAxis axis{1e-4, 1e-3, 1e-3, 0.0, 1, kCouplingFilter};
     const double k_r = held.coupling.k_r_nm_per_rad;
     const double damping = held.coupling.damping_ns_per_m / 800.0 * k_r;
     CHECK(is_stable(axis, 1.24 * k_r, 1.24 * damping));

@@ -47,11 +47,11 @@ double growth(const SampledAxis& axis, double stiffness, double damping, int tic
   const double late = std::max(0.0, delay - static_cast<double>(whole));
   const std::size_t w = axis.window_ticks;
   std::vector<double> positions(w + 1, device.x), forces(whole + 2, 0.0);
-  double early = 0.0, last = 0.0;
+  double early = 0.0, last = 0.0, speed = 0.0;
   for (int n = 0; n < ticks; ++n) {
     positions.insert(positions.begin(), device.x);
     positions.pop_back();
-    const double speed = (positions[0] - positions[w]) / (static_cast<double>(w) * t);
+    speed += axis.filter * ((positions[0] - positions[w]) / (static_cast<double>(w) * t) - speed);
     forces.insert(forces.begin(), -stiffness * positions[0] - damping * speed);
     forces.pop_back();
     device.move(axis, forces[whole + 1], late * t);
@@ -140,6 +140,7 @@ TEST_SUITE("tools.passivity_budget") {
       if (round % 3 == 0) delay += random.uniform(0.0, 0.9);
       SampledAxis axis = axis_of(m, b, t, delay);
       axis.window_ticks = 1 + static_cast<std::uint32_t>(random.next() % 3);
+      axis.filter = round % 4 < 2 ? 1.0 : 0.75;
       const double damping =
           round % 2 == 0 ? 0.0 : random.uniform(0.0, 0.4) * tools::damping_boundary(axis, 0.0);
       const double budget = tools::stiffness_boundary(axis, damping) / tools::kBudgetMargin;
@@ -193,6 +194,22 @@ TEST_SUITE("tools.passivity_budget") {
     const double limit = budget.limit_of("k_r_nm_per_rad");
     CHECK(limit == doctest::Approx(1e-3 / 1.5e-3 / tools::kBudgetMargin).epsilon(3e-3));
     CHECK(rotary(0.25).limit_of("k_r_nm_per_rad") == limit);
+    // The coupling's damping is a hundred times the rotor's: its filter takes a third of the limit.
+    p.device.delay_s = 0.0;
+    std::ranges::fill(p.device.rotor_inertia_kg_m2, 1e-4);
+    std::ranges::fill(p.device.rotor_damping_nms_per_rad, 1e-3);
+    p.coupling.damping_ns_per_m = 1.0;
+    p.coupling.k_t_n_per_m = 800.0;
+    const PassivityBudget damped = rotary(0.5);
+    const double most = damped.limit_of("k_r_nm_per_rad");
+    CHECK(most == doctest::Approx(47.05 / tools::kBudgetMargin).epsilon(0.01));
+    CHECK(!damped.holds());
+    CHECK(growth(damped.rotation, most, most / 800.0, 20000) < 0.9);
+    CHECK(growth(damped.rotation, 1.5 * most, 1.5 * most / 800.0, 20000) > 1.1);
+    p.device.delay_s = 0.001;
+    p.coupling.damping_ns_per_m = 0.0;
+    std::ranges::copy(inertia, p.device.rotor_inertia_kg_m2);
+    std::ranges::copy(damping, p.device.rotor_damping_nms_per_rad);
     CHECK(growth(budget.rotation, limit, 0.0, 20000) < 0.9);
     CHECK(growth(budget.rotation, 1.5 * limit, 0.0, 20000) > 1.1);
     std::ranges::fill(p.device.rotor_inertia_kg_m2, 0.0);

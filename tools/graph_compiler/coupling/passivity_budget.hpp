@@ -25,6 +25,8 @@ struct SampledAxis {
   double period_s = 0.0;           ///< T > 0
   double delay_s = 0.0;            ///< from sample to output, at least 0; need not be whole samples
   std::uint32_t window_ticks = 1;  ///< w, over which the velocity is a difference
+  /// Share of the newest difference in the velocity, above 0; the rest is the velocity before.
+  double filter = 1.0;
 };
 
 /// Longest delay and window in ticks that are computed; a longer one counts as unstable.
@@ -50,6 +52,10 @@ double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m);
 /// and at K = 0, b = 0: B = 2 (m / T) tan(pi / (4 (d + 1))), d = delay / T.
 double first_order_stiffness(const SampledAxis& axis);
 double first_order_damping(const SampledAxis& axis);
+
+/// SampledAxis::filter of the coupling damping in rotation, where it may outweigh the rotor's own a
+/// hundredfold: as in the core.
+inline constexpr double kCouplingFilter = 0.75;
 
 /// A device that states a mass and no rotor turns, under law proxy, as if mass and damping acted at
 /// this radius. Safe side of what makers state: the largest rotary over the largest linear
