@@ -34,17 +34,20 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   const ContactSet contact =
       !proxy || input.report_goal_contact ? m.goal_contact.search(goal.grip) : ContactSet{};
 
+  // The device's velocity, for the law's damping and for the account of energy.
+  const DeviceMotion device = m.output.sense(goal.device, input);
+
   // 6. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
   const FreePose free =
-      proxy ? m.free_motion.move(goal.grip, m.output.stamp_of(input), m.goal_contact.room())
+      proxy ? m.free_motion.move(goal.grip, device.twist.twist_w, m.goal_contact.room())
             : FreePose{};
   const DirectForce direct = proxy ? DirectForce{} : m.direct_wrench.of(contact, m.hull);
-  const LawWrench law =
-      proxy ? LawWrench{free.wrench_w, free.spring_w} : LawWrench{direct.wrench_w, direct.wrench_w};
+  const LawWrench law = proxy ? LawWrench{free.wrench_w, free.spring_w, free.stored, true}
+                              : LawWrench{direct.wrench_w, direct.wrench_w, {}, false};
 
   // 9. Towards the device: ramps, energy, the device's twist.
   const std::uint32_t flags = goal.flags | motion_flags | contact.work.flags | free.flags;
-  const Output output = m.output.finish(law, goal.device, input, flags);
+  const Output output = m.output.finish(law, device, input, flags);
 
   StepResult result = result_of(goal, contact, output);
   result.flags = flags | output.flags;

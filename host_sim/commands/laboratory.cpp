@@ -15,6 +15,8 @@ struct LaboratoryCommand {
   std::string_view name, does;
 };
 constexpr LaboratoryCommand kLaboratory[] = {
+    {"calm",
+     "Presses, holds and withdraws by every hand and encoder: rest, and nothing in free space."},
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
     {"continuity", "Measures the jumps of both contact laws on smooth paths."},
     {"crossings",

@@ -15,6 +15,7 @@
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/pressing_script.hpp"
+#include "host_sim/device/rest_judge.hpp"
 #include "host_sim/device/simulated_device.hpp"
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/report/part_report.hpp"
@@ -70,8 +71,31 @@ void print_motion(const LoopTotals& t) {
               t.rest_turn_rad_per_s);
 }
 
+/// Whether the loop comes to rest where the hand does.
+void print_rest(const RestOscillation& rest) {
+  if (rest.windows == 0) {
+    std::printf("  at rest          never: the hand moves all the time\n");
+    return;
+  }
+  std::printf("  at rest          %.4g N, %.4g N m peak to peak, %s", rest.force_pp_n,
+              rest.torque_pp_nm, rest.oscillates() ? "OSCILLATES" : "no oscillation");
+  if (rest.oscillates()) std::printf(" at %.4g Hz by %.4f s", rest.frequency_hz, rest.at_s);
+  std::printf("\n");
+}
+
+nlohmann::ordered_json rest_account(const RestOscillation& rest) {
+  return {{"windows", rest.windows},
+          {"force_peak_to_peak_n", rest.force_pp_n},
+          {"torque_peak_to_peak_nm", rest.torque_pp_nm},
+          {"share_of_allowed", rest.ratio},
+          {"frequency_hz", rest.frequency_hz},
+          {"at_s", rest.at_s},
+          {"oscillates", rest.oscillates()}};
+}
+
 /// The loop that the core closes over the device alone.
-nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t, bool passed) {
+nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
+                                    const RestOscillation& rest, bool passed) {
   const DeviceModel& device = subject.device;
   nlohmann::ordered_json json;
   json["scene"] = subject.scene;
@@ -105,21 +129,25 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   json["rest_speed_m_per_s"] = t.rest_speed_m_per_s;
   json["rest_turn_rad_per_s"] = t.rest_turn_rad_per_s;
   json["smallest_proxy_gap_m"] = t.smallest_gap_m;
+  json["rest"] = rest_account(rest);
   json["passed"] = passed;
   return json;
 }
 
-void print_loop(const RunSubject& subject, const LoopTotals& t, bool passed) {
+void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
+                bool passed) {
   std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", subject.scene.c_str(),
               law_name(subject.law), subject.hand.c_str(), subject.rate_hz,
               subject.device.delay_samples);
   print_motion(t);
+  print_rest(rest);
   std::printf("  result           %s\n", passed ? "passed" : "FAILED");
 }
 
 nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTotals& t,
-                                     const hal::LinkCounters& link, bool passed) {
-  nlohmann::ordered_json json = loop_account(subject.run, t.loop, passed);
+                                     const RestOscillation& rest, const hal::LinkCounters& link,
+                                     bool passed) {
+  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, passed);
   json.erase("passed");
   json["carrier"] = subject.carrier;
   json["report_clocked"] = subject.report_clocked;
@@ -160,14 +188,15 @@ nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTot
   return json;
 }
 
-void print_stack(const StackSubject& subject, const StackTotals& t, const hal::LinkCounters& link,
-                 bool passed) {
+void print_stack(const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
+                 const hal::LinkCounters& link, bool passed) {
   const RunSubject& run = subject.run;
   std::printf("device stack on %s: carrier %s, %s-clocked, law %s, %s hand, %g Hz, delay %u\n",
               run.scene.c_str(), subject.carrier.c_str(),
               subject.report_clocked ? "report" : "timer", law_name(run.law), run.hand.c_str(),
               run.rate_hz, run.device.delay_samples);
   print_motion(t.loop);
+  print_rest(rest);
   std::printf("  handed over      %llu commands, %.4g N, %.4g N m at most\n",
               static_cast<unsigned long long>(t.sends), t.largest_handed_n, t.largest_handed_nm);
   std::printf("  largest step     %.4g N at %.4f s, %.4g N m, of what was handed over\n",
@@ -243,13 +272,15 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
   const std::vector<LoopRecord> records = run_loop(loop, hand_motion(o, session, subject.rate_hz));
   const LoopTotals totals = total(records);
-  const bool passed = totals.finite && totals.refused_poses == 0 &&
+  const RestOscillation rest =
+      rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
+  const bool passed = totals.finite && totals.refused_poses == 0 && !rest.oscillates() &&
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   std::vector<TickRecord> ticks;
   for (const LoopRecord& record : records) ticks.push_back(record.tick);
   keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
-       loop_account(subject, totals, passed));
-  if (!o.json) print_loop(subject, totals, passed);
+       loop_account(subject, totals, rest, passed));
+  if (!o.json) print_loop(subject, totals, rest, passed);
   return passed;
 }
 
@@ -292,14 +323,17 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
   const bool as_scripted = !events.empty() || (totals.faults == 0 && totals.ended_ready);
+  std::vector<LoopRecord> felt;
+  for (const StackRecord& record : records) felt.push_back(record.loop);
+  const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
   const bool passed = totals.loop.finite && totals.loop.refused_poses == 0 && as_scripted &&
-                      totals.ended_at_zero &&
+                      !rest.oscillates() && totals.ended_at_zero &&
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
   keep(o, stack_csv(records), stack_plot(records, title),
-       stack_account(subject, totals, link, passed));
-  if (!o.json) print_stack(subject, totals, link, passed);
+       stack_account(subject, totals, rest, link, passed));
+  if (!o.json) print_stack(subject, totals, rest, link, passed);
   return passed;
 }
 

@@ -108,6 +108,7 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
     record.device_wa = tick.sensed_wa;
     record.proxy_wa = tick.result.proxy_pose_wa;
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
+    std::copy(motion[k].q_wxyz, motion[k].q_wxyz + 4, record.target_wxyz.begin());
     record.speed_m_per_s = tick.device.velocity_w.norm();
     record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
     record.delivered_j = tick.delivered_j;

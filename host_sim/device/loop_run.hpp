@@ -72,8 +72,9 @@ class ClosedLoop {
 /// What a run keeps of every tick.
 struct LoopRecord {
   TickRecord tick;
-  Pose device_wa, proxy_wa;          ///< A's mesh frame: as sensed, and as shown
-  std::array<double, 3> target_m{};  ///< of the hand, for A's mesh frame
+  Pose device_wa, proxy_wa;             ///< A's mesh frame: as sensed, and as shown
+  std::array<double, 3> target_m{};     ///< of the hand, for A's mesh frame
+  std::array<double, 4> target_wxyz{};  ///< and its orientation
   double speed_m_per_s = 0, turn_rad_per_s = 0;
   double delivered_j = 0;  ///< work of the rendering on the device so far
 };

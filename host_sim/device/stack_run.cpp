@@ -104,6 +104,7 @@ StackRecord record_of(const StackTick& tick, bool was_rendered, double delivered
   loop.device_wa = rendered.goal_pose_wa;
   loop.proxy_wa = rendered.proxy_pose_wa;
   std::copy(wanted.p, wanted.p + 3, loop.target_m.begin());
+  std::copy(wanted.q_wxyz, wanted.q_wxyz + 4, loop.target_wxyz.begin());
   loop.speed_m_per_s = tick.device.velocity_w.norm();
   loop.turn_rad_per_s = tick.device.angular_velocity_w.norm();
   loop.delivered_j = delivered_j;

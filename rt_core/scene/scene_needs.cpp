@@ -24,7 +24,8 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   }
   needs.fixed_orientation = is_one_orientation(p.envelope);
   needs.free_orientation = !needs.fixed_orientation;
-  needs.device = p.coupling.passivity != 0 || p.device.given != 0;
+  needs.device =
+      p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
   needs.contact_geometry = needs.table_checks = false;
   // Where a pass displaces a step it has one row per pair (law/proxy_pass.cpp).
   needs.qp_rows =

@@ -11,20 +11,9 @@ namespace {
 
 /// The goal counts as hooked when it is this many radii of the part away from the proxy.
 constexpr Real kHookedShare = 1.0_r;
-/// Filter of the rate of the coupling's error: share of the newest difference.
-constexpr Real kRateShare = 0.75_r;
 
 Vec3 place_of(const double (&v)[3]) noexcept {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
-/// Damping `d` on top of the spring's pull `s`: it may take back no more than `share` of the pull,
-/// and nothing where there is none.
-Vec3 limited_damping(const Vec3& d, const Vec3& s, Real share) noexcept {
-  const Real pull2 = s.squaredNorm();
-  if (!(pull2 > 0)) return Vec3::Zero();
-  const Real along = d.dot(s) / pull2;
-  return along < -share ? Vec3(d + s * (-share - along)) : d;
 }
 
 }  // namespace
@@ -60,8 +49,8 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
   };
   spring_.soft_translation_m = soft(c.max_translation_error_m, c.max_pull_n, c.k_t_n_per_m);
   spring_.soft_rotation_rad = soft(c.max_rotation_error_rad, c.max_turn_nm, c.k_r_nm_per_rad);
-  damping_.ns_per_m = static_cast<Real>(c.damping_ns_per_m);
-  damping_.share = static_cast<Real>(c.damping_share);
+  damping_ns_per_m_ = static_cast<Real>(c.damping_ns_per_m);
+  damping_share_ = static_cast<Real>(c.damping_share);
   radius_m_ = radius;
   epsilon_m_ = static_cast<Real>(p.epsilon_m);
   Proxy::Parameters parameters;
@@ -79,31 +68,25 @@ void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pa
 void FreeMotion::reset() noexcept {
   proxy_.reset();
   at_rest_ = false;
-  damping_.has_error = false;
-  damping_.rate = PoseError{};
 }
 
-/// The damping's memory with this report: the backward difference of the error over the real time
-/// between reports, filtered.
-FreeMotion::Damping FreeMotion::damping_after(const PoseError& error,
-                                              std::int64_t stamp_ns) const noexcept {
-  Damping next = damping_;
-  const std::int64_t elapsed_ns = stamp_ns - damping_.stamp_ns;
-  if (damping_.has_error && elapsed_ns > 0) {
-    const Real per_s = 1.0e9_r / static_cast<Real>(elapsed_ns);
-    const auto follow = [per_s](Vec3& rate, const Vec3& now, const Vec3& before) {
-      rate += kRateShare * (per_s * (now - before) - rate);
-    };
-    follow(next.rate.translation_m, error.translation_m, damping_.error.translation_m);
-    follow(next.rate.rotation_rad, error.rotation_rad, damping_.error.rotation_rad);
-  }
-  next.error = error;
-  next.stamp_ns = stamp_ns;
-  next.has_error = true;
-  return next;
+/// The coupling's damping as a factor on the spring's wrench W. What the proxy does lies across W,
+/// along the surfaces that hold it, so the spring stretches at -W.v / N with N the length of
+/// (F, tau / L), and damping B against that is -(B W.v / N^2) W: no tangential noise, no pull, and
+/// nothing where there is none. At most a share of the spring either way: it grows from zero with
+/// the first touch and fades with the last.
+Real FreeMotion::damping_gain(const Wrench& spring_w, const Twist& twist_w) const noexcept {
+  const Vec3 leverage = spring_w.torque_w / spring_.length_m;
+  const Real pull2 = spring_w.force_w.squaredNorm() + leverage.squaredNorm();
+  if (!(pull2 > 0)) return 1;
+  const Real power =
+      spring_w.force_w.dot(twist_w.linear_w) + spring_w.torque_w.dot(twist_w.angular_w);
+  const Real change = -damping_ns_per_m_ * power / pull2;
+  if (!std::isfinite(change)) return 1;
+  return 1 + std::clamp(change, -damping_share_, damping_share_);
 }
 
-FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoom& room) noexcept {
+FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
   free.work = proxy_.tick(goal, room.scratch, room.near);
   free.grip = proxy_.pose();
@@ -118,18 +101,15 @@ FreePose FreeMotion::move(const GripPose& goal, std::int64_t stamp_ns, SearchRoo
   at_rest_ = felt().plane_count == 0 && turned_m <= tolerance_m_ &&
              error.translation_m.squaredNorm() <= tolerance_m_ * tolerance_m_;
   free.spring_w = free.wrench_w = spring_wrench(spring_, error);
-  if (!(damping_.ns_per_m > 0)) return free;
-  // Damping B (p' - q_d') in translation and B L^2 in rotation, of the error as it is felt: a pull
-  // at its limit grows no further by it, and as cutting is the gradient of a convex function, the
-  // damping still only takes energy.
-  damping_ = damping_after(felt_error(spring_, error), stamp_ns);
-  const Real b = damping_.ns_per_m;
-  const Real b_r = b * spring_.length_m * spring_.length_m;
-  Wrench& wrench = free.wrench_w;
-  wrench.force_w +=
-      limited_damping(-b * damping_.rate.translation_m, wrench.force_w, damping_.share);
-  wrench.torque_w +=
-      limited_damping(-b_r * damping_.rate.rotation_rad, wrench.torque_w, damping_.share);
+  free.stored.linear_j =
+      static_cast<double>(potential_j(spring_, {error.translation_m, Vec3::Zero()}));
+  free.stored.angular_j =
+      static_cast<double>(potential_j(spring_, {Vec3::Zero(), error.rotation_rad}));
+  if (!(damping_ns_per_m_ > 0)) return free;
+  Real gain = damping_gain(free.spring_w, twist_w);
+  // A pull at its limit grows no further by damping either.
+  if ((free.flags & kFlagSaturated) != 0) gain = std::min<Real>(gain, 1);
+  free.wrench_w = {gain * free.spring_w.force_w, gain * free.spring_w.torque_w};
   return free;
 }
 

@@ -7,6 +7,7 @@
 #include "rt_core/contact/contact_polygon.hpp"
 #include "rt_core/contact/contact_region.hpp"
 #include "rt_core/law/proxy_law.hpp"
+#include "rt_core/safety/passivity.hpp"
 #include "rt_core/tick/goal.hpp"
 #include "rt_core/tick/step.hpp"
 
@@ -21,9 +22,10 @@ struct SearchRoom {
 
 /// Where the part is felt, and with what force.
 struct FreePose {
-  GripPose grip;    ///< the proxy
-  Wrench spring_w;  ///< the coupling's pull
-  Wrench wrench_w;  ///< with its damping
+  GripPose grip;        ///< the proxy
+  Wrench spring_w;      ///< the coupling's pull
+  Wrench wrench_w;      ///< with its damping
+  StoredEnergy stored;  ///< in the spring
   ProxyTick work;
   std::uint32_t flags =
       0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked, kFlagSaturated
@@ -35,8 +37,9 @@ class FreeMotion {
   /// `pairs`: of the scene, one each; they outlive it.
   void read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept;
   void reset() noexcept;
-  /// Moves the proxy towards the goal. `stamp_ns`: of this report. `room` is left as it was.
-  [[nodiscard]] FreePose move(const GripPose& goal, std::int64_t stamp_ns,
+  /// Moves the proxy towards the goal, which moves with the device at `twist_w`. `room` is left as
+  /// it was.
+  [[nodiscard]] FreePose move(const GripPose& goal, const Twist& twist_w,
                               SearchRoom& room) noexcept;
 
   /// The proxy; null before its first tick.
@@ -53,15 +56,7 @@ class FreeMotion {
                 ContactGeometry& out) noexcept;
 
  private:
-  /// The damping's memory: error of the last report, and the filtered rate.
-  struct Damping {
-    Real ns_per_m = 0, share = 0;
-    PoseError error, rate;
-    std::int64_t stamp_ns = 0;
-    bool has_error = false;
-  };
-
-  [[nodiscard]] Damping damping_after(const PoseError& error, std::int64_t stamp_ns) const noexcept;
+  [[nodiscard]] Real damping_gain(const Wrench& spring_w, const Twist& twist_w) const noexcept;
 
   Proxy proxy_;
   Spring spring_;
@@ -69,7 +64,7 @@ class FreeMotion {
   Real tolerance_m_ = 0;  ///< of the proxy
   bool at_rest_ = false;
   Real epsilon_m_ = 0;
-  Damping damping_;
+  Real damping_ns_per_m_ = 0, damping_share_ = 0;
 };
 
 }  // namespace haptic

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "rt_core/base/arena.hpp"
+#include "rt_core/base/encoder_play.hpp"
 #include "rt_core/base/twist_estimator.hpp"
 #include "rt_core/safety/passivity.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
@@ -16,9 +17,18 @@
 
 namespace haptic {
 
-/// The law's wrench, and the part of it that is the spring's pull.
+/// The law's wrench, the part of it that is the spring's pull, and the energy that this part is
+/// the gradient of; `stores` is false of laws without one.
 struct LawWrench {
   Wrench wrench_w, spring_w;
+  StoredEnergy stored;
+  bool stores = false;
+};
+
+/// How the device moves: its pose after play, and its velocity over an adaptive window of that.
+struct DeviceMotion {
+  PlayedPose played;
+  TwistEstimate twist;
 };
 
 struct Output {
@@ -33,13 +43,15 @@ class OutputStage {
   void place(Arena& arena, const SceneView& scene) noexcept;
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
-  /// Time of this report; without stamps ticks are a period apart.
-  [[nodiscard]] std::int64_t stamp_of(const StepInput& input) const noexcept;
+  /// The device's motion with this report, for the law and for finish. Once a tick.
+  [[nodiscard]] DeviceMotion sense(const GripPose& device, const StepInput& input) noexcept;
   /// `flags`: of the stages before; those that ask for a ramp out do so. Once a tick.
-  [[nodiscard]] Output finish(const LawWrench& law, const GripPose& device, const StepInput& input,
-                              std::uint32_t flags) noexcept;
+  [[nodiscard]] Output finish(const LawWrench& law, const DeviceMotion& device,
+                              const StepInput& input, std::uint32_t flags) noexcept;
 
  private:
+  /// Time of this report; without stamps ticks are a period apart.
+  [[nodiscard]] std::int64_t stamp_of(const StepInput& input) const noexcept;
   /// Whether the device is taken for one of three degrees of freedom: a part that never turns has
   /// no torque under law proxy; the other laws report it.
   [[nodiscard]] bool device_translates() const noexcept {
@@ -52,9 +64,10 @@ class OutputStage {
   bool observes_ = false;      ///< the passivity layer acts
   bool never_turns_ = false;
   LawId law_ = LawId::kProxy;
+  EncoderPlay play_;
   Passivity passivity_;
   WrenchRamp ramp_;
-  std::span<TwistEstimator> twist_;  ///< one where the scene names a device, else none
+  std::span<TwistEstimator> twist_;  ///< one where the scene needs a velocity, else none
 };
 
 }  // namespace haptic

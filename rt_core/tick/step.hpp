@@ -127,7 +127,9 @@ struct StepResult {
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
   Real allowed_rise_j = 0;  ///< law kProxy: what the passes may have raised it by, for rounding
   Twist device_twist_w;     ///< estimate, where the scene names a device
-  Real energy_j = 0;        ///< passivity observer: what the hand has put in and not got back
+  /// Passivity observer: minus what the rendering has generated beyond the spring's own energy and
+  /// the device's damping and has not been taken out yet; at most 0.
+  Real energy_j = 0;
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;
 };

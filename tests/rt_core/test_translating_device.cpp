@@ -72,20 +72,23 @@ TEST_SUITE("rt_core.translating_device") {
   TEST_CASE("energy: no torque does work, and none is damped") {
     Random random(kSeed);
     PassivityLimits limits;
-    limits.l_m = 0.05_r;
-    limits.alpha_max_ns_per_m = 40.0_r;
-    limits.energy_cap_j = 1.0e-4_r;
+    limits.mass_kg = 0.16_r;
+    limits.damping_ns_per_m = 0.1_r;
+    limits.rotor_kg_m2 = 1.0e-4_r;
     Passivity six(limits), three(limits);
     int acted = 0;
     for (int tick = 0; tick < 2000; ++tick) {
       PassivityInput in;
       in.stamp_ns = std::int64_t{tick} * 1'000'000;
-      in.grip_w = vector(random, 1.0e-3);
+      in.way_m = vector(random, 1.0e-3);
+      in.twist_w.linear_w = vector(random, 0.5);
+      in.twist_valid = true;
       in.command_w = {vector(random, 3.0), vector(random, 0.1)};
       const PassivityResult want = six.update(in);
-      in.q_wa = so3_exp(vector(random, 0.5));
+      in.turn_rad = vector(random, 0.5);
+      in.twist_w.angular_w = vector(random, 5.0);
       const PassivityResult got = three.update_place(in);
-      REQUIRE(got.energy_j == want.energy_j);
+      REQUIRE(got.debt_j == want.debt_j);
       REQUIRE(got.wrench_w.force_w == want.wrench_w.force_w);
       REQUIRE(got.wrench_w.torque_w == in.command_w.torque_w);
       REQUIRE(got.acted == want.acted);

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/calm/calm_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host_sim/device/rest_judge.hpp"
+#include "host_sim/report/picture.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/program/coupling_choice.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr double kRate_hz = 1000;
+constexpr double kPress_m = 0.008, kWithdraw_m_per_s = 0.1, kPressTime_s = 0.5, kHold_s = 2.0;
+constexpr double kLookedAt_s = 0.5, kAfter_s = 0.3;
+constexpr double kOff_m = 0.002;  ///< above the surface at the start
+constexpr double kCubeHalf = 0.010, kWallHalf = 0.050;
+constexpr double kClearance = 1.0e-4, kHoleDepth = 0.040;
+/// What is left of settling where the encoder is exact.
+constexpr double kSettled_n = 1.0e-3;
+constexpr double kRounding_n = 1.0e-9;
+const DeviceModel kDevice{};
+
+struct Stage {
+  Solid part;
+  std::vector<Solid> around;
+  Vector start, press;  ///< of the part; the press counts from the start
+  double radius_m = 0;
+};
+
+Stage stage_of(const std::string& contact) {
+  Stage s;
+  if (contact == "wall") {
+    s.part = centred_box("cube", kCubeHalf, kCubeHalf, kCubeHalf);
+    s.around = {centred_box("wall", 0.1, 0.1, kWallHalf)};
+    s.start = Vector(0, 0, kWallHalf + kCubeHalf + kOff_m);
+    s.press = Vector(0, 0, -kOff_m - kPress_m);
+    s.radius_m = std::sqrt(3.0) * kCubeHalf;
+  } else {
+    s.part = square_peg();
+    s.around = five_piece_hole(0.010 + kClearance);
+    s.start = Vector(0, 0, 0.030 - kHoleDepth + kOff_m);
+    s.press = Vector(0.003, 0.002, -kOff_m - kPress_m);
+    s.radius_m = std::sqrt(2 * 0.010 * 0.010 + 0.030 * 0.030);
+  }
+  return s;
+}
+
+SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& inside) {
+  tools::SceneFile scene;
+  scene.file = "calm";
+  SceneParameters& p = scene.parameters;
+  p.rate_hz = kRate_hz;
+  p.law = LawId::kProxy;
+  p.k_f_n_per_m = cell.k_t_n_per_m;
+  p.device.given = 1;
+  p.device.mass_kg = kDevice.mass_kg;
+  p.device.damping_ns_per_m = kDevice.damping_ns_per_m;
+  p.device.encoder_step_m = cell.encoder_step_m;
+  std::ranges::fill(p.device.rotor_inertia_kg_m2, kDevice.rotor_kg_m2);
+  std::ranges::fill(p.device.rotor_damping_nms_per_rad, kDevice.rotor_damping_nms_per_rad);
+  p.device.delay_s = cell.delay_samples / kRate_hz;
+  p.device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
+  scene.coupling.k_t_n_per_m = cell.k_t_n_per_m;
+  try {
+    p.coupling = tools::choose_coupling(scene, stage.radius_m).coupling;
+    inside = true;
+  } catch (const tools::InputError&) {
+    // Beyond the device's budget only who says so gets it.
+    scene.coupling.allow_active = true;
+    p.coupling = tools::choose_coupling(scene, stage.radius_m).coupling;
+    inside = false;
+  }
+  // The bound of an ideal damper is not what encoders leave of the coupling's: the device's alone.
+  const double lag_s = (0.5 + cell.delay_samples) / kRate_hz;
+  inside = inside && p.coupling.k_t_n_per_m * lag_s < kDevice.damping_ns_per_m &&
+           p.coupling.k_r_nm_per_rad * lag_s < kDevice.rotor_damping_nms_per_rad;
+  return p;
+}
+
+HandTarget target_at(const Stage& stage, double t_s) {
+  const double way = stage.press.norm();
+  const double back_s = t_s - kPressTime_s - kHold_s;
+  const double gone = back_s < 0 ? way * std::min(1.0, t_s / kPressTime_s)
+                                 : std::max(0.0, way - kWithdraw_m_per_s * back_s);
+  return {stage.start + stage.press * (gone / way), Rotation::Identity()};
+}
+
+struct Traced {
+  CalmRun run;
+  std::vector<double> t_s, force_n;
+  std::vector<Wrench> wrenches;
+};
+
+Traced run_once(const CalmCell& cell, const Stage& stage, const SceneParameters& parameters) {
+  CoreSession session(scene_with(stage.part, stage.around, parameters), "calm");
+  DeviceModel device = kDevice;
+  device.encoder_step_m = cell.encoder_step_m;
+  device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
+  device.delay_samples = cell.delay_samples;
+  const std::optional<HandModel> hand = hand_named(cell.hand);
+  if (!hand) throw tools::InputError("no hand is called '" + cell.hand + "'");
+  ClosedLoop loop(session, device, *hand, kRate_hz);
+  loop.place({stage.start, Rotation::Identity(), Vector::Zero(), Vector::Zero()});
+  const double held_s = kPressTime_s + kHold_s;
+  const double seconds = held_s + stage.press.norm() / kWithdraw_m_per_s + kAfter_s;
+  Traced traced;
+  Vector low = Vector::Constant(1e300), high = -low;
+  unsigned relaxed = 0;
+  for (int k = 0; k < static_cast<int>(seconds * kRate_hz); ++k) {
+    const double t_s = k / kRate_hz;
+    const LoopTick tick = loop.step({target_at(stage, t_s), target_at(stage, t_s + 1 / kRate_hz)});
+    const Vector force = tick.result.wrench_w.force_w.cast<double>();
+    const Vector spring = tick.result.spring_w.force_w.cast<double>();
+    traced.t_s.push_back(t_s);
+    traced.force_n.push_back(force.z());
+    traced.wrenches.push_back(tick.result.wrench_w);
+    traced.run.acted_ticks += (tick.result.flags & kFlagPassivity) != 0 ? 1 : 0;
+    if (t_s >= held_s - kLookedAt_s && t_s < held_s) {
+      low = low.cwiseMin(force);
+      high = high.cwiseMax(force);
+    }
+    relaxed = tick.result.potential_j > 0 ? 0 : relaxed + 1;
+    const double felt = std::max(force.norm(), tick.result.wrench_w.torque_w.cast<double>().norm());
+    if (relaxed >= 2 && felt > 0) {
+      ++traced.run.free_ticks;
+      traced.run.free_n = std::max(traced.run.free_n, felt);
+    }
+    if (spring.norm() > 0) {
+      traced.run.pull_n = std::max(traced.run.pull_n, -force.dot(spring) / spring.norm());
+    }
+  }
+  traced.run.rest_pp_n = (high - low).maxCoeff();
+  return traced;
+}
+
+bool equal_bits(const Wrench& a, const Wrench& b) {
+  return a.force_w == b.force_w && a.torque_w == b.torque_w;
+}
+
+std::string encoder_text(double step_m) { return short_number(1e6 * step_m, 3); }
+
+std::string cell_name(const CalmCell& c) {
+  return c.contact + ", " + short_number(c.k_t_n_per_m, 4) + " N/m, delay " +
+         std::to_string(c.delay_samples) + ", " + encoder_text(c.encoder_step_m) + " um, " + c.hand;
+}
+
+/// Force along the press of the worst cells, one panel each.
+std::string calm_picture(std::span<const CalmResult> results) {
+  constexpr std::size_t kPanels = 4;
+  constexpr double kWidth = 900, kHeight = 130, kTop = 30;
+  std::vector<const CalmResult*> worst;
+  for (const CalmResult& r : results) worst.push_back(&r);
+  std::ranges::stable_sort(worst, [](const CalmResult* a, const CalmResult* b) {
+    return a->with.rest_pp_n > b->with.rest_pp_n;
+  });
+  worst.resize(std::min(worst.size(), kPanels));
+  std::string body;
+  double top = kTop;
+  for (const CalmResult* r : worst) {
+    Panel panel = time_panel(r->t_s, 70, top, kWidth - 90, kHeight);
+    const NamedCurve curves[] = {{"force, N", kForceColour, r->force_n, 1.2}};
+    fit_range(panel, curves);
+    body += curve_panel(panel, cell_name(r->cell), r->t_s, curves, true);
+    top += kHeight + 50;
+  }
+  return svg_document(kWidth, top, body);
+}
+
+}  // namespace
+
+bool CalmResult::passed() const {
+  const bool free = with.free_ticks == 0 && with.pull_n <= kRounding_n;
+  const bool calm =
+      inside ? with.rest_pp_n <= allowed_pp_n : with.rest_pp_n <= allowed_pp_n + without.rest_pp_n;
+  // Without delay the sampled spring generates nothing that the device's damping does not take.
+  const bool silent = !inside || cell.delay_samples > 0 || same_bits;
+  return free && calm && silent;
+}
+
+std::vector<CalmCell> calm_cells(bool quick) {
+  using Doubles = std::vector<double>;
+  std::vector<CalmCell> cells;
+  for (const char* contact : {"wall", "peg"}) {
+    for (const double k_t : quick ? Doubles{1000, 5000} : Doubles{1000, 2000, 5000}) {
+      for (const unsigned delay : {0u, 1u}) {
+        for (const double um : quick ? Doubles{0, 60} : Doubles{0, 1, 10, 60}) {
+          for (const char* hand : {"loose", "light", "firm"}) {
+            cells.push_back({contact, k_t, delay, 1e-6 * um, hand});
+          }
+        }
+      }
+    }
+  }
+  return cells;
+}
+
+CalmResult run_calm(const CalmCell& cell) {
+  const Stage stage = stage_of(cell.contact);
+  CalmResult result;
+  result.cell = cell;
+  SceneParameters parameters = parameters_of(cell, stage, result.inside);
+  DeviceModel device = kDevice;
+  device.encoder_step_m = cell.encoder_step_m;
+  device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
+  result.allowed_pp_n =
+      kSettled_n +
+      (cell.contact == "wall"
+           ? kRestCounts * cell.k_t_n_per_m * cell.encoder_step_m
+           : (cell.encoder_step_m > 0 ? rest_allowance(parameters, device).force_n : 0.0));
+  const Traced with = run_once(cell, stage, parameters);
+  parameters.coupling.passivity = 0;
+  const Traced without = run_once(cell, stage, parameters);
+  result.with = with.run;
+  result.without = without.run;
+  result.same_bits = std::ranges::equal(with.wrenches, without.wrenches, equal_bits);
+  result.t_s = with.t_s;
+  result.force_n = with.force_n;
+  return result;
+}
+
+std::vector<OutputText> calm_files(std::span<const CalmResult> results) {
+  ReportTable table(
+      "contact,k_t_n_per_m,delay_samples,encoder_um,hand,inside,allowed_pp_n,rest_pp_n_without,"
+      "rest_pp_n,free_ticks,free_n,pull_n,acted_ticks,same_bits,passed");
+  for (const CalmResult& r : results) {
+    const CalmCell& c = r.cell;
+    table.add({c.contact, shown_as("%g", c.k_t_n_per_m), c.delay_samples,
+               shown_as("%g", 1e6 * c.encoder_step_m), c.hand, yes_or_no(r.inside),
+               shown_as("%.4f", r.allowed_pp_n), shown_as("%.4f", r.without.rest_pp_n),
+               shown_as("%.4f", r.with.rest_pp_n), r.with.free_ticks,
+               shown_as("%.4g", r.with.free_n), shown_as("%.4g", r.with.pull_n), r.with.acted_ticks,
+               yes_or_no(r.same_bits), yes_or_no(r.passed())});
+  }
+  const std::string page =
+      "# Calm\n\nMade by `host_lab calm`. A part is pressed 8 mm in, held for 2 s and withdrawn at "
+      "0.1 m/s, by a device of 0.1 kg and 1 N s/m at 1 kHz with the gains that its scene gets; "
+      "`inside`: within the passivity budget, so allowed without a word. Force peak to peak over "
+      "the last half second of the hold, largest axis, with the passivity layer and without; ticks "
+      "with a force in free space.\n\n" +
+      table.markdown() + "\n![worst cells](calm.svg)\n";
+  return {{"calm.csv", table.csv()},
+          {"calm.json", table.json().dump(2) + "\n"},
+          {"calm.md", page},
+          {"calm.svg", calm_picture(results)}};
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What a hand feels of sampling, delay and encoders: a part is pressed 8 mm in, held for 2 s and
+/// withdrawn at 0.1 m/s, with the gains that a scene with this device gets, by every hand and with
+/// every encoder; with the passivity layer and without.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_sim/report/part_report.hpp"
+
+namespace haptic::sim {
+
+struct CalmCell {
+  std::string contact;  ///< "wall": a cube on a wall; "peg": on floor and walls of its hole
+  double k_t_n_per_m = 1000;
+  unsigned delay_samples = 0;
+  double encoder_step_m = 0;  ///< and kEncoderLever_m of it per radian
+  std::string hand = "light";
+};
+
+/// Lever at which an encoder of rotation is as fine as that of translation [m].
+inline constexpr double kEncoderLever_m = 0.050;
+
+/// Of one run.
+struct CalmRun {
+  double rest_pp_n = 0;      ///< peak to peak over the last half second of the hold, largest axis
+  unsigned free_ticks = 0;   ///< with a force though the spring is relaxed, from the second one on
+  double free_n = 0;         ///< largest of them
+  double pull_n = 0;         ///< largest force against the spring's
+  unsigned acted_ticks = 0;  ///< of the passivity layer, in the whole run
+};
+
+struct CalmResult {
+  CalmCell cell;
+  bool inside = false;      ///< K T (1/2 + d) < b, in translation and in rotation
+  double allowed_pp_n = 0;  ///< 1.5 counts times stiffness, of the axes that reach the force
+  CalmRun without, with;    ///< the layer
+  bool same_bits = false;   ///< every rendered wrench of both runs
+  std::vector<double> t_s, force_n;  ///< along the press, with the layer
+  [[nodiscard]] bool passed() const;
+};
+
+/// All cells; `quick`: the corners of the table.
+[[nodiscard]] std::vector<CalmCell> calm_cells(bool quick);
+/// @throws tools::InputError when the gains are refused.
+[[nodiscard]] CalmResult run_calm(const CalmCell& cell);
+/// calm.csv, calm.json, calm.md and calm.svg.
+[[nodiscard]] std::vector<OutputText> calm_files(std::span<const CalmResult> results);
+
+}  // namespace haptic::sim
