@@ -8,7 +8,8 @@
 #include "host_sim/device/rest_judge.hpp"
 #include "host_sim/report/picture.hpp"
 #include "tools/common/error.hpp"
-#include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/graph_compiler/coupling/passivity_budget.hpp"
+#include "tools/graph_compiler/graph/coupling_defaults.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -50,9 +51,7 @@ Stage stage_of(const std::string& contact) {
 }
 
 SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& inside) {
-  tools::SceneFile scene;
-  scene.file = "calm";
-  SceneParameters& p = scene.parameters;
+  SceneParameters p = tools::default_parameters();
   p.rate_hz = kRate_hz;
   p.law = LawId::kProxy;
   p.k_f_n_per_m = cell.k_t_n_per_m;
@@ -64,19 +63,18 @@ SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& in
   std::ranges::fill(p.device.rotor_damping_nms_per_rad, kDevice.rotor_damping_nms_per_rad);
   p.device.delay_s = cell.delay_samples / kRate_hz;
   p.device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
-  scene.coupling.k_t_n_per_m = cell.k_t_n_per_m;
-  try {
-    p.coupling = tools::choose_coupling(scene, stage.radius_m).coupling;
-    inside = true;
-  } catch (const tools::InputError&) {
-    // Beyond the device's budget only who says so gets it.
-    scene.coupling.allow_active = true;
-    p.coupling = tools::choose_coupling(scene, stage.radius_m).coupling;
-    inside = false;
-  }
+  // What the compiler gives a scene with this device that asks for no more than a stiffness.
+  CouplingParameters& c = p.coupling;
+  c.k_t_n_per_m = cell.k_t_n_per_m;
+  c.passivity = 1;
+  tools::complete_coupling(p, stage.radius_m);
+  const tools::PassivityBudget budget = tools::passivity_budget(p, stage.radius_m);
+  c.damping_ns_per_m = std::min(tools::kDefaultDamping_ns_per_m,
+                                tools::kDerivedDampingShare * budget.damping_limit_ns_per_m);
+  c.allow_active = tools::passivity_budget(p, stage.radius_m).holds() ? 0 : 1;
   // The bound of an ideal damper is not what encoders leave of the coupling's: the device's alone.
   const double lag_s = (0.5 + cell.delay_samples) / kRate_hz;
-  inside = inside && p.coupling.k_t_n_per_m * lag_s < kDevice.damping_ns_per_m &&
+  inside = p.coupling.k_t_n_per_m * lag_s < kDevice.damping_ns_per_m &&
            p.coupling.k_r_nm_per_rad * lag_s < kDevice.rotor_damping_nms_per_rad;
   return p;
 }

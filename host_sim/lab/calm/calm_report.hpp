@@ -46,7 +46,7 @@ struct CalmResult {
 [[nodiscard]] std::vector<CalmCell> calm_cells(bool quick);
 /// @throws tools::InputError when the gains are refused.
 [[nodiscard]] CalmResult run_calm(const CalmCell& cell);
-/// calm.csv, calm.json, calm.md and calm.svg.
+/// Table as CSV, JSON and Markdown, and a picture.
 [[nodiscard]] std::vector<OutputText> calm_files(std::span<const CalmResult> results);
 
 }  // namespace haptic::sim

@@ -23,6 +23,11 @@ inline constexpr double kDeviceLengthShare = 0.75;
 
 /// Largest coupling damping as a share of the spring wrench: on withdrawal it would pull inwards.
 inline constexpr double kDefaultDampingShare = 0.5;
+/// Coupling damping for an unknown hand [N s/m], where there is a device.
+inline constexpr double kDefaultDamping_ns_per_m = 1.0;
+/// A derived damping stays at half of what the device can hold, so that it leaves room for a
+/// spring.
+inline constexpr double kDerivedDampingShare = 0.5;
 /// Largest rotation error [rad]: far below pi, where the logarithm of a rotation flips.
 inline constexpr double kDefaultRotationError_rad = 1.0;
 /// Windows of the twist estimator [s].

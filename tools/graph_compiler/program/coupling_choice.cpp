@@ -13,12 +13,6 @@
 namespace haptic::tools {
 namespace {
 
-/// Coupling damping for an unknown hand [N s/m], where there is a device.
-constexpr double kDefaultDamping_ns_per_m = 1.0;
-/// A derived damping stays at half of what the device can hold, so that it leaves room for a
-/// spring.
-constexpr double kDerivedDampingShare = 0.5;
-
 /// Error at which a derived rotary spring may reach the device's largest torque, at least [rad]:
 /// about a degree, far above a hand's tremor, so that the torque does not switch.
 constexpr double kLeastFullTurn_rad = 0.02;
