@@ -25,9 +25,11 @@ Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
 /// speed), from its gaps along one plane at both ends; `at_q`: at the end.
 ///
 /// Let n(s) = (1 - s) n_p + s n_q be the direction on the way, d(s) the way from a vertex of B to
-/// one of A, M = n.d. n'' = 0, |d'| <= |dx| + r |dtheta| and |d''| <= r |dtheta|^2 with the lever r
-/// of A's piece, so |M''| <= K = 2 (|n'.dx| + |n'| r |dtheta|) + r |dtheta|^2, and M lies no lower
-/// than the parabola of curvature K through its ends. n is no shorter than sqrt(1 - |n'|^2 / 4).
+/// one of A, M = n.d. n'' = 0, |d'| <= |dx| + r |dtheta| with the lever r of A's piece, and
+/// |n.d''| <= r |dtheta| |n x dtheta|, so |M''| <= K = 2 (|n'.dx| + |n'| r |dtheta|) + r |dtheta| a
+/// with a the larger |n x dtheta| of both ends: a turn about the normal dips nowhere. M lies no
+/// lower than the parabola of curvature K through its ends; n is no shorter than
+/// sqrt(1 - |n'|^2 / 4).
 /// A plane that turns by more than 60 degrees certifies nothing: it may have come round to the
 /// other side of both pieces.
 Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
@@ -36,7 +38,8 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
   if (is_fixed() || !(turn > 0)) return std::min(gap_p_m, gap_q_m);
   const Real lever = pair.reach_a_m;
-  Real curvature = lever * turn * turn;
+  Real across2 = at_q.normal_w.cross(step.dtheta_rad).squaredNorm();
+  Real curvature = 0;
   Real length = 1;
   if (at_q.id.type != ContactType::kB) {
     constexpr Real kLowest = -std::numeric_limits<Real>::max();
@@ -44,9 +47,11 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
     const Vec3 change = at_q.normal_w - at_p;
     const Real change2 = change.squaredNorm();
     if (!(change2 < 1) || at_p.isZero(0)) return kLowest;
-    curvature += 2 * (std::abs(change.dot(step.dx_m)) + std::sqrt(change2) * lever * turn);
+    across2 = std::max(across2, at_p.cross(step.dtheta_rad).squaredNorm());
+    curvature = 2 * (std::abs(change.dot(step.dx_m)) + std::sqrt(change2) * lever * turn);
     length = std::sqrt(1 - change2 / 4);
   }
+  curvature += lever * turn * std::sqrt(across2);
   const Real rise = gap_q_m - gap_p_m;
   Real least = std::min(gap_p_m, gap_q_m);
   if (2 * std::abs(rise) < curvature) {

@@ -23,6 +23,15 @@ constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 /// Ticks with one goal, to the bit, after which a step must lower the energy by more in each, and
 /// those after which it would have to by more than any spring holds.
 constexpr std::uint32_t kPatience = 64, kMostHeld = kPatience + 2 * 128;
+/// A pull that is let go falls by this much in a tick, its torque by twice this much at the part's
+/// radius, and either by at least this share of it.
+constexpr Real kRelease_n = 1.0_r, kReleaseShare = 0.05_r;
+/// A turn is at most this multiple of the chord between its quaternions.
+constexpr Real kTurnOfChord = 2.25_r;
+/// Passes of a tick that may go no farther than a few times the tolerance.
+constexpr std::uint32_t kMostShortPasses = 2;
+/// With one goal the planes are chosen from the start in every such tick.
+constexpr std::uint32_t kChoicePeriod = 4;
 /// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.
 constexpr std::uint32_t kLeastHeld = 4;
 
@@ -124,6 +133,8 @@ void Proxy::reset() noexcept {
   choose_from_start_ = false;
   settled_ = false;
   held_ = 0;
+  chosen_planes_ = 0;
+  chosen_ago_ = 0;
   felt_ = FeltContact{};
   path_m_ = turn_rad_ = 0;
   version_ = 1;
@@ -289,6 +300,8 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
+  most_m_ = std::max(most_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
+  most_rad_ = std::max(most_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
   p_ = step.q;
   version_ += 1;
   path_m_ =
@@ -307,12 +320,34 @@ void Proxy::accept(const Step& step) noexcept {
   }
 }
 
+/// How far p may move in this tick: as far as the goal has, which in free space is all of its way,
+/// and what lets go of the pull that contact has built up, over several ticks.
+void Proxy::bound_move(const GripPose& goal) noexcept {
+  const Spring& spring = parameters_.spring;
+  const PoseError error = error_of(goal, p_);
+  const GripPose& last = goal_;
+  most_m_ = std::sqrt((goal.x0_w - last.x0_w).squaredNorm()) +
+            std::max(kRelease_n / spring.k_t_n_per_m,
+                     kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
+  if (is_fixed()) return;
+  const Real chord2 = std::min((goal.q_wa.coeffs() - last.q_wa.coeffs()).squaredNorm(),
+                               (goal.q_wa.coeffs() + last.q_wa.coeffs()).squaredNorm());
+  most_rad_ = kTurnOfChord * std::sqrt(chord2) +
+              std::max(2 * kRelease_n * parameters_.radius_m / spring.k_r_nm_per_rad,
+                       kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
+}
+
+bool Proxy::may_move() const noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  return most_m_ > scale.still_m && (is_fixed() || most_rad_ > scale.still_rad);
+}
+
 ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
                       BoundedList<NearNode>& near) noexcept {
   near_scratch_ = &scratch;
   near_ = &near;
   if (!started_) {
-    p_ = goal;
+    p_ = goal_ = goal;
     started_ = true;
     version_ += 1;
     held_ = 0;
@@ -322,20 +357,26 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
       return settled_tick_;
     }
     held_ = std::min(held_ + 1, kMostHeld);
+    // Planes of an earlier pass can make a long way slow.
+    if (held_ % kChoicePeriod == 0) choose_from_start_ = true;
   } else {
     held_ = 0;
   }
+  bound_move(goal);
   goal_ = goal;
   ProxyTick tick;
   tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
   tick.end_potential_j = tick.start_potential_j;
   may_close_ = true;
   PassEnd end = PassEnd::kMoved;
+  std::uint32_t short_passes = 0;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
     end = pass(goal, tick);
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
-    if (end == PassEnd::kDone) break;
+    if (end == PassEnd::kDone || !may_move()) break;
+    // The planes that a short step has found may lead farther; a second one says that they do not.
+    if (short_ && ++short_passes == kMostShortPasses) break;
   }
   if (tick.residual_n > kResidual_n) tick.limited = true;
   tick.error = error_of(goal, p_);

@@ -176,6 +176,8 @@ class Proxy {
 
   [[nodiscard]] PassEnd pass(const GripPose& goal, ProxyTick& tick) noexcept;
   void gather(ProxyTick& tick) noexcept;
+  void bound_move(const GripPose& goal) noexcept;
+  [[nodiscard]] bool may_move() const noexcept;
   void widen(Real motion_m, ProxyTick& tick) noexcept;
   void reach_all(ProxyTick& tick) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
@@ -186,6 +188,7 @@ class Proxy {
   [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;
   [[nodiscard]] bool correct(Step& step, ProxyTick& tick) noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
+  void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
                                   ProxyTick& tick) noexcept;
   [[nodiscard]] bool add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
@@ -205,7 +208,8 @@ class Proxy {
   [[nodiscard]] bool crowded() const noexcept;
   [[nodiscard]] bool choice_is_due() noexcept;
   [[nodiscard]] bool is_still(const Step& step) const noexcept;
-  [[nodiscard]] Real left_over_n(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
+  [[nodiscard]] Real left_over_n(const PoseError& wish, const Vec3& dx_m,
+                                 const Vec3& dtheta_rad) const noexcept;
 
   /// Friction (proxy_friction.cpp).
   [[nodiscard]] static bool rubs(const ProxyPair& pair) noexcept {
@@ -253,13 +257,15 @@ class Proxy {
   BoundedList<ImposedPlane> imposed_, active_;
   /// The last pass was rejected: the next starts without its planes.
   bool choose_from_start_ = false;
-  std::uint64_t pass_ = 0;  ///< counts them, for ProxyPair::reached_in
-  Real reach_m_ = 0;        ///< of this pass: pairs farther apart than this are not in its list
-  Real nearest_m_ = 0;      ///< no pair is nearer than this at p_
-  Real close_m_ = 0;        ///< of a negative gap, what rows of this pass may ask to be closed
-  bool may_close_ = true;   ///< in this tick: no pass that did was rejected
-  Real worst_gap_m_ = 0;    ///< at p_, of the pairs in the list
-  PoseError wish_;          ///< the step that the last program asked for
+  Real most_m_ = 0, most_rad_ = 0;  ///< what p may move by in the rest of this tick
+  std::uint64_t pass_ = 0;          ///< counts them, for ProxyPair::reached_in
+  Real reach_m_ = 0;       ///< of this pass: pairs farther apart than this are not in its list
+  Real nearest_m_ = 0;     ///< no pair is nearer than this at p_
+  Real close_m_ = 0;       ///< of a negative gap, what rows of this pass may ask to be closed
+  bool may_close_ = true;  ///< in this tick: no pass that did was rejected
+  Real worst_gap_m_ = 0;   ///< at p_, of the pairs in the list
+  PoseError wish_;         ///< the step that the last program asked for
+  PoseError near_wish_;    ///< that of the last one without rows linearised at a step
   std::uint64_t chosen_planes_ = 0;  ///< a hash of those last chosen from the start
   std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
   GripPose goal_;                    ///< of the last tick
@@ -282,6 +288,7 @@ class Proxy {
   BoundedList<NearNode>* near_ = nullptr;
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
+  bool short_ = false;     ///< the steps of this try are a few times the tolerance
   bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
 };
 

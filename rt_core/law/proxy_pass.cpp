@@ -9,8 +9,13 @@
 namespace haptic {
 namespace {
 
-/// By how much a retry shrinks the trust region.
-constexpr Real kRetryShare = 0.15_r;
+/// By how much the first retry shrinks the trust region; in the last one it is a few times the
+/// tolerance. A part that rolls as it slides settles where the pull along the surface is as small
+/// against that into it as the last region is short [rad]; and planes that a pair has beside the
+/// best one are not imposed for so short a step.
+constexpr Real kRetryShare = 0.1_r, kLastTolerances = 2;
+/// Rows linearised at a step hold a part that they let move by no more than this share of its way.
+constexpr Real kHeldBack = 0.02_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -78,10 +83,13 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
 
   Step step;
   const bool found = solve(error, step, tick);
-  tick.residual_n = left_over_n(Vec3::Zero(), Vec3::Zero());
+  tick.residual_n = left_over_n(near_wish_, Vec3::Zero(), Vec3::Zero());
   bool ok = found && affordable(step);
   const bool stays = step.dx_m.isZero(0) && step.dtheta_rad.isZero(0);
   if (found && (stays || (!ok && !closes && (is_still(step) || end_j <= start_j)))) {
+    // A fall that patience has not waited for is said.
+    const Real unfollowed_j = kResidual_n * kResidual_n / (2 * spring.k_t_n_per_m);
+    if (start_j - end_j > unfollowed_j) tick.limited = true;
     remember_active();
     return PassEnd::kDone;
   }
@@ -98,7 +106,8 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
     // turn all planes keep their normals: straight towards the goal and out of what is in the way.
     const Real far = std::sqrt(error.translation_m.squaredNorm());
-    const Real s = far > scale.step_m ? scale.step_m / far : Real{1};
+    const Real most = std::min(scale.step_m, most_m_);
+    const Real s = far > most ? most / far : Real{1};
     step = step_by(s * error.translation_m, Vec3::Zero());
     ok = correct(step, tick) && affordable(step);
   }
@@ -113,16 +122,17 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     return PassEnd::kRejected;
   }
   tick.end_potential_j = end_j;
-  tick.residual_n = left_over_n(step.dx_m, step.dtheta_rad);
+  tick.residual_n = left_over_n(wish_, step.dx_m, step.dtheta_rad);
   accept(step);
   return PassEnd::kMoved;
 }
 
-/// Force of the spring along what the last program asked for and a step did not do.
-Real Proxy::left_over_n(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
+/// Force of the spring along what a program asked for and a step did not do.
+Real Proxy::left_over_n(const PoseError& wish, const Vec3& dx_m,
+                        const Vec3& dtheta_rad) const noexcept {
   const Real turn_m2 = secant_.length_m * secant_.length_m;
-  return secant_.k_t_n_per_m * std::sqrt((wish_.translation_m - dx_m).squaredNorm() +
-                                         turn_m2 * (wish_.rotation_rad - dtheta_rad).squaredNorm());
+  return secant_.k_t_n_per_m * std::sqrt((wish.translation_m - dx_m).squaredNorm() +
+                                         turn_m2 * (wish.rotation_rad - dtheta_rad).squaredNorm());
 }
 
 /// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
@@ -200,17 +210,21 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real most_rad = scale.turn_rad;
   Real share = 1;  // of the program's step, where its way is not certified
   Real far = 0, turn = 0;
+  Real free_motion = 0;  // of the program without rows linearised at a step
   far_rows_ = false;
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
-  bool anew = imposed_.empty();
+  short_ = false;
+  bool anew = false;                      // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     if (round == retry_at) {
+      const bool last = round + kProxyRetryRounds >= kRounds;
+      short_ = last;
       const Real longest = std::sqrt(error.translation_m.squaredNorm());
-      most_m = kRetryShare *
-               std::min(most_m, std::clamp(longest, scale.step_m, kRetrySteps * scale.step_m));
-      most_rad *= kRetryShare;
+      most_m = last ? kLastTolerances * scale.tolerance_m
+                    : kRetryShare * std::clamp(longest, scale.step_m, kRetrySteps * scale.step_m);
+      most_rad = last ? most_m / parameters_.radius_m : kRetryShare * most_rad;
       retry_at += kProxyRetryRounds;
       share = 1;
       far_rows_ = false;
@@ -235,28 +249,41 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       turn = std::sqrt(wish_.rotation_rad.squaredNorm());
     }
     const Real motion = far + turn * parameters_.radius_m;
+    if (!far_rows_) {
+      free_motion = motion;
+      near_wish_ = wish_;
+    }
     Real s = 1;
     if (motion > nearest_m_) {
       if (far > most_m) s = most_m / far;
       if (s * turn > most_rad) s = most_rad / turn;
       s = std::max(s, nearest_m_ / motion);
     }
+    // Place and turn are bounded each by itself, but where planes tie them together.
+    Real s_turn = s * turn > most_rad_ ? most_rad_ / turn : s;
+    if (s * far > most_m_) s = most_m_ / far;
+    if (last_qp_.active_count > 0) s = s_turn = std::min(s, s_turn);
     s *= share;
+    s_turn *= share;
     // What rubs is not crept along by less than a step that counts.
-    if (!cones_.empty() && s * far <= scale.still_m && s * turn <= scale.still_rad) s = 0;
-    step = step_by(s * wish_.translation_m, s * wish_.rotation_rad);
+    if (!cones_.empty() && s * far <= scale.still_m && s_turn * turn <= scale.still_rad) {
+      s = s_turn = 0;
+    }
+    step = step_by(s * wish_.translation_m, s_turn * wish_.rotation_rad);
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
-    if (s == 1 && last_qp_.active_count == 0) step.q = goal_;
+    if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
     const bool still = is_still(step);
     if (result.ok) {
-      if (!still) return true;
-      if (share < 1) return false;
+      if (!still && !(far_rows_ && motion < kHeldBack * free_motion)) return true;
+      if (share < 1) return !still;
       // Rows linearised at a far step, planes that were the best there, and planes of an earlier
       // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
       // be free.
-      const bool due = far_rows_ || crowded() || (!anew && choice_is_due());
-      if (!due || retry_at >= kRounds) return true;
+      const bool held_far = far_rows_ || crowded();
+      if (!held_far && (anew || !choice_is_due())) return true;
+      if (retry_at >= kRounds) return true;
+      if (!held_far) retry_at = kRounds - kProxyRetryRounds;
       round = retry_at - 1;
       from_start = anew = true;
       continue;
@@ -312,11 +339,13 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
     ImposedPlane plane;
     plane.pair = reached.pair;
     plane.id = reached.plane;
+    plane.support = reached.support;
     plane.allowed_m = reached.allowed_m;
+    if (short_) take_touching(reached, plane, tick);
     if (!imposed_.push(plane)) return false;
   }
   ImposedPlane& plane = imposed_[at];
-  plane.support = reached.support;
+  if (plane.id == reached.plane) plane.support = reached.support;
   plane.times += 1;
   if (!plane.at_start) {
     plane.at_start = true;
@@ -328,6 +357,40 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
   }
   far_rows_ = true;
   return add_rows(at, step, error, plane.times > 1, tick);
+}
+
+/// Of the planes of a pair that certify it at p, one whose features touch there, where the one that
+/// came closest at the step would hold the part past the end of its features.
+void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
+                          ProxyTick& tick) noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  if (is_fixed() || pair.inside || reached.gap_p_m > parameters_.scale.tolerance_m) return;
+  const Vec3 y_w = p_.x0_w - pair.reference_w;
+  const auto touches = [&](const PlaneId& id, SupportPair support) {
+    tick.plane_gaps += 1;
+    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, id, support);
+    if (!gap.defined) return false;
+    std::array<ManifoldPoint, kMaxManifoldPoints> points;
+    static_cast<void>(contact_manifold(*pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m,
+                                       manifold_scratch_, points));
+    return manifold_scratch_.overlap;
+  };
+  const auto imposed = [&](const PlaneId& id) {
+    for (const ImposedPlane& other : imposed_) {
+      if (other.pair == reached.pair && other.id == id) return true;
+    }
+    return false;
+  };
+  if (touches(plane.id, plane.support)) return;
+  const std::uint32_t looked_at = std::min(reached.exposed_count, kMaxTouchingLooks);
+  for (std::uint32_t k = 0; k < looked_at; ++k) {
+    const ValidPlane& valid = valid_[reached.valid_begin + k];
+    if (valid.gap_m > parameters_.scale.tolerance_m || imposed(valid.id)) continue;
+    if (!touches(valid.id, valid.support)) continue;
+    plane.id = valid.id;
+    plane.support = valid.support;
+    return;
+  }
 }
 
 PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,

@@ -69,8 +69,9 @@ constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) no
   constexpr std::uint64_t kChecks = kRounds + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
   const std::uint64_t valid = std::min<std::uint64_t>(pairs, kMaxValidSearches) * kMaxValidPlanes;
   const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
-  const std::uint64_t rows =
-      (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds + 2 * kMaxCorrections * pairs;
+  const std::uint64_t rows = (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds +
+                             2 * kMaxCorrections * pairs +
+                             kProxyRetryRounds * (1 + kMaxTouchingLooks);
   const std::uint64_t felt = passes > 0 ? kMaxFeltPlanes : 0;
   // Pairs within reach, and twice more where a step goes farther.
   return {passes * (3 * pairs + kChecks * check + rows) + felt,

@@ -10,6 +10,8 @@ namespace haptic {
 inline constexpr std::uint32_t kDefaultProxyPasses = 3, kMaxProxyPasses = 32;
 /// Rounds of one pass: tries to impose what is needed, and again within smaller steps.
 inline constexpr std::uint32_t kProxyRounds = 8, kProxyRetryRounds = 6, kProxyRetries = 2;
+/// Planes of one pair that are looked at for one whose features touch.
+inline constexpr std::uint32_t kMaxTouchingLooks = 8;
 /// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
 /// ones.
 inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;

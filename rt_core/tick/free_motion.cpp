@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rt_core/scene/scene_traits.hpp"
 
@@ -86,6 +87,18 @@ Real FreeMotion::damping_gain(const Wrench& spring_w, const Twist& twist_w) cons
   return 1 + std::clamp(change, -damping_share_, damping_share_);
 }
 
+/// How often the spring's wrench fits into its limits, at least once.
+Real FreeMotion::room_to_limit(const Wrench& spring_w) const noexcept {
+  Real room = std::numeric_limits<Real>::max();
+  const auto bound = [&](Real soft, Real stiffness, const Vec3& pull) {
+    const Real size = std::sqrt(pull.squaredNorm());
+    if (soft > 0 && size > 0) room = std::min(room, soft * stiffness / size);
+  };
+  bound(spring_.soft_translation_m, spring_.k_t_n_per_m, spring_w.force_w);
+  bound(spring_.soft_rotation_rad, spring_.k_r_nm_per_rad, spring_w.torque_w);
+  return std::max(room, Real{1});
+}
+
 FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
   free.work = proxy_.tick(goal, room.scratch, room.near);
@@ -106,9 +119,8 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   free.stored.angular_j =
       static_cast<double>(potential_j(spring_, {Vec3::Zero(), error.rotation_rad}));
   if (!(damping_ns_per_m_ > 0)) return free;
-  Real gain = damping_gain(free.spring_w, twist_w);
-  // A pull at its limit grows no further by damping either.
-  if ((free.flags & kFlagSaturated) != 0) gain = std::min<Real>(gain, 1);
+  // A pull grows by damping up to its limit, and no further.
+  const Real gain = std::min(damping_gain(free.spring_w, twist_w), room_to_limit(free.spring_w));
   free.wrench_w = {gain * free.spring_w.force_w, gain * free.spring_w.torque_w};
   return free;
 }

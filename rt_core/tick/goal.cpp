@@ -14,7 +14,7 @@ namespace {
 /// them, and with it the torque, would change sides.
 constexpr Real kAnchorTurn_rad = 2.8_r;
 /// How fast the goal comes back where nothing is felt.
-constexpr Real kTurnBack_rad_per_s = 0.5_r;
+constexpr Real kTurnBack_rad_per_s = 20.0_r;
 
 Vec3 point_of(const double (&v)[3]) noexcept {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};

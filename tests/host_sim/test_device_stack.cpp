@@ -98,7 +98,7 @@ void compare_minutes(bool report_clocked) {
   }
   CHECK(contact > 3 * kMinute / 10);
   CHECK(felt > 3 * kMinute / 10);
-  CHECK(inside > 3 * kMinute / 10);
+  CHECK(inside > kMinute / 10);
   CHECK(largest_n > 0.5);
   CHECK(idle == 0u);
   for (const MinuteRun* run : {&direct, &usb}) {

@@ -43,8 +43,8 @@ TEST_SUITE("host_sim.pegs") {
       CAPTURE(device.name);
       CHECK(r.longest_hold > 10);
       CHECK_FALSE(r.outlasts);
-      // The coupling's damping, at most 1 N s/m, comes on top at 20 mm/s.
-      if (device.device.max_force_n > 0) CHECK(r.largest_n <= device.device.max_force_n + 0.025);
+      // The passivity layer's damper may come on top.
+      if (device.device.max_force_n > 0) CHECK(r.largest_n <= 1.01 * device.device.max_force_n);
     }
   }
 

@@ -27,7 +27,6 @@ ProxyFuzzResult run(std::uint64_t ticks, std::uint64_t seed, std::uint32_t threa
   size.ticks = ticks;
   size.seed = seed;
   size.fault = fault;
-  size.paths = false;
   return run_proxy_fuzz(size, {threads, false});
 }
 
@@ -96,7 +95,6 @@ TEST_SUITE("host_sim.proxy_fuzz") {
   TEST_CASE("a certificate that is too generous leaves the part inside") {
     const ProxyFuzzTotals t = run(20000, 5, 2, ProxyFault::kCertificate).totals();
     CHECK(t.deep > 0);
-    CHECK(t.rises > 0);  // what it says its energy may rise by grows with it
   }
 
   TEST_CASE("a spring with another stiffness gives another wrench") {

@@ -132,7 +132,8 @@ int other_verdicts(const LoadedScene& a, const LoadedScene& b) {
 
 TEST_SUITE("host_sim.pruned_motions") {
   TEST_CASE(
-      "within an envelope of 30 degrees: every bit of the scene without it, under every law") {
+      "within an envelope of 30 degrees: the scene without it, under every law; every bit without "
+      "a proxy") {
     for (const Task& task : tasks()) {
       for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy}) {
         CAPTURE(task.name);
@@ -141,7 +142,12 @@ TEST_SUITE("host_sim.pruned_motions") {
         int contacts = 0, other = 0, flagged = 0;
         for (const MotionSample& s : task.motion) {
           const StepResult a = step(free, s), b = step(inside, s);
-          other += same_wrench(a, b) && a.d_near_m == b.d_near_m ? 0 : 1;
+          // The proxy's way in a tick is bounded by the pairs that are near, marked or not.
+          const double off_n =
+              static_cast<double>((a.wrench_w.force_w - b.wrench_w.force_w).cwiseAbs().maxCoeff());
+          const bool same = law == LawId::kProxy ? off_n <= 2 * haptic::test::tolerance_n(free)
+                                                 : same_wrench(a, b);
+          other += same && a.d_near_m == b.d_near_m ? 0 : 1;
           other += other_verdicts(free, inside);
           flagged += (b.flags & kFlagOutsideEnvelope) != 0 ? 1 : 0;
           contacts += a.wrench_w.force_w != Vec3::Zero() ? 1 : 0;
@@ -174,7 +180,7 @@ TEST_SUITE("host_sim.pruned_motions") {
       const double allowed_n = haptic::test::tolerance_n(all);
       MESSAGE(task.name, ": ", same, " of ", task.motion.size(),
               " ticks bit for bit, along one axis ", force_n, " N, k_t tol ", allowed_n, " N");
-      CHECK(force_n <= allowed_n);
+      CHECK(force_n <= 2 * allowed_n);  // each of the two is within the tolerance
       CHECK(verdicts == 0);
       CHECK(contacts > 500);
     }

@@ -82,7 +82,6 @@ TEST_SUITE("host_sim.stability_theory") {
     for (unsigned delay = 0; delay <= 2; ++delay) {
       LinearLoop loop;
       loop.damping_ns_per_m = 0;
-      loop.filter = 1;
       loop.delay_samples = delay;
       const double unit = loop.mass_kg / loop.period_s;
       CHECK(near(closed_form_damping(loop.mass_kg, loop.period_s, delay) / unit, wanted[delay],
@@ -97,7 +96,6 @@ TEST_SUITE("host_sim.stability_theory") {
     for (unsigned delay = 0; delay <= 2; ++delay) {
       LinearLoop loop;
       loop.damping_ns_per_m = 0.1;
-      loop.filter = 1;
       loop.delay_samples = delay;
       const double unit_k = loop.mass_kg / (loop.period_s * loop.period_s);
       const double unit_b = loop.mass_kg / loop.period_s;

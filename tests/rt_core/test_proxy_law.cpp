@@ -260,10 +260,10 @@ TEST_SUITE("rt_core.proxy_law") {
     Random random(22);
     static_cast<void>(whole.tick({0, 0, 0.07}));
     static_cast<void>(cut.tick({0, 0, 0.07}));
-    for (int k = 0; k < 400; ++k) {
+    for (int k = 0; k < 4000; ++k) {
       const GripPose goal =
-          grip_pose({0.03 * std::sin(0.02 * k), 0.01, 0.055 - 0.02 * std::sin(0.01 * k)},
-                    turn(0.3 * std::sin(0.03 * k), 0.2 * std::cos(0.02 * k) - 0.2, 0));
+          grip_pose({0.03 * std::sin(0.002 * k), 0.01, 0.055 - 0.02 * std::sin(0.001 * k)},
+                    turn(0.3 * std::sin(0.003 * k), 0.2 * std::cos(0.002 * k) - 0.2, 0));
       const ProxyTick tick = whole.tick(goal);
       for (std::uint32_t pass = 0; pass < tick.passes; ++pass) static_cast<void>(cut.tick(goal));
       REQUIRE(whole.proxy.pose().x0_w == cut.proxy.pose().x0_w);
@@ -332,6 +332,7 @@ TEST_SUITE("rt_core.proxy_law") {
   TEST_CASE("limits: a torque stays at its own, and turned back it is the same on the way") {
     tools::SceneDescription description = proxy_scene_of(part(), {block()});
     description.parameters.coupling.max_rotation_error_rad = 0.3;
+    description.parameters.coupling.k_r_nm_per_rad = 1.6;
     LoadedScene scene(description);
     static_cast<void>(step(*scene.core, {0, 0, 0.0501}, {1, 0, 0, 0}));
     const double k_r = scene.view.parameters().coupling.k_r_nm_per_rad;

@@ -50,7 +50,9 @@ double tolerance_n(const LoadedScene& scene) {
   const CouplingParameters& c = scene.view.parameters().coupling;
   const ProxyScale scale = proxy_scale(static_cast<Real>(radius), static_cast<Real>(extent),
                                        static_cast<Real>(c.tolerance_m));
-  return c.k_t_n_per_m * static_cast<double>(scale.tolerance_m);
+  // A turn by the tolerance at r_A pulls as much as one of L^2 / r_A^2 of it along.
+  const double share = c.k_r_nm_per_rad / (c.k_t_n_per_m * radius * radius);
+  return c.k_t_n_per_m * static_cast<double>(scale.tolerance_m) * std::max(1.0, share);
 }
 
 ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t passes)

@@ -8,8 +8,7 @@
 #include "host_sim/device/rest_judge.hpp"
 #include "host_sim/report/picture.hpp"
 #include "tools/common/error.hpp"
-#include "tools/graph_compiler/coupling/passivity_budget.hpp"
-#include "tools/graph_compiler/graph/coupling_defaults.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -63,15 +62,12 @@ SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& in
   std::ranges::fill(p.device.rotor_damping_nms_per_rad, kDevice.rotor_damping_nms_per_rad);
   p.device.delay_s = cell.delay_samples / kRate_hz;
   p.device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
-  // What the compiler gives a scene with this device that asks for no more than a stiffness.
-  CouplingParameters& c = p.coupling;
-  c.k_t_n_per_m = cell.k_t_n_per_m;
-  c.passivity = 1;
-  tools::complete_coupling(p, stage.radius_m);
-  const tools::PassivityBudget budget = tools::passivity_budget(p, stage.radius_m);
-  c.damping_ns_per_m = std::min(tools::kDefaultDamping_ns_per_m,
-                                tools::kDerivedDampingShare * budget.damping_limit_ns_per_m);
-  c.allow_active = tools::passivity_budget(p, stage.radius_m).holds() ? 0 : 1;
+  tools::CouplingRequest request;
+  if (cell.allow_active) {
+    request.allow_active = true;
+    request.k_t_n_per_m = cell.k_t_n_per_m;
+  }
+  p.coupling = tools::choose_coupling(p, request, stage.radius_m).coupling;
   // The bound of an ideal damper is not what encoders leave of the coupling's: the device's alone.
   const double lag_s = (0.5 + cell.delay_samples) / kRate_hz;
   inside = p.coupling.k_t_n_per_m * lag_s < kDevice.damping_ns_per_m &&
@@ -142,8 +138,9 @@ bool equal_bits(const Wrench& a, const Wrench& b) {
 std::string encoder_text(double step_m) { return short_number(1e6 * step_m, 3); }
 
 std::string cell_name(const CalmCell& c) {
-  return c.contact + ", " + short_number(c.k_t_n_per_m, 4) + " N/m, delay " +
-         std::to_string(c.delay_samples) + ", " + encoder_text(c.encoder_step_m) + " um, " + c.hand;
+  return std::string(c.allow_active ? "asked, " : "default, ") + c.contact + ", " +
+         short_number(c.k_t_n_per_m, 4) + " N/m, delay " + std::to_string(c.delay_samples) + ", " +
+         encoder_text(c.encoder_step_m) + " um, " + c.hand;
 }
 
 /// Force along the press of the worst cells, one panel each.
@@ -172,22 +169,36 @@ std::string calm_picture(std::span<const CalmResult> results) {
 
 bool CalmResult::passed() const {
   const bool free = with.free_ticks == 0 && with.pull_n <= kRounding_n;
-  const bool calm =
-      inside ? with.rest_pp_n <= allowed_pp_n : with.rest_pp_n <= allowed_pp_n + without.rest_pp_n;
+  if (cell.allow_active) return free;
   // Without delay the sampled spring generates nothing that the device's damping does not take.
   const bool silent = !inside || cell.delay_samples > 0 || same_bits;
-  return free && calm && silent;
+  return free && with.rest_pp_n <= allowed_pp_n && silent;
+}
+
+LastResort last_resort(std::span<const CalmResult> results) {
+  LastResort all;
+  for (const CalmResult& r : results) {
+    if (!r.cell.allow_active) continue;
+    ++all.cells;
+    all.without += r.without.rest_pp_n > r.allowed_pp_n ? 1u : 0u;
+    all.with += r.with.rest_pp_n > r.allowed_pp_n ? 1u : 0u;
+    all.largest_without_n = std::max(all.largest_without_n, r.without.rest_pp_n);
+    all.largest_n = std::max(all.largest_n, r.with.rest_pp_n);
+  }
+  return all;
 }
 
 std::vector<CalmCell> calm_cells(bool quick) {
   using Doubles = std::vector<double>;
   std::vector<CalmCell> cells;
-  for (const char* contact : {"wall", "peg"}) {
-    for (const double k_t : quick ? Doubles{1000, 5000} : Doubles{1000, 2000, 5000}) {
-      for (const unsigned delay : {0u, 1u}) {
-        for (const double um : quick ? Doubles{0, 60} : Doubles{0, 1, 10, 60}) {
-          for (const char* hand : {"loose", "light", "firm"}) {
-            cells.push_back({contact, k_t, delay, 1e-6 * um, hand});
+  for (const bool allow_active : {false, true}) {
+    for (const char* contact : {"wall", "peg"}) {
+      for (const double k_t : quick ? Doubles{1000, 5000} : Doubles{1000, 2000, 5000}) {
+        for (const unsigned delay : {0u, 1u}) {
+          for (const double um : quick ? Doubles{0, 60} : Doubles{0, 1, 10, 60}) {
+            for (const char* hand : {"loose", "light", "firm"}) {
+              cells.push_back({contact, k_t, allow_active, delay, 1e-6 * um, hand});
+            }
           }
         }
       }
@@ -201,13 +212,17 @@ CalmResult run_calm(const CalmCell& cell) {
   CalmResult result;
   result.cell = cell;
   SceneParameters parameters = parameters_of(cell, stage, result.inside);
+  const CouplingParameters& gains = parameters.coupling;
+  result.k_t_n_per_m = gains.k_t_n_per_m;
+  result.k_r_nm_per_rad = gains.k_r_nm_per_rad;
+  result.damping_ns_per_m = gains.damping_ns_per_m;
   DeviceModel device = kDevice;
   device.encoder_step_m = cell.encoder_step_m;
   device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
   result.allowed_pp_n =
       kSettled_n +
       (cell.contact == "wall"
-           ? kRestCounts * cell.k_t_n_per_m * cell.encoder_step_m
+           ? kRestCounts * gains.k_t_n_per_m * cell.encoder_step_m
            : (cell.encoder_step_m > 0 ? rest_allowance(parameters, device).force_n : 0.0));
   const Traced with = run_once(cell, stage, parameters);
   parameters.coupling.passivity = 0;
@@ -222,24 +237,34 @@ CalmResult run_calm(const CalmCell& cell) {
 
 std::vector<OutputText> calm_files(std::span<const CalmResult> results) {
   ReportTable table(
-      "contact,k_t_n_per_m,delay_samples,encoder_um,hand,inside,allowed_pp_n,rest_pp_n_without,"
+      "gains,contact,asked_n_per_m,k_t_n_per_m,k_r_nm_per_rad,damping_ns_per_m,delay_samples,"
+      "encoder_um,hand,inside,allowed_pp_n,rest_pp_n_without,"
       "rest_pp_n,free_ticks,free_n,pull_n,acted_ticks,same_bits,passed");
   for (const CalmResult& r : results) {
     const CalmCell& c = r.cell;
-    table.add({c.contact, shown_as("%g", c.k_t_n_per_m), c.delay_samples,
+    table.add({c.allow_active ? "asked" : "default", c.contact, shown_as("%g", c.k_t_n_per_m),
+               shown_as("%.5g", r.k_t_n_per_m), shown_as("%.4g", r.k_r_nm_per_rad),
+               shown_as("%.4g", r.damping_ns_per_m), c.delay_samples,
                shown_as("%g", 1e6 * c.encoder_step_m), c.hand, yes_or_no(r.inside),
                shown_as("%.4f", r.allowed_pp_n), shown_as("%.4f", r.without.rest_pp_n),
                shown_as("%.4f", r.with.rest_pp_n), r.with.free_ticks,
                shown_as("%.4g", r.with.free_n), shown_as("%.4g", r.with.pull_n), r.with.acted_ticks,
                yes_or_no(r.same_bits), yes_or_no(r.passed())});
   }
+  const LastResort beyond = last_resort(results);
   const std::string page =
       "# Calm\n\nMade by `host_lab calm`. A part is pressed 8 mm in, held for 2 s and withdrawn at "
-      "0.1 m/s, by a device of 0.1 kg and 1 N s/m at 1 kHz with the gains that its scene gets; "
-      "`inside`: within the passivity budget, so allowed without a word. Force peak to peak over "
-      "the last half second of the hold, largest axis, with the passivity layer and without; ticks "
-      "with a force in free space.\n\n" +
-      table.markdown() + "\n![worst cells](calm.svg)\n";
+      "0.1 m/s, by a device of 0.1 kg and 1 N s/m at 1 kHz, rotor 1e-4 kg m^2 and 1e-3 N m s. "
+      "`default`: the compiler's gains for a scene that asks for this stiffness; `asked`: the "
+      "stiffness itself, with `allow_active`. `inside`: K T (1/2 + d) < b. Force peak to peak over "
+      "the last half second of the hold, largest axis, without the passivity layer and with it; "
+      "ticks with a force in free space.\n\nBeyond the budget, where the layer is the last "
+      "resort, " +
+      std::to_string(beyond.without) + " of " + std::to_string(beyond.cells) +
+      " cells do not rest without it (up to " + short_number(beyond.largest_without_n, 3) +
+      " N), " + std::to_string(beyond.with) + " with it (up to " +
+      short_number(beyond.largest_n, 3) + " N).\n\n" + table.markdown() +
+      "\n![worst cells](calm.svg)\n";
   return {{"calm.csv", table.csv()},
           {"calm.json", table.json().dump(2) + "\n"},
           {"calm.md", page},

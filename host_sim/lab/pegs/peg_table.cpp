@@ -9,7 +9,7 @@
 #include "host_sim/report/picture.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
-#include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -23,17 +23,15 @@ constexpr double kHeldShare = 1e-3;
 constexpr double kNoForce_n = 1e-3;
 constexpr std::size_t kPictures = 4;
 
-/// A row of the table: mass and damping at the handle, its limits.
-PegDevice device_row(const char* name, double mass_kg, double damping, double force_n,
-                     double torque_nm, double stiffness_n_per_m, double encoder_m) {
+/// A device with its limits, as a scene's [device] states them.
+PegDevice device_row(const char* name, double force_n, double torque_nm, double stiffness_n_per_m,
+                     double rotary_nm_per_rad) {
   PegDevice row{name, {}};
   row.device.given = 1;
-  row.device.mass_kg = mass_kg;
-  row.device.damping_ns_per_m = damping;
   row.device.max_force_n = force_n;
   row.device.max_torque_nm = torque_nm;
   row.device.max_stiffness_n_per_m = stiffness_n_per_m;
-  row.device.encoder_step_m = encoder_m;
+  row.device.max_rotary_stiffness_nm_per_rad = rotary_nm_per_rad;
   return row;
 }
 
@@ -46,18 +44,20 @@ double median_of(std::vector<double> values) {
 
 std::vector<std::byte> scene_for(const PegTask& task, const PegDevice& device, LawId law,
                                  double length_share) {
-  tools::SceneFile file;
-  file.parameters.law = law;
-  file.parameters.k_f_n_per_m = kPegFace_n_per_m;
-  file.parameters.device = device.device;
-  // The paper's law is not coupled: its stiffness is the one that the proxy's spring gets.
-  tools::SceneFile coupled = file;
-  coupled.parameters.law = LawId::kProxy;
-  if (length_share > 0) coupled.coupling.length_m = length_share * task.radius_m;
   tools::SceneDescription scene = task.scene;
-  scene.parameters = file.parameters;
-  scene.parameters.coupling = tools::choose_coupling(coupled, task.radius_m).coupling;
-  scene.parameters.k_f_n_per_m = scene.parameters.coupling.k_t_n_per_m;
+  SceneParameters& parameters = scene.parameters;
+  parameters = tools::default_parameters();
+  parameters.k_f_n_per_m = kPegFace_n_per_m;
+  parameters.device = device.device;
+  // The paper's law is not coupled: its stiffness is the one that the proxy's spring gets.
+  parameters.law = LawId::kProxy;
+  tools::CouplingRequest request;
+  if (length_share > 0 && device.device.given == 0) {
+    request.length_m = length_share * task.radius_m;
+  }
+  parameters.coupling = tools::choose_coupling(parameters, request, task.radius_m).coupling;
+  parameters.law = law;
+  parameters.k_f_n_per_m = parameters.coupling.k_t_n_per_m;
   return tools::write_scene(scene);
 }
 
@@ -106,10 +106,20 @@ std::string peg_picture(const PegResult& paper, const PegResult& proxy) {
 }  // namespace
 
 std::vector<PegDevice> peg_devices() {
+  // The reference device (hal/drivers/PROTOCOL.md) states what moves as well.
+  PegDevice reference = device_row("reference", 12, 0.3, 0, 0);
+  reference.device.mass_kg = 0.1;
+  reference.device.damping_ns_per_m = 1;
+  std::ranges::fill(reference.device.rotor_inertia_kg_m2, 1e-4);
+  std::ranges::fill(reference.device.rotor_damping_nms_per_rad, 1e-3);
+  reference.device.encoder_step_m = 1e-6;
+  reference.device.encoder_step_rad = 1e-5;
+  // The others as CHAI3D lists them (CDeltaDevices.cpp, CPhantomDevices.cpp), without their mass.
   return {{"none", {}},
-          device_row("stiff_12n", 0.25, 1.0, 12, 0.4, 4000, 1e-5),
-          device_row("coarse_8n", 0.3, 0.5, 8, 0, 3000, 6e-5),
-          device_row("soft_12n", 0.2, 0.3, 12, 0, 1000, 3e-5)};
+          reference,
+          device_row("falcon", 8, 0, 3000, 0),
+          device_row("sigma_7", 12, 0.2, 4000, 1),
+          device_row("premium_15", 8.5, 0.188, 800, 0.3)};
 }
 
 PegResult run_peg_task(const PegTask& task, const PegDevice& device, LawId law,

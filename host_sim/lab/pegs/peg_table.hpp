@@ -67,7 +67,7 @@ struct PegVerdict {
 };
 [[nodiscard]] PegVerdict verdict_of(const std::vector<PegResult>& results);
 
-/// pegs.csv, pegs.json, pegs.md and a picture per task with the largest steps.
+/// The table as CSV, JSON and Markdown, and a picture of each task with the largest steps.
 [[nodiscard]] std::vector<OutputText> peg_files(const std::vector<PegResult>& results);
 
 }  // namespace haptic::sim

@@ -83,7 +83,8 @@ void fly(FlightRow& row, const FlightSize& size, std::uint64_t seed) {
     Vector p = row.speed_m_per_s * s * along;
     p[2] += start_z;
     if (on_table) {
-      p[2] = low_z + (start_z - low_z) * (t < lowering ? 1.0 - (t + 1.0) / lowering : 0.0);
+      p[2] = low_z +
+             (start_z - low_z) * (t < lowering ? 1.0 - static_cast<double>(t) / lowering : 0.0);
     }
     const Rotation q = Rotation(Eigen::AngleAxisd(row.turn_rad_per_s * s, axis)) * turn;
     input.pose_wa = pose_at(p, q);

@@ -195,7 +195,7 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
   const bool whole = session_.view().parameters().coupling.passes == kDefaultProxyPasses;
   if (whole && tick.end_j > kAtGoal_j) {
     const Wide unhindered = judge_.unhindered_j(tick.goal, tick.before);
-    if (tick.end_j > unhindered + rounding) {
+    if (tick.end_j > unhindered + rounding && !judge_.moves(tick.before, tick.after)) {
       fail(tick, "invisible wall",
            number_text(tick.end_j) + " J is left, " + number_text(unhindered) +
                " J after a tenth of a millimetre straight to the goal, and nothing is there",

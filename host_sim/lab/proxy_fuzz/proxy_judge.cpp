@@ -326,6 +326,13 @@ Wide ProxyJudge::unhindered_j(const WidePose& goal, const WidePose& proxy) {
       wide_error(goal, moved_pose(proxy, s * error.translation_m, s * error.rotation_rad)));
 }
 
+bool ProxyJudge::moves(const WidePose& before, const WidePose& after) const {
+  constexpr Wide kLeast_m = 1e-5L;
+  const WideError way = wide_error(after, before);
+  return norm(way.translation_m) + radius_m_ * norm(way.rotation_rad) >
+         kLeast_m * radius_m_ / kJudgedRadius_m;
+}
+
 /// What touches at the proxy: along each near pair's direction of largest known gap, the vertices
 /// in contact, of both pieces.
 void ProxyJudge::touching_rows(const WidePose& proxy, std::vector<Row>& rows) {

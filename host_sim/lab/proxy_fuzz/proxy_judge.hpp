@@ -142,6 +142,8 @@ class ProxyJudge {
   /// Energy after a move of 0.1 mm (of a part of 50 mm) straight towards the goal, when nothing is
   /// within twice that; infinite else.
   [[nodiscard]] Wide unhindered_j(const WidePose& goal, const WidePose& proxy);
+  /// More than a hundredth of a millimetre, of a part of 50 mm: a release takes several ticks.
+  [[nodiscard]] bool moves(const WidePose& before, const WidePose& after) const;
   /// Whether a small free move lowers the energy by clearly more than rounding: along the pull, or
   /// at random, off what touches. Without friction only. Deterministic.
   [[nodiscard]] bool could_follow(const WidePose& goal, const WidePose& proxy);

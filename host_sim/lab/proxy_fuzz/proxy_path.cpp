@@ -193,7 +193,8 @@ Wide ProxyJudge::path_gap_m(const WidePose& before, const WidePose& after) {
 }
 
 /// The touching pairs of features of one pair of pieces: vertex on face, face on vertex, edge on
-/// edge, along directions whose plane keeps the pieces apart.
+/// edge; a force at each along every direction whose plane keeps the pieces apart and touches both
+/// there.
 void ProxyJudge::feature_rows(const WidePose& proxy, std::size_t pair,
                               std::vector<Row>& rows) const {
   const Wide height = 2 * tolerance_m_, slack = 10 * tolerance_m_;
@@ -202,25 +203,24 @@ void ProxyJudge::feature_rows(const WidePose& proxy, std::size_t pair,
   const OraclePose pose = in_frame(proxy, pair);
   std::vector<WideVec> va;
   for (const WideVec& v : a.vertices) va.push_back(pose.x + proxy.r * v);
-  const auto apart = [&](const WideVec& n) { return witness.gap_m(pose, n) >= -height; };
-  const auto add = [&](const WideVec& n, const WideVec& point) {
-    const WideVec arm = point - pose.x;
-    rows.push_back({n, cross(arm, n), arm});
+  std::vector<WideVec> normals, points;
+  const auto note_direction = [&](const WideVec& n) {
+    if (witness.gap_m(pose, n) >= -height) normals.push_back(n);
   };
   for (std::size_t f = 0; f < b.loops.size(); ++f) {
     const WideVec& n = b.normals[f];
-    if (!apart(n)) continue;
+    note_direction(n);
     for (const WideVec& v : va) {
       if (std::abs(dot(n, v - b.vertices[b.loops[f][0]])) > height) continue;
-      if (over_face(v, b.vertices, b.loops[f], n, slack)) add(n, v);
+      if (over_face(v, b.vertices, b.loops[f], n, slack)) points.push_back(v);
     }
   }
   for (std::size_t f = 0; f < a.loops.size(); ++f) {
-    const WideVec outward = proxy.r * a.normals[f], n = -1.0L * outward;
-    if (!apart(n)) continue;
+    const WideVec outward = proxy.r * a.normals[f];
+    note_direction(-1.0L * outward);
     for (const WideVec& v : b.vertices) {
-      if (std::abs(dot(n, va[a.loops[f][0]] - v)) > height) continue;
-      if (over_face(v, va, a.loops[f], outward, slack)) add(n, v);
+      if (std::abs(dot(outward, va[a.loops[f][0]] - v)) > height) continue;
+      if (over_face(v, va, a.loops[f], outward, slack)) points.push_back(v);
     }
   }
   for (const OracleEdge& e : a.edges) {
@@ -235,9 +235,20 @@ void ProxyJudge::feature_rows(const WidePose& proxy, std::size_t pair,
       const Wide s = dot(cross(between, v), c) / square, t = dot(cross(between, u), c) / square;
       const Wide of_s = slack / norm(u), of_t = slack / norm(v);
       if (s < -of_s || s > 1 + of_s || t < -of_t || t > 1 + of_t) continue;
-      for (const Wide sign : {1.0L, -1.0L}) {
-        if (apart(sign * n)) add(sign * n, q + t * v);
-      }
+      note_direction(n);
+      note_direction(-1.0L * n);
+      points.push_back(q + t * v);
+    }
+  }
+  for (const WideVec& n : normals) {
+    Wide lowest_a = std::numeric_limits<Wide>::infinity(), highest_b = -lowest_a;
+    for (const WideVec& v : va) lowest_a = std::min(lowest_a, dot(n, v));
+    for (const WideVec& v : b.vertices) highest_b = std::max(highest_b, dot(n, v));
+    for (const WideVec& point : points) {
+      const Wide at = dot(n, point);
+      if (at - lowest_a > height || highest_b - at > height) continue;
+      const WideVec arm = point - pose.x;
+      rows.push_back({n, cross(arm, n), arm});
     }
   }
 }

@@ -250,7 +250,9 @@ PressErrors press(const PressedContact& c, LawId law, double fault) {
       coordinates_m +
       (law == LawId::kProxy ? 2 * static_cast<double>(scale.still_m) : relative * c.scene.size_m);
   errors.force_limit_n = coupling.k_t_n_per_m * depth_m;
-  errors.torque_limit_nm = errors.force_limit_n * radius_m + coordinates_m * errors.force_n;
+  // A turn by depth / r_A makes k_r times that.
+  errors.torque_limit_nm = errors.force_limit_n * radius_m + coordinates_m * errors.force_n +
+                           coupling.k_r_nm_per_rad * depth_m / radius_m;
   return errors;
 }
 

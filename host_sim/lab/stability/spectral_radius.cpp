@@ -24,7 +24,7 @@ double spectral_radius(const Eigen::MatrixXd& matrix) {
 
 Eigen::MatrixXd wall_matrix(const LinearLoop& loop, double stiffness_n_per_m,
                             double damping_ns_per_m) {
-  enum : Eigen::Index { kPosition, kVelocity, kBefore, kFiltered, kUnderWay };
+  enum : Eigen::Index { kPosition, kVelocity, kBefore, kUnderWay };
   const double period_s = loop.period_s;
   Eigen::Matrix3d rate = Eigen::Matrix3d::Zero();  // position, velocity, held force
   rate(0, 1) = 1;
@@ -33,12 +33,10 @@ Eigen::MatrixXd wall_matrix(const LinearLoop& loop, double stiffness_n_per_m,
   const Eigen::Matrix3d step = matrix_exponential<Eigen::Matrix3d>(rate * period_s);
 
   const Eigen::Index delay = loop.delay_samples, size = kUnderWay + delay;
-  Eigen::RowVectorXd filtered = Eigen::RowVectorXd::Zero(size);
-  filtered[kFiltered] = 1 - loop.filter;
-  filtered[kPosition] = loop.filter / period_s;
-  filtered[kBefore] = -loop.filter / period_s;
-  Eigen::RowVectorXd force = -damping_ns_per_m * filtered;
-  force[kPosition] -= stiffness_n_per_m;
+  // Damping of the difference of two positions.
+  Eigen::RowVectorXd force = Eigen::RowVectorXd::Zero(size);
+  force[kPosition] = -stiffness_n_per_m - damping_ns_per_m / period_s;
+  force[kBefore] = damping_ns_per_m / period_s;
   Eigen::RowVectorXd acting = force;
   if (delay > 0) acting = Eigen::RowVectorXd::Unit(size, kUnderWay);
 
@@ -46,7 +44,6 @@ Eigen::MatrixXd wall_matrix(const LinearLoop& loop, double stiffness_n_per_m,
   next.topLeftCorner<2, 2>() = step.topLeftCorner<2, 2>();
   next.topRows<2>() += step.topRightCorner<2, 1>() * acting;
   next(kBefore, kPosition) = 1;
-  next.row(kFiltered) = filtered;
   for (Eigen::Index k = 0; k + 1 < delay; ++k) next(kUnderWay + k, kUnderWay + k + 1) = 1;
   if (delay > 0) next.row(size - 1) = force;
   return next;

@@ -4,32 +4,28 @@
 /// virtual wall, exactly discretised, and the largest gains at which its state does not grow. One
 /// axis, in translation or rotation.
 ///
-/// At each sample the rendering gives f = -K x - B w, w the filtered backward difference of x;
-/// d samples later it acts, held for one period.
+/// At each sample the rendering gives f = -K x - B w, w the backward difference of x over one
+/// period; d samples later it acts, held for one period.
 
 #include <Eigen/Core>
 #include <functional>
 
 namespace haptic::sim {
 
-/// Part of a new difference that the coupling damping's filter takes up per tick.
-inline constexpr double kDampingFilter = 0.75;
-
 struct LinearLoop {
-  double mass_kg = 0.1;            ///< or rotor inertia, kg m^2
-  double damping_ns_per_m = 1;     ///< of the device
-  double hand_stiffness = 0;       ///< N/m; the hand's target rests
-  double hand_damping = 0;         ///< N s/m
-  double period_s = 1e-3;          ///< T
-  unsigned delay_samples = 0;      ///< d
-  double filter = kDampingFilter;  ///< 1: the difference unfiltered
+  double mass_kg = 0.1;         ///< or rotor inertia, kg m^2
+  double damping_ns_per_m = 1;  ///< of the device
+  double hand_stiffness = 0;    ///< N/m; the hand's target rests
+  double hand_damping = 0;      ///< N s/m
+  double period_s = 1e-3;       ///< T
+  unsigned delay_samples = 0;   ///< d
 };
 
 /// Largest modulus of an eigenvalue of a square matrix.
 [[nodiscard]] double spectral_radius(const Eigen::MatrixXd& matrix);
 
-/// x(k+1) from x(k): position, velocity, position one sample ago, filtered difference, wrenches
-/// under way. K in N/m, B in N s/m.
+/// x(k+1) from x(k): position, velocity, position one sample ago, wrenches under way. K in N/m, B
+/// in N s/m.
 [[nodiscard]] Eigen::MatrixXd wall_matrix(const LinearLoop& loop, double stiffness_n_per_m,
                                           double damping_ns_per_m);
 
@@ -52,8 +48,8 @@ inline constexpr double kNoLimit = 1e9;
 /// and hand; for d = 0 also the passivity bound.
 [[nodiscard]] double closed_form_stiffness(double damping_ns_per_m, double period_s,
                                            unsigned delay_samples);
-/// 2 (m/T) tan(pi / (4 (d + 1))): the virtual damping at the boundary, without stiffness, device
-/// damping and filter.
+/// 2 (m/T) tan(pi / (4 (d + 1))): the virtual damping at the boundary, without stiffness and
+/// device damping.
 [[nodiscard]] double closed_form_damping(double mass_kg, double period_s, unsigned delay_samples);
 
 }  // namespace haptic::sim

@@ -19,6 +19,7 @@ constexpr StabilityPart kParts[] = {
     {5, "energy", energy_part},
     {6, "clearance", [](const StabilityOptions& o) { return clearance_part(o.quick); }},
     {7, "divisions", divisions_part},
+    {8, "defaults", defaults_part},
 };
 
 std::string index_page(std::span<const PartReport> reports, bool quick) {

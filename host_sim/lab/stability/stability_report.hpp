@@ -40,6 +40,7 @@ struct StabilityPart {
 [[nodiscard]] PartReport continuity_part(const StabilityOptions& options);  ///< 4
 [[nodiscard]] PartReport energy_part(const StabilityOptions& options);      ///< 5
 [[nodiscard]] PartReport divisions_part(const StabilityOptions& options);   ///< 7
+[[nodiscard]] PartReport defaults_part(const StabilityOptions& options);    ///< 8
 
 /// Runs the parts with these numbers (all when empty), writes their files and README.md into
 /// `folder`, which is made when absent; files appear whole, each as soon as its part is done.

@@ -105,7 +105,7 @@ bool wall_is_stable(const TrialSetting& setting, double stiffness_n_per_m, doubl
     return DeviceState{rest + Vector(0, 0, height_m), Rotation::Identity(), Vector::Zero(),
                        Vector::Zero()};
   };
-  // From outside to where it is let go, and there until the damping's filter has forgotten the way.
+  // From outside to where it is let go, and there until the damping's window has forgotten the way.
   loop.place(held(2 * kDepth_m));
   for (int k = 0; k <= kGuideTicks; ++k) {
     const double way = std::min(1.0, 2.0 * k / kGuideTicks);

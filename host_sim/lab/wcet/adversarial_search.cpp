@@ -301,15 +301,6 @@ const char* unit_of(AdversarialGoal goal) {
   return kUnits[static_cast<std::size_t>(goal)];
 }
 
-double proxy_reach_m(const SceneView& view) {
-  double radius_m = 0;
-  for (const PieceRecord& piece : view.pieces()) {
-    if (piece.body == 0) radius_m = std::max(radius_m, piece.reach_m);
-  }
-  const ProxyScale scale = proxy_scale(static_cast<Real>(radius_m), 0, 0);
-  return view.parameters().coupling.passes * static_cast<double>(scale.step_m + scale.margin_m);
-}
-
 std::vector<AdversarialGoal> goals_of(const SceneView& view) {
   std::vector<AdversarialGoal> goals(std::begin(kAdversarialGoals), std::end(kAdversarialGoals));
   if (view.parameters().law != LawId::kProxy) std::erase(goals, AdversarialGoal::kProxyWork);

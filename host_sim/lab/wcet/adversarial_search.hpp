@@ -121,9 +121,6 @@ struct AdversarialFinding {
 /// The goals that the law of a scene has.
 [[nodiscard]] std::vector<AdversarialGoal> goals_of(const SceneView& view);
 
-/// How far the proxy of a scene of law kProxy may move in one tick: what its passes allow [m].
-[[nodiscard]] double proxy_reach_m(const SceneView& view);
-
 /// One climb per goal of the scene, each with a seed of its own from `limits.seed`. With
 /// `evaluations` given, all but kTime are the same numbers in every run. Leaves the core reset.
 /// @throws tools::InputError: `known` is empty.

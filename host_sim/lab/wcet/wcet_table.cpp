@@ -182,11 +182,6 @@ void add_findings(std::string& text, const WcetReport& r, const SceneView& view)
   const double goal_m = kAdversarialSpeed_m_per_s / p.rate_hz;
   append_line(text, "  %-20s %12.6g N        (%g N/m at that speed)", "  spring's own step",
               k_n_per_m * goal_m, k_n_per_m);
-  if (p.law != LawId::kProxy) return;
-  append_line(
-      text,
-      "  %-20s %12.6g N        (and the proxy moves %.3g mm: a contact ends and it catches up)",
-      "  the law's most", k_n_per_m * (goal_m + proxy_reach_m(view)), 1e3 * proxy_reach_m(view));
 }
 
 }  // namespace

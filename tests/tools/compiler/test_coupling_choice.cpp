@@ -9,9 +9,9 @@
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
-#include "tools/graph_compiler/program/coupling_choice.hpp"
 #include "tools/graph_compiler/program/report.hpp"
 
 using namespace haptic;
@@ -39,9 +39,12 @@ SceneFile parsed(const std::string& text, const ScratchFolder& folder) {
   return parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
 }
 
-CouplingChoice choice(const std::string& k_f, const std::string& more) {
+CouplingChoice choice(const std::string& k_f, const std::string& more,
+                      double radius_m = kRadius_m) {
   const ScratchFolder folder("coupling");
-  return choose_coupling(parsed(scene_text(k_f, more), folder), kRadius_m);
+  const SceneFile scene = parsed(scene_text(k_f, more), folder);
+  return choose_coupling(scene.parameters, scene.coupling, radius_m, scene.never_turns(),
+                         scene.file);
 }
 
 std::string refusal(const std::string& k_f, const std::string& more) {
@@ -63,7 +66,7 @@ TEST_SUITE("tools.coupling_choice") {
   TEST_CASE("without a device the gains follow from k_F and the radius, undamped") {
     const CouplingChoice made = choice("800", "");
     CHECK(made.coupling.k_t_n_per_m == 800.0);
-    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.06 * 0.06));
+    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(800.0 * 0.18 * 0.18));
     CHECK(made.coupling.damping_ns_per_m == 0.0);
     CHECK(made.coupling.damping_share == 0.5);
     CHECK(made.coupling.max_rotation_error_rad == 1.0);
@@ -82,19 +85,19 @@ TEST_SUITE("tools.coupling_choice") {
     CHECK(c.max_translation_error_m == doctest::Approx(8.0 / 800.0));
     CHECK(c.max_rotation_error_rad == doctest::Approx(0.2 / c.k_r_nm_per_rad));
     CHECK(c.passivity == 1);
-    CHECK(made.notes.empty());
+    REQUIRE(made.notes.size() == 1);
+    CHECK(has(made.notes[0], "instead of 25.92 (k_t L^2)"));
     CHECK(choice("800", std::string(kDevice) + "[coupling]\npassivity = false\n")
               .coupling.passivity == 0);
   }
 
-  TEST_CASE("a derived stiffness is reduced to the budget, with L kept, and the report says so") {
+  TEST_CASE("a derived stiffness is reduced to what is calm at rest, and the report says so") {
     const CouplingChoice made = choice("20000", kDevice);
-    REQUIRE(made.notes.size() == 1);
+    REQUIRE(made.notes.size() == 2);
     CHECK(has(made.notes[0], "instead of 20000 (k_F), which is all that [device] can hold"));
-    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(made.coupling.k_t_n_per_m * 0.03 * 0.03));
-    // Two N s/m in all: about twice the undamped 2000 N/m, less the margin.
-    CHECK(made.coupling.k_t_n_per_m > 2800.0);
-    CHECK(made.coupling.k_t_n_per_m < 3600.0);
+    // Half of 2000 N/m, and of the rotor's 9e-4 N m s/rad over half a period.
+    CHECK(made.coupling.k_t_n_per_m == doctest::Approx(1000.0).epsilon(0.01));
+    CHECK(made.coupling.k_r_nm_per_rad == doctest::Approx(0.9).epsilon(0.01));
     const CouplingChoice soft =
         choice("20000", std::string(kDevice) + "max_stiffness_n_per_m = 500\n");
     CHECK(soft.coupling.k_t_n_per_m == 500.0);
@@ -107,25 +110,21 @@ TEST_SUITE("tools.coupling_choice") {
 
   TEST_CASE("a derived rotary stiffness is what the rotor holds and the motors render") {
     constexpr double kLarge_m = 0.5;
-    const auto large = [&](const std::string& more) {
-      const ScratchFolder folder("coupling");
-      return choose_coupling(parsed(scene_text("800", more), folder), kLarge_m);
-    };
+    const auto large = [&](const std::string& more) { return choice("800", more, kLarge_m); };
     const std::string bare = "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\n";
     const std::string rotor =
         "rotor_inertia_kg_m2 = [2e-4, 1e-4, 3e-4]\nrotor_damping_nms_per_rad = [2e-3, 1e-3, "
         "3e-3]\n";
-    // L = 0.75 r_A would ask for 112 N m/rad.
+    // L = 4.5 r_A would ask for 4050 N m/rad.
     const CouplingChoice held = large(bare + rotor);
     CHECK(held.coupling.k_t_n_per_m == 800.0);
-    const SampledAxis axis{1e-4, 1e-3, 1e-3, 0.0, 1, kCouplingFilter};
+    const SampledAxis axis{1e-4, 1e-3, 1e-3, 0.0, 1};
     const double k_r = held.coupling.k_r_nm_per_rad;
-    const double damping = held.coupling.damping_ns_per_m / 800.0 * k_r;
-    CHECK(is_stable(axis, 1.24 * k_r, 1.24 * damping));
-    CHECK(!is_stable(axis, 1.26 * k_r, 1.26 * damping));
+    CHECK(is_stable(axis, 1.99 * k_r, 0.0));
+    CHECK(!is_stable(axis, 2.01 * k_r, 0.0));
     REQUIRE(held.notes.size() == 1);
     CHECK(has(held.notes[0], "k_r_nm_per_rad is "));
-    CHECK(has(held.notes[0], "instead of 112.5 (k_t L^2)"));
+    CHECK(has(held.notes[0], "instead of 4050 (k_t L^2)"));
     CHECK(large(bare + rotor + "max_rotary_stiffness_nm_per_rad = 0.7\n").coupling.k_r_nm_per_rad ==
           0.7);
     CHECK(large(bare + rotor + "max_torque_nm = 0.01\n").coupling.k_r_nm_per_rad ==
@@ -214,9 +213,9 @@ TEST_SUITE("tools.coupling_choice") {
     CHECK(has(report_as_text(without), "no [device]: no budget was checked"));
     const auto none = nlohmann::json::parse(report_as_json(without));
     CHECK(none["passivity_budget"]["checked"] == false);
-    // Largest lever of a cube about its centre against L = 1.5 of it.
+    // Largest lever of a cube about its centre against L = 4.5 of it.
     CHECK(none["coupling"]["stiffness_share_at_largest_lever"].get<double>() ==
-          doctest::Approx(1.0 / (1.0 + 4.0 / 9.0)).epsilon(1e-5));
+          doctest::Approx(1.0 / (1.0 + 4.0 / 81.0)).epsilon(1e-5));
     const CompiledScene with = compiled(kDevice);
     const auto json = nlohmann::json::parse(report_as_json(with));
     CHECK(json["passivity_budget"]["checked"] == true);

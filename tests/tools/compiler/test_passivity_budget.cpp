@@ -47,11 +47,11 @@ double growth(const SampledAxis& axis, double stiffness, double damping, int tic
   const double late = std::max(0.0, delay - static_cast<double>(whole));
   const std::size_t w = axis.window_ticks;
   std::vector<double> positions(w + 1, device.x), forces(whole + 2, 0.0);
-  double early = 0.0, last = 0.0, speed = 0.0;
+  double early = 0.0, last = 0.0;
   for (int n = 0; n < ticks; ++n) {
     positions.insert(positions.begin(), device.x);
     positions.pop_back();
-    speed += axis.filter * ((positions[0] - positions[w]) / (static_cast<double>(w) * t) - speed);
+    const double speed = (positions[0] - positions[w]) / (static_cast<double>(w) * t);
     forces.insert(forces.begin(), -stiffness * positions[0] - damping * speed);
     forces.pop_back();
     device.move(axis, forces[whole + 1], late * t);
@@ -140,7 +140,6 @@ TEST_SUITE("tools.passivity_budget") {
       if (round % 3 == 0) delay += random.uniform(0.0, 0.9);
       SampledAxis axis = axis_of(m, b, t, delay);
       axis.window_ticks = 1 + static_cast<std::uint32_t>(random.next() % 3);
-      axis.filter = round % 4 < 2 ? 1.0 : 0.75;
       const double damping =
           round % 2 == 0 ? 0.0 : random.uniform(0.0, 0.4) * tools::damping_boundary(axis, 0.0);
       const double budget = tools::stiffness_boundary(axis, damping) / tools::kBudgetMargin;
@@ -157,6 +156,7 @@ TEST_SUITE("tools.passivity_budget") {
     SceneParameters p = device_scene(LawId::kProxy, 1000.0, 1.0, 0.0, 1000.0);
     std::ranges::fill(p.device.rotor_inertia_kg_m2, 0.1 * 0.03 * 0.03);
     std::ranges::fill(p.device.rotor_damping_nms_per_rad, 0.03 * 0.03);
+    p.coupling.k_r_nm_per_rad = 1000.0 * 0.03 * 0.03;
     tools::complete_coupling(p, 0.04);
     const PassivityBudget proxy = tools::passivity_budget(p, 0.04);
     REQUIRE(proxy.unchecked.empty());
@@ -194,7 +194,7 @@ TEST_SUITE("tools.passivity_budget") {
     const double limit = budget.limit_of("k_r_nm_per_rad");
     CHECK(limit == doctest::Approx(1e-3 / 1.5e-3 / tools::kBudgetMargin).epsilon(3e-3));
     CHECK(rotary(0.25).limit_of("k_r_nm_per_rad") == limit);
-    // The coupling's damping is a hundred times the rotor's: its filter takes a third of the limit.
+    // The coupling's damping is a hundred times the rotor's.
     p.device.delay_s = 0.0;
     std::ranges::fill(p.device.rotor_inertia_kg_m2, 1e-4);
     std::ranges::fill(p.device.rotor_damping_nms_per_rad, 1e-3);
@@ -202,7 +202,7 @@ TEST_SUITE("tools.passivity_budget") {
     p.coupling.k_t_n_per_m = 800.0;
     const PassivityBudget damped = rotary(0.5);
     const double most = damped.limit_of("k_r_nm_per_rad");
-    CHECK(most == doctest::Approx(47.05 / tools::kBudgetMargin).epsilon(0.01));
+    CHECK(most == doctest::Approx(69.8 / tools::kBudgetMargin).epsilon(0.01));
     CHECK(!damped.holds());
     CHECK(growth(damped.rotation, most, most / 800.0, 20000) < 0.9);
     CHECK(growth(damped.rotation, 1.5 * most, 1.5 * most / 800.0, 20000) > 1.1);
@@ -257,7 +257,7 @@ TEST_SUITE("tools.served_size") {
     const double radius = std::sqrt(0.03 * 0.03 + 0.04 * 0.04 + 0.01 * 0.01);
     CHECK(size.radius_m == doctest::Approx(radius));
     CHECK(size.length_scale == doctest::Approx(radius / 0.05));
-    CHECK(size.stiffness_share == doctest::Approx(1.0 / (1.0 + 1.0 / (1.5 * 1.5))));
+    CHECK(size.stiffness_share == doctest::Approx(1.0 / (1.0 + 1.0 / (4.5 * 4.5))));
     CHECK(tools::size_refusal(size).empty());
     CHECK(size.floored == (sizeof(Real) == sizeof(float)));
     if (!size.floored) CHECK(size.tolerance_m == doctest::Approx(1e-7 * radius / 0.05));

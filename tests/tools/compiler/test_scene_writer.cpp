@@ -216,7 +216,7 @@ TEST_SUITE("tools.scene_writer") {
     const LoadedScene derived(description);
     const CouplingParameters& c = derived.view.parameters().coupling;
     // The farthest corner is 20 mm off in all three axes.
-    const double length_m = 1.5 * 0.02 * std::sqrt(3.0);
+    const double length_m = 4.5 * 0.02 * std::sqrt(3.0);
     CHECK(c.k_t_n_per_m == 800.0);
     CHECK(c.k_r_nm_per_rad ==
           doctest::Approx(800.0 * length_m * length_m).epsilon(1e-12 + 4 * kEps));

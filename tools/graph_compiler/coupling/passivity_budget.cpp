@@ -47,7 +47,6 @@ class Loop {
     if (!computable_) return;
     whole_ = static_cast<std::size_t>(delay + 1e-9);
     window_ = axis.window_ticks;
-    filter_ = axis.filter;
     span_s_ = static_cast<double>(window_) * t;
     const double late = std::max(0.0, delay - static_cast<double>(whole_));
     const double u = axis.damping_ns_per_m * t / axis.mass_kg;
@@ -62,18 +61,14 @@ class Loop {
   /// Schur and Cohn: all roots lie inside the unit circle iff every step finds |last| < |first|.
   [[nodiscard]] bool is_stable(double stiffness, double damping) const {
     if (!computable_) return false;
-    std::array<double, 5 + kMaxDelayTicks + kMaxWindowTicks> p{};  // by descending powers
+    std::array<double, 4 + kMaxDelayTicks + kMaxWindowTicks> p{};  // by descending powers
     p[0] = 1.0;
     p[1] = -1.0 - decay_;
     p[2] = decay_;
-    add(p, 0, stiffness);
-    // The filter divides the damping by 1 - (1 - share) / z, so the rest is multiplied by it.
-    const double kept = 1.0 - filter_;
-    for (std::size_t i = p.size() - 1; i > 0; --i) p[i] -= kept * p[i - 1];
-    const double rate = filter_ * damping / span_s_;
-    add(p, 0, rate);
+    const double rate = damping / span_s_;
+    add(p, 0, stiffness + rate);
     add(p, window_, -rate);
-    std::size_t last = 4 + whole_ + window_;
+    std::size_t last = 3 + whole_ + window_;
     while (last > 0 && p[last] == 0.0) --last;  // roots at zero
     for (; last > 0; --last) {
       const double reflection = p[last] / p[0];
@@ -99,7 +94,6 @@ class Loop {
 
   bool computable_ = false;
   std::size_t whole_ = 0, window_ = 1;
-  double filter_ = 1.0;
   double span_s_ = 0.0, decay_ = 1.0;
   std::array<double, 2> newer_{0, 0}, older_{0, 0};
 };
@@ -156,7 +150,6 @@ SampledAxis least_stable_rotor(const SceneParameters& p, double damping_per_stif
     SampledAxis axis = translation_axis(p);
     axis.mass_kg = p.device.rotor_inertia_kg_m2[k];
     axis.damping_ns_per_m = p.device.rotor_damping_nms_per_rad[k];
-    axis.filter = kCouplingFilter;
     const double stiffness = stiffness_boundary(axis, 0.0, damping_per_stiffness_s);
     if (k > 0 && stiffness >= limit) continue;
     least = axis;
@@ -248,7 +241,7 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
   const double damping_per_stiffness_s = proxy ? b / p.coupling.k_t_n_per_m : 0.0;
   budget.rotor_assumed = !has_rotor(d);
   if (budget.rotor_assumed) {
-    const double r = proxy ? kAssumedRotorRadius_m : kDeviceLengthShare * radius_m;
+    const double r = proxy ? kAssumedRotorRadius_m : kDirectRotorShare * radius_m;
     budget.rotation_radius_m = r;
     budget.rotation.mass_kg *= r * r;
     budget.rotation.damping_ns_per_m *= r * r;
@@ -256,7 +249,6 @@ PassivityBudget passivity_budget(const SceneParameters& p, double radius_m) {
     budget.rotation = least_stable_rotor(p, damping_per_stiffness_s);
     budget.rotation_radius_m = std::sqrt(budget.rotation.mass_kg / d.mass_kg);
   }
-  budget.rotation.filter = kCouplingFilter;
   budget.virtual_damping_ns_per_m = b;
   budget.damping_limit_ns_per_m = damping_boundary(axis, 0.0) / kBudgetMargin;
   budget.first_order_n_per_m = first_order_stiffness(axis);

@@ -25,8 +25,6 @@ struct SampledAxis {
   double period_s = 0.0;           ///< T > 0
   double delay_s = 0.0;            ///< from sample to output, at least 0; need not be whole samples
   std::uint32_t window_ticks = 1;  ///< w, over which the velocity is a difference
-  /// Share of the newest difference in the velocity, above 0; the rest is the velocity before.
-  double filter = 1.0;
 };
 
 /// Longest delay and window in ticks that are computed; a longer one counts as unstable.
@@ -53,10 +51,6 @@ double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m);
 double first_order_stiffness(const SampledAxis& axis);
 double first_order_damping(const SampledAxis& axis);
 
-/// SampledAxis::filter of the coupling damping in rotation, where it may outweigh the rotor's own a
-/// hundredfold: as in the core.
-inline constexpr double kCouplingFilter = 0.75;
-
 /// A device that states a mass and no rotor turns, under law proxy, as if mass and damping acted at
 /// this radius. Safe side of what makers state: the largest rotary over the largest linear
 /// stiffness of lambda.7, sigma.7 and Premium 1.5 6-DOF is the square of 11, 16 and 19 mm (presets
@@ -65,6 +59,9 @@ inline constexpr double kAssumedRotorRadius_m = 0.01;
 [[nodiscard]] constexpr bool has_rotor(const DeviceParameters& d) {
   return d.rotor_inertia_kg_m2[0] > 0;
 }
+
+/// Under the direct laws they are taken to act at this share of r_A.
+inline constexpr double kDirectRotorShare = 0.75;
 
 /// Boundary of stability over budget.
 inline constexpr double kBudgetMargin = 1.25;
@@ -90,7 +87,7 @@ struct PassivityBudget {
   SampledAxis rotation;        ///< about the axis that holds the least stiffness
   bool rotor_assumed = false;  ///< the device states none
   /// Radius of gyration: of the rotor's inertia over the mass, or the assumed one: for law proxy
-  /// kAssumedRotorRadius_m, for the direct laws kDeviceLengthShare r_A.
+  /// kAssumedRotorRadius_m, for the direct laws kDirectRotorShare r_A.
   double rotation_radius_m = 0.0;
   double virtual_damping_ns_per_m = 0.0;  ///< B; law proxy only
   double damping_limit_ns_per_m = 0.0;    ///< largest safe B where nothing is touched (K = 0)

@@ -9,7 +9,7 @@ void complete_coupling(SceneParameters& parameters, double radius_m) {
   CouplingParameters& c = parameters.coupling;
   if (c.k_t_n_per_m == 0) c.k_t_n_per_m = parameters.k_f_n_per_m;
   if (c.k_r_nm_per_rad == 0) {
-    const double length_m = default_length_share(parameters.device) * radius_m;
+    const double length_m = kDefaultLengthShare * radius_m;
     c.k_r_nm_per_rad = c.k_t_n_per_m * length_m * length_m;
   }
   if (c.max_rotation_error_rad == 0) c.max_rotation_error_rad = kDefaultRotationError_rad;

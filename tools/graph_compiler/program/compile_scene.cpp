@@ -9,11 +9,11 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
-#include "tools/graph_compiler/program/coupling_choice.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
@@ -275,8 +275,9 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.exposure = std::move(moving.exposure);
   double exposure_s = moving.exposure_s;
   result.parts.push_back(std::move(moving.report));
-  CouplingChoice choice =
-      choose_coupling(scene, radius_about(description.moving, description.grip_m));
+  CouplingChoice choice = choose_coupling(scene.parameters, scene.coupling,
+                                          radius_about(description.moving, description.grip_m),
+                                          scene.never_turns(), scene.file);
   description.parameters.coupling = choice.coupling;
   result.notes = std::move(choice.notes);
   for (const ScenePart& part : scene.statics) {

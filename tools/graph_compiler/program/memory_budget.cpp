@@ -94,10 +94,12 @@ void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& pro
             [law](SceneParameters& p) { p.law = law; });
   }
   if (scene.parameters().device.given != 0) {
-    propose("no estimate of the device's twist: leave out [device]", [](SceneParameters& p) {
-      p.device = DeviceParameters{};
-      p.coupling.passivity = 0;
-    });
+    propose("no estimate of the device's twist: leave out [device] and damping of the coupling",
+            [](SceneParameters& p) {
+              p.device = DeviceParameters{};
+              p.coupling.passivity = 0;
+              p.coupling.damping_ns_per_m = 0;
+            });
   }
 }
 

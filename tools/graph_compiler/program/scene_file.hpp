@@ -13,23 +13,10 @@
 
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/common/file_place.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::tools {
-
-/// `[coupling]`: the spring between proxy and device, and where the file says so. Open values are
-/// chosen once the size of the part is known (coupling_choice.hpp).
-struct CouplingRequest {
-  std::optional<double> k_t_n_per_m, k_r_nm_per_rad, length_m, damping_ns_per_m;
-  std::optional<double> damping_share, max_rotation_error_rad, max_translation_error_m;
-  std::optional<double> min_window_s, max_window_s;
-  std::optional<double> tolerance_m;
-  std::optional<std::uint32_t> passes;
-  std::optional<bool> passivity;
-  bool allow_active = false;
-  FilePlace k_t_at, k_r_at, damping_at;  ///< k_r_at: of k_r or of the length
-  FilePlace k_f_at;                      ///< of k_F, which [rendering] gives
-};
 
 /// One `[[friction]]` table: Coulomb coefficient between two materials, in either order.
 struct FrictionPair {
@@ -85,6 +72,10 @@ struct SceneFile {
   std::optional<double> plane_tolerance_m;
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
+
+  [[nodiscard]] bool never_turns() const {
+    return orientation && !(orientation->max_angle_rad > 0.0);
+  }
 };
 
 /// Largest scene file that is read [bytes].

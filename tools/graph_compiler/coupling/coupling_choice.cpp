@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/graph_compiler/program/coupling_choice.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "rt_core/scene/capacity.hpp"
 #include "tools/common/error.hpp"
@@ -17,6 +18,10 @@ namespace {
 /// about a degree, far above a hand's tremor, so that the torque does not switch.
 constexpr double kLeastFullTurn_rad = 0.02;
 
+/// Boundary of stability over a derived stiffness: with a loose hand and an encoder, the loop
+/// swings by more than its last digit above half of the boundary (`host_sim calm`).
+constexpr double kCalmMargin = 2.0;
+
 std::string number(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", x);
@@ -25,34 +30,38 @@ std::string number(double x) {
 
 class Choice {
  public:
-  Choice(const SceneFile& scene, double radius_m)
-      : scene_(scene), radius_m_(radius_m), parameters_(scene.parameters) {}
+  Choice(const SceneParameters& parameters, const CouplingRequest& request, double radius_m,
+         bool never_turns, const std::string& file)
+      : request_(request),
+        radius_m_(radius_m),
+        never_turns_(never_turns),
+        file_(file),
+        parameters_(parameters) {}
 
   CouplingChoice make() {
-    const CouplingRequest& request = scene_.coupling;
     const DeviceParameters& device = parameters_.device;
     CouplingParameters& c = parameters_.coupling;
-    c.allow_active = request.allow_active ? 1 : 0;
-    c.passes = request.passes.value_or(kDefaultProxyPasses);
-    c.tolerance_m = request.tolerance_m.value_or(0.0);
-    c.passivity = request.passivity.value_or(device.mass_kg > 0.0) ? 1 : 0;
-    c.damping_share = request.damping_share.value_or(kDefaultDampingShare);
-    c.min_window_s = request.min_window_s.value_or(kDefaultMinWindow_s);
-    c.max_window_s = request.max_window_s.value_or(std::max(kDefaultMaxWindow_s, c.min_window_s));
+    c.allow_active = request_.allow_active ? 1 : 0;
+    c.passes = request_.passes.value_or(kDefaultProxyPasses);
+    c.tolerance_m = request_.tolerance_m.value_or(0.0);
+    c.passivity = request_.passivity.value_or(device.mass_kg > 0.0) ? 1 : 0;
+    c.damping_share = request_.damping_share.value_or(kDefaultDampingShare);
+    c.min_window_s = request_.min_window_s.value_or(kDefaultMinWindow_s);
+    c.max_window_s = request_.max_window_s.value_or(std::max(kDefaultMaxWindow_s, c.min_window_s));
     c.damping_ns_per_m = 0.0;
-    c.k_t_n_per_m = request.k_t_n_per_m.value_or(parameters_.k_f_n_per_m);
+    c.k_t_n_per_m = request_.k_t_n_per_m.value_or(parameters_.k_f_n_per_m);
     c.k_r_nm_per_rad = 0.0;
     complete_coupling(parameters_, radius_m_);
     choose_damping();
     choose_stiffness();
-    c.max_rotation_error_rad = request.max_rotation_error_rad.value_or(
+    c.max_rotation_error_rad = request_.max_rotation_error_rad.value_or(
         limited(kDefaultRotationError_rad, device.max_torque_nm, c.k_r_nm_per_rad));
-    c.max_translation_error_m = request.max_translation_error_m.value_or(
+    c.max_translation_error_m = request_.max_translation_error_m.value_or(
         device.max_force_n > 0.0 ? limited(kMaxSceneLength_m, device.max_force_n, c.k_t_n_per_m)
                                  : 0.0);
     c.max_pull_n = device.max_force_n;
     c.max_turn_nm = device.max_torque_nm;
-    if (!request.allow_active) refuse_beyond(passivity_budget(parameters_, radius_m_));
+    if (!request_.allow_active) refuse_beyond(passivity_budget(parameters_, radius_m_));
     return {c, std::move(notes_)};
   }
 
@@ -65,13 +74,13 @@ class Choice {
   void choose_damping() {
     CouplingParameters& c = parameters_.coupling;
     const DeviceParameters& device = parameters_.device;
-    if (scene_.coupling.damping_ns_per_m) {
-      c.damping_ns_per_m = *scene_.coupling.damping_ns_per_m;
+    if (request_.damping_ns_per_m) {
+      c.damping_ns_per_m = *request_.damping_ns_per_m;
       return;
     }
     if (device.given == 0) return;
     double b = kDefaultDamping_ns_per_m;
-    if (!scene_.coupling.allow_active) {
+    if (!request_.allow_active) {
       if (device.max_damping_ns_per_m > 0.0) b = std::min(b, device.max_damping_ns_per_m);
       const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
       if (budget.unchecked.empty()) {
@@ -87,35 +96,40 @@ class Choice {
 
   void choose_stiffness() {
     CouplingParameters& c = parameters_.coupling;
-    const CouplingRequest& request = scene_.coupling;
-    const double length_m =
-        request.length_m.value_or(default_length_share(parameters_.device) * radius_m_);
+    const double length_m = request_.length_m.value_or(kDefaultLengthShare * radius_m_);
     const auto rotary = [&] {
-      return request.k_r_nm_per_rad.value_or(c.k_t_n_per_m * length_m * length_m);
+      return request_.k_r_nm_per_rad.value_or(c.k_t_n_per_m * length_m * length_m);
     };
     c.k_r_nm_per_rad = rotary();
-    if (request.allow_active || parameters_.law != LawId::kProxy) return;
-    if (!request.k_t_n_per_m) bound_translation();
+    if (request_.allow_active || parameters_.law != LawId::kProxy) return;
+    if (!request_.k_t_n_per_m) bound_translation();
     c.k_r_nm_per_rad = rotary();
-    if (!request.k_r_nm_per_rad && !request.length_m) bound_rotation();
+    if (!request_.k_r_nm_per_rad && !request_.length_m) bound_rotation();
     note_assumed_rotor();
   }
 
   void bound_translation() {
     CouplingParameters& c = parameters_.coupling;
-    const CouplingRequest& request = scene_.coupling;
     const double wanted = c.k_t_n_per_m;
     const double most = parameters_.device.max_stiffness_n_per_m;
     if (most > 0.0) c.k_t_n_per_m = std::min(c.k_t_n_per_m, most);
     const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
     if (budget.unchecked.empty() && budget.damping_holds()) {
       const double limit = budget.limit_of("k_t_n_per_m");
-      if (!(limit > 0.0)) fail(request.k_f_at, "k_f_n_per_m", unstable_words(budget));
-      c.k_t_n_per_m = std::min(c.k_t_n_per_m, limit);
+      if (!(limit > 0.0)) fail(request_.k_f_at, "k_f_n_per_m", unstable_words(budget));
+      c.k_t_n_per_m = std::min({c.k_t_n_per_m, limit, calm_stiffness(budget.translation)});
     }
     if (c.k_t_n_per_m == wanted) return;
     note("k_t_n_per_m is " + number(c.k_t_n_per_m) + " N/m instead of " + number(wanted) +
          " (k_F)");
+  }
+
+  /// Stiffness that the device's own damping holds: at rest, within an encoder's last digits, the
+  /// coupling's damping knows no velocity, and a loop that relies on it swings by many counts.
+  /// An axis without damping of its own has none such: there the coupling's must do.
+  static double calm_stiffness(const SampledAxis& axis) {
+    const double boundary = stiffness_boundary(axis, 0.0);
+    return boundary > 0.0 ? boundary / kCalmMargin : std::numeric_limits<double>::max();
   }
 
   /// A derived rotary stiffness is what the rotor holds and the motors render.
@@ -131,15 +145,16 @@ class Choice {
     const PassivityBudget budget = passivity_budget(parameters_, radius_m_);
     if (budget.unchecked.empty()) {
       const double limit = budget.limit_of("k_r_nm_per_rad");
-      if (!(limit > 0.0)) {
+      // Without damping of its own no rotor comes to rest within an encoder's last digit.
+      if (!(limit > 0.0) || !(budget.rotation.damping_ns_per_m > 0.0)) {
         fail(
-            scene_.coupling.k_f_at, "k_r_nm_per_rad",
+            request_.k_f_at, "k_r_nm_per_rad",
             "no rotary stiffness is stable on this device, whose rotor is damped with " +
                 number(budget.rotation.damping_ns_per_m) +
                 " N m s/rad of its own; give [device] rotor_damping_nms_per_rad, change [coupling] "
                 "damping_ns_per_m, or set allow_active = true");
       }
-      most = std::min(most, limit);
+      most = std::min({most, limit, calm_stiffness(budget.rotation)});
     }
     if (!(most < wanted)) return;
     c.k_r_nm_per_rad = most;
@@ -149,16 +164,12 @@ class Choice {
 
   void note_assumed_rotor() {
     const DeviceParameters& d = parameters_.device;
-    if (d.given == 0 || !(d.mass_kg > 0.0) || has_rotor(d) || scene_turns_never()) return;
+    if (d.given == 0 || !(d.mass_kg > 0.0) || has_rotor(d) || never_turns_) return;
     const double r2 = kAssumedRotorRadius_m * kAssumedRotorRadius_m;
     notes_.push_back(
         "[device] gives no rotor_inertia_kg_m2: rotation is bounded for a light rotor, " +
         number(d.mass_kg * r2) + " kg m2 and " + number(d.damping_ns_per_m * r2) +
         " N m s/rad (mass and damping at " + number(1e3 * kAssumedRotorRadius_m) + " mm)");
-  }
-
-  [[nodiscard]] bool scene_turns_never() const {
-    return scene_.orientation && !(scene_.orientation->max_angle_rad > 0.0);
   }
 
   void note(const std::string& words) {
@@ -167,7 +178,7 @@ class Choice {
 
   [[noreturn]] void fail(const FilePlace& at, const std::string& key,
                          const std::string& words) const {
-    throw InputError(scene_.file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+    throw InputError(file_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
                      ": " + key + ": " + words);
   }
 
@@ -181,19 +192,18 @@ class Choice {
 
   void refuse_beyond(const PassivityBudget& budget) const {
     if (!budget.unchecked.empty() || budget.holds()) return;
-    const CouplingRequest& request = scene_.coupling;
     const std::string fix = "; give at most that, or set [coupling] allow_active = true";
     if (!budget.damping_holds()) {
-      fail(request.damping_at, "damping_ns_per_m",
+      fail(request_.damping_at, "damping_ns_per_m",
            "is " + number(budget.virtual_damping_ns_per_m) + " N s/m, the device is safe up to " +
                number(budget.damping_limit_ns_per_m) + fix);
     }
     for (const ContactStateBudget& state : budget.states) {
       if (state.holds() || state.stiffness > budget.limit_of(state.gain)) continue;
       const std::string gain = state.gain;
-      const FilePlace& at = gain == "k_f_n_per_m"   ? request.k_f_at
-                            : gain == "k_t_n_per_m" ? request.k_t_at
-                                                    : request.k_r_at;
+      const FilePlace& at = gain == "k_f_n_per_m"   ? request_.k_f_at
+                            : gain == "k_t_n_per_m" ? request_.k_t_at
+                                                    : request_.k_r_at;
       if (!(state.stiffness > 0.0)) fail(at, gain, unstable_words(budget));
       fail(at, gain,
            "is " + number(state.given) + ", the device is safe up to " + number(state.stiffness) +
@@ -201,16 +211,19 @@ class Choice {
     }
   }
 
-  const SceneFile& scene_;
+  const CouplingRequest& request_;
   double radius_m_;
+  bool never_turns_;
+  const std::string& file_;
   SceneParameters parameters_;
   std::vector<std::string> notes_;
 };
 
 }  // namespace
 
-CouplingChoice choose_coupling(const SceneFile& scene, double radius_m) {
-  return Choice(scene, radius_m).make();
+CouplingChoice choose_coupling(const SceneParameters& parameters, const CouplingRequest& request,
+                               double radius_m, bool never_turns, const std::string& file) {
+  return Choice(parameters, request, radius_m, never_turns, file).make();
 }
 
 }  // namespace haptic::tools
