@@ -23,9 +23,9 @@ constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 /// Ticks with one goal, to the bit, after which a step must lower the energy by more in each, and
 /// those after which it would have to by more than any spring holds.
 constexpr std::uint32_t kPatience = 64, kMostHeld = kPatience + 2 * 128;
-/// A pull that is let go falls by this much in a tick, its torque by twice this much at the part's
+/// A pull that is let go falls by this much in a tick, its torque by this much at the part's
 /// radius, and either by at least this share of it.
-constexpr Real kRelease_n = 1.0_r, kReleaseShare = 0.05_r;
+constexpr Real kRelease_n = 1.0_r, kReleaseTurn_n = 0.75_r, kReleaseShare = 0.05_r;
 /// A turn is at most this multiple of the chord between its quaternions.
 constexpr Real kTurnOfChord = 2.25_r;
 /// Passes of a tick that may go no farther than a few times the tolerance.
@@ -333,7 +333,7 @@ void Proxy::bound_move(const GripPose& goal) noexcept {
   const Real chord2 = std::min((goal.q_wa.coeffs() - last.q_wa.coeffs()).squaredNorm(),
                                (goal.q_wa.coeffs() + last.q_wa.coeffs()).squaredNorm());
   most_rad_ = kTurnOfChord * std::sqrt(chord2) +
-              std::max(2 * kRelease_n * parameters_.radius_m / spring.k_r_nm_per_rad,
+              std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
                        kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
 }
 
@@ -362,6 +362,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   } else {
     held_ = 0;
   }
+  const bool chosen = choose_from_start_ || is_fixed();
   bound_move(goal);
   goal_ = goal;
   ProxyTick tick;
@@ -387,7 +388,11 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   }
   settle_slip();
   feel(tick);
-  settled_ = !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
+  const bool still =
+      !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
+  // Only with planes that this tick has chosen from the start; else the next one does.
+  settled_ = still && chosen;
+  if (still && !chosen) choose_from_start_ = true;
   if (settled_) {
     settled_tick_ = tick;
     settled_tick_.passes = settled_tick_.rejected = 0;

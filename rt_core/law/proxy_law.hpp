@@ -208,6 +208,7 @@ class Proxy {
   [[nodiscard]] bool crowded() const noexcept;
   [[nodiscard]] bool choice_is_due() noexcept;
   [[nodiscard]] bool is_still(const Step& step) const noexcept;
+  [[nodiscard]] bool gains_nothing(const Step& step, const ProxyTick& tick) const noexcept;
   [[nodiscard]] Real left_over_n(const PoseError& wish, const Vec3& dx_m,
                                  const Vec3& dtheta_rad) const noexcept;
 

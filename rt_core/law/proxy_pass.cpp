@@ -16,6 +16,8 @@ namespace {
 constexpr Real kRetryShare = 0.1_r, kLastTolerances = 2;
 /// Rows linearised at a step hold a part that they let move by no more than this share of its way.
 constexpr Real kHeldBack = 0.02_r;
+/// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
+constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -88,8 +90,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const bool stays = step.dx_m.isZero(0) && step.dtheta_rad.isZero(0);
   if (found && (stays || (!ok && !closes && (is_still(step) || end_j <= start_j)))) {
     // A fall that patience has not waited for is said.
-    const Real unfollowed_j = kResidual_n * kResidual_n / (2 * spring.k_t_n_per_m);
-    if (start_j - end_j > unfollowed_j) tick.limited = true;
+    if (start_j - end_j > kIdleShare * start_j) tick.limited = true;
     remember_active();
     return PassEnd::kDone;
   }
@@ -273,7 +274,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
-    const bool still = is_still(step);
+    const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
       if (!still && !(far_rows_ && motion < kHeldBack * free_motion)) return true;
       if (share < 1) return !still;
@@ -301,6 +302,13 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   }
   tick.limited = true;
   return false;
+}
+
+/// Whether a step lowers the energy by no more than a part at rest may leave.
+bool Proxy::gains_nothing(const Step& step, const ProxyTick& tick) const noexcept {
+  if (tick.recovering || close_m_ > 0) return false;
+  const Real end_j = potential_j(parameters_.spring, error_of(goal_, step.q));
+  return tick.end_potential_j - end_j < kIdleShare * tick.end_potential_j;
 }
 
 bool Proxy::is_still(const Step& step) const noexcept {

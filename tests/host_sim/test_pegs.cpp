@@ -52,7 +52,7 @@ TEST_SUITE("host_sim.pegs") {
     PegResult paper, proxy;
     paper.device = proxy.device = "none";
     proxy.law = LawId::kProxy;
-    paper.forces_n = proxy.forces_n = {1, 2, 3};
+    paper.median_n = proxy.median_n = 2;
     paper.force_step_n = proxy.force_step_n = 1;
     paper.torque_step_nm = proxy.torque_step_nm = 0.01;
     CHECK(verdict_of({paper, proxy}).passed());
@@ -63,9 +63,9 @@ TEST_SUITE("host_sim.pegs") {
     worse.torque_step_nm = 0.0101;
     CHECK_FALSE(verdict_of({paper, worse}).passed());
     worse = proxy;
-    worse.forces_n = {3.1};
+    worse.median_n = 3.1;
     CHECK_FALSE(verdict_of({paper, worse}).passed());
-    worse.forces_n = {0.9};
+    worse.median_n = 0.9;
     CHECK_FALSE(verdict_of({paper, worse}).passed());
     worse = proxy;
     worse.device = "another";

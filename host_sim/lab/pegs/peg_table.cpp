@@ -136,6 +136,7 @@ PegResult run_peg_task(const PegTask& task, const PegDevice& device, LawId law,
   const auto ticks = static_cast<std::uint32_t>(std::lround(duration_s(task) / kPegTick_s));
   Vector last_force = Vector::Zero(), last_torque = Vector::Zero();
   std::uint32_t hold = 0;
+  std::vector<double> forces_n;
   for (std::uint32_t k = 0; k <= ticks; ++k) {
     const PathPose hand = hand_of(task, k * kPegTick_s);
     StepInput input;
@@ -162,14 +163,14 @@ PegResult run_peg_task(const PegTask& task, const PegDevice& device, LawId law,
     hold = tick.held ? hold + 1 : 0;
     run.longest_hold = std::max(run.longest_hold, hold);
     if (tick.held) run.hold_n = std::max(run.hold_n, tick.force_n);
-    if (tick.force_n > kNoForce_n) run.forces_n.push_back(tick.force_n);
+    if (tick.force_n > kNoForce_n) forces_n.push_back(tick.force_n);
     run.largest_n = std::max(run.largest_n, tick.force_n);
     run.plane_gaps += result.counters.plane_gaps;
     run.ticks.push_back(tick);
   }
   run.outlasts = run.ticks.back().held;
   run.plane_gaps /= ticks + 1.0;
-  run.median_n = median_of(run.forces_n);
+  run.median_n = median_of(forces_n);
   return run;
 }
 
@@ -203,8 +204,7 @@ PegVerdict verdict_of(const std::vector<PegResult>& results) {
     double& step_nm = ours ? v.proxy_step_nm : v.paper_step_nm;
     step_n = std::max(step_n, r.force_step_n);
     step_nm = std::max(step_nm, r.torque_step_nm);
-    std::vector<double>& forces = ours ? proxy : paper;
-    forces.insert(forces.end(), r.forces_n.begin(), r.forces_n.end());
+    (ours ? proxy : paper).push_back(r.median_n);
   }
   v.paper_median_n = median_of(paper);
   v.proxy_median_n = median_of(proxy);
@@ -221,7 +221,7 @@ std::vector<OutputText> peg_files(const std::vector<PegResult>& results) {
                  short_number(v.proxy_step_n, 4), yes_or_no(v.steps_hold())}) +
       table_row({"of torque, mN m", short_number(1e3 * v.paper_step_nm, 4),
                  short_number(1e3 * v.proxy_step_nm, 4), yes_or_no(v.steps_hold())}) +
-      table_row({"median force, N", short_number(v.paper_median_n, 4),
+      table_row({"median of the tasks' median forces, N", short_number(v.paper_median_n, 4),
                  short_number(v.proxy_median_n, 4), yes_or_no(v.median_holds())}) +
       "\nTasks in which a hold outlasts the push: " + std::to_string(v.outlasting) +
       ".\n\nA hold is a run of ticks in which the hand's pose is free of obstacles "

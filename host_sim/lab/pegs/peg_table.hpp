@@ -38,7 +38,6 @@ struct PegResult {
   double hold_n = 0;      ///< largest force in such a tick
   bool outlasts = false;  ///< the part is held off when the hand is out again
   double plane_gaps = 0;  ///< per tick, a measure of the work
-  std::vector<double> forces_n;
   std::vector<PegRunTick> ticks;
 };
 
@@ -51,8 +50,8 @@ struct PegResult {
 [[nodiscard]] std::vector<PegResult> run_pegs(bool quick, bool progress, double length_share = 0);
 
 /// What must hold: without a device no step larger than the largest of the paper's law, the median
-/// force between half and one and a half times the paper's; with any no hold that outlasts the
-/// push.
+/// of the tasks' median forces between half and one and a half times the paper's; with any no hold
+/// that outlasts the push.
 struct PegVerdict {
   double paper_step_n = 0, proxy_step_n = 0, paper_step_nm = 0, proxy_step_nm = 0;
   double paper_median_n = 0, proxy_median_n = 0;
