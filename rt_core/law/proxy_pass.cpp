@@ -24,6 +24,8 @@ constexpr Real kRetrySteps = 8;
 constexpr Real kClosedShare = 0.02_r;
 /// Passes after which the planes of a part at rest are chosen from the start again.
 constexpr std::uint32_t kChoiceAge = 96;
+/// The same where they are others than those chosen last.
+constexpr std::uint32_t kNewChoiceAge = 16;
 
 /// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
 /// rounding makes of numbers as large as the error.
@@ -261,6 +263,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       s = std::max(s, nearest_m_ / motion);
     }
     // Place and turn are bounded each by itself, but where planes tie them together.
+    const bool spent = s * far > most_m_ || s * turn > most_rad_;
     Real s_turn = s * turn > most_rad_ ? most_rad_ / turn : s;
     if (s * far > most_m_) s = most_m_ / far;
     if (last_qp_.active_count > 0) s = s_turn = std::min(s, s_turn);
@@ -276,7 +279,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     const Check result = check(step, -scale.tolerance_m / 2, tick);
     const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
-      if (!still && !(far_rows_ && motion < kHeldBack * free_motion)) return true;
+      if (spent || (!still && !(far_rows_ && motion < kHeldBack * free_motion))) return true;
       if (share < 1) return !still;
       // Rows linearised at a far step, planes that were the best there, and planes of an earlier
       // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
@@ -304,9 +307,9 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   return false;
 }
 
-/// Whether a step lowers the energy by no more than a part at rest may leave.
+/// Whether the goal rests and a step lowers the energy by no more than a part at rest may leave.
 bool Proxy::gains_nothing(const Step& step, const ProxyTick& tick) const noexcept {
-  if (tick.recovering || close_m_ > 0) return false;
+  if (held_ == 0 || tick.recovering || close_m_ > 0) return false;
   const Real end_j = potential_j(parameters_.spring, error_of(goal_, step.q));
   return tick.end_potential_j - end_j < kIdleShare * tick.end_potential_j;
 }
@@ -327,7 +330,8 @@ bool Proxy::choice_is_due() noexcept {
                              (plane.id.flipped ? 1u : 0u);
     planes = (planes ^ (std::uint64_t{plane.pair} << 35 | id)) * 0x9e3779b97f4a7c15u;
   }
-  const bool due = held_ > 0 || planes != chosen_planes_ || chosen_ago_ >= kChoiceAge;
+  const std::uint32_t age = planes != chosen_planes_ ? kNewChoiceAge : kChoiceAge;
+  const bool due = held_ > 0 || chosen_ago_ >= age;
   chosen_ago_ = due ? 0 : chosen_ago_ + 1;
   chosen_planes_ = planes;
   return due;

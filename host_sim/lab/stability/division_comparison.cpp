@@ -48,7 +48,7 @@ bool agrees(const DivisionDifference& difference, DivisionContact contact, doubl
   if (difference.share_over(kFeltDifference_n) > most_felt_share(contact)) return false;
   if (contact == DivisionContact::kRelease) return true;
   const double share = contact == DivisionContact::kFace ? 1 : 0.99;
-  return difference.quantile_n(share) <= tolerance_n;
+  return difference.quantile_n(share) <= 2 * tolerance_n;  // each of the two is within it
 }
 
 double wrench_distance_n(const CoupledScene& scene, const TraceTick& a, const TraceTick& b) {

@@ -45,8 +45,9 @@ struct DivisionComparison {
 /// Share of ticks that may differ by more than kFeltDifference_n, none of faces; when jammed, that
 /// may rest on another contact.
 [[nodiscard]] double most_felt_share(DivisionContact contact);
-/// Whether a difference keeps what is asked of the contact: faces within `tolerance_n` in every
-/// tick; others within it at the 99th percentile while nothing is jammed or released, and by share.
+/// Whether a difference keeps what is asked of the contact: faces within twice `tolerance_n` in
+/// every tick, as each of the two is within it; others at the 99th percentile while nothing is
+/// jammed or released, and by share.
 [[nodiscard]] bool agrees(const DivisionDifference& difference, DivisionContact contact,
                           double tolerance_n);
 
