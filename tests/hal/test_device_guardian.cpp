@@ -116,6 +116,8 @@ TEST_SUITE("hal.device_guardian") {
     CHECK(guardian.wait(200) == GuardianNews::kNone);
     const pid_t spare = test::child_named(getpid(), "haptic-spare");
     test::signal_process(spare, SIGSTOP);
+    // A busy machine takes a while until it stands.
+    CHECK(guardian.wait(300) == GuardianNews::kNone);
     const int first = guardian.pid();
     test::signal_process(first, SIGKILL);
     REQUIRE(news_of(guardian) == GuardianNews::kServoEnded);
