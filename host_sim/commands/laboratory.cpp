@@ -19,6 +19,7 @@ constexpr LaboratoryCommand kLaboratory[] = {
      "Presses, holds and withdraws by every hand and encoder: rest, and nothing in free space."},
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
     {"continuity", "Measures the jumps of both contact laws on smooth paths."},
+    {"cost", "Counts the work of a tick on seven scenes; compares with an earlier build."},
     {"crossings",
      "Drives rods, blades and sheets through each other; the way of every pass judged."},
     {"delay", "Measures the time from a motion to the force that answers it, in both modes."},

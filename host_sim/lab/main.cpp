@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   const sim::Command commands[] = {sim::add_calm_command(program),
                                    sim::add_compare_laws_command(program),
                                    sim::add_continuity_command(program),
+                                   sim::add_cost_command(program),
                                    sim::add_crossings_command(program),
                                    sim::add_delay_command(program),
                                    sim::add_faults_command(program),

@@ -21,6 +21,7 @@
 #include <system_error>
 #include <thread>
 
+#include "host_sim/session/child_run.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -68,11 +69,7 @@ Ends terminal() {
 const char* to_text(ProgramPart part) { return kPartNames[static_cast<std::size_t>(part)]; }
 
 std::string device_program_path() {
-  const std::filesystem::path path =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path() / "run_device";
-  if (!std::filesystem::exists(path))
-    throw tools::InputError(path.string() + ": is not built; build the target run_device");
-  return path.string();
+  return program_beside("run_device");
 }
 
 DeviceProgram::DeviceProgram(const std::vector<std::string>& arguments, const std::string& out,

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/wcet/instruction_counts.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <istream>
-#include <iterator>
 #include <map>
-#include <sstream>
 #include <string_view>
 
 #include "host_sim/report/quantile.hpp"
+#include "host_sim/session/child_run.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -157,67 +153,6 @@ class Reader {
 constexpr const char* kTick = "haptic::HapticCore::step(haptic::StepInput const&)";
 constexpr std::size_t kShownFunctions = 12;
 
-/// A folder of its own, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "haptic_wcet_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw tools::InputError(name + ": the folder cannot be made: " + std::strerror(errno));
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] std::string file(const char* name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-std::string text_of(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// The last line that says something.
-std::string last_line(const std::string& text) {
-  std::istringstream lines(text);
-  std::string last;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.find_first_not_of(" \t\r=") != std::string::npos) last = line;
-  }
-  return last;
-}
-
-/// Runs a command with its output in files. @return its wait status, or -1 and errno.
-int run(const std::vector<std::string>& command, const std::string& out, const std::string& err) {
-  std::vector<char*> arguments;
-  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC;
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out.c_str(), kFlags, 0600);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err.c_str(), kFlags, 0600);
-  pid_t child = 0;
-  const int error =
-      posix_spawnp(&child, arguments[0], &files, nullptr, arguments.data(), ::environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    errno = error;
-    return -1;
-  }
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return -1;
-  }
-  return status;
-}
-
 std::vector<std::string> command_of(const InstructionQuestion& question,
                                     const std::string& profile) {
   // The tick alone is collected; each of its returns ends a part of the profile. What callgrind
@@ -283,17 +218,17 @@ InstructionCounts count_instructions(const InstructionQuestion& question) {
   if (question.program.empty()) return not_measured("not asked for");
   const TemporaryFolder folder;
   const std::string profile = folder.file("profile");
-  const int status = run(command_of(question, profile), folder.file("out"), folder.file("err"));
+  const int status = run_to_end(command_of(question, profile), folder.file("out"), folder.file("err"));
   if (status == -1) {
     return not_measured(errno == ENOENT ? "valgrind is missing, apt-get install valgrind"
                                         : "valgrind: " + std::string(std::strerror(errno)));
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return not_measured("the run under valgrind failed: " + last_line(text_of(folder.file("err"))));
+    return not_measured("the run under valgrind failed: " + last_line(file_text(folder.file("err"))));
   char expected[80];
   std::snprintf(expected, sizeof expected, "%zu ticks, final state hash %016llx", question.ticks,
                 static_cast<unsigned long long>(question.state_hash));
-  const std::string ended = last_line(text_of(folder.file("out")));
+  const std::string ended = last_line(file_text(folder.file("out")));
   if (ended != expected) {
     return not_measured("the run under valgrind ended in '" + ended + "' and not in '" + expected +
                         "'");
