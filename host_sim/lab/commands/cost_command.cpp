@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim cost --out DIR [--quick] [--scenes peg,field,..] [--compare DIR2] [--no-instructions]
-//               [--repeats 5]
+// host_sim cost --out DIR [--quick] [--scenes peg,field,..] [--compare DIR2] [--repeats 5]
+//               [--no-instructions]
+#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "host_sim/lab/commands/lab_commands.hpp"
-#include "host_sim/lab/cost/cost_work.hpp"
+#include "host_sim/lab/cost/cost_report.hpp"
+#include "host_sim/session/child_run.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -17,43 +20,66 @@ namespace {
 struct CostArguments {
   CostPlan plan;
   std::vector<std::string> scenes;
-  bool no_instructions = false, no_measure = false;
+  std::string compare;
+  bool no_instructions = false;
 };
 
+/// The scenes that are named, each once; by default all but the largest.
 std::vector<CostScene> chosen_scenes(const CostArguments& o) {
-  std::vector<CostScene> scenes;
-  for (const std::string& name : o.scenes) scenes.push_back(cost_scene(name));
-  if (!scenes.empty()) return scenes;
-  for (const CostSceneName& each : cost_scene_names()) {
-    if (each.by_default) scenes.push_back(cost_scene(each.name));
+  std::vector<std::string> names;
+  for (const std::string& name : o.scenes) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
+  for (const CostSceneName& each : cost_scene_names()) {
+    if (o.scenes.empty() && each.by_default) names.emplace_back(each.name);
+  }
+  std::vector<CostScene> scenes;
+  for (const std::string& name : names) scenes.push_back(cost_scene(name));
   return scenes;
 }
 
-int do_cost(CostArguments o) {
+int do_cost(const CostArguments& o) {
   const std::vector<CostScene> scenes = chosen_scenes(o);
-  tools::claim_folder(o.plan.folder, "--out", {});
-  o.plan.instructions = !o.no_instructions;
-  for (const CostScene& scene : scenes) {
-    std::fprintf(stderr, "cost: %s, %s\n", scene.name.c_str(), scene.words.c_str());
-    const PreparedScene prepared = prepare_cost_scene(scene, o.plan);
-    const CostRun run = measure_cost(prepared, o.plan);
-    std::printf("%s: %u pairs, %zu ticks, %s\n", run.name.c_str(), run.pairs, run.ticks.size(),
-                run.instructions.why_not.c_str());
-    std::fputs(instruction_table(run.instructions).c_str(), stdout);
-    double most = 0, sum = 0;
-    std::size_t contact = 0;
-    for (const CostTick& tick : run.ticks) {
-      most = std::max(most, tick.time_ns);
-      sum += tick.time_ns;
-      contact += tick.situation != ContactSituation::kNone;
+  // Read before anything is written: an output that would replace an input is refused.
+  std::vector<std::optional<EarlierRun>> earlier(scenes.size());
+  for (std::size_t k = 0; k < scenes.size() && !o.compare.empty(); ++k)
+    earlier[k] = read_earlier_run(o.compare, scenes[k].name);
+  std::vector<std::string> outputs{"cost.csv", "cost.json", "cost.svg", "comparison.csv"};
+  for (const CostScene& scene : scenes) outputs.push_back(scene.name + ".csv");
+  tools::claim_folder(o.plan.folder, "--out", outputs);
+  CostPlan plan = o.plan;
+  plan.instructions = !o.no_instructions;
+  std::vector<CostRun> runs;
+  std::vector<CostDifference> differences;
+  const auto write = [&](const std::string& name, const std::string& content) {
+    write_whole_file(plan.folder + "/" + name, content);
+  };
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    std::fprintf(stderr, "cost: scene %zu of %zu, %s (%s)\n", k + 1, scenes.size(),
+                 scenes[k].name.c_str(), scenes[k].words.c_str());
+    const PreparedScene prepared = prepare_cost_scene(scenes[k], plan);
+    runs.push_back(measure_cost(prepared, plan));
+    write(scenes[k].name + ".csv", cost_ticks_csv(runs.back()));
+    if (!o.compare.empty()) {
+      differences.push_back(
+          difference_of(runs.back(), file_text(prepared.motion_path), earlier[k]));
     }
-    std::printf("  %zu in contact, mean %.1f us, largest %.1f us, %llu state, %llu blob\n", contact,
-                sum / 1e3 / static_cast<double>(run.ticks.size()), most / 1e3,
-                static_cast<unsigned long long>(run.state_bytes),
-                static_cast<unsigned long long>(run.blob_bytes));
   }
-  return tools::kExitDone;
+  write("cost.csv", cost_csv(runs));
+  write("cost.json", cost_json(runs, differences));
+  write("cost.svg", cost_picture(runs));
+  std::fputs(cost_table(runs).c_str(), stdout);
+  if (!differences.empty()) {
+    write("comparison.csv", comparison_csv(differences));
+    std::fputs(comparison_table(differences).c_str(), stdout);
+  }
+  const bool held =
+      std::ranges::all_of(runs, [](const CostRun& run) { return figures_of(run).passed(); });
+  const bool compared = all_compared(differences);
+  std::printf("%s/cost.csv: %s%s\n", plan.folder.c_str(),
+              held ? "every count within its bound" : "A CHECK FAILED",
+              compared ? "" : "; THE EARLIER REPORT IS NOT COMPLETE");
+  return held && compared ? tools::kExitDone : tools::kExitCheckFailed;
 }
 
 }  // namespace
@@ -62,14 +88,29 @@ Command add_cost_command(CLI::App& program) {
   const auto o = std::make_shared<CostArguments>();
   CLI::App* app = program.add_subcommand(
       "cost", "Counts the work of a tick on seven scenes; compares with an earlier build.");
-  app->add_option("-o,--out", o->plan.folder, "folder for tables, scenes and motions")->required();
-  app->add_flag("--quick", o->plan.quick, "motions four times as fast, for tests");
-  app->add_option("--scenes", o->scenes, "names, separated by commas (default: all but pieces1000)")
+  app->add_option("-o,--out", o->plan.folder, "folder for the files below")->required();
+  app->add_option("--scenes", o->scenes,
+                  "separated by commas: peg, ell, field, peg32, peg64_r10, peg64_r5, assembly, "
+                  "pieces1000\n(default: all but the last)")
       ->delimiter(',');
+  app->add_option("--compare", o->compare, "folder of an earlier report of the same scenes")
+      ->check(CLI::ExistingDirectory);
+  app->add_flag("--quick", o->plan.quick, "motions four times as fast, for tests");
   app->add_option("--repeats", o->plan.repeats, "runs per tick for the times (default 5)")
       ->check(CLI::Range(1, 10000));
   app->add_flag("--no-instructions", o->no_instructions,
                 "leave out the count of instructions under valgrind");
+  app->footer(
+      "Law proxy with the compiler's defaults, no device. graph_compiler must lie next to this\n"
+      "program. About two minutes; pieces1000 takes 2 GB of memory and 40 s besides.\n"
+      "Files in --out:\n"
+      "  cost.csv, cost.json  a row per scene: instructions, times, memory, work and its bound\n"
+      "  NAME.csv             a line per tick: instructions, counters, wrench, proxy, gap\n"
+      "  cost.svg             distribution of the instructions over the ticks\n"
+      "  comparison.csv       with --compare: how far the results are apart\n"
+      "  NAME.rtscene, NAME_motion.csv, scenes/NAME/  for replay and for opening\n"
+      "Exit codes: 0 done, 1 a count over its bound, a result that is no number, or a scene, tick\n"
+      "or motion that the earlier report lacks, 2 usage, 3 bad input, 4 refused by the system.");
   return {app, [o] { return do_cost(*o); }, "host_sim cost --quick --out cost"};
 }
 
