@@ -163,10 +163,10 @@ CostDifference difference_of(const CostRun& run, const std::string& motion,
     d.missing = "the scene";
     return d;
   }
-  if (earlier->motion.empty()) {
-    d.missing = "its motion";
-  } else if (earlier->motion != motion) {
-    d.missing = "the same motion";
+  // Ticks of another motion are other ticks.
+  if (earlier->motion != motion) {
+    d.missing = earlier->motion.empty() ? "its motion" : "the same motion";
+    return d;
   }
   if (earlier->ticks.size() != run.ticks.size()) {
     d.missing = "ticks: " + std::to_string(earlier->ticks.size()) + " and not " +

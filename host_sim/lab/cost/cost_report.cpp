@@ -27,7 +27,7 @@ bool finite_tick(const CostTick& tick) {
   return all(tick.force_n) && all(tick.torque_nm) && all(tick.proxy_m) && all(tick.proxy_wxyz);
 }
 
-// The picture: one curve per scene over a logarithmic axis.
+// The picture: one curve per scene over a logarithmic axis, in two panels.
 
 /// Okabe and Ito's colours without yellow, which is too light for a curve, and grey; dashes keep
 /// neighbours apart where curves cross.
@@ -38,8 +38,8 @@ struct CurveStyle {
 constexpr CurveStyle kStyles[] = {{"#000000", ""}, {"#0072b2", ""},   {"#d55e00", ""},
                                   {"#009e73", ""}, {"#cc79a7", ""},   {"#e69f00", ""},
                                   {"#56b4e9", ""}, {"#7f7f7f", "6 4"}};
-constexpr double kWidth = 1100, kHeight = 560, kLeft = 80, kTop = 80, kPlotWidth = 720,
-                 kPlotHeight = 400;
+constexpr double kWidth = 1060, kHeight = 860, kLeft = 90, kTop = 80, kPlotWidth = 720,
+                 kPlotHeight = 320, kBelow = 90;
 
 struct EcdfCurve {
   std::string name;
@@ -57,51 +57,88 @@ EcdfCurve curve_of(const CostRun& run, bool counted) {
   return curve;
 }
 
-/// The steps of a curve, those narrower than a third of a pixel left out.
-std::vector<Pixel> ecdf_points(const LogPanel& panel, const std::vector<double>& ascending) {
-  const double bottom = panel.top + panel.height;
+/// What a panel shows over the value of a tick.
+enum class ShareShown {
+  kAtMost,  ///< share of the ticks with at most that much, linear from 0
+  kMore     ///< share with more, logarithmic: the few largest ticks
+};
+
+double height_of(const LogPanel& panel, ShareShown shown, double share) {
+  return shown == ShareShown::kAtMost ? panel.top + panel.height * (1 - share)
+                                      : panel.y_of(1 - share);
+}
+
+/// The steps of a curve, those narrower than a third of a pixel left out. No tick has more than the
+/// last, which a logarithmic axis cannot show: there the curve ends before it falls.
+std::vector<Pixel> share_points(const LogPanel& panel, ShareShown shown,
+                                const std::vector<double>& ascending) {
   const auto count = static_cast<double>(ascending.size());
-  std::vector<Pixel> points{{panel.x_of(ascending.front()), bottom}};
+  std::vector<Pixel> points{{panel.x_of(ascending.front()), height_of(panel, shown, 0)}};
   for (std::size_t i = 0; i < ascending.size(); ++i) {
-    const double x = panel.x_of(ascending[i]);
-    const double y = bottom - panel.height * static_cast<double>(i + 1) / count;
     const bool last = i + 1 == ascending.size();
-    if (!last && x - points.back().x < 0.33 && points.back().y - y < 0.33) continue;
-    points.push_back({x, points.back().y});
+    const double x = panel.x_of(ascending[i]), before = points.back().y;
+    const double y = last && shown == ShareShown::kMore
+                         ? before
+                         : height_of(panel, shown, static_cast<double>(i + 1) / count);
+    if (!last && x - points.back().x < 0.33 && std::abs(before - y) < 0.33) continue;
+    points.push_back({x, before});
     points.push_back({x, y});
   }
   return points;
 }
 
-std::string power_label(double value, bool counted) {
-  if (!counted) return time_label(value);
-  if (value >= 1e9) return tools::formatted("%.0f G", value / 1e9);
-  if (value >= 1e6) return tools::formatted("%.0f M", value / 1e6);
-  if (value >= 1e3) return tools::formatted("%.0f k", value / 1e3);
-  return tools::formatted("%.0f", value);
+/// A number of instructions or a time: "98.3 k", "4.54 M"; "17.2 us".
+std::string amount_text(double value, bool counted) {
+  if (!counted) return tools::short_number(value / 1e3, 3) + " us";
+  if (value >= 999.5e6) return tools::short_number(value / 1e9, 3) + " G";
+  if (value >= 999.5e3) return tools::short_number(value / 1e6, 3) + " M";
+  if (value >= 999.5) return tools::short_number(value / 1e3, 3) + " k";
+  return tools::short_number(value, 3);
 }
 
-std::string ecdf_frame(const LogPanel& panel, bool counted) {
+std::string share_frame(const LogPanel& panel, ShareShown shown, bool counted) {
   const double bottom = panel.top + panel.height, right = panel.left + panel.width;
   std::string svg;
   for (double power = panel.x_low; power <= panel.x_high * 1.001; power *= 10) {
     const double x = panel.x_of(power);
-    svg += line_at({x, panel.top}, {x, bottom}, "#c8c8c8");
-    svg += text_at(x, bottom + 18, power_label(power, counted), "middle", 12);
     for (int k = 2; k < 10 && power * k < panel.x_high; ++k)
       svg +=
           line_at({panel.x_of(power * k), panel.top}, {panel.x_of(power * k), bottom}, "#eeeeee");
+    svg += line_at({x, panel.top}, {x, bottom}, "#c8c8c8");
+    svg += text_at(x, bottom + 18, counted ? amount_text(power, true) : time_label(power), "middle",
+                   12);
   }
-  for (const int percent : {0, 25, 50, 75, 100}) {
-    const double y = bottom - panel.height * percent / 100;
+  std::vector<double> shares{0, 0.25, 0.5, 0.75, 1};
+  if (shown == ShareShown::kMore) {
+    shares.clear();
+    for (double more = 1; more >= 0.999 * panel.y_low; more /= 10) shares.push_back(1 - more);
+  }
+  for (const double share : shares) {
+    const double y = height_of(panel, shown, share);
+    const double percent = 100 * (shown == ShareShown::kMore ? 1 - share : share);
     svg += line_at({panel.left, y}, {right, y}, "#c8c8c8");
-    svg += text_at(panel.left - 8, y + 4, std::to_string(percent) + " %", "end", 12);
+    svg += text_at(panel.left - 8, y + 4, tools::short_number(percent, 3) + " %", "end", 12);
   }
   svg += rectangle_at({panel.left, panel.top}, panel.width, panel.height, "none",
                       "stroke=\"#404040\"");
   svg += text_at(panel.left + panel.width / 2, bottom + 40,
                  counted ? "instructions of one tick" : "time of one tick", "middle", 13);
-  return svg + text_at(panel.left - 8, panel.top - 12, "ticks", "end", 13);
+  return svg + text_at(panel.left, panel.top - 10,
+                       shown == ShareShown::kMore ? "share of the ticks with more"
+                                                  : "share of the ticks with at most so many",
+                       "start", 13);
+}
+
+std::string share_panel(const LogPanel& panel, ShareShown shown, bool counted,
+                        const std::vector<EcdfCurve>& curves) {
+  std::string svg = share_frame(panel, shown, counted);
+  for (std::size_t k = 0; k < curves.size(); ++k) {
+    const CurveStyle& style = kStyles[k % std::size(kStyles)];
+    const std::vector<Pixel> points = share_points(panel, shown, curves[k].ascending);
+    svg += polyline_of(points, style.colour, 2, style.dashes);
+    svg += mark_at(points.back().x, points.back().y, {style.colour, 'o'});
+  }
+  return svg;
 }
 
 CostJson instruction_json(const CostRun& run, const CostFigures& f) {
@@ -286,40 +323,30 @@ std::string cost_picture(std::span<const CostRun> runs) {
       std::ranges::all_of(runs, [](const CostRun& run) { return run.instructions.measured; });
   std::vector<EcdfCurve> curves;
   double low = 1e300, high = 0;
+  std::size_t ticks = 0;
   for (const CostRun& run : runs) {
     curves.push_back(curve_of(run, counted));
     low = std::min(low, curves.back().ascending.front());
     high = std::max(high, curves.back().ascending.back());
+    ticks = std::max(ticks, run.ticks.size());
   }
-  const LogPanel panel{kLeft,
-                       kTop,
-                       kPlotWidth,
-                       kPlotHeight,
-                       std::pow(10.0, std::floor(std::log10(low))),
-                       std::pow(10.0, std::ceil(std::log10(high * 1.001))),
-                       1,
-                       10};
+  LogPanel panel{kLeft, kTop, kPlotWidth, kPlotHeight, 1, 10, 1, 1};
+  panel.x_low = std::pow(10.0, std::floor(std::log10(low)));
+  panel.x_high = std::pow(10.0, std::ceil(std::log10(high * 1.001)));
+  panel.y_low = std::pow(10.0, std::floor(-std::log10(static_cast<double>(ticks) * 1.001)));
   std::string svg = heading_at(kLeft, 32, "Work of a tick");
-  svg += text_at(kLeft, 54,
-                 counted ? "share of the ticks with at most so many instructions"
-                         : "share of the ticks that take at most so long",
-                 "start", 13, "fill=\"#505050\"");
-  svg += ecdf_frame(panel, counted);
+  svg += share_panel(panel, ShareShown::kAtMost, counted, curves);
+  panel.top += kPlotHeight + kBelow;
+  svg += share_panel(panel, ShareShown::kMore, counted, curves);
   double y = kTop + 10;
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const CurveStyle& style = kStyles[k % std::size(kStyles)];
-    const std::vector<Pixel> points = ecdf_points(panel, curves[k].ascending);
-    svg += polyline_of(points, style.colour, 2, style.dashes);
-    svg += mark_at(points.back().x, points.back().y, {style.colour, 'o'});
-    svg += legend_entry(kLeft + kPlotWidth + 16, y, style.colour, curves[k].name, 3, style.dashes);
     const std::vector<double>& v = curves[k].ascending;
-    const auto shown = [&](double value) {
-      return counted ? tools::short_number(value / 1e3, 4) + " k"
-                     : tools::short_number(value / 1e3, 4) + " us";
-    };
+    svg += legend_entry(kLeft + kPlotWidth + 16, y, style.colour, curves[k].name, 3, style.dashes);
     svg += text_at(kLeft + kPlotWidth + 46, y + 20,
-                   "p99 " + shown(quantile(v, 0.99)) + ", largest " + shown(v.back()), "start", 11,
-                   "fill=\"#505050\"");
+                   "p99 " + amount_text(quantile(v, 0.99), counted) + ", largest " +
+                       amount_text(v.back(), counted),
+                   "start", 11, "fill=\"#505050\"");
     y += 44;
   }
   return svg_document(kWidth, kHeight, svg);
