@@ -77,6 +77,7 @@ TEST_SUITE("host_sim.cost") {
     CostRun wider = run_of_ticks(true);
     wider.capacity.max_plane_gaps += 10;
     CHECK(figures_of(wider).work_bound == counted.work_bound + 10);
+    CHECK(counted.work_bound == 1000);
     CHECK(counted.passed());
     const CostFigures uncounted = figures_of(run_of_ticks(false));
     CHECK(uncounted.most_instructions == 0);

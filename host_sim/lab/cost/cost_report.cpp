@@ -89,6 +89,7 @@ std::vector<Pixel> share_points(const LogPanel& panel, ShareShown shown,
 
 /// A number of instructions or a time: "98.3 k", "4.54 M"; "17.2 us".
 std::string amount_text(double value, bool counted) {
+  if (!counted && value >= 999.5e3) return tools::short_number(value / 1e6, 3) + " ms";
   if (!counted) return tools::short_number(value / 1e3, 3) + " us";
   if (value >= 999.5e6) return tools::short_number(value / 1e9, 3) + " G";
   if (value >= 999.5e3) return tools::short_number(value / 1e6, 3) + " M";
@@ -124,8 +125,8 @@ std::string share_frame(const LogPanel& panel, ShareShown shown, bool counted) {
   svg += text_at(panel.left + panel.width / 2, bottom + 40,
                  counted ? "instructions of one tick" : "time of one tick", "middle", 13);
   return svg + text_at(panel.left, panel.top - 10,
-                       shown == ShareShown::kMore ? "share of the ticks with more"
-                                                  : "share of the ticks with at most so many",
+                       shown == ShareShown::kMore ? "share of the ticks above this value"
+                                                  : "share of the ticks up to this value",
                        "start", 13);
 }
 

@@ -51,7 +51,7 @@ struct CostRun {
   std::string name, words;
   std::uint32_t pairs = 0;
   std::uint64_t state_bytes = 0, blob_bytes = 0;
-  SceneCapacity capacity;  ///< bounds in the scene's header
+  SceneCapacity capacity{};  ///< bounds in the scene's header
   std::vector<CostTick> ticks;
   InstructionCounts instructions;
 };
