@@ -42,8 +42,8 @@ struct CostFigures {
 /// comparison where there is one.
 [[nodiscard]] std::string cost_json(std::span<const CostRun> runs,
                                     std::span<const CostDifference> differences);
-/// cost.svg: a curve per scene over the instructions of a tick, above the share of the ticks with
-/// at most so many, below the share with more, logarithmic. Of the times where a scene has no
+/// cost.svg: a curve per scene over the instructions of a tick. Upper panel: share of the ticks up
+/// to that value; lower panel: share above it, logarithmic. Of the times where a scene has no
 /// instructions.
 [[nodiscard]] std::string cost_picture(std::span<const CostRun> runs);
 /// For people: a line per scene, and the largest tick of each.

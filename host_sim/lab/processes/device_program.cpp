@@ -14,7 +14,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -22,7 +21,6 @@
 #include <thread>
 
 #include "host_sim/session/child_run.hpp"
-#include "tools/common/error.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -68,9 +66,7 @@ Ends terminal() {
 
 const char* to_text(ProgramPart part) { return kPartNames[static_cast<std::size_t>(part)]; }
 
-std::string device_program_path() {
-  return program_beside("run_device");
-}
+std::string device_program_path() { return program_beside("run_device"); }
 
 DeviceProgram::DeviceProgram(const std::vector<std::string>& arguments, const std::string& out,
                              ProgramReader reader)

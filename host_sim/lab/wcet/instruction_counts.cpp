@@ -218,13 +218,15 @@ InstructionCounts count_instructions(const InstructionQuestion& question) {
   if (question.program.empty()) return not_measured("not asked for");
   const TemporaryFolder folder;
   const std::string profile = folder.file("profile");
-  const int status = run_to_end(command_of(question, profile), folder.file("out"), folder.file("err"));
+  const int status =
+      run_to_end(command_of(question, profile), folder.file("out"), folder.file("err"));
   if (status == -1) {
     return not_measured(errno == ENOENT ? "valgrind is missing, apt-get install valgrind"
                                         : "valgrind: " + std::string(std::strerror(errno)));
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return not_measured("the run under valgrind failed: " + last_line(file_text(folder.file("err"))));
+    return not_measured("the run under valgrind failed: " +
+                        last_line(file_text(folder.file("err"))));
   char expected[80];
   std::snprintf(expected, sizeof expected, "%zu ticks, final state hash %016llx", question.ticks,
                 static_cast<unsigned long long>(question.state_hash));
