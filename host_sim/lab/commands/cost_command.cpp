@@ -102,7 +102,7 @@ Command add_cost_command(CLI::App& program) {
                 "leave out the count of instructions under valgrind");
   app->footer(
       "Law proxy with the compiler's defaults, no device. graph_compiler must lie next to this\n"
-      "program. About two minutes; pieces1000 takes 2 GB of memory and 40 s besides.\n"
+      "program. About two minutes; pieces1000 takes 2 GB and wants --no-instructions.\n"
       "Files in --out:\n"
       "  cost.csv, cost.json  a row per scene: instructions, times, memory, work and its bound\n"
       "  NAME.csv             a line per tick: instructions, counters, wrench, proxy, gap\n"
