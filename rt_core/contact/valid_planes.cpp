@@ -7,6 +7,7 @@
 
 #include "rt_core/contact/basic_contact.hpp"
 #include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/contact/valid_set.hpp"
 
 namespace haptic {
 namespace {
@@ -25,7 +26,7 @@ class ValidWalk {
         least_gap_m_(least_gap_m),
         tolerance_(applicability_tolerance(pose.size_m)),
         scratch_(scratch),
-        planes_(planes) {}
+        set_(pose, planes) {}
 
   [[nodiscard]] ValidResult run(const PlaneId& seed, SupportPair support) noexcept {
     switch (seed.type) {
@@ -40,12 +41,12 @@ class ValidWalk {
         break;
     }
     spread();
-    if (result_.count == 0) {
+    if (set_.result.count == 0) {
       enter_cell(support);
       spread();
     }
     for (std::uint32_t k = 0; k < entered_; ++k) scratch_.slots[scratch_.used[k]] = 0;
-    return result_;
+    return set_.result;
   }
 
  private:
@@ -72,7 +73,7 @@ class ValidWalk {
       slot = (slot + 1) % kSlots;
     }
     if (entered_ == kValidVisits) {
-      result_.cut = true;
+      set_.result.cut = true;
       return;
     }
     scratch_.slots[slot] = node + 1;
@@ -83,95 +84,113 @@ class ValidWalk {
   void spread() noexcept {
     for (; next_ < entered_; ++next_) {
       const NodeFeatures node = node_features(pair_, scratch_.queue[next_]);
-      result_.visited += 1;
+      set_.result.visited += 1;
       const NodePlane plane = node_plane(pose_, node.type, node.i, node.j);
       if (!plane.defined || plane.f_m < least_gap_m_) continue;
       const Real violation = node_violation(pose_, node.type, node.i, node.j, plane);
       if (violation > tolerance_) continue;
       const Real gap = node_value(pose_, node.type, node.i, node.j, plane, violation);
       if (gap < least_gap_m_) continue;
-      keep(node, plane, gap);
+      set_.keep(node, plane.normal_w, gap);
       for_each_graph_neighbor(pair_, node.type, node.i, node.j,
                               [&](std::uint32_t other) { enter(other); });
     }
   }
-
-  void keep(const NodeFeatures& node, const NodePlane& plane, Real gap) noexcept {
-    ValidPlane valid;
-    valid.id.type = node.type;
-    valid.gap_m = gap;
-    switch (node.type) {
-      case ContactType::kA:
-        valid.id.i = static_cast<std::uint16_t>(node.i);
-        valid.support = {pair_.a.face_vertices(node.i)[0], node.j};
-        break;
-      case ContactType::kB:
-        valid.id.j = static_cast<std::uint16_t>(node.j);
-        valid.support = {node.i, pair_.b.face_vertices(node.j)[0]};
-        break;
-      case ContactType::kC: {
-        valid.id.i = static_cast<std::uint16_t>(node.i);
-        valid.id.j = static_cast<std::uint16_t>(node.j);
-        const Vec3 v = ConstVec3Map(pair_.b.edge_directions[node.j].unit);
-        valid.id.flipped = plane.normal_w.dot(pose_.direction_a(node.i).cross(v)) < 0;
-        valid.support = {pair_.a.edges[node.i].vertex[0], pair_.b.edges[node.j].vertex[0]};
-        break;
-      }
-    }
-    if (node.type != ContactType::kC) {  // several vertices on one face: one plane
-      for (std::uint32_t k = 0; k < result_.count; ++k) {
-        if (planes_[k].id == valid.id) return;
-      }
-    }
-    insert(valid, is_hidden(node) ? kHiddenFaces : kFaces);
-  }
-
-  /// The part goes on in another piece where the plane is: no contact of it carries a force.
-  [[nodiscard]] bool is_hidden(const NodeFeatures& node) const noexcept {
-    const NodeMarks& marks = pair_.marks;
-    if (!marks.given()) return false;
-    switch (node.type) {
-      case ContactType::kA:
-        return !marks.feature(NodeScope::kLive, marks.features.face_a(node.i));
-      case ContactType::kB:
-        return !marks.feature(NodeScope::kLive, marks.features.face_b(node.j));
-      case ContactType::kC:
-        break;
-    }
-    return !marks.node(NodeScope::kLive, node_number(pair_, node.type, node.i, node.j));
-  }
-
-  /// Puts a plane behind those of its class; the first of each class behind moves to its end.
-  void insert(const ValidPlane& valid, std::uint32_t faces_class) noexcept {
-    const std::uint32_t own = faces_class + (valid.id.type == ContactType::kC ? 1u : 0u);
-    if (result_.count == planes_.size()) {
-      result_.cut = true;
-      if (own == kClasses - 1 || end_[own] == result_.count) return;
-      result_.count -= 1;  // the last makes room for one of a class before it
-      for (std::uint32_t& end : end_) end = std::min(end, result_.count);
-    }
-    for (std::uint32_t k = kClasses - 1; k > own; --k) {
-      planes_[end_[k]] = planes_[end_[k - 1]];
-      end_[k] += 1;
-    }
-    planes_[end_[own]++] = valid;
-    result_.count += 1;
-    result_.exposed = end_[kHiddenFaces - 1];
-  }
-
-  /// Classes of planes in their order: each of faces, and behind it one of edge pairs.
-  static constexpr std::uint32_t kFaces = 0, kHiddenFaces = 2, kClasses = 4;
 
   const PairPose& pose_;
   const PairView& pair_;
   Real least_gap_m_;
   Real tolerance_;
   const ValidScratch& scratch_;
-  std::span<ValidPlane> planes_;
-  std::uint32_t entered_ = 0;                  ///< nodes in the queue
-  std::uint32_t next_ = 0;                     ///< the first of them not yet looked at
-  std::array<std::uint32_t, kClasses> end_{};  ///< of each class among the planes
-  ValidResult result_;
+  ValidSet set_;
+  std::uint32_t entered_ = 0;  ///< nodes in the queue
+  std::uint32_t next_ = 0;     ///< the first of them not yet looked at
+};
+
+/// All nodes of a pair with few edges, one after the other: a plane of a face is measured by its
+/// support, and of the pairs of edges four signs leave those that can apply.
+class ValidScan {
+ public:
+  ValidScan(const PairPose& pose, Real least_gap_m, std::span<ValidPlane> planes) noexcept
+      : pose_(pose),
+        pair_(*pose.pair),
+        least_gap_m_(least_gap_m),
+        tolerance_(applicability_tolerance(pose.size_m)),
+        set_(pose, planes) {}
+
+  [[nodiscard]] ValidResult run(SupportPair support) noexcept {
+    const NodeMarks& marks = pair_.marks;
+    const auto is_reachable = [&](std::uint32_t feature) {
+      return !marks.given() || marks.feature(NodeScope::kReachable, feature);
+    };
+    for (std::uint32_t f = 0; f < pair_.a.face_count; ++f) {
+      if (!is_reachable(marks.features.face_a(f))) continue;
+      take_face({ContactType::kA, static_cast<std::uint16_t>(f), 0, false}, support);
+    }
+    for (std::uint32_t f = 0; f < pair_.b.face_count; ++f) {
+      if (!is_reachable(marks.features.face_b(f))) continue;
+      take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
+    }
+    for (std::uint32_t e = 0; e < pair_.a.edge_count; ++e) take_edges(e);
+    set_.result.visited +=
+        (pair_.a.edge_count * pair_.b.edge_count + kPairsOfNode - 1) / kPairsOfNode;
+    return set_.result;
+  }
+
+ private:
+  void take_face(const PlaneId& id, SupportPair support) noexcept {
+    set_.result.visited += 1;
+    const PlaneGap gap = plane_gap(pair_, pose_.r_wa, pose_.y_w, id, support);
+    if (gap.gap_m < least_gap_m_) return;
+    const bool of_a = id.type == ContactType::kA;
+    set_.keep({id.type, of_a ? id.i : gap.support.a, of_a ? gap.support.b : id.j}, gap.normal_w,
+              gap.gap_m);
+  }
+
+  /// The pairs of edge `e` of A with all edges of B. Heights of the apexes over the plane, times
+  /// the sine of the edges' angle, as plane_applies has them: all four on one side, or none.
+  void take_edges(std::uint32_t e) noexcept {
+    const EdgeArc& arc_a = pair_.a.arcs[e];
+    const Vec3 u = pose_.direction_a(e);
+    const Vec3 d0_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[0]);
+    const Vec3 d1_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[1]);
+    const Vec3 a0 = pose_.y_w + pose_.vertex_a(pair_.a.edges[e].vertex[0]);
+    const Real most = 2 * tolerance_;
+    const Real least = std::min<Real>(2 * least_gap_m_, 0);
+    for (std::uint32_t g = 0; g < pair_.b.edge_count; ++g) {
+      const EdgeArc& arc_b = pair_.b.arcs[g];
+      const Real c0 = ConstVec3Map(arc_b.tilt[0]).dot(u);
+      const Real c1 = ConstVec3Map(arc_b.tilt[1]).dot(u);
+      const Vec3 v = ConstVec3Map(pair_.b.edge_directions[g].unit);
+      const Real d0 = d0_w.dot(v);
+      const Real d1 = d1_w.dot(v);
+      const bool as_is = c0 <= most && -c1 <= most && d0 <= most && -d1 <= most;
+      const bool turned = -c0 <= most && c1 <= most && -d0 <= most && d1 <= most;
+      if (!as_is && !turned) continue;
+      // The gap times the sine, of the plane and of the same plane turned.
+      const Real gap = u.cross(v).dot(a0 - pose_.vertex_b(pair_.b.edges[g].vertex[0]));
+      if ((as_is && gap >= least) || (turned && -gap >= least)) take_edge_pair(e, g);
+    }
+  }
+
+  void take_edge_pair(std::uint32_t e, std::uint32_t g) noexcept {
+    if (!pair_.marks.node(NodeScope::kReachable, node_number(pair_, ContactType::kC, e, g))) return;
+    set_.result.visited += 1;
+    const NodePlane plane = node_plane(pose_, ContactType::kC, e, g);
+    if (!plane.defined || plane.f_m < least_gap_m_ || plane.edge_violation_m > tolerance_) return;
+    const Real gap = node_value(pose_, ContactType::kC, e, g, plane, plane.edge_violation_m);
+    if (gap < least_gap_m_) return;
+    set_.keep({ContactType::kC, e, g}, plane.normal_w, gap);
+  }
+
+  /// Pairs of edges whose signs take as long as one node.
+  static constexpr std::uint32_t kPairsOfNode = 8;
+
+  const PairPose& pose_;
+  const PairView& pair_;
+  Real least_gap_m_;
+  Real tolerance_;
+  ValidSet set_;
 };
 
 }  // namespace
@@ -187,6 +206,10 @@ ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, Support
                               std::span<ValidPlane> planes) noexcept {
   if (pose.pair->is_fixed())
     return find_valid_fixed_planes(*pose.pair, pose.y_w, least_gap_m, planes);
+  const PairView& pair = *pose.pair;
+  if (std::uint64_t{pair.a.edge_count} * pair.b.edge_count <= kMostScannedPairs) {
+    return ValidScan(pose, least_gap_m, planes).run(support);
+  }
   return ValidWalk(pose, least_gap_m, scratch, planes).run(seed, support);
 }
 

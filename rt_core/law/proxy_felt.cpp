@@ -91,9 +91,8 @@ void Proxy::feel(ProxyTick& tick) noexcept {
   FeltPoints points;
   for (const ImposedPlane& active : active_) {
     const ProxyPair& pair = pairs_[active.pair];
-    const Vec3 y_w = p_.x0_w - pair.reference_w;
-    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, active.id, active.support);
-    tick.plane_gaps += 1;
+    const PlaneRegion& region = region_at_p(active.pair, active.id, active.support, tick);
+    const PlaneGap& gap = region.gap;
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
     const std::uint32_t before = points.count;
     FeltPlane& felt = felt_.planes[felt_.plane_count++];
@@ -103,12 +102,9 @@ void Proxy::feel(ProxyTick& tick) noexcept {
       felt.type = static_cast<ContactType>(plane.type);
       add_fixed_points(*pair.view, fixed_pose_of(pair), felt, plane, epsilon, points);
     } else {
-      std::array<ManifoldPoint, kMaxManifoldPoints> region;
-      const std::uint32_t count = contact_manifold(
-          *pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m, manifold_scratch_, region);
-      for (std::uint32_t k = 0; k < count; ++k) {
-        const Real above = region[k].gap_m - gap.gap_m;
-        if (above < epsilon) points.add(region[k].app_w, above);
+      for (std::uint32_t k = 0; k < region.count; ++k) {
+        const Real above = region.points[k].gap_m - gap.gap_m;
+        if (above < epsilon) points.add(region.points[k].app_w, above);
       }
     }
     felt.point_count = points.count - before;

@@ -95,6 +95,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
   rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
   row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
+  regions_ = arena.take<PlaneRegion>(kKeptRegions);
   bool rubbing = false;
   for (const BodyRecord& body : scene.bodies()) rubbing = rubbing || body.friction > 0;
   if (kSceneTraits.friction && rubbing) {
@@ -136,6 +137,7 @@ void Proxy::reset() noexcept {
   chosen_planes_ = 0;
   chosen_ago_ = 0;
   felt_ = FeltContact{};
+  for (PlaneRegion& region : regions_) region.version = 0;
   path_m_ = turn_rad_ = 0;
   version_ = 1;
 }

@@ -106,8 +106,21 @@ struct FrictionCone {
   std::uint8_t number = 0;   ///< among the points of its pair
 };
 
+/// Contact regions at the proxy that are kept while it stays.
+inline constexpr std::uint32_t kKeptRegions = kMaxFeltPlanes + 2;
+
 /// A pull that the planes leave and the proxy has not followed is said when it is larger [N].
 inline constexpr Real kResidual_n = 0.01_r;
+
+/// A plane at the proxy, the gap along it and its contact region.
+struct PlaneRegion {
+  std::uint32_t pair = 0;
+  std::uint64_t version = 0;  ///< of the configuration; 0: none
+  PlaneGap gap;
+  bool overlap = false;  ///< the two features of the plane overlap as seen along it
+  std::uint32_t count = 0;
+  std::array<ManifoldPoint, kMaxManifoldPoints> points;
+};
 
 /// Work and state of one tick of the proxy.
 struct ProxyTick {
@@ -190,14 +203,19 @@ class Proxy {
   void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
                                   ProxyTick& tick) noexcept;
+  [[nodiscard]] const PlaneRegion& region_at_p(std::uint32_t pair, const PlaneId& id,
+                                               SupportPair support, ProxyTick& tick) noexcept;
+  void find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region) noexcept;
+  [[nodiscard]] bool add_rows_at_p(std::uint32_t imposed, const PoseError& error,
+                                   ProxyTick& tick) noexcept;
   [[nodiscard]] bool add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
                               bool support_too, ProxyTick& tick) noexcept;
-  [[nodiscard]] bool add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
-                                const PoseError& error, bool support_too) noexcept;
+  [[nodiscard]] bool add_region(std::uint32_t imposed, const PlaneRegion& region,
+                                const PoseError& error, const Step* at = nullptr) noexcept;
   [[nodiscard]] PlaneGap gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
                                 SupportPair support, ProxyTick& tick) const noexcept;
   [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
-                             const Vec3& normal_w, const Step& at, const PoseError& error) noexcept;
+                             const Vec3& normal_w, const Step* at, const PoseError& error) noexcept;
   [[nodiscard]] bool push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
                               const PoseError& error, std::uint32_t most_rows) noexcept;
   [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick,
@@ -284,6 +302,8 @@ class Proxy {
   std::span<std::uint64_t> search_memory_;  ///< bounds of one full search
   ValidScratch valid_scratch_;
   ManifoldScratch manifold_scratch_;
+  std::span<PlaneRegion> regions_;  ///< at p_, those asked for last
+  std::uint32_t oldest_region_ = 0;
   NearScratch* near_scratch_ = nullptr;
   BoundedList<NearNode>* near_ = nullptr;
   Spring secant_;  ///< whose energy the pass lowers

@@ -141,28 +141,22 @@ Real Proxy::left_over_n(const PoseError& wish, const Vec3& dx_m,
 /// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
 /// recovery.
 void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
-  const Step here = step_by(Vec3::Zero(), Vec3::Zero());
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];
     const auto take = [&](const PlaneId& id, SupportPair support) {
-      const PlaneGap gap = gap_at(pair, here, id, support, tick);
-      if (!gap.defined) return;
-      if (!pair.inside && gap.gap_m < -valid_depth(parameters_.scale)) return;
+      const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
+      if (!region.gap.defined) return;
+      // Past the end of what it held, another plane may certify the pair: let the step tell.
+      if (!pair.inside && (!region.overlap || region.gap.gap_m < -valid_depth(parameters_.scale))) {
+        return;
+      }
       ImposedPlane plane;
       plane.pair = reached.pair;
       plane.id = id;
       plane.allowed_m = reached.allowed_m;
       plane.at_start = true;
-      const std::uint32_t rows = rows_.size(), cones = cones_.size();
-      if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, gap, here, error, false)) {
+      if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, region, error)) {
         tick.limited = true;
-        return;
-      }
-      // Past the end of what it held, another plane may certify the pair: let the step tell.
-      if (!pair.inside && !manifold_scratch_.overlap) {
-        imposed_.truncate(imposed_.size() - 1);
-        rows_.truncate(rows);
-        cones_.truncate(cones);
       }
     };
     if (pair.inside) {
@@ -206,7 +200,6 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   const ProxyScale& scale = parameters_.scale;
   const Real length = secant_.length_m;
   const Real tolerance = qp_tolerance(scale, error, length);
-  const Step here = step_by(Vec3::Zero(), Vec3::Zero());
   // A translation may be as long as the pull asks for: its planes keep their normals, so the
   // program is exact for them. A turn is kept short while something is near.
   Real most_m = std::numeric_limits<Real>::max();
@@ -237,7 +230,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       from_start = false;
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
         imposed_[k].times = 0;
-        if (!add_rows(k, here, error, false, tick)) break;
+        if (!add_rows_at_p(k, error, tick)) break;
       }
     }
     tick.rounds = std::max(tick.rounds, round + 1);
@@ -364,7 +357,7 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
     // These alone at first: the step that they replace may lie so far ahead that its own rows would
     // ask for more than the plane does.
     const std::uint32_t rows = rows_.size();
-    if (!add_rows(at, step_by(Vec3::Zero(), Vec3::Zero()), error, false, tick)) return false;
+    if (!add_rows_at_p(at, error, tick)) return false;
     if (rows_.size() > rows) return true;
   }
   far_rows_ = true;
@@ -377,15 +370,9 @@ void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
                           ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   if (is_fixed() || pair.inside || reached.gap_p_m > parameters_.scale.tolerance_m) return;
-  const Vec3 y_w = p_.x0_w - pair.reference_w;
   const auto touches = [&](const PlaneId& id, SupportPair support) {
-    tick.plane_gaps += 1;
-    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, id, support);
-    if (!gap.defined) return false;
-    std::array<ManifoldPoint, kMaxManifoldPoints> points;
-    static_cast<void>(contact_manifold(*pair.view, p_.r_wa, y_w, gap, parameters_.scale.manifold_m,
-                                       manifold_scratch_, points));
-    return manifold_scratch_.overlap;
+    const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
+    return region.gap.defined && region.overlap;
   };
   const auto imposed = [&](const PlaneId& id) {
     for (const ImposedPlane& other : imposed_) {

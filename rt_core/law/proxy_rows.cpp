@@ -13,45 +13,81 @@ PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
   return plane_gap(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), id, support);
 }
 
-/// Rows of a plane at a configuration; `support_too`: and at its support vertices.
+/// The contact region along `region.gap`, at the configuration `at` where that is.
+void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region) noexcept {
+  region.overlap = true;
+  region.count = 1;
+  region.points[0] = {Vec3::Zero(), region.gap.gap_m};
+  if (is_fixed() || !region.gap.defined) return;
+  region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
+                                  parameters_.scale.manifold_m, manifold_scratch_, region.points);
+  region.overlap = manifold_scratch_.overlap;
+}
+
+/// The contact region along a plane at p_, from the last time it was asked for while p_ has stayed.
+const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, SupportPair support,
+                                      ProxyTick& tick) noexcept {
+  for (const PlaneRegion& kept : regions_) {
+    if (kept.version == version_ && kept.pair == index && kept.gap.id == id) return kept;
+  }
+  PlaneRegion& region = regions_[oldest_region_];
+  oldest_region_ = (oldest_region_ + 1) % kKeptRegions;
+  const ProxyPair& pair = pairs_[index];
+  tick.plane_gaps += 1;
+  region.pair = index;
+  region.version = version_;
+  region.gap = plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), id, support);
+  find_region(pair, p_, region);
+  return region;
+}
+
+/// Rows of a plane at p.
+bool Proxy::add_rows_at_p(std::uint32_t imposed, const PoseError& error, ProxyTick& tick) noexcept {
+  const ImposedPlane& plane = imposed_[imposed];
+  const PlaneRegion& region = region_at_p(plane.pair, plane.id, plane.support, tick);
+  return !region.gap.defined || add_region(imposed, region, error);
+}
+
+/// Rows of a plane at a step; `support_too`: and at its support vertices.
 bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
                      bool support_too, ProxyTick& tick) noexcept {
   const ImposedPlane& plane = imposed_[imposed];
-  const PlaneGap gap = gap_at(pairs_[plane.pair], at, plane.id, plane.support, tick);
-  if (!gap.defined) return true;  // edges turned parallel: another plane will come
-  return add_region(imposed, gap, at, error, support_too);
-}
-
-/// Rows of the contact region along a plane.
-bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
-                       const PoseError& error, bool support_too) noexcept {
-  ImposedPlane& plane = imposed_[imposed];
-  plane.support = gap.support;
-  if (is_fixed()) return add_row(imposed, {Vec3::Zero(), gap.gap_m}, gap.normal_w, at, error);
   const ProxyPair& pair = pairs_[plane.pair];
-  const Vec3 y_w = at.q.x0_w - pair.reference_w;
-  std::array<ManifoldPoint, kMaxManifoldPoints> points;
-  const std::uint32_t count = contact_manifold(
-      *pair.view, at.q.r_wa, y_w, gap, parameters_.scale.manifold_m, manifold_scratch_, points);
-  for (std::uint32_t k = 0; k < count; ++k) {
-    if (!add_row(imposed, points[k], gap.normal_w, at, error)) return false;
-  }
-  if (!support_too) return true;
-  return add_row(imposed, support_row_point(*pair.view, at.q.r_wa, y_w, gap), gap.normal_w, at,
-                 error);
+  PlaneRegion region;
+  region.gap = gap_at(pair, at, plane.id, plane.support, tick);
+  if (!region.gap.defined) return true;  // edges turned parallel: another plane will come
+  find_region(pair, at.q, region);
+  if (!add_region(imposed, region, error, &at)) return false;
+  if (!support_too || is_fixed()) return true;
+  const ManifoldPoint point =
+      support_row_point(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), region.gap);
+  return add_row(imposed, point, region.gap.normal_w, &at, error);
 }
 
-/// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised; with
-/// friction the point gets its cone.
+/// Rows of the contact region along a plane; null `at`: of the region at p.
+bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const PoseError& error,
+                       const Step* at) noexcept {
+  imposed_[imposed].support = region.gap.support;
+  for (std::uint32_t k = 0; k < region.count; ++k) {
+    if (!add_row(imposed, region.points[k], region.gap.normal_w, at, error)) return false;
+  }
+  return true;
+}
+
+/// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised, null: at p;
+/// with friction the point gets its cone.
 bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec3& normal_w,
-                    const Step& at, const PoseError& error) noexcept {
+                    const Step* at, const PoseError& error) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const ImposedPlane& plane = imposed_[imposed];
   const ProxyPair& pair = pairs_[plane.pair];
   // Rows that zero motion would violate by more than this could be inconsistent.
   const Real most = pair.inside ? scale.tolerance_m + scale.recovery_step_m : close_m_;
-  Real along = normal_w.dot(at.dx_m);
-  if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at.dtheta_rad);
+  Real along = 0;
+  if (at != nullptr) {
+    along = normal_w.dot(at->dx_m);
+    if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at->dtheta_rad);
+  }
   const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
   if (rubs(pair)) return add_cone(imposed, point.app_w, normal_w, least, error);
   return push_row(imposed, point.app_w, normal_w, least, error, kMaxProxyRows);
