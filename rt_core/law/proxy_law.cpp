@@ -67,6 +67,8 @@ ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept 
   scale.recovery_step_m = 2.0e-4_r * share;
   scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);
   scale.still_rad = scale.still_m / std::max(radius_m, std::numeric_limits<Real>::min());
+  scale.last_m = 100 * scale.still_m;
+  scale.last_rad = 100 * scale.still_rad;
   return scale;
 }
 
@@ -302,6 +304,9 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
+  const ProxyScale& scale = parameters_.scale;
+  moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
+                  step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
   way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
   turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
   p_ = step.q;
@@ -377,6 +382,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
     if (end == PassEnd::kDone || !may_move()) break;
+    if (end == PassEnd::kMoved && held_ == 0 && moved_little_) break;
     // The planes that a short step has found may lead farther; a second one says that they do not.
     if (short_ && ++short_passes == kMostShortPasses) break;
   }

@@ -38,7 +38,8 @@ struct ProxyScale {
   Real manifold_m = 0;              ///< height within which a face or edge lies in a contact
   Real reach_m = 0;                 ///< pairs farther apart than this cannot meet within a pass
   Real recovery_step_m = 0;         ///< depth taken back in a pass of recovery
-  Real still_m = 0, still_rad = 0;  ///< a shorter move ends the tick
+  Real still_m = 0, still_rad = 0;  ///< a shorter move is none
+  Real last_m = 0, last_rad = 0;    ///< a shorter move is the last of a tick whose goal moves
 };
 
 /// Lengths for a part whose vertices lie within `radius_m` of the grip point, in a scene with
@@ -308,6 +309,7 @@ class Proxy {
   BoundedList<NearNode>* near_ = nullptr;
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
+  bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
   bool short_ = false;     ///< the steps of this try are a few times the tolerance
   bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
 };
