@@ -31,6 +31,11 @@ using Quat = Eigen::Quaternion<Real, Eigen::DontAlign>;
 /// Distance from 1 to the next larger Real.
 constexpr Real kRealEpsilon = std::numeric_limits<Real>::epsilon();
 
+/// `value`; 0 where it is negative or not finite.
+[[nodiscard]] constexpr Real non_negative(Real value) noexcept {
+  return value - value == 0 && value > 0 ? value : Real{0};
+}
+
 /// Read-only view of three consecutive Reals of a flat table as a vector.
 using ConstVec3Map = Eigen::Map<const Vec3>;
 

@@ -21,10 +21,6 @@ namespace {
 constexpr std::uint32_t kRingMask = kTwistSamples - 1;
 static_assert((kTwistSamples & kRingMask) == 0, "the ring wraps by a mask");
 
-Real non_negative(Real value) noexcept {
-  return std::isfinite(value) && value > 0.0_r ? value : 0.0_r;
-}
-
 // Slopes that every sample of the window so far agrees with.
 struct SlopeBounds {
   Vec3 low = Vec3::Constant(-std::numeric_limits<Real>::max());

@@ -7,18 +7,6 @@
 namespace haptic {
 namespace {
 
-ContactSituation single_contact(ContactType type) noexcept {
-  switch (type) {
-    case ContactType::kA:
-      return ContactSituation::kFaceVertex;
-    case ContactType::kB:
-      return ContactSituation::kVertexFace;
-    case ContactType::kC:
-      return ContactSituation::kEdgeEdge;
-  }
-  return ContactSituation::kNone;
-}
-
 bool coplanar(const NearNode& l, const NearNode& r, Real angle_rad) noexcept {
   return (l.normal_w - r.normal_w).squaredNorm() < angle_rad * angle_rad;
 }

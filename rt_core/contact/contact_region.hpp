@@ -14,6 +14,13 @@
 
 namespace haptic {
 
+/// The situation of one basic contact.
+[[nodiscard]] constexpr ContactSituation single_contact(ContactType type) noexcept {
+  return type == ContactType::kA   ? ContactSituation::kFaceVertex
+         : type == ContactType::kB ? ContactSituation::kVertexFace
+                                   : ContactSituation::kEdgeEdge;
+}
+
 /// Near C-faces whose normals differ by less than this angle are one contact plane, the others
 /// several planes (METHOD section 6, row 7). [rad], squared chord used.
 inline constexpr Real kCoplanarAngle_rad = 0.05_r;

@@ -27,12 +27,6 @@ struct FeltPoints {
   }
 };
 
-ContactSituation single_contact(ContactType type) noexcept {
-  return type == ContactType::kA   ? ContactSituation::kFaceVertex
-         : type == ContactType::kB ? ContactSituation::kVertexFace
-                                   : ContactSituation::kEdgeEdge;
-}
-
 /// The basic contacts of a plane of a part that never turns.
 void add_fixed_points(const PairView& pair, const PairPose& pose, const FeltPlane& felt,
                       const FixedPlane& plane, Real epsilon_m, FeltPoints& points) noexcept {

@@ -9,10 +9,6 @@
 namespace haptic {
 namespace {
 
-Real non_negative(Real value) noexcept {
-  return std::isfinite(value) && value > 0.0_r ? value : 0.0_r;
-}
-
 double dot(const Vec3& l, const Vec3& r) noexcept {
   return (static_cast<double>(l.x()) * static_cast<double>(r.x()) +
           static_cast<double>(l.y()) * static_cast<double>(r.y())) +
