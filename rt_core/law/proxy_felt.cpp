@@ -90,7 +90,7 @@ void Proxy::feel(ProxyTick& tick) noexcept {
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
     const std::uint32_t before = points.count;
     FeltPlane& felt = felt_.planes[felt_.plane_count++];
-    felt = {active.pair, active.id.type, gap.normal_w, gap.gap_m, 0};
+    felt = {pair.index, active.id.type, gap.normal_w, gap.gap_m, 0};
     if (is_fixed()) {
       const FixedPlane& plane = pair.view->planes[plane_number(active.id)];
       felt.type = static_cast<ContactType>(plane.type);
@@ -119,7 +119,11 @@ PairPose Proxy::fixed_pose_of(const ProxyPair& pair) const noexcept {
 
 NearResult Proxy::near_set_of(std::uint32_t index, NearScratch& scratch,
                               BoundedList<NearNode>& near, PairPose& pose) noexcept {
-  const ProxyPair& pair = pairs_[index];
+  const auto slots = near_pairs_.slots();
+  const auto slot = std::find_if(slots.begin(), slots.end(),
+                                 [&](std::uint32_t s) { return pairs_[s].index == index; });
+  if (slot == slots.end()) return {};
+  const ProxyPair& pair = pairs_[*slot];
   FeatureBounds bounds;
   if (is_fixed()) {
     pose = fixed_pose_of(pair);

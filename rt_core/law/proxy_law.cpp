@@ -89,9 +89,13 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
     loop_a = std::max(loop_a, largest_loop(scene.piece(record.piece_a)));
     loop_b = std::max(loop_b, largest_loop(scene.piece(record.piece_b)));
   }
-  pairs_ = arena.take<ProxyPair>(c.pair_count);
-  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(c.pair_count));
-  const std::uint32_t searches = std::min(c.pair_count, kMaxValidSearches);
+  const std::uint32_t slots = near_slots(c.pair_count);
+  scene_ = arena.take<SceneView>(1);
+  near_pairs_.place(arena, scene, slots);
+  pairs_ = arena.take<ProxyPair>(slots);
+  views_ = arena.take<PairView>(slots);
+  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(slots));
+  const std::uint32_t searches = std::min(slots, kMaxValidSearches);
   valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
   imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
@@ -120,15 +124,14 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   }
 }
 
+void Proxy::read_scene(const SceneView& scene) noexcept {
+  scene_[0] = scene;
+  near_pairs_.read_scene(scene_[0]);
+}
+
 void Proxy::reset() noexcept {
   started_ = false;
-  for (ProxyPair& pair : pairs_) {
-    pair.known = pair.inside = false;
-    pair.clear_until_m = 0;
-    pair.gap_version = 0;
-    pair.slips = true;
-    pair.quiet_ticks = 0;
-  }
+  near_pairs_.reset();
   cones_.clear();
   last_cones_.clear();
   for (std::uint64_t& version : lanes_version_) version = 0;
@@ -232,21 +235,65 @@ void Proxy::gather(ProxyTick& tick) noexcept {
   reach_all(tick);
 }
 
-/// Takes those pairs in too that a step of this length can meet; at most twice in a pass, the
-/// second time all of them.
+/// Takes those pairs in too that a step of this length can meet.
 void Proxy::widen(Real motion_m, ProxyTick& tick) noexcept {
-  constexpr Real kAll = std::numeric_limits<Real>::max();
-  reach_m_ = reach_m_ > parameters_.scale.reach_m ? kAll : 4 * motion_m;
+  reach_m_ = 4 * motion_m;
   reach_all(tick);
+}
+
+/// A pair has left its slot: nothing may name it any more.
+void Proxy::forget(std::uint32_t slot) noexcept {
+  const auto drop = [&](auto& list, const auto& is_of) {
+    std::uint32_t kept = 0;
+    for (const auto& item : list) {
+      if (!is_of(item)) list[kept++] = item;
+    }
+    list.truncate(kept);
+  };
+  drop(active_, [&](const ImposedPlane& plane) { return plane.pair == slot; });
+  drop(cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
+  drop(last_cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
+  for (PlaneRegion& region : regions_) {
+    if (region.pair == slot) region.version = 0;
+  }
+}
+
+/// A pair has come to a slot.
+void Proxy::enter(std::uint32_t slot) noexcept {
+  const NearPair& near = near_pairs_[slot];
+  const SceneView& scene = scene_[0];
+  views_[slot] = scene.pair(near.pair);
+  const PairView& view = views_[slot];
+  const BodyRecord& body = scene.bodies()[view.b.record->body];
+  ProxyPair& pair = pairs_[slot];
+  pair = ProxyPair{};
+  pair.view = &view;
+  pair.index = near.pair;
+  for (int k = 0; k < 3; ++k) pair.reference_w[k] = static_cast<Real>(body.reference_m[k]);
+  pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
+  pair.friction = static_cast<Real>(body.friction);
+  pair.friction_static = static_cast<Real>(body.friction_static);
+  pair.clear_until_m = odometer_m(pair) + static_cast<double>(near.gap_m);
+}
+
+/// Makes the list of the pairs within reach, and as far again so that it lasts for a while.
+void Proxy::list_pairs() noexcept {
+  for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
+  near_pairs_.make(p_, odometer_m(), reach_m_ + parameters_.scale.reach_m);
+  for (const std::uint32_t slot : near_pairs_.changed()) {
+    forget(slot);
+    if (near_pairs_.holds(slot)) enter(slot);
+  }
 }
 
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
-  tick.gap_m = nearest_m_ = std::numeric_limits<Real>::max();
-  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
-    ProxyPair& pair = pairs_[i];
+  if (!(near_pairs_.unlisted_m(odometer_m()) >= reach_m_)) list_pairs();
+  tick.gap_m = nearest_m_ = near_pairs_.unlisted_m(odometer_m());
+  for (const std::uint32_t slot : near_pairs_.slots()) {
+    ProxyPair& pair = pairs_[slot];
     ReachedPair reached;
-    reached.pair = i;
+    reached.pair = slot;
     if (pair.reached_in == pass_) {
       nearest_m_ = std::min(nearest_m_, pair.gap_m);
     } else if (reach_pair(pair, reached, tick)) {

@@ -23,6 +23,7 @@
 #include "rt_core/contact/valid_planes.hpp"
 #include "rt_core/law/coupling.hpp"
 #include "rt_core/law/felt_contact.hpp"
+#include "rt_core/law/near_pairs.hpp"
 #include "rt_core/law/proxy_qp.hpp"
 
 namespace haptic {
@@ -48,9 +49,10 @@ struct ProxyScale {
 
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 
-/// What the proxy keeps of one pair.
+/// What the proxy keeps of one pair near it. Pairs are named by their slot.
 struct ProxyPair {
   const PairView* view = nullptr;
+  std::uint32_t index = 0;          ///< of the scene
   Vec3 reference_w = Vec3::Zero();  ///< of B's body
   Real reach_a_m = 0;               ///< lever of the piece of A about the grip point
   Real friction = 0;                ///< Coulomb coefficient while it slides
@@ -157,8 +159,10 @@ class Proxy {
   void place(Arena& arena, const SceneView& scene) noexcept;
   /// Forgets all pairs; the next tick starts at its goal.
   void reset() noexcept;
+  /// Reads the pieces; `scene` itself need not outlive the call, its blob must. Not for the servo
+  /// loop.
+  void read_scene(const SceneView& scene) noexcept;
   void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
-  [[nodiscard]] std::span<ProxyPair> pairs() noexcept { return pairs_; }
 
   /// Moves the proxy towards `goal`. `scratch` and `near` are those of the core's near-set search,
   /// free at this time. Cost: bounded by the caps above times the pairs within reach.
@@ -193,6 +197,9 @@ class Proxy {
   [[nodiscard]] bool may_move() const noexcept;
   void widen(Real motion_m, ProxyTick& tick) noexcept;
   void reach_all(ProxyTick& tick) noexcept;
+  void list_pairs() noexcept;
+  void forget(std::uint32_t slot) noexcept;
+  void enter(std::uint32_t slot) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
@@ -263,6 +270,11 @@ class Proxy {
   [[nodiscard]] double odometer_m(const ProxyPair& pair) const noexcept {
     return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
   }
+  /// That of the whole part.
+  [[nodiscard]] double odometer_m() const noexcept {
+    return (path_m_ + turn_rad_ * static_cast<double>(parameters_.radius_m)) *
+           (1 + kOdometerRounding);
+  }
 
   Parameters parameters_;
   GripPose p_;
@@ -270,7 +282,10 @@ class Proxy {
   double path_m_ = 0, turn_rad_ = 0;  ///< how far p_ has come, rounded up
   std::uint64_t version_ = 1;         ///< of p_: vertices are turned once for each
 
-  std::span<ProxyPair> pairs_;
+  std::span<SceneView> scene_;  ///< one
+  NearPairs near_pairs_;
+  std::span<ProxyPair> pairs_;  ///< by slot
+  std::span<PairView> views_;   ///< by slot
   BoundedList<ReachedPair> reached_;
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
@@ -310,8 +325,8 @@ class Proxy {
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
-  bool short_ = false;     ///< the steps of this try are a few times the tolerance
-  bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
+  bool short_ = false;         ///< the steps of this try are a few times the tolerance
+  bool far_rows_ = false;      ///< rows linearised away from p_ are in the program
 };
 
 }  // namespace haptic

@@ -32,4 +32,10 @@ inline constexpr std::uint32_t kStickTicks = 50;
 inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
 inline constexpr std::uint32_t kMaxValidSearches = 64;
 
+/// Pairs near the part that a tick can follow at once; further ones bound its way.
+inline constexpr std::uint32_t kMaxNearPairs = 512;
+[[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs) noexcept {
+  return pairs < kMaxNearPairs ? pairs : kMaxNearPairs;
+}
+
 }  // namespace haptic

@@ -327,6 +327,16 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   return v;
 }
 
+std::uint32_t SceneView::find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
+  const auto found =
+      std::lower_bound(pairs_.begin(), pairs_.end(), 0, [&](const PairRecord& pair, int) {
+        return pair.piece_a < piece_a || (pair.piece_a == piece_a && pair.piece_b < piece_b);
+      });
+  const bool is_it =
+      found != pairs_.end() && found->piece_a == piece_a && found->piece_b == piece_b;
+  return is_it ? static_cast<std::uint32_t>(found - pairs_.begin()) : kNoPair;
+}
+
 std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) const noexcept {
   return {reinterpret_cast<const char*>(text_.data()) + offset, bytes};
 }

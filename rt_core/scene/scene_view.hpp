@@ -111,6 +111,9 @@ struct SceneFault {
   std::uint32_t index = 0;                     ///< of the element at which the check stopped
 };
 
+/// Index of a pair that the scene does not have.
+inline constexpr std::uint32_t kNoPair = 0xFFFFFFFFu;
+
 class SceneView {
  public:
   /// Checks `blob` and fills `view`. On failure `view` is unchanged.
@@ -152,6 +155,9 @@ class SceneView {
   /// Piece and pair by index; the index must be in range.
   [[nodiscard]] PieceView piece(std::uint32_t index) const noexcept;
   [[nodiscard]] PairView pair(std::uint32_t index) const noexcept;
+  /// The pair of two pieces by their index; kNoPair where they can never meet. Cost: O(log pairs).
+  [[nodiscard]] std::uint32_t find_pair(std::uint32_t piece_a,
+                                        std::uint32_t piece_b) const noexcept;
   [[nodiscard]] std::string_view text(std::uint32_t offset, std::uint32_t bytes) const noexcept;
 
  private:

@@ -90,7 +90,7 @@ void CoreMemory::read_scene(const SceneView& scene) noexcept {
   goal.read_scene(scene);
   goal_contact.read_scene(scene, pairs);
   if (has_law(LawId::kProxy)) {
-    free_motion.read_scene(scene, pairs);
+    free_motion.read_scene(scene);
   } else {
     direct_wrench.read_scene(scene, goal_contact.has_seams());
   }

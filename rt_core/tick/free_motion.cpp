@@ -19,27 +19,24 @@ Vec3 place_of(const double (&v)[3]) noexcept {
 
 }  // namespace
 
-/// Pairs and lengths of the proxy from the scene.
-void FreeMotion::read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept {
+/// Pieces and lengths of the proxy from the scene.
+void FreeMotion::read_scene(const SceneView& scene) noexcept {
   const SceneParameters& p = scene.parameters();
   const CouplingParameters& c = p.coupling;
   Real radius = 0;
   Real extent = static_cast<Real>(std::sqrt(p.start_p_wa_m[0] * p.start_p_wa_m[0] +
                                             p.start_p_wa_m[1] * p.start_p_wa_m[1] +
                                             p.start_p_wa_m[2] * p.start_p_wa_m[2]));
-  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
-    const PairView& view = pairs[i];
-    const BodyRecord& body = scene.bodies()[view.b.record->body];
-    ProxyPair& pair = proxy_.pairs()[i];
-    pair.view = &view;
-    pair.reference_w = place_of(body.reference_m);
-    pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
-    pair.friction = static_cast<Real>(body.friction);
-    pair.friction_static = static_cast<Real>(body.friction_static);
-    radius = std::max(radius, pair.reach_a_m);
-    extent = std::max(extent, std::sqrt(pair.reference_w.squaredNorm()) +
-                                  static_cast<Real>(view.b.record->reach_m));
+  for (const PieceRecord& piece : scene.pieces()) {
+    const Real reach = static_cast<Real>(piece.reach_m);
+    if (piece.body == 0) {
+      radius = std::max(radius, reach);
+    } else {
+      const Vec3 reference_w = place_of(scene.bodies()[piece.body].reference_m);
+      extent = std::max(extent, std::sqrt(reference_w.squaredNorm()) + reach);
+    }
   }
+  proxy_.read_scene(scene);
   spring_.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
   spring_.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
   spring_.length_m = std::sqrt(spring_.k_r_nm_per_rad / spring_.k_t_n_per_m);

@@ -34,8 +34,7 @@ struct FreePose {
 class FreeMotion {
  public:
   void place(Arena& arena, const SceneView& scene) noexcept { proxy_.place(arena, scene); }
-  /// `pairs`: of the scene, one each; they outlive it.
-  void read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept;
+  void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
   /// Moves the proxy towards the goal, which moves with the device at `twist_w`. `room` is left as
   /// it was.

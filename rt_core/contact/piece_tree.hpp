@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A binary tree of spheres over convex pieces, so that a group that is far away costs one
+/// comparison.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/scalar.hpp"
+
+namespace haptic {
+
+/// Sphere round a piece or a group of them, in the axes of its tree's user.
+struct PieceSphere {
+  Vec3 centre = Vec3::Zero();
+  Real radius_m = 0;
+};
+
+/// A leaf holds one piece; any other node two children, one behind the other.
+struct PieceNode {
+  PieceSphere sphere;       ///< round all pieces of the node
+  std::uint32_t begin = 0;  ///< of its pieces in the tree's order
+  std::uint32_t count = 0;  ///< of them; 1: a leaf
+  std::uint32_t child = 0;  ///< the first of its two children; 0: none
+};
+
+/// Nodes on the way from the root of a tree over `pieces` to any of its leaves, at most.
+[[nodiscard]] constexpr std::uint32_t tree_depth(std::uint32_t pieces) noexcept {
+  std::uint32_t depth = 1;
+  for (std::uint32_t part = pieces; part > 1; part = (part + 1) / 2) ++depth;
+  return depth;
+}
+
+class PieceTree {
+ public:
+  /// Room for a tree over `pieces` > 0 pieces.
+  void place(Arena& arena, std::uint32_t pieces) noexcept {
+    nodes_ = arena.take<PieceNode>(2 * std::size_t{pieces} - 1);
+    order_ = arena.take<std::uint32_t>(pieces);
+  }
+  /// Builds the tree over `spheres`, one by piece: halves of equal number along the longest side,
+  /// level by level. Not for the servo loop. Cost: O(n log n).
+  void build(std::span<const PieceSphere> spheres) noexcept;
+
+  /// The root is node 0.
+  [[nodiscard]] const PieceNode& node(std::uint32_t index) const noexcept { return nodes_[index]; }
+  /// The piece of a leaf.
+  [[nodiscard]] std::uint32_t piece(const PieceNode& leaf) const noexcept {
+    return order_[leaf.begin];
+  }
+
+ private:
+  std::span<PieceNode> nodes_;
+  std::span<std::uint32_t> order_;  ///< pieces, those of each node together
+};
+
+}  // namespace haptic

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The pairs of pieces near each other, of all that there are: a list that holds every pair within
+/// a range and lasts until the part has come so far that another could have come near. What a pair
+/// needs lies in a slot of a pool while it is in the list, and nowhere else.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/pose.hpp"
+#include "rt_core/contact/piece_tree.hpp"
+#include "rt_core/scene/scene_view.hpp"
+
+namespace haptic {
+
+/// A pair in a slot.
+struct NearPair {
+  std::uint32_t pair = 0;    ///< of the scene
+  Real gap_m = 0;            ///< between the spheres round its pieces when the list was made
+  std::uint64_t listed = 0;  ///< the last list that it was in; 0: the slot is free
+  bool changed = false;      ///< by the last list
+  bool pinned = false;       ///< stays in the next list
+};
+
+class NearPairs {
+ public:
+  /// `slots`: pairs that the list can hold.
+  void place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept;
+  /// Builds the trees; `scene` outlives the list. Not for the servo loop.
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+
+  /// Makes the list of the pairs whose spheres are within `range_m` of each other at `p`; where
+  /// they are more than there are slots, of the nearest. `odometer_m`: how far the part has come.
+  /// Pairs of the last list that are in this one keep their slots; `changed` tells the slots that
+  /// hold another pair than before, or none any more. Cost: each node of one tree with each of the
+  /// other within the range, and a search through the slots for each pair that there is no room
+  /// for.
+  void make(const GripPose& p, double odometer_m, Real range_m) noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
+  /// The pair of this slot stays in the next list, however far it is.
+  void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
+
+  /// A lower bound of the gap of every pair that is not in the list [m].
+  [[nodiscard]] Real unlisted_m(double odometer_m) const noexcept {
+    return static_cast<Real>(clear_until_m_ - odometer_m);
+  }
+  /// The slots in use.
+  [[nodiscard]] std::span<const std::uint32_t> slots() const noexcept { return listed_.view(); }
+  [[nodiscard]] const NearPair& operator[](std::uint32_t slot) const noexcept {
+    return pairs_[slot];
+  }
+  [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
+    return pairs_[slot].listed == list_;
+  }
+
+ private:
+  void take(std::uint32_t pair, Real gap_m, Real& range_m) noexcept;
+  [[nodiscard]] std::uint32_t slot_for(Real gap_m, Real& range_m) noexcept;
+  [[nodiscard]] std::uint32_t* entry_of(std::uint32_t pair) noexcept;
+  void fill_table() noexcept;
+
+  const SceneView* scene_ = nullptr;
+  PieceTree tree_a_, tree_b_;
+  std::span<PieceSphere> spheres_;            ///< of all pieces
+  std::span<NearPair> pairs_;                 ///< by slot
+  BoundedList<std::uint32_t> listed_, free_;  ///< slots
+  BoundedList<std::uint32_t> changed_;
+  std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
+  std::uint32_t entries_ = 0;       ///< in the table
+  std::uint64_t list_ = 0;          ///< counts the lists
+  double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
+  Real left_m_ = 0;                 ///< nearest pair that is not in it
+};
+
+}  // namespace haptic
