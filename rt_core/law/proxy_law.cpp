@@ -189,6 +189,11 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
 }
 
+/// What the gap of a pair at p_ is at least, from when it was last looked at.
+Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
+  return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
+}
+
 /// Whether a pass can bring the pair into contact; then `reached` tells where it stands.
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   const double odometer = odometer_m(pair);
@@ -201,9 +206,6 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
   if (pair.inside) {
     search_fully(pair, tick);
   } else if (pair.gap_version != version_) {
-    if (pair.clear_until_m - odometer * (1 + kOdometerRounding) >= static_cast<double>(reach)) {
-      return false;
-    }
     if (pair.known) {
       const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
       tick.plane_gaps += 1;
@@ -225,11 +227,14 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
 }
 
 /// The pairs that a pass can bring into contact.
-void Proxy::gather(ProxyTick& tick) noexcept {
+void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   reached_.clear();
   valid_.clear();
   pass_ += 1;
-  reach_m_ = parameters_.scale.reach_m;
+  const ProxyScale& scale = parameters_.scale;
+  const Real pull_m = std::sqrt(error.translation_m.squaredNorm()) +
+                      parameters_.radius_m * std::sqrt(error.rotation_rad.squaredNorm());
+  reach_m_ = std::min(scale.reach_m, pull_m + scale.margin_m);
   tick.recovering = false;
   worst_gap_m_ = std::numeric_limits<Real>::max();
   reach_all(tick);
@@ -292,21 +297,26 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
   tick.gap_m = nearest_m_ = near_pairs_.unlisted_m(odometer_m());
   for (const std::uint32_t slot : near_pairs_.slots()) {
     ProxyPair& pair = pairs_[slot];
-    ReachedPair reached;
-    reached.pair = slot;
-    if (pair.reached_in == pass_) {
-      nearest_m_ = std::min(nearest_m_, pair.gap_m);
-    } else if (reach_pair(pair, reached, tick)) {
-      pair.reached_in = pass_;
-      nearest_m_ = std::min(nearest_m_, pair.gap_m);
-      worst_gap_m_ = std::min(worst_gap_m_, pair.gap_m);
-      static_cast<void>(reached_.push(reached));
-      tick.recovering = tick.recovering || pair.inside;
-    } else {
-      const Real clear = static_cast<Real>(pair.clear_until_m - odometer_m(pair));
-      tick.gap_m = std::min(tick.gap_m, clear);
-      nearest_m_ = std::min(nearest_m_, clear);
+    Real nearest = pair.gap_m;
+    if (pair.reached_in != pass_) {
+      const Real clear = clear_m(pair);
+      ReachedPair reached;
+      if (!pair.inside && clear >= reach_m_) {
+        tick.gap_m = std::min(tick.gap_m, clear);
+        nearest = clear;
+      } else if (reach_pair(pair, reached, tick)) {
+        reached.pair = slot;
+        pair.reached_in = pass_;
+        nearest = pair.gap_m;
+        worst_gap_m_ = std::min(worst_gap_m_, pair.gap_m);
+        static_cast<void>(reached_.push(reached));
+        tick.recovering = tick.recovering || pair.inside;
+      } else {
+        nearest = clear_m(pair);
+        tick.gap_m = std::min(tick.gap_m, nearest);
+      }
     }
+    nearest_m_ = std::min(nearest_m_, nearest);
   }
 }
 

@@ -192,7 +192,7 @@ class Proxy {
   };
 
   [[nodiscard]] PassEnd pass(const GripPose& goal, ProxyTick& tick) noexcept;
-  void gather(ProxyTick& tick) noexcept;
+  void gather(const PoseError& error, ProxyTick& tick) noexcept;
   void bound_move(const GripPose& goal) noexcept;
   [[nodiscard]] bool may_move() const noexcept;
   void widen(Real motion_m, ProxyTick& tick) noexcept;
@@ -200,6 +200,7 @@ class Proxy {
   void list_pairs() noexcept;
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
+  [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
@@ -293,7 +294,7 @@ class Proxy {
   bool choose_from_start_ = false;
   Real way_left_m_ = 0, turn_left_rad_ = 0;  ///< what p may move by in the rest of this tick
   std::uint64_t pass_ = 0;                   ///< counts them, for ProxyPair::reached_in
-  Real reach_m_ = 0;       ///< of this pass: pairs farther apart than this are not in its list
+  Real reach_m_ = 0;       ///< of this pass: pairs farther apart than this are not in it
   Real nearest_m_ = 0;     ///< no pair is nearer than this at p_
   Real close_m_ = 0;       ///< of a negative gap, what rows of this pass may ask to be closed
   bool may_close_ = true;  ///< in this tick: no pass that did was rejected

@@ -62,7 +62,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const PoseError error = error_of(goal, p_);
   // The program lowers the energy of the secant, and with it that of the spring.
   secant_ = secant_spring(spring, error);
-  gather(tick);
+  gather(error, tick);
   rows_.clear();
   imposed_.clear();
   begin_cones();
