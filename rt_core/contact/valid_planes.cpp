@@ -161,11 +161,14 @@ class ValidScan {
       const EdgeArc& arc_b = pair_.b.arcs[g];
       const Real c0 = ConstVec3Map(arc_b.tilt[0]).dot(u);
       const Real c1 = ConstVec3Map(arc_b.tilt[1]).dot(u);
+      bool as_is = c0 <= most && -c1 <= most;
+      bool turned = -c0 <= most && c1 <= most;
+      if (!as_is && !turned) continue;
       const Vec3 v = ConstVec3Map(pair_.b.edge_directions[g].unit);
       const Real d0 = d0_w.dot(v);
       const Real d1 = d1_w.dot(v);
-      const bool as_is = c0 <= most && -c1 <= most && d0 <= most && -d1 <= most;
-      const bool turned = -c0 <= most && c1 <= most && -d0 <= most && d1 <= most;
+      as_is = as_is && d0 <= most && -d1 <= most;
+      turned = turned && -d0 <= most && d1 <= most;
       if (!as_is && !turned) continue;
       // The gap times the sine, of the plane and of the same plane turned.
       const Real gap = u.cross(v).dot(a0 - pose_.vertex_b(pair_.b.edges[g].vertex[0]));

@@ -137,7 +137,7 @@ void Proxy::reset() noexcept {
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   choose_from_start_ = false;
-  settled_ = false;
+  settled_ = still_ = false;
   held_ = 0;
   chosen_planes_ = 0;
   chosen_ago_ = 0;
@@ -421,7 +421,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     }
     held_ = std::min(held_ + 1, kMostHeld);
     // Planes of an earlier pass can make a long way slow.
-    if (held_ % kChoicePeriod == 0) choose_from_start_ = true;
+    if (still_ || held_ % kChoicePeriod == 0) choose_from_start_ = true;
   } else {
     held_ = 0;
   }
@@ -452,11 +452,10 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   }
   settle_slip();
   feel(tick);
-  const bool still =
-      !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
-  // Only with planes that this tick has chosen from the start; else the next one does.
-  settled_ = still && chosen;
-  if (still && !chosen) choose_from_start_ = true;
+  still_ = !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
+  // Only with planes that this tick has chosen from the start; else the next one with this goal
+  // does.
+  settled_ = still_ && chosen;
   if (settled_) {
     settled_tick_ = tick;
     settled_tick_.passes = settled_tick_.rejected = 0;

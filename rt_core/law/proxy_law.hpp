@@ -305,7 +305,8 @@ class Proxy {
   std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
   GripPose goal_;                    ///< of the last tick
   std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
-  bool settled_ = false;             ///< with it, and nothing moves any more
+  bool still_ = false;               ///< with it, nothing moved
+  bool settled_ = false;             ///< nor can with planes chosen from the start
   ProxyTick settled_tick_;           ///< its account
   FeltContact felt_;
   BoundedList<QpRow> rows_;
