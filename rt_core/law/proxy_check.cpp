@@ -94,6 +94,19 @@ void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   reached.exact_q = true;
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return;
+  if (!reached.searched && !is_fixed() && pair.view->record->node_count >= kManyNodes) {
+    const Real least_valid = -valid_depth(parameters_.scale);
+    const Vec3 y_p_w = p_.x0_w - pair.reference_w;
+    const ReachedPair before = reached;
+    for_each_face(*pair.view, [&](const PlaneId& id) {
+      tick.plane_gaps += 1;
+      const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
+      if (at_p.gap_m >= least_valid) measure(id, at_p.support, at_p.gap_m, false);
+      return worth_m < 0;
+    });
+    if (worth_m >= 0) return;
+    reached = before;
+  }
   if (!reached.searched) find_valid(reached, tick);
   ReachedPair exposed;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {

@@ -189,6 +189,27 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
 }
 
+/// Finds the face along which a pair has the largest gap at p_; false: it has none along any.
+bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
+  if (is_fixed()) return false;
+  const Vec3 y_w = p_.x0_w - pair.reference_w;
+  PlaneGap best;
+  for_each_face(*pair.view, [&](const PlaneId& id) {
+    tick.plane_gaps += 1;
+    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, id, pair.support);
+    if (!best.defined || gap.gap_m > best.gap_m) best = gap;
+    return true;
+  });
+  if (!best.defined || best.gap_m < 0) return false;
+  pair.plane = best.id;
+  pair.support = best.support;
+  pair.gap_m = best.gap_m;
+  pair.gap_version = version_;
+  pair.known = true;
+  pair.inside = false;
+  return true;
+}
+
 /// What the gap of a pair at p_ is at least, from when it was last looked at.
 Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
   return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
@@ -215,7 +236,8 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
       if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
     }
     if (clear(sphere_gap(*pair.view, p_, y_w))) return false;
-    if (!pair.known || pair.gap_m < -valid_depth(parameters_.scale)) search_fully(pair, tick);
+    const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
+    if (lost && !find_face(pair, tick)) search_fully(pair, tick);
   }
   if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
   reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;

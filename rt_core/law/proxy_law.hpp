@@ -204,6 +204,7 @@ class Proxy {
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool find_face(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
 
   [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;

@@ -22,8 +22,27 @@ struct Proxy::Check {
   Real share = 1;
 };
 
+/// A pair with at least so many basic contacts is certified by a face, if one does, before its
+/// valid set is asked for.
+inline constexpr std::uint32_t kManyNodes = 700;
+/// The faces of A are tried too where they are no more than this.
+inline constexpr std::uint32_t kFewFaces = 16;
+
 /// Share of the tolerance that a step that was corrected or shortened may be deep at its end.
 inline constexpr Real kCorrectedShare = 0.75_r;
+
+/// Calls `visit(id)` for the planes of the faces of B, and of A where it has few, until it returns
+/// false.
+template <typename Visit>
+void for_each_face(const PairView& pair, const Visit& visit) noexcept {
+  for (std::uint32_t f = 0; f < pair.b.face_count; ++f) {
+    if (!visit(PlaneId{ContactType::kB, 0, static_cast<std::uint16_t>(f), false})) return;
+  }
+  if (pair.a.face_count > kFewFaces) return;
+  for (std::uint32_t f = 0; f < pair.a.face_count; ++f) {
+    if (!visit(PlaneId{ContactType::kA, static_cast<std::uint16_t>(f), 0, false})) return;
+  }
+}
 
 /// A plane counts as valid at p when p is no deeper behind it than this.
 [[nodiscard]] inline Real valid_depth(const ProxyScale& scale) noexcept {
