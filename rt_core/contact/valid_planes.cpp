@@ -7,6 +7,7 @@
 
 #include "rt_core/contact/basic_contact.hpp"
 #include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/contact/valid_set.hpp"
 
 namespace haptic {
@@ -107,37 +108,89 @@ class ValidWalk {
   std::uint32_t next_ = 0;     ///< the first of them not yet looked at
 };
 
-/// All nodes of a pair with few edges, one after the other: a plane of a face is measured by its
-/// support, and of the pairs of edges four signs leave those that can apply.
+/// All nodes of a pair, one after the other, of those faces and edges that can have a plane with a
+/// gap: the gap along a normal is at most that of any point of A from any point of B, and the
+/// largest of these over the normals of an edge has a closed form. Of the pairs of such edges four
+/// signs leave those that can apply.
 class ValidScan {
  public:
-  ValidScan(const PairPose& pose, Real least_gap_m, std::span<ValidPlane> planes) noexcept
+  ValidScan(const PairPose& pose, Real least_gap_m, const ValidScratch& scratch,
+            std::span<ValidPlane> planes) noexcept
       : pose_(pose),
         pair_(*pose.pair),
         least_gap_m_(least_gap_m),
         tolerance_(applicability_tolerance(pose.size_m)),
+        edges_a_(scratch.queue.first(scratch.queue.size() / 2)),
+        edges_b_(scratch.queue.subspan(scratch.queue.size() / 2)),
         set_(pose, planes) {}
 
-  [[nodiscard]] ValidResult run(SupportPair support) noexcept {
-    const NodeMarks& marks = pair_.marks;
-    const auto is_reachable = [&](std::uint32_t feature) {
-      return !marks.given() || marks.feature(NodeScope::kReachable, feature);
-    };
+  /// False: the pair has more such edges than a scan may take, nothing was found. `support`: of any
+  /// plane; the nearer, the fewer edges are left.
+  [[nodiscard]] bool run(SupportPair support, ValidResult& result) noexcept {
+    const auto& to_a = pose_.r_wa.transpose();
+    const Vec3 centre_a = piece_centre(*pair_.a.record), centre_b = piece_centre(*pair_.b.record);
+    points_b_a_ = {to_a * (pose_.vertex_b(support.b) - pose_.y_w), to_a * (centre_b - pose_.y_w)};
+    points_a_w_ = {pose_.y_w + pose_.vertex_a(support.a), pose_.y_w + pose_.r_wa * centre_a};
+    if (!take_edges(pair_.a, points_b_a_, edges_a_) ||
+        !take_edges(pair_.b, points_a_w_, edges_b_) ||
+        edges_a_.size() * edges_b_.size() > kMostScannedPairs) {
+      return false;
+    }
     for (std::uint32_t f = 0; f < pair_.a.face_count; ++f) {
-      if (!is_reachable(marks.features.face_a(f))) continue;
-      take_face({ContactType::kA, static_cast<std::uint16_t>(f), 0, false}, support);
+      if (may_face(pair_.a, f, points_b_a_, pair_.marks.features.face_a(f))) {
+        take_face({ContactType::kA, static_cast<std::uint16_t>(f), 0, false}, support);
+      }
     }
     for (std::uint32_t f = 0; f < pair_.b.face_count; ++f) {
-      if (!is_reachable(marks.features.face_b(f))) continue;
-      take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
+      if (may_face(pair_.b, f, points_a_w_, pair_.marks.features.face_b(f))) {
+        take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
+      }
     }
-    for (std::uint32_t e = 0; e < pair_.a.edge_count; ++e) take_edges(e);
-    set_.result.visited +=
-        (pair_.a.edge_count * pair_.b.edge_count + kPairsOfNode - 1) / kPairsOfNode;
-    return set_.result;
+    for (const std::uint32_t e : edges_a_) take_pairs_of(e);
+    const std::uint32_t features =
+        pair_.a.face_count + pair_.b.face_count + pair_.a.edge_count + pair_.b.edge_count;
+    const auto pairs = static_cast<std::uint32_t>(edges_a_.size() * edges_b_.size());
+    set_.result.visited += features / kFeaturesOfNode + pairs / kPairsOfNode;
+    result = set_.result;
+    return true;
   }
 
  private:
+  using Points = std::array<Vec3, 2>;
+
+  /// Whether a plane of the face can have a gap: `points` of the other piece, in this one's axes.
+  [[nodiscard]] bool may_face(const PieceView& piece, std::uint32_t f, const Points& points,
+                              std::uint32_t feature) const noexcept {
+    if (pair_.marks.given() && !pair_.marks.feature(NodeScope::kReachable, feature)) return false;
+    const Vec3 normal = piece.face_normal(f);
+    const Real least = piece.face_offset(f) + 2 * least_gap_m_;
+    return normal.dot(points[0]) >= least && normal.dot(points[1]) >= least;
+  }
+
+  /// The edges of a piece that can have a plane with a gap.
+  [[nodiscard]] bool take_edges(const PieceView& piece, const Points& points,
+                                std::span<std::uint32_t>& edges) const noexcept {
+    std::uint32_t count = 0;
+    for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
+      const EdgeArc& arc = piece.arcs[e];
+      const Vec3 origin = piece.vertex(piece.edges[e].vertex[0]);
+      if (!may_edge(arc, points[0] - origin) || !may_edge(arc, points[1] - origin)) continue;
+      if (count == edges.size()) return false;
+      edges[count++] = e;
+    }
+    edges = edges.first(count);
+    return true;
+  }
+
+  /// Whether some normal n of the arc has n.v of at least the gap: the largest n.v lies where the
+  /// arc comes nearest to v, within it or at an end.
+  [[nodiscard]] bool may_edge(const EdgeArc& arc, const Vec3& v) const noexcept {
+    const Real mid = ConstVec3Map(arc.mid).dot(v);
+    const Real side = std::abs(ConstVec3Map(arc.side).dot(v));
+    return arc.sine * mid >= arc.cosine * side ||
+           arc.cosine * mid + arc.sine * side >= 2 * least_gap_m_;
+  }
+
   void take_face(const PlaneId& id, SupportPair support) noexcept {
     set_.result.visited += 1;
     const PlaneGap gap = plane_gap(pair_, pose_.r_wa, pose_.y_w, id, support);
@@ -147,17 +200,17 @@ class ValidScan {
               gap.gap_m);
   }
 
-  /// The pairs of edge `e` of A with all edges of B. Heights of the apexes over the plane, times
+  /// The pairs of edge `e` of A with the edges of B. Heights of the apexes over the plane, times
   /// the sine of the edges' angle, as plane_applies has them: all four on one side, or none.
-  void take_edges(std::uint32_t e) noexcept {
+  void take_pairs_of(std::uint32_t e) noexcept {
     const EdgeArc& arc_a = pair_.a.arcs[e];
     const Vec3 u = pose_.direction_a(e);
     const Vec3 d0_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[0]);
     const Vec3 d1_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[1]);
     const Vec3 a0 = pose_.y_w + pose_.vertex_a(pair_.a.edges[e].vertex[0]);
     const Real most = 2 * tolerance_;
-    const Real least = std::min<Real>(2 * least_gap_m_, 0);
-    for (std::uint32_t g = 0; g < pair_.b.edge_count; ++g) {
+    const Real least = 2 * least_gap_m_;
+    for (const std::uint32_t g : edges_b_) {
       const EdgeArc& arc_b = pair_.b.arcs[g];
       const Real c0 = ConstVec3Map(arc_b.tilt[0]).dot(u);
       const Real c1 = ConstVec3Map(arc_b.tilt[1]).dot(u);
@@ -186,13 +239,15 @@ class ValidScan {
     set_.keep({ContactType::kC, e, g}, plane.normal_w, gap);
   }
 
-  /// Pairs of edges whose signs take as long as one node.
-  static constexpr std::uint32_t kPairsOfNode = 8;
+  /// Pairs of edges whose signs take as long as one node, and features whose bounds do.
+  static constexpr std::uint32_t kPairsOfNode = 8, kFeaturesOfNode = 4;
 
   const PairPose& pose_;
   const PairView& pair_;
-  Real least_gap_m_;
+  Real least_gap_m_;  ///< < 0
   Real tolerance_;
+  Points points_b_a_, points_a_w_;  ///< of B in A's axes about the grip point; of A about B
+  std::span<std::uint32_t> edges_a_, edges_b_;
   ValidSet set_;
 };
 
@@ -209,10 +264,8 @@ ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, Support
                               std::span<ValidPlane> planes) noexcept {
   if (pose.pair->is_fixed())
     return find_valid_fixed_planes(*pose.pair, pose.y_w, least_gap_m, planes);
-  const PairView& pair = *pose.pair;
-  if (std::uint64_t{pair.a.edge_count} * pair.b.edge_count <= kMostScannedPairs) {
-    return ValidScan(pose, least_gap_m, planes).run(support);
-  }
+  ValidResult result;
+  if (ValidScan(pose, least_gap_m, scratch, planes).run(support, result)) return result;
   return ValidWalk(pose, least_gap_m, scratch, planes).run(seed, support);
 }
 
