@@ -109,9 +109,10 @@ class ValidWalk {
 };
 
 /// All nodes of a pair, one after the other, of those faces and edges that can have a plane with a
-/// gap: the gap along a normal is at most that of any point of A from any point of B, and the
-/// largest of these over the normals of an edge has a closed form. Of the pairs of such edges four
-/// signs leave those that can apply.
+/// gap: the gap along a normal n is at most that of any point of the one piece from any of the
+/// other. A face needs these points on its outer side. So does an edge one of its two faces: where
+/// n.v is negative at both ends of an arc of less than half a circle it is so between them. Of the
+/// pairs of such edges four signs leave those that can apply.
 class ValidScan {
  public:
   ValidScan(const PairPose& pose, Real least_gap_m, const ValidScratch& scratch,
@@ -124,27 +125,29 @@ class ValidScan {
         edges_b_(scratch.queue.subspan(scratch.queue.size() / 2)),
         set_(pose, planes) {}
 
-  /// False: the pair has more such edges than a scan may take, nothing was found. `support`: of any
-  /// plane; the nearer, the fewer edges are left.
+  /// False: the pair is too large for a scan, nothing was found. `support`: of any plane; the
+  /// nearer, the fewer edges are left.
   [[nodiscard]] bool run(SupportPair support, ValidResult& result) noexcept {
+    if (std::max(pair_.a.face_count, pair_.b.face_count) > kMostScannedFaces) return false;
     const auto& to_a = pose_.r_wa.transpose();
     const Vec3 centre_a = piece_centre(*pair_.a.record), centre_b = piece_centre(*pair_.b.record);
-    points_b_a_ = {to_a * (pose_.vertex_b(support.b) - pose_.y_w), to_a * (centre_b - pose_.y_w)};
-    points_a_w_ = {pose_.y_w + pose_.vertex_a(support.a), pose_.y_w + pose_.r_wa * centre_a};
-    if (!take_edges(pair_.a, points_b_a_, edges_a_) ||
-        !take_edges(pair_.b, points_a_w_, edges_b_) ||
+    const Points of_b_a{to_a * (pose_.vertex_b(support.b) - pose_.y_w),
+                        to_a * (centre_b - pose_.y_w)};
+    const Points of_a_w{pose_.y_w + pose_.vertex_a(support.a), pose_.y_w + pose_.r_wa * centre_a};
+    Sides a, b;
+    find_sides(pair_.a, of_b_a, a);
+    find_sides(pair_.b, of_a_w, b);
+    if (!take_edges(pair_.a, a, edges_a_) || !take_edges(pair_.b, b, edges_b_) ||
         edges_a_.size() * edges_b_.size() > kMostScannedPairs) {
       return false;
     }
     for (std::uint32_t f = 0; f < pair_.a.face_count; ++f) {
-      if (may_face(pair_.a, f, points_b_a_, pair_.marks.features.face_a(f))) {
-        take_face({ContactType::kA, static_cast<std::uint16_t>(f), 0, false}, support);
-      }
+      if (a[f] != kBoth || !is_reachable(pair_.marks.features.face_a(f))) continue;
+      take_face({ContactType::kA, static_cast<std::uint16_t>(f), 0, false}, support);
     }
     for (std::uint32_t f = 0; f < pair_.b.face_count; ++f) {
-      if (may_face(pair_.b, f, points_a_w_, pair_.marks.features.face_b(f))) {
-        take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
-      }
+      if (b[f] != kBoth || !is_reachable(pair_.marks.features.face_b(f))) continue;
+      take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
     }
     for (const std::uint32_t e : edges_a_) take_pairs_of(e);
     const std::uint32_t features =
@@ -156,39 +159,38 @@ class ValidScan {
   }
 
  private:
+  /// Two points of the other piece, in a piece's axes; and by face which of them lie on its outer
+  /// side.
   using Points = std::array<Vec3, 2>;
+  using Sides = std::array<std::uint8_t, kMostScannedFaces>;
+  static constexpr std::uint8_t kBoth = 3;
 
-  /// Whether a plane of the face can have a gap: `points` of the other piece, in this one's axes.
-  [[nodiscard]] bool may_face(const PieceView& piece, std::uint32_t f, const Points& points,
-                              std::uint32_t feature) const noexcept {
-    if (pair_.marks.given() && !pair_.marks.feature(NodeScope::kReachable, feature)) return false;
-    const Vec3 normal = piece.face_normal(f);
-    const Real least = piece.face_offset(f) + 2 * least_gap_m_;
-    return normal.dot(points[0]) >= least && normal.dot(points[1]) >= least;
+  [[nodiscard]] bool is_reachable(std::uint32_t feature) const noexcept {
+    return !pair_.marks.given() || pair_.marks.feature(NodeScope::kReachable, feature);
   }
 
-  /// The edges of a piece that can have a plane with a gap.
-  [[nodiscard]] bool take_edges(const PieceView& piece, const Points& points,
-                                std::span<std::uint32_t>& edges) const noexcept {
+  /// A plane that applies within the tolerance may lie a little beyond the normals of its edge.
+  void find_sides(const PieceView& piece, const Points& points, Sides& sides) const noexcept {
+    const Real least = 2 * least_gap_m_ - kBeyondArc * pose_.size_m;
+    for (std::uint32_t f = 0; f < piece.face_count; ++f) {
+      const Vec3 normal = piece.face_normal(f);
+      const Real at = piece.face_offset(f) + least;
+      sides[f] = static_cast<std::uint8_t>((normal.dot(points[0]) >= at ? 1u : 0u) |
+                                           (normal.dot(points[1]) >= at ? 2u : 0u));
+    }
+  }
+
+  [[nodiscard]] static bool take_edges(const PieceView& piece, const Sides& sides,
+                                       std::span<std::uint32_t>& edges) noexcept {
     std::uint32_t count = 0;
     for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
-      const EdgeArc& arc = piece.arcs[e];
-      const Vec3 origin = piece.vertex(piece.edges[e].vertex[0]);
-      if (!may_edge(arc, points[0] - origin) || !may_edge(arc, points[1] - origin)) continue;
+      const EdgeRecord& edge = piece.edges[e];
+      if ((sides[edge.face[0]] | sides[edge.face[1]]) != kBoth) continue;
       if (count == edges.size()) return false;
       edges[count++] = e;
     }
     edges = edges.first(count);
     return true;
-  }
-
-  /// Whether some normal n of the arc has n.v of at least the gap: the largest n.v lies where the
-  /// arc comes nearest to v, within it or at an end.
-  [[nodiscard]] bool may_edge(const EdgeArc& arc, const Vec3& v) const noexcept {
-    const Real mid = ConstVec3Map(arc.mid).dot(v);
-    const Real side = std::abs(ConstVec3Map(arc.side).dot(v));
-    return arc.sine * mid >= arc.cosine * side ||
-           arc.cosine * mid + arc.sine * side >= 2 * least_gap_m_;
   }
 
   void take_face(const PlaneId& id, SupportPair support) noexcept {
@@ -240,13 +242,13 @@ class ValidScan {
   }
 
   /// Pairs of edges whose signs take as long as one node, and features whose bounds do.
-  static constexpr std::uint32_t kPairsOfNode = 8, kFeaturesOfNode = 4;
+  static constexpr std::uint32_t kPairsOfNode = 8, kFeaturesOfNode = 16;
+  static constexpr Real kBeyondArc = 1.0e-5_r;
 
   const PairPose& pose_;
   const PairView& pair_;
   Real least_gap_m_;  ///< < 0
   Real tolerance_;
-  Points points_b_a_, points_a_w_;  ///< of B in A's axes about the grip point; of A about B
   std::span<std::uint32_t> edges_a_, edges_b_;
   ValidSet set_;
 };
