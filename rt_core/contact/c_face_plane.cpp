@@ -23,6 +23,17 @@ Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noe
   return sine < kMinEdgeSine ? Vec3(Vec3::Zero()) : Vec3(m / (id.flipped ? -sine : sine));
 }
 
+Real face_bound(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
+                SupportPair support) noexcept {
+  const PieceView& a = pair.a;
+  const PieceView& b = pair.b;
+  if (id.type == ContactType::kA) {
+    return a.face_normal(id.i).dot(r_wa.transpose() * (b.vertex(support.b) - y_w)) -
+           a.face_offset(id.i);
+  }
+  return b.face_normal(id.j).dot(y_w + r_wa * a.vertex(support.a)) - b.face_offset(id.j);
+}
+
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
                    SupportPair start) noexcept {
   if (pair.is_fixed()) return fixed_plane_gap(pair, y_w, id);

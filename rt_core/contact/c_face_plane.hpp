@@ -41,4 +41,9 @@ struct PlaneGap {
 [[nodiscard]] PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                                  const PlaneId& id, SupportPair start) noexcept;
 
+/// An upper bound of the gap along the plane of a face (kA, kB): that of one vertex of the other
+/// piece, which `support` names [m].
+[[nodiscard]] Real face_bound(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                              const PlaneId& id, SupportPair support) noexcept;
+
 }  // namespace haptic

@@ -99,6 +99,8 @@ void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
     const ReachedPair before = reached;
     for_each_face(*pair.view, [&](const PlaneId& id) {
+      if (face_bound(*pair.view, p_.r_wa, y_p_w, id, reached.support) < least_valid) return true;
+      if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
       tick.plane_gaps += 1;
       const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
       if (at_p.gap_m >= least_valid) measure(id, at_p.support, at_p.gap_m, false);
@@ -142,7 +144,11 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     ReachedPair& reached = reached_[k];
     const ProxyPair& pair = pairs_[reached.pair];
     // The direction of the plane at p, held fixed, loses no more than this anywhere on the way.
-    const Real least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
+    Real least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
+    if (!reached.exact_p && !(least_gap > parameters_.scale.tolerance_m)) {
+      look_closer(reached, tick);
+      least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
+    }
     if (least_gap > parameters_.scale.tolerance_m) {
       reached.plane = pair.plane;
       reached.support = pair.support;

@@ -14,6 +14,9 @@
 namespace haptic {
 namespace {
 
+/// A gap that the part's motion may have taken less of than this is not computed again.
+constexpr Real kStaleShare = 0.5_r;
+
 /// Radius of the part for which the lengths below were chosen.
 constexpr Real kChosenFor_m = 0.05_r;
 
@@ -195,6 +198,8 @@ bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   PlaneGap best;
   for_each_face(*pair.view, [&](const PlaneId& id) {
+    const Real least = best.defined ? std::max(best.gap_m, Real{0}) : Real{0};
+    if (face_bound(*pair.view, p_.r_wa, y_w, id, pair.support) < least) return true;
     tick.plane_gaps += 1;
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, id, pair.support);
     if (!best.defined || gap.gap_m > best.gap_m) best = gap;
@@ -215,37 +220,61 @@ Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
   return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
 }
 
-/// Whether a pass can bring the pair into contact; then `reached` tells where it stands.
-bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
-  const double odometer = odometer_m(pair);
-  const Real reach = reach_m_;
-  const auto clear = [&](Real gap) {
-    pair.clear_until_m = odometer + static_cast<double>(gap);
-    return gap >= reach;
-  };
+/// Computes the gap of a pair at p_ along its plane; where it has none left, or no plane yet, finds
+/// one.
+void Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
   const Vec3 y_w = p_.x0_w - pair.reference_w;
+  if (pair.known) {
+    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
+    tick.plane_gaps += 1;
+    pair.support = gap.support;
+    pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
+    pair.gap_version = version_;
+  }
+  const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
+  if (lost && !find_face(pair, tick)) search_fully(pair, tick);
+  pair.clear_until_m =
+      odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(*pair.view, y_w));
+}
+
+/// Whether a pass can bring the pair into contact; then `reached` tells where it stands: by a lower
+/// bound of its gap while that is at least half of what it was, when it was last computed.
+bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
+  Real gap = pair.gap_m;
   if (pair.inside) {
     search_fully(pair, tick);
+    gap = pair.gap_m;
   } else if (pair.gap_version != version_) {
-    if (pair.known) {
-      const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
-      tick.plane_gaps += 1;
-      pair.support = gap.support;
-      pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
-      pair.gap_version = version_;
-      if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
+    const Real clear = clear_m(pair);
+    reached.exact_p = !(pair.known && clear > 0 && clear >= kStaleShare * pair.gap_m);
+    gap = clear;
+    if (reached.exact_p && !pair.known) {
+      gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
+      pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
+      if (gap >= reach_m_) return false;
     }
-    if (clear(sphere_gap(*pair.view, p_, y_w))) return false;
-    const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
-    if (lost && !find_face(pair, tick)) search_fully(pair, tick);
+    if (reached.exact_p) {
+      measure(pair, tick);
+      gap = pair.gap_m;
+      if (clear_m(pair) >= reach_m_) return false;
+    }
   }
-  if (clear(pair.gap_m - gap_rounding(*pair.view, y_w))) return false;
-  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;
+  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = gap;
   reached.plane = pair.plane;
   reached.support = pair.support;
   reached.allowed_m =
       pair.inside ? std::max(-pair.gap_m - parameters_.scale.recovery_step_m, Real{0}) : Real{0};
   return true;
+}
+
+/// The gap itself where a bound of it does not do.
+void Proxy::look_closer(ReachedPair& reached, ProxyTick& tick) noexcept {
+  ProxyPair& pair = pairs_[reached.pair];
+  measure(pair, tick);
+  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;
+  reached.plane = pair.plane;
+  reached.support = pair.support;
+  reached.exact_p = true;
 }
 
 /// The pairs that a pass can bring into contact.
@@ -319,18 +348,17 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
   tick.gap_m = nearest_m_ = near_pairs_.unlisted_m(odometer_m());
   for (const std::uint32_t slot : near_pairs_.slots()) {
     ProxyPair& pair = pairs_[slot];
-    Real nearest = pair.gap_m;
+    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+    Real nearest = clear;
     if (pair.reached_in != pass_) {
-      const Real clear = clear_m(pair);
       ReachedPair reached;
       if (!pair.inside && clear >= reach_m_) {
         tick.gap_m = std::min(tick.gap_m, clear);
-        nearest = clear;
       } else if (reach_pair(pair, reached, tick)) {
         reached.pair = slot;
         pair.reached_in = pass_;
-        nearest = pair.gap_m;
-        worst_gap_m_ = std::min(worst_gap_m_, pair.gap_m);
+        nearest = reached.gap_m;
+        worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
         static_cast<void>(reached_.push(reached));
         tick.recovering = tick.recovering || pair.inside;
       } else {
@@ -402,6 +430,10 @@ void Proxy::accept(const Step& step) noexcept {
     if (reached.exact_q) {
       pair.gap_m = reached.gap_q_m;
       pair.gap_version = version_;
+      pair.clear_until_m =
+          odometer_m(pair) +
+          static_cast<double>(pair.gap_m -
+                              gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
     }
   }
 }

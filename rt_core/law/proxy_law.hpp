@@ -72,7 +72,7 @@ struct ProxyPair {
 /// A pair that a pass can reach.
 struct ReachedPair {
   std::uint32_t pair = 0;
-  Real gap_m = 0;      ///< at p, along the pair's plane
+  Real gap_m = 0;      ///< at p, along the pair's plane, or a lower bound of it
   Real allowed_m = 0;  ///< depth allowed at the end of the pass; 0 but in recovery
   /// Its certificate at the configuration checked last, or, where none was, the plane that came
   /// closest: of those that can carry a force while one of these is valid.
@@ -81,7 +81,8 @@ struct ReachedPair {
   Real gap_p_m = 0;       ///< at p, along that plane
   Real gap_q_m = 0;       ///< there, or a lower bound of it
   Real path_m = 0;        ///< on the way there, a lower bound: of the plane between its two ends
-  bool exact_q = false;   ///< gap_q_m is the gap itself
+  bool exact_p = true;    ///< gap_m is the gap itself
+  bool exact_q = false;   ///< gap_q_m is
   bool searched = false;  ///< its valid set is there
   /// Its valid set; the first `exposed_count` of it can carry a force.
   std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;
@@ -201,6 +202,8 @@ class Proxy {
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
+  void measure(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void look_closer(ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
