@@ -117,6 +117,7 @@ StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_w
   result.proxy_pose_wa = pose_wa;
   result.proxy_gap_m = free.work.gap_m;
   result.potential_j = free.work.end_potential_j;
+  result.behind_ticks = free.work.behind_ticks;
   result.situation = felt.situation;
   result.near_count = felt.point_count;
   StepCounters& n = result.counters;
@@ -131,6 +132,8 @@ StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_w
   n.search_work = free.work.search_work;
   n.qp_programs = free.work.qp_programs;
   n.qp_steps = free.work.qp_steps;
+  n.list_visits = free.work.list_visits;
+  n.work_units = free.work.units();
   return result;
 }
 
@@ -220,7 +223,7 @@ void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
         &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
         &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
         &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
-        &StepCounters::qp_steps}) {
+        &StepCounters::qp_steps, &StepCounters::list_visits, &StepCounters::work_units}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

@@ -12,7 +12,7 @@
 namespace haptic::sim {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagOutsideEnvelope << 1;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagBehind << 1;
 inline constexpr std::size_t kFlagCount = 20;
 
 [[nodiscard]] inline double length_of(const double (&v)[3]) {

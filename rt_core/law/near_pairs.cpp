@@ -102,8 +102,10 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
   std::array<NodePair, kMostWaiting> waiting;
   std::uint32_t count = 1;
   waiting[0] = NodePair{};
+  visited_ = 0;
   while (count > 0) {
     const NodePair next = waiting[--count];
+    visited_ += 1;
     const PieceNode& a = tree_a_.node(next.a);
     const PieceNode& b = tree_b_.node(next.b);
     const PieceSphere a_w{p.r_wa * a.sphere.centre + p.x0_w, a.sphere.radius_m};

@@ -52,6 +52,8 @@ class NearPairs {
   [[nodiscard]] const NearPair& operator[](std::uint32_t slot) const noexcept {
     return pairs_[slot];
   }
+  /// Nodes of the two trees that the last list looked at, each with one of the other.
+  [[nodiscard]] std::uint32_t visited() const noexcept { return visited_; }
   [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
     return pairs_[slot].listed == list_;
   }
@@ -72,7 +74,8 @@ class NearPairs {
   std::uint32_t entries_ = 0;       ///< in the table
   std::uint64_t list_ = 0;          ///< counts the lists
   double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
-  Real left_m_ = 0;                 ///< nearest pair that is not in it
+  std::uint32_t visited_ = 0;
+  Real left_m_ = 0;  ///< nearest pair that is not in it
 };
 
 }  // namespace haptic

@@ -61,10 +61,10 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
   return least < 0 ? least / length : least;
 }
 
-/// The plane that certifies a pair best, of its certificate and, where that does not do, of its
-/// valid set. Exposed planes come first in the set, so the best of them is known before the rest is
-/// measured.
-void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
+/// Finds the plane that certifies a pair best; false: there was no budget for it. Of its
+/// certificate and, where that does not do, of its valid set. Exposed planes come first in the set,
+/// so the best of them is known before the rest is measured.
+bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
                     ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   const Vec3 y_w = step.q.x0_w - pair.reference_w;
@@ -93,7 +93,7 @@ void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   };
   reached.exact_q = true;
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
-  if (worth_m >= 0) return;
+  if (worth_m >= 0) return true;
   if (!reached.searched && !is_fixed() && pair.view->record->node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
@@ -106,10 +106,13 @@ void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
       if (at_p.gap_m >= least_valid) measure(id, at_p.support, at_p.gap_m, false);
       return worth_m < 0;
     });
-    if (worth_m >= 0) return;
+    if (worth_m >= 0) return true;
     reached = before;
   }
-  if (!reached.searched) find_valid(reached, tick);
+  if (!reached.searched) {
+    if (!may_begin(kSetGrant, tick)) return false;
+    find_valid(reached, tick);
+  }
   ReachedPair exposed;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];
@@ -119,12 +122,13 @@ void Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     exposed_worth_m = worth_m;
   }
   // Any plane certifies; one that only separates is imposed where nothing else is there to be.
-  if (exposed_worth_m == kLowest || worth_m >= 0) return;
+  if (exposed_worth_m == kLowest || worth_m >= 0) return true;
   reached.plane = exposed.plane;
   reached.support = exposed.support;
   reached.gap_p_m = exposed.gap_p_m;
   reached.gap_q_m = exposed.gap_q_m;
   reached.path_m = exposed.path_m;
+  return true;
 }
 
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
@@ -157,7 +161,12 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       reached.exact_q = false;
       continue;
     }
-    certify(reached, step, least_m, tick);
+    if (reached.unsure || !certify(reached, step, least_m, tick)) {
+      // Another pair that lacks a plane is told first: its plane may keep this one clear too.
+      result.ok = false;
+      tick.spent = !(result.lacking_m > 0);
+      return result;
+    }
     const Real lacking = least_m - (reached.gap_q_m + reached.allowed_m);
     const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
     if (lacking > 0) {
@@ -183,6 +192,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   Step trial = step;
   for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
+    if (!may_begin(kRoundGrant, tick)) return false;
     const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick);
     if (result.ok) {
       const Real most = scale.step_m + scale.margin_m;

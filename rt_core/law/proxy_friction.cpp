@@ -138,6 +138,10 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
       cut = true;
     }
     if (!cut) return;
+    if (tick.rounds > 1 && !has_budget(tick)) {
+      tick.spent = true;
+      return;
+    }
     const QpResult last = last_qp_;
     last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
   }

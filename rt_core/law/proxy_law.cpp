@@ -14,6 +14,11 @@
 namespace haptic {
 namespace {
 
+constexpr Real kNoLimit = std::numeric_limits<Real>::max();
+
+/// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
+constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
+
 /// A gap that the part's motion may have taken less of than this is not computed again.
 constexpr Real kStaleShare = 0.5_r;
 
@@ -102,6 +107,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
   imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
+  pending_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
   rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
   row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
   regions_ = arena.take<PlaneRegion>(kKeptRegions);
@@ -139,6 +145,10 @@ void Proxy::reset() noexcept {
   last_cones_.clear();
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
+  pending_.clear();
+  trust_m_ = kNoLimit;
+  waiting_ = waited_ = false;
+  behind_ticks_ = 0;
   choose_from_start_ = false;
   settled_ = still_ = false;
   held_ = 0;
@@ -220,9 +230,28 @@ Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
   return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
 }
 
+/// Whether a tick may begin something that costs more than a gap. The first of its kind it always
+/// may.
+bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
+  const bool first = (grants_ & grant) == 0;
+  grants_ = static_cast<std::uint8_t>(grants_ | grant);
+  if (first || has_budget(tick)) return true;
+  tick.spent = true;
+  return false;
+}
+
+/// The same for the search of a pair; pairs that have waited come before others.
+bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
+  const bool first = (grants_ & kSearchGrant) == 0 && (!waited_ || pair.waits);
+  if (first) grants_ |= kSearchGrant;
+  pair.waits = !first && !has_budget(tick);
+  waiting_ = waiting_ || pair.waits;
+  return !pair.waits;
+}
+
 /// Computes the gap of a pair at p_ along its plane; where it has none left, or no plane yet, finds
-/// one.
-void Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
+/// one. False: for want of budget it has none still.
+bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   if (pair.known) {
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
@@ -232,9 +261,11 @@ void Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     pair.gap_version = version_;
   }
   const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
+  if (lost && !may_search(pair, tick)) return false;
   if (lost && !find_face(pair, tick)) search_fully(pair, tick);
   pair.clear_until_m =
       odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(*pair.view, y_w));
+  return true;
 }
 
 /// Whether a pass can bring the pair into contact; then `reached` tells where it stands: by a lower
@@ -242,7 +273,16 @@ void Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   Real gap = pair.gap_m;
   if (pair.inside) {
-    search_fully(pair, tick);
+    // Recovery: the plane that leads out may change; where it cannot be searched for, it is held.
+    if (may_search(pair, tick)) {
+      search_fully(pair, tick);
+    } else {
+      const PlaneGap held = plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w),
+                                      pair.plane, pair.support);
+      tick.plane_gaps += 1;
+      if (held.defined) pair.gap_m = held.gap_m;
+      pair.gap_version = version_;
+    }
     gap = pair.gap_m;
   } else if (pair.gap_version != version_) {
     const Real clear = clear_m(pair);
@@ -254,9 +294,9 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
       if (gap >= reach_m_) return false;
     }
     if (reached.exact_p) {
-      measure(pair, tick);
-      gap = pair.gap_m;
-      if (clear_m(pair) >= reach_m_) return false;
+      reached.unsure = !measure(pair, tick);
+      if (!reached.unsure) gap = pair.gap_m;
+      if (!reached.unsure && clear_m(pair) >= reach_m_) return false;
     }
   }
   reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = gap;
@@ -270,7 +310,8 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
 /// The gap itself where a bound of it does not do.
 void Proxy::look_closer(ReachedPair& reached, ProxyTick& tick) noexcept {
   ProxyPair& pair = pairs_[reached.pair];
-  measure(pair, tick);
+  reached.unsure = !measure(pair, tick);
+  if (reached.unsure) return;
   reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;
   reached.plane = pair.plane;
   reached.support = pair.support;
@@ -285,7 +326,8 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Real pull_m = std::sqrt(error.translation_m.squaredNorm()) +
                       parameters_.radius_m * std::sqrt(error.rotation_rad.squaredNorm());
-  reach_m_ = std::min(scale.reach_m, pull_m + scale.margin_m);
+  reach_m_ = std::min({scale.reach_m, pull_m + scale.margin_m,
+                       trust_m_ < scale.reach_m ? trust_m_ + scale.margin_m : scale.reach_m});
   tick.recovering = false;
   worst_gap_m_ = std::numeric_limits<Real>::max();
   reach_all(tick);
@@ -344,7 +386,10 @@ void Proxy::list_pairs() noexcept {
 
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
-  if (!(near_pairs_.unlisted_m(odometer_m()) >= reach_m_)) list_pairs();
+  if (!(near_pairs_.unlisted_m(odometer_m()) >= reach_m_)) {
+    list_pairs();
+    tick.list_visits += near_pairs_.visited();
+  }
   tick.gap_m = nearest_m_ = near_pairs_.unlisted_m(odometer_m());
   for (const std::uint32_t slot : near_pairs_.slots()) {
     ProxyPair& pair = pairs_[slot];
@@ -408,6 +453,26 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   only();
 }
 
+/// A pass has ended for want of budget: p_ stays, the next one goes on with what this has found, no
+/// farther than a part of the way.
+void Proxy::keep_found() noexcept {
+  const Real least = -valid_depth(parameters_.scale);
+  for (const ReachedPair& reached : reached_) {
+    ProxyPair& pair = pairs_[reached.pair];
+    if (reached.unsure || pair.inside || reached.plane == pair.plane || reached.gap_p_m < least) {
+      continue;
+    }
+    pair.plane = reached.plane;
+    pair.support = reached.support;
+    pair.gap_m = reached.gap_p_m;
+    pair.gap_version = version_;
+  }
+  pending_.clear();
+  for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
+  trust_m_ = std::max(kTrustLess * std::min(trust_m_, reach_m_),
+                      kLastTolerances * parameters_.scale.tolerance_m);
+}
+
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
@@ -463,6 +528,9 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
                       BoundedList<NearNode>& near) noexcept {
   near_scratch_ = &scratch;
   near_ = &near;
+  grants_ = 0;
+  waited_ = waiting_;
+  waiting_ = false;
   if (!started_) {
     p_ = goal_ = goal;
     started_ = true;
@@ -475,7 +543,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     }
     held_ = std::min(held_ + 1, kMostHeld);
     // Planes of an earlier pass can make a long way slow.
-    if (still_ || held_ % kChoicePeriod == 0) choose_from_start_ = true;
+    if (behind_ticks_ == 0 && (still_ || held_ % kChoicePeriod == 0)) choose_from_start_ = true;
   } else {
     held_ = 0;
   }
@@ -492,11 +560,26 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
     end = pass(goal, tick);
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
+    if (end == PassEnd::kSpent) {
+      keep_found();
+      break;
+    }
+    pending_.clear();
+    if (end == PassEnd::kMoved && trust_m_ < kNoLimit) {
+      trust_m_ *= kTrustMore;
+      if (trust_m_ > parameters_.scale.reach_m) trust_m_ = kNoLimit;
+    }
     if (end == PassEnd::kDone || !may_move()) break;
     if (end == PassEnd::kMoved && held_ == 0 && moved_little_) break;
     // The planes that a short step has found may lead farther; a second one says that they do not.
     if (short_ && ++short_passes == kMostShortPasses) break;
+    if (!has_budget(tick)) {
+      tick.spent = tick.spent || end == PassEnd::kMoved;
+      break;
+    }
   }
+  behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
+  tick.behind_ticks = behind_ticks_;
   if (tick.residual_n > kResidual_n) tick.limited = true;
   tick.error = error_of(goal, p_);
   for (const ReachedPair& reached : reached_) {
@@ -506,7 +589,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   }
   settle_slip();
   feel(tick);
-  still_ = !tick.moved && !tick.recovering && (end == PassEnd::kDone || held_ >= kLeastHeld);
+  still_ = !tick.moved && !tick.recovering && !tick.spent &&
+           (end == PassEnd::kDone || held_ >= kLeastHeld);
   // Only with planes that this tick has chosen from the start; else the next one with this goal
   // does.
   settled_ = still_ && chosen;

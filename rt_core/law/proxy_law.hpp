@@ -12,6 +12,7 @@
 /// risen, so a tick may end after any of them.
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "rt_core/base/arena.hpp"
@@ -65,6 +66,7 @@ struct ProxyPair {
   std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
   bool known = false;
   bool inside = false;            ///< no plane had a gap: the pair is being recovered
+  bool waits = false;             ///< for a search that a tick had no budget for
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
   std::uint32_t quiet_ticks = 0;  ///< in which it did not
 };
@@ -82,6 +84,7 @@ struct ReachedPair {
   Real gap_q_m = 0;       ///< there, or a lower bound of it
   Real path_m = 0;        ///< on the way there, a lower bound: of the plane between its two ends
   bool exact_p = true;    ///< gap_m is the gap itself
+  bool unsure = false;    ///< no plane certifies it at p, for want of budget
   bool exact_q = false;   ///< gap_q_m is
   bool searched = false;  ///< its valid set is there
   /// Its valid set; the first `exposed_count` of it can carry a force.
@@ -137,9 +140,18 @@ struct ProxyTick {
   std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
   std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
   std::uint32_t qp_programs = 0, qp_steps = 0;
-  bool moved = false;       ///< p is not where it was
-  bool limited = false;     ///< a cap was met, or a residual is left
-  bool recovering = false;  ///< inside an obstacle
+  std::uint32_t list_visits = 0;   ///< nodes of the trees that lists of near pairs looked at
+  std::uint32_t behind_ticks = 0;  ///< ticks in a row that have ended for want of budget
+  bool spent = false;              ///< this is one
+  bool moved = false;              ///< p is not where it was
+  bool limited = false;            ///< a cap was met, or a residual is left
+  bool recovering = false;         ///< inside an obstacle
+
+  /// Work so far, in units of the budget.
+  [[nodiscard]] std::uint32_t units() const noexcept {
+    return plane_gaps + valid_nodes + search_work + kQpStepUnits * qp_steps +
+           list_visits / kListVisitsOfUnit;
+  }
 };
 
 /// The proxy of one scene. Memory is placed once; nothing grows.
@@ -150,6 +162,8 @@ class Proxy {
     ProxyScale scale;
     Real radius_m = 0;  ///< of A about the grip point
     std::uint32_t passes = kDefaultProxyPasses;
+    /// Units of work after which a tick begins nothing more; what it has begun it ends.
+    std::uint32_t work_units = std::numeric_limits<std::uint32_t>::max();
     Real epsilon_m = 0;  ///< of the scene: for full searches
     /// The proxy never leaves it: no step that a pass considers does. Goals must lie inside.
     MotionEnvelope envelope;
@@ -188,9 +202,13 @@ class Proxy {
   /// How a pass ended.
   enum class PassEnd : std::uint8_t {
     kMoved,
-    kDone,     ///< no step lowers the energy by more than rounding
-    kRejected  ///< steps that would have are not certified
+    kDone,      ///< no step lowers the energy by more than rounding
+    kRejected,  ///< steps that would have are not certified
+    kSpent      ///< for want of budget
   };
+  /// What a tick may begin once however much it has spent: else no budget could be too small for
+  /// the part to arrive.
+  enum Grant : std::uint8_t { kRoundGrant = 1, kSetGrant = 2, kSearchGrant = 4 };
 
   [[nodiscard]] PassEnd pass(const GripPose& goal, ProxyTick& tick) noexcept;
   void gather(const PoseError& error, ProxyTick& tick) noexcept;
@@ -202,16 +220,24 @@ class Proxy {
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
-  void measure(ProxyPair& pair, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool measure(ProxyPair& pair, ProxyTick& tick) noexcept;
   void look_closer(ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
+  [[nodiscard]] bool has_budget(const ProxyTick& tick) const noexcept {
+    return tick.units() < parameters_.work_units;
+  }
+  [[nodiscard]] bool may_begin(Grant grant, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool may_search(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void keep_found() noexcept;
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] bool find_face(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
 
   [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;
   [[nodiscard]] bool correct(Step& step, ProxyTick& tick) noexcept;
+  [[nodiscard]] PassEnd end_spent() noexcept;
+  [[nodiscard]] bool is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
   void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
@@ -258,7 +284,8 @@ class Proxy {
   void settle_slip() noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
-  void certify(ReachedPair& reached, const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,
+                             ProxyTick& tick) noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                               const Step& step) const noexcept;
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
@@ -294,6 +321,11 @@ class Proxy {
   BoundedList<ReachedPair> reached_;
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
+  BoundedList<ImposedPlane> pending_;  ///< of a pass at p_ that ended for want of budget
+  Real trust_m_ = std::numeric_limits<Real>::max();  ///< no step is longer
+  std::uint8_t grants_ = 0;                          ///< Grant, of this tick
+  bool waiting_ = false, waited_ = false;  ///< a pair waits for a search; one did in the last tick
+  std::uint32_t behind_ticks_ = 0;
   /// The last pass was rejected: the next starts without its planes.
   bool choose_from_start_ = false;
   Real way_left_m_ = 0, turn_left_rad_ = 0;  ///< what p may move by in the rest of this tick

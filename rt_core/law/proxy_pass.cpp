@@ -9,11 +9,11 @@
 namespace haptic {
 namespace {
 
-/// By how much the first retry shrinks the trust region; in the last one it is a few times the
-/// tolerance. A part that rolls as it slides settles where the pull along the surface is as small
-/// against that into it as the last region is short [rad]; and planes that a pair has beside the
-/// best one are not imposed for so short a step.
-constexpr Real kRetryShare = 0.1_r, kLastTolerances = 2;
+/// By how much the first retry shrinks the trust region; in the last one it is kLastTolerances. A
+/// part that rolls as it slides settles where the pull along the surface is as small against that
+/// into it as the last region is short [rad]; and planes that a pair has beside the best one are
+/// not imposed for so short a step.
+constexpr Real kRetryShare = 0.1_r;
 /// Rows linearised at a step hold a part that they let move by no more than this share of its way.
 constexpr Real kHeldBack = 0.02_r;
 /// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
@@ -87,6 +87,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
 
   Step step;
   const bool found = solve(error, step, tick);
+  if (tick.spent) return end_spent();
   tick.residual_n = left_over_n(near_wish_, Vec3::Zero(), Vec3::Zero());
   bool ok = found && affordable(step);
   const bool stays = step.dx_m.isZero(0) && step.dtheta_rad.isZero(0);
@@ -97,10 +98,12 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     return PassEnd::kDone;
   }
   if (!ok) ok = correct(step, tick) && affordable(step);
+  if (tick.spent) return end_spent();
   if (!ok) {
     const Vec3 dx = step.dx_m, dtheta = step.dtheta_rad;
     Real share = 0.5_r;
     for (std::uint32_t k = 0; k < kMaxBackOffs && !ok; ++k, share /= 2) {
+      if (!may_begin(kRoundGrant, tick)) return end_spent();
       step = step_by(share * dx, share * dtheta);
       ok = check(step, kCorrectedShare * -scale.tolerance_m, tick).ok && affordable(step);
     }
@@ -114,6 +117,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     step = step_by(s * error.translation_m, Vec3::Zero());
     ok = correct(step, tick) && affordable(step);
   }
+  if (tick.spent) return end_spent();
   remember_active();
   if (!ok) {
     // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
@@ -128,6 +132,12 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   tick.residual_n = left_over_n(wish_, step.dx_m, step.dtheta_rad);
   accept(step);
   return PassEnd::kMoved;
+}
+
+/// A pass that may begin nothing more: p stays.
+Proxy::PassEnd Proxy::end_spent() noexcept {
+  if (last_qp_.active_count > 0) remember_active();
+  return PassEnd::kSpent;
 }
 
 /// Force of the spring along what a program asked for and a step did not do.
@@ -172,6 +182,21 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
     }
   }
   choose_from_start_ = false;
+  // What a pass at this p found before it ended for want of budget.
+  for (const ImposedPlane& plane : pending_) {
+    if (is_imposed(plane.pair, plane.id)) continue;
+    if (!imposed_.push(plane)) break;
+    ImposedPlane& taken = imposed_[imposed_.size() - 1];
+    taken.times = 1;
+    taken.at_start = true;
+    if (!add_rows_at_p(imposed_.size() - 1, error, tick)) tick.limited = true;
+  }
+}
+
+bool Proxy::is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept {
+  return std::any_of(imposed_.begin(), imposed_.end(), [&](const ImposedPlane& plane) {
+    return plane.pair == pair && plane.id == id;
+  });
 }
 
 /// The point of the rows that is closest to the origin, and its work counted.
@@ -233,10 +258,12 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
         if (!add_rows_at_p(k, error, tick)) break;
       }
     }
+    if (!may_begin(kRoundGrant, tick)) return false;
     tick.rounds = std::max(tick.rounds, round + 1);
     if (!(share < 1)) {
       last_qp_ = solve_rows(tolerance, tick);
       cut_cones(error, tolerance, tick);
+      if (tick.spent) return false;
       if (last_qp_.capped) tick.limited = true;
       wish_.translation_m = last_qp_.z.head<3>() + error.translation_m;
       wish_.rotation_rad =
@@ -255,8 +282,10 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       if (s * turn > most_rad) s = most_rad / turn;
       s = std::max(s, nearest_m_ / motion);
     }
+    const bool trusted = !(s * motion > trust_m_);
+    if (!trusted) s = trust_m_ / motion;
     // Place and turn are bounded each by itself, but where planes tie them together.
-    const bool spent = s * far > way_left_m_ || s * turn > turn_left_rad_;
+    const bool cut = !trusted || s * far > way_left_m_ || s * turn > turn_left_rad_;
     Real s_turn = s * turn > turn_left_rad_ ? turn_left_rad_ / turn : s;
     if (s * far > way_left_m_) s = way_left_m_ / far;
     if (last_qp_.active_count > 0) s = s_turn = std::min(s, s_turn);
@@ -270,9 +299,10 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
+    if (tick.spent) return false;
     const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
-      if (spent || (!still && !(far_rows_ && motion < kHeldBack * free_motion))) return true;
+      if (cut || (!still && !(far_rows_ && motion < kHeldBack * free_motion))) return true;
       if (share < 1) return !still;
       // Rows linearised at a far step, planes that were the best there, and planes of an earlier
       // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
@@ -374,17 +404,11 @@ void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
     const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
     return region.gap.defined && region.overlap;
   };
-  const auto imposed = [&](const PlaneId& id) {
-    for (const ImposedPlane& other : imposed_) {
-      if (other.pair == reached.pair && other.id == id) return true;
-    }
-    return false;
-  };
   if (touches(plane.id, plane.support)) return;
   const std::uint32_t looked_at = std::min(reached.exposed_count, kMaxTouchingLooks);
   for (std::uint32_t k = 0; k < looked_at; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];
-    if (valid.gap_m > parameters_.scale.tolerance_m || imposed(valid.id)) continue;
+    if (valid.gap_m > parameters_.scale.tolerance_m || is_imposed(reached.pair, valid.id)) continue;
     if (!touches(valid.id, valid.support)) continue;
     plane.id = valid.id;
     plane.support = valid.support;

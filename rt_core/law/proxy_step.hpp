@@ -28,6 +28,9 @@ inline constexpr std::uint32_t kManyNodes = 700;
 /// The faces of A are tried too where they are no more than this.
 inline constexpr std::uint32_t kFewFaces = 16;
 
+/// The shortest of the longest steps, in tolerances.
+inline constexpr Real kLastTolerances = 2;
+
 /// Share of the tolerance that a step that was corrected or shortened may be deep at its end.
 inline constexpr Real kCorrectedShare = 0.75_r;
 

@@ -32,6 +32,11 @@ inline constexpr std::uint32_t kStickTicks = 50;
 inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
 inline constexpr std::uint32_t kMaxValidSearches = 64;
 
+/// Units of work: a gap along a plane, a node of a valid set and a step of a search are one each.
+inline constexpr std::uint32_t kQpStepUnits = 4, kListVisitsOfUnit = 4;
+/// Units that a tick may spend before it ends with what it has, where the scene does not say.
+inline constexpr std::uint32_t kDefaultWorkUnits = 2000;
+
 /// Pairs near the part that a tick can follow at once; further ones bound its way.
 inline constexpr std::uint32_t kMaxNearPairs = 512;
 [[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs) noexcept {

@@ -56,6 +56,7 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
   parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
   tolerance_m_ = parameters.scale.tolerance_m;
   parameters.passes = c.passes;
+  parameters.work_units = kDefaultWorkUnits;
   parameters.radius_m = radius;
   parameters.epsilon_m = epsilon_m_;
   parameters.envelope = envelope_of(p);
@@ -102,6 +103,7 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   free.grip = proxy_.pose();
   const PoseError& error = free.work.error;
   if (free.work.limited) free.flags |= kFlagProxyLimited;
+  if (free.work.spent) free.flags |= kFlagBehind;
   if (free.work.recovering) free.flags |= kFlagRecovery;
   if (!free.work.moved && free.work.residual_n > kResidual_n) free.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * radius_m_;

@@ -61,8 +61,10 @@ enum StepFlag : std::uint32_t {
   kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
   kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
   kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
-  kFlagOutsideEnvelope = 1u << 19   ///< the scene's envelope was left, or was about to be: the
+  kFlagOutsideEnvelope = 1u << 19,  ///< the scene's envelope was left, or was about to be: the
                                     ///< wrench is ramped out; latched until reset()
+  kFlagBehind = 1u << 20            ///< the proxy's budget of work was spent before it had got as
+                                    ///< far as it could; see behind_ticks
 };
 
 /// Those that the search at the goal pose sets: never set in a tick that does without it.
@@ -90,6 +92,8 @@ struct StepCounters {
   std::uint32_t search_work = 0;  ///< of these: faces and edges, edge pairs, support pairs, nodes
   std::uint32_t qp_programs = 0;  ///< quadratic programs solved
   std::uint32_t qp_steps = 0;     ///< iterations of all of them
+  std::uint32_t list_visits = 0;  ///< nodes of the trees that lists of near pairs looked at
+  std::uint32_t work_units = 0;   ///< of the proxy, as its budget counts them
 };
 
 /// What one tick returns.
@@ -125,7 +129,8 @@ struct StepResult {
   Pose proxy_pose_wa;
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
-  Twist device_twist_w;  ///< estimate, where the scene names a device
+  std::uint32_t behind_ticks = 0;  ///< ticks in a row, to this one, with kFlagBehind
+  Twist device_twist_w;            ///< estimate, where the scene names a device
   /// Passivity observer: minus what the rendering has generated beyond the spring's own energy and
   /// the device's damping and has not been taken out yet; at most 0.
   Real energy_j = 0;

@@ -78,18 +78,10 @@ ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t
   lay_out(arena);
   Real radius = 0, extent = 0;
   for (std::uint32_t i = 0; i < pairs; ++i) {
-    const BodyRecord& body = view.bodies()[view.pieces()[view.pairs()[i].piece_b].body];
-    ProxyPair& pair = proxy.pairs()[i];
-    pair.view = &views_[i];
-    pair.reference_w =
-        Vec3(static_cast<Real>(body.reference_m[0]), static_cast<Real>(body.reference_m[1]),
-             static_cast<Real>(body.reference_m[2]));
-    pair.reach_a_m = static_cast<Real>(views_[i].a.record->reach_m);
-    pair.friction = static_cast<Real>(body.friction);
-    pair.friction_static = static_cast<Real>(body.friction_static);
-    radius = std::max(radius, pair.reach_a_m);
+    radius = std::max(radius, static_cast<Real>(views_[i].a.record->reach_m));
     extent = std::max(extent, static_cast<Real>(views_[i].b.record->reach_m));
   }
+  proxy.read_scene(view);
   const CouplingParameters& c = view.parameters().coupling;
   parameters.spring.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
   parameters.spring.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
