@@ -31,8 +31,9 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   // 2 to 5. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does
   // without it unless the caller asks.
   const std::uint32_t motion_flags = m.goal_contact.advance(goal.grip);
+  const bool asked = !proxy || (m.searches_goal && input.report_goal_contact);
   const ContactSet contact =
-      !proxy || input.report_goal_contact ? m.goal_contact.search(goal.grip) : ContactSet{};
+      kSceneTraits.goal_contact && asked ? m.goal_contact.search(goal.grip) : ContactSet{};
 
   // The device's velocity, for the law's damping and for the account of energy.
   const DeviceMotion device = m.output.sense(goal.device, input);
@@ -190,9 +191,7 @@ RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
   return RtStatus::kOk;
 }
 
-std::uint32_t HapticCore::pair_count() const noexcept {
-  return static_cast<std::uint32_t>(memory_->pairs.size());
-}
+std::uint32_t HapticCore::pair_count() const noexcept { return memory_->pair_count; }
 
 const StepPeaks& HapticCore::peaks() const noexcept { return memory_->peaks; }
 
@@ -201,7 +200,7 @@ const FeltContact& HapticCore::felt_contact() const noexcept { return memory_->f
 const MotionEnvelope& HapticCore::envelope() const noexcept { return memory_->goal.envelope(); }
 
 PairReport HapticCore::pair_report(std::uint32_t pair) const noexcept {
-  return memory_->goal_contact.report(pair);
+  return memory_->searches_goal ? memory_->goal_contact.report(pair) : PairReport{};
 }
 
 void HapticCore::contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept {
@@ -216,14 +215,16 @@ void HapticCore::contact_geometry(std::uint32_t pair, ContactGeometry& out) noex
 }
 
 void raise_peaks(const StepCounters& counters, StepPeaks& peaks) noexcept {
-  for (const auto field :
-       {&StepCounters::pair_visits, &StepCounters::support_pairs,
-        &StepCounters::feature_evaluations, &StepCounters::edge_pairs, &StepCounters::near_nodes,
-        &StepCounters::hull_points, &StepCounters::stale_pairs, &StepCounters::proxy_passes,
-        &StepCounters::proxy_rejected, &StepCounters::proxy_rounds, &StepCounters::proxy_rows,
-        &StepCounters::qp_iterations, &StepCounters::plane_gaps, &StepCounters::valid_nodes,
-        &StepCounters::full_searches, &StepCounters::search_work, &StepCounters::qp_programs,
-        &StepCounters::qp_steps, &StepCounters::list_visits, &StepCounters::work_units}) {
+  for (const auto field : {&StepCounters::pair_visits,         &StepCounters::support_pairs,
+                           &StepCounters::feature_evaluations, &StepCounters::edge_pairs,
+                           &StepCounters::near_nodes,          &StepCounters::hull_points,
+                           &StepCounters::stale_pairs,         &StepCounters::proxy_passes,
+                           &StepCounters::proxy_rejected,      &StepCounters::proxy_rounds,
+                           &StepCounters::proxy_rows,          &StepCounters::qp_iterations,
+                           &StepCounters::plane_gaps,          &StepCounters::valid_nodes,
+                           &StepCounters::full_searches,       &StepCounters::search_work,
+                           &StepCounters::qp_programs,         &StepCounters::qp_steps,
+                           &StepCounters::list_visits,         &StepCounters::work_units}) {
     peaks.*field = std::max(peaks.*field, counters.*field);
   }
 }

@@ -29,6 +29,10 @@ constexpr Counter kCounters[] = {
     {"near_nodes", "near nodes", &StepCounters::near_nodes, &SceneCapacity::max_near_nodes, false},
     {"hull_points", "points of one contact region", &StepCounters::hull_points,
      &SceneCapacity::max_hull_points, false},
+    {"work_units", "units of work", &StepCounters::work_units, &SceneCapacity::max_work_units,
+     true},
+    {"list_visits", "nodes of the trees of pieces", &StepCounters::list_visits,
+     &SceneCapacity::max_list_visits, true},
     {"plane_gaps", "gaps along planes", &StepCounters::plane_gaps, &SceneCapacity::max_plane_gaps,
      true},
     {"valid_nodes", "nodes of valid sets", &StepCounters::valid_nodes,
@@ -88,14 +92,9 @@ std::uint64_t work_bound(const SceneCapacity& c) {
          c.max_support_pairs + c.max_near_nodes;
 }
 
-std::uint64_t proxy_units(const StepCounters& c) {
-  return std::uint64_t{c.plane_gaps} + c.valid_nodes + c.search_work + c.qp_programs + c.qp_steps;
-}
+std::uint64_t proxy_units(const StepCounters& c) { return c.work_units; }
 
-std::uint64_t proxy_bound(const SceneCapacity& c) {
-  return std::uint64_t{c.max_plane_gaps} + c.max_valid_nodes + c.max_search_work +
-         c.max_qp_programs + c.max_qp_steps;
-}
+std::uint64_t proxy_bound(const SceneCapacity& c) { return c.max_work_units; }
 
 bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity) {
   return std::ranges::all_of(kCounters,

@@ -35,10 +35,6 @@ struct ValidPlane {
 inline constexpr std::uint32_t kValidVisits = kSceneTraits.valid_visits;
 static_assert(kValidVisits > 0 && kValidVisits <= kMaxValidVisits);
 
-/// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
-/// walked but scanned.
-inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096;
-
 struct ValidScratch {
   std::span<std::uint32_t> slots;  ///< open table of nodes seen, plus one; zero between uses
   std::span<std::uint32_t> queue;  ///< kValidVisits nodes

@@ -16,8 +16,6 @@ namespace {
 struct NodePair {
   std::uint32_t a = 0, b = 0;
 };
-/// Node pairs that wait to be looked at: each of the trees' levels leaves one behind.
-constexpr std::uint32_t kMostWaiting = 2 * 33 + 1;
 
 Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
   const Real between = std::sqrt((a_w.centre - b_w.centre).squaredNorm());
@@ -110,7 +108,7 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
     const PieceNode& b = tree_b_.node(next.b);
     const PieceSphere a_w{p.r_wa * a.sphere.centre + p.x0_w, a.sphere.radius_m};
     const Real gap = sphere_distance(a_w, b.sphere);
-    if (gap > range_m) {
+    if (gap > range_m || visited_ > kMaxListVisits - kMostWaiting) {
       left_m_ = std::min(left_m_, gap);
     } else if (a.count == 1 && b.count == 1) {
       const std::uint32_t pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));

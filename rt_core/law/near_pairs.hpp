@@ -11,9 +11,13 @@
 #include "rt_core/base/bounded_list.hpp"
 #include "rt_core/base/pose.hpp"
 #include "rt_core/contact/piece_tree.hpp"
+#include "rt_core/scene/proxy_limits.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
 namespace haptic {
+
+/// Nodes of the two trees that wait to be looked at: each level of the trees leaves one behind.
+inline constexpr std::uint32_t kMostWaiting = 2 * 33 + 1;
 
 /// A pair in a slot.
 struct NearPair {
@@ -54,6 +58,8 @@ class NearPairs {
   }
   /// Nodes of the two trees that the last list looked at, each with one of the other.
   [[nodiscard]] std::uint32_t visited() const noexcept { return visited_; }
+  /// It ended before it had looked at all.
+  [[nodiscard]] bool was_cut() const noexcept { return visited_ > kMaxListVisits - kMostWaiting; }
   [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
     return pairs_[slot].listed == list_;
   }

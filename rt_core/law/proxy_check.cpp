@@ -94,6 +94,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   reached.exact_q = true;
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return true;
+  if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
   if (!reached.searched && !is_fixed() && pair.view->record->node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
@@ -109,10 +110,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     if (worth_m >= 0) return true;
     reached = before;
   }
-  if (!reached.searched) {
-    if (!may_begin(kSetGrant, tick)) return false;
-    find_valid(reached, tick);
-  }
+  if (!reached.searched) find_valid(reached, tick);
   ReachedPair exposed;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];

@@ -138,8 +138,8 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
       cut = true;
     }
     if (!cut) return;
-    if (tick.rounds > 1 && !has_budget(tick)) {
-      tick.spent = true;
+    if (!has_budget(tick) && cone_programs_ >= kGrantedConePrograms) {
+      tick.limited = true;
       return;
     }
     const QpResult last = last_qp_;

@@ -97,7 +97,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
     loop_a = std::max(loop_a, largest_loop(scene.piece(record.piece_a)));
     loop_b = std::max(loop_b, largest_loop(scene.piece(record.piece_b)));
   }
-  const std::uint32_t slots = near_slots(c.pair_count);
+  const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
   near_pairs_.place(arena, scene, slots);
   pairs_ = arena.take<ProxyPair>(slots);
@@ -146,7 +146,7 @@ void Proxy::reset() noexcept {
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   pending_.clear();
-  trust_m_ = kNoLimit;
+  trust_m_ = list_range_m_ = kNoLimit;
   waiting_ = waited_ = false;
   behind_ticks_ = 0;
   choose_from_start_ = false;
@@ -377,7 +377,11 @@ void Proxy::enter(std::uint32_t slot) noexcept {
 /// Makes the list of the pairs within reach, and as far again so that it lasts for a while.
 void Proxy::list_pairs() noexcept {
   for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
-  near_pairs_.make(p_, odometer_m(), reach_m_ + parameters_.scale.reach_m);
+  list_range_m_ = std::min(list_range_m_, reach_m_ + parameters_.scale.reach_m);
+  near_pairs_.make(p_, odometer_m(), list_range_m_);
+  // A list that has not come to an end says nothing of the pairs that it has not seen: a shorter
+  // range makes a shorter list.
+  list_range_m_ *= near_pairs_.was_cut() ? kTrustLess : kTrustMore;
   for (const std::uint32_t slot : near_pairs_.changed()) {
     forget(slot);
     if (near_pairs_.holds(slot)) enter(slot);

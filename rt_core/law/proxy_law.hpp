@@ -322,8 +322,9 @@ class Proxy {
   BoundedList<ValidPlane> valid_;
   BoundedList<ImposedPlane> imposed_, active_;
   BoundedList<ImposedPlane> pending_;  ///< of a pass at p_ that ended for want of budget
-  Real trust_m_ = std::numeric_limits<Real>::max();  ///< no step is longer
-  std::uint8_t grants_ = 0;                          ///< Grant, of this tick
+  Real trust_m_ = std::numeric_limits<Real>::max();       ///< no step is longer
+  Real list_range_m_ = std::numeric_limits<Real>::max();  ///< no list reaches farther
+  std::uint8_t grants_ = 0;                               ///< Grant, of this tick
   bool waiting_ = false, waited_ = false;  ///< a pair waits for a search; one did in the last tick
   std::uint32_t behind_ticks_ = 0;
   /// The last pass was rejected: the next starts without its planes.

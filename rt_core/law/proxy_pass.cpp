@@ -263,7 +263,6 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     if (!(share < 1)) {
       last_qp_ = solve_rows(tolerance, tick);
       cut_cones(error, tolerance, tick);
-      if (tick.spent) return false;
       if (last_qp_.capped) tick.limited = true;
       wish_.translation_m = last_qp_.z.head<3>() + error.translation_m;
       wish_.rotation_rad =

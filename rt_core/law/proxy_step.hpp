@@ -25,9 +25,6 @@ struct Proxy::Check {
 /// A pair with at least so many basic contacts is certified by a face, if one does, before its
 /// valid set is asked for.
 inline constexpr std::uint32_t kManyNodes = 700;
-/// The faces of A are tried too where they are no more than this.
-inline constexpr std::uint32_t kFewFaces = 16;
-
 /// The shortest of the longest steps, in tolerances.
 inline constexpr Real kLastTolerances = 2;
 

@@ -60,22 +60,41 @@ inline constexpr std::uint32_t kGateSupportPairs = 2;
 /// Pairs that a tick may visit where the scene does not say.
 inline constexpr std::uint32_t kDefaultPairVisits = 64;
 
-/// Work of the proxy in one tick of `passes` passes over `pairs` pairs, at most.
-struct ProxyBounds {
-  std::uint64_t plane_gaps, valid_nodes, full_searches;
+/// What the proxy may begin of one pair, in its units, at most: once when the units are spent.
+struct PairWork {
+  std::uint64_t set = 0;     ///< a valid set, and the gaps along its planes
+  std::uint64_t search = 0;  ///< a plane where none is known: faces, then every basic contact
 };
-constexpr ProxyBounds proxy_bounds(std::uint64_t pairs, std::uint64_t passes) noexcept {
-  constexpr std::uint64_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
-  constexpr std::uint64_t kChecks = kRounds + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
-  const std::uint64_t valid = std::min<std::uint64_t>(pairs, kMaxValidSearches) * kMaxValidPlanes;
-  const std::uint64_t check = pairs + valid;  // each pair's certificate, and the valid sets
-  const std::uint64_t rows = (1 + kProxyRetries) * kMaxImposedPlanes + 2 * kRounds +
-                             2 * kMaxCorrections * pairs +
-                             kProxyRetryRounds * (1 + kMaxTouchingLooks);
-  const std::uint64_t felt = passes > 0 ? kMaxFeltPlanes : 0;
-  // Pairs within reach, and twice more where a step goes farther.
-  return {passes * (3 * pairs + kChecks * check + rows) + felt,
-          passes * std::min<std::uint64_t>(pairs, valid) * kMaxValidVisits, passes * 2 * pairs};
+constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b,
+                             const PairBounds& bounds) noexcept {
+  const std::uint64_t faces = b.face_count + (a.face_count <= kFewFaces ? a.face_count : 0);
+  const std::uint64_t edge_pairs = std::uint64_t{a.edge_count} * b.edge_count;
+  const std::uint64_t scanned = std::min<std::uint64_t>(edge_pairs, kMostScannedPairs);
+  const std::uint64_t scan =
+      a.face_count + b.face_count + (a.edge_count + b.edge_count) / 16 + scanned / 8 + scanned + 2;
+  return {2 * faces + std::max<std::uint64_t>(scan, kMaxValidVisits) + kMaxValidPlanes,
+          faces + bounds.feature_evaluations + bounds.edge_pairs + bounds.support_pairs +
+              bounds.near_nodes};
+}
+constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
+  return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};
+}
+
+/// Nodes of two trees over pieces that one list of near pairs looks at.
+constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces_b) noexcept {
+  return std::min<std::uint64_t>((2 * pieces_a - 1) * (2 * pieces_b - 1), kMaxListVisits);
+}
+
+/// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when
+/// the budget is spent or nearly so. `largest`: over all pairs.
+constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots,
+                                    std::uint64_t visits, bool friction) noexcept {
+  constexpr std::uint64_t kProgram = kQpStepUnits * kMaxQpIterations;
+  const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
+  // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
+  // more; contact regions are those of the planes imposed and felt.
+  return visits / kListVisitsOfUnit + 3 * slots + largest.set + largest.search +
+         programs * kProgram + 2 * kMaxImposedPlanes + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
@@ -101,8 +120,13 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
   return p.law == LawId::kProxy ? p.coupling.passes : 0;
 }
 
-/// Capacities and bounds of a scene of which a tick visits at most `max_pair_visits` pairs; all
-/// fields but state_bytes. `passes`: of law kProxy, else 0. Each total is the smaller of the sum
+/// Whether the contact at the goal pose can be searched: every law but kProxy needs it.
+constexpr bool has_goal_contact(const SceneParameters& p) noexcept {
+  return p.law != LawId::kProxy || p.goal_contact != 0;
+}
+
+/// Capacities and bounds of a scene of which a search at the goal visits at most `max_pair_visits`
+/// pairs; all fields but state_bytes. Each total is the smaller of the sum
 /// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
 /// range, and words of `marks` (kNodeMarks) where it has any. `fixed`: one per pair where the part
 /// never turns, else empty. O(pairs + pieces + marks).
@@ -110,7 +134,8 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
                                        std::span<const PieceRecord> pieces,
                                        std::span<const PairRecord> pairs,
                                        std::span<const std::uint64_t> marks,
-                                       std::uint32_t max_pair_visits, std::uint32_t passes,
+                                       std::uint32_t max_pair_visits,
+                                       const SceneParameters& parameters,
                                        std::span<const FixedPairRecord> fixed = {}) noexcept {
   const auto clip = [](std::uint64_t x) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
@@ -118,13 +143,15 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   SceneCapacity c{};
   c.pair_count = clip(pairs.size());
   c.max_pair_visits = max_pair_visits;
+  const std::uint32_t passes = proxy_passes(parameters);
+  const bool searches_goal = has_goal_contact(parameters);
+  PairWork work{};
   std::uint64_t moving_lanes = 0;
   for (std::uint32_t i = 0; i < bodies[0].piece_count; ++i) {
     moving_lanes += pieces[bodies[0].piece_begin + i].lane_count;
   }
   c.moving_lanes = clip(moving_lanes);
   PairBounds sum{}, largest{};
-  std::uint64_t planes = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const PairRecord& pair = pairs[i];
     const PieceRecord& a = pieces[pair.piece_a];
@@ -141,10 +168,10 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     add(&PairBounds::edge_pairs);
     add(&PairBounds::support_pairs);
     add(&PairBounds::near_nodes);
-    if (!fixed.empty()) {
-      planes += fixed[i].plane_count;
-      continue;  // every plane and node has its room
-    }
+    const PairWork own_work = fixed.empty() ? pair_work(a, b, bounds) : pair_work(fixed[i]);
+    work.set = std::max(work.set, own_work.set);
+    work.search = std::max(work.search, own_work.search);
+    if (!fixed.empty() || !searches_goal) continue;  // every plane and node has its room
     if (live_counts(own, NodeScope::kReachable, pair, a, b).edge_pairs > pair.edge_pair_capacity) {
       c.unproven |= kUnprovenEdgePairs;
     }
@@ -152,7 +179,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
       c.unproven |= kUnprovenNearSet;
     }
   }
-  if (pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
+  if (searches_goal && pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
   // Those that are not visited get a verdict.
   const std::uint64_t held = pairs.size() - std::min<std::uint64_t>(pairs.size(), max_pair_visits);
   PairBounds of_held{};
@@ -167,29 +194,35 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.total_features = clip(sum.feature_evaluations);
   c.largest_pair_features = clip(largest.feature_evaluations);
   c.largest_near = clip(largest.near_nodes);
-  c.max_support_pairs = clip(total(&PairBounds::support_pairs) + kGateSupportPairs * pairs.size());
-  c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
-  c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
-  c.max_near_nodes = clip(total(&PairBounds::near_nodes));
-  // A pair that is held for want of budget has its last node.
-  c.max_hull_points = clip(total(&PairBounds::near_nodes) + pairs.size());
-  const ProxyBounds proxy = proxy_bounds(passes > 0 ? pairs.size() : 0, passes);
-  c.max_plane_gaps = clip(proxy.plane_gaps);
-  c.max_valid_nodes = clip(fixed.empty() ? proxy.valid_nodes : passes * planes);
-  c.max_full_searches = clip(proxy.full_searches);
-  // Each pass may search every pair twice, every time as if for the first time.
-  const std::uint64_t search =
-      sum.feature_evaluations + sum.edge_pairs + sum.support_pairs + sum.near_nodes;
-  c.max_search_work = clip(passes > 0 ? clip(search) * (std::uint64_t{2} * passes) : 0);
+  if (searches_goal) {
+    c.max_support_pairs =
+        clip(total(&PairBounds::support_pairs) + kGateSupportPairs * pairs.size());
+    c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
+    c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
+    c.max_near_nodes = clip(total(&PairBounds::near_nodes));
+    // A pair that is held for want of budget has its last node.
+    c.max_hull_points = clip(total(&PairBounds::near_nodes) + pairs.size());
+  } else {
+    c.max_hull_points = c.largest_near;
+  }
+  if (passes == 0) return c;
   bool friction = false;
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
+  const std::uint32_t pieces_a = bodies[0].piece_count;
+  const std::uint64_t visits = list_visits(pieces_a, pieces.size() - pieces_a);
+  c.near_slots = near_slots(c.pair_count);
+  c.max_work_units =
+      clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction));
+  c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);
+  c.max_plane_gaps = c.max_valid_nodes = c.max_search_work = c.max_work_units;
+  c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pairs.size()));
   const ProgramBounds programs = program_bounds(pairs.size(), passes, friction);
   c.max_proxy_passes = c.max_proxy_rejected = passes;
   c.max_proxy_rounds = programs.rounds;
   c.max_qp_rows = programs.rows;
   c.max_qp_iterations = programs.iterations;
   c.max_qp_programs = programs.programs;
-  c.max_qp_steps = programs.steps;
+  c.max_qp_steps = std::min(programs.steps, c.max_work_units / kQpStepUnits);
   return c;
 }
 

@@ -192,7 +192,7 @@ RtStatus SceneView::check_capacity() const noexcept {
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
   SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,
-                                        proxy_passes(parameters()), fixed_pairs_);
+                                        parameters(), fixed_pairs_);
   needed.state_bytes = stated.state_bytes;  // HapticCore compares it with what it needs
   return stated == needed ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }

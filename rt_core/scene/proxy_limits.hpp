@@ -34,8 +34,18 @@ inline constexpr std::uint32_t kMaxValidSearches = 64;
 
 /// Units of work: a gap along a plane, a node of a valid set and a step of a search are one each.
 inline constexpr std::uint32_t kQpStepUnits = 4, kListVisitsOfUnit = 4;
-/// Units that a tick may spend before it ends with what it has, where the scene does not say.
-inline constexpr std::uint32_t kDefaultWorkUnits = 2000;
+/// Units that a tick may spend before it ends with what it has: the least and the most that a scene
+/// may ask for.
+inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
+/// Programs that cones with friction may ask for although the units are spent.
+inline constexpr std::uint32_t kGrantedConePrograms = 2;
+/// Nodes of the trees that one list of near pairs may look at.
+inline constexpr std::uint32_t kMaxListVisits = 32768;
+/// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
+/// walked but scanned for its valid set.
+inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096;
+/// The faces of A are tried for a certificate where they are no more than this.
+inline constexpr std::uint32_t kFewFaces = 16;
 
 /// Pairs near the part that a tick can follow at once; further ones bound its way.
 inline constexpr std::uint32_t kMaxNearPairs = 512;

@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 6;
+inline constexpr std::uint32_t kSceneVersion = 7;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -85,7 +85,11 @@ struct SceneCapacity {
   std::uint32_t max_edge_pairs;           ///< pairs of active edges tested
   std::uint32_t max_near_nodes;           ///< of all near sets together
   std::uint32_t max_hull_points;          ///< points of one contact polygon
-  /// Law kProxy, else 0: gaps along C-face planes, nodes of valid sets, searches without history.
+  /// Law kProxy, else 0: pairs near the part that a tick can follow, and units of work that it may
+  /// spend, with what it may have begun when they are spent (scene/proxy_limits.hpp).
+  std::uint32_t near_slots, max_work_units;
+  std::uint32_t max_list_visits;  ///< nodes of the trees that lists of near pairs look at
+  /// Of these units: gaps along C-face planes, nodes of valid sets, searches without history.
   std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches;
   std::uint32_t max_search_work;  ///< of those searches: as StepCounters::search_work
   std::uint32_t max_proxy_passes, max_proxy_rejected;
@@ -93,12 +97,12 @@ struct SceneCapacity {
   std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
   std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
   std::uint32_t unproven;                        ///< UnprovenBound, bit set = cannot be defended
-  std::uint32_t reserved;                        ///< 0
 
   friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
 };
 
-/// Why a scene cannot be certified. The work of a tick is bounded in every case; these bits say
+/// Why a search at the goal pose cannot be certified; law kProxy, which needs none, has no such
+/// limit. The work of a tick is bounded in every case; these bits say
 /// that a tick might have to give up exactness, with a flag, to keep to it.
 enum UnprovenBound : std::uint32_t {
   kUnprovenEdgePairs = 1u << 0,  ///< a pair has more pairs of edges than a tick may test
@@ -213,6 +217,9 @@ struct SceneParameters {
   double start_q_wa_xyzw[4];
   double max_linear_speed_m_per_s, max_angular_speed_rad_per_s;
   std::uint32_t name_offset, name_bytes;  ///< in kText
+  std::uint32_t goal_contact;  ///< 1: the contact at the goal pose can be searched; law kProxy does
+                               ///< without
+  std::uint32_t work_units;    ///< of law kProxy: what a tick may spend, kLeastWorkUnits at least
   DeviceParameters device;
   CouplingParameters coupling;
   EnvelopeParameters envelope;
@@ -369,11 +376,11 @@ constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
 }
 
-static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
-              sizeof(SceneHeader) == 152);
+static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
+              sizeof(SceneHeader) == 160);
 static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 104 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
-              sizeof(SceneParameters) == 600);
+              sizeof(SceneParameters) == 608);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "rt_core/scene/capacity.hpp"
+
 namespace haptic {
 SceneTraits needs_of(const SceneView& scene) noexcept {
   const SceneParameters& p = scene.parameters();
@@ -26,6 +28,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.free_orientation = !needs.fixed_orientation;
   needs.device =
       p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
+  needs.goal_contact = has_goal_contact(p);
   needs.contact_geometry = needs.table_checks = false;
   // Where a pass displaces a step it has one row per pair (law/proxy_pass.cpp).
   needs.qp_rows =
@@ -39,7 +42,8 @@ bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept {
   for (const auto feature :
        {&SceneTraits::paper, &SceneTraits::weighted_region, &SceneTraits::proxy,
         &SceneTraits::friction, &SceneTraits::fixed_orientation, &SceneTraits::free_orientation,
-        &SceneTraits::device, &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
+        &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::contact_geometry,
+        &SceneTraits::table_checks}) {
     if (needed.*feature && !(compiled.*feature)) return false;
   }
   return compiled.qp_rows >= needed.qp_rows && compiled.valid_visits >= needed.valid_visits;

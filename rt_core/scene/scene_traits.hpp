@@ -27,7 +27,8 @@ struct SceneTraits {
   bool fixed_orientation = true;  ///< a part that never turns (scene/fixed_planes.hpp)
   bool free_orientation = true;   ///< one that does
 
-  bool device = true;  ///< passivity observer and estimate of the device's twist
+  bool goal_contact = true;  ///< the contact at the goal pose can be searched
+  bool device = true;        ///< passivity observer and estimate of the device's twist
 
   // Not needed by any scene; an image may be built without.
   bool contact_geometry = true;  ///< HapticCore::contact_geometry

@@ -345,7 +345,9 @@ RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
   if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion && p.law != LawId::kProxy)
     return RtStatus::kBlobBadNumber;
-  if (p.motion_limits_given > 1) return RtStatus::kBlobBadNumber;
+  if (p.motion_limits_given > 1 || p.goal_contact > 1) return RtStatus::kBlobBadNumber;
+  if (p.work_units < kLeastWorkUnits || p.work_units > kMostWorkUnits)
+    return RtStatus::kBlobBadNumber;
   if (!check::positive(p.k_f_n_per_m) || !check::positive(p.rate_hz) ||
       p.k_f_n_per_m > kMaxStiffness_n_per_m) {
     return RtStatus::kBlobBadNumber;

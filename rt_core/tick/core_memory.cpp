@@ -69,9 +69,10 @@ std::uint64_t chained_hash(std::uint64_t before, const StepResult& result, bool 
 void CoreMemory::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
   arena.enter(StatePart::kPairs);
-  pairs = arena.take<PairView>(c.pair_count);
-  goal_contact.place(arena, scene);
-  const std::size_t near_nodes = std::size_t{c.max_near_nodes} + c.pair_count;
+  searches_goal = kSceneTraits.goal_contact && has_goal_contact(scene.parameters());
+  if (searches_goal) pairs = arena.take<PairView>(c.pair_count);
+  goal_contact.place(arena, scene, searches_goal);
+  const std::size_t near_nodes = near_room(c, searches_goal);
   const std::size_t hull_points = kFormsHulls ? near_nodes : 0;
   hull.points = arena.take<PlanePoint>(hull_points);
   hull.hull = arena.take<PlanePoint>(2 * hull_points);
@@ -86,6 +87,7 @@ void CoreMemory::place(Arena& arena, const SceneView& scene) noexcept {
 
 void CoreMemory::read_scene(const SceneView& scene) noexcept {
   law = scene.parameters().law;
+  pair_count = scene.header().capacity.pair_count;
   for (std::uint32_t i = 0; i < pairs.size(); ++i) pairs[i] = scene.pair(i);
   goal.read_scene(scene);
   goal_contact.read_scene(scene, pairs);

@@ -39,7 +39,9 @@ struct CoreMemory {
   OutputStage output;
 
   LawId law = LawId::kWeightedRegion;
-  std::span<PairView> pairs;
+  std::uint32_t pair_count = 0;  ///< of the scene
+  bool searches_goal = false;    ///< the scene has what a search at the goal needs
+  std::span<PairView> pairs;     ///< all of them where it has; else none
   HullScratch hull;
   std::uint64_t hash = kHashStart;
   StepPeaks peaks;

@@ -56,7 +56,7 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
   parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
   tolerance_m_ = parameters.scale.tolerance_m;
   parameters.passes = c.passes;
-  parameters.work_units = kDefaultWorkUnits;
+  parameters.work_units = p.work_units;
   parameters.radius_m = radius;
   parameters.epsilon_m = epsilon_m_;
   parameters.envelope = envelope_of(p);

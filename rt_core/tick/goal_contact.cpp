@@ -41,14 +41,15 @@ void SearchWork::add(const SearchWork& other) noexcept {
   flags |= other.flags;
 }
 
-void GoalContactStage::place(Arena& arena, const SceneView& scene) noexcept {
+void GoalContactStage::place(Arena& arena, const SceneView& scene, bool searches) noexcept {
   const SceneCapacity& c = scene.header().capacity;
+  const std::uint32_t pairs = searches ? c.pair_count : 0;
   const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;
   arena.enter(StatePart::kPairs);
-  pairs_ = arena.take<PairState>(c.pair_count);
-  gates_ = arena.take<PairGate>(c.pair_count);
+  pairs_ = arena.take<PairState>(pairs);
+  gates_ = arena.take<PairGate>(pairs);
   bodies_ = arena.take<BodyMotion>(scene.bodies().size());
-  if (!scene.is_fixed()) {
+  if (searches && !scene.is_fixed()) {
     moving_lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
     lanes_begin_ = arena.take<std::size_t>(moving_pieces);
     lanes_turned_at_ = arena.take<std::uint64_t>(moving_pieces);
@@ -60,20 +61,20 @@ void GoalContactStage::place(Arena& arena, const SceneView& scene) noexcept {
     const PieceRecord& a = scene.pieces()[record.piece_a];
     const PieceRecord& b = scene.pieces()[record.piece_b];
     size.fit(a, b);
+    if (!searches) continue;
     FeatureBounds bounds;
     bounds.place(arena, a, b);
     if (!pairs_.empty()) pairs_[i].bounds = bounds;
   }
   arena.enter(StatePart::kSearch);
   room_.scratch.place(arena, size);
-  // A pair that is held for want of budget adds the one node that it keeps.
-  const std::size_t near_nodes = std::size_t{c.max_near_nodes} + c.pair_count;
+  const std::size_t near_nodes = near_room(c, searches);
   arena.enter(StatePart::kContacts);
   room_.near = BoundedList<NearNode>(arena.take<NearNode>(near_nodes));
   room_.contact_nodes = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(near_nodes));
-  candidates_ = BoundedList<Candidate>(arena.take<Candidate>(c.pair_count));
+  candidates_ = BoundedList<Candidate>(arena.take<Candidate>(pairs));
   const bool is_proxy = kSceneTraits.is_law(scene.parameters().law, LawId::kProxy);
-  const std::uint32_t patches = kMergesPatches && !is_proxy ? c.pair_count : 0;
+  const std::uint32_t patches = kMergesPatches && !is_proxy ? pairs : 0;
   patches_ = BoundedList<ContactPatch>(arena.take<ContactPatch>(patches));
   const bool is_paper = kSceneTraits.is_law(scene.parameters().law, LawId::kPaper);
   points_ = BoundedList<Vec3>(arena.take<Vec3>(is_paper ? near_nodes : 0));

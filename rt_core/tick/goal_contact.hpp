@@ -45,11 +45,18 @@ struct ContactSet {
   SearchWork work;
 };
 
+/// Room for near nodes: of one pair, or of all that are searched and of those that are held for
+/// want of budget, with the one node that each keeps.
+[[nodiscard]] constexpr std::size_t near_room(const SceneCapacity& c, bool searches) noexcept {
+  return searches ? std::size_t{c.max_near_nodes} + c.pair_count : std::size_t{c.largest_near};
+}
+
 /// Keeps what a search needs of the one before: bounds, gates, certificates.
 class GoalContactStage {
  public:
-  void place(Arena& arena, const SceneView& scene) noexcept;
-  /// `pairs`: of the scene, one each; they outlive it.
+  /// `searches`: the scene has what search() needs; else there is room for one pair's near set.
+  void place(Arena& arena, const SceneView& scene, bool searches) noexcept;
+  /// `pairs`: of the scene, one each, or none where nothing is searched; they outlive it.
   void read_scene(const SceneView& scene, std::span<const PairView> pairs) noexcept;
   void reset() noexcept;
 

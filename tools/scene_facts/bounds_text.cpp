@@ -56,7 +56,7 @@ std::string graph_form(const PairFacts& pair, std::optional<std::uint64_t> graph
 
 std::vector<std::string> unproven_reasons(const SceneFacts& facts) {
   std::vector<std::string> reasons;
-  for (std::size_t i = 0; i < facts.pairs.size(); ++i) {
+  for (std::size_t i = 0; i < facts.pairs.size() && facts.capacity.unproven != 0; ++i) {
     const PairFacts& p = facts.pairs[i];
     if (p.edge_pairs > p.edge_pair_capacity) {
       reasons.push_back(pair_name(facts, i) + ": " + grouped(p.edge_pairs) +
@@ -70,7 +70,7 @@ std::vector<std::string> unproven_reasons(const SceneFacts& facts) {
     }
   }
   const SceneCapacity& c = facts.capacity;
-  if (c.pair_count > c.max_pair_visits) {
+  if ((c.unproven & kUnprovenPairVisits) != 0) {
     reasons.push_back(grouped(c.pair_count) + " pairs can be near at once, a tick may search " +
                       grouped(c.max_pair_visits) +
                       "; set [budget] pair_visits = " + std::to_string(c.pair_count) +
@@ -83,17 +83,15 @@ std::string bounds_as_text(const SceneFacts& facts) {
   const SceneCapacity& c = facts.capacity;
   std::string text = "  state of the loop " + grouped(c.state_bytes) + " bytes\n";
   text += "  in one tick at most, for any motion:\n";
-  text += line("  pairs searched", c.max_pair_visits);
+  if (c.max_feature_evaluations > 0) text += line("  pairs searched", c.max_pair_visits);
   text += line("  faces and edges evaluated", c.max_feature_evaluations);
   text += line("  pairs of edges tested", c.max_edge_pairs);
   text += line("  support pairs", c.max_support_pairs);
   text += line("  basic contacts in near sets", c.max_near_nodes);
   text += line("  points of a contact polygon", c.max_hull_points);
   if (c.max_plane_gaps > 0) {
-    text += line("  gaps along C-face planes", c.max_plane_gaps);
-    text += line("  basic contacts of valid sets", c.max_valid_nodes);
-    text += line("  searches without history", c.max_full_searches);
-    text += line("  faces, edges, pairs in these", c.max_search_work);
+    text += line("  units of work", c.max_work_units);
+    text += line("  pairs followed", c.near_slots);
     text += line("  passes of the proxy", c.max_proxy_passes);
     text += line("  rounds of one pass", c.max_proxy_rounds);
     text += line("  quadratic programs", c.max_qp_programs);

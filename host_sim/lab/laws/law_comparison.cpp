@@ -112,7 +112,7 @@ std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k
   SceneHeader header = original;
   header.capacity =
       scene_capacity(view.bodies(), view.pieces(), view.pairs(), view.marks(),
-                     original.capacity.max_pair_visits, proxy_passes(changed), view.fixed_pairs());
+                     original.capacity.max_pair_visits, changed, view.fixed_pairs());
   const auto seal = [&] {
     header.content_hash = 0;
     std::memcpy(blob.span().data(), &header, sizeof header);

@@ -49,6 +49,10 @@ void add_capacity(Facts& facts, const SceneCapacity& c) {
   facts.add("max_edge_pairs", c.max_edge_pairs, "pairs of active edges tested");
   facts.add("max_near_nodes", c.max_near_nodes, "near nodes collected, all pairs together");
   facts.add("max_hull_points", c.max_hull_points, "points that enter one contact region");
+  facts.add("near_slots", c.near_slots, "law proxy: loops over the pairs near the part");
+  facts.add("max_work_units", c.max_work_units,
+            "law proxy: units of all that follows but programs, with 4 for a step of a program");
+  facts.add("max_list_visits", c.max_list_visits, "law proxy: nodes of the trees of pieces");
   facts.add("max_plane_gaps", c.max_plane_gaps, "law proxy: gaps along C-face planes");
   facts.add("max_valid_nodes", c.max_valid_nodes, "law proxy: nodes looked at for valid planes");
   facts.add("max_full_searches", c.max_full_searches, "law proxy: searches without history");

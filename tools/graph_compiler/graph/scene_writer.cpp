@@ -151,7 +151,9 @@ bool add_pairs(SceneTables& t, const SceneDescription& description) {
                        std::to_string(kGraphNotStored) + "; use coarser meshes");
     }
   }
-  const StoredGraphs choice = choose_stored_graphs(sizes, degrees, description.graph_bytes);
+  // Law proxy alone walks no graph: the sets are formed where they are asked for.
+  const std::uint64_t graph_bytes = has_goal_contact(t.parameters[0]) ? description.graph_bytes : 0;
+  const StoredGraphs choice = choose_stored_graphs(sizes, degrees, graph_bytes);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     add_pair(t, pairs[i].a, pairs[i].b, choice.stored[i] && !t.is_fixed(), pairs[i].marks);
     if (t.is_fixed()) add_fixed_obstacle(t, pairs[i].given);
@@ -185,6 +187,7 @@ SceneParameters finished_parameters(const SceneDescription& description,
   }
   p.start_q_wa_xyzw[3] = static_cast<double>(q[0]);
   if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
+  if (p.work_units == 0) p.work_units = work_units_at(p.rate_hz);
   p.envelope = envelope_parameters(description);
   p.name_offset = name_offset;
   p.name_bytes = static_cast<std::uint32_t>(description.name.size());
@@ -276,8 +279,8 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   add_simplified(builder, description);
   const auto pairs = static_cast<std::uint32_t>(t.pairs.size());
   const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, pairs));
-  SceneCapacity capacity = scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits,
-                                          proxy_passes(t.parameters[0]), t.fixed_pairs);
+  SceneCapacity capacity =
+      scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, t.parameters[0], t.fixed_pairs);
   // The state's size depends on the opened scene, so the blob is opened once without it.
   const SceneBytes provisional{builder.finish(capacity)};
   SceneView view;

@@ -48,8 +48,20 @@ inline constexpr double kDefaultEpsilon_m = 1.0e-4;
 inline constexpr double kDefaultExactBand_m = 5.0e-3;
 inline constexpr double kDefaultRate_hz = 1000.0;
 
-/// The proxy law and the defaults above; no stiffness, which every scene must give, and no gain of
-/// the coupling, which the writer derives from it.
+/// Share of a period that the units of work of a tick may take, and what one of them takes, rounded
+/// up (host_sim/BENCHMARKS.md) [s].
+inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 25.0e-9;
+
+/// Units of work that a tick may spend at a rate, where the scene does not say: 2000 at 1 kHz.
+[[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz) {
+  const double units = kWorkShare / (rate_hz * kUnitPrice_s);
+  return units < kLeastWorkUnits  ? kLeastWorkUnits
+         : units > kMostWorkUnits ? kMostWorkUnits
+                                  : static_cast<std::uint32_t>(units);
+}
+
+/// The proxy law with everything that can be asked of it, and the defaults above; no stiffness,
+/// which every scene must give, and no gain of the coupling, which the writer derives from it.
 [[nodiscard]] constexpr SceneParameters default_parameters() {
   SceneParameters p{};
   p.law = LawId::kProxy;
@@ -57,6 +69,7 @@ inline constexpr double kDefaultRate_hz = 1000.0;
   p.exact_band_m = kDefaultExactBand_m;
   p.rate_hz = kDefaultRate_hz;
   p.coupling.damping_share = kDefaultDampingShare;
+  p.goal_contact = 1;
   return p;
 }
 
@@ -66,9 +79,10 @@ struct SceneDescription {
   PlacedBody moving;
   std::vector<PlacedBody> statics;
   std::array<double, 3> grip_m{0, 0, 0};  ///< x_0^A in the moving body's frame
-  /// name_offset, name_bytes and start pose are filled by the writer; so is epsilon_o_m when it is
-  /// zero, with epsilon_m, and what complete_coupling completes. Of a held part with a mass the
-  /// writer sets inertia and centre from the solid, of uniform density.
+  /// name_offset, name_bytes and start pose are filled by the writer; so are epsilon_o_m when it is
+  /// zero, with epsilon_m, work_units, with those of the rate, and what complete_coupling
+  /// completes. Of a held part with a mass the writer sets inertia and centre from the solid, of
+  /// uniform density.
   SceneParameters parameters = default_parameters();
   std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs

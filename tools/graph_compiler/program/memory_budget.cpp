@@ -39,7 +39,7 @@ std::uint64_t state_of(const SceneView& scene, std::uint32_t visits,
   std::memcpy(blob + offset_of(scene, SectionId::kParameters), &parameters, sizeof parameters);
   SceneHeader header = scene.header();
   header.capacity = scene_capacity(scene.bodies(), scene.pieces(), scene.pairs(), scene.marks(),
-                                   visits, proxy_passes(parameters), scene.fixed_pairs());
+                                   visits, parameters, scene.fixed_pairs());
   std::memcpy(blob, &header, sizeof header);
   header.content_hash = scene_content_hash(bytes.span());
   std::memcpy(blob, &header, sizeof header);

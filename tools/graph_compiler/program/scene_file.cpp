@@ -264,8 +264,8 @@ void read_moving(const TomlTable& top, const std::filesystem::path& folder, Scen
 
 /// Returns the place of the stiffness.
 FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
-  const auto rendering =
-      top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m", "exact_band_m"});
+  const auto rendering = top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m",
+                                                 "exact_band_m", "goal_contact"});
   if (!rendering) {
     top.fail_missing("rendering", "add the table [rendering] with k_f_n_per_m, the stiffness");
   }
@@ -280,6 +280,12 @@ FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
   p.epsilon_o_m = rendering->number("epsilon_o_m", kEpsilon).value_or(p.epsilon_m);
   p.exact_band_m = rendering->number("exact_band_m", kBand).value_or(kDefaultExactBand_m);
+  // Of law proxy it is for checks and pictures alone, and takes most of the memory.
+  const bool goal_contact = rendering->flag("goal_contact").value_or(p.law != LawId::kProxy);
+  if (!goal_contact && p.law != LawId::kProxy) {
+    rendering->fail("goal_contact", "law '" + law + "' is made of it; leave the line out");
+  }
+  p.goal_contact = goal_contact ? 1 : 0;
   p.rate_hz = kDefaultRate_hz;
   if (const auto loop = top.table("loop", {"rate_hz"})) {
     p.rate_hz = loop->number("rate_hz", kRate).value_or(kDefaultRate_hz);
@@ -388,13 +394,16 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   if (const auto cleaning = top.table("cleaning", {"plane_tolerance_m"})) {
     scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
   }
-  if (const auto budget =
-          top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes", "pair_visits"})) {
+  if (const auto budget = top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes",
+                                               "pair_visits", "work_units"})) {
     scene.budget.constants = read_limit(*budget, "constants_bytes");
     scene.budget.state = read_limit(*budget, "state_bytes");
     scene.budget.stack = read_limit(*budget, "stack_bytes");
     if (const auto visits = read_count(*budget, "pair_visits", 1, kMaxPairVisits)) {
       scene.budget.pair_visits = static_cast<std::uint32_t>(*visits);
+    }
+    if (const auto units = read_count(*budget, "work_units", kLeastWorkUnits, kMostWorkUnits)) {
+      scene.parameters.work_units = static_cast<std::uint32_t>(*units);
     }
   }
   if (const auto memory = top.table("memory", {"graph_bytes"})) {

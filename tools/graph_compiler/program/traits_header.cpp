@@ -22,6 +22,7 @@ constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
                                  {"friction", &SceneTraits::friction},
                                  {"fixed_orientation", &SceneTraits::fixed_orientation},
                                  {"free_orientation", &SceneTraits::free_orientation},
+                                 {"goal_contact", &SceneTraits::goal_contact},
                                  {"device", &SceneTraits::device},
                                  {"contact_geometry", &SceneTraits::contact_geometry},
                                  {"table_checks", &SceneTraits::table_checks}};
