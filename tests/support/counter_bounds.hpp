@@ -23,6 +23,8 @@ inline constexpr CounterBound kCounterBounds[] = {
     {"edge pairs", &StepCounters::edge_pairs, &SceneCapacity::max_edge_pairs},
     {"near nodes", &StepCounters::near_nodes, &SceneCapacity::max_near_nodes},
     {"points of a contact polygon", &StepCounters::hull_points, &SceneCapacity::max_hull_points},
+    {"units of work", &StepCounters::work_units, &SceneCapacity::max_work_units},
+    {"nodes of trees", &StepCounters::list_visits, &SceneCapacity::max_list_visits},
     {"gaps along planes", &StepCounters::plane_gaps, &SceneCapacity::max_plane_gaps},
     {"nodes of valid sets", &StepCounters::valid_nodes, &SceneCapacity::max_valid_nodes},
     {"searches without history", &StepCounters::full_searches, &SceneCapacity::max_full_searches},

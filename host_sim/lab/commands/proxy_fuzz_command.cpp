@@ -32,10 +32,10 @@ void print(const ProxyFuzzResult& result, double seconds) {
       "not free %llu, on the way %llu, energy rises %llu, stalled %llu, invisible walls %llu, "
       "through plates %llu, "
       "wrong wrenches %llu, "
-      "wrong goals %llu, over caps %llu, recoveries %llu\n",
+      "wrong goals %llu, over caps %llu, recoveries %llu, not arrived %llu\n",
       number(t.deep), number(t.dips), number(t.rises), number(t.stalls), number(t.walls),
       number(t.crossings), number(t.wrenches), number(t.goals), number(t.over_caps),
-      number(t.recoveries));
+      number(t.recoveries), number(t.stuck));
   std::printf(
       "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of "
       "rounding), longest stall %llu, all "
@@ -46,6 +46,12 @@ void print(const ProxyFuzzResult& result, double seconds) {
   std::printf("peaks: rounds %u, rows %u, QP steps %u, plane gaps %u, valid nodes %u\n",
               t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations, t.peaks.plane_gaps,
               t.peaks.valid_nodes);
+  if (result.size.budgets) {
+    std::printf(
+        "ended for want of budget: %llu ticks, %llu in a row at most; arrived %llu ticks after the "
+        "device at most\n",
+        number(t.behind), number(t.longest_behind), number(t.longest_arrival));
+  }
   for (const std::string& line : t.failures.lines()) std::printf("  %s\n", line.c_str());
 }
 
@@ -75,6 +81,8 @@ Command add_proxy_fuzz_command(CLI::App& program) {
   app->add_option("--seed", o->size.seed, "of all random draws (default 1)");
   app->add_option("--friction", o->friction, "Coulomb coefficient (default: 0 and 0.3)")
       ->check(CLI::Range(0.0, 2.0));
+  app->add_flag("--budgets", o->size.budgets,
+                "a budget of work for every scene, 50 to 10000 units, and a rest after every run");
   app->add_option("-o,--out", o->out, "folder for proxy_fuzz.md, .csv and .json");
   app->add_option("--threads", o->threads, "threads (default: one per processor)")
       ->check(CLI::Range(1, 256));

@@ -110,9 +110,8 @@ std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k
   if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
   std::memcpy(blob.span().data() + (parameters - begin), &changed, sizeof changed);
   SceneHeader header = original;
-  header.capacity =
-      scene_capacity(view.bodies(), view.pieces(), view.pairs(), view.marks(),
-                     original.capacity.max_pair_visits, changed, view.fixed_pairs());
+  header.capacity = scene_capacity(view.bodies(), view.pieces(), view.pairs(), view.marks(),
+                                   original.capacity.max_pair_visits, changed, view.fixed_pairs());
   const auto seal = [&] {
     header.content_hash = 0;
     std::memcpy(blob.span().data(), &header, sizeof header);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "host_sim/session/counters_check.hpp"
 #include "rt_core/law/proxy_law.hpp"
 
 namespace haptic::sim {
@@ -18,8 +19,8 @@ constexpr Wide kStill_m = 1e-9L, kRadius_m = 0.05L;
 /// Energy below which the proxy counts as at its goal [J].
 constexpr Wide kAtGoal_j = 1e-9L;
 
-constexpr std::uint32_t kPassCap = kDefaultProxyPasses;
-constexpr std::uint32_t kRoundCap = kProxyRounds + kProxyRetries * kProxyRetryRounds;
+/// A part arrives within this many ticks of the device's standing still.
+constexpr std::uint64_t kLongestArrival = 20000;
 
 /// Overwrites the only place in the core's memory that holds exactly these numbers.
 template <std::size_t count>
@@ -101,11 +102,12 @@ struct FuzzRun::Tick {
 };
 
 FuzzRun::FuzzRun(const FuzzScene& scene, double friction, std::span<const std::byte> blob,
-                 std::optional<ProxyFault> fault)
+                 std::optional<ProxyFault> fault, bool to_rest)
     : scene_(scene),
       friction_(friction),
       session_(blob, scene.name),
-      judge_(scene, session_.view()) {
+      judge_(scene, session_.view()),
+      to_rest_(to_rest) {
   if (fault) damage(session_, *fault);
 }
 
@@ -127,9 +129,12 @@ ProxyFuzzTotals FuzzRun::run(FuzzMotionKind kind, std::uint64_t ticks, std::uint
   label_ += ", " + std::to_string(passes) + (passes == 1 ? " pass" : " passes");
   Tick tick;
   StepInput input;
-  for (std::uint64_t t = 0; t < ticks; ++t) {
+  if (to_rest_) label_ += ", " + std::to_string(session_.view().parameters().work_units) + " units";
+  resting_ = 0;
+  bool rests = false;
+  for (std::uint64_t t = 0; t < ticks || (to_rest_ && !rests); ++t) {
     tick.number = t;
-    tick.device = t == 0 ? pose_at(p, q) : motion.next();
+    if (t < ticks) tick.device = t == 0 ? pose_at(p, q) : motion.next();
     input.pose_wa = tick.device;
     ++input.sequence;
     tick.result = core.step(input);
@@ -146,6 +151,7 @@ ProxyFuzzTotals FuzzRun::run(FuzzMotionKind kind, std::uint64_t ticks, std::uint
     check_output(tick, totals);
     check_caps(tick, totals);
     check_still(tick, totals);
+    if (t >= ticks) rests = check_rest(tick, totals);
   }
   return totals;
 }
@@ -191,7 +197,7 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide rounding = 64 * roundoff * (tick.start_j + 1e-6L);
   // One pass may end at its own bound, short of that.
   const bool whole = session_.view().parameters().coupling.passes == kDefaultProxyPasses;
-  if (whole && tick.end_j > kAtGoal_j) {
+  if (whole && tick.end_j > kAtGoal_j && tick.result.behind_ticks == 0) {
     const Wide unhindered = judge_.unhindered_j(tick.goal, tick.before);
     if (tick.end_j > unhindered + rounding && !judge_.moves(tick.before, tick.after)) {
       fail(tick, "invisible wall",
@@ -240,32 +246,30 @@ void FuzzRun::check_output(const Tick& tick, ProxyFuzzTotals& totals) {
 
 void FuzzRun::check_caps(const Tick& tick, ProxyFuzzTotals& totals) {
   const StepCounters& c = tick.result.counters;
-  const std::uint32_t pairs = session_.view().header().capacity.pair_count;
-  const std::uint32_t searches = kPassCap * std::min(pairs, kMaxValidSearches);
-  // Each pass: gathering, imposing, and a check of every pair along all its planes in each round.
-  const std::uint32_t checks = kRoundCap + 2 * (kMaxCorrections + 1) + kMaxBackOffs;
-  const std::uint32_t gaps =
-      kPassCap * (checks * (pairs * (kMaxValidPlanes + 2) + 2) + 2 * kMaxImposedPlanes + 8 * pairs);
-  const struct {
-    const char* name;
-    std::uint32_t StepCounters::*field;
-    std::uint32_t cap;
-  } rules[] = {{"passes", &StepCounters::proxy_passes, kPassCap},
-               {"rejected", &StepCounters::proxy_rejected, kPassCap},
-               {"rounds", &StepCounters::proxy_rounds, kRoundCap},
-               {"rows", &StepCounters::proxy_rows, friction_ > 0 ? kMaxQpRows : kMaxProxyRows},
-               {"iterations", &StepCounters::qp_iterations, kMaxQpIterations},
-               {"plane gaps", &StepCounters::plane_gaps, gaps},
-               {"valid nodes", &StepCounters::valid_nodes, searches * kMaxValidVisits}};
-  for (const auto& rule : rules) {
-    std::uint32_t& peak = totals.peaks.*rule.field;
-    peak = std::max(peak, c.*rule.field);
-    if (c.*rule.field <= rule.cap) continue;
-    fail(tick, "cap", std::string(rule.name) + " " + std::to_string(c.*rule.field),
-         totals.over_caps, totals);
+  for (const CounterBound& bound : counter_bounds(c, session_.view().header().capacity)) {
+    if (bound.held()) continue;
+    fail(tick, "cap", std::string(bound.name) + " " + std::to_string(bound.peak), totals.over_caps,
+         totals);
   }
+  raise_peaks(c, totals.peaks);
   totals.rejected_passes += c.proxy_rejected;
   if ((tick.result.flags & kFlagProxyLimited) != 0) ++totals.limited;
+  if (tick.result.behind_ticks > 0) ++totals.behind;
+  totals.longest_behind = std::max<std::uint64_t>(totals.longest_behind, tick.result.behind_ticks);
+}
+
+/// Whether a device that stands still has its part at rest: nothing moved, and not for want of
+/// budget.
+bool FuzzRun::check_rest(const Tick& tick, ProxyFuzzTotals& totals) {
+  ++resting_;
+  const bool still = tick.result.behind_ticks == 0 && !judge_.moves(tick.before, tick.after);
+  if (still) {
+    totals.longest_arrival = std::max(totals.longest_arrival, resting_);
+  } else if (resting_ > kLongestArrival) {
+    fail(tick, "does not arrive", std::to_string(resting_) + " ticks", totals.stuck, totals);
+    return true;
+  }
+  return still;
 }
 
 /// Runs of ticks in which the proxy stays where it is: whether it could have followed is asked of
@@ -274,7 +278,8 @@ void FuzzRun::check_caps(const Tick& tick, ProxyFuzzTotals& totals) {
 void FuzzRun::check_still(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide share = judge_.radius_m() / kRadius_m;
   const WideError move = wide_error(tick.after, tick.before);
-  const bool held = tick.end_j > kAtGoal_j;
+  // What waits for budget is another matter: it must arrive where the device rests.
+  const bool held = tick.end_j > kAtGoal_j && tick.result.behind_ticks == 0;
   const bool rejected = tick.result.counters.proxy_rejected > 0 &&
                         tick.result.counters.proxy_rejected == tick.result.counters.proxy_passes;
   rejected_ = rejected && held ? rejected_ + 1 : 0;

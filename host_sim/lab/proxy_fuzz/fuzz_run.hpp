@@ -26,11 +26,12 @@ class FuzzRun {
  public:
   /// @throws tools::InputError when the core refuses the scene.
   FuzzRun(const FuzzScene& scene, double friction, std::span<const std::byte> blob,
-          std::optional<ProxyFault> fault);
+          std::optional<ProxyFault> fault, bool to_rest = false);
   FuzzRun(const FuzzRun&) = delete;
   FuzzRun& operator=(const FuzzRun&) = delete;
 
-  /// Starts afresh at a free pose and runs `ticks` ticks.
+  /// Starts at a free pose and runs `ticks` ticks; where the run is `to_rest` the device then
+  /// stands still until the part has arrived.
   [[nodiscard]] ProxyFuzzTotals run(FuzzMotionKind kind, std::uint64_t ticks, std::uint64_t seed);
 
  private:
@@ -41,6 +42,7 @@ class FuzzRun {
   void check_output(const Tick& tick, ProxyFuzzTotals& totals);
   void check_caps(const Tick& tick, ProxyFuzzTotals& totals);
   void check_still(const Tick& tick, ProxyFuzzTotals& totals);
+  [[nodiscard]] bool check_rest(const Tick& tick, ProxyFuzzTotals& totals);
   void fail(const Tick& tick, const char* kind, const std::string& what, std::uint64_t& count,
             ProxyFuzzTotals& totals) const;
 
@@ -53,7 +55,9 @@ class FuzzRun {
   std::uint64_t still_ = 0;      ///< ticks in it
   std::uint64_t possible_ = 0;   ///< of them at its end: ticks in which a move was possible
   std::uint64_t rejected_ = 0;   ///< ticks in a row with every pass rejected
-  bool turned_ = false;          ///< the anchor has turned the goal
+  bool to_rest_ = false;
+  std::uint64_t resting_ = 0;  ///< ticks since the device has stood still
+  bool turned_ = false;        ///< the anchor has turned the goal
 };
 
 }  // namespace haptic::sim

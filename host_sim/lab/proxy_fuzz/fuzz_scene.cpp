@@ -227,7 +227,8 @@ std::vector<FuzzScene> hold_scenes() {
   return scenes;
 }
 
-std::vector<std::byte> compiled(const FuzzScene& scene, double friction, std::uint32_t passes) {
+std::vector<std::byte> compiled(const FuzzScene& scene, double friction, std::uint32_t passes,
+                                std::uint32_t work_units) {
   tools::SceneDescription description;
   description.name = scene.name;
   description.moving.body = united_body({&scene.part, 1});
@@ -247,6 +248,7 @@ std::vector<std::byte> compiled(const FuzzScene& scene, double friction, std::ui
     parameters.coupling.passivity = 1;
   }
   parameters.coupling.passes = passes;
+  parameters.work_units = work_units;
   return tools::write_scene(description);
 }
 

@@ -44,10 +44,11 @@ inline constexpr double kFuzzStiffness_n_per_m = 1000.0;
 [[nodiscard]] Solid placed(Solid solid, const Rotation& q, const Vector& p);
 
 /// Compiled for law `proxy`. Without a device there is no damping: the wrench is the spring's pull.
-/// With one of 0.1 kg: damping and passivity. `passes` 0: the
-/// default.
+/// With one of 0.1 kg: damping and passivity. `passes`,
+/// `work_units` 0: the default.
 /// @throws tools::InputError when the writer refuses it.
 [[nodiscard]] std::vector<std::byte> compiled(const FuzzScene& scene, double friction,
-                                              std::uint32_t passes = 0);
+                                              std::uint32_t passes = 0,
+                                              std::uint32_t work_units = 0);
 
 }  // namespace haptic::sim

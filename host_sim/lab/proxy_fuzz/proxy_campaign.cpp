@@ -21,6 +21,12 @@ Rotation turned(const Vector& axis, double angle_rad) {
   return Rotation(Eigen::AngleAxisd(angle_rad, axis));
 }
 
+/// A budget by its share of the way from the least to the most, on a scale of logarithms.
+std::uint32_t budget_at(double share) {
+  constexpr double kLeast = kLeastWorkUnits, kMost = kMostFuzzUnits;
+  return static_cast<std::uint32_t>(kLeast * std::pow(kMost / kLeast, share));
+}
+
 /// Ticks of a run; each begins at a free pose of its own.
 constexpr std::uint64_t kShardTicks = 1000;
 
@@ -30,29 +36,39 @@ struct Count {
   const char* name;
   std::uint64_t ProxyFuzzTotals::*field;
 };
-constexpr Count kMustBeZero[] = {
-    {"not_free", &ProxyFuzzTotals::deep},           {"dips", &ProxyFuzzTotals::dips},
-    {"energy_rises", &ProxyFuzzTotals::rises},      {"stalled_ticks", &ProxyFuzzTotals::stalls},
-    {"invisible_walls", &ProxyFuzzTotals::walls},   {"crossings", &ProxyFuzzTotals::crossings},
-    {"wrong_wrenches", &ProxyFuzzTotals::wrenches}, {"wrong_goals", &ProxyFuzzTotals::goals},
-    {"over_caps", &ProxyFuzzTotals::over_caps},     {"recoveries", &ProxyFuzzTotals::recoveries}};
+constexpr Count kMustBeZero[] = {{"not_free", &ProxyFuzzTotals::deep},
+                                 {"dips", &ProxyFuzzTotals::dips},
+                                 {"energy_rises", &ProxyFuzzTotals::rises},
+                                 {"stalled_ticks", &ProxyFuzzTotals::stalls},
+                                 {"invisible_walls", &ProxyFuzzTotals::walls},
+                                 {"crossings", &ProxyFuzzTotals::crossings},
+                                 {"wrong_wrenches", &ProxyFuzzTotals::wrenches},
+                                 {"wrong_goals", &ProxyFuzzTotals::goals},
+                                 {"over_caps", &ProxyFuzzTotals::over_caps},
+                                 {"recoveries", &ProxyFuzzTotals::recoveries},
+                                 {"stuck", &ProxyFuzzTotals::stuck}};
 constexpr Count kFigures[] = {{"longest_still", &ProxyFuzzTotals::longest_still},
                               {"longest_stall", &ProxyFuzzTotals::longest_stall},
                               {"longest_rejected", &ProxyFuzzTotals::longest_rejected},
                               {"rejected_passes", &ProxyFuzzTotals::rejected_passes},
                               {"limited_ticks", &ProxyFuzzTotals::limited},
-                              {"anchored_ticks", &ProxyFuzzTotals::anchored}};
+                              {"anchored_ticks", &ProxyFuzzTotals::anchored},
+                              {"behind_ticks", &ProxyFuzzTotals::behind},
+                              {"longest_behind", &ProxyFuzzTotals::longest_behind},
+                              {"longest_arrival", &ProxyFuzzTotals::longest_arrival}};
 constexpr struct {
   const char* name;
   std::uint32_t StepCounters::*field;
 } kPeaks[] = {
     {"passes", &StepCounters::proxy_passes},   {"rounds", &StepCounters::proxy_rounds},
     {"rows", &StepCounters::proxy_rows},       {"qp_iterations", &StepCounters::qp_iterations},
-    {"plane_gaps", &StepCounters::plane_gaps}, {"valid_nodes", &StepCounters::valid_nodes}};
+    {"plane_gaps", &StepCounters::plane_gaps}, {"valid_nodes", &StepCounters::valid_nodes},
+    {"work_units", &StepCounters::work_units}};
 
 std::string csv(const ProxyFuzzResult& result) {
   std::string columns =
-      "scene,friction,motion,passes,ticks,held,worst_gap_m,worst_path_m,largest_rise_j,rise_share";
+      "scene,friction,motion,passes,budget,ticks,held,worst_gap_m,worst_path_m,largest_rise_j,rise_"
+      "share";
   for (const Count& c : kMustBeZero) columns += std::string(",") + c.name;
   for (const Count& c : kFigures) columns += std::string(",") + c.name;
   for (const auto& p : kPeaks) columns += std::string(",peak_") + p.name;
@@ -63,6 +79,7 @@ std::string csv(const ProxyFuzzResult& result) {
                             row.friction,
                             row.motion,
                             row.passes,
+                            row.work_units,
                             t.ticks,
                             t.held,
                             number_text(t.worst_gap_m),
@@ -201,10 +218,11 @@ void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
   for (const auto field :
        {&T::ticks, &T::held, &T::deep, &T::dips, &T::paths, &T::rises, &T::stalls, &T::walls,
         &T::crossings, &T::wrenches, &T::goals, &T::over_caps, &T::recoveries, &T::rejected_passes,
-        &T::limited, &T::anchored}) {
+        &T::limited, &T::anchored, &T::behind, &T::stuck}) {
     this->*field += other.*field;
   }
-  for (const auto field : {&T::longest_still, &T::longest_stall, &T::longest_rejected}) {
+  for (const auto field : {&T::longest_still, &T::longest_stall, &T::longest_rejected,
+                           &T::longest_behind, &T::longest_arrival}) {
     this->*field = std::max(this->*field, other.*field);
   }
   worst_gap_m = std::min(worst_gap_m, other.worst_gap_m);
@@ -212,11 +230,7 @@ void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
   for (const auto field : {&T::largest_rise_j, &T::largest_rise_share, &T::largest_wrench_error}) {
     this->*field = std::max(this->*field, other.*field);
   }
-  using C = StepCounters;
-  for (const auto field : {&C::proxy_passes, &C::proxy_rejected, &C::proxy_rounds, &C::proxy_rows,
-                           &C::qp_iterations, &C::plane_gaps, &C::valid_nodes}) {
-    peaks.*field = std::max(peaks.*field, other.peaks.*field);
-  }
+  raise_peaks(other.peaks, peaks);
   failures.add(other.failures);
 }
 
@@ -236,13 +250,18 @@ ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& opti
   for (const FuzzScene& scene : scenes) shares += scene.share;
   const double per_share =
       static_cast<double>(size.ticks) / (shares * static_cast<double>(frictions * runs * kinds));
+  std::vector<std::uint32_t> units_of;  // by scene, friction and passes
   Campaign<ProxyFuzzRow> campaign;
   for (const FuzzScene& scene : scenes) {
     for (const double friction : size.frictions) {
       for (const std::uint32_t passes : std::span(kPasses).first(runs)) {
+        // By equal steps of the logarithm, in an order that no other choice follows.
+        const double share =
+            std::fmod(0.618034 * static_cast<double>(units_of.size() + size.seed), 1);
+        units_of.push_back(size.budgets ? budget_at(share) : 0);
         for (const FuzzMotionKind kind : kFuzzMotions) {
-          campaign.add({scene.name, to_text(kind), friction, passes, {}}, per_share * scene.share,
-                       kShardTicks);
+          campaign.add({scene.name, to_text(kind), friction, passes, units_of.back(), {}},
+                       per_share * scene.share, kShardTicks);
         }
       }
     }
@@ -252,14 +271,15 @@ ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& opti
       blobs.size(), {options.threads, false}, "scenes", [] { return 0; },
       [&](int, std::size_t k) {
         blobs[k] = compiled(scenes[k / runs / frictions], size.frictions[k / runs % frictions],
-                            kPasses[k % runs]);
+                            kPasses[k % runs], units_of[k]);
       });
   campaign.run<FuzzRun>(options, "proxy", [&](auto& kept, const auto& shard, std::size_t number) {
     const std::size_t at = shard.row / kinds;
     std::unique_ptr<FuzzRun>& run = kept[at];
     if (!run) {
       run = std::make_unique<FuzzRun>(scenes[at / runs / frictions],
-                                      size.frictions[at / runs % frictions], blobs[at], size.fault);
+                                      size.frictions[at / runs % frictions], blobs[at], size.fault,
+                                      size.budgets);
     }
     return run->run(kFuzzMotions[shard.row % kinds], shard.count, seed_of(size.seed, number));
   });
@@ -283,6 +303,13 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
       number_text(t.largest_rise_j) + " J; at most " + number_text(100 * t.largest_rise_share) +
       " % of what rounding makes of it. Longest run of ticks without a move that was possible: " +
       std::to_string(t.longest_stall) + " (looked for from the 6th on; allowed 10).\n\n";
+  if (result.size.budgets) {
+    text += "Budgets of " + std::to_string(kLeastWorkUnits) + " to " +
+            std::to_string(kMostFuzzUnits) + " units of work: " + std::to_string(t.behind) +
+            " ticks ended for want of it, " + std::to_string(t.longest_behind) +
+            " in a row at most. Where the device stood still the part had arrived after " +
+            std::to_string(t.longest_arrival) + " ticks at most.\n\n";
+  }
   text += scene_table(result);
   if (!t.failures.empty()) text += "\n## Failures\n\n";
   for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";

@@ -62,11 +62,17 @@ enum class ProxyFault {
 };
 [[nodiscard]] std::optional<ProxyFault> proxy_fault_named(const std::string& name);
 
+/// The largest budget of work that a campaign draws.
+inline constexpr std::uint32_t kMostFuzzUnits = 10000;
+
 struct ProxyFuzzSize {
   std::uint64_t ticks = 1000000;  ///< over all scenes, rounded up to whole shards
   std::uint64_t seed = 1;
   std::vector<double> frictions = {0.0, 0.3};
   bool paths = true;  ///< half of the ticks have one pass, whose straight way is judged
+  /// Every scene has a budget of work of its own, from kLeastWorkUnits to kMostFuzzUnits, and after
+  /// every run the device stands still until the part has arrived.
+  bool budgets = false;
   std::optional<ProxyFault> fault;
 };
 
@@ -83,6 +89,7 @@ struct ProxyFuzzTotals {
   std::uint64_t goals = 0;       ///< not the device's pose, or beyond the anchor's limit
   std::uint64_t over_caps = 0;   ///< a counter beyond its cap
   std::uint64_t recoveries = 0;  ///< inside an obstacle, by the core's own account
+  std::uint64_t stuck = 0;       ///< the device stood still, and the part did not arrive
   // Figures.
   Wide worst_gap_m = 0, worst_path_m = 0;           ///< at ends, on ways; scaled to a part of 50 mm
   std::uint64_t paths = 0;                          ///< ways of passes that were judged
@@ -92,12 +99,14 @@ struct ProxyFuzzTotals {
   std::uint64_t longest_stall = 0;     ///< of them possible ones, where looked at (from the 6th on)
   std::uint64_t longest_rejected = 0;  ///< run of ticks of which every pass was rejected
   std::uint64_t rejected_passes = 0, limited = 0, anchored = 0;
+  std::uint64_t behind = 0, longest_behind = 0;  ///< ticks that ended for want of budget, in a row
+  std::uint64_t longest_arrival = 0;  ///< ticks from the device's standing still to the part's
   StepCounters peaks;
   FailureLog failures;
 
   [[nodiscard]] std::uint64_t failed() const {
     return deep + dips + rises + stalls + walls + crossings + wrenches + goals + over_caps +
-           recoveries;
+           recoveries + stuck;
   }
   void add(const ProxyFuzzTotals& other);
 };
@@ -106,6 +115,7 @@ struct ProxyFuzzRow {
   std::string scene, motion;
   double friction = 0;
   std::uint32_t passes = 0;  ///< in a tick; of 1 the ticks' ways are judged too
+  std::uint32_t work_units = 0;
   ProxyFuzzTotals totals;
 };
 

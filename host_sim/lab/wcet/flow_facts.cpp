@@ -10,7 +10,7 @@ namespace haptic::sim {
 namespace {
 
 // A new field of the header wants a line here.
-static_assert(sizeof(SceneCapacity) == 104);
+static_assert(sizeof(SceneCapacity) == 112);
 
 std::string comment_safe(const std::string& text) {
   std::string safe = text;

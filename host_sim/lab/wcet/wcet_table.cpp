@@ -46,16 +46,18 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
                 period_ns, view.parameters().law == LawId::kProxy ? ", of the contact search" : "");
   if (view.parameters().law != LawId::kProxy) return;
   const double proxy_ns = r.loop.dearest_proxy_unit_ns * static_cast<double>(r.proxy_bound);
+  const auto met = std::ranges::find(r.bounds, std::string("work_units"), &CounterBound::name);
+  const double most = met == r.bounds.end() ? 1 : std::max<double>(1, met->peak);
   append_line(text,
-              "  bound %llu units of the proxy's work, largest unit %.1f ns: at most %.0f ns, %.1f "
-              "%% of the "
-              "period;",
-              ull{r.proxy_bound}, r.loop.dearest_proxy_unit_ns, proxy_ns,
-              100 * proxy_ns / period_ns);
-  append_line(
-      text,
-      "  a unit of the proxy is no unit of the search: the two bounds are of different things, "
-      "each most expensive unit pays its whole tick");
+              "  work of the proxy: budget %u units, at most %llu with what a tick may have begun, "
+              "most met %.0f: bound / met %.1f",
+              view.parameters().work_units, ull{r.proxy_bound}, most,
+              static_cast<double>(r.proxy_bound) / most);
+  append_line(text,
+              "  at %.1f ns a unit, the most of a tick with much work: at most %.1f us, %.1f %% of "
+              "the period; half a period at %.0f Hz on this machine",
+              r.loop.dearest_proxy_unit_ns, 1e-3 * proxy_ns, 100 * proxy_ns / period_ns,
+              proxy_ns > 0 ? 0.5e9 / proxy_ns : 0.0);
 }
 
 /// A row of the motion as its file has it; the header is line 1.

@@ -217,6 +217,18 @@ Json steady_json(const CompiledScene& compiled) {
           {"pairs", std::move(pairs)}};
 }
 
+/// The proxy's bound as a time, at the price of a unit that its budget was made with.
+std::string work_text(const SceneFacts& facts) {
+  const SceneCapacity& c = facts.capacity;
+  if (c.max_work_units == 0) return {};
+  const double bound_s = kUnitPrice_s * c.max_work_units;
+  return formatted(
+      "  budget of a tick %u units, with what it may have begun %u: at %.0f ns a unit %.0f us, "
+      "%.1f %% of the period\n    (host_lab wcet measures the price on this machine)\n",
+      facts.parameters.work_units, c.max_work_units, 1e9 * kUnitPrice_s, 1e6 * bound_s,
+      100 * bound_s * facts.parameters.rate_hz);
+}
+
 std::string steady_text(const CompiledScene& compiled, const SceneFacts& facts) {
   if (!compiled.steady) {
     return std::string(compiled.scene.orientation || compiled.scene.workspace
@@ -335,7 +347,7 @@ std::string report_as_text(const CompiledScene& compiled) {
           grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
           nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
   text += account_as_text(compiled.pruning);
-  text += "bounds\n" + bounds_as_text(facts) + steady_text(compiled, facts);
+  text += "bounds\n" + bounds_as_text(facts) + work_text(facts) + steady_text(compiled, facts);
   text += std::string("law ") + law_name(facts.parameters.law) + "\n" + coupling_as_text(facts) +
           "passivity budget\n" + budget_as_text(facts);
   for (const std::string& note : compiled.notes) text += "note: " + note + "\n";
