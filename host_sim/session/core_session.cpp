@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "rt_core/scene/capacity.hpp"
+#include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
@@ -12,18 +14,25 @@
 
 namespace haptic::sim {
 
-CoreSession::CoreSession(const std::string& scene_path)
+CoreSession::CoreSession(const std::string& scene_path, GoalContact asked)
     : blob_(tools::read_scene_bytes(scene_path)) {
-  open(scene_path);
+  open(scene_path, asked);
   tools::tell_simplification("host_sim", scene_path, view_);
 }
 
-CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name) : blob_(scene) {
-  open(name);
+CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& name,
+                         GoalContact asked)
+    : blob_(scene) {
+  open(name, asked);
 }
 
-void CoreSession::open(const std::string& name) {
-  const RtStatus opened = SceneView::open(blob_.span(), view_);
+void CoreSession::open(const std::string& name, GoalContact asked) {
+  RtStatus opened = SceneView::open(blob_.span(), view_);
+  if (opened == RtStatus::kOk && asked == GoalContact::kAsked &&
+      !has_goal_contact(view_.parameters())) {
+    blob_ = tools::changed_scene(view_, [](SceneParameters& p) { p.goal_contact = 1; });
+    opened = SceneView::open(blob_.span(), view_);
+  }
   if (opened != RtStatus::kOk) {
     std::string text = name + ": not a usable scene: " + to_text(opened);
     if (name.ends_with(".toml")) {

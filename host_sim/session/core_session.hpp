@@ -14,14 +14,20 @@
 
 namespace haptic::sim {
 
+/// Whether a tick of law proxy also searches the contact at the goal pose; the other laws always
+/// do.
+enum class GoalContact : bool { kLeftOut, kAsked };
+
 /// Not movable: the core points into it.
 class CoreSession {
  public:
-  /// From a file; says on standard error which bodies were simplified. @throws tools::InputError
-  /// when the file cannot be read or the scene is refused.
-  explicit CoreSession(const std::string& scene_path);
+  /// From a file; says on standard error which bodies were simplified. A scene of law proxy that
+  /// does without the search at the goal pose gets it where that is `asked`: more state, the same
+  /// forces. @throws tools::InputError when the file cannot be read or the scene is refused.
+  explicit CoreSession(const std::string& scene_path, GoalContact asked = GoalContact::kAsked);
   /// From bytes; `name` is for messages.
-  CoreSession(std::span<const std::byte> scene, const std::string& name);
+  CoreSession(std::span<const std::byte> scene, const std::string& name,
+              GoalContact asked = GoalContact::kAsked);
   CoreSession(const CoreSession&) = delete;
   CoreSession& operator=(const CoreSession&) = delete;
 
@@ -31,7 +37,7 @@ class CoreSession {
   [[nodiscard]] std::span<std::byte> state() { return state_.span(); }
 
  private:
-  void open(const std::string& name);
+  void open(const std::string& name, GoalContact asked);
 
   tools::SceneBytes blob_, state_;
   SceneView view_;
@@ -51,10 +57,6 @@ class CoreSession {
 
 /// The pose that the core is given for a sample: rounded to Real once.
 [[nodiscard]] Pose pose_of(const MotionSample& sample);
-
-/// Whether a tick of law proxy also searches the contact at the goal pose; the other laws always
-/// do.
-enum class GoalContact : bool { kLeftOut, kAsked };
 
 /// Input of tick number `tick`.
 [[nodiscard]] StepInput input_of(const MotionSample& sample, std::uint64_t tick,

@@ -40,7 +40,7 @@ void PieceTree::build(std::span<const PieceSphere> spheres) noexcept {
     const Vec3 side = box.high - box.low;
     const int axis = side[0] >= side[1] && side[0] >= side[2] ? 0 : side[1] >= side[2] ? 1 : 2;
     const std::uint32_t half = node.count / 2;
-    std::nth_element(pieces.begin(), pieces.begin() + half, pieces.end(),
+    std::nth_element(pieces.data(), pieces.data() + half, pieces.data() + pieces.size(),
                      [&](std::uint32_t l, std::uint32_t r) {
                        const Real at_l = spheres[l].centre[axis], at_r = spheres[r].centre[axis];
                        return at_l < at_r || (at_l == at_r && l < r);

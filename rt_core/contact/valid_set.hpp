@@ -89,8 +89,8 @@ class ValidSet {
 
   /// Of a class that has no more room the plane with the smallest gap leaves.
   void replace_least(const ValidPlane& valid, std::uint32_t own) noexcept {
-    const auto begin = planes_.begin() + (own == 0 ? 0 : end_[own - 1]);
-    const auto end = planes_.begin() + end_[own];
+    ValidPlane* const begin = planes_.data() + (own == 0 ? 0 : end_[own - 1]);
+    ValidPlane* const end = planes_.data() + end_[own];
     if (begin == end) return;
     ValidPlane& least = *std::min_element(
         begin, end, [](const ValidPlane& l, const ValidPlane& r) { return l.gap_m < r.gap_m; });

@@ -27,13 +27,13 @@ constexpr std::size_t kRunTicks = 200;
 CostRun run_of_ticks(bool counted) {
   CostRun run;
   run.name = "slope";
-  run.capacity.max_plane_gaps = 1000;
+  run.capacity.max_work_units = 1000;
   run.instructions.measured = counted;
   for (std::size_t i = 0; i < kRunTicks; ++i) {
     CostTick tick;
     tick.t_s = 1e-3 * static_cast<double>(i);
     tick.time_ns = 1000.0 + static_cast<double>(i);
-    tick.counters.plane_gaps = static_cast<std::uint32_t>(i);
+    tick.counters.work_units = static_cast<std::uint32_t>(i);
     tick.instructions = counted ? 5000 - i : 0;
     tick.force_n[0] = 0.1 * static_cast<double>(i);
     tick.proxy_wxyz[0] = 1;
@@ -75,7 +75,7 @@ TEST_SUITE("host_sim.cost") {
     CHECK(counted.least_gap_m == -1e-8);
     CHECK(counted.most_work == 199);
     CostRun wider = run_of_ticks(true);
-    wider.capacity.max_plane_gaps += 10;
+    wider.capacity.max_work_units += 10;
     CHECK(figures_of(wider).work_bound == counted.work_bound + 10);
     CHECK(counted.work_bound == 1000);
     CHECK(counted.passed());
@@ -86,7 +86,7 @@ TEST_SUITE("host_sim.cost") {
 
   TEST_CASE("figures: a count over its bound and a result that is no number are each seen") {
     CostRun over = run_of_ticks(true);
-    over.capacity.max_plane_gaps = 198;
+    over.capacity.max_work_units = 198;
     CHECK_FALSE(figures_of(over).passed());
     CostRun broken = run_of_ticks(true);
     broken.ticks[3].torque_nm[2] = std::numeric_limits<double>::quiet_NaN();

@@ -23,19 +23,16 @@ using namespace haptic::sim::test;
 TEST_SUITE("host_sim.wcet_counts") {
   TEST_CASE("work of the proxy is counted apart from the search's, with a bound of its own") {
     StepCounters c;
-    c.plane_gaps = 1;
-    c.valid_nodes = 20;
-    c.search_work = 300;
-    c.qp_programs = 4000;
-    c.qp_steps = 50000;
+    c.work_units = 54321;
     CHECK(proxy_units(c) == 54321);
     CHECK(work_units(c) == 0);
     WcetScene s;
     SceneCapacity capacity = s.session.view().header().capacity;
     CHECK(proxy_bound(capacity) == 0);  // another law
-    capacity.max_plane_gaps = capacity.max_valid_nodes = capacity.max_search_work = 50000;
-    capacity.max_qp_programs = capacity.max_qp_steps = 50000;
-    CHECK(proxy_bound(capacity) == 250000);
+    capacity.max_work_units = 54320;
+    CHECK(proxy_bound(capacity) == 54320);
+    CHECK_FALSE(within_bounds(c, capacity));
+    capacity.max_work_units = 54321;
     CHECK(within_bounds(c, capacity));
     c.proxy_rejected = capacity.max_proxy_rejected + 1;
     CHECK_FALSE(within_bounds(c, capacity));

@@ -91,7 +91,7 @@ int do_wcet(const WcetArguments& o) {
   tools::claim_folder(
       o.out, "--out",
       {"wcet.csv", "wcet.json", "wcet.svg", "trace.json", "wakeups.txt", "adversarial_*.csv"});
-  CoreSession session(o.scene);
+  CoreSession session(o.scene, o.goal());
   const std::vector<MotionSample> motion =
       o.motion.empty()
           ? scene_motion(session, o.quick ? kQuickMotionSeconds : kMotionSeconds, o.search.seed)

@@ -85,7 +85,7 @@ PreparedScene prepare_cost_scene(const CostScene& scene, const CostPlan& plan) {
 }
 
 CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
-  CoreSession session(scene.blob_path);
+  CoreSession session(scene.blob_path, GoalContact::kLeftOut);
   const std::vector<MotionSample>& motion = scene.motion;
   CostRun run;
   run.name = scene.scene.name;

@@ -12,6 +12,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/picture.hpp"
 #include "rt_core/scene/capacity.hpp"
+#include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -100,34 +101,11 @@ constexpr LawPanel kLawPanels[] = {
 }  // namespace
 
 std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k_r_nm_per_rad) {
-  const SceneHeader& original = view.header();
-  const auto* begin = reinterpret_cast<const std::byte*>(&original);
-  const auto* parameters = reinterpret_cast<const std::byte*>(&view.parameters());
-  tools::SceneBytes blob(original.byte_count);
-  std::memcpy(blob.span().data(), begin, blob.span().size());
-  SceneParameters changed = view.parameters();
-  changed.law = law;
-  if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
-  std::memcpy(blob.span().data() + (parameters - begin), &changed, sizeof changed);
-  SceneHeader header = original;
-  header.capacity = scene_capacity(view.bodies(), view.pieces(), view.pairs(), view.marks(),
-                                   original.capacity.max_pair_visits, changed, view.fixed_pairs());
-  const auto seal = [&] {
-    header.content_hash = 0;
-    std::memcpy(blob.span().data(), &header, sizeof header);
-    header.content_hash = scene_content_hash(blob.span());
-    std::memcpy(blob.span().data(), &header, sizeof header);
-  };
-  seal();
-  SceneView opened;  // the core's memory is another under another law
-  const RtStatus status = SceneView::open(blob.span(), opened);
-  if (status != RtStatus::kOk) {
-    throw tools::InputError(std::string("the changed scene is refused: ") + to_text(status) +
-                            "; give another stiffness");
-  }
-  header.capacity.state_bytes = HapticCore::state_bytes(opened);
-  seal();
-  const std::span<const std::byte> bytes = std::as_const(blob).span();
+  const tools::SceneBytes blob = tools::changed_scene(view, [&](SceneParameters& p) {
+    p.law = law;
+    if (k_r_nm_per_rad > 0) p.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
+  });
+  const std::span<const std::byte> bytes = blob.span();
   return {bytes.begin(), bytes.end()};
 }
 

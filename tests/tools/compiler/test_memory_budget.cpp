@@ -36,8 +36,11 @@ struct Opened {
   SceneView view;
 };
 
+/// With everything that can be asked of it.
 SceneFile own_scene(const std::string& name) {
-  return read_scene_file(std::string(HAPTIC_SCENES_DIR) + "/" + name + "/scene.toml");
+  SceneFile file = read_scene_file(std::string(HAPTIC_SCENES_DIR) + "/" + name + "/scene.toml");
+  file.parameters.goal_contact = 1;
+  return file;
 }
 
 SceneFile peg() { return own_scene("square_peg_five"); }
@@ -117,6 +120,21 @@ TEST_SUITE("tools.memory_budget") {
     REQUIRE(device != nullptr);
     file.parameters.device.given = 0;
     CHECK(now - HapticCore::state_bytes(Opened(file).view) == device->state_saved);
+  }
+
+  TEST_CASE("proposal: without the search at the goal pose the state is smaller by what is said") {
+    SceneFile file = peg();
+    const std::uint64_t now = HapticCore::state_bytes(Opened(file).view);
+    const auto all = budget_proposals(Opened(file).view, 0);
+    const BudgetProposal* goal = find(all, "leave out [rendering] goal_contact");
+    REQUIRE(goal != nullptr);
+    file.parameters.goal_contact = 0;
+    const Opened without(file);
+    CHECK(now - HapticCore::state_bytes(without.view) == goal->state_saved);
+    CHECK(2 * goal->state_saved > now / 2);
+    CHECK(HapticCore::state_account(without.view).of(StatePart::kBounds) == 0);
+    CHECK(find(budget_proposals(without.view, 0), "goal_contact") == nullptr);
+    CHECK(find(budget_proposals(without.view, 0), "pair_visits") == nullptr);
   }
 
   TEST_CASE("proposal: the visits that are said fit the budget, and one more does not") {

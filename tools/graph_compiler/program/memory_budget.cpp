@@ -11,7 +11,7 @@
 #include "rt_core/contact/feature_bounds.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/capacity.hpp"
-#include "tools/common/scene_bytes.hpp"
+#include "tools/common/changed_scene.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 #include "tools/scene_facts/budget_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
@@ -19,35 +19,15 @@
 namespace haptic::tools {
 namespace {
 
-/// Offset of a section's first byte.
-std::uint64_t offset_of(const SceneView& scene, SectionId id) {
-  for (const SectionEntry& s : scene.sections()) {
-    if (s.id == id) return s.offset;
-  }
-  throw std::logic_error("a section of an open scene is missing");
-}
-
-/// State of the scene with other parameters or another budget of visits: the same blob with its
-/// capacities made again.
+/// State of the scene with other parameters or another budget of visits.
 std::uint64_t state_of(const SceneView& scene, std::uint32_t visits,
                        const std::function<void(SceneParameters&)>& change) {
-  SceneBytes bytes(scene.blob().size());
-  std::memcpy(bytes.span().data(), scene.blob().data(), scene.blob().size());
-  std::byte* const blob = bytes.span().data();
-  SceneParameters parameters = scene.parameters();
-  change(parameters);
-  std::memcpy(blob + offset_of(scene, SectionId::kParameters), &parameters, sizeof parameters);
-  SceneHeader header = scene.header();
-  header.capacity = scene_capacity(scene.bodies(), scene.pieces(), scene.pairs(), scene.marks(),
-                                   visits, parameters, scene.fixed_pairs());
-  std::memcpy(blob, &header, sizeof header);
-  header.content_hash = scene_content_hash(bytes.span());
-  std::memcpy(blob, &header, sizeof header);
+  const SceneBytes bytes = changed_scene(scene, change, visits);
   SceneView changed;
   if (SceneView::open(bytes.span(), changed) != RtStatus::kOk) {
     throw std::logic_error("a scene with other parameters does not open");
   }
-  return HapticCore::state_bytes(changed);
+  return changed.header().capacity.state_bytes;
 }
 
 std::uint64_t saved(std::uint64_t before, std::uint64_t after) {
@@ -74,7 +54,7 @@ void propose_visits(const SceneView& scene, std::uint64_t state_budget,
     const std::uint32_t middle = fits + (too_many - fits) / 2;
     (bytes(middle) <= state_budget ? fits : too_many) = middle;
   }
-  if (fits >= scene.header().capacity.max_pair_visits) return;
+  if (fits >= scene.header().capacity.max_pair_visits || now <= bytes(fits)) return;
   proposals.push_back({"search fewer pairs in a tick: [budget] pair_visits = " +
                            std::to_string(fits) + " (the others keep their last plane)",
                        0, saved(now, bytes(fits))});
@@ -88,6 +68,10 @@ void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& pro
     const std::uint64_t bytes = saved(now, state_of(scene, visits, change));
     if (bytes > 0) proposals.push_back({what, 0, bytes});
   };
+  if (scene.parameters().law == LawId::kProxy) {
+    propose("no search at the goal pose: leave out [rendering] goal_contact",
+            [](SceneParameters& p) { p.goal_contact = 0; });
+  }
   for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
     if (law == scene.parameters().law) continue;
     propose(std::string("take another law: [rendering] law = \"") + law_name(law) + "\"",

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/common/changed_scene.hpp"
+
+#include <cstring>
+#include <string>
+
+#include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/capacity.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+
+SceneBytes changed_scene(const SceneView& scene,
+                         const std::function<void(SceneParameters&)>& change,
+                         std::uint32_t visits) {
+  SceneBytes bytes(scene.blob());
+  std::byte* const blob = bytes.span().data();
+  const auto* parameters = reinterpret_cast<const std::byte*>(&scene.parameters());
+  SceneParameters changed = scene.parameters();
+  change(changed);
+  std::memcpy(blob + (parameters - scene.blob().data()), &changed, sizeof changed);
+  SceneHeader header = scene.header();
+  header.capacity = scene_capacity(scene.bodies(), scene.pieces(), scene.pairs(), scene.marks(),
+                                   visits > 0 ? visits : header.capacity.max_pair_visits, changed,
+                                   scene.fixed_pairs());
+  const auto seal = [&] {
+    std::memcpy(blob, &header, sizeof header);
+    header.content_hash = scene_content_hash(bytes.span());
+    std::memcpy(blob, &header, sizeof header);
+  };
+  seal();
+  SceneView opened;  // the size of the state depends on the opened scene
+  const RtStatus status = SceneView::open(bytes.span(), opened);
+  if (status != RtStatus::kOk) {
+    throw InputError(std::string("the changed scene is refused: ") + to_text(status) +
+                     "; give other values");
+  }
+  header.capacity.state_bytes = HapticCore::state_bytes(opened);
+  seal();
+  return bytes;
+}
+
+}  // namespace haptic::tools
