@@ -100,14 +100,19 @@ constexpr LawPanel kLawPanels[] = {
 }  // namespace
 
 std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k_r_nm_per_rad) {
+  SceneParameters changed = view.parameters();
+  changed.law = law;
+  if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
+  return scene_with_parameters(view, changed);
+}
+
+std::vector<std::byte> scene_with_parameters(const SceneView& view,
+                                             const SceneParameters& changed) {
   const SceneHeader& original = view.header();
   const auto* begin = reinterpret_cast<const std::byte*>(&original);
   const auto* parameters = reinterpret_cast<const std::byte*>(&view.parameters());
   tools::SceneBytes blob(original.byte_count);
   std::memcpy(blob.span().data(), begin, blob.span().size());
-  SceneParameters changed = view.parameters();
-  changed.law = law;
-  if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
   std::memcpy(blob.span().data() + (parameters - begin), &changed, sizeof changed);
   SceneHeader header = original;
   header.capacity =
@@ -124,7 +129,7 @@ std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k
   const RtStatus status = SceneView::open(blob.span(), opened);
   if (status != RtStatus::kOk) {
     throw tools::InputError(std::string("the changed scene is refused: ") + to_text(status) +
-                            "; give another stiffness");
+                            "; give other parameters");
   }
   header.capacity.state_bytes = HapticCore::state_bytes(opened);
   seal();
