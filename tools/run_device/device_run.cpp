@@ -83,6 +83,7 @@ void add(const TickCounts& from, TickCounts& to) {
   to.armed_ticks += from.armed_ticks;
   to.contact_ticks += from.contact_ticks;
   for (std::size_t k = 0; k < kLateDegrees; ++k) to.late[k] += from.late[k];
+  for (std::size_t k = 0; k < hal::kLateCauses; ++k) to.causes[k] += from.causes[k];
   to.armings += from.armings;
   to.safety_faults |= from.safety_faults;
   to.device_faults |= from.device_faults;
@@ -200,7 +201,10 @@ void Run::hold() {
   settings.limits = limits_;
   gate_.emplace(fit_question(config_, scene_), limits_);
   if (config_.has_motors)
-    settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_->admit(c); };
+    settings.accept = [this](const hal::DeviceCapabilities& c) {
+      bus_.expect_reports_every(hal::report_interval_ns(c));
+      return gate_->admit(c);
+    };
   if (!config_.deadman_input.path.empty()) {
     deadman_ = std::make_unique<hal::KeySwitch>(config_.deadman_input);
     settings.switches = deadman_.get();
@@ -424,16 +428,17 @@ bool LinkWatch::is_open() const noexcept {
          !ending_.load(std::memory_order_relaxed);
 }
 
-void LinkWatch::add_step(std::int64_t stamp_ns, std::int64_t& last_ns,
-                         hal::IntervalHistogram& jitter) const noexcept {
-  if (last_ns != 0) jitter.add(std::abs(stamp_ns - last_ns - period_ns_));
+void LinkWatch::add_step(std::int64_t stamp_ns, std::int64_t period_ns, std::int64_t& last_ns,
+                         hal::IntervalHistogram& jitter) noexcept {
+  if (last_ns != 0) jitter.add(std::abs(stamp_ns - last_ns - period_ns));
   last_ns = stamp_ns;
 }
 
 void LinkWatch::on_report(std::int64_t stamp_ns, std::span<const std::uint8_t> /*report*/,
                           hal::ReportVerdict verdict, std::uint64_t /*sequence*/) noexcept {
   if (!is_open()) return;
-  if (verdict == hal::ReportVerdict::kState) add_step(stamp_ns, report_ns_, times_.report_jitter);
+  if (verdict == hal::ReportVerdict::kState)
+    add_step(stamp_ns, report_period_ns_, report_ns_, times_.report_jitter);
   unanswered_ns_ = stamp_ns;
 }
 
@@ -441,7 +446,7 @@ void LinkWatch::on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> /*r
                         const hal::GuardedOutput& output) noexcept {
   note_output(stamp_ns, output);
   if (!is_open()) return;
-  add_step(stamp_ns, send_ns_, times_.send_jitter);
+  add_step(stamp_ns, period_ns_, send_ns_, times_.send_jitter);
   // The bus has taken it by now; the stamp is from before.
   if (unanswered_ns_ != 0) times_.answer.add(hal::monotonic_ns() - unanswered_ns_);
   unanswered_ns_ = 0;

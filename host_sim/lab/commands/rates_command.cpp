@@ -169,8 +169,7 @@ void print_errors(const std::vector<RateError>& errors) {
                 e.p99_torque_error_nm, e.max_torque_error_nm, 1e-3 * e.p99_tick_ns);
 }
 
-std::vector<RateError> errors_of(const RatesArguments& o) {
-  CoreSession session(o.scene);
+std::vector<RateError> errors_of(const RatesArguments& o, CoreSession& session) {
   const MotionScript motion =
       o.script.empty()
           ? pressing_script(session, session.view().parameters().rate_hz, kErrorMotion_s)
@@ -197,15 +196,16 @@ void print_heading() {
 
 int do_rates(const RatesArguments& o) {
   tools::claim_folder(o.out, "--out", {"rates.json"});
+  CoreSession session(o.scene);
   // First what can be refused.
-  const std::vector<RateError> errors = o.error ? errors_of(o) : std::vector<RateError>();
+  const std::vector<RateError> errors = o.error ? errors_of(o, session) : std::vector<RateError>();
   print_heading();
   Results results;
   for (const double rate_hz : o.question.rates_hz) {
     const auto machine = machine_alone(rate_hz, o.question.seconds);
     for (const ReportPath path : {ReportPath::kUsb, ReportPath::kInProcess}) {
       if (o.question.fault == RateFault::kReport && path != ReportPath::kUsb) continue;
-      results.push_back(measure_rate(o.scene, rate_hz, path, o.question, *machine));
+      results.push_back(measure_rate(session, rate_hz, path, o.question, *machine));
       print_rate(*results.back());
     }
   }

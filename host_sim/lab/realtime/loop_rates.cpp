@@ -227,7 +227,7 @@ std::unique_ptr<hal::WakeupMeasurement> machine_alone(double rate_hz, double sec
   return machine;
 }
 
-std::unique_ptr<RateResult> measure_rate(const std::string& scene, double rate_hz, ReportPath path,
+std::unique_ptr<RateResult> measure_rate(CoreSession& session, double rate_hz, ReportPath path,
                                          const RateQuestion& question,
                                          const hal::WakeupMeasurement& machine) {
   auto result = std::make_unique<RateResult>();
@@ -240,7 +240,6 @@ std::unique_ptr<RateResult> measure_rate(const std::string& scene, double rate_h
   const double seconds = question.seconds;
   const std::int64_t period_ns = std::llround(1e9 / rate_hz);
 
-  CoreSession session(scene);
   const PressedScene pressed = pressed_scene(session, reports_hz, seconds + 2 * kSettle_s);
   ThreadedLoopSettings settings;
   settings.stack = pressed.stack;

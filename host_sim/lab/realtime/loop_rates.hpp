@@ -85,9 +85,10 @@ inline constexpr std::size_t kJudgedTicks = 1u << 18;
 /// The machine's own wake-ups at a rate. Blocks for the seconds.
 [[nodiscard]] std::unique_ptr<hal::WakeupMeasurement> machine_alone(double rate_hz, double seconds);
 
-/// Blocks for the seconds and those of the repeats. @throws std::runtime_error  no thread;
+/// Blocks for the seconds and those of the repeats. The core starts again. @throws
+/// std::runtime_error  no thread;
 /// tools::InputError  the scene.
-[[nodiscard]] std::unique_ptr<RateResult> measure_rate(const std::string& scene, double rate_hz,
+[[nodiscard]] std::unique_ptr<RateResult> measure_rate(CoreSession& session, double rate_hz,
                                                        ReportPath path,
                                                        const RateQuestion& question,
                                                        const hal::WakeupMeasurement& machine);
