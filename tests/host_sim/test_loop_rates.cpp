@@ -96,7 +96,10 @@ TEST_SUITE("host_sim.loop_rates") {
     const std::vector<RateError> errors = rate_errors(session.view(), motion, rates_hz);
     REQUIRE(errors.size() == 4u);
     for (std::size_t k = 0; k < errors.size(); ++k) {
-      INFO(errors[k].passes, " passes, median ", errors[k].median_force_error_n, ", p99 ", errors[k].p99_force_error_n, ", max ", errors[k].max_force_error_n, " of ", errors[k].largest_force_n, " contact ", errors[k].contact_ticks, " of ", errors[k].ticks);
+      INFO(errors[k].passes, " passes, median ", errors[k].median_force_error_n, ", p99 ",
+           errors[k].p99_force_error_n, ", max ", errors[k].max_force_error_n, " of ",
+           errors[k].largest_force_n, " contact ", errors[k].contact_ticks, " of ",
+           errors[k].ticks);
       CHECK(errors[k].rate_hz == rates_hz[k / 2]);
       CHECK(errors[k].contact_ticks > 0u);
       CHECK(errors[k].largest_force_n > 0.1);

@@ -65,6 +65,7 @@ Json json_of(const RateResult& r) {
   rate["safety_faults"] = r.safety_faults;
   rate["tick"] = json_of(r.tick);
   rate["tick_work_alone"] = json_of(r.work);
+  rate["tick_over_work_alone"] = r.cold;
   rate["wake_up"] = json_of(r.lateness);
   rate["report_to_command"] = json_of(r.answer);
   rate["machine_alone"] = json_of(r.machine.lateness);

@@ -10,6 +10,7 @@
 
 #include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/realtime/pressed_scene.hpp"
+#include "host_sim/report/quantile.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -95,10 +96,11 @@ class RateWatch final : public hal::LinkObserver {
     const std::vector<std::int64_t> work_ns =
         loop.work_of(std::span(records_.inputs).first(count),
                      std::span(records_.commands).first(count), kWorkRepeats);
+    const double cold = std::max(kLeastCold, usual_cold(work_ns));
     hal::LateJudge judge(period_ns, false);
     for (std::size_t k = 0; k < count; ++k) {
       judge.begin(records_.inputs[k], records_.late_ns[k]);
-      const double cold_ns = work_ns[k] < 0 ? -1 : kColdWork * static_cast<double>(work_ns[k]);
+      const double cold_ns = work_ns[k] < 0 ? -1 : cold * static_cast<double>(work_ns[k]);
       const hal::LateCause cause =
           judge.end(records_.tick_ns[k], static_cast<std::int64_t>(cold_ns));
       if (k < skip_) continue;
@@ -110,6 +112,18 @@ class RateWatch final : public hal::LinkObserver {
   }
 
  private:
+  double usual_cold(const std::vector<std::int64_t>& work_ns) {
+    std::vector<double> ratios;
+    for (std::size_t k = skip_; k < work_ns.size(); ++k) {
+      if (work_ns[k] > 0)
+        ratios.push_back(static_cast<double>(records_.tick_ns[k]) /
+                         static_cast<double>(work_ns[k]));
+    }
+    if (ratios.empty()) return 0;
+    std::ranges::sort(ratios);
+    return result_.cold = quantile(ratios, 0.5);
+  }
+
   static constexpr std::size_t kStamps = 1u << 14;  // more than are under way at once
 
   void take(const ServoInput& input, const ServoResult& servo) noexcept {

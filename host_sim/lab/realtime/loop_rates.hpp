@@ -59,11 +59,12 @@ struct RateResult {
   hal::WakeupHistogram lateness, tick;
   /// From the completion of a report to the first command that rests on it handed to the device.
   hal::WakeupHistogram answer;
-  /// By cause, with the work of a tick by itself as in kColdWork; of the first kJudgedTicks.
+  /// By cause, with the work of a tick by itself (kLeastCold); of the first kJudgedTicks.
   hal::CauseCounts causes{};
   std::uint64_t judged = 0;     ///< ticks in `causes`
   std::uint64_t unmatched = 0;  ///< of them, those whose work was another one when it was repeated
   hal::WakeupHistogram work;    ///< of the judged ticks by themselves, warm
+  double cold = 0;              ///< median of a tick's time over its work by itself
   hal::WakeupMeasurement machine;  ///< alone, just before
   LoopGrants grants;
   double late_allowed = 0;  ///< of point 2
@@ -74,10 +75,11 @@ struct RateResult {
   }
 };
 
-/// Work of a tick as its cause takes it: this times the least of kWorkRepeats repeats with nothing
-/// in between, since after a sleep the caches are cold (a tick is up to 1.5 times as long with all
-/// of them flushed). What it took beyond that is the machine's.
-inline constexpr double kColdWork = 1.5;
+/// Work of a tick as its cause takes it: the least of kWorkRepeats repeats with nothing in between,
+/// times `cold`, which is how much longer a tick of this run usually takes than that: after a sleep
+/// the caches are cold. At least kLeastCold, as with all caches flushed. What a tick takes beyond
+/// is the machine's.
+inline constexpr double kLeastCold = 1.5;
 inline constexpr unsigned kWorkRepeats = 3;
 /// Ticks of which inputs are kept for that: 150 MB.
 inline constexpr std::size_t kJudgedTicks = 1u << 18;

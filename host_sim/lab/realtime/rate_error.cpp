@@ -45,9 +45,9 @@ RateRun run_rate(const SceneView& view, std::span<const MotionSample> motion, do
                               " of the motion: the pose is refused: " + to_text(result.status));
     if (k % substeps != 0) continue;
     run.ns.push_back(static_cast<double>(took_ns));
-    run.wrenches.push_back(
-        {result.wrench_w.force_w.cast<double>(), result.wrench_w.torque_w.cast<double>(),
-         (result.flags & kFlagRecovery) != 0});
+    run.wrenches.push_back({result.wrench_w.force_w.cast<double>(),
+                            result.wrench_w.torque_w.cast<double>(),
+                            (result.flags & kFlagRecovery) != 0});
   }
   return run;
 }

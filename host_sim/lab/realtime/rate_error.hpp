@@ -14,8 +14,8 @@
 namespace haptic::sim {
 
 /// One rate with one number of passes. Errors: length of the difference of force and of torque from
-/// the reference at the same times, over the ticks in which the reference has a force and neither is
-/// bringing a part out of an obstacle (kFlagRecovery).
+/// the reference at the same times, over the ticks in which the reference has a force and neither
+/// is bringing a part out of an obstacle (kFlagRecovery).
 struct RateError {
   double rate_hz = 0;
   std::uint32_t passes = 0;
