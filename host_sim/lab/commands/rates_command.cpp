@@ -3,7 +3,6 @@
 // [--error [--script MOTION]] [--fault wake-up|tick|report]
 #include <array>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -30,8 +29,6 @@ struct RatesArguments {
 };
 
 constexpr double kErrorMotion_s = 2.0;
-const std::map<std::string, RateFault> kRateFaults = {
-    {"wake-up", RateFault::kWakeUp}, {"tick", RateFault::kTick}, {"report", RateFault::kReport}};
 constexpr std::array<hal::LateCause, 5> kShownCauses = {
     hal::LateCause::kWakeUp, hal::LateCause::kHeldUp, hal::LateCause::kTick,
     hal::LateCause::kReport, hal::LateCause::kTogether};
@@ -249,10 +246,11 @@ Command add_rates_command(CLI::App& program) {
                   "motion script (TOML) of the part for --error; default: it presses on the "
                   "nearest fixed part, and slides")
       ->needs(error);
-  app->add_option("--fault", o->question.fault,
-                  "self-test: ten late wake-ups, ten ticks with too much work, or ten gaps in the "
-                  "reports; each is found under its cause")
-      ->transform(CLI::CheckedTransformer(kRateFaults));
+  tools::add_choice<RateFault>(
+      *app, "--fault", o->question.fault,
+      {{"wake-up", RateFault::kWakeUp}, {"tick", RateFault::kTick}, {"report", RateFault::kReport}},
+      "self-test: ten late wake-ups, ten ticks with too much work, or ten "
+      "gaps in the reports; each is found under its cause");
   return {app, [o] { return do_rates(*o); }, "host_sim rates --scene peg.rtscene"};
 }
 
