@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Why ticks are late, with the stack in its threads and in real time: what is made to go wrong is
-// found under its own cause, whatever else this machine does meanwhile. And what passes cost.
+// found under its own cause, also on a busy machine. And what passes cost.
 #include <doctest/doctest.h>
 
 #include "host_sim/lab/faults/fault_matrix.hpp"
