@@ -117,7 +117,6 @@ StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_w
   result.proxy_pose_wa = pose_wa;
   result.proxy_gap_m = free.work.gap_m;
   result.potential_j = free.work.end_potential_j;
-  result.allowed_rise_j = free.work.allowed_rise_j;
   result.situation = felt.situation;
   result.near_count = felt.point_count;
   StepCounters& n = result.counters;

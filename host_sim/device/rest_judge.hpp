@@ -16,7 +16,7 @@ struct RestAllowance {
 
 /// Encoder counts that may change at rest, peak to peak.
 inline constexpr double kRestCounts = 1.5;
-/// A wrench that moves by less is still, whatever the encoders are: far below what a hand feels.
+/// A wrench that moves by less is still with any encoder: far below what a hand feels.
 inline constexpr double kStillForce_n = 1.0e-2;
 
 /// A coupling answers a change of the device's pose by a change of its wrench that is no larger

@@ -9,6 +9,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr double kSocketDepth_m = 0.040, kBlockHalf_m = 0.025, kSocketBlockDepth_m = 0.050;
+constexpr double kPegWidth_m = 0.020, kPegLength_m = 0.060;
 
 std::uint32_t count_of(std::size_t n) { return static_cast<std::uint32_t>(n); }
 
@@ -203,7 +204,23 @@ std::vector<Solid> five_piece_hole(double half_width_m) {
           box_solid("floor", {-b, -b, -kSocketBlockDepth_m}, {b, b, -kSocketDepth_m})};
 }
 
-Solid square_peg() { return centred_box("peg", 0.010, 0.010, 0.030); }
+Solid square_peg() {
+  return centred_box("peg", kPegWidth_m / 2, kPegWidth_m / 2, kPegLength_m / 2);
+}
+
+PartAmongSolids cube_over_wall(double gap_m) {
+  constexpr double kHalf = 0.010, kTop = 0.050;
+  return {centred_box("cube", kHalf, kHalf, kHalf),
+          {centred_box("wall", 0.1, 0.1, kTop)},
+          std::sqrt(3.0) * kHalf,
+          Vector(0, 0, kTop + kHalf + gap_m)};
+}
+
+PartAmongSolids peg_in_hole(double clearance_m, double depth_m) {
+  return {square_peg(), five_piece_hole(kPegWidth_m / 2 + clearance_m),
+          0.5 * std::hypot(kPegWidth_m, kPegWidth_m, kPegLength_m),
+          Vector(0, 0, kPegLength_m / 2 - depth_m)};
+}
 
 std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
                                   const SceneParameters& parameters,

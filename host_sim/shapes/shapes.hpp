@@ -67,6 +67,18 @@ class Seeded {
 /// Square peg 20 x 20 x 60 mm, origin in its middle.
 [[nodiscard]] Solid square_peg();
 
+/// A part and what it is pressed against; its grip point is its origin.
+struct PartAmongSolids {
+  Solid part;
+  std::vector<Solid> around;
+  double radius_m = 0;  ///< of the part about its grip point
+  Vector start;         ///< of the part
+};
+/// A cube of 20 mm, its lower face `gap_m` over a wall whose top is at z = 50 mm.
+[[nodiscard]] PartAmongSolids cube_over_wall(double gap_m);
+/// The square peg upright in its hole of five pieces, `clearance_m` on every side, `depth_m` deep.
+[[nodiscard]] PartAmongSolids peg_in_hole(double clearance_m, double depth_m);
+
 /// One body of convex pieces; faces whose planes agree to the last bit share one plane.
 [[nodiscard]] tools::Body united_body(std::span<const Solid> pieces);
 

@@ -300,8 +300,8 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
-  most_m_ = std::max(most_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
-  most_rad_ = std::max(most_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
+  way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
+  turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
   p_ = step.q;
   version_ += 1;
   path_m_ =
@@ -325,21 +325,20 @@ void Proxy::accept(const Step& step) noexcept {
 void Proxy::bound_move(const GripPose& goal) noexcept {
   const Spring& spring = parameters_.spring;
   const PoseError error = error_of(goal, p_);
-  const GripPose& last = goal_;
-  most_m_ = std::sqrt((goal.x0_w - last.x0_w).squaredNorm()) +
-            std::max(kRelease_n / spring.k_t_n_per_m,
-                     kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
+  way_left_m_ = std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm()) +
+                std::max(kRelease_n / spring.k_t_n_per_m,
+                         kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
   if (is_fixed()) return;
-  const Real chord2 = std::min((goal.q_wa.coeffs() - last.q_wa.coeffs()).squaredNorm(),
-                               (goal.q_wa.coeffs() + last.q_wa.coeffs()).squaredNorm());
-  most_rad_ = kTurnOfChord * std::sqrt(chord2) +
-              std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
-                       kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
+  const Real chord2 = std::min((goal.q_wa.coeffs() - goal_.q_wa.coeffs()).squaredNorm(),
+                               (goal.q_wa.coeffs() + goal_.q_wa.coeffs()).squaredNorm());
+  turn_left_rad_ = kTurnOfChord * std::sqrt(chord2) +
+                   std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
+                            kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
 }
 
 bool Proxy::may_move() const noexcept {
   const ProxyScale& scale = parameters_.scale;
-  return most_m_ > scale.still_m && (is_fixed() || most_rad_ > scale.still_rad);
+  return way_left_m_ > scale.still_m && (is_fixed() || turn_left_rad_ > scale.still_rad);
 }
 
 ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,

@@ -113,10 +113,9 @@ inline constexpr Real kResidual_n = 0.01_r;
 struct ProxyTick {
   PoseError error;  ///< of the goal against the proxy at the end
   Real gap_m = 0;   ///< smallest known gap, a lower bound of the distance
+  /// The end is no higher than the start but for rounding: a pass may raise the energy to close a
+  /// gap that is negative, by no more than half of what earlier passes of the tick have lowered it.
   Real start_potential_j = 0, end_potential_j = 0;
-  /// What the energy may have risen by: nothing but rounding. A pass may raise it to close a gap
-  /// that is negative, by no more than half of what earlier passes of the tick have lowered it.
-  Real allowed_rise_j = 0;
   Real residual_n = 0;  ///< pull that the planes of the last program leave, were p to follow it
   std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
   std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
@@ -258,8 +257,8 @@ class Proxy {
   BoundedList<ImposedPlane> imposed_, active_;
   /// The last pass was rejected: the next starts without its planes.
   bool choose_from_start_ = false;
-  Real most_m_ = 0, most_rad_ = 0;  ///< what p may move by in the rest of this tick
-  std::uint64_t pass_ = 0;          ///< counts them, for ProxyPair::reached_in
+  Real way_left_m_ = 0, turn_left_rad_ = 0;  ///< what p may move by in the rest of this tick
+  std::uint64_t pass_ = 0;                   ///< counts them, for ProxyPair::reached_in
   Real reach_m_ = 0;       ///< of this pass: pairs farther apart than this are not in its list
   Real nearest_m_ = 0;     ///< no pair is nearer than this at p_
   Real close_m_ = 0;       ///< of a negative gap, what rows of this pass may ask to be closed

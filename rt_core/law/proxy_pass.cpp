@@ -109,7 +109,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
     // turn all planes keep their normals: straight towards the goal and out of what is in the way.
     const Real far = std::sqrt(error.translation_m.squaredNorm());
-    const Real most = std::min(scale.step_m, most_m_);
+    const Real most = std::min(scale.step_m, way_left_m_);
     const Real s = far > most ? most / far : Real{1};
     step = step_by(s * error.translation_m, Vec3::Zero());
     ok = correct(step, tick) && affordable(step);
@@ -218,7 +218,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
   short_ = false;
-  bool anew = false;                      // planes chosen from the start, for a short step
+  bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     if (round == retry_at) {
@@ -263,9 +263,9 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       s = std::max(s, nearest_m_ / motion);
     }
     // Place and turn are bounded each by itself, but where planes tie them together.
-    const bool spent = s * far > most_m_ || s * turn > most_rad_;
-    Real s_turn = s * turn > most_rad_ ? most_rad_ / turn : s;
-    if (s * far > most_m_) s = most_m_ / far;
+    const bool spent = s * far > way_left_m_ || s * turn > turn_left_rad_;
+    Real s_turn = s * turn > turn_left_rad_ ? turn_left_rad_ / turn : s;
+    if (s * far > way_left_m_) s = way_left_m_ / far;
     if (last_qp_.active_count > 0) s = s_turn = std::min(s, s_turn);
     s *= share;
     s_turn *= share;
@@ -285,11 +285,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
       // be free.
       const bool held_far = far_rows_ || crowded();
-      if (!held_far && (anew || !choice_is_due())) return true;
+      if (!held_far && (chosen_short || !choice_is_due())) return true;
       if (retry_at >= kRounds) return true;
       if (!held_far) retry_at = kRounds - kProxyRetryRounds;
       round = retry_at - 1;
-      from_start = anew = true;
+      from_start = chosen_short = true;
       continue;
     }
     if (!(result.lacking_m > 0)) {
@@ -320,8 +320,8 @@ bool Proxy::is_still(const Step& step) const noexcept {
          step.dtheta_rad.squaredNorm() <= scale.still_rad * scale.still_rad;
 }
 
-/// Whether the planes that hold the proxy where it is must be chosen from the start to be sure:
-/// others than the last time, long ago, or the goal does not move.
+/// Whether the planes that hold the proxy where it is must be chosen from the start to be sure: the
+/// goal rests, or the last choice is long ago, sooner where they are others than then.
 bool Proxy::choice_is_due() noexcept {
   std::uint64_t planes = 0;
   for (const ImposedPlane& plane : imposed_) {
@@ -403,75 +403,6 @@ void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
     plane.support = valid.support;
     return;
   }
-}
-
-PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
-                       SupportPair support, ProxyTick& tick) const noexcept {
-  tick.plane_gaps += 1;
-  return plane_gap(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), id, support);
-}
-
-/// Rows of a plane at a configuration; `support_too`: and at its support vertices.
-bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
-                     bool support_too, ProxyTick& tick) noexcept {
-  const ImposedPlane& plane = imposed_[imposed];
-  const PlaneGap gap = gap_at(pairs_[plane.pair], at, plane.id, plane.support, tick);
-  if (!gap.defined) return true;  // edges turned parallel: another plane will come
-  return add_region(imposed, gap, at, error, support_too);
-}
-
-/// Rows of the contact region along a plane.
-bool Proxy::add_region(std::uint32_t imposed, const PlaneGap& gap, const Step& at,
-                       const PoseError& error, bool support_too) noexcept {
-  ImposedPlane& plane = imposed_[imposed];
-  plane.support = gap.support;
-  if (is_fixed()) return add_row(imposed, {Vec3::Zero(), gap.gap_m}, gap.normal_w, at, error);
-  const ProxyPair& pair = pairs_[plane.pair];
-  const Vec3 y_w = at.q.x0_w - pair.reference_w;
-  std::array<ManifoldPoint, kMaxManifoldPoints> points;
-  const std::uint32_t count = contact_manifold(
-      *pair.view, at.q.r_wa, y_w, gap, parameters_.scale.manifold_m, manifold_scratch_, points);
-  for (std::uint32_t k = 0; k < count; ++k) {
-    if (!add_row(imposed, points[k], gap.normal_w, at, error)) return false;
-  }
-  if (!support_too) return true;
-  return add_row(imposed, support_row_point(*pair.view, at.q.r_wa, y_w, gap), gap.normal_w, at,
-                 error);
-}
-
-/// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised; with
-/// friction the point gets its cone.
-bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec3& normal_w,
-                    const Step& at, const PoseError& error) noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  const ImposedPlane& plane = imposed_[imposed];
-  const ProxyPair& pair = pairs_[plane.pair];
-  // Rows that zero motion would violate by more than this could be inconsistent.
-  const Real most = pair.inside ? scale.tolerance_m + scale.recovery_step_m : close_m_;
-  Real along = normal_w.dot(at.dx_m);
-  if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at.dtheta_rad);
-  const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
-  if (rubs(pair)) return add_cone(imposed, point.app_w, normal_w, least, error);
-  return push_row(imposed, point.app_w, normal_w, least, error, kMaxProxyRows);
-}
-
-/// Row w.(dx + dtheta x App) >= least about p.
-bool Proxy::push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
-                     const PoseError& error, std::uint32_t most_rows) noexcept {
-  QpRow row;
-  Real pull = w.dot(error.translation_m);
-  row.g.head<3>() = w;
-  if (!is_fixed()) {
-    const Vec3 moment = app_w.cross(w);
-    row.g.tail<3>() = moment / secant_.length_m;
-    pull += moment.dot(error.rotation_rad);
-  }
-  row.h = least_m - pull;
-  const std::uint32_t index = rows_.size();
-  if (index >= most_rows || !rows_.push(row)) return false;
-  row_plane_[index] = static_cast<std::uint8_t>(imposed);
-  if (!row_cone_.empty()) row_cone_[index] = kMaxFrictionCones;
-  return true;
 }
 
 /// Planes with a multiplier: the next pass starts with them.

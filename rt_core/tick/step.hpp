@@ -125,8 +125,7 @@ struct StepResult {
   Pose proxy_pose_wa;
   Real proxy_gap_m = 0;  ///< law kProxy: smallest gap of the proxy, a lower bound of its distance
   Real potential_j = 0;  ///< law kProxy: energy of the coupling spring
-  Real allowed_rise_j = 0;  ///< law kProxy: what the passes may have raised it by, for rounding
-  Twist device_twist_w;     ///< estimate, where the scene names a device
+  Twist device_twist_w;  ///< estimate, where the scene names a device
   /// Passivity observer: minus what the rendering has generated beyond the spring's own energy and
   /// the device's damping and has not been taken out yet; at most 0.
   Real energy_j = 0;

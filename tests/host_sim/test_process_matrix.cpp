@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "host_sim/lab/processes/process_judge.hpp"
 #include "host_sim/lab/processes/process_matrix.hpp"
 #include "host_sim/report/part_report.hpp"
 

@@ -245,7 +245,7 @@ TEST_SUITE("rt_core.proxy_law") {
           const ProxyTick tick = bench.tick(p, q);
           CHECK(tick.passes <= passes);
           CHECK_FALSE(tick.recovering);
-          CHECK(tick.end_potential_j <= tick.start_potential_j + tick.allowed_rise_j);
+          CHECK(tick.end_potential_j <= tick.start_potential_j);
           held += tick.end_potential_j > 1.0e-6_r ? 1 : 0;
           worst = std::min(worst, static_cast<double>(bench.distance_m(bench.proxy.pose())));
         }

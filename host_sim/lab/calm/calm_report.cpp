@@ -17,36 +17,21 @@ constexpr double kRate_hz = 1000;
 constexpr double kPress_m = 0.008, kWithdraw_m_per_s = 0.1, kPressTime_s = 0.5, kHold_s = 2.0;
 constexpr double kLookedAt_s = 0.5, kAfter_s = 0.3;
 constexpr double kOff_m = 0.002;  ///< above the surface at the start
-constexpr double kCubeHalf = 0.010, kWallHalf = 0.050;
-constexpr double kClearance = 1.0e-4, kHoleDepth = 0.040;
+constexpr double kClearance_m = 1.0e-4, kHoleDepth_m = 0.040;
 /// What is left of settling where the encoder is exact.
 constexpr double kSettled_n = 1.0e-3;
 constexpr double kRounding_n = 1.0e-9;
 const DeviceModel kDevice{};
 
 struct Stage {
-  Solid part;
-  std::vector<Solid> around;
-  Vector start, press;  ///< of the part; the press counts from the start
-  double radius_m = 0;
+  PartAmongSolids solids;
+  Vector press;  ///< of the part, from its start
 };
 
 Stage stage_of(const std::string& contact) {
-  Stage s;
-  if (contact == "wall") {
-    s.part = centred_box("cube", kCubeHalf, kCubeHalf, kCubeHalf);
-    s.around = {centred_box("wall", 0.1, 0.1, kWallHalf)};
-    s.start = Vector(0, 0, kWallHalf + kCubeHalf + kOff_m);
-    s.press = Vector(0, 0, -kOff_m - kPress_m);
-    s.radius_m = std::sqrt(3.0) * kCubeHalf;
-  } else {
-    s.part = square_peg();
-    s.around = five_piece_hole(0.010 + kClearance);
-    s.start = Vector(0, 0, 0.030 - kHoleDepth + kOff_m);
-    s.press = Vector(0.003, 0.002, -kOff_m - kPress_m);
-    s.radius_m = std::sqrt(2 * 0.010 * 0.010 + 0.030 * 0.030);
-  }
-  return s;
+  if (contact == "wall") return {cube_over_wall(kOff_m), Vector(0, 0, -kOff_m - kPress_m)};
+  return {peg_in_hole(kClearance_m, kHoleDepth_m - kOff_m),
+          Vector(0.003, 0.002, -kOff_m - kPress_m)};
 }
 
 SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& inside) {
@@ -67,7 +52,7 @@ SceneParameters parameters_of(const CalmCell& cell, const Stage& stage, bool& in
     request.allow_active = true;
     request.k_t_n_per_m = cell.k_t_n_per_m;
   }
-  p.coupling = tools::choose_coupling(p, request, stage.radius_m).coupling;
+  p.coupling = tools::choose_coupling(p, request, stage.solids.radius_m).coupling;
   // The bound of an ideal damper is not what encoders leave of the coupling's: the device's alone.
   const double lag_s = (0.5 + cell.delay_samples) / kRate_hz;
   inside = p.coupling.k_t_n_per_m * lag_s < kDevice.damping_ns_per_m &&
@@ -80,7 +65,7 @@ HandTarget target_at(const Stage& stage, double t_s) {
   const double back_s = t_s - kPressTime_s - kHold_s;
   const double gone = back_s < 0 ? way * std::min(1.0, t_s / kPressTime_s)
                                  : std::max(0.0, way - kWithdraw_m_per_s * back_s);
-  return {stage.start + stage.press * (gone / way), Rotation::Identity()};
+  return {stage.solids.start + stage.press * (gone / way), Rotation::Identity()};
 }
 
 struct Traced {
@@ -90,7 +75,7 @@ struct Traced {
 };
 
 Traced run_once(const CalmCell& cell, const Stage& stage, const SceneParameters& parameters) {
-  CoreSession session(scene_with(stage.part, stage.around, parameters), "calm");
+  CoreSession session(scene_with(stage.solids.part, stage.solids.around, parameters), "calm");
   DeviceModel device = kDevice;
   device.encoder_step_m = cell.encoder_step_m;
   device.encoder_step_rad = cell.encoder_step_m / kEncoderLever_m;
@@ -98,7 +83,7 @@ Traced run_once(const CalmCell& cell, const Stage& stage, const SceneParameters&
   const std::optional<HandModel> hand = hand_named(cell.hand);
   if (!hand) throw tools::InputError("no hand is called '" + cell.hand + "'");
   ClosedLoop loop(session, device, *hand, kRate_hz);
-  loop.place({stage.start, Rotation::Identity(), Vector::Zero(), Vector::Zero()});
+  loop.place({stage.solids.start, Rotation::Identity(), Vector::Zero(), Vector::Zero()});
   const double held_s = kPressTime_s + kHold_s;
   const double seconds = held_s + stage.press.norm() / kWithdraw_m_per_s + kAfter_s;
   Traced traced;

@@ -37,8 +37,8 @@ void print(const ProxyFuzzResult& result, double seconds) {
       number(t.crossings), number(t.wrenches), number(t.goals), number(t.over_caps),
       number(t.recoveries));
   std::printf(
-      "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of its "
-      "bound), longest stall %llu, all "
+      "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of "
+      "rounding), longest stall %llu, all "
       "passes rejected for %llu ticks, %llu passes in all\n",
       t.worst_gap_m * 1e6L, number(t.paths), t.worst_path_m * 1e6L, t.largest_rise_j,
       t.largest_rise_share, number(t.longest_stall), number(t.longest_rejected),

@@ -20,6 +20,7 @@
 #include "hal/drivers/reference_driver.hpp"
 #include "host_sim/lab/faults/fault_run.hpp"
 #include "host_sim/lab/processes/device_program.hpp"
+#include "host_sim/lab/processes/process_judge.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -34,14 +35,9 @@ constexpr std::uint32_t kDeadman = 1;
 constexpr double kLightly_n = 0.3, kFirmly_n = 2.0;
 
 constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kPatience_ns = 20'000 * kMs, kSettle_ns = 400 * kMs, kWatch_ns = 600 * kMs;
-// Longest time from a fault to zero: what is stated for the servo (its hang is noticed after five
-// periods), and an allowance for a machine that does other things as well.
-constexpr double kRampWithin_ms = 150, kZeroWithin_ms = 100;
+constexpr std::int64_t kPatience_ns = 20'000 * kMs, kSettle_ns = 400 * kMs;
 constexpr double kSpoiled_ms = 4;  // of the device's thread: it is then that which was late
-constexpr double kRounding_n = 0.01;
 constexpr unsigned kTries = 6;
-constexpr double kDevice_n = 12, kOtherDevice_n = 0.2;
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
@@ -122,7 +118,9 @@ void note_lines(const std::string& output, std::size_t from, ProcessVerdict& ver
 class ProcessPlay {
  public:
   ProcessPlay(const Bench& bench, const ProcessCase& cell)
-      : bench_(bench), cell_(cell), device_(bench.file("device.sock"), device_settings(kDevice_n)) {
+      : bench_(bench),
+        cell_(cell),
+        device_(bench.file("device.sock"), device_settings(kProcessDevice_n)) {
     std::filesystem::remove(bench.file("crash.csv"));
     const ProcessFault& fault = *cell.fault;
     const bool pipe = fault.victim == ProcessVictim::kLogReader;
@@ -277,7 +275,7 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
       break;
     }
     case ProcessCause::kReplace:
-      device_.replace(device_settings(kOtherDevice_n));
+      device_.replace(device_settings(kOtherProcessDevice_n));
       break;
   }
 }
@@ -285,7 +283,7 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
 void ProcessPlay::watch(ProcessVerdict& verdict) {
   const ProcessFault& fault = *cell_.fault;
   // The last tick of a hung process is 250 ms old before it is killed.
-  sleep_ms(static_cast<int>(kWatch_ns / kMs));
+  sleep_ms(static_cast<int>(kProcessWatch_ns / kMs));
   verdict.found.after_n = device_.handed_n();
   note_lines(program_->output(), told_before_, verdict);
   if (fault.cause == ProcessCause::kStart) {
@@ -305,8 +303,8 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
     const WireRecord record = device_.record();
     for (std::size_t k = from; k < record.commands.size(); ++k)
       most_n = std::max(most_n, record.commands[k].wrench.force_w.norm());
-    if (most_n > kOtherDevice_n + kRounding_n || most_n == 0) {
-      verdict.failures.push_back("the second device of " + fixed(kOtherDevice_n, 1) +
+    if (most_n > kOtherProcessDevice_n + kWireRounding_n || most_n == 0) {
+      verdict.failures.push_back("the second device of " + fixed(kOtherProcessDevice_n, 1) +
                                  " N was handed " + fixed(most_n, 3) + " N");
     }
   }
@@ -332,67 +330,6 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
     verdict.failures.push_back(std::string("it says '") + fault.never + "'");
   const bool orderly = std::string(fault.never) == "servo process 0";
   if (orderly && crashed) verdict.failures.push_back("it has written a crash file");
-}
-
-/// What the wire says.
-void measure(ProcessVerdict& v, double slew_n_per_s) {
-  ProcessFigures& f = v.found;
-  const double period_s = 1e-3;
-  const double allowed_n = 2 * period_s * slew_n_per_s + kRounding_n;
-  const ProcessOutput output = v.cell.fault->output;
-  const WireCommand* last = nullptr;
-  double least_n = f.before_n;
-  for (const WireCommand& c : v.wire.commands) {
-    const double now_n = c.drives_on ? c.wrench.force_w.norm() : 0;
-    const bool after = c.stamp_ns >= v.fault_ns;
-    if (last != nullptr && last->host == c.host && after) {
-      const double last_n = last->drives_on ? last->wrench.force_w.norm() : 0;
-      const double step_n = c.drives_on || !last->drives_on
-                                ? (c.wrench.force_w - last->wrench.force_w).norm()
-                                : last_n;
-      const bool zero_at_once = output == ProcessOutput::kZeroAtOnce && now_n == 0;
-      if (!zero_at_once) f.largest_step_n = std::max(f.largest_step_n, step_n);
-    }
-    if (after) f.largest_n = std::max(f.largest_n, now_n);
-    if (after && c.host == 1) {
-      f.rise_n = std::max(f.rise_n, now_n - least_n);
-      least_n = std::min(least_n, now_n);
-    }
-    last = &c;
-  }
-  f.step_share = f.largest_step_n / allowed_n;
-  for (const WirePeriod& p : v.wire.periods) {
-    if (p.stamp_ns < v.fault_ns || p.stamp_ns > v.fault_ns + kWatch_ns) continue;
-    f.largest_late_ms = std::max(f.largest_late_ms, 1e-6 * static_cast<double>(p.late_ns));
-    if (p.acting_n > kRounding_n)
-      f.above_zero_ms = 1e-6 * static_cast<double>(p.stamp_ns - v.fault_ns);
-  }
-}
-
-void judge(ProcessVerdict& v) {
-  const ProcessFigures& f = v.found;
-  const auto fail = [&v](const std::string& text) { v.failures.push_back(text); };
-  const OperatorState state = v.cell.state;
-  const bool forced = f.before_n > kRounding_n;
-  if (f.step_share > 1) {
-    fail("a step of " + fixed(f.largest_step_n, 2) + " N from one command to the next");
-  }
-  if (v.cell.fault->output == ProcessOutput::kGoesOn) {
-    const bool steady = state == OperatorState::kArmedContact;
-    if (steady && f.after_n < 0.8 * f.before_n)
-      fail("the force went from " + fixed(f.before_n, 2) + " to " + fixed(f.after_n, 2) + " N");
-  } else if (v.cell.fault->output == ProcessOutput::kBounded) {
-    if (f.largest_n > kDevice_n + kRounding_n) fail("a force of " + fixed(f.largest_n, 2) + " N");
-  } else if (forced) {
-    const bool ramps = v.cell.fault->output == ProcessOutput::kRampsToZero;
-    const double within_ms = ramps ? kRampWithin_ms : kZeroWithin_ms;
-    if (f.above_zero_ms > within_ms) fail("a force for " + fixed(f.above_zero_ms, 0) + " ms");
-    // One command that was under way when the fault came.
-    const bool grows = state == OperatorState::kArming;
-    if (!grows && f.rise_n > 0.05) fail("the force rose by " + fixed(f.rise_n, 2) + " N");
-  }
-  const bool none = state == OperatorState::kDisarmed || state == OperatorState::kFaulted;
-  if (none && (f.before_n > 0 || f.rise_n > 0)) fail("a force though nothing is armed");
 }
 
 /// Not the program's doing: this process was late itself, or the servo let go since it was.
@@ -424,11 +361,6 @@ ProcessVerdict play(const Bench& bench, const ProcessCase& cell, double slew_n_p
 }
 
 }  // namespace
-
-void judge_wire(ProcessVerdict& verdict, double slew_n_per_s) {
-  measure(verdict, slew_n_per_s);
-  judge(verdict);
-}
 
 std::vector<ProcessVerdict> run_process_matrix(const ProcessMatrixOptions& options) {
   const Bench bench(options.program);

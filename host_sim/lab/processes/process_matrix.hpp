@@ -56,9 +56,6 @@ struct ProcessMatrixOptions {
 [[nodiscard]] std::vector<ProcessVerdict> run_process_matrix(const ProcessMatrixOptions& options);
 [[nodiscard]] bool all_hold(const std::vector<ProcessVerdict>& verdicts);
 
-/// Verdict on what the wire of a run says; `slew_n_per_s` of the device. Adds to its failures.
-void judge_wire(ProcessVerdict& verdict, double slew_n_per_s);
-
 /// As CSV (a line per cell), as a page and as a picture, all named "processes".
 [[nodiscard]] std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdicts);
 

@@ -275,13 +275,14 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
   for (const Count& c : kMustBeZero) {
     text += std::string("| ") + c.name + " | " + std::to_string(t.*c.field) + " |\n";
   }
-  text += "\nWorst gap " + number_text(t.worst_gap_m * 1e6L) + " um at the ends of ticks, " +
-          number_text(t.worst_path_m * 1e6L) + " um on the straight ways of " +
-          std::to_string(t.paths) + " passes (allowed: the tolerance of \"free\" of its scene" +
-          (sizeof(Real) == sizeof(double) ? ", -0.1" : "") + "). Largest rise of the energy " +
-          number_text(t.largest_rise_j) + " J; at most " + number_text(100 * t.largest_rise_share) +
-          " % of its bound. Longest run of ticks without a move that was possible: " +
-          std::to_string(t.longest_stall) + " (looked for from the 6th on; allowed 10).\n\n";
+  text +=
+      "\nWorst gap " + number_text(t.worst_gap_m * 1e6L) + " um at the ends of ticks, " +
+      number_text(t.worst_path_m * 1e6L) + " um on the straight ways of " +
+      std::to_string(t.paths) + " passes (allowed: the tolerance of \"free\" of its scene" +
+      (sizeof(Real) == sizeof(double) ? ", -0.1" : "") + "). Largest rise of the energy " +
+      number_text(t.largest_rise_j) + " J; at most " + number_text(100 * t.largest_rise_share) +
+      " % of what rounding makes of it. Longest run of ticks without a move that was possible: " +
+      std::to_string(t.longest_stall) + " (looked for from the 6th on; allowed 10).\n\n";
   text += scene_table(result);
   if (!t.failures.empty()) text += "\n## Failures\n\n";
   for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";

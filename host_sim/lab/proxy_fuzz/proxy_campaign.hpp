@@ -86,7 +86,7 @@ struct ProxyFuzzTotals {
   // Figures.
   Wide worst_gap_m = 0, worst_path_m = 0;           ///< at ends, on ways; scaled to a part of 50 mm
   std::uint64_t paths = 0;                          ///< ways of passes that were judged
-  Wide largest_rise_j = 0, largest_rise_share = 0;  ///< in J, and of its bound
+  Wide largest_rise_j = 0, largest_rise_share = 0;  ///< in J, and of what rounding makes of it
   Wide largest_wrench_error = 0;                    ///< of what rounding makes of it
   std::uint64_t longest_still = 0;                  ///< run of ticks without a move, held
   std::uint64_t longest_stall = 0;     ///< of them possible ones, where looked at (from the 6th on)

@@ -286,18 +286,6 @@ Wide ProxyJudge::wrench_error(const Wrench& wrench, const WidePose& goal,
   return std::max(norm(force) / of_force, norm(torque) / of_torque);
 }
 
-Wide ProxyJudge::largest_rise_j(Wide start_j, std::uint32_t passes) const {
-  Wide energy = start_j, rise = 0;
-  for (std::uint32_t k = 0; k < passes; ++k) {
-    // |g_t| + L |g_r| <= sqrt(2 (|g_t|^2 + L^2 |g_r|^2)) = sqrt(4 V / k_t)
-    const Wide pull = k_t_ * std::sqrt(4 * energy / k_t_);
-    const Wide of_pass = tolerance_m_ * (2 * pull + 100 * k_t_ * tolerance_m_);
-    rise += of_pass;
-    energy += of_pass;
-  }
-  return rise * 1.001L;
-}
-
 bool ProxyJudge::crossed(const WidePose& before, const WidePose& after) const {
   if (!plate_) return false;
   const Wide share = radius_m_ / kJudgedRadius_m;

@@ -134,9 +134,6 @@ class ProxyJudge {
   /// Largest difference of the wrench to -K g, as a share of what rounding makes of it.
   [[nodiscard]] Wide wrench_error(const Wrench& wrench, const WidePose& goal,
                                   const WidePose& proxy) const;
-  /// What the passes of one tick may raise the energy by, at the most [J]: from the energy at its
-  /// start alone.
-  [[nodiscard]] Wide largest_rise_j(Wide start_j, std::uint32_t passes) const;
   /// Whether a point of the part went through the plate, well inside its rim.
   [[nodiscard]] bool crossed(const WidePose& before, const WidePose& after) const;
   /// Energy after a move of 0.1 mm (of a part of 50 mm) straight towards the goal, when nothing is

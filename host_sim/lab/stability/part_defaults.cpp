@@ -27,7 +27,7 @@ constexpr double kWantedStiffness_n_per_m = 5000;
 constexpr double kFarBeyond = 2.0;
 /// Loops whose state grows faster than this per sample oscillate within the run.
 constexpr double kGrows = 1.01;
-constexpr double kCubeEdge_m = 0.020, kSlab_m = 0.050;
+constexpr double kStageGap_m = 0.001, kStageClearance_m = 1.0e-4, kStageDepth_m = 0.020;
 
 /// A device as its scene states it and as it is.
 struct DefaultDevice {
@@ -74,28 +74,13 @@ struct DefaultCell {
 };
 
 struct Setup {
-  Solid part;
-  std::vector<Solid> around;
-  Vector start, press;
-  double radius_m = 0;
+  PartAmongSolids solids;
+  Vector press;  ///< of the part, from its start
 };
 
-Setup setup_of(const char* contact) {
-  Setup s;
-  if (std::string(contact) == "wall") {
-    s.part = centred_box("cube", kCubeEdge_m / 2, kCubeEdge_m / 2, kCubeEdge_m / 2);
-    s.around = {centred_box("wall", 0.1, 0.1, kSlab_m)};
-    s.start = Vector(0, 0, kSlab_m + kCubeEdge_m / 2 + 0.001);
-    s.press = Vector(0.002, 0, -0.004);
-    s.radius_m = std::sqrt(3.0) * kCubeEdge_m / 2;
-  } else {
-    s.part = square_peg();
-    s.around = five_piece_hole(0.0101);
-    s.start = Vector(0, 0, 0.010);
-    s.press = Vector(0.003, 0.002, 0);
-    s.radius_m = std::sqrt(2 * 0.010 * 0.010 + 0.030 * 0.030);
-  }
-  return s;
+Setup setup_of(const std::string& contact) {
+  if (contact == "wall") return {cube_over_wall(kStageGap_m), Vector(0.002, 0, -0.004)};
+  return {peg_in_hole(kStageClearance_m, kStageDepth_m), Vector(0.003, 0.002, 0)};
 }
 
 DeviceModel model_of(const DefaultSetting& s) {
@@ -166,8 +151,8 @@ std::vector<MotionSample> motion_of(const Setup& setup) {
   for (int k = 0; k <= ticks; ++k) {
     const double t_s = k / kLoopRate_hz, u = std::min(1.0, t_s / kPressing_s);
     const double way = u * u * u * (10 + u * (6 * u - 15));  // minimum jerk
-    motion.push_back(
-        sample_at(t_s, setup.start + way * setup.press, rotation_of(way * Vector(0.02, 0.05, 0))));
+    motion.push_back(sample_at(t_s, setup.solids.start + way * setup.press,
+                               rotation_of(way * Vector(0.02, 0.05, 0))));
   }
   return motion;
 }
@@ -177,7 +162,7 @@ DefaultCell default_cell(const DefaultSetting& setting) {
   if (!hand) throw tools::InputError("no hand is called '" + setting.hand + "'");
   const Setup setup = setup_of(setting.contact);
   const DeviceModel model = model_of(setting);
-  const SceneParameters parameters = parameters_of(setting, *hand, setup.radius_m);
+  const SceneParameters parameters = parameters_of(setting, *hand, setup.solids.radius_m);
   const CouplingParameters& c = parameters.coupling;
   DefaultCell cell;
   cell.setting = setting;
@@ -188,7 +173,7 @@ DefaultCell default_cell(const DefaultSetting& setting) {
   cell.radius =
       std::max(spectral_radius(wall_matrix(axis_of(setting, *hand, false), cell.k_t, cell.damping)),
                spectral_radius(wall_matrix(axis_of(setting, *hand, true), cell.k_r, b_r)));
-  CoreSession session(scene_with(setup.part, setup.around, parameters), "defaults");
+  CoreSession session(scene_with(setup.solids.part, setup.solids.around, parameters), "defaults");
   ClosedLoop loop(session, model, *hand, kLoopRate_hz);
   const std::vector<LoopRecord> records = run_loop(loop, motion_of(setup));
   cell.allowed = rest_allowance(parameters, model);
