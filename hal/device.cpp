@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/device.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -53,10 +54,15 @@ HalStatus check_capabilities(const DeviceCapabilities& c) noexcept {
   if (!(square > 1 - kUnitSlack && square < 1 + kUnitSlack) || !is_finite(c.handle_offset_h)) {
     return HalStatus::kBadCapabilities;
   }
-  if (c.watchdog_ns < 0 || c.report_period_ns < 0) return HalStatus::kBadCapabilities;
+  if (c.watchdog_ns < 0 || c.report_period_ns < 0 || c.bus_interval_ns < 0)
+    return HalStatus::kBadCapabilities;
   const bool known = ((c.sensed_dof | c.driven_dof) & ~std::uint32_t{kDofAll}) == 0;
   return known && (c.driven_dof & ~c.sensed_dof) == 0 ? HalStatus::kOk
                                                       : HalStatus::kBadCapabilities;
+}
+
+std::int64_t report_interval_ns(const DeviceCapabilities& capabilities) noexcept {
+  return std::max(capabilities.report_period_ns, capabilities.bus_interval_ns);
 }
 
 Wrench project_wrench(const Wrench& wrench_d, std::uint32_t driven_dof) noexcept {

@@ -45,6 +45,10 @@ struct DeviceCapabilities {
   std::int64_t watchdog_ns =
       0;  ///< the device drops its drives when no command came for this long; 0: none
   std::int64_t report_period_ns = 0;
+  /// Between two looks of the bus for a report: bInterval. 0: it has none (bulk, no bus), or it is
+  /// not known. The link's, where a device is to be accepted (LinkSettings::accept); no driver
+  /// states it.
+  std::int64_t bus_interval_ns = 0;
   Quat q_wd = Quat::Identity();         ///< D axes to x right, y away from the operator, z up
   Vec3 handle_offset_h = Vec3::Zero();  ///< handle point about the sensed point [m]
 
@@ -77,6 +81,10 @@ enum class HalStatus : std::uint8_t {
 /// Capabilities that a renderer can rely on: finite, non-negative, a unit q_wd, and no degree of
 /// freedom driven blindly.
 [[nodiscard]] HalStatus check_capabilities(const DeviceCapabilities& capabilities) noexcept;
+
+/// Between two reports that can arrive [ns]: what the device states, or the bus where that is
+/// slower. 0: not known.
+[[nodiscard]] std::int64_t report_interval_ns(const DeviceCapabilities& capabilities) noexcept;
 
 /// The part of `wrench` that the device can exert: components of undriven degrees of freedom become
 /// zero.

@@ -27,23 +27,25 @@ constexpr std::size_t kMostPacketBytes = kPacketBits + 1;
 
 bool is_in(std::uint8_t address) { return (address & LIBUSB_ENDPOINT_IN) != 0; }
 
-UsbEndpoint described(const libusb_endpoint_descriptor& e) {
-  return {e.bEndpointAddress,
-          (e.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) == LIBUSB_TRANSFER_TYPE_BULK,
-          static_cast<std::uint16_t>(e.wMaxPacketSize & kPacketBits)};
+UsbEndpoint described(const libusb_endpoint_descriptor& e, int speed) {
+  const bool bulk = (e.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) == LIBUSB_TRANSFER_TYPE_BULK;
+  const bool known = !bulk && speed != LIBUSB_SPEED_UNKNOWN;
+  return {e.bEndpointAddress, bulk, static_cast<std::uint16_t>(e.wMaxPacketSize & kPacketBits),
+          known ? interrupt_interval_ns(speed >= LIBUSB_SPEED_HIGH, e.bInterval) : 0};
 }
 
 // The endpoint of this address, or else the first of its kind and direction: gadgets built on a
 // kernel's framework get other numbers than they asked for.
-UsbEndpoint choose(const libusb_interface_descriptor& interface, std::uint8_t address, bool bulk) {
+UsbEndpoint choose(const libusb_interface_descriptor& interface, std::uint8_t address, bool bulk,
+                   int speed) {
   UsbEndpoint chosen;
   for (int i = 0; i < interface.bNumEndpoints; ++i) {
     const libusb_endpoint_descriptor& e = interface.endpoint[i];
     const unsigned type = e.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK;
     const unsigned wanted = bulk ? LIBUSB_TRANSFER_TYPE_BULK : LIBUSB_TRANSFER_TYPE_INTERRUPT;
     if (type != wanted || is_in(e.bEndpointAddress) != is_in(address)) continue;
-    if (e.bEndpointAddress == address) return described(e);
-    if (chosen.address == 0) chosen = described(e);
+    if (e.bEndpointAddress == address) return described(e, speed);
+    if (chosen.address == 0) chosen = described(e, speed);
   }
   return chosen;
 }
@@ -77,6 +79,12 @@ std::string bus_path_of(libusb_device* device) {
 }
 
 }  // namespace
+
+std::int64_t interrupt_interval_ns(bool high_speed, std::uint8_t b_interval) noexcept {
+  constexpr std::int64_t kFrame_ns = 1'000'000, kMicroframe_ns = 125'000;
+  if (b_interval == 0 || (high_speed && b_interval > 16)) return 0;
+  return high_speed ? kMicroframe_ns << (b_interval - 1) : kFrame_ns * b_interval;
+}
 
 HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& address, int wrapped_fd,
                               std::string& trouble) {
@@ -176,13 +184,14 @@ int UsbConnection::choose_endpoints(const UsbProfile& profile) noexcept {
   libusb_config_descriptor* config = nullptr;
   const int code = libusb_get_active_config_descriptor(libusb_get_device(handle_), &config);
   if (code < 0) return code;
+  const int speed = libusb_get_device_speed(libusb_get_device(handle_));
   for (int i = 0; i < config->bNumInterfaces; ++i) {
     const libusb_interface& each = config->interface[i];
     if (each.num_altsetting == 0 || each.altsetting[0].bInterfaceNumber != profile.interface_number)
       continue;
-    in_ = choose(each.altsetting[0], profile.in_endpoint, profile.bulk);
+    in_ = choose(each.altsetting[0], profile.in_endpoint, profile.bulk, speed);
     if (profile.out_endpoint != 0)
-      out_ = choose(each.altsetting[0], profile.out_endpoint, profile.bulk);
+      out_ = choose(each.altsetting[0], profile.out_endpoint, profile.bulk, speed);
   }
   libusb_free_config_descriptor(config);
   const bool complete =

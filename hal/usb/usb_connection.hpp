@@ -25,7 +25,12 @@ struct UsbEndpoint {
   std::uint8_t address = 0;  ///< 0: none
   bool bulk = false;         ///< else interrupt
   std::uint16_t packet_bytes = 0;
+  std::int64_t interval_ns = 0;  ///< of an interrupt endpoint; 0: bulk, or not known
 };
+
+/// How often an interrupt endpoint is looked at by USB 2.0: `b_interval` frames of 1 ms, or at high
+/// speed and above 2^(b_interval - 1) microframes of 125 us; 0: out of its range.
+[[nodiscard]] std::int64_t interrupt_interval_ns(bool high_speed, std::uint8_t b_interval) noexcept;
 
 /// Owner: the USB thread.
 class UsbConnection final : public UsbPort {

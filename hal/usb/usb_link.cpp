@@ -241,7 +241,9 @@ HalStatus UsbLink::Inside::start_reports() {
     tell(started, usb_trouble(connection.name(), UsbAction::kStart, 0, started));
     return started;
   }
-  std::string defect = settings.accept ? settings.accept(driver.capabilities()) : std::string();
+  DeviceCapabilities stated = driver.capabilities();
+  stated.bus_interval_ns = connection.in().interval_ns;
+  std::string defect = settings.accept ? settings.accept(stated) : std::string();
   if (!defect.empty()) {
     tell(HalStatus::kNotAccepted, std::move(defect));
     return HalStatus::kNotAccepted;

@@ -197,7 +197,8 @@ Command add_usb_device_command(CLI::App& program) {
       "Plugs the reference device, with a hand on it, into this machine's virtual USB controller.");
   app->add_option("--seconds", o->seconds, "then unplug it; default: when this is stopped (^C)")
       ->check(CLI::Range(0.01, 1.0e6));
-  app->add_option("--rate", o->rate_hz, "reports per second; default 1000")
+  app->add_option("--rate", o->rate_hz,
+                  "reports per second, at most what high-speed USB carries, 8000; default 1000")
       ->check(CLI::Range(10.0, 8000.0));
   app->add_option("--faults", o->faults, "script of faults (TOML)");
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")

@@ -121,7 +121,7 @@ void ReferenceModel::advance() {
   drives_off();
 }
 
-std::vector<std::uint8_t> ReferenceModel::report() const {
+std::size_t ReferenceModel::report_into(std::span<std::uint8_t> bytes) const {
   const DeviceState& state = device_.state();
   const HandTarget sensed = device_.sensed();
   hal::ReferenceReport r;
@@ -147,8 +147,13 @@ std::vector<std::uint8_t> ReferenceModel::report() const {
   r.accepted_tick = tick_;
   r.rejected = rejected_;
   r.accepted_sequence = accepted_;
+  hal::encode(r, bytes.first<hal::kReferenceReportBytes>());
+  return hal::kReferenceReportBytes;
+}
+
+std::vector<std::uint8_t> ReferenceModel::report() const {
   std::vector<std::uint8_t> bytes(hal::kReferenceReportBytes);
-  hal::encode(r, std::span<std::uint8_t, hal::kReferenceReportBytes>(bytes));
+  static_cast<void>(report_into(bytes));
   return bytes;
 }
 

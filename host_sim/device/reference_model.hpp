@@ -56,6 +56,8 @@ class ReferenceModel {
   void advance();
   /// Of the last sample; before the first `advance` of sequence 0.
   [[nodiscard]] std::vector<std::uint8_t> report() const;
+  /// The same into `bytes`, which has room for kReferenceReportBytes; @return the length. No heap.
+  std::size_t report_into(std::span<std::uint8_t> bytes) const;
 
   /// Bytes from the host. Not a command of PROTOCOL.md, or a sequence that is not newer: counted in
   /// the reports, otherwise without effect. Returns whether it was accepted.

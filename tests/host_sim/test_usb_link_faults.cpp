@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "hal/usb/usb_connection.hpp"
 #include "rt_core/safety/wrench_ramp.hpp"
 #include "tests/host_sim/usb_link_bench.hpp"
 
@@ -57,6 +58,7 @@ TEST_SUITE("host_sim.usb_link_faults") {
     bool fits = false;
     settings.accept = [&](const DeviceCapabilities& stated) {
       ++asked;
+      CHECK(stated.bus_interval_ns == 125'000);  // high speed, bInterval 1
       return fits && stated.max_force_n > 0 ? "" : std::string("too stiff by 3 N/m");
     };
     Bench b(settings);
@@ -74,6 +76,18 @@ TEST_SUITE("host_sim.usb_link_faults") {
     b.run(3);
     CHECK(b.link->state() == LinkState::kReady);
     CHECK(b.link->trouble() == "");
+  }
+
+  TEST_CASE(
+      "how often the bus asks for a report: frames at full speed, microframes at high speed") {
+    CHECK(interrupt_interval_ns(false, 1) == 1'000'000);
+    CHECK(interrupt_interval_ns(false, 8) == 8'000'000);
+    CHECK(interrupt_interval_ns(true, 1) == 125'000);
+    CHECK(interrupt_interval_ns(true, 4) == 1'000'000);
+    CHECK(interrupt_interval_ns(true, 16) == 4'096'000'000);
+    CHECK(interrupt_interval_ns(true, 17) == 0);
+    CHECK(interrupt_interval_ns(true, 0) == 0);
+    CHECK(interrupt_interval_ns(false, 0) == 0);
   }
 
   TEST_CASE("IN errors: a stall is cleared, others are tried again, and force goes on") {

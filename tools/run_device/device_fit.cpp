@@ -47,7 +47,7 @@ class Fit {
     compare_devices();
     compare_reach();
     compare_periods();
-    check_stated_gains();
+    if (answer_.refusal.empty()) check_stated_gains();
     if (answer_.refusal.empty()) check_budget();
     return answer_;
   }
@@ -58,9 +58,9 @@ class Fit {
   [[nodiscard]] std::string at_scale() const {
     return q_.scale == 1 ? "" : " at [workspace] scale " + number(q_.scale);
   }
+  [[nodiscard]] std::int64_t interval_ns() const { return hal::report_interval_ns(device_); }
   [[nodiscard]] double period_s() const {
-    return static_cast<double>(std::max(q_.loop_period_ns, device_.report_period_ns)) /
-           kNsPerSecond;
+    return static_cast<double>(std::max(q_.loop_period_ns, interval_ns())) / kNsPerSecond;
   }
 
   /// A scene that was compiled for one device, on another.
@@ -100,12 +100,44 @@ class Fit {
          number(wanted_m / static_cast<double>(device_.workspace_radius_m)) + " would reach it");
   }
 
+  /// Rates of the scene, of the loop and of the reports, against one another.
   void compare_periods() {
-    if (device_.report_period_ns <= q_.loop_period_ns) return;
-    note("the device reports every " +
-         number(1e-6 * static_cast<double>(device_.report_period_ns)) +
-         " ms and the loop ticks every " + number(1e-6 * static_cast<double>(q_.loop_period_ns)) +
-         " ms: between two reports the wrench is held");
+    const double loop_hz = kNsPerSecond / static_cast<double>(q_.loop_period_ns);
+    const double scene_hz = q_.scene.rate_hz;
+    const double reports_hz =
+        interval_ns() > 0 ? kNsPerSecond / static_cast<double>(interval_ns()) : 0;
+    const bool slow = interval_ns() > 0 && interval_ns() > q_.loop_period_ns;
+    if (q_.report_clocked && slow && differs(loop_hz, reports_hz)) {
+      answer_.refusal = "the loop is to tick at each report, " + in_hz(loop_hz) + ", and " +
+                        delivers() + "; give [loop] rate_hz = " + rate(reports_hz) +
+                        ", or clocking = \"timer\"";
+      return;
+    }
+    if (reports_hz > 0 && scene_hz > reports_hz && differs(scene_hz, reports_hz))
+      note("the scene is compiled for " + in_hz(scene_hz) + ", and " + delivers() +
+           ": gains, passes and errors are those of " + in_hz(reports_hz) +
+           "; compile it with [loop] rate_hz = " + rate(reports_hz) +
+           ", or take a device that reports every " + in_ms(kNsPerSecond / scene_hz));
+    if (differs(scene_hz, loop_hz))
+      note("the scene is compiled for " + in_hz(scene_hz) + " and the loop ticks at " +
+           in_hz(loop_hz) + "; give [loop] rate_hz = " + rate(scene_hz) +
+           ", or compile the scene with [loop] rate_hz = " + rate(loop_hz));
+    if (slow)
+      note("the device reports every " + in_ms(static_cast<double>(interval_ns())) +
+           " and the loop ticks every " + in_ms(static_cast<double>(q_.loop_period_ns)) +
+           ": between two reports the wrench is held");
+  }
+
+  static std::string rate(double rate_hz) { return short_number(rate_hz, 6); }
+  static std::string in_hz(double rate_hz) { return rate(rate_hz) + " Hz"; }
+  static std::string in_ms(double ns) { return number(1e-6 * ns) + " ms"; }
+
+  /// "the device delivers at most 1000 reports a second, one every 1 ms".
+  [[nodiscard]] std::string delivers() const {
+    const auto ns = static_cast<double>(interval_ns());
+    const bool bus = device_.bus_interval_ns > device_.report_period_ns;
+    return std::string("the device delivers at most ") + rate(kNsPerSecond / ns) +
+           " reports a second, one every " + in_ms(ns) + (bus ? " by its bInterval" : "");
   }
 
   /// Stiffness and damping against what the device states for itself.

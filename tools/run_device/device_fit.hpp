@@ -41,8 +41,12 @@ struct FitAnswer {
 ///   the scene's delay_s, the longer. Mass and damping are the device's; what it does not state is
 ///   taken from the scene's [device]. Turns count where it drives them. Beyond the budget, or no
 ///   mass known: refused, unless accept_unbudgeted or the scene's own allow_active.
+/// - Clocked by reports, the loop asks for more of them than the device delivers: refused. Reports
+///   come as often as the device states and the bus looks for them (bInterval), the slower of the
+///   two.
 /// - A scene budgeted for another device says so; so does a part of the scene's workspace that the
-///   device does not reach, and reports slower than the loop.
+///   device does not reach, a scene compiled for more reports than the device delivers, reports
+///   slower than the loop, and a loop at another rate than the scene's.
 /// A device without motors fits. Cost: below some milliseconds; allocates.
 [[nodiscard]] FitAnswer fit_of(const FitQuestion& question, const hal::DeviceCapabilities& device);
 

@@ -80,6 +80,7 @@ void add(const TickCounts& from, TickCounts& to) {
   to.armed_ticks += from.armed_ticks;
   to.contact_ticks += from.contact_ticks;
   for (std::size_t k = 0; k < kLateDegrees; ++k) to.late[k] += from.late[k];
+  for (std::size_t k = 0; k < hal::kLateCauses; ++k) to.causes[k] += from.causes[k];
   to.armings += from.armings;
   to.safety_faults |= from.safety_faults;
   to.device_faults |= from.device_faults;
@@ -197,7 +198,10 @@ void Run::hold() {
   settings.limits = limits_;
   gate_.emplace(fit_question(config_, scene_), limits_);
   if (config_.has_motors)
-    settings.accept = [this](const hal::DeviceCapabilities& c) { return gate_->admit(c); };
+    settings.accept = [this](const hal::DeviceCapabilities& c) {
+      bus_.expect_reports_every(hal::report_interval_ns(c));
+      return gate_->admit(c);
+    };
   if (!config_.deadman_input.path.empty()) {
     deadman_ = std::make_unique<hal::KeySwitch>(config_.deadman_input);
     settings.switches = deadman_.get();

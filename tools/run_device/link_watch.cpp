@@ -20,16 +20,17 @@ bool LinkWatch::is_open() const noexcept {
          !ending_.load(std::memory_order_relaxed);
 }
 
-void LinkWatch::add_step(std::int64_t stamp_ns, std::int64_t& last_ns,
-                         hal::IntervalHistogram& jitter) const noexcept {
-  if (last_ns != 0) jitter.add(std::abs(stamp_ns - last_ns - period_ns_));
+void LinkWatch::add_step(std::int64_t stamp_ns, std::int64_t period_ns, std::int64_t& last_ns,
+                         hal::IntervalHistogram& jitter) noexcept {
+  if (last_ns != 0) jitter.add(std::abs(stamp_ns - last_ns - period_ns));
   last_ns = stamp_ns;
 }
 
 void LinkWatch::on_report(std::int64_t stamp_ns, std::span<const std::uint8_t> /*report*/,
                           hal::ReportVerdict verdict, std::uint64_t /*sequence*/) noexcept {
   if (!is_open()) return;
-  if (verdict == hal::ReportVerdict::kState) add_step(stamp_ns, report_ns_, times_.report_jitter);
+  if (verdict == hal::ReportVerdict::kState)
+    add_step(stamp_ns, report_period_ns_, report_ns_, times_.report_jitter);
   unanswered_ns_ = stamp_ns;
 }
 
@@ -37,7 +38,7 @@ void LinkWatch::on_send(std::int64_t stamp_ns, std::span<const std::uint8_t> /*r
                         const hal::GuardedOutput& output) noexcept {
   note_output(stamp_ns, output);
   if (!is_open()) return;
-  add_step(stamp_ns, send_ns_, times_.send_jitter);
+  add_step(stamp_ns, period_ns_, send_ns_, times_.send_jitter);
   // The bus has taken it by now; the stamp is from before.
   if (unanswered_ns_ != 0) times_.answer.add(hal::monotonic_ns() - unanswered_ns_);
   unanswered_ns_ = 0;

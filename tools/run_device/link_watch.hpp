@@ -27,8 +27,8 @@ struct RunEnding {
 
 /// Within the window, not over a gap of the link.
 struct LinkTimes {
-  hal::IntervalHistogram report_jitter;  ///< by how much two reports are not a period apart
-  hal::IntervalHistogram send_jitter;    ///< two outputs, likewise
+  hal::IntervalHistogram report_jitter;  ///< by how much two reports are not their interval apart
+  hal::IntervalHistogram send_jitter;    ///< two outputs, not a period of the loop apart
   hal::IntervalHistogram answer;  ///< from a report's completion to the output that it clocked
 };
 
@@ -36,11 +36,17 @@ struct LinkTimes {
 class LinkWatch final : public hal::LinkObserver {
  public:
   LinkWatch(const SafetyLimits& limits, std::int64_t period_ns) noexcept
-      : slew_n_per_s_(static_cast<double>(limits.slew_n_per_s)), period_ns_(period_ns) {}
+      : slew_n_per_s_(static_cast<double>(limits.slew_n_per_s)),
+        period_ns_(period_ns),
+        report_period_ns_(period_ns) {}
 
   /// From any thread: times are taken while `window` is open; it outlives the link's thread.
   void follow(const std::atomic<CountWindow>& window) noexcept {
     window_.store(&window, std::memory_order_release);
+  }
+  /// On the link's thread: of this connection, instead of the loop's period; 0: not known.
+  void expect_reports_every(std::int64_t interval_ns) noexcept {
+    report_period_ns_ = interval_ns > 0 ? interval_ns : period_ns_;
   }
   /// From any thread.
   void begin_ending() noexcept { ending_.store(true, std::memory_order_relaxed); }
@@ -66,11 +72,11 @@ class LinkWatch final : public hal::LinkObserver {
  private:
   [[nodiscard]] bool is_open() const noexcept;
   void note_output(std::int64_t stamp_ns, const hal::GuardedOutput& output) noexcept;
-  void add_step(std::int64_t stamp_ns, std::int64_t& last_ns,
-                hal::IntervalHistogram& jitter) const noexcept;
+  static void add_step(std::int64_t stamp_ns, std::int64_t period_ns, std::int64_t& last_ns,
+                       hal::IntervalHistogram& jitter) noexcept;
 
   double slew_n_per_s_;
-  std::int64_t period_ns_;
+  std::int64_t period_ns_, report_period_ns_;
   std::atomic<const std::atomic<CountWindow>*> window_{nullptr};
   std::atomic<bool> ending_{false};
   std::atomic<double> force_n_{0}, torque_nm_{0};

@@ -45,6 +45,13 @@ ordered_json late_json(const TickCounts& counts) {
   return late;
 }
 
+ordered_json causes_json(const TickCounts& counts) {
+  ordered_json causes;
+  for (std::size_t k = 0; k < hal::kLateCauses; ++k)
+    causes[hal::to_text(static_cast<hal::LateCause>(k))] = counts.causes[k];
+  return causes;
+}
+
 ordered_json link_json(const hal::LinkCounters& c) {
   return {{"connects", c.connects},         {"disconnects", c.disconnects},
           {"reports", c.reports},           {"states", c.states},
@@ -147,6 +154,14 @@ std::string summary_text(const RunAccount& a) {
       a.driver + " on " + a.scene + formatted(", %.1f s: ", a.seconds) + a.why + "\n";
   text += formatted("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
                     wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
+  const auto by = [&c](hal::LateCause cause) {
+    return wide(c.causes[static_cast<std::size_t>(cause)]);
+  };
+  text += formatted(
+      "  late by     the wake-up %llu, the tick's own time %llu, a report %llu, wake-up and tick "
+      "together %llu\n",
+      by(hal::LateCause::kWakeUp), by(hal::LateCause::kTick), by(hal::LateCause::kReport),
+      by(hal::LateCause::kTogether));
   text += times_text("wake-ups", a.times.wakeups);
   text += times_text("tick", a.times.ticks);
   text +=
@@ -187,6 +202,7 @@ ordered_json summary_json(const RunAccount& a) {
                        {"servo_processes", a.processes},
                        {"ticks", c.ticks},
                        {"late", late_json(c)},
+                       {"late_by_cause", causes_json(c)},
                        {"armed_ticks", c.armed_ticks},
                        {"contact_ticks", c.contact_ticks},
                        {"armings", c.armings},

@@ -58,18 +58,30 @@ class TickWatcher {
         said_(board.status),
         wanted_(wanted),
         quarter_ns_(config.loop.period_ns / 4),
-        lost_periods_(config.servo.limits.lost_periods) {}
+        lost_periods_(config.servo.limits.lost_periods),
+        judge_(config.loop.period_ns, config.loop.report_clocked) {}
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     static_cast<TickWatcher*>(self)->take(input, result);
   }
   /// After the loop: the length of a tick is known once it is over.
-  void close() noexcept {
-    if (counted_) board_.times.ticks.add(loop_.counters().last_tick_ns);
-    counted_ = false;
+  void finish() noexcept {
+    close();
+    said_.publish(status_);
   }
 
  private:
+  void close() noexcept {
+    if (!begun_) return;
+    begun_ = false;
+    const std::int64_t tick_ns = loop_.counters().last_tick_ns;
+    const hal::LateCause cause = judge_.end(tick_ns);
+    if (!counted_) return;
+    board_.times.ticks.add(tick_ns);
+    status_.counts.causes[static_cast<std::size_t>(cause)] += 1;
+    counted_ = false;
+  }
+
   [[nodiscard]] LateDegree degree_of(std::uint32_t missed, std::int64_t late_ns) const noexcept {
     if (missed > lost_periods_) return LateDegree::kBeyond;
     if (missed > 0) return LateDegree::kHeld;
@@ -110,6 +122,8 @@ class TickWatcher {
     status_.device_faults = input.state.faults;
     status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
     if (counted_) count(input, result, armed);
+    judge_.begin(input, loop_.counters().last_lateness_ns);
+    begun_ = true;
     said_.publish(status_);
   }
 
@@ -120,7 +134,8 @@ class TickWatcher {
   std::int64_t quarter_ns_;
   std::uint32_t lost_periods_;
   ServoStatus status_;
-  bool counted_ = false;  ///< the newest tick
+  hal::LateJudge judge_;
+  bool begun_ = false, counted_ = false;  ///< the newest tick
 };
 
 ServoParameters parameters_of(const DeviceConfig& config, const SceneView& view) {
@@ -214,7 +229,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
 
   const int error = loop.run(seat.stop);
 
-  watcher.close();
+  watcher.finish();
   const hal::PageFaults after = hal::page_faults_of_thread();
   ServoClose& close = board.close;
   close.faults = {after.minor - before.minor, after.major - before.major};

@@ -10,6 +10,7 @@
 #include "hal/clock/linux_process.hpp"
 #include "hal/realtime/device_guardian.hpp"
 #include "hal/realtime/histograms.hpp"
+#include "hal/realtime/late_causes.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/realtime/wakeup_measurement.hpp"
 #include "rt_core/exchange/newest_record.hpp"
@@ -29,6 +30,7 @@ struct TickCounts {
   std::uint64_t ticks = 0, armed_ticks = 0;
   std::uint64_t contact_ticks = 0;  ///< of those armed
   std::array<std::uint64_t, kLateDegrees> late{};
+  hal::CauseCounts causes{};  ///< all of a tick's time is taken for its work
   std::uint32_t armings = 0, safety_faults = 0, device_faults = 0;  ///< faults: ever seen
   double largest_force_n = 0, largest_torque_nm = 0;                ///< commanded
 };

@@ -101,10 +101,16 @@ constexpr LawPanel kLawPanels[] = {
 }  // namespace
 
 std::vector<std::byte> scene_with_law(const SceneView& view, LawId law, double k_r_nm_per_rad) {
-  const tools::SceneBytes blob = tools::changed_scene(view, [&](SceneParameters& p) {
-    p.law = law;
-    if (k_r_nm_per_rad > 0) p.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
-  });
+  SceneParameters changed = view.parameters();
+  changed.law = law;
+  if (k_r_nm_per_rad > 0) changed.coupling.k_r_nm_per_rad = k_r_nm_per_rad;
+  return scene_with_parameters(view, changed);
+}
+
+std::vector<std::byte> scene_with_parameters(const SceneView& view,
+                                             const SceneParameters& changed) {
+  const tools::SceneBytes blob =
+      tools::changed_scene(view, [&](SceneParameters& p) { p = changed; });
   const std::span<const std::byte> bytes = blob.span();
   return {bytes.begin(), bytes.end()};
 }

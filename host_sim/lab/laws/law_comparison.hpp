@@ -42,6 +42,11 @@ struct LawRun {
 };
 inline constexpr std::size_t kListedSteps = 8;
 
+/// The same scene with other parameters, which must be of its kind: capacity, size of the core's
+/// memory and hash follow. @throws tools::InputError  the parameters are refused.
+[[nodiscard]] std::vector<std::byte> scene_with_parameters(const SceneView& view,
+                                                           const SceneParameters& changed);
+
 /// The scene with another law and, when > 0, another rotational stiffness of the coupling; all else
 /// stays. Cost: a copy. @throws tools::InputError when the stiffness is out of the format's range.
 [[nodiscard]] std::vector<std::byte> scene_with_law(const SceneView& view, LawId law,

@@ -3,6 +3,7 @@
 
 #include <sched.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -34,6 +35,12 @@ int error_of(std::span<const hal::StepGrant> grants, hal::StartStep step) {
   return 0;
 }
 
+bool same_command(const DeviceCommand& l, const DeviceCommand& r) {
+  return l.tick == r.tick && l.sequence == r.sequence && l.arming == r.arming &&
+         std::ranges::equal(l.wrench_d.force_n, r.wrench_d.force_n) &&
+         std::ranges::equal(l.wrench_d.torque_nm, r.wrench_d.torque_nm);
+}
+
 }  // namespace
 
 int take_priority(int priority) noexcept {
@@ -63,8 +70,15 @@ ThreadedLoop::ThreadedLoop(CoreSession& session, const ThreadedLoopSettings& set
   link.clock = settings_.link_clock;
   link.slept = settings_.link_slept;
   link.clock_context = settings_.clock_context;
-  link_ = std::make_unique<hal::UsbLink>(driver_, *mailboxes_[0], link);
-  bus_.on_replug([this](int descriptor) { link_->set_wrapped_fd(descriptor); });
+  if (settings_.without_bus) {
+    peer_ = std::make_unique<ReferencePeer>(model_);
+    link_ = std::make_unique<hal::LocalLink>(driver_, *mailboxes_[0], *peer_, link);
+  } else {
+    auto usb_link = std::make_unique<hal::UsbLink>(driver_, *mailboxes_[0], link);
+    usb_link_ = usb_link.get();
+    link_ = std::move(usb_link);
+    bus_.on_replug([this](int descriptor) { usb_link_->set_wrapped_fd(descriptor); });
+  }
   hal::UsbThreadSettings usb;
   usb.period_ns = stack.limits.period_ns;
   usb.priority = settings_.usb_priority;
@@ -77,7 +91,17 @@ ThreadedLoop::~ThreadedLoop() { stop(); }
 void ThreadedLoop::watch(hal::TickWatch called, void* context) {
   watch_ = called;
   watch_context_ = context;
-  loop_->watch(called, context);
+}
+
+void ThreadedLoop::add_work(void (*called)(void* context, std::uint64_t tick), void* context) {
+  work_ = called;
+  work_context_ = context;
+}
+
+void ThreadedLoop::saw(void* self, const ServoInput& input, const ServoResult& result) {
+  auto& loop = *static_cast<ThreadedLoop*>(self);
+  if (loop.work_ != nullptr) loop.work_(loop.work_context_, result.command.tick);
+  if (loop.watch_ != nullptr) loop.watch_(loop.watch_context_, input, result);
 }
 
 void ThreadedLoop::make_servo() {
@@ -91,7 +115,7 @@ void ThreadedLoop::make_servo() {
   loop.clock = settings_.tick_clock;
   loop.clock_context = settings_.clock_context;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, *mailboxes_[0], loop);
-  loop_->watch(watch_, watch_context_);
+  loop_->watch(&ThreadedLoop::saw, this);
 }
 
 void ThreadedLoop::start(std::int64_t phase_ns, bool paced) {
@@ -101,12 +125,12 @@ void ThreadedLoop::start(std::int64_t phase_ns, bool paced) {
   const auto granted = process_.start({});
   grants_.memory_lock = error_of(granted, hal::StartStep::kMemoryLock);
   grants_.idle_states = error_of(granted, hal::StartStep::kIdleStates);
-  link_->set_wrapped_fd(bus_.plug());
+  if (usb_link_ != nullptr) usb_link_->set_wrapped_fd(bus_.plug());
   const hal::UsbThreadGrant usb = usb_->start();
   if (usb.create_error != 0) throw std::runtime_error("no thread for USB");
   grants_.usb_priority = usb.priority_error;
   start_servo();
-  if (!paced) return;
+  if (!paced || peer_ != nullptr) return;
   device_runs_.store(true);
   device_ = std::thread([this] {
     device_priority_error_.store(take_priority(settings_.device_priority));
@@ -178,6 +202,30 @@ void ThreadedLoop::restart_servo(const std::function<void()>& release) {
   join_servo();
   make_servo();
   start_servo();
+}
+
+std::vector<std::int64_t> ThreadedLoop::work_of(std::span<const ServoInput> inputs,
+                                                std::span<const DeviceCommand> commands,
+                                                unsigned repeats) {
+  std::vector<std::int64_t> work_ns(inputs.size(), -1);
+  std::vector<bool> differs(inputs.size(), false);
+  const SceneCapacity& capacity = session_.view().header().capacity;
+  for (unsigned repeat = 0; repeat < repeats; ++repeat) {
+    session_.core().reset();
+    ServoTick tick(session_.core(), servo_parameters(session_, settings_.stack), capacity, nullptr);
+    for (std::size_t k = 0; k < inputs.size(); ++k) {
+      const std::int64_t begin_ns = hal::monotonic_ns();
+      const ServoResult result = tick.step(inputs[k]);
+      if (work_ != nullptr) work_(work_context_, result.command.tick);
+      const std::int64_t took_ns = hal::monotonic_ns() - begin_ns;
+      work_ns[k] = work_ns[k] < 0 ? took_ns : std::min(work_ns[k], took_ns);
+      if (!same_command(result.command, commands[k])) differs[k] = true;
+    }
+  }
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    if (differs[k]) work_ns[k] = -1;
+  }
+  return work_ns;
 }
 
 LoopGrants ThreadedLoop::grants() const {

@@ -167,7 +167,7 @@ void ThreadedStage::plug(bool power) {
     bus().with_model([](ReferenceModel& model) { model.power_up(); });
     last_sent_ = 0;
   }
-  loop_.link().set_wrapped_fd(bus().plug());
+  loop_.usb_link().set_wrapped_fd(bus().plug());
 }
 
 /// The USB thread looks at the clock at every turn, and its turns wait half a period at most.

@@ -167,6 +167,48 @@ TEST_SUITE("tools.run_device.fit") {
     CHECK(largest_factor(q, c) == doctest::Approx(largest_factor(plain, c) / 4).epsilon(1e-3));
   }
 
+  TEST_CASE("a scene or a loop for more reports than the device delivers: both rates are named") {
+    hal::DeviceCapabilities c = stated_device();
+    FitQuestion q = modest_question();
+    q.report_clocked = false;
+    q.accept_unbudgeted = true;
+    q.scene.rate_hz = 10'000;
+    q.loop_period_ns = 100'000;
+    const FitAnswer slow = fit_of(q, c);
+    CHECK(slow.refusal == "");
+    CHECK(says(slow,
+               "the scene is compiled for 10000 Hz, and the device delivers at most 1000 reports a "
+               "second, one every 1 ms: gains, passes and errors are those of 1000 Hz; compile it "
+               "with [loop] rate_hz = 1000, or take a device that reports every 0.1 ms"));
+    CHECK(says(slow, "reports every 1 ms and the loop ticks every 0.1 ms"));
+    CHECK_FALSE(says(slow, "and the loop ticks at"));
+    // A device that could, on a bus that does not ask as often.
+    c.report_period_ns = 100'000;
+    CHECK_FALSE(says(fit_of(q, c), "delivers at most"));
+    c.bus_interval_ns = 125'000;
+    CHECK(says(fit_of(q, c), "at most 8000 reports a second, one every 0.125 ms by its bInterval"));
+    CHECK(says(fit_of(q, c), "reports every 0.125 ms and the loop ticks every 0.1 ms"));
+    // There would be no report to tick at.
+    q.report_clocked = true;
+    CHECK(fit_of(q, c).refusal.find("to tick at each report, 10000 Hz, and the device delivers at "
+                                    "most 8000 reports") != std::string::npos);
+    CHECK(fit_of(q, c).refusal.find("give [loop] rate_hz = 8000, or clocking = \"timer\"") !=
+          std::string::npos);
+    q.loop_period_ns = 125'000;
+    CHECK(fit_of(q, c).refusal == "");
+  }
+
+  TEST_CASE("a loop at another rate than the scene was compiled for is said") {
+    FitQuestion q = modest_question();
+    q.scene.rate_hz = 250;
+    CHECK(
+        says(fit_of(q, stated_device()),
+             "the scene is compiled for 250 Hz and the loop ticks at 1000 Hz; give [loop] rate_hz "
+             "= 250, or compile the scene with [loop] rate_hz = 1000"));
+    q.scene.rate_hz = 1000;
+    CHECK_FALSE(says(fit_of(q, stated_device()), "the loop ticks at"));
+  }
+
   TEST_CASE("stiffness and damping that the device states as its largest: refused with numbers") {
     hal::DeviceCapabilities c = stated_device();
     FitQuestion q = modest_question();
