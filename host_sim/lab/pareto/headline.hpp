@@ -46,9 +46,12 @@ class TickRenderer {
 [[nodiscard]] std::unique_ptr<TickRenderer> law_renderer(const HeadlineScene& scene, LawId law,
                                                          std::uint32_t passes = 0,
                                                          bool all_pairs = false);
+/// Which contacts of a penalty push.
+enum class PenaltySum : bool { kAll, kDeepest };
 /// Penalty rendering at the pose of the hand.
 [[nodiscard]] std::unique_ptr<TickRenderer> penalty_renderer(const HeadlineScene& scene,
-                                                             std::unique_ptr<PenaltyPeer> peer);
+                                                             std::unique_ptr<PenaltyPeer> peer,
+                                                             PenaltySum sum = PenaltySum::kAll);
 
 /// The settled law over the motion: kReferencePasses passes, every sample of the goal, all pairs.
 struct HeadlineReference {
@@ -94,7 +97,8 @@ struct HeadlineMeasure {
 inline constexpr const char* kDefaultMethod = "proxy";
 
 /// Every scene, and on each law proxy with 3 (default), 1, 2 and 5 passes, laws `paper` and
-/// `weighted_region`, and penalty on each library. `progress`: lines on stderr.
+/// `weighted_region`, and penalty on each library; on the first also with its deepest contact
+/// alone. `progress`: lines on stderr.
 [[nodiscard]] std::vector<HeadlineMeasure> measure_headline(const MeasurePlan& plan,
                                                             const TickClock& clock, bool quick,
                                                             bool progress);

@@ -91,8 +91,8 @@ struct Column {
 constexpr Column kColumns[] = {{Quantity::kForce, "force error (N)", 1e-10},
                                {Quantity::kTorque, "torque error (mN m)", 1e-8},
                                {Quantity::kTime, "time of a tick", 1e2}};
-constexpr double kRowHeight = 24, kPanelWidth = 250, kColumnGap = 26, kNamesWidth = 196;
-constexpr double kPictureTop = 92, kSceneGap = 66, kPictureLeft = 16;
+constexpr double kRowHeight = 24, kPanelWidth = 262, kColumnGap = 42, kNamesWidth = 226;
+constexpr double kPictureTop = 92, kSceneGap = 86, kPictureLeft = 16;
 constexpr int kBins = 100;
 
 const char* colour_of(const HeadlineMethod& m) {
@@ -196,7 +196,7 @@ std::string picture_legend(double y) {
   };
   swatch("#d55e00", "default law", 118);
   swatch("#e69f00", "one pass of it", 132);
-  swatch("#666666", "laws that sum over contacts", 216);
+  swatch("#666666", "laws that sum over contacts", 234);
   swatch("#0072b2", "penalty on a library", 172);
   const auto sign = [&](const std::string& marks, const std::string& words, double step) {
     svg += marks + text_at(x + 12, y, words, "start", 13);
@@ -313,7 +313,7 @@ std::string headline_markdown(const std::vector<HeadlineMeasure>& measures) {
 std::string headline_plot(const std::vector<HeadlineMeasure>& measures) {
   std::string svg = heading_at(kPictureLeft, 28,
                                "Error and time of every tick in contact: the default law and what "
-                               "could be taken instead") +
+                               "could be taken instead (left is better)") +
                     picture_legend(54);
   double top = kPictureTop + 18;
   for (const HeadlineMeasure& measure : measures) {
@@ -322,7 +322,7 @@ std::string headline_plot(const std::vector<HeadlineMeasure>& measures) {
       if (m.drawn) drawn.push_back(&m);
     }
     const double height = kRowHeight * static_cast<double>(drawn.size());
-    svg += text_at(kPictureLeft, top - 10,
+    svg += text_at(kPictureLeft, top - 12,
                    measure.title + ", " + std::to_string(measure.pairs) + " pairs of pieces",
                    "start", 15, "font-weight=\"bold\"");
     double left = kPictureLeft + kNamesWidth;
@@ -347,7 +347,7 @@ std::string headline_plot(const std::vector<HeadlineMeasure>& measures) {
     }
     top += height + kSceneGap;
   }
-  return svg_document(kPictureLeft + kNamesWidth + 3 * (kPanelWidth + kColumnGap), top - 14, svg);
+  return svg_document(kPictureLeft + kNamesWidth + 3 * (kPanelWidth + kColumnGap), top - 24, svg);
 }
 
 }  // namespace haptic::sim

@@ -127,17 +127,17 @@ std::vector<PeerEntry> peer_catalog() {
 std::vector<PenaltyEntry> penalty_catalog() {
   std::vector<PenaltyEntry> entries;
 #if HAPTIC_PEER_BULLET
-  entries.push_back({"penalty_bullet", "penalty, Bullet", make_bullet_penalty});
+  entries.push_back({"penalty_bullet", "penalty on Bullet", make_bullet_penalty});
 #endif
 #if HAPTIC_PEER_FCL
-  entries.push_back({"penalty_fcl", "penalty, FCL", make_fcl_penalty});
+  entries.push_back({"penalty_fcl", "penalty on FCL", make_fcl_penalty});
 #endif
 #if HAPTIC_PEER_ODE
-  entries.push_back({"penalty_ode", "penalty, ODE", make_ode_penalty});
+  entries.push_back({"penalty_ode", "penalty on ODE", make_ode_penalty});
 #endif
 #if HAPTIC_PEER_CCD
-  entries.push_back({"penalty_ccd_mpr", "penalty, libccd MPR", make_ccd_mpr_penalty});
-  entries.push_back({"penalty_ccd_epa", "penalty, libccd GJK-EPA", make_ccd_epa_penalty});
+  entries.push_back({"penalty_ccd_mpr", "penalty on libccd MPR", make_ccd_mpr_penalty});
+  entries.push_back({"penalty_ccd_epa", "penalty on libccd GJK-EPA", make_ccd_epa_penalty});
 #endif
   return entries;
 }

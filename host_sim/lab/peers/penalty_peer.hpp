@@ -19,7 +19,9 @@ struct PenaltyBodies {
 
 /// On the hand, W axes, torque about the grip point.
 struct PenaltyWrench {
-  PeerVector force_n{}, torque_nm{};
+  PeerVector force_n{}, torque_nm{};                  ///< of all contacts
+  PeerVector deepest_force_n{}, deepest_torque_nm{};  ///< of the deepest contact alone
+  double deepest_m = 0;
   std::uint32_t pairs = 0;     ///< in collision
   std::uint32_t failures = 0;  ///< pairs that the library gave up on; they push with nothing
 
@@ -48,11 +50,17 @@ inline void PenaltyWrench::push(double stiffness_n_per_m, double depth_m,
   for (std::size_t i = 0; i < 3; ++i) {
     f[i] = stiffness_n_per_m * depth_m * normal_w[i];
     r[i] = point_w[i] - grip_w[i];
-    force_n[i] += f[i];
   }
-  torque_nm[0] += r[1] * f[2] - r[2] * f[1];
-  torque_nm[1] += r[2] * f[0] - r[0] * f[2];
-  torque_nm[2] += r[0] * f[1] - r[1] * f[0];
+  const PeerVector t{r[1] * f[2] - r[2] * f[1], r[2] * f[0] - r[0] * f[2],
+                     r[0] * f[1] - r[1] * f[0]};
+  for (std::size_t i = 0; i < 3; ++i) {
+    force_n[i] += f[i];
+    torque_nm[i] += t[i];
+  }
+  if (depth_m <= deepest_m) return;
+  deepest_m = depth_m;
+  deepest_force_n = f;
+  deepest_torque_nm = t;
 }
 
 }  // namespace haptic::sim
