@@ -68,7 +68,7 @@ HeadlineScene press_scene() {
   return scene;
 }
 
-/// A renderer whose force is off by a constant, and jumps back at one tick.
+/// A renderer whose force and torque are off by a constant.
 class WrongRenderer final : public TickRenderer {
  public:
   WrongRenderer(std::unique_ptr<TickRenderer> honest, const Vector& shift_n)

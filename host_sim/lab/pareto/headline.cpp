@@ -2,6 +2,7 @@
 #include "host_sim/lab/pareto/headline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <utility>
 

@@ -4,7 +4,6 @@
 /// penalty on the collision libraries that were found. Time of each tick and error of its wrench
 /// against the default law in steps so fine and passes so many that it has settled.
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>

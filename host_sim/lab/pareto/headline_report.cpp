@@ -225,8 +225,7 @@ std::string picture_legend(double y) {
   sign(line_at({x - 3.5, y - 7.5}, {x + 3.5, y - 0.5}, "#000000", 1.6) +
            line_at({x - 3.5, y - 0.5}, {x + 3.5, y - 7.5}, "#000000", 1.6),
        "largest", 74);
-  return svg + text_at(x, y, "at the left edge: there or below", "start", 13,
-                       "fill=\"#606060\"");
+  return svg + text_at(x, y, "at the left edge: there or below", "start", 13, "fill=\"#606060\"");
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ class BulletPenalty final : public PenaltyPeer {
     input_.m_transformA.setOrigin(btVector3(pose.p_wa[0], pose.p_wa[1], pose.p_wa[2]));
   }
   PenaltyWrench render() override {
-    Meetings meetings{*this, {}, 0};
+    Meetings meetings(*this);
     for (; meetings.piece < moving_.size(); ++meetings.piece) {
       btVector3 low, high;
       moving_[meetings.piece].getAabb(input_.m_transformA, low, high);
@@ -112,14 +112,13 @@ class BulletPenalty final : public PenaltyPeer {
  private:
   /// What the tree calls for each fixed piece whose box meets that of the moving one.
   struct Meetings : btDbvt::ICollide {
-    Meetings(BulletPenalty& of, const PenaltyWrench& none, std::size_t first)
-        : owner(of), wrench(none), piece(first) {}
+    explicit Meetings(BulletPenalty& of) : owner(of) {}
     void Process(const btDbvtNode* leaf) override {
       owner.meet(piece, *static_cast<const std::size_t*>(leaf->data), wrench);
     }
     BulletPenalty& owner;
     PenaltyWrench wrench;
-    std::size_t piece;
+    std::size_t piece = 0;  ///< of the moving body
   };
 
   void meet(std::size_t a, std::size_t b, PenaltyWrench& wrench) {

@@ -6,6 +6,7 @@
 #include <deque>
 #include <exception>
 #include <limits>
+#include <utility>
 
 #include "host_sim/lab/peers/foreign_peers.hpp"
 
