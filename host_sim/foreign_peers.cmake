@@ -44,6 +44,10 @@ if(HAPTIC_PEERS STREQUAL "AUTO")
 endif()
 haptic_foreign_peer(CCD ccd lab/peers/ccd_peer.cpp ccd)
 haptic_foreign_peer(FCL fcl lab/peers/fcl_peer.cpp fcl ccd)
+if(TARGET haptic_peer_fcl)
+  # FCL's own objects hold Eigen's types, aligned as its makers built it; the project builds Eigen without alignment.
+  target_compile_definitions(haptic_peer_fcl PRIVATE EIGEN_MAX_STATIC_ALIGN_BYTES=16 EIGEN_MAX_ALIGN_BYTES=16)
+endif()
 haptic_foreign_peer(BULLET bullet-float64 lab/peers/bullet_peer.cpp
   BulletCollision-float64 LinearMath-float64)
 haptic_foreign_peer(ODE ode lab/peers/ode_peer.cpp ode)

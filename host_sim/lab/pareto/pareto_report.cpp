@@ -7,6 +7,7 @@
 #include <set>
 #include <system_error>
 
+#include "host_sim/lab/pareto/headline_report.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -30,11 +31,11 @@ MeasurePlan plan_of(const ParetoOptions& options) {
 std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
   std::vector<PairClass> classes = pair_classes(options.seed);
   for (const std::string& name : options.pairs) {
-    if (name == kFieldName || name == kRenderingName) continue;
+    if (name == kFieldName || name == kRenderingName || name == kHeadlineName) continue;
     if (std::none_of(classes.begin(), classes.end(),
                      [&name](const PairClass& pair) { return pair.name == name; })) {
-      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6, " + kFieldName +
-                              " and " + kRenderingName);
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6, " + kHeadlineName +
+                              ", " + kFieldName + " and " + kRenderingName);
     }
   }
   if (options.pairs.empty()) return classes;
@@ -107,6 +108,8 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   const TickClock clock;
   result.clock_empty_ns = clock.empty_ns();
   result.clock_step_ns = clock_step_ns(clock);
+  if (wants(options, kHeadlineName))
+    result.headline = measure_headline(result.plan, clock, options.quick, options.progress);
   for (const PairClass& pair : classes)
     result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
   if (wants(options, kFieldName)) {
@@ -126,9 +129,18 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
   write_whole_file(folder + "/pareto.csv", pareto_csv(result.rows()));
   write_whole_file(folder + "/pareto.json", pareto_json(result));
   write_whole_file(folder + "/pareto.md", pareto_markdown(result));
-  write_whole_file(folder + "/error_time.svg", error_time_plot(result));
-  write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
-  write_whole_file(folder + "/latency.svg", latency_plot(result));
+  if (!result.pairs.empty()) {
+    write_whole_file(folder + "/error_time.svg", error_time_plot(result));
+    write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
+    write_whole_file(folder + "/latency.svg", latency_plot(result));
+  }
+  if (!result.headline.empty()) {
+    write_whole_file(folder + "/headline.csv", headline_table(result.headline).csv());
+    write_whole_file(folder + "/headline.md", headline_markdown(result.headline));
+    write_whole_file(folder + "/headline.svg", headline_plot(result.headline));
+    for (const HeadlineMeasure& m : result.headline)
+      write_whole_file(folder + "/headline_ticks_" + m.name + ".csv", headline_ticks_csv(m));
+  }
   if (result.rendering.empty()) return;
   write_whole_file(folder + "/rendering.csv", rendering_table(result.rendering).csv());
   write_whole_file(folder + "/rendering.svg", rendering_plot(result.rendering));

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host_sim/lab/pareto/headline.hpp"
 #include "host_sim/lab/pareto/pareto_measure.hpp"
 #include "host_sim/lab/pareto/rendering_error.hpp"
 #include "host_sim/lab/pareto/visit_budget.hpp"
@@ -15,7 +16,7 @@
 namespace haptic::sim {
 
 struct ParetoOptions {
-  std::vector<std::string> pairs;  ///< names of pair classes, or kFieldName; empty: all
+  std::vector<std::string> pairs;  ///< names of pair classes and parts; empty: all
   bool quick = false;              ///< 2000 poses instead of 20000, and fewer visits of nodes
   std::uint64_t seed = 1;
   HeapCounter heap_calls = nullptr;
@@ -41,7 +42,8 @@ struct ParetoResult {
   ParetoOptions options;
   MeasurePlan plan;
   double clock_empty_ns = 0;
-  double clock_step_ns = 0;  ///< smallest difference that the clock shows
+  double clock_step_ns = 0;               ///< smallest difference that the clock shows
+  std::vector<HeadlineMeasure> headline;  ///< empty: not asked for
   std::vector<PairMeasure> pairs;
   std::vector<VisitBudget> budgets;     ///< of the field of posts; empty: not asked for
   std::vector<RenderingRow> rendering;  ///< empty: not asked for

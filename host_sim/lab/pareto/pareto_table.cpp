@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host_sim/lab/pareto/headline_report.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
 #include "host_sim/report/part_report.hpp"
 
@@ -214,16 +215,23 @@ std::string pareto_markdown(const ParetoResult& result) {
       ". Compiler: " __VERSION__ ", " HAPTIC_BUILD_FLAGS ". Seed " +
       std::to_string(result.options.seed) +
       ". Libraries, versions as their pkg-config files have them: " + libraries_text() + ".\n\n" +
-      "Times in ns of one call on one core, " + TickClock::name() + ", its own " +
-      short_number(result.clock_empty_ns, "%.0f") + " ns subtracted (it counts in steps of " +
-      short_number(result.clock_step_ns, "%.2g") + " ns): per pose the least of " +
-      std::to_string(result.plan.passes) +
-      " passes in the order of the motion, then figures over the poses. `first tick`: the method "
-      "made to forget before each call. Contact, near (less than 5 mm off) and far by the "
-      "reference, an exhaustive search whose candidates are evaluated in long double. A verdict "
-      "counts as wrong from 1 um on. `-`: the method gives no such value.\n\n"
-      "![error against run time](error_time.svg)\n\n![time against nodes](time_nodes.svg)\n\n"
-      "![latency](latency.svg)\n\n";
+      headline_markdown(result.headline);
+  if (!result.pairs.empty() || !result.budgets.empty()) {
+    text +=
+        std::string("## Depth error against run time\n\nTimes in ns of one call on one core, ") +
+        TickClock::name() + ", its own " + short_number(result.clock_empty_ns, "%.0f") +
+        " ns subtracted (it counts in steps of " + short_number(result.clock_step_ns, "%.2g") +
+        " ns): per pose the least of " + std::to_string(result.plan.passes) +
+        " passes in the order of the motion, then figures over the poses. `first tick`: the method "
+        "made to forget before each call. Contact, near (less than 5 mm off) and far by the "
+        "reference, an exhaustive search whose candidates are evaluated in long double. A verdict "
+        "counts as wrong from 1 um on. `-`: the method gives no such value.\n\n";
+  }
+  if (!result.pairs.empty()) {
+    text +=
+        "![error against run time](error_time.svg)\n\n![time against nodes](time_nodes.svg)\n\n"
+        "![latency](latency.svg)\n\n";
+  }
   for (const PairMeasure& pair : result.pairs) {
     text += "## " + pair.name + ": " + pair.content + ", " + std::to_string(pair.nodes) +
             " basic contacts\n\n" + std::to_string(pair.poses) + " poses, " +
@@ -262,6 +270,7 @@ std::string pareto_json(const ParetoResult& result) {
     }
     json["pairs"].push_back(std::move(entry));
   }
+  if (!result.headline.empty()) json["headline"] = headline_table(result.headline).json();
   for (const VisitBudget& budget : result.budgets) {
     json["visit_budgets"].push_back({{"visits", budget.visits},
                                      {"held_share", budget.held_share},

@@ -3,6 +3,7 @@
 #include <ccd/quat.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "host_sim/lab/peers/foreign_peers.hpp"
@@ -128,6 +129,103 @@ class CcdPeer final : public PeerQuery {
   ccd_vec3_t direction_{}, position_{};
 };
 
+/// Tolerance of the penalty: that which stands for the method in the pictures of one pair.
+constexpr double kPenaltyTolerance_m = 1e-8;
+
+/// Box along the axes.
+struct CcdBox {
+  PeerVector low, high;
+};
+
+class CcdPenalty final : public PenaltyPeer {
+ public:
+  CcdPenalty(const PenaltyBodies& bodies, double stiffness_n_per_m, bool portal)
+      : stiffness_n_per_m_(stiffness_n_per_m), portal_(portal) {
+    for (const PeerSolid& solid : bodies.moving) {
+      moving_.emplace_back(solid);
+      local_.push_back(box_of(solid));
+    }
+    for (const PeerSolid& solid : bodies.fixed) {
+      fixed_.emplace_back(solid);
+      boxes_.push_back(box_of(solid));
+    }
+    CCD_INIT(&ccd_);
+    ccd_.support1 = ccd_.support2 = support_of;
+    ccd_.center1 = ccd_.center2 = centre_of;
+    ccd_.max_iterations = kMaxIterations;
+    ccd_.mpr_tolerance = ccd_.epa_tolerance = kPenaltyTolerance_m;
+  }
+
+  void prepare(const PeerPose& pose) override {
+    for (CcdBody& body : moving_) {
+      body.p = pose.p_wa;
+      body.r = pose.r_wa;
+    }
+  }
+  PenaltyWrench render() override {
+    PenaltyWrench wrench;
+    for (std::size_t i = 0; i < moving_.size(); ++i) {
+      const CcdBox box = placed(local_[i], moving_[i]);
+      for (std::size_t j = 0; j < fixed_.size(); ++j) {
+        if (meet(box, boxes_[j])) collide(moving_[i], fixed_[j], wrench);
+      }
+    }
+    return wrench;
+  }
+
+ private:
+  static CcdBox box_of(const PeerSolid& solid) {
+    CcdBox box{solid.vertices.front(), solid.vertices.front()};
+    for (const PeerVector& v : solid.vertices) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        box.low[i] = std::min(box.low[i], v[i]);
+        box.high[i] = std::max(box.high[i], v[i]);
+      }
+    }
+    return box;
+  }
+  /// The box along the axes of W around the turned box.
+  static CcdBox placed(const CcdBox& local, const CcdBody& body) {
+    CcdBox box{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      double middle = body.p[i], half = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        middle += body.r[i][j] * 0.5 * (local.low[j] + local.high[j]);
+        half += std::abs(body.r[i][j]) * 0.5 * (local.high[j] - local.low[j]);
+      }
+      box.low[i] = middle - half;
+      box.high[i] = middle + half;
+    }
+    return box;
+  }
+  static bool meet(const CcdBox& a, const CcdBox& b) {
+    return a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] &&
+           b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
+  }
+  // B first: the direction is the one in which A has to leave.
+  void collide(const CcdBody& a, const CcdBody& b, PenaltyWrench& wrench) const {
+    ccd_real_t depth = 0;
+    ccd_vec3_t direction{}, position{};
+    const int status = portal_ ? ccdMPRPenetration(&b, &a, &ccd_, &depth, &direction, &position)
+                               : ccdGJKPenetration(&b, &a, &ccd_, &depth, &direction, &position);
+    if (status == -2) ++wrench.failures;  // out of memory
+    if (status != 0) return;
+    PeerVector normal{}, point{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      normal[i] = static_cast<double>(direction.v[i]);
+      point[i] = static_cast<double>(position.v[i]);
+    }
+    ++wrench.pairs;
+    wrench.push(stiffness_n_per_m_, static_cast<double>(depth), normal, point, a.p);
+  }
+
+  double stiffness_n_per_m_;
+  bool portal_;
+  std::vector<CcdBody> moving_, fixed_;
+  std::vector<CcdBox> local_, boxes_;
+  ccd_t ccd_{};
+};
+
 }  // namespace
 
 std::unique_ptr<PeerQuery> make_ccd_mpr_peer(const PeerSolid& a, const PeerSolid& b,
@@ -142,6 +240,16 @@ std::unique_ptr<PeerQuery> make_ccd_epa_peer(const PeerSolid& a, const PeerSolid
   auto peer = std::make_unique<CcdPeer>(a, b, false);
   peer->settings().epa_tolerance = tolerance_m;
   return peer;
+}
+
+std::unique_ptr<PenaltyPeer> make_ccd_mpr_penalty(const PenaltyBodies& bodies,
+                                                  double stiffness_n_per_m) {
+  return std::make_unique<CcdPenalty>(bodies, stiffness_n_per_m, true);
+}
+
+std::unique_ptr<PenaltyPeer> make_ccd_epa_penalty(const PenaltyBodies& bodies,
+                                                  double stiffness_n_per_m) {
+  return std::make_unique<CcdPenalty>(bodies, stiffness_n_per_m, false);
 }
 
 }  // namespace haptic::sim

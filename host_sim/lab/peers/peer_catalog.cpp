@@ -124,6 +124,24 @@ std::vector<PeerEntry> peer_catalog() {
   return entries;
 }
 
+std::vector<PenaltyEntry> penalty_catalog() {
+  std::vector<PenaltyEntry> entries;
+#if HAPTIC_PEER_BULLET
+  entries.push_back({"penalty_bullet", "penalty on Bullet", make_bullet_penalty});
+#endif
+#if HAPTIC_PEER_FCL
+  entries.push_back({"penalty_fcl", "penalty on FCL", make_fcl_penalty});
+#endif
+#if HAPTIC_PEER_ODE
+  entries.push_back({"penalty_ode", "penalty on ODE", make_ode_penalty});
+#endif
+#if HAPTIC_PEER_CCD
+  entries.push_back({"penalty_ccd_mpr", "penalty on libccd MPR", make_ccd_mpr_penalty});
+  entries.push_back({"penalty_ccd_epa", "penalty on libccd GJK-EPA", make_ccd_epa_penalty});
+#endif
+  return entries;
+}
+
 std::vector<PeerLibrary> peer_libraries() {
   return {
       {"libccd", HAPTIC_PEER_CCD_VERSION, "BSD-3-Clause", HAPTIC_PEER_CCD != 0},

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_sim/lab/peers/peer_query.hpp"
+#include "host_sim/lab/peers/penalty_peer.hpp"
 #include "host_sim/shapes/shapes.hpp"
 
 namespace haptic::sim {
@@ -33,6 +34,15 @@ struct PeerLibrary {
 /// Fixed order: empty, exhaustive, paper_literal, ours, then the libraries that were found.
 [[nodiscard]] std::vector<PeerEntry> peer_catalog();
 [[nodiscard]] std::vector<PeerLibrary> peer_libraries();
+
+/// Penalty rendering with one library.
+struct PenaltyEntry {
+  std::string method;  ///< for files: letters, digits, underscores
+  std::string title;
+  std::unique_ptr<PenaltyPeer> (*make)(const PenaltyBodies& bodies, double stiffness_n_per_m);
+};
+/// Of the libraries that were found: Bullet, FCL, ODE, libccd twice. May be empty.
+[[nodiscard]] std::vector<PenaltyEntry> penalty_catalog();
 
 [[nodiscard]] PeerSolid peer_solid(const Solid& solid);
 [[nodiscard]] PeerPose peer_pose(const Vector& p_wa, const Rotation& q_wa);
