@@ -55,6 +55,7 @@ Task own_task(const std::string& name) {
   Task task;
   task.name = name;
   task.scene = tools::read_scene_file(folder / "scene.toml");
+  task.scene.parameters.goal_contact = 1;
   task.motion = make_motion(read_motion_script((folder / "motion.toml").string()));
   // As assembled all stand upright; the tetrahedron, which is not assembled, as it starts.
   if (name == "tetrahedron_on_box")
@@ -81,6 +82,7 @@ std::optional<Task> shared_task(const std::string& name) {
   Task task;
   task.name = name;
   task.scene = tools::parse_scene_file(toml, "scene.toml", folder);
+  task.scene.parameters.goal_contact = 1;
   task.about_wxyz = json.at("assembled_pose").at("quaternion_wxyz").get<std::array<double, 4>>();
   task.motion = read_motion_csv(folder + "/trajectory.csv");
   keep_inside(task);
