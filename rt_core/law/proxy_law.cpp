@@ -28,8 +28,10 @@ constexpr Real kChosenFor_m = 0.05_r;
 /// Sums of motion are rounded up by this share.
 constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 
-/// Ticks with one goal, to the bit, after which a step must lower the energy by more in each, and
-/// those after which it would have to by more than any spring holds.
+/// Ticks in a row with one goal, to the bit, that lower the energy by less than kOnItsWay of it:
+/// those after which a step must lower it by more in each, and those after which it would have to
+/// by more than any spring holds.
+constexpr Real kOnItsWay = 1.0e-3_r;
 constexpr std::uint32_t kPatience = 64, kMostHeld = kPatience + 2 * 128;
 /// A pull that is let go falls by this much in a tick, its torque by this much at the part's
 /// radius, and either by at least this share of it.
@@ -151,7 +153,7 @@ void Proxy::reset() noexcept {
   behind_ticks_ = 0;
   choose_from_start_ = false;
   settled_ = still_ = false;
-  held_ = 0;
+  held_ = slow_ = 0;
   chosen_planes_ = 0;
   chosen_ago_ = 0;
   felt_ = FeltContact{};
@@ -425,7 +427,7 @@ Real Proxy::least_fall_j(Real potential_j) const noexcept {
   const Real still_m = parameters_.scale.still_m;
   Real fall_j =
       parameters_.spring.k_t_n_per_m * still_m * still_m / 2 + 32 * kRealEpsilon * potential_j;
-  for (std::uint32_t k = kPatience; k < std::min(held_, kMostHeld); k += 2) fall_j *= 2;
+  for (std::uint32_t k = kPatience; k < std::min(slow_, kMostHeld); k += 2) fall_j *= 2;
   return fall_j;
 }
 
@@ -598,6 +600,9 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   // Only with planes that this tick has chosen from the start; else the next one with this goal
   // does.
   settled_ = still_ && chosen;
+  // A part that is on its way, however long that takes, is not one that looks for its place.
+  const bool gains = tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
+  slow_ = held_ == 0 || gains ? 0 : std::min(slow_ + 1, kMostHeld);
   if (settled_) {
     settled_tick_ = tick;
     settled_tick_.passes = settled_tick_.rejected = 0;

@@ -260,6 +260,7 @@ class Proxy {
   [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick,
                                     std::span<const std::uint8_t> first = {}) const noexcept;
   void remember_active() noexcept;
+  [[nodiscard]] bool stay_still(Step& step, ProxyTick& tick) noexcept;
   void feel(ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
   [[nodiscard]] bool choice_is_due() noexcept;
@@ -341,6 +342,7 @@ class Proxy {
   std::uint64_t chosen_planes_ = 0;  ///< a hash of those last chosen from the start
   std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
   GripPose goal_;                    ///< of the last tick
+  std::uint32_t slow_ = 0;           ///< of them those at the end that have gained little
   std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
   bool still_ = false;               ///< with it, nothing moved
   bool settled_ = false;             ///< nor can with planes chosen from the start
@@ -364,6 +366,7 @@ class Proxy {
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
+  bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
   bool short_ = false;         ///< the steps of this try are a few times the tolerance
   bool far_rows_ = false;      ///< rows linearised away from p_ are in the program
 };

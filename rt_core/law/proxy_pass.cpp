@@ -67,6 +67,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   imposed_.clear();
   begin_cones();
   last_qp_ = QpResult{};
+  keeps_active_ = false;
   // A gap that is negative is closed from what the tick has gained, and only then: rows that ask
   // for it raise the energy where the planes hold the part.
   const Real start_j = tick.end_potential_j;
@@ -258,7 +259,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
         if (!add_rows_at_p(k, error, tick)) break;
       }
     }
-    if (!may_begin(kRoundGrant, tick)) return false;
+    if (!may_begin(kRoundGrant, tick)) return chosen_short && stay_still(step, tick);
     tick.rounds = std::max(tick.rounds, round + 1);
     if (!(share < 1)) {
       last_qp_ = solve_rows(tolerance, tick);
@@ -298,7 +299,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
-    if (tick.spent) return false;
+    if (tick.spent) return chosen_short && stay_still(step, tick);
     const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
       if (cut || (!still && !(far_rows_ && motion < kHeldBack * free_motion))) return true;
@@ -309,6 +310,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       const bool held_far = far_rows_ || crowded();
       if (!held_far && (chosen_short || !choice_is_due())) return true;
       if (retry_at >= kRounds) return true;
+      remember_active();
       if (!held_far) retry_at = kRounds - kProxyRetryRounds;
       round = retry_at - 1;
       from_start = chosen_short = true;
@@ -327,6 +329,16 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   }
   tick.limited = true;
   return false;
+}
+
+/// The planes could not be chosen from the start for want of budget: those that hold p where it is
+/// stay, and the tick says that it has not made sure.
+bool Proxy::stay_still(Step& step, ProxyTick& tick) noexcept {
+  tick.spent = false;
+  tick.limited = true;
+  keeps_active_ = true;
+  step = step_by(Vec3::Zero(), Vec3::Zero());
+  return true;
 }
 
 /// Whether the goal rests and a step lowers the energy by no more than a part at rest may leave.
@@ -417,6 +429,7 @@ void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
 
 /// Planes with a multiplier: the next pass starts with them.
 void Proxy::remember_active() noexcept {
+  if (keeps_active_) return;
   active_.clear();
   for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
     const ImposedPlane& plane = imposed_[row_plane_[last_qp_.active[k]]];
