@@ -342,7 +342,7 @@ class Proxy {
   std::uint64_t chosen_planes_ = 0;  ///< a hash of those last chosen from the start
   std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
   GripPose goal_;                    ///< of the last tick
-  std::uint32_t slow_ = 0;           ///< of them those at the end that have gained little
+  std::uint32_t slow_ = 0;           ///< those that gained little, less the others
   std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
   bool still_ = false;               ///< with it, nothing moved
   bool settled_ = false;             ///< nor can with planes chosen from the start
