@@ -28,9 +28,10 @@ constexpr Real kChosenFor_m = 0.05_r;
 /// Sums of motion are rounded up by this share.
 constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 
-/// Of the ticks with one goal, to the bit, those that lower the energy by less than kOnItsWay of it
-/// are counted, and one less for each of the others: the count after which a step must lower it by
-/// more in each, and the one after which it would have to by more than any spring holds.
+/// Of the ticks with one goal, to the bit, those are counted that lower the energy by less than
+/// kOnItsWay of it though the part might have moved farther, less the others: the count after which
+/// a step must lower it by more in each, and the one after which it would have to by more than any
+/// spring holds.
 constexpr Real kOnItsWay = 0.02_r;
 constexpr std::uint32_t kPatience = 48, kMostHeld = kPatience + 2 * 128;
 /// A pull that is let go falls by this much in a tick, its torque by this much at the part's
@@ -601,8 +602,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
   // does.
   settled_ = still_ && chosen;
   // A part that is on its way, however long that takes, is not one that looks for its place.
-  const bool gains = tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
-  slow_ = held_ == 0 ? 0 : gains ? slow_ - std::min(slow_, 1u) : std::min(slow_ + 1, kMostHeld);
+  const bool gains = !may_move() || tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
+  slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
   if (settled_) {
     settled_tick_ = tick;
     settled_tick_.passes = settled_tick_.rejected = 0;
