@@ -126,7 +126,7 @@ void NearSearch::test_edge_pairs() noexcept {
       return;
     }
     result_.edge_pairs += scratch_.active_a.size();
-    for (const ActiveEdge& a : scratch_.active_a) test_pair(a, b, true);
+    for (const ActiveEdge& a : scratch_.active_a) test_pair(a, b, collects_);
   }
 }
 
@@ -139,7 +139,7 @@ bool NearSearch::test_marked(const ActiveEdge& b, std::uint32_t capacity) noexce
       return false;
     }
     result_.edge_pairs += 1;
-    test_pair(a, b, marks_.node(NodeScope::kLive, node));
+    test_pair(a, b, collects_ && marks_.node(NodeScope::kLive, node));
   }
   return true;
 }
@@ -227,6 +227,10 @@ void NearSearch::count_pair(const NearNode& node, const PairHeights& h) noexcept
   SupportPair support{a_.edges[node.i].vertex[0], b_.edges[node.j].vertex[0]};
   Real value = node.f_m;
   if (h.height > -tolerance_ || h.sine < kWellConditionedSine) {
+    if (!collects_ && result_.support_pairs == kMaxNearestSupports) {
+      result_.flags |= kNearSupportsCut;
+      return;
+    }
     result_.support_pairs += 1;
     support = support_pair(pose_, node.normal_w, support);
     value = std::min(value, gap_along(pose_, node.normal_w, support));

@@ -19,6 +19,8 @@ class NearSearch {
              BoundedList<NearNode>& near, NodeScope scope) noexcept;
 
   [[nodiscard]] NearResult run() noexcept;
+  /// D_near and its node alone: the near nodes are not collected.
+  [[nodiscard]] NearResult run_for_nearest() noexcept;
 
  private:
   static constexpr Real kLowest = kNoDepth;
@@ -161,6 +163,7 @@ class NearSearch {
   NearNode best_pair_;
   SupportPair best_pair_support_;
   Real compacted_at_ = kLowest;
+  bool collects_ = true;
   NearResult result_;
 };
 

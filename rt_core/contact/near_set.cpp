@@ -79,6 +79,15 @@ NearResult NearSearch::run() noexcept {
   return result_;
 }
 
+NearResult NearSearch::run_for_nearest() noexcept {
+  collects_ = false;
+  search_faces();
+  search_edges();
+  test_edge_pairs();
+  choose_best();
+  return result_;
+}
+
 void NearSearch::make_list(FeatureKeys& keys, Real above) noexcept {
   keys.listed_above = above;
   std::uint32_t listed = 0;
@@ -168,6 +177,12 @@ NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bo
   if (pose.pair->is_fixed())
     return find_fixed_near_set(*pose.pair, pose.y_w, pose.size_m, epsilon_m, near, scope);
   return NearSearch(pose, epsilon_m, bounds, scratch, near, scope).run();
+}
+
+NearResult find_nearest(const PairPose& pose, FeatureBounds& bounds,
+                        NearScratch& scratch) noexcept {
+  BoundedList<NearNode> none;
+  return NearSearch(pose, 0, bounds, scratch, none, NodeScope::kReachable).run_for_nearest();
 }
 
 }  // namespace haptic

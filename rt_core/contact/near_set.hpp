@@ -42,7 +42,8 @@ inline constexpr Real kNoDepth = -std::numeric_limits<Real>::max();
 enum NearFlag : std::uint32_t {
   kNearAllStale = 1u << 0,     ///< every face and edge was evaluated: first tick, or a jump
   kNearSetCut = 1u << 1,       ///< more near nodes than room
-  kNearEdgePairsCut = 1u << 2  ///< more pairs of edges than may be tested: D_near is a lower bound
+  kNearEdgePairsCut = 1u << 2,  ///< more pairs of edges than may be tested: D_near is a lower bound
+  kNearSupportsCut = 1u << 3  ///< the same of support pairs
 };
 
 /// What one search returns.
@@ -107,5 +108,11 @@ struct NearScratch {
 [[nodiscard]] NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
                                        NearScratch& scratch, BoundedList<NearNode>& near,
                                        NodeScope scope = NodeScope::kReachable) noexcept;
+
+/// D_near and its node alone, without history: `bounds` must have been reset. Cost: every reachable
+/// face and edge once, the pair's edge_pair_capacity edge pairs, each some eighth of a face, and
+/// kMaxNearestSupports support pairs. The pair must not be that of a part that never turns.
+[[nodiscard]] NearResult find_nearest(const PairPose& pose, FeatureBounds& bounds,
+                                      NearScratch& scratch) noexcept;
 
 }  // namespace haptic

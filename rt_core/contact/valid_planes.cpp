@@ -153,7 +153,7 @@ class ValidScan {
     const std::uint32_t features =
         pair_.a.face_count + pair_.b.face_count + pair_.a.edge_count + pair_.b.edge_count;
     const auto pairs = static_cast<std::uint32_t>(edges_a_.size() * edges_b_.size());
-    set_.result.visited += features / kFeaturesOfNode + pairs / kPairsOfNode;
+    set_.result.visited += features / kFeaturesOfNode + pairs / kEdgePairsOfUnit;
     result = set_.result;
     return true;
   }
@@ -233,6 +233,11 @@ class ValidScan {
 
   void take_edge_pair(std::uint32_t e, std::uint32_t g) noexcept {
     if (!pair_.marks.node(NodeScope::kReachable, node_number(pair_, ContactType::kC, e, g))) return;
+    if (edge_pairs_ == kMaxValidVisits) {
+      set_.result.cut = true;
+      return;
+    }
+    edge_pairs_ += 1;
     set_.result.visited += 1;
     const NodePlane plane = node_plane(pose_, ContactType::kC, e, g);
     if (!plane.defined || plane.f_m < least_gap_m_ || plane.edge_violation_m > tolerance_) return;
@@ -241,8 +246,8 @@ class ValidScan {
     set_.keep({ContactType::kC, e, g}, plane.normal_w, gap);
   }
 
-  /// Pairs of edges whose signs take as long as one node, and features whose bounds do.
-  static constexpr std::uint32_t kPairsOfNode = 8, kFeaturesOfNode = 16;
+  /// Features whose bounds take as long as one node.
+  static constexpr std::uint32_t kFeaturesOfNode = 16;
   static constexpr Real kBeyondArc = 1.0e-5_r;
 
   const PairPose& pose_;
@@ -251,6 +256,7 @@ class ValidScan {
   Real tolerance_;
   std::span<std::uint32_t> edges_a_, edges_b_;
   ValidSet set_;
+  std::uint32_t edge_pairs_ = 0;  ///< whose signs have left them
 };
 
 }  // namespace

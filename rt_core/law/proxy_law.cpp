@@ -182,13 +182,10 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   FeatureBounds bounds;
   bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
   bounds.reset(pair.view->marks);
-  const std::uint32_t kept = near_->size();
-  const NearResult found =
-      find_near_set(pose, parameters_.epsilon_m, bounds, *near_scratch_, *near_);
+  const NearResult found = find_nearest(pose, bounds, *near_scratch_);
   tick.full_searches += 1;
   tick.search_work +=
-      found.feature_evaluations + found.edge_pairs + found.support_pairs + (near_->size() - kept);
-  near_->truncate(kept);
+      found.feature_evaluations + found.edge_pairs / kEdgePairsOfUnit + found.support_pairs;
   const NearNode& best = found.best;
   pair.plane = PlaneId{};
   pair.plane.type = best.type;
@@ -531,10 +528,8 @@ bool Proxy::may_move() const noexcept {
   return way_left_m_ > scale.still_m && (is_fixed() || turn_left_rad_ > scale.still_rad);
 }
 
-ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch,
-                      BoundedList<NearNode>& near) noexcept {
+ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   near_scratch_ = &scratch;
-  near_ = &near;
   grants_ = 0;
   waited_ = waiting_;
   waiting_ = false;

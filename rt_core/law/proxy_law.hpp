@@ -179,10 +179,9 @@ class Proxy {
   void read_scene(const SceneView& scene) noexcept;
   void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
 
-  /// Moves the proxy towards `goal`. `scratch` and `near` are those of the core's near-set search,
-  /// free at this time. Cost: bounded by the caps above times the pairs within reach.
-  [[nodiscard]] ProxyTick tick(const GripPose& goal, NearScratch& scratch,
-                               BoundedList<NearNode>& near) noexcept;
+  /// Moves the proxy towards `goal`. `scratch` is that of the core's near-set search, free at this
+  /// time. Cost: bounded by the caps above times the pairs within reach.
+  [[nodiscard]] ProxyTick tick(const GripPose& goal, NearScratch& scratch) noexcept;
 
   [[nodiscard]] const GripPose& pose() const noexcept { return p_; }
   [[nodiscard]] bool started() const noexcept { return started_; }
@@ -362,7 +361,6 @@ class Proxy {
   std::span<PlaneRegion> regions_;  ///< at p_, those asked for last
   std::uint32_t oldest_region_ = 0;
   NearScratch* near_scratch_ = nullptr;
-  BoundedList<NearNode>* near_ = nullptr;
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves

@@ -70,11 +70,12 @@ constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b,
   const std::uint64_t faces = b.face_count + (a.face_count <= kFewFaces ? a.face_count : 0);
   const std::uint64_t edge_pairs = std::uint64_t{a.edge_count} * b.edge_count;
   const std::uint64_t scanned = std::min<std::uint64_t>(edge_pairs, kMostScannedPairs);
-  const std::uint64_t scan =
-      a.face_count + b.face_count + (a.edge_count + b.edge_count) / 16 + scanned / 8 + scanned + 2;
+  const std::uint64_t scan = a.face_count + b.face_count + (a.edge_count + b.edge_count) / 16 +
+                             scanned / kEdgePairsOfUnit +
+                             std::min<std::uint64_t>(scanned, kMaxValidVisits) + 2;
   return {2 * faces + std::max<std::uint64_t>(scan, kMaxValidVisits) + kMaxValidPlanes,
-          faces + bounds.feature_evaluations + bounds.edge_pairs + bounds.support_pairs +
-              bounds.near_nodes};
+          faces + bounds.feature_evaluations + bounds.edge_pairs / kEdgePairsOfUnit +
+              kMaxNearestSupports};
 }
 constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
   return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};

@@ -44,6 +44,9 @@ inline constexpr std::uint32_t kMaxListVisits = 32768;
 /// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
 /// walked but scanned for its valid set.
 inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096;
+/// Pairs of edges that count as one unit where their signs are looked at, and support pairs that a
+/// search for the nearest C-face of a pair asks for.
+inline constexpr std::uint32_t kEdgePairsOfUnit = 8, kMaxNearestSupports = 256;
 /// The faces of A are tried for a certificate where they are no more than this.
 inline constexpr std::uint32_t kFewFaces = 16;
 

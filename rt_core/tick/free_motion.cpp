@@ -99,7 +99,7 @@ Real FreeMotion::room_to_limit(const Wrench& spring_w) const noexcept {
 
 FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
-  free.work = proxy_.tick(goal, room.scratch, room.near);
+  free.work = proxy_.tick(goal, room.scratch);
   free.grip = proxy_.pose();
   const PoseError& error = free.work.error;
   if (free.work.limited) free.flags |= kFlagProxyLimited;
