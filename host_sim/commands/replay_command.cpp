@@ -64,7 +64,7 @@ int do_replay(const ReplayArguments& o) {
   report.totals = total(result.ticks, session.view().header().capacity);
   if (o.literal) {  // its own bound: every node once
     std::uint64_t nodes = 0;
-    for (const PairRecord& pair : session.view().pairs()) nodes += pair.node_count;
+    for (const PairRecord& pair : session.view().listed_pairs()) nodes += pair.node_count;
     report.totals.nodes_bound =
         static_cast<std::uint32_t>(std::min<std::uint64_t>(nodes, UINT32_MAX));
   }

@@ -86,7 +86,7 @@ FlatPair::Value FlatPair::evaluate_c(std::uint32_t e, std::uint32_t g, Point& no
 FlatPair::Value FlatPair::evaluate(std::uint32_t node) const {
   const NodeFeatures features = node_features(view_, node);
   Value value{0.0, -std::numeric_limits<double>::infinity()};
-  switch (contact_type(*view_.record, node)) {
+  switch (contact_type(view_.record, node)) {
     case ContactType::kA: {
       const Point n = scaled(-1.0, na_[features.i]);
       const Point& b = vb_[features.j];
@@ -162,7 +162,7 @@ double FlatPair::exhaustive_d_near_m(double tolerance_m) const {
 
 void FlatPair::contact(std::uint32_t node, Point& normal, Point& application_point) const {
   const NodeFeatures features = node_features(view_, node);
-  switch (contact_type(*view_.record, node)) {
+  switch (contact_type(view_.record, node)) {
     case ContactType::kA:
       normal = scaled(-1.0, na_[features.i]);
       application_point = vb_[features.j];

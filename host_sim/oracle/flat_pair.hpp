@@ -65,7 +65,7 @@ class FlatPair {
   /// reference.
   void contact(std::uint32_t node, Point& normal, Point& application_point) const;
 
-  [[nodiscard]] std::uint32_t node_count() const { return view_.record->node_count; }
+  [[nodiscard]] std::uint32_t node_count() const { return view_.record.node_count; }
   [[nodiscard]] const PairView& view() const { return view_; }
   /// Grip point relative to B's reference [m], of the last `place`.
   [[nodiscard]] const Point& grip_m() const { return grip_; }

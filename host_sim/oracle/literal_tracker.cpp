@@ -28,7 +28,7 @@ double angle_between(const PlacedMoving& from, const PlacedMoving& to) {
 LiteralTracker::LiteralTracker(const SceneView& view, DeltaReading reading)
     : view_(view), reading_(reading), epsilon_m_(view.parameters().epsilon_m) {
   double radius = 0.0;
-  for (std::uint32_t k = 0; k < view.pairs().size(); ++k) tracks_.emplace_back(FlatPair(view, k));
+  for (std::uint32_t k = 0; k < view.pair_count(); ++k) tracks_.emplace_back(FlatPair(view, k));
   for (const PieceRecord& piece : view.pieces()) radius = std::max(radius, piece.radius_m);
   tolerance_m_ = kApplicabilityTolerance * 2.0 * radius;
   d_near_.assign(tracks_.size(), 0.0);

@@ -56,7 +56,7 @@ inline void insert_neighborhood(const PairView& pair, std::uint32_t node, NodeSe
 /// Nodes of the neighbor subgraph of `nodes`: themselves and their G-neighbors (paper: 17 to 72 on
 /// tetrahedron and box).
 inline std::uint32_t neighborhood_size(const PairView& pair, std::span<const std::uint32_t> nodes) {
-  const std::uint32_t count = pair.record->node_count;
+  const std::uint32_t count = pair.record.node_count;
   std::vector<std::uint64_t> marks(count / 64 + 1);
   std::vector<std::uint32_t> list(count);
   NodeSet set(marks, list);

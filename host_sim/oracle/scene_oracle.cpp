@@ -11,9 +11,9 @@ namespace {
 
 /// By node, whether it can carry force; empty where every reachable one can.
 std::vector<bool> live_nodes(const PairView& pair) {
-  std::vector<bool> live(pair.record->node_count);
+  std::vector<bool> live(pair.record.node_count);
   bool hides = false;
-  for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+  for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
     live[node] = pair.marks.node(NodeScope::kLive, node);
     hides = hides || live[node] != pair.marks.node(NodeScope::kReachable, node);
   }
@@ -53,8 +53,8 @@ SceneOracle::SceneOracle(const SceneView& view) {
     sizes_.push_back(diameter(points));
     size_m_ = std::max(size_m_, sizes_.back());
   }
-  for (std::uint32_t k = 0; k < view.pairs().size(); ++k) {
-    const PairRecord& pair = view.pairs()[k];
+  for (std::uint32_t k = 0; k < view.pair_count(); ++k) {
+    const PairRecord& pair = view.pair_record(k);
     pairs_.push_back(
         {pair.piece_a, pair.piece_b, view.pieces()[pair.piece_b].body, live_nodes(view.pair(k))});
   }

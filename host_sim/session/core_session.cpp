@@ -28,7 +28,7 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
 
 void CoreSession::open(const std::string& name, GoalContact asked) {
   RtStatus opened = SceneView::open(blob_.span(), view_);
-  if (opened == RtStatus::kOk && asked == GoalContact::kAsked &&
+  if (opened == RtStatus::kOk && asked == GoalContact::kAsked && view_.lists_pairs() &&
       !has_goal_contact(view_.parameters())) {
     blob_ = tools::changed_scene(view_, [](SceneParameters& p) { p.goal_contact = 1; });
     opened = SceneView::open(blob_.span(), view_);

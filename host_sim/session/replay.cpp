@@ -59,7 +59,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   const Vec3 grip_a = grip_in_part(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
-  std::vector<PairValue> values(view.pairs().size());
+  std::vector<PairValue> values(view.pair_count());
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const StepInput input = input_of(motion[i], i, GoalContact::kAsked);
     const double t_s = motion[i].t_s;

@@ -34,7 +34,7 @@ struct PlacedVertices {
 void add_corners(const PairView& pair, const PlacedVertices& placed, std::uint32_t node,
                  std::vector<Vector>& corners) {
   const NodeFeatures features = node_features(pair, node);
-  switch (contact_type(*pair.record, node)) {
+  switch (contact_type(pair.record, node)) {
     case ContactType::kA:
       for (const std::uint16_t v : pair.a.face_vertices(features.i))
         corners.emplace_back(placed.b[features.j] - placed.a[v]);
@@ -110,7 +110,7 @@ std::vector<std::uint32_t> applicable_nodes(const FlatPair& pair, double toleran
 std::string node_text(const PairView& pair, std::uint32_t node) {
   constexpr const char* kLetters[3][3] = {{"A", "f", "v"}, {"B", "v", "f"}, {"C", "e", "e"}};
   const NodeFeatures features = node_features(pair, node);
-  const auto& letters = kLetters[static_cast<std::size_t>(contact_type(*pair.record, node))];
+  const auto& letters = kLetters[static_cast<std::size_t>(contact_type(pair.record, node))];
   return std::to_string(node) + " " + letters[0] + " (" + letters[1] + std::to_string(features.i) +
          ", " + letters[2] + std::to_string(features.j) + ")";
 }

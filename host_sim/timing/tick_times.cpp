@@ -85,7 +85,7 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   const TickClock clock;
   result.clock_empty_ns = clock.empty_ns();
   std::vector<FlatPair> pairs;
-  for (std::uint32_t k = 0; exhaustive_too && k < session.view().pairs().size(); ++k)
+  for (std::uint32_t k = 0; exhaustive_too && k < session.view().pair_count(); ++k)
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
     const StepInput input = input_of(motion[i], i, goal);

@@ -115,7 +115,7 @@ ActiveEdge NearSearch::active_edge_b(std::uint32_t e) const noexcept {
 }
 
 void NearSearch::test_edge_pairs() noexcept {
-  const std::uint32_t capacity = pose_.pair->record->edge_pair_capacity;
+  const std::uint32_t capacity = pose_.pair->record.edge_pair_capacity;
   for (const ActiveEdge& b : scratch_.active_b) {
     if (marks_.given()) {
       if (!test_marked(b, capacity)) return;

@@ -50,7 +50,7 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
       scratch_(scratch),
       near_(near),
       near_begin_(near.size()),
-      near_end_(near.size() + pose.pair->record->near_capacity) {
+      near_end_(near.size() + pose.pair->record.near_capacity) {
   scratch_.touched.clear();
   scratch_.active_a.clear();
   scratch_.active_b.clear();

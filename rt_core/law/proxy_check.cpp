@@ -95,7 +95,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return true;
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
-  if (!reached.searched && !is_fixed() && pair.view->record->node_count >= kManyNodes) {
+  if (!reached.searched && !is_fixed() && pair.view->record.node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
     const ReachedPair before = reached;

@@ -89,16 +89,16 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   std::uint32_t loop_a = 0, loop_b = 0;
   std::size_t search_bytes = 0;
   const bool fixed = scene.is_fixed();
-  for (const PairRecord& record : scene.pairs()) {
-    if (fixed) break;
-    const PieceRecord& a = scene.pieces()[record.piece_a];
-    const PieceRecord& b = scene.pieces()[record.piece_b];
+  if (!fixed) {
     Arena counting;
     FeatureBounds bounds;
-    bounds.place(counting, a, b);
-    search_bytes = std::max(search_bytes, counting.used());
-    loop_a = std::max(loop_a, largest_loop(scene.piece(record.piece_a)));
-    loop_b = std::max(loop_b, largest_loop(scene.piece(record.piece_b)));
+    bounds.place(counting, largest_counts(scene.pieces().first(moving_pieces)),
+                 largest_counts(scene.pieces().subspan(moving_pieces)));
+    search_bytes = counting.used();
+  }
+  for (std::uint32_t i = 0; i < scene.pieces().size() && !fixed; ++i) {
+    std::uint32_t& loop = i < moving_pieces ? loop_a : loop_b;
+    loop = std::max(loop, largest_loop(scene.piece(i)));
   }
   const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
@@ -165,7 +165,7 @@ void Proxy::reset() noexcept {
 
 /// The pair's pose at p_; turns the vertices of its piece of A if no pair before it has.
 PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
-  const std::uint32_t piece = pair.view->record->piece_a;
+  const std::uint32_t piece = pair.view->record.piece_a;
   Real* const lanes = lanes_.data() + lanes_begin_[piece];
   if (lanes_version_[piece] != version_) {
     turn_vertices(pair.view->a, p_.r_wa, lanes);

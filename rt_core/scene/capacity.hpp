@@ -9,6 +9,7 @@
 #include <span>
 
 #include "rt_core/scene/fixed_planes.hpp"
+#include "rt_core/scene/formed_pairs.hpp"
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/proxy_limits.hpp"
 #include "rt_core/scene/scene_format.hpp"
@@ -121,16 +122,11 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
   return p.law == LawId::kProxy ? p.coupling.passes : 0;
 }
 
-/// Whether the contact at the goal pose can be searched: every law but kProxy needs it.
-constexpr bool has_goal_contact(const SceneParameters& p) noexcept {
-  return p.law != LawId::kProxy || p.goal_contact != 0;
-}
-
 /// Capacities and bounds of a scene of which a search at the goal visits at most `max_pair_visits`
 /// pairs; all fields but state_bytes. Each total is the smaller of the sum
 /// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
-/// range, and words of `marks` (kNodeMarks) where it has any. `fixed`: one per pair where the part
-/// never turns, else empty. O(pairs + pieces + marks).
+/// range, and words of `marks` (kNodeMarks) where it has any; where pairs are not listed `pairs` is
+/// empty. `fixed`: one per pair where the part never turns, else empty. O(pairs + pieces + marks).
 constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
                                        std::span<const PieceRecord> pieces,
                                        std::span<const PairRecord> pairs,
@@ -142,7 +138,11 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
   };
   SceneCapacity c{};
-  c.pair_count = clip(pairs.size());
+  const std::uint32_t pieces_a = bodies[0].piece_count;
+  const std::uint64_t pieces_b = pieces.size() - pieces_a;
+  const bool listed = lists_pairs(parameters, pieces_a, pieces_b);
+  const std::uint64_t pair_count = listed ? pairs.size() : pieces_a * pieces_b;
+  c.pair_count = clip(pair_count);
   c.max_pair_visits = max_pair_visits;
   const std::uint32_t passes = proxy_passes(parameters);
   const bool searches_goal = has_goal_contact(parameters);
@@ -180,9 +180,16 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
       c.unproven |= kUnprovenNearSet;
     }
   }
-  if (searches_goal && pairs.size() > max_pair_visits) c.unproven |= kUnprovenPairVisits;
+  if (!listed) {
+    const PieceRecord a = largest_counts(pieces.first(pieces_a));
+    const PieceRecord b = largest_counts(pieces.subspan(pieces_a));
+    largest = pair_bounds(a, b, formed_pair(0, a, 0, b), NodeMarks{});
+    work = pair_work(a, b, largest);
+    sum.feature_evaluations = pair_count * largest.feature_evaluations;
+  }
+  if (searches_goal && pair_count > max_pair_visits) c.unproven |= kUnprovenPairVisits;
   // Those that are not visited get a verdict.
-  const std::uint64_t held = pairs.size() - std::min<std::uint64_t>(pairs.size(), max_pair_visits);
+  const std::uint64_t held = pair_count - std::min<std::uint64_t>(pair_count, max_pair_visits);
   PairBounds of_held{};
   if (fixed.empty()) {
     of_held.support_pairs = kHeldSupportPairs;
@@ -196,28 +203,26 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   c.largest_pair_features = clip(largest.feature_evaluations);
   c.largest_near = clip(largest.near_nodes);
   if (searches_goal) {
-    c.max_support_pairs =
-        clip(total(&PairBounds::support_pairs) + kGateSupportPairs * pairs.size());
+    c.max_support_pairs = clip(total(&PairBounds::support_pairs) + kGateSupportPairs * pair_count);
     c.max_feature_evaluations = clip(total(&PairBounds::feature_evaluations));
     c.max_edge_pairs = clip(total(&PairBounds::edge_pairs));
     c.max_near_nodes = clip(total(&PairBounds::near_nodes));
     // A pair that is held for want of budget has its last node.
-    c.max_hull_points = clip(total(&PairBounds::near_nodes) + pairs.size());
+    c.max_hull_points = clip(total(&PairBounds::near_nodes) + pair_count);
   } else {
     c.max_hull_points = c.largest_near;
   }
   if (passes == 0) return c;
   bool friction = false;
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
-  const std::uint32_t pieces_a = bodies[0].piece_count;
-  const std::uint64_t visits = list_visits(pieces_a, pieces.size() - pieces_a);
+  const std::uint64_t visits = list_visits(pieces_a, pieces_b);
   c.near_slots = near_slots(c.pair_count);
   c.max_work_units =
       clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);
   c.max_plane_gaps = c.max_valid_nodes = c.max_search_work = c.max_work_units;
-  c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pairs.size()));
-  const ProgramBounds programs = program_bounds(pairs.size(), passes, friction);
+  c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pair_count));
+  const ProgramBounds programs = program_bounds(pair_count, passes, friction);
   c.max_proxy_passes = c.max_proxy_rejected = passes;
   c.max_proxy_rounds = programs.rounds;
   c.max_qp_rows = programs.rows;

@@ -54,7 +54,7 @@ struct NodeFeatures {
 
 /// Features of `node`, by arithmetic: needs no stored table. Cost: one division.
 [[nodiscard]] inline NodeFeatures node_features(const PairView& pair, std::uint32_t node) noexcept {
-  const PairRecord& r = *pair.record;
+  const PairRecord& r = pair.record;
   const ContactType type = contact_type(r, node);
   switch (type) {
     case ContactType::kA:

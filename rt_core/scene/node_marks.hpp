@@ -7,6 +7,10 @@
 /// a search passes over must not depend on the envelope. In kNodeMarks a marked pair has four sets
 /// of bits, each from a word of its own: reachable nodes, live nodes, reachable features, live
 /// features. Features: faces of A, edges of A, faces of B, edges of B. Bits beyond a set are zero.
+///
+/// Where pairs are not listed (scene/formed_pairs.hpp) the marks are those of the pieces: a bit for
+/// each face, edge and vertex that the other pieces of its body leave open. Every node is then
+/// reachable, and live where both of its features are open.
 
 #include <cstddef>
 #include <cstdint>
@@ -44,30 +48,94 @@ struct FeatureNumbering {
   return {a.face_count, a.edge_count, b.face_count, b.edge_count};
 }
 
+/// Bit `k` of a set.
+[[nodiscard]] constexpr bool has_bit(const std::uint64_t* set, std::uint64_t k) noexcept {
+  return (set[k / 64] >> (k % 64) & 1u) != 0;
+}
+
+/// The features of a piece that are open: a bit for each face, then edge, then vertex. Without
+/// words all are.
+struct PieceMarks {
+  const std::uint64_t* words = nullptr;
+  std::uint32_t faces = 0, edges = 0, vertices = 0;
+
+  [[nodiscard]] constexpr bool face(std::uint32_t f) const noexcept { return open(f); }
+  [[nodiscard]] constexpr bool edge(std::uint32_t e) const noexcept { return open(faces + e); }
+  [[nodiscard]] constexpr bool vertex(std::uint32_t v) const noexcept {
+    return open(faces + edges + v);
+  }
+
+ private:
+  [[nodiscard]] constexpr bool open(std::uint32_t k) const noexcept {
+    return words == nullptr || has_bit(words, k);
+  }
+};
+
+[[nodiscard]] constexpr std::uint64_t feature_bits(const PieceRecord& piece) noexcept {
+  return std::uint64_t{piece.face_count} + piece.edge_count + piece.vertex_count;
+}
+
+/// `words`: kNodeMarks.
+[[nodiscard]] constexpr PieceMarks piece_marks(const std::uint64_t* words,
+                                               const PieceRecord& piece) noexcept {
+  return {piece.mark_begin == kNotMarked ? nullptr : words + piece.mark_begin, piece.face_count,
+          piece.edge_count, piece.vertex_count};
+}
+
 /// The marks of one pair in place. Without any, every node and feature is reachable and live.
 struct NodeMarks {
-  const std::uint64_t* words = nullptr;  ///< null: not marked
+  const std::uint64_t* words = nullptr;  ///< of the pair; null: those of its pieces, if any
   std::uint64_t node_words = 0;
   std::uint64_t feature_words = 0;
   FeatureNumbering features{};
+  PieceMarks a{}, b{};  ///< of the pieces of a pair that is not listed
 
-  [[nodiscard]] static constexpr bool bit(const std::uint64_t* set, std::uint64_t k) noexcept {
-    return (set[k / 64] >> (k % 64) & 1u) != 0;
-  }
   [[nodiscard]] constexpr bool given() const noexcept {
-    return kSceneTraits.free_orientation && words != nullptr;  // a pair of fixed planes has none
+    return kSceneTraits.free_orientation &&  // a pair of fixed planes has none
+           (words != nullptr || a.words != nullptr || b.words != nullptr);
   }
   [[nodiscard]] constexpr bool node(NodeScope scope, std::uint32_t number) const noexcept {
-    return !given() || bit(words + (scope == NodeScope::kLive ? node_words : 0), number);
+    if (!given()) return true;
+    if (words == nullptr) return scope == NodeScope::kReachable || opens(number);
+    return has_bit(words + (scope == NodeScope::kLive ? node_words : 0), number);
   }
   [[nodiscard]] constexpr bool feature(NodeScope scope, std::uint32_t number) const noexcept {
-    return !given() ||
-           bit(words + 2 * node_words + (scope == NodeScope::kLive ? feature_words : 0), number);
+    if (!given()) return true;
+    if (words == nullptr) return scope == NodeScope::kReachable || opens_feature(number);
+    return has_bit(words + 2 * node_words + (scope == NodeScope::kLive ? feature_words : 0),
+                   number);
   }
   [[nodiscard]] constexpr std::uint64_t word_count() const noexcept {
     return 2 * (node_words + feature_words);
   }
+
+ private:
+  /// Both features of a node are open (numbers: PairRecord).
+  [[nodiscard]] constexpr bool opens(std::uint32_t number) const noexcept {
+    const std::uint32_t of_type_a = a.faces * b.vertices, of_type_b = a.vertices * b.faces;
+    if (number < of_type_a) return a.face(number / b.vertices) && b.vertex(number % b.vertices);
+    number -= of_type_a;
+    if (number < of_type_b) return a.vertex(number / b.faces) && b.face(number % b.faces);
+    number -= of_type_b;
+    return a.edge(number / b.edges) && b.edge(number % b.edges);
+  }
+  [[nodiscard]] constexpr bool opens_feature(std::uint32_t number) const noexcept {
+    if (number < features.edge_a(0)) return a.face(number);
+    if (number < features.face_b(0)) return a.edge(number - features.edge_a(0));
+    if (number < features.edge_b(0)) return b.face(number - features.face_b(0));
+    return b.edge(number - features.edge_b(0));
+  }
 };
+
+/// Those of a pair that is not listed.
+[[nodiscard]] constexpr NodeMarks marks_of_pieces(const PieceMarks& a,
+                                                  const PieceMarks& b) noexcept {
+  NodeMarks marks;
+  marks.features = {a.faces, a.edges, b.faces, b.edges};
+  marks.a = a;
+  marks.b = b;
+  return marks;
+}
 
 [[nodiscard]] constexpr NodeMarks marks_at(const std::uint64_t* words, const PairRecord& pair,
                                            const PieceRecord& a, const PieceRecord& b) noexcept {
@@ -110,7 +178,7 @@ struct LiveCounts {
   return count;
 }
 
-/// Counts of a pair; `marks` may be not given. Cost: its words.
+/// Counts of a pair that is listed; `marks` may be not given. Cost: its words.
 [[nodiscard]] constexpr LiveCounts live_counts(const NodeMarks& marks, NodeScope scope,
                                                const PairRecord& pair, const PieceRecord& a,
                                                const PieceRecord& b) noexcept {

@@ -14,7 +14,7 @@ namespace {
 /// ascending.
 RtStatus check_graph(const PairView& pair, const NodeNumbering& n, std::uint64_t arc_count,
                      bool wide) noexcept {
-  const PairRecord& r = *pair.record;
+  const PairRecord& r = pair.record;
   std::uint32_t max_degree = 0;
   for (std::uint32_t node = 0; node < r.node_count; ++node) {
     const std::uint32_t begin = pair.neighbors.begin[node], end = pair.neighbors.begin[node + 1];
@@ -62,7 +62,7 @@ bool ends_clean(const std::uint64_t* set, std::uint64_t bits) noexcept {
 /// Live nodes are reachable, some node is not live, and each feature is marked as its nodes are,
 /// reachable faces as live also without.
 RtStatus check_marks(const PairView& pair) noexcept {
-  const PairRecord& r = *pair.record;
+  const PairRecord& r = pair.record;
   const NodeMarks& m = pair.marks;
   const FeatureNumbering& features = m.features;
   const std::uint64_t* const set[4] = {m.words, m.words + m.node_words, m.words + 2 * m.node_words,
@@ -92,7 +92,7 @@ RtStatus check_marks(const PairView& pair) noexcept {
     };
     const auto any_in_column = [&](std::uint32_t begin, std::uint32_t rows, std::uint32_t step) {
       for (std::uint32_t k = 0; k < rows; ++k) {
-        if (NodeMarks::bit(nodes, begin + std::uint64_t{k} * step)) return true;
+        if (has_bit(nodes, begin + std::uint64_t{k} * step)) return true;
       }
       return false;
     };
@@ -137,6 +137,54 @@ RtStatus SceneView::check_place(std::uint32_t index) const noexcept {
   const bool ascends =
       before.piece_a < r.piece_a || (before.piece_a == r.piece_a && before.piece_b < r.piece_b);
   return ascends ? RtStatus::kOk : RtStatus::kBlobBadIndex;
+}
+
+RtStatus SceneView::check_pairs(SceneFault& fault) const noexcept {
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+    fault = {SectionId::kPieces, i};
+    if (pieces_[i].mark_begin != kNotMarked) return RtStatus::kBlobBadCount;
+  }
+  fault = {SectionId::kPairs, 0};
+  if (pairs_.empty()) return RtStatus::kBlobBadCount;
+  std::uint64_t stored_nodes = 0, mark_words = 0, planes = 0, fixed_nodes = 0;
+  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+    fault.index = i;
+    RtStatus status = RtStatus::kOk;
+    if (is_fixed()) status = check_fixed_pair(i, planes, fixed_nodes);
+    if (status == RtStatus::kOk) status = check_pair(i, stored_nodes, mark_words);
+    if (status != RtStatus::kOk) return status;
+  }
+  return planes == fixed_planes_.size() && fixed_nodes == fixed_nodes_.size()
+             ? RtStatus::kOk
+             : RtStatus::kBlobBadCount;
+}
+
+/// The pieces have all that a pair is formed from; of their marks each follows the one before, and
+/// says that some feature is hidden.
+RtStatus SceneView::check_formed_pairs(SceneFault& fault) const noexcept {
+  fault = {SectionId::kPairs, 0};
+  const std::uint32_t moving = bodies_[0].piece_count;
+  if (!pairs_.empty() || !nodes_.empty() || neighbor_begin_.size() != 1 ||
+      neighbor_begin_[0] != 0 || neighbor_count_ != 0) {
+    return RtStatus::kBlobBadCount;
+  }
+  const PieceRecord a = largest_counts(pieces_.first(moving));
+  const PieceRecord b = largest_counts(pieces_.subspan(moving));
+  if (std::uint64_t{moving} * static_pieces() >= kNoPair || basic_contacts(a, b) >= kGraphNotStored)
+    return RtStatus::kBlobBadCount;
+  std::uint64_t words = 0;
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+    fault = {SectionId::kPieces, i};
+    if (pieces_[i].mark_begin == kNotMarked) continue;
+    if (pieces_[i].mark_begin != words) return RtStatus::kBlobBadCount;
+    const std::uint64_t bits = feature_bits(pieces_[i]);
+    const std::uint64_t* const open = marks_.data() + words;
+    words += mark_words(bits);
+    if (words > marks_.size()) return RtStatus::kBlobBadCount;
+    if (!ends_clean(open, bits) || count_bits(open, 0, bits) == bits)
+      return RtStatus::kBlobBadGraph;
+  }
+  return words == marks_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
 }
 
 RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
@@ -188,7 +236,7 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
 
 RtStatus SceneView::check_capacity() const noexcept {
   const SceneCapacity& stated = header_->capacity;
-  const auto most_visits = static_cast<std::uint32_t>(std::max<std::size_t>(1, pairs_.size()));
+  const std::uint32_t most_visits = std::max(1u, pair_count());
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
   SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,

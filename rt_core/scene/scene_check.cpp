@@ -41,8 +41,7 @@ bool counts_fit(const PieceRecord& r) noexcept {
   return r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6 &&
          r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
          r.edge_count <= kMaxPieceFeatures && r.vertex_count + r.face_count == r.edge_count + 2 &&
-         r.loop_count == 2 * r.edge_count && r.reserved == 0 &&
-         r.lane_count == padded_lanes(r.vertex_count);
+         r.loop_count == 2 * r.edge_count && r.lane_count == padded_lanes(r.vertex_count);
 }
 
 RtStatus check_edges(const PieceView& p, double scale) noexcept {

@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 7;
+inline constexpr std::uint32_t kSceneVersion = 8;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -39,7 +39,7 @@ enum class SectionId : std::uint32_t {
   kEdgeDirections = 10,   ///< EdgeDirection, by piece
   kVertexEdgeBegin = 11,  ///< u32, one per vertex of all pieces and one more
   kVertexEdges = 12,      ///< u16 edges at each vertex, ascending
-  kPairs = 13,            ///< PairRecord
+  kPairs = 13,            ///< PairRecord; none where pairs are not listed (scene/formed_pairs.hpp)
   kNodes = 14,            ///< NodeRecord, by pair whose graph is stored
   kNeighborBegin = 15,    ///< u32, one per node of all stored graphs and one more
   kNeighbors = 16,        ///< u16 or u32 (element_bytes): neighbor nodes within the pair, ascending
@@ -47,7 +47,7 @@ enum class SectionId : std::uint32_t {
   kText = 18,             ///< bytes: names, UTF-8, not terminated
   kVertexLanes = 19,      ///< Real, by piece: all x, all y, all z of its vertices, each padded
   kEdgeArcs = 20,         ///< EdgeArc, by edge
-  kNodeMarks = 21,        ///< u64, by pair that has marks (scene/node_marks.hpp)
+  kNodeMarks = 21,        ///< u64, by pair or piece that has marks (scene/node_marks.hpp)
   kFixedPairs = 22,       ///< FixedPairRecord, by pair; of a part that never turns
   kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
   kFixedNodes = 24,       ///< FixedNode, by pair
@@ -262,7 +262,7 @@ struct PieceRecord {
   std::uint32_t face_begin, face_count;
   std::uint32_t edge_begin, edge_count;
   std::uint32_t loop_begin, loop_count;  ///< in kLoopVertices and kLoopEdges
-  std::uint32_t reserved;
+  std::uint32_t mark_begin;  ///< in kNodeMarks where pairs are not listed, or kNotMarked
   double volume_m3;
   double radius_m;     ///< largest distance of a vertex from `centre_m`
   double centre_m[3];  ///< mean of the vertices, geometry frame: interior point for the verdict

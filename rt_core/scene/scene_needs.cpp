@@ -22,7 +22,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   }
   std::uint32_t nodes = 0;
   for (std::uint32_t i = 0; i < c.pair_count; ++i) {
-    nodes = std::max(nodes, scene.pair(i).record->node_count);
+    nodes = std::max(nodes, scene.pair_record(i).node_count);
   }
   needs.fixed_orientation = is_one_orientation(p.envelope);
   needs.free_orientation = !needs.fixed_orientation;

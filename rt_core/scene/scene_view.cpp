@@ -244,17 +244,8 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
     status = check_piece(i);
     if (status != RtStatus::kOk) return status;
   }
-  fault = {SectionId::kPairs, 0};
-  if (pairs_.empty()) return RtStatus::kBlobBadCount;
-  std::uint64_t stored_nodes = 0, mark_words = 0, planes = 0, fixed_nodes = 0;
-  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
-    fault.index = i;
-    if (is_fixed()) status = check_fixed_pair(i, planes, fixed_nodes);
-    if (status == RtStatus::kOk) status = check_pair(i, stored_nodes, mark_words);
-    if (status != RtStatus::kOk) return status;
-  }
-  if (planes != fixed_planes_.size() || fixed_nodes != fixed_nodes_.size())
-    return RtStatus::kBlobBadCount;
+  status = lists_pairs() ? check_pairs(fault) : check_formed_pairs(fault);
+  if (status != RtStatus::kOk) return status;
   fault = {SectionId{0}, 0};
   return check_capacity();
 }
@@ -307,11 +298,16 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
 }
 
 PairView SceneView::pair(std::uint32_t index) const noexcept {
-  const PairRecord& r = pairs_[index];
   PairView v;
-  v.record = &r;
+  v.record = pair_record(index);
+  const PairRecord& r = v.record;
   v.a = piece(r.piece_a);
   v.b = piece(r.piece_b);
+  if (!lists_pairs()) {
+    v.marks = marks_of_pieces(piece_marks(marks_.data(), *v.a.record),
+                              piece_marks(marks_.data(), *v.b.record));
+    return v;
+  }
   if (r.mark_begin != kNotMarked) {
     v.marks = marks_at(marks_.data() + r.mark_begin, r, *v.a.record, *v.b.record);
   }
@@ -327,7 +323,15 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   return v;
 }
 
+PairRecord SceneView::pair_record(std::uint32_t index) const noexcept {
+  if (lists_pairs()) return pairs_[index];
+  const std::uint32_t a = index / static_pieces();
+  const std::uint32_t b = bodies_[0].piece_count + index % static_pieces();
+  return formed_pair(a, pieces_[a], b, pieces_[b]);
+}
+
 std::uint32_t SceneView::find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
+  if (!lists_pairs()) return piece_a * static_pieces() + (piece_b - bodies_[0].piece_count);
   const auto found =
       std::lower_bound(pairs_.begin(), pairs_.end(), 0, [&](const PairRecord& pair, int) {
         return pair.piece_a < piece_a || (pair.piece_a == piece_a && pair.piece_b < piece_b);

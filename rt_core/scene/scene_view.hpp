@@ -11,6 +11,7 @@
 
 #include "rt_core/base/status.hpp"
 #include "rt_core/scene/fixed_planes.hpp"
+#include "rt_core/scene/formed_pairs.hpp"
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "rt_core/scene/scene_traits.hpp"
@@ -87,7 +88,7 @@ struct NeighborLists {
 /// One pair: its record, its two pieces and its graph. A graph that is not stored has no tables
 /// here; scene/graph_rule.hpp forms it from the pieces.
 struct PairView {
-  const PairRecord* record = nullptr;
+  PairRecord record{};
   PieceView a, b;
   bool graph_stored = false;
   const NodeRecord* nodes = nullptr;       ///< null when not stored
@@ -135,10 +136,20 @@ class SceneView {
   [[nodiscard]] const SceneParameters& parameters() const noexcept { return *parameters_; }
   [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }
   [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return pieces_; }
-  [[nodiscard]] std::span<const PairRecord> pairs() const noexcept { return pairs_; }
+  /// Those that the scene lists (scene/formed_pairs.hpp).
+  [[nodiscard]] std::span<const PairRecord> listed_pairs() const noexcept { return pairs_; }
+  [[nodiscard]] bool lists_pairs() const noexcept {
+    return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces());
+  }
+  /// All of them, listed or not.
+  [[nodiscard]] std::uint32_t pair_count() const noexcept {
+    return lists_pairs() ? static_cast<std::uint32_t>(pairs_.size())
+                         : bodies_[0].piece_count * static_pieces();
+  }
+  [[nodiscard]] PairRecord pair_record(std::uint32_t index) const noexcept;
   /// Bodies that a simplification changed, ascending; empty: none. Cost: O(sections).
   [[nodiscard]] std::span<const SimplifiedBody> simplified_bodies() const noexcept;
-  /// Words of kNodeMarks; empty where no pair has marks.
+  /// Words of kNodeMarks; empty where no pair or piece has marks.
   [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
   [[nodiscard]] std::span<const std::byte> blob() const noexcept { return blob_; }
@@ -161,6 +172,9 @@ class SceneView {
   [[nodiscard]] std::string_view text(std::uint32_t offset, std::uint32_t bytes) const noexcept;
 
  private:
+  [[nodiscard]] std::uint32_t static_pieces() const noexcept {
+    return static_cast<std::uint32_t>(pieces_.size()) - bodies_[0].piece_count;
+  }
   [[nodiscard]] RtStatus bind(std::span<const std::byte> blob) noexcept;
   [[nodiscard]] RtStatus check_tables(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_parameters() const noexcept;
@@ -170,6 +184,9 @@ class SceneView {
   /// @param mark_words  words of the marks of all pairs before; grows by those of this.
   [[nodiscard]] RtStatus check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
                                     std::uint64_t& mark_words) const noexcept;
+  [[nodiscard]] RtStatus check_pairs(SceneFault& fault) const noexcept;
+  /// Of a scene that does not list its pairs.
+  [[nodiscard]] RtStatus check_formed_pairs(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_sections() const noexcept;
   /// @param planes, nodes  of all pairs before; grow by those of this.
   [[nodiscard]] RtStatus check_fixed_pair(std::uint32_t index, std::uint64_t& planes,

@@ -16,7 +16,7 @@ constexpr Real kMotionMargin = 1.000001_r;
 bool pair_has_hidden(const PairView& pair) noexcept {
   if (pair.is_fixed()) return pair.fixed->hidden != 0;
   const auto counts = [&](NodeScope scope) {
-    return live_counts(pair.marks, scope, *pair.record, *pair.a.record, *pair.b.record);
+    return live_counts(pair.marks, scope, pair.record, *pair.a.record, *pair.b.record);
   };
   return has_hidden(counts(NodeScope::kReachable), counts(NodeScope::kLive));
 }
@@ -56,14 +56,14 @@ void GoalContactStage::place(Arena& arena, const SceneView& scene, bool searches
   }
   NearScratch::Size size;
   arena.enter(StatePart::kBounds);
-  for (std::uint32_t i = 0; i < c.pair_count && !scene.is_fixed(); ++i) {
-    const PairRecord& record = scene.pairs()[i];
-    const PieceRecord& a = scene.pieces()[record.piece_a];
-    const PieceRecord& b = scene.pieces()[record.piece_b];
-    size.fit(a, b);
-    if (!searches) continue;
+  if (!scene.is_fixed()) {
+    size.fit(largest_counts(scene.pieces().first(moving_pieces)),
+             largest_counts(scene.pieces().subspan(moving_pieces)));
+  }
+  for (std::uint32_t i = 0; i < c.pair_count && searches && !scene.is_fixed(); ++i) {
+    const PairRecord record = scene.pair_record(i);
     FeatureBounds bounds;
-    bounds.place(arena, a, b);
+    bounds.place(arena, scene.pieces()[record.piece_a], scene.pieces()[record.piece_b]);
     if (!pairs_.empty()) pairs_[i].bounds = bounds;
   }
   arena.enter(StatePart::kSearch);
@@ -261,7 +261,7 @@ PairPose GoalContactStage::pose_of(std::uint32_t pair, const GripPose& goal) noe
   const PairView& view = views_[pair];
   const Vec3 y_w = goal.x0_w - bodies_[gates_[pair].body_b].reference_w;
   if (is_fixed()) return make_pair_pose(view, view.a.lanes, goal.r_wa, y_w);
-  const std::uint32_t piece = view.record->piece_a;
+  const std::uint32_t piece = view.record.piece_a;
   Real* const lanes = moving_lanes_.data() + lanes_begin_[piece];
   if (lanes_turned_at_[piece] != tick_) {
     turn_vertices(view.a, goal.r_wa, lanes);

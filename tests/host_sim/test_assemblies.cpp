@@ -65,7 +65,7 @@ Seen judge(const LidAndBin& assembly, const std::vector<MotionSample>& motion,
   const ReplayResult result = replay(session, motion, options);
   const CheckTotals& check = *result.check;
   Seen seen;
-  seen.pairs = session.view().pairs().size();
+  seen.pairs = session.view().pair_count();
   for (const TickRecord& tick : result.ticks) {
     seen.ticks += 1;
     seen.pressed += has_force(tick) ? 1u : 0u;

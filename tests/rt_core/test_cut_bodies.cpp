@@ -139,7 +139,7 @@ TEST_SUITE("rt_core.cut_bodies") {
         const LoadedScene all(d);
         d.marks = all_marks(all.view);
         const PairView pair = all.view.pair(0);
-        for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+        for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
           const NodeFeatures of = node_features(pair, node);
           const bool along =
               (of.type == ContactType::kA && pair.a.face_normal(of.i)[hidden_axis] < -0.5_r) ||

@@ -90,7 +90,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
         REQUIRE(fixed.view.is_fixed());
         const PairView pair = fixed.view.pair(0);
         BoundedList<NearNode> near;
-        std::vector<NearNode> room(pair.record->near_capacity + 1);
+        std::vector<NearNode> room(pair.record.near_capacity + 1);
         near = BoundedList<NearNode>(std::span(room));
         double largest = 0;
         int verdicts = 0, missing = 0, extra = 0, nodes = 0, inside = 0;

@@ -21,14 +21,14 @@ struct GraphFacts {
 GraphFacts facts(const tools::Body& a, const tools::Body& b) {
   const LoadedScene scene(scene_of(a, {b}));
   const PairView pair = scene.view.pair(0);
-  GraphFacts f{pair.record->node_count, 0, 0, 0, 0, true};
+  GraphFacts f{pair.record.node_count, 0, 0, 0, 0, true};
   std::set<std::pair<std::uint32_t, std::uint32_t>> arcs;
   for (std::uint32_t node = 0; node < f.nodes; ++node) {
     const std::uint32_t degree = pair.neighbors.count(node);
     for (std::uint32_t k = 0; k < degree; ++k) arcs.insert({node, pair.neighbors.at(node, k)});
-    std::uint32_t& largest = contact_type(*pair.record, node) == ContactType::kA   ? f.degree_a
-                             : contact_type(*pair.record, node) == ContactType::kB ? f.degree_b
-                                                                                   : f.degree_c;
+    std::uint32_t& largest = contact_type(pair.record, node) == ContactType::kA   ? f.degree_a
+                             : contact_type(pair.record, node) == ContactType::kB ? f.degree_b
+                                                                                  : f.degree_c;
     largest = std::max(largest, degree);
   }
   for (const auto& [from, to] : arcs) f.symmetric = f.symmetric && arcs.count({to, from}) == 1;
@@ -64,9 +64,9 @@ TEST_SUITE("rt_core.graph_rule") {
     const LoadedScene scene(scene_of(prism(5, 0.5, 1), {box({0, 0, 0}, {1, 1, 1})}));
     const PairView pair = scene.view.pair(0);
     REQUIRE(pair.graph_stored);
-    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+    for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
       const auto [type, i, j] = node_features(pair, node);
-      CHECK(type == contact_type(*pair.record, node));
+      CHECK(type == contact_type(pair.record, node));
       CHECK(i == pair.nodes[node].a);
       CHECK(j == pair.nodes[node].b);
       CHECK(node_number(pair, type, i, j) == node);
@@ -82,9 +82,9 @@ TEST_SUITE("rt_core.graph_rule") {
     REQUIRE(stored.graph_stored);
     REQUIRE(!formed.graph_stored);
     CHECK(formed.nodes == nullptr);
-    CHECK(formed.record->node_begin == kGraphNotStored);
-    CHECK(stored.record->max_degree == formed.record->max_degree);
-    for (std::uint32_t node = 0; node < stored.record->node_count; ++node) {
+    CHECK(formed.record.node_begin == kGraphNotStored);
+    CHECK(stored.record.max_degree == formed.record.max_degree);
+    for (std::uint32_t node = 0; node < stored.record.node_count; ++node) {
       const auto [type, i, j] = node_features(formed, node);
       std::vector<std::uint32_t> from_list, from_rule, face_list, face_rule, next_to;
       for_each_graph_neighbor(stored, type, i, j, [&](auto n) { from_list.push_back(n); });

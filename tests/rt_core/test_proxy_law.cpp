@@ -539,7 +539,7 @@ TEST_SUITE("rt_core.proxy_law") {
     const tools::Body plate = box({-0.04, -0.04, -0.005}, {0.04, 0.04, 0.005});
     ProxyBench tiled(proxy_scene_of(plate, {join(tiles)}));
     ProxyBench whole(proxy_scene_of(plate, {box({-half, -half, -0.01}, {half, half, 0})}));
-    CHECK(tiled.scene.view.pairs().size() == 144);
+    CHECK(tiled.scene.view.pair_count() == 144);
     double ripple = 0;
     for (int k = 0; k < 600; ++k) {
       const double s = 1e-3 * k;

@@ -24,9 +24,9 @@ constexpr double kEnvelope_rad = 0.5;
 /// Nodes by scope of all pairs.
 std::uint64_t nodes_of(const SceneView& view, NodeScope scope) {
   std::uint64_t sum = 0;
-  for (std::uint32_t i = 0; i < view.pairs().size(); ++i) {
+  for (std::uint32_t i = 0; i < view.pair_count(); ++i) {
     const PairView pair = view.pair(i);
-    sum += live_counts(pair.marks, scope, *pair.record, *pair.a.record, *pair.b.record).nodes;
+    sum += live_counts(pair.marks, scope, pair.record, *pair.a.record, *pair.b.record).nodes;
   }
   return sum;
 }
@@ -44,9 +44,9 @@ TEST_SUITE("rt_core.pruned_scenes") {
     PairBench bench(d);
     const PairView& pair = bench.pair();
     const auto count = [&](NodeScope scope) {
-      return live_counts(pair.marks, scope, *pair.record, *pair.a.record, *pair.b.record).nodes;
+      return live_counts(pair.marks, scope, pair.record, *pair.a.record, *pair.b.record).nodes;
     };
-    REQUIRE(count(NodeScope::kReachable) < pair.record->node_count);
+    REQUIRE(count(NodeScope::kReachable) < pair.record.node_count);
     REQUIRE(count(NodeScope::kLive) < count(NodeScope::kReachable));
     const double margin = (HAPTIC_REAL_IS_FLOAT ? 2e-5 : 1e-11) * 0.2;
     int wrong = 0, wrong_live = 0, missing = 0, extra = 0, near = 0, poses = 0;
@@ -189,7 +189,7 @@ TEST_SUITE("rt_core.pruned_scenes") {
     d.marks[1].reachable.assign(d.marks[1].reachable.size(), false);
     d.workspace = tools::WorkspaceBox{{-0.1, -0.1, 0}, {0.1, 0.1, 0.1}};
     LoadedScene scene(d);
-    CHECK(scene.view.pairs().size() == 1);
+    CHECK(scene.view.pair_count() == 1);
     CHECK(scene.step({0, 0, 0.019}).wrench_w.force_w[2] > 0.5_r);
     d.marks[0].reachable.assign(d.marks[0].reachable.size(), false);
     CHECK_THROWS(tools::write_scene(d));

@@ -17,8 +17,8 @@ TEST_SUITE("rt_core.scene_view") {
   TEST_CASE("open: accepts what the writer made and tells its tables") {
     const LoadedScene scene(tetra_box_blob());
     CHECK(scene.view.bodies().size() == 2);
-    CHECK(scene.view.pairs().size() == 1);
-    CHECK(scene.view.pairs()[0].node_count == 128);
+    CHECK(scene.view.pair_count() == 1);
+    CHECK(scene.view.pair_record(0).node_count == 128);
     CHECK(scene.view.text(scene.view.parameters().name_offset,
                           scene.view.parameters().name_bytes) == "test scene");
   }

@@ -80,7 +80,7 @@ class ValidBench {
     const Real tolerance = applicability_tolerance(pose.size_m);
     std::vector<ValidPlane> planes;
     doubtful = false;
-    for (std::uint32_t n = 0; n < pair.record->node_count; ++n) {
+    for (std::uint32_t n = 0; n < pair.record.node_count; ++n) {
       const NodeFeatures node = node_features(pair, n);
       const NodePlane plane = node_plane(pose, node.type, node.i, node.j);
       if (!plane.defined || plane.f_m < least_m - 1.0e-6_r) continue;

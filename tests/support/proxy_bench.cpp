@@ -58,13 +58,13 @@ double tolerance_n(const LoadedScene& scene) {
 ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t passes)
     : scene(description) {
   const SceneView& view = scene.view;
-  const auto pairs = static_cast<std::uint32_t>(view.pairs().size());
+  const auto pairs = static_cast<std::uint32_t>(view.pair_count());
   NearScratch::Size size;
   std::uint32_t near_room = 0;
   for (std::uint32_t i = 0; i < pairs; ++i) {
     views_.push_back(view.pair(i));
     size.fit(*views_[i].a.record, *views_[i].b.record);
-    near_room = std::max(near_room, view.pairs()[i].near_capacity);
+    near_room = std::max(near_room, view.pair_record(i).near_capacity);
   }
   const auto lay_out = [&](Arena& arena) {
     proxy.place(arena, view);
@@ -99,7 +99,7 @@ Real ProxyBench::distance_m(const GripPose& pose) const {
   for (std::uint32_t i = 0; i < views_.size(); ++i) {
     const PairView& pair = views_[i];
     const BodyRecord& body =
-        scene.view.bodies()[scene.view.pieces()[scene.view.pairs()[i].piece_b].body];
+        scene.view.bodies()[scene.view.pieces()[scene.view.pair_record(i).piece_b].body];
     const Vec3 y_w = pose.x0_w - Vec3(static_cast<Real>(body.reference_m[0]),
                                       static_cast<Real>(body.reference_m[1]),
                                       static_cast<Real>(body.reference_m[2]));

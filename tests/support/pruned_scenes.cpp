@@ -65,7 +65,7 @@ CutFeatures cut_features(const PieceView& piece, const tools::Body& uncut, const
 
 std::vector<tools::PairMarks> all_marks(const SceneView& view) {
   std::vector<tools::PairMarks> marks;
-  for (const PairRecord& pair : view.pairs()) {
+  for (const PairRecord& pair : view.listed_pairs()) {
     tools::PairMarks all;
     all.reachable.assign(pair.node_count, true);
     all.exposed.assign(pair.node_count, true);
@@ -78,9 +78,9 @@ void mark_envelope(const SceneView& view, const std::array<double, 4>& q, double
                    std::vector<tools::PairMarks>& marks) {
   const Eigen::Matrix<double, 3, 3> r =
       Eigen::Quaternion<double>(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
-  for (std::uint32_t p = 0; p < view.pairs().size(); ++p) {
+  for (std::uint32_t p = 0; p < view.pair_count(); ++p) {
     const PairView pair = view.pair(p);
-    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+    for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
       const NodeFeatures of = node_features(pair, node);
       bool in_reach = true;
       if (of.type == ContactType::kA) {
@@ -101,7 +101,7 @@ void mark_envelope(const SceneView& view, const std::array<double, 4>& q, double
 
 void mark_cuts(const SceneView& view, std::uint32_t body, const tools::Body& uncut,
                std::vector<tools::PairMarks>& marks) {
-  for (std::uint32_t p = 0; p < view.pairs().size(); ++p) {
+  for (std::uint32_t p = 0; p < view.pair_count(); ++p) {
     const PairView pair = view.pair(p);
     const bool of_a = body == 0;
     const PieceView& piece = of_a ? pair.a : pair.b;
@@ -110,7 +110,7 @@ void mark_cuts(const SceneView& view, std::uint32_t body, const tools::Body& unc
     const CutFeatures cut = cut_features(
         piece, uncut,
         Vec3(static_cast<Real>(at[0]), static_cast<Real>(at[1]), static_cast<Real>(at[2])));
-    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+    for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
       const NodeFeatures of = node_features(pair, node);
       const std::uint32_t k = of_a ? of.i : of.j;
       const bool face = of.type == (of_a ? ContactType::kA : ContactType::kB);

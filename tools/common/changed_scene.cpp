@@ -20,9 +20,9 @@ SceneBytes changed_scene(const SceneView& scene,
   change(changed);
   std::memcpy(blob + (parameters - scene.blob().data()), &changed, sizeof changed);
   SceneHeader header = scene.header();
-  header.capacity = scene_capacity(scene.bodies(), scene.pieces(), scene.pairs(), scene.marks(),
-                                   visits > 0 ? visits : header.capacity.max_pair_visits, changed,
-                                   scene.fixed_pairs());
+  header.capacity = scene_capacity(
+      scene.bodies(), scene.pieces(), scene.listed_pairs(), scene.marks(),
+      visits > 0 ? visits : header.capacity.max_pair_visits, changed, scene.fixed_pairs());
   const auto seal = [&] {
     std::memcpy(blob, &header, sizeof header);
     header.content_hash = scene_content_hash(bytes.span());

@@ -93,7 +93,7 @@ NeighborhoodFacts edge_edge_facts(const Spread& a, const Spread& b) {
 
 /// The means are still sums.
 PairFacts pair_facts(const PairView& pair, const PieceSpread& a, const PieceSpread& b, bool wide) {
-  const PairRecord& record = *pair.record;
+  const PairRecord& record = pair.record;
   PairFacts facts;
   facts.piece_a = record.piece_a;
   facts.piece_b = record.piece_b;
@@ -191,8 +191,8 @@ SceneFacts facts_of(const SceneView& view) {
   std::vector<PieceSpread> spreads;
   for (std::uint32_t i = 0; i < view.pieces().size(); ++i) spreads.emplace_back(view.piece(i));
   const bool wide = wide_lists(view);
-  for (std::uint32_t i = 0; i < view.pairs().size(); ++i) {
-    const PairRecord& record = view.pairs()[i];
+  for (std::uint32_t i = 0; i < view.listed_pairs().size(); ++i) {
+    const PairRecord& record = view.listed_pairs()[i];
     PairFacts pair =
         pair_facts(view.pair(i), spreads[record.piece_a], spreads[record.piece_b], wide);
     if (pair.stored) facts.stored_graph_bytes += pair.graph_bytes;

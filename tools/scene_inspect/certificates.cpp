@@ -86,8 +86,14 @@ SceneProof completeness(const Inspection& inspection) {
                     grouped(p.counts.live.all()) + " are kept, none is missing";
     return proof;
   }
-  const PairPruning& pair = p.pairs[p.first_missing];
   proof.result = ProofResult::kFails;
+  if (p.pairs.empty()) {
+    proof.figures = grouped(p.missing) + " open features are marked as HIDDEN, the first of " +
+                    piece_name(inspection.facts, static_cast<std::uint32_t>(p.first_missing)) +
+                    "; compile the scene again";
+    return proof;
+  }
+  const PairPruning& pair = p.pairs[p.first_missing];
   proof.figures = grouped(p.missing) + " contacts are MISSING, the first in the pair of " +
                   piece_name(inspection.facts, pair.piece_a) + " and " +
                   piece_name(inspection.facts, pair.piece_b) + "; compile the scene again";

@@ -307,7 +307,7 @@ std::string contents(const Inspection& inspection) {
   const SceneParameters& p = facts.parameters;
   return text +
          wrapped(
-             "Contacts are looked for in " + counted(facts.pairs.size(), "pair") +
+             "Contacts are looked for in " + counted(facts.capacity.pair_count, "pair") +
                  " of a moving and a static piece, " + short_number(p.rate_hz, 4) +
                  " times a second. A basic contact is a face against a vertex (type A), a "
                  "vertex against a face (B) or an edge against an edge (C). Forces follow law " +

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -135,8 +136,8 @@ void write_unpruned(const SceneView& view, SceneDescription description, Pruning
   description.parameters.envelope = {};
   const std::uint32_t visits = view.header().capacity.max_pair_visits;
   // A scene that may search all its pairs is compared with one that may search all of them.
-  const bool all = visits == view.pairs().size();
-  description.max_pair_visits = all ? static_cast<std::uint32_t>(result.pairs.size()) : visits;
+  const bool all = visits == view.pair_count();
+  description.max_pair_visits = all ? std::numeric_limits<std::uint32_t>::max() : visits;
   try {
     const SceneBytes bytes{write_scene(description)};
     SceneHeader header;
@@ -155,14 +156,14 @@ PairPruning pair_pruning(const SceneView& view, std::uint32_t a, std::uint32_t b
   pair.counts.nodes = node_counts(result.pieces[a], result.pieces[b],
                                   [](const HiddenCount& count) { return count.all; });
   pair.counts.open = node_counts(result.pieces[a], result.pieces[b], shown);
-  pair.in_scene = next < view.pairs().size() && view.pairs()[next].piece_a == a &&
-                  view.pairs()[next].piece_b == b;
+  pair.in_scene = next < view.pair_count() && view.pair_record(next).piece_a == a &&
+                  view.pair_record(next).piece_b == b;
   Needed needed;
   if (pair.in_scene) {
     const PairView stated = view.pair(next++);
     pair.marked = stated.marks.given();
-    pair.counts.reachable = marked(stated.marks, NodeScope::kReachable, *stated.record);
-    pair.counts.live = marked(stated.marks, NodeScope::kLive, *stated.record);
+    pair.counts.reachable = marked(stated.marks, NodeScope::kReachable, stated.record);
+    pair.counts.live = marked(stated.marks, NodeScope::kLive, stated.record);
     needed = compare(again, &stated.marks);
   } else {
     needed = compare(again, nullptr);
@@ -174,6 +175,33 @@ PairPruning pair_pruning(const SceneView& view, std::uint32_t a, std::uint32_t b
   result.counts.reachable += pair.counts.reachable;
   result.counts.live += pair.counts.live;
   return pair;
+}
+
+/// Where pairs are not listed: open features by the repeated decision that the scene calls hidden.
+void recheck_pieces(const SceneView& view, const SceneDescription& again,
+                    const PruningAccount& account, PruningRecheck& result) {
+  result.counts = account.counts;
+  NodeCounts open[2];  // faces, edges and vertices that the scene has open, by side
+  for (std::uint32_t i = 0; i < view.pieces().size(); ++i) {
+    const PieceMarks stated = piece_marks(view.marks().data(), view.pieces()[i]);
+    const OpenFeatures& needed = again.open[i];
+    NodeCounts& sum = open[i < view.bodies()[0].piece_count ? 0 : 1];
+    std::uint64_t missing = 0;
+    const auto compare = [&](const std::vector<bool>& features, std::size_t& count,
+                             const auto& is_open) {
+      for (std::uint32_t k = 0; k < features.size(); ++k) {
+        count += is_open(k) ? 1u : 0u;
+        missing += features[k] && !is_open(k) ? 1u : 0u;
+      }
+    };
+    compare(needed.faces, sum.a, [&](std::uint32_t f) { return stated.face(f); });
+    compare(needed.edges, sum.c, [&](std::uint32_t e) { return stated.edge(e); });
+    compare(needed.vertices, sum.b, [&](std::uint32_t v) { return stated.vertex(v); });
+    if (result.missing == 0) result.first_missing = i;
+    result.missing += missing;
+  }
+  result.needed = account.counts.live.all();
+  result.counts.live = {open[0].a * open[1].b, open[0].b * open[1].a, open[0].c * open[1].c};
 }
 
 }  // namespace
@@ -217,10 +245,11 @@ PruningRecheck recheck_pruning(const SceneView& view) {
   SceneDescription again = description;
   again.exposure = result.exposure;
   narrow(again);
-  prune_scene(again);
+  const PruningAccount account = prune_scene(again);
+  if (!view.lists_pairs()) recheck_pieces(view, again, account, result);
   const std::uint32_t moving = view.bodies()[0].piece_count;
   std::uint32_t next = 0;
-  for (std::uint32_t a = 0; a < moving; ++a) {
+  for (std::uint32_t a = 0; a < moving && view.lists_pairs(); ++a) {
     for (auto b = moving; b < view.pieces().size(); ++b) {
       const PairMarks& marks = again.marks[result.pairs.size()];
       result.pairs.push_back(pair_pruning(view, a, b, next, marks, result));

@@ -42,14 +42,16 @@ struct UnprunedScene {
 };
 
 struct PruningRecheck {
-  std::vector<PieceHidden> pieces;        ///< by piece of the scene
-  std::vector<PieceExposure> exposure;    ///< by piece; what the drawing shows
-  std::vector<PairPruning> pairs;         ///< every pair of pieces, also those left out
-  PairCounts counts;                      ///< of all pairs
-  std::uint64_t mark_bytes = 0;           ///< what the marks themselves take
-  std::uint64_t needed = 0;               ///< live nodes by the repeated decision
-  std::uint64_t missing = 0;              ///< of all pairs
-  std::size_t first_missing = 0;          ///< index into `pairs`, where missing > 0
+  std::vector<PieceHidden> pieces;      ///< by piece of the scene
+  std::vector<PieceExposure> exposure;  ///< by piece; what the drawing shows
+  /// Every pair of pieces, also those left out; none where the scene does not list them.
+  std::vector<PairPruning> pairs;
+  PairCounts counts;             ///< of all pairs
+  std::uint64_t mark_bytes = 0;  ///< what the marks themselves take
+  std::uint64_t needed = 0;      ///< live nodes by the repeated decision
+  std::uint64_t missing = 0;     ///< of all pairs; features where none are listed
+  /// Index into `pairs`, or of the piece where pairs are not listed; where missing > 0.
+  std::size_t first_missing = 0;
   std::optional<UnprunedScene> unpruned;  ///< absent: nothing was left out, or not comparable
   std::string not_compared;               ///< why `unpruned` is absent though something was
   [[nodiscard]] bool holds() const { return missing == 0; }

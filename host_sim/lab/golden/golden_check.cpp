@@ -377,7 +377,7 @@ GoldenReport check_golden_file(const GoldenFile& file) {
   GoldenRun run(file, report);
   const std::vector<std::byte> scene = tools::write_scene(golden_scene(file, report.epsilon_m));
   CoreSession session(scene, file.path);
-  const std::uint32_t nodes = session.view().pairs()[0].node_count;
+  const std::uint32_t nodes = session.view().pair_record(0).node_count;
   if (nodes != file.node_count) {
     report.failures.push_back(file.path + ": nodes: expected " + std::to_string(file.node_count) +
                               ", got " + std::to_string(nodes));

@@ -25,7 +25,7 @@ class PairTables {
     const auto place = [&](Arena& arena) {
       bounds.place(arena, *pair.a.record, *pair.b.record);
       scratch.place(arena, size);
-      near = BoundedList<NearNode>(arena.take<NearNode>(pair.record->near_capacity));
+      near = BoundedList<NearNode>(arena.take<NearNode>(pair.record.near_capacity));
     };
     Arena counting;
     place(counting);

@@ -50,7 +50,8 @@ void damage(CoreSession& session, ProxyFault fault) {
       return Vec3(static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])).norm();
     };
     Real radius = 0, extent = length(view.parameters().start_p_wa_m);
-    for (const PairRecord& pair : view.pairs()) {
+    for (std::uint32_t k = 0; k < view.pair_count(); ++k) {
+      const PairRecord pair = view.pair_record(k);
       const PieceRecord& b = view.pieces()[pair.piece_b];
       radius = std::max(radius, static_cast<Real>(view.pieces()[pair.piece_a].reach_m));
       extent = std::max(extent,

@@ -213,7 +213,8 @@ ProxyJudge::ProxyJudge(const FuzzScene& scene, const SceneView& view) : plate_(s
   if (grip[0] != 0 || grip[1] != 0 || grip[2] != 0) throw tools::InputError("grip off the origin");
   const double* start = view.parameters().start_p_wa_m;
   Wide extent = norm(WideVec{widen(start[0]), widen(start[1]), widen(start[2])});
-  for (const PairRecord& pair : view.pairs()) {
+  for (std::uint32_t k = 0; k < view.pair_count(); ++k) {
+    const PairRecord pair = view.pair_record(k);
     const OraclePiece& a = pieces_[pair.piece_a];
     const OraclePiece& b = pieces_[pair.piece_b];
     witnesses_.emplace_back(a, b);

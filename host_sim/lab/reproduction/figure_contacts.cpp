@@ -30,7 +30,7 @@ void collect_points(CoreSession& session, ContactScene& scene) {
     flat.contact(node, n, app);
     const Vector at = vector_of(app) + Vector(r[0], r[1], r[2]);
     scene.normal = vector_of(n);
-    const char type = "ABC"[static_cast<std::size_t>(contact_type(*pair.record, node))];
+    const char type = "ABC"[static_cast<std::size_t>(contact_type(pair.record, node))];
     const auto known = std::find_if(
         scene.points.begin(), scene.points.end(),
         [&](const ApplicationPoint& p) { return (p.app_w - at).norm() <= kEpsilon_m; });

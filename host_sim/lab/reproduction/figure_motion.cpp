@@ -78,7 +78,7 @@ void mark_features(SvgPage& page, const Camera& camera, const PairView& pair, st
                    const Solid& a, const Solid& b, const Vector& x, const Rotation& q) {
   const NodeFeatures features = node_features(pair, node);
   const auto in_w = [&](std::uint32_t v) -> Vector { return x + q * a.vertices[v]; };
-  switch (contact_type(*pair.record, node)) {
+  switch (contact_type(pair.record, node)) {
     case ContactType::kA:
       page.dot(camera.project(b.vertices[features.j]), 5, kTorqueColour);
       return;
@@ -112,7 +112,7 @@ void draw_instant(SvgPage& page, CoreSession& session, const FaceWalk& walk, std
   const Camera physical(toward, up, {0.0, 0.01, 0.035}, {centre, 200}, 1250);
   std::vector<Facet> facets_a = facets_of(a, x, q),
                      facets_b = facets_of(b, Vector::Zero(), Rotation::Identity());
-  const ContactType type = contact_type(*pair.record, node);
+  const ContactType type = contact_type(pair.record, node);
   if (type == ContactType::kA) facets_a[node_features(pair, node).i].lit = true;
   if (type == ContactType::kB) facets_b[node_features(pair, node).j].lit = true;
   const Paint paint_a{240, 190, 150, 1.0, true, 1.2}, paint_b{165, 195, 225, 1.0, true, 1.2};
@@ -226,7 +226,7 @@ PartReport motion_part() {
   for (std::size_t k = 0; k < walk.sequence.size(); ++k) {
     sequence += (k == 0 ? "" : " -> ") + node_text(pair, walk.sequence[k]);
     csv += std::to_string(k) + "," + std::to_string(walk.sequence[k]) + "," +
-           "ABC"[static_cast<std::size_t>(contact_type(*pair.record, walk.sequence[k]))] + "\n";
+           "ABC"[static_cast<std::size_t>(contact_type(pair.record, walk.sequence[k]))] + "\n";
   }
   const bool agrees =
       std::equal(walk.sequence.begin(), walk.sequence.end(), kWalkNodes.begin(), kWalkNodes.end());

@@ -89,7 +89,7 @@ PartReport neighbors_part() {
   std::array<std::uint32_t, 3> by_type{};
   std::array<bool, 3> found{};
   for_each_graph_neighbor(pair, ContactType::kB, named.v1, named.f1, [&](std::uint32_t other) {
-    by_type[static_cast<std::size_t>(contact_type(*pair.record, other))] += 1;
+    by_type[static_cast<std::size_t>(contact_type(pair.record, other))] += 1;
     for (std::size_t i = 0; i < 3; ++i) found[i] = found[i] || other == neighbors[i];
   });
   const char* names[3] = {"(V1, f2)", "(E1, e1)", "(F1, v3)"};

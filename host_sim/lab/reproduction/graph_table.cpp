@@ -168,7 +168,7 @@ StepResult settle(CoreSession& session, const SweepPose& pose) {
 std::string situation_name(const CoreSession& session, const HapticCore& core) {
   const auto near = near_nodes(core, 0);
   if (near.size() == 1) {
-    const auto type = contact_type(*session.view().pair(0).record, near[0]);
+    const auto type = contact_type(session.view().pair(0).record, near[0]);
     return std::string("one node of type ") + kTypeNames[static_cast<std::size_t>(type)];
   }
   switch (core.pair_report(0).situation) {
@@ -217,7 +217,7 @@ GraphFacts graph_facts() {
   GraphFacts facts;
   facts.least_degree.fill(UINT32_MAX);
   std::uint32_t entries = 0;
-  for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
+  for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
     const auto [contact, i, j] = node_features(pair, node);
     std::uint32_t degree = 0;
     for_each_graph_neighbor(pair, contact, i, j, [&](std::uint32_t) { degree += 1; });

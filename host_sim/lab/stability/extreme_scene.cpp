@@ -99,8 +99,8 @@ WideVec wide(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 class WidePair {
  public:
   explicit WidePair(const SceneView& view)
-      : a_(oracle_piece_of(view.piece(view.pairs()[0].piece_a))),
-        b_(oracle_piece_of(view.piece(view.pairs()[0].piece_b))) {
+      : a_(oracle_piece_of(view.piece(view.pair_record(0).piece_a))),
+        b_(oracle_piece_of(view.piece(view.pair_record(0).piece_b))) {
     for (std::size_t i = 0; i < 2; ++i) {
       const double* p = view.bodies()[i].reference_m;
       reference_[i] = {widen(p[0]), widen(p[1]), widen(p[2])};

@@ -206,8 +206,8 @@ PressErrors press(const PressedContact& c, LawId law, double fault) {
   CoreSession session(blob, c.scene.family);
   const SceneView& view = session.view();
   const CouplingParameters& coupling = view.parameters().coupling;
-  const double radius_m = view.pieces()[view.pairs()[0].piece_a].reach_m;
-  const double extent_m = view.pieces()[view.pairs()[0].piece_b].reach_m;
+  const double radius_m = view.pieces()[view.pair_record(0).piece_a].reach_m;
+  const double extent_m = view.pieces()[view.pair_record(0).piece_b].reach_m;
   const ProxyScale scale = proxy_scale(static_cast<Real>(radius_m), static_cast<Real>(extent_m), 0);
   errors.tolerance_m = static_cast<double>(scale.tolerance_m);
 

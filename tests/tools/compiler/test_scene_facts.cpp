@@ -121,8 +121,8 @@ TEST_SUITE("tools.scene_facts") {
     // Against the stored lists.
     const PairView pair = stored_scene.view.pair(0);
     std::uint64_t sizes[3] = {0, 0, 0}, smallest[3] = {~0ull, ~0ull, ~0ull}, largest[3] = {};
-    for (std::uint32_t node = 0; node < pair.record->node_count; ++node) {
-      const auto k = static_cast<std::size_t>(contact_type(*pair.record, node));
+    for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
+      const auto k = static_cast<std::size_t>(contact_type(pair.record, node));
       const std::uint64_t size = pair.neighbors.count(node) + 1;
       sizes[k] += size;
       smallest[k] = std::min(smallest[k], size);

@@ -45,7 +45,7 @@ TEST_SUITE("tools.scene_writer") {
     }
     CHECK(end == blob.size());
     CHECK(view.header().capacity.state_bytes == HapticCore::state_bytes(view));
-    CHECK(view.pairs().size() == 2);
+    CHECK(view.pair_count() == 2);
   }
 
   TEST_CASE("identity pose and zero grip keep the coordinates of the mesh") {
@@ -128,9 +128,9 @@ TEST_SUITE("tools.scene_writer") {
   TEST_CASE("capacities follow their formulas") {
     tools::Body two = join({box({0, 0, 0}, {1, 1, 1}), prism(8, 0.3, 0.5)});
     const LoadedScene scene(scene_of(two, {box({5, 5, 5}, {6, 6, 6}), prism(3, 1, 1)}));
-    REQUIRE(scene.view.pairs().size() == 4);
+    REQUIRE(scene.view.pair_count() == 4);
     std::uint64_t near = 0, edge_pairs = 0, features = 0;
-    for (const PairRecord& pair : scene.view.pairs()) {
+    for (const PairRecord& pair : scene.view.listed_pairs()) {
       const PieceRecord& a = scene.view.pieces()[pair.piece_a];
       const PieceRecord& b = scene.view.pieces()[pair.piece_b];
       REQUIRE(pair.node_count <= 1024);
@@ -150,17 +150,17 @@ TEST_SUITE("tools.scene_writer") {
     CHECK(c.max_support_pairs == 4 * 128 + edge_pairs + 4 * 2);
     CHECK(c.unproven == 0);
     // Pieces of A major, pieces of the statics in order.
-    CHECK(scene.view.pairs()[1].piece_a == 0);
-    CHECK(scene.view.pairs()[1].piece_b == 3);
-    CHECK(scene.view.pairs()[2].piece_a == 1);
-    CHECK(scene.view.pairs()[2].piece_b == 2);
+    CHECK(scene.view.pair_record(1).piece_a == 0);
+    CHECK(scene.view.pair_record(1).piece_b == 3);
+    CHECK(scene.view.pair_record(2).piece_a == 1);
+    CHECK(scene.view.pair_record(2).piece_b == 2);
   }
 
   TEST_CASE("pairs beyond 65535 nodes get 32-bit neighbors") {
     tools::SceneDescription description = scene_of(prism(80, 0.1, 0.1), {prism(80, 0.2, 0.1)});
     description.graph_bytes = std::uint64_t{64} << 20;
     const LoadedScene scene(description);
-    REQUIRE(scene.view.pairs()[0].node_count == 2 * 82 * 160 + 240 * 240);
+    REQUIRE(scene.view.pair_record(0).node_count == 2 * 82 * 160 + 240 * 240);
     bool wide = false;
     for (const SectionEntry& s : scene.view.sections()) {
       if (s.id == SectionId::kNeighbors) wide = s.element_bytes == 4;

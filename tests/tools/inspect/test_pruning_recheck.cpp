@@ -94,7 +94,7 @@ void check_agrees(const Compiled& compiled) {
 /// Marks as the scene has them.
 std::vector<PairMarks> marks_of(const SceneView& view) {
   std::vector<PairMarks> marks = test::all_marks(view);
-  for (std::uint32_t i = 0; i < view.pairs().size(); ++i) {
+  for (std::uint32_t i = 0; i < view.pair_count(); ++i) {
     const NodeMarks stated = view.pair(i).marks;
     for (std::uint32_t node = 0; node < marks[i].reachable.size(); ++node) {
       marks[i].reachable[node] = stated.node(NodeScope::kReachable, node);
@@ -196,12 +196,12 @@ TEST_SUITE("tools.pruning_recheck") {
     limit_motion(file);
     const Compiled compiled(file);
     SceneDescription description = description_of(compiled.view);
-    REQUIRE(compiled.view.pairs().size() == 5);
+    REQUIRE(compiled.view.pair_count() == 5);
     description.marks = marks_of(compiled.view);
     description.marks[1].reachable.assign(description.marks[1].reachable.size(), false);
     description.marks[1].exposed = description.marks[1].reachable;
     const test::LoadedScene scene(description);
-    REQUIRE(scene.view.pairs().size() == 4);
+    REQUIRE(scene.view.pair_count() == 4);
     const Inspection inspection = inspection_of(scene.view);
     CHECK(inspection.pruning.missing > 0);
     CHECK(!inspection.pruning.pairs[inspection.pruning.first_missing].in_scene);

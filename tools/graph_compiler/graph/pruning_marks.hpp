@@ -58,6 +58,12 @@ struct PieceExposure {
   std::vector<std::vector<std::array<double, 3>>> vertex_cone;
 };
 
+/// Features of one piece that a contact of the part may use; the others lie where the part goes on
+/// in another piece. Numbered as in PieceTopology.
+struct OpenFeatures {
+  std::vector<bool> faces, edges, vertices;
+};
+
 /// Marks of the nodes of one pair, by node number (PairRecord).
 struct PairMarks {
   /// False: the node is applicable in no orientation of the envelope, or can never be near in the

@@ -122,6 +122,7 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
     const std::int64_t source = piece.source_vertex.empty() ? -1 : piece.source_vertex[v];
     t.source_vertices.push_back(static_cast<std::int32_t>(source));
   }
+  record.mark_begin = kNotMarked;
   t.pieces.push_back(record);
   t.topologies.push_back(topology);
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +38,7 @@ void set_bit(std::vector<std::uint64_t>& words, std::uint64_t first_word, std::u
 }
 
 bool bit(const std::vector<std::uint64_t>& words, std::uint64_t first_word, std::uint64_t k) {
-  return NodeMarks::bit(words.data() + first_word, k);
+  return has_bit(words.data() + first_word, k);
 }
 
 /// The four sets of bits of a pair: nodes and features, reachable and live. Empty where every node
@@ -130,6 +131,37 @@ std::vector<WrittenPair> written_pairs(const SceneTables& t, const SceneDescript
                      "widen [motion_limits] workspace or leave it out");
   }
   return pairs;
+}
+
+/// Where pairs are not listed: the marks of each piece that has a feature hidden.
+/// @throws InputError when the pieces are too many or too large for the format.
+void add_piece_marks(SceneTables& t, const SceneDescription& description) {
+  const std::uint32_t moving = t.bodies[0].piece_count;
+  const std::span<const PieceRecord> pieces(t.pieces);
+  const PieceRecord a = largest_counts(pieces.first(moving));
+  const PieceRecord b = largest_counts(pieces.subspan(moving));
+  const std::uint64_t pairs = std::uint64_t{moving} * (pieces.size() - moving);
+  if (pairs >= kNoPair || basic_contacts(a, b) >= kGraphNotStored) {
+    throw InputError("scene '" + description.name + "' has " + std::to_string(pairs) +
+                     " pairs of pieces with up to " + std::to_string(basic_contacts(a, b)) +
+                     " basic contacts, the format numbers " + std::to_string(kGraphNotStored) +
+                     " of either; use coarser meshes");
+  }
+  for (std::size_t i = 0; i < description.open.size(); ++i) {
+    const OpenFeatures& open = description.open[i];
+    std::vector<std::uint64_t> words(haptic::mark_words(feature_bits(t.pieces[i])));
+    std::uint64_t k = 0, set = 0;
+    for (const std::vector<bool>* features : {&open.faces, &open.edges, &open.vertices}) {
+      for (const bool is_open : *features) {
+        if (is_open) set_bit(words, 0, k);
+        set += is_open ? 1u : 0u;
+        ++k;
+      }
+    }
+    if (set == k) continue;
+    t.pieces[i].mark_begin = size32(t.marks);
+    t.marks.insert(t.marks.end(), words.begin(), words.end());
+  }
 }
 
 /// Returns true when the stored neighbors need 32 bits.
@@ -250,6 +282,14 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
 
 }  // namespace
 
+bool lists_pairs(const SceneDescription& description) {
+  SceneParameters p = description.parameters;
+  p.envelope = envelope_parameters(description);
+  std::size_t fixed = 0;
+  for (const PlacedBody& body : description.statics) fixed += body.body.pieces.size();
+  return haptic::lists_pairs(p, description.moving.body.pieces.size(), fixed);
+}
+
 std::vector<std::byte> write_scene(const SceneDescription& description, SceneAccount* account,
                                    const std::function<void(double)>& progress) {
   if (description.statics.empty()) {
@@ -274,11 +314,19 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   set_held_part(t.parameters[0].held, description.moving, description.grip_m);
   for (const PlacedBody& body : description.statics) add_body(t, body, nullptr, tell);
   check_resolution(t, description.name);
-  const bool wide = add_pairs(t, description);
+  bool wide = false;
+  if (lists_pairs(description)) {
+    wide = add_pairs(t, description);
+  } else {
+    add_piece_marks(t, description);
+  }
   BlobBuilder builder = sections_of(t, wide);
   add_simplified(builder, description);
-  const auto pairs = static_cast<std::uint32_t>(t.pairs.size());
-  const std::uint32_t visits = std::max(1u, std::min(description.max_pair_visits, pairs));
+  const std::size_t moving = t.bodies[0].piece_count;
+  const std::uint64_t pairs =
+      lists_pairs(description) ? t.pairs.size() : moving * (t.pieces.size() - moving);
+  const auto visits = static_cast<std::uint32_t>(
+      std::max<std::uint64_t>(1, std::min<std::uint64_t>(description.max_pair_visits, pairs)));
   SceneCapacity capacity =
       scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, t.parameters[0], t.fixed_pairs);
   // The state's size depends on the opened scene, so the blob is opened once without it.

@@ -93,8 +93,14 @@ struct SceneDescription {
   /// By pair in the order of the written pairs (pieces of A first, the pieces of all statics
   /// within); empty: nothing pruned.
   std::vector<PairMarks> marks;
+  /// By piece, moving part first, of a scene that does not list its pairs, which then have no other
+  /// marks; empty: all are open.
+  std::vector<OpenFeatures> open;
   std::vector<PieceExposure> exposure;  ///< by piece, moving part first; empty: nothing hidden
 };
+
+/// Whether the scene lists its pairs (rt_core/scene/formed_pairs.hpp).
+[[nodiscard]] bool lists_pairs(const SceneDescription& description);
 
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has
 /// accepted them). Byte-identical for equal input on every compiler. Geometry is rounded to Real

@@ -108,10 +108,11 @@ void propose_pieces(const SceneView& scene, std::vector<BudgetProposal>& proposa
                                        2 * sizeof(std::uint16_t) + sizeof(EdgeArc)) +
         3 * std::uint64_t{r.lane_count} * sizeof(Real);
     std::uint64_t state = 0;  // of its pairs: the bounds of their faces and edges
-    for (std::uint32_t i = 0; i < scene.pairs().size(); ++i) {
-      const PairRecord& pair = scene.pairs()[i];
+    for (std::uint32_t i = 0; i < scene.listed_pairs().size(); ++i) {
+      const PairRecord& pair = scene.listed_pairs()[i];
       if (pair.piece_a != smallest && pair.piece_b != smallest) continue;
       constants += sizeof(PairRecord);
+      if (!has_goal_contact(scene.parameters())) continue;
       Arena counting;
       FeatureBounds bounds;
       bounds.place(counting, scene.pieces()[pair.piece_a], scene.pieces()[pair.piece_b]);

@@ -343,9 +343,14 @@ std::string report_as_text(const CompiledScene& compiled) {
   for (std::size_t i = 0; i < compiled.parts.size(); ++i) {
     text += part_text(compiled.parts[i], i == 0);
   }
-  text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
-          grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
-          nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
+  if (facts.pairs.empty()) {
+    text += "contact graph: " + grouped(facts.capacity.pair_count) +
+            " pairs, none listed: each is formed from its two pieces while it is near\n";
+  } else {
+    text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
+            grouped(facts.nodes) + " nodes, " + grouped(facts.arcs) + " arcs\n" +
+            nodes_as_text(facts) + pairs_as_text(facts, graph_budget(compiled));
+  }
   text += account_as_text(compiled.pruning);
   text += "bounds\n" + bounds_as_text(facts) + work_text(facts) + steady_text(compiled, facts);
   text += std::string("law ") + law_name(facts.parameters.law) + "\n" + coupling_as_text(facts) +

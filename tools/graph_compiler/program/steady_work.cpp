@@ -220,9 +220,11 @@ PairSteadyWork pair_work(const SceneView& scene, std::uint32_t index, std::uint3
 }  // namespace
 
 std::optional<SteadyWork> steady_work(const SceneView& scene) {
-  if (scene.parameters().motion_limits_given == 0 || scene.is_fixed()) return std::nullopt;
+  if (scene.parameters().motion_limits_given == 0 || scene.is_fixed() || !scene.lists_pairs()) {
+    return std::nullopt;
+  }
   double products = 0.0;
-  const auto pairs = static_cast<std::uint32_t>(scene.pairs().size());
+  const auto pairs = static_cast<std::uint32_t>(scene.pair_count());
   for (std::uint32_t i = 0; i < pairs; ++i) products += products_of(scene.pair(i));
   const double affordable = std::clamp<double>(kProducts / products, kFewestSamples, kMostSamples);
   SteadyWork work;

@@ -280,6 +280,47 @@ void count_pair(const PieceShape& a, const PieceShape& b, const PairMarks& marks
   account.pairs_out_of_reach += marks.near ? 0 : 1;
 }
 
+std::vector<bool> which_open(const auto& sets) {
+  std::vector<bool> open;
+  for (const auto& left : sets) open.push_back(!left.empty());
+  return open;
+}
+
+/// As near_marks has them: a node is exposed where both of its features are open.
+OpenFeatures open_features(const PieceShape& shape, const NearCones& near) {
+  return {which_open(shape.open_faces), which_open(near.open_edges),
+          which_open(near.open_vertices)};
+}
+
+/// Counts of all pairs at once, of a scene that does not list them: every contact can occur.
+void count_formed_pairs(const std::vector<PieceShape>& moving, const std::vector<PieceShape>& fixed,
+                        PruningAccount& account) {
+  struct Sums {
+    std::size_t faces = 0, edges = 0, vertices = 0;
+  };
+  Sums all[2], open[2], largest[2];
+  for (const std::size_t side : {0u, 1u}) {
+    for (const PieceShape& shape : side == 0 ? moving : fixed) {
+      const auto add = [&](std::size_t Sums::*field, const auto& sets) {
+        const auto is_open = [](const auto& left) { return !left.empty(); };
+        all[side].*field += sets.size();
+        open[side].*field += static_cast<std::size_t>(std::ranges::count_if(sets, is_open));
+        largest[side].*field = std::max(largest[side].*field, sets.size());
+      };
+      add(&Sums::faces, shape.open_faces);
+      add(&Sums::edges, shape.open_edges);
+      add(&Sums::vertices, shape.open_vertices);
+    }
+  }
+  const auto products = [](const Sums& a, const Sums& b) -> NodeCounts {
+    return {a.faces * b.vertices, a.vertices * b.faces, a.edges * b.edges};
+  };
+  account.counts.nodes = account.counts.reachable = products(all[0], all[1]);
+  account.counts.open = account.counts.live = products(open[0], open[1]);
+  account.largest_pair_before = account.largest_pair_after = products(largest[0], largest[1]).all();
+  account.pairs = moving.size() * fixed.size();
+}
+
 /// A plane separates as long as the depth behind it is within the tolerance of law proxy, of which
 /// it takes up to 1.5; scenes with one above r_A / 1000 are refused.
 constexpr double kToleranceShare = 2.0e-3;
@@ -315,6 +356,7 @@ PruningAccount prune_scene(SceneDescription& description) {
   PruningAccount account;
   account.pruned = description.prune;
   description.marks.clear();
+  description.open.clear();
   if (!description.prune) description.exposure.clear();
   const auto envelope =
       description.prune ? description.orientation : std::optional<OrientationEnvelope>{};
@@ -344,7 +386,19 @@ PruningAccount prune_scene(SceneDescription& description) {
     mark_workspace_reach(a, b, {*description.workspace, envelope}, limits, marks);
   };
   const std::vector<NearCones> near_fixed = all_near_cones(fixed, limits.epsilon_m);
-  for (const PieceShape& a : moving) {
+  const bool listed = lists_pairs(description);
+  if (!listed) {
+    count_formed_pairs(moving, fixed, account);
+    for (const PieceShape& shape : moving) {
+      description.open.push_back(open_features(shape, near_cones(shape, limits.epsilon_m)));
+    }
+    for (std::size_t j = 0; j < fixed.size(); ++j) {
+      description.open.push_back(open_features(fixed[j], near_fixed[j]));
+    }
+    if (!description.prune) description.open.clear();
+  }
+  for (std::size_t i = 0; i < moving.size() && listed; ++i) {
+    const PieceShape& a = moving[i];
     const NearCones near_a = near_cones(a, limits.epsilon_m);
     for (std::size_t j = 0; j < fixed.size(); ++j) {
       const PieceShape& b = fixed[j];

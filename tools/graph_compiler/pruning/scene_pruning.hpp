@@ -7,9 +7,10 @@
 
 namespace haptic::tools {
 
-/// Fills `description.marks` from its bodies, `exposure`, `orientation` and `workspace`; clears
-/// them and the exposure when `prune` is false. Motion of one tick: from the speeds of its
-/// parameters, where given. The account counts every node either way.
+/// Fills `description.marks` from its bodies, `exposure`, `orientation` and `workspace`, or
+/// `description.open` where pairs are not listed; clears them and the exposure when `prune` is
+/// false. Motion of one tick: from the speeds of its parameters, where given. The account counts
+/// every node either way.
 /// @throws InputError when a piece is not one closed polyhedron. Cost: see prune_pair.
 PruningAccount prune_scene(SceneDescription& description);
 
