@@ -35,7 +35,7 @@ tools::SceneDescription pegged_scene(LawId law) {
   mark_cuts(all.view, 1, plate(), d.marks);
   const PairView peg = all.view.pair(4);
   const auto is_top = [&](std::uint32_t f) { return peg.b.face_normal(f)[2] > 0.5_r; };
-  for (std::uint32_t node = 0; node < peg.record->node_count; ++node) {
+  for (std::uint32_t node = 0; node < peg.record.node_count; ++node) {
     const NodeFeatures of = node_features(peg, node);
     bool open = true;
     if (of.type == ContactType::kA) {

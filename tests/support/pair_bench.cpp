@@ -61,7 +61,7 @@ void PairBench::reset() { tables_.bounds.reset(pair_.marks); }
 
 Real PairBench::exhaustive_d_near(NodeScope scope) const {
   Real best = -std::numeric_limits<Real>::max();
-  for (std::uint32_t node = 0; node < pair_.record->node_count; ++node) {
+  for (std::uint32_t node = 0; node < pair_.record.node_count; ++node) {
     if (!pair_.marks.node(scope, node)) continue;
     const NodeFeatures n = node_features(pair_, node);
     const NodePlane plane = node_plane(pose_, n.type, n.i, n.j);
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> PairBench::exhaustive_near(Real d_near_m, Real margin
                                                       std::vector<std::uint32_t>& doubtful) const {
   std::vector<std::uint32_t> near;
   doubtful.clear();
-  for (std::uint32_t node = 0; node < pair_.record->node_count; ++node) {
+  for (std::uint32_t node = 0; node < pair_.record.node_count; ++node) {
     if (!pair_.marks.node(NodeScope::kLive, node)) continue;
     const NodeFeatures n = node_features(pair_, node);
     const NodePlane plane = node_plane(pose_, n.type, n.i, n.j);

@@ -60,16 +60,13 @@ ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t
   const SceneView& view = scene.view;
   const auto pairs = static_cast<std::uint32_t>(view.pair_count());
   NearScratch::Size size;
-  std::uint32_t near_room = 0;
   for (std::uint32_t i = 0; i < pairs; ++i) {
     views_.push_back(view.pair(i));
     size.fit(*views_[i].a.record, *views_[i].b.record);
-    near_room = std::max(near_room, view.pair_record(i).near_capacity);
   }
   const auto lay_out = [&](Arena& arena) {
     proxy.place(arena, view);
     scratch_.place(arena, size);
-    near_ = BoundedList<NearNode>(arena.take<NearNode>(near_room));
   };
   Arena counting;
   lay_out(counting);

@@ -30,7 +30,7 @@ class ProxyBench {
   ProxyBench(const ProxyBench&) = delete;
   ProxyBench& operator=(const ProxyBench&) = delete;
 
-  ProxyTick tick(const GripPose& goal) { return proxy.tick(goal, scratch_, near_); }
+  ProxyTick tick(const GripPose& goal) { return proxy.tick(goal, scratch_); }
   ProxyTick tick(const Point& p, const std::array<double, 4>& q_wxyz = {1, 0, 0, 0}) {
     return tick(grip_pose(p, q_wxyz));
   }
@@ -46,7 +46,6 @@ class ProxyBench {
   std::vector<PairView> views_;
   std::vector<std::uint64_t> memory_;
   NearScratch scratch_;
-  BoundedList<NearNode> near_;
 };
 
 }  // namespace haptic::test
