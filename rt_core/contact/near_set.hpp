@@ -40,10 +40,10 @@ struct NearNode {
 inline constexpr Real kNoDepth = -std::numeric_limits<Real>::max();
 
 enum NearFlag : std::uint32_t {
-  kNearAllStale = 1u << 0,     ///< every face and edge was evaluated: first tick, or a jump
-  kNearSetCut = 1u << 1,       ///< more near nodes than room
+  kNearAllStale = 1u << 0,      ///< every face and edge was evaluated: first tick, or a jump
+  kNearSetCut = 1u << 1,        ///< more near nodes than room
   kNearEdgePairsCut = 1u << 2,  ///< more pairs of edges than may be tested: D_near is a lower bound
-  kNearSupportsCut = 1u << 3  ///< the same of support pairs
+  kNearSupportsCut = 1u << 3    ///< the same of support pairs
 };
 
 /// What one search returns.

@@ -236,7 +236,7 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
 
 RtStatus SceneView::check_capacity() const noexcept {
   const SceneCapacity& stated = header_->capacity;
-  const std::uint32_t most_visits = std::max(1u, pair_count());
+  const std::uint32_t most_visits = std::max(std::uint32_t{1}, pair_count());
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
   SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,

@@ -89,7 +89,8 @@ struct StepCounters {
   std::uint32_t plane_gaps = 0;      ///< gaps along C-face planes computed for the proxy
   std::uint32_t valid_nodes = 0;     ///< nodes looked at in searches for valid planes
   std::uint32_t full_searches = 0;   ///< searches of a pair without history
-  std::uint32_t search_work = 0;   ///< of these: faces and edges, eighths of edge pairs, support pairs
+  std::uint32_t search_work =
+      0;  ///< of these: faces and edges, eighths of edge pairs, support pairs
   std::uint32_t qp_programs = 0;  ///< quadratic programs solved
   std::uint32_t qp_steps = 0;     ///< iterations of all of them
   std::uint32_t list_visits = 0;  ///< nodes of the trees that lists of near pairs looked at
