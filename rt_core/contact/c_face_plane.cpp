@@ -29,9 +29,10 @@ Real face_bound(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const P
   const PieceView& b = pair.b;
   if (id.type == ContactType::kA) {
     return a.face_normal(id.i).dot(r_wa.transpose() * (b.vertex(support.b) - y_w)) -
-           a.face_offset(id.i);
+           a.face_offset(id.i) - pair.skin_m;
   }
-  return b.face_normal(id.j).dot(y_w + r_wa * a.vertex(support.a)) - b.face_offset(id.j);
+  return b.face_normal(id.j).dot(y_w + r_wa * a.vertex(support.a)) - b.face_offset(id.j) -
+         pair.skin_m;
 }
 
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
@@ -69,7 +70,7 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
                         ? b.face_vertices(id.j)[0]
                         : highest_vertex(b, lane_points(b), plane.normal_w, start.b);
   plane.gap_m = plane.normal_w.dot(y_w - b.vertex(plane.support.b)) +
-                plane.normal_a.dot(a.vertex(plane.support.a));
+                plane.normal_a.dot(a.vertex(plane.support.a)) - pair.skin_m;
   plane.defined = true;
   return plane;
 }

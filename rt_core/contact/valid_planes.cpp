@@ -24,7 +24,7 @@ class ValidWalk {
             std::span<ValidPlane> planes) noexcept
       : pose_(pose),
         pair_(*pose.pair),
-        least_gap_m_(least_gap_m),
+        least_gap_m_(least_gap_m + pair_.skin_m),
         tolerance_(applicability_tolerance(pose.size_m)),
         scratch_(scratch),
         set_(pose, planes) {}
@@ -92,7 +92,7 @@ class ValidWalk {
       if (violation > tolerance_) continue;
       const Real gap = node_value(pose_, node.type, node.i, node.j, plane, violation);
       if (gap < least_gap_m_) continue;
-      set_.keep(node, plane.normal_w, gap);
+      set_.keep(node, plane.normal_w, gap - pair_.skin_m);
       for_each_graph_neighbor(pair_, node.type, node.i, node.j,
                               [&](std::uint32_t other) { enter(other); });
     }
@@ -100,7 +100,7 @@ class ValidWalk {
 
   const PairPose& pose_;
   const PairView& pair_;
-  Real least_gap_m_;
+  Real least_gap_m_;  ///< skin included
   Real tolerance_;
   const ValidScratch& scratch_;
   ValidSet set_;
@@ -119,7 +119,7 @@ class ValidScan {
             std::span<ValidPlane> planes) noexcept
       : pose_(pose),
         pair_(*pose.pair),
-        least_gap_m_(least_gap_m),
+        least_gap_m_(least_gap_m + pair_.skin_m),
         tolerance_(applicability_tolerance(pose.size_m)),
         edges_a_(scratch.queue.first(scratch.queue.size() / 2)),
         edges_b_(scratch.queue.subspan(scratch.queue.size() / 2)),
@@ -196,7 +196,7 @@ class ValidScan {
   void take_face(const PlaneId& id, SupportPair support) noexcept {
     set_.result.visited += 1;
     const PlaneGap gap = plane_gap(pair_, pose_.r_wa, pose_.y_w, id, support);
-    if (gap.gap_m < least_gap_m_) return;
+    if (gap.gap_m + pair_.skin_m < least_gap_m_) return;
     const bool of_a = id.type == ContactType::kA;
     set_.keep({id.type, of_a ? id.i : gap.support.a, of_a ? gap.support.b : id.j}, gap.normal_w,
               gap.gap_m);
@@ -243,7 +243,7 @@ class ValidScan {
     if (!plane.defined || plane.f_m < least_gap_m_ || plane.edge_violation_m > tolerance_) return;
     const Real gap = node_value(pose_, ContactType::kC, e, g, plane, plane.edge_violation_m);
     if (gap < least_gap_m_) return;
-    set_.keep({ContactType::kC, e, g}, plane.normal_w, gap);
+    set_.keep({ContactType::kC, e, g}, plane.normal_w, gap - pair_.skin_m);
   }
 
   /// Features whose bounds take as long as one node.
@@ -252,7 +252,7 @@ class ValidScan {
 
   const PairPose& pose_;
   const PairView& pair_;
-  Real least_gap_m_;  ///< < 0
+  Real least_gap_m_;  ///< skin included
   Real tolerance_;
   std::span<std::uint32_t> edges_a_, edges_b_;
   ValidSet set_;

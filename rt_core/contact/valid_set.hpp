@@ -9,6 +9,7 @@
 #include <span>
 
 #include "rt_core/contact/basic_contact.hpp"
+#include "rt_core/contact/surface_cone.hpp"
 #include "rt_core/contact/valid_planes.hpp"
 
 namespace haptic {
@@ -48,15 +49,16 @@ class ValidSet {
         if (planes_[k].id == valid.id) return;
       }
     }
-    insert(valid, is_hidden(node) ? kHiddenFaces : kFaces);
+    insert(valid, is_hidden(node, normal_w) ? kHiddenFaces : kFaces);
   }
 
   ValidResult result;
 
  private:
   /// The part goes on in another piece where the plane is: no contact of it carries a force.
-  [[nodiscard]] bool is_hidden(const NodeFeatures& node) const noexcept {
+  [[nodiscard]] bool is_hidden(const NodeFeatures& node, const Vec3& normal_w) const noexcept {
     const NodeMarks& marks = pair_.marks;
+    if (!goes_on_behind(pair_, pose_.r_wa, node, normal_w)) return true;
     if (!marks.given()) return false;
     switch (node.type) {
       case ContactType::kA:

@@ -136,11 +136,11 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   const Real motion = far + turn * parameters_.radius_m;
   if (motion > reach_m_) widen(motion, tick);
   // Where there was no room for every pair near p, no way leads to one that is not in the list.
-  const Real unlisted_m = near_pairs_.unlisted_m(odometer_m());
-  if (motion > unlisted_m) {
+  const Real clear_m = unlisted_m();
+  if (motion > clear_m) {
     result.ok = false;
-    result.share = std::max(unlisted_m / motion, kLeastShare);
-    if (!(unlisted_m > kLeastShare * motion)) tick.limited = true;
+    result.share = std::max(clear_m / motion, kLeastShare);
+    if (!(clear_m > kLeastShare * motion)) tick.limited = true;
   }
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];

@@ -52,7 +52,8 @@ Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexce
   const PieceRecord& b = *pair.b.record;
   const Vec3 between = (y_w - piece_centre(b)) + p.r_wa * piece_centre(a);
   return std::sqrt(between.squaredNorm()) -
-         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(pair, y_w);
+         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(pair, y_w) -
+         pair.skin_m;
 }
 
 std::uint32_t largest_loop(const PieceView& piece) noexcept {
@@ -70,6 +71,8 @@ ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept 
   const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);
   ProxyScale scale;
   scale.tolerance_m = std::max(tolerance_m > 0 ? tolerance_m : 1.0e-7_r * share, floor_m);
+  // Depths that count as free, at the start of a step and on its way, leave a gap of it.
+  scale.skin_m = 2 * scale.tolerance_m;
   scale.step_m = 2.0e-3_r * share;
   scale.turn_rad = 0.02_r;
   scale.margin_m = 1.0e-4_r * share;
@@ -196,7 +199,7 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
     pair.plane.flipped = best.normal_w.dot(pose.direction_a(best.i).cross(v)) < 0;
   }
   pair.support = found.support;
-  pair.gap_m = std::min(found.d_near_m, best.f_m);
+  pair.gap_m = std::min(found.d_near_m, best.f_m) - pair.view->skin_m;
   pair.gap_version = version_;
   pair.known = true;
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
@@ -360,8 +363,9 @@ void Proxy::forget(std::uint32_t slot) noexcept {
 void Proxy::enter(std::uint32_t slot) noexcept {
   const NearPair& near = near_pairs_[slot];
   const SceneView& scene = scene_[0];
-  views_[slot] = scene.pair(near.pair);
-  const PairView& view = views_[slot];
+  PairView& view = views_[slot];
+  view = scene.pair(near.pair);
+  if (view.a.is_facet() || view.b.is_facet()) view.skin_m = parameters_.scale.skin_m;
   const BodyRecord& body = scene.bodies()[view.b.record->body];
   ProxyPair& pair = pairs_[slot];
   pair = ProxyPair{};
@@ -371,7 +375,7 @@ void Proxy::enter(std::uint32_t slot) noexcept {
   pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
   pair.friction = static_cast<Real>(body.friction);
   pair.friction_static = static_cast<Real>(body.friction_static);
-  pair.clear_until_m = odometer_m(pair) + static_cast<double>(near.gap_m);
+  pair.clear_until_m = odometer_m(pair) + static_cast<double>(near.gap_m - view.skin_m);
 }
 
 /// Makes the list of the pairs within reach, and as far again so that it lasts for a while.
@@ -390,11 +394,11 @@ void Proxy::list_pairs() noexcept {
 
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
-  if (!(near_pairs_.unlisted_m(odometer_m()) >= reach_m_)) {
+  if (!(unlisted_m() >= reach_m_)) {
     list_pairs();
     tick.list_visits += near_pairs_.visited();
   }
-  tick.gap_m = nearest_m_ = near_pairs_.unlisted_m(odometer_m());
+  tick.gap_m = nearest_m_ = unlisted_m();
   for (const std::uint32_t slot : near_pairs_.slots()) {
     ProxyPair& pair = pairs_[slot];
     const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);

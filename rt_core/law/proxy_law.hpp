@@ -34,6 +34,7 @@ namespace haptic {
 /// Lengths of the passes; they grow with the part.
 struct ProxyScale {
   Real tolerance_m = 0;             ///< depth that counts as free
+  Real skin_m = 0;                  ///< gap that is held between a facet and anything else
   Real step_m = 0;                  ///< largest displacement of a pass
   Real turn_rad = 0;                ///< largest turn of a pass
   Real margin_m = 0;                ///< what corrections may add to a displacement
@@ -216,6 +217,11 @@ class Proxy {
   void widen(Real motion_m, ProxyTick& tick) noexcept;
   void reach_all(ProxyTick& tick) noexcept;
   void list_pairs() noexcept;
+  /// What the gap of every pair that is not in the list is at least.
+  [[nodiscard]] Real unlisted_m() const noexcept {
+    const Real skin_m = scene_[0].has_facets() ? parameters_.scale.skin_m : Real{0};
+    return near_pairs_.unlisted_m(odometer_m()) - skin_m;
+  }
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;

@@ -140,7 +140,8 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   SceneCapacity c{};
   const std::uint32_t pieces_a = bodies[0].piece_count;
   const std::uint64_t pieces_b = pieces.size() - pieces_a;
-  const bool listed = lists_pairs(parameters, pieces_a, pieces_b);
+  const bool facets = has_facets(pieces);
+  const bool listed = lists_pairs(parameters, pieces_a, pieces_b, facets);
   const std::uint64_t pair_count = listed ? pairs.size() : pieces_a * pieces_b;
   c.pair_count = clip(pair_count);
   c.max_pair_visits = max_pair_visits;
@@ -216,7 +217,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   bool friction = false;
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
   const std::uint64_t visits = list_visits(pieces_a, pieces_b);
-  c.near_slots = near_slots(c.pair_count);
+  c.near_slots = near_slots(c.pair_count, parameters.coupling.near_pairs, facets);
   c.max_work_units =
       clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);

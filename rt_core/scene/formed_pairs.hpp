@@ -20,12 +20,18 @@ constexpr bool has_goal_contact(const SceneParameters& p) noexcept {
   return p.law != LawId::kProxy || p.goal_contact != 0;
 }
 
+/// Some piece is a facet of a surface.
+constexpr bool has_facets(std::span<const PieceRecord> pieces) noexcept {
+  return std::any_of(pieces.begin(), pieces.end(), is_flat);
+}
+
 /// Whether kPairs lists the pairs of a scene; else there is one of every piece of A with every
-/// other one, in the order of the pieces.
-constexpr bool lists_pairs(const SceneParameters& p, std::uint64_t pieces_a,
-                           std::uint64_t pieces_b) noexcept {
-  return pieces_a * pieces_b <= kMostListedPairs || has_goal_contact(p) ||
-         is_one_orientation(p.envelope);
+/// other one, in the order of the pieces. `facets`: some piece is one; such a scene has neither a
+/// search at the goal nor one orientation alone.
+constexpr bool lists_pairs(const SceneParameters& p, std::uint64_t pieces_a, std::uint64_t pieces_b,
+                           bool facets) noexcept {
+  return !facets && (pieces_a * pieces_b <= kMostListedPairs || has_goal_contact(p) ||
+                     is_one_orientation(p.envelope));
 }
 
 /// The record of a pair that is not listed. Its graph is not stored, its degree not counted, and

@@ -50,10 +50,15 @@ inline constexpr std::uint32_t kEdgePairsOfUnit = 8, kMaxNearestSupports = 256;
 /// The faces of A are tried for a certificate where they are no more than this.
 inline constexpr std::uint32_t kFewFaces = 16;
 
-/// Pairs near the part that a tick can follow at once; further ones bound its way.
-inline constexpr std::uint32_t kMaxNearPairs = 512;
-[[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs) noexcept {
-  return pairs < kMaxNearPairs ? pairs : kMaxNearPairs;
+/// Pairs near the part that a tick can follow at once, further ones bound its way: where the scene
+/// does not say, the same with surfaces, whose facets are many, and the most that a scene may ask
+/// for.
+inline constexpr std::uint32_t kMaxNearPairs = 512, kMaxNearFacets = 4096, kMostNearPairs = 32768;
+/// `asked`: by the scene, 0: nothing; `facets`: it has pieces that are flat.
+[[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs, std::uint32_t asked,
+                                                 bool facets) noexcept {
+  const std::uint32_t most = asked > 0 ? asked : facets ? kMaxNearFacets : kMaxNearPairs;
+  return pairs < most ? pairs : most;
 }
 
 }  // namespace haptic

@@ -38,8 +38,9 @@ double coordinate_scale(const PieceView& p) noexcept {
 }
 
 bool counts_fit(const PieceRecord& r) noexcept {
-  return r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6 &&
-         r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
+  const bool facet = is_flat(r) && r.vertex_count >= 3 && r.vertex_count == r.edge_count;
+  const bool solid = r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6;
+  return (facet || solid) && r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
          r.edge_count <= kMaxPieceFeatures && r.vertex_count + r.face_count == r.edge_count + 2 &&
          r.loop_count == 2 * r.edge_count && r.lane_count == padded_lanes(r.vertex_count);
 }
@@ -134,10 +135,11 @@ RtStatus check_apexes(const PieceView& p, double scale) noexcept {
 }
 
 RtStatus check_vertex_edges(const PieceView& p, std::uint64_t table_size) noexcept {
+  const std::uint32_t least = is_flat(*p.record) ? 2 : 3;
   std::uint32_t total = 0;
   for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
     const std::uint32_t begin = p.vertex_edge_begin[v], end = p.vertex_edge_begin[v + 1];
-    if (begin > end || end > table_size || end - begin < 3) return RtStatus::kBlobBadTopology;
+    if (begin > end || end > table_size || end - begin < least) return RtStatus::kBlobBadTopology;
     for (std::uint32_t i = begin; i < end; ++i) {
       const std::uint16_t e = p.vertex_edges[i];
       if (e >= p.edge_count) return RtStatus::kBlobBadIndex;
@@ -184,8 +186,9 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
   // Every vertex may move by the tolerance: times the surface, at most that of a ball of the
   // radius.
   const double slack = 1e-6 * volume + 12.6 * tolerance * radius * radius;
-  if (!check::positive(r.volume_m3) || check::absolute(volume - r.volume_m3) > slack)
-    return RtStatus::kBlobBadNumber;
+  const bool bounds = is_flat(r) ? std::bit_cast<std::uint64_t>(r.volume_m3) == 0
+                                 : check::positive(r.volume_m3);
+  if (!bounds || check::absolute(volume - r.volume_m3) > slack) return RtStatus::kBlobBadNumber;
   return RtStatus::kOk;
 }
 
@@ -205,7 +208,7 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
                       in_range(c.min_window_s, 0.0, c.max_window_s);
   const bool rest = finite(c.max_pull_n) && c.max_pull_n >= 0.0 && finite(c.max_turn_nm) &&
                     c.max_turn_nm >= 0.0 && c.passivity <= 1 && c.allow_active <= 1 &&
-                    c.passes >= 1 && c.passes <= kMaxProxyPasses && c.reserved == 0 &&
+                    c.passes >= 1 && c.passes <= kMaxProxyPasses && c.near_pairs <= kMostNearPairs &&
                     in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
   return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
                                                             : RtStatus::kBlobBadNumber;
@@ -303,8 +306,16 @@ RtStatus check::simplified(std::span<const SimplifiedBody> simplified,
   return RtStatus::kOk;
 }
 
+RtStatus check::unit_directions(std::span<const Real> directions, std::uint32_t& index) noexcept {
+  for (index = 0; index < directions.size() / 3; ++index) {
+    const Double3 d = to_double3(&directions[3 * std::size_t{index}]);
+    if (!(absolute(dot(d, d) - 1.0) < kGeometryTolerance)) return RtStatus::kBlobBadNumber;
+  }
+  return RtStatus::kOk;
+}
+
 RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
-  if (bodies_.size() < 2 || pieces_.size() > 65535) return RtStatus::kBlobBadCount;
+  if (bodies_.size() < 2 || pieces_.size() > kMostPieces) return RtStatus::kBlobBadCount;
   std::uint64_t pieces = 0, planes = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     fault.index = static_cast<std::uint32_t>(b);
@@ -345,6 +356,23 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
   }
   return pieces == pieces_.size() && planes == planes_.size() ? RtStatus::kOk
                                                               : RtStatus::kBlobBadCount;
+}
+
+/// A facet has a cone for each vertex and edge, behind those of the facets before; other pieces
+/// have none. Facets may share directions.
+RtStatus SceneView::check_cones(std::uint32_t index, std::uint64_t& ranges) const noexcept {
+  const PieceRecord& r = pieces_[index];
+  if (r.reserved != 0) return RtStatus::kBlobBadNumber;
+  if (!is_flat(r)) return r.cone_begin == kNoCones ? RtStatus::kOk : RtStatus::kBlobBadIndex;
+  if (r.cone_begin != ranges) return RtStatus::kBlobBadIndex;
+  ranges += std::uint64_t{r.vertex_count} + r.edge_count;
+  if (ranges > cone_ranges_.size()) return RtStatus::kBlobBadCount;
+  for (std::uint64_t i = r.cone_begin; i < ranges; ++i) {
+    const ConeRange& cone = cone_ranges_[static_cast<std::size_t>(i)];
+    if (!check::within(cone.begin, cone.count, cone_directions_.size() / 3))
+      return RtStatus::kBlobBadIndex;
+  }
+  return RtStatus::kOk;
 }
 
 RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {

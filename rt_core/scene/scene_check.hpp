@@ -52,6 +52,10 @@ template <typename T>
                                   std::span<const BodyRecord> bodies,
                                   std::uint32_t& index) noexcept;
 
+/// All have unit length within rounding. Answers kOk or kBlobBadNumber; `index`: where it stopped.
+[[nodiscard]] RtStatus unit_directions(std::span<const Real> directions,
+                                       std::uint32_t& index) noexcept;
+
 /// Rounding of stored geometry, as a share of the largest coordinate: vertices are nearest Reals
 /// and lie on planes of nearest Reals, so a few ulp; 256 leaves room for data that was rounded once
 /// before.

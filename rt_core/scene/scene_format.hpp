@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 8;
+inline constexpr std::uint32_t kSceneVersion = 9;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -25,6 +25,7 @@ inline constexpr std::uint32_t kMaxPieceFeatures =
     65535;                                               ///< vertices, edges or faces of one piece
 inline constexpr std::uint32_t kMaxFaceVertices = 4096;  ///< vertices of one face
 inline constexpr std::uint32_t kMaxSections = 64;
+inline constexpr std::uint32_t kMostPieces = 1u << 22;
 
 enum class SectionId : std::uint32_t {
   kParameters = 1,        ///< SceneParameters, exactly one
@@ -51,7 +52,9 @@ enum class SectionId : std::uint32_t {
   kFixedPairs = 22,       ///< FixedPairRecord, by pair; of a part that never turns
   kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
   kFixedNodes = 24,       ///< FixedNode, by pair
-  kSimplified = 25        ///< SimplifiedBody, by body; only where a simplification changed one
+  kSimplified = 25,       ///< SimplifiedBody, by body; only where a simplification changed one
+  kConeRanges = 26,       ///< ConeRange, by flat piece: of its vertices, then of its edges
+  kConeDirections = 27    ///< Real[3], unit, geometry frame of the body
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -178,7 +181,7 @@ struct CouplingParameters {
   double max_turn_nm;              ///< torque at which it does; 0: no limit
   double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
   std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
-  std::uint32_t reserved;
+  std::uint32_t near_pairs;        ///< that a tick can follow, up to kMostNearPairs; 0: by the pieces
   std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
   std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
 };
@@ -228,12 +231,20 @@ struct SceneParameters {
 
 // Bodies and their pieces.
 
+/// Directions in kConeDirections.
+struct ConeRange {
+  std::uint32_t begin, count;
+};
+
+/// PieceRecord::cone_begin of a piece with a volume.
+inline constexpr std::uint32_t kNoCones = 0xFFFFFFFFu;
+
 /// One rigid body. Geometry of the moving body is given in A's axes about the grip point; of a
 /// static body in W's axes about `reference_m`.
 struct BodyRecord {
   double
       reference_m[3];  ///< moving: grip point x_0^A in A's mesh frame; static: reference point in W
-  double volume_m3;    ///< of the solid (pieces of a cover counted once each)
+  double volume_m3;    ///< of the solid (pieces of a cover counted once each); of a surface 0
   double friction;     ///< static body: Coulomb coefficient against the moving body while it
                        ///< slides, 0 to 2; moving: 0
   double friction_static;  ///< the same while it sticks, `friction` to 2; moving: 0
@@ -256,6 +267,8 @@ struct PlaneRecord {
   Real offset_m;   ///< normal . p = offset for points p of the plane, in the body's geometry frame
 };
 
+/// A convex piece: a polyhedron, or a flat facet of a surface. A facet has two faces, one for each
+/// side, with the same vertices; its volume is 0.
 struct PieceRecord {
   std::uint32_t body;
   std::uint32_t vertex_begin, vertex_count;
@@ -275,7 +288,17 @@ struct PieceRecord {
   double edge_relax_ratio;
   std::uint32_t lane_begin;  ///< in kVertexLanes
   std::uint32_t lane_count;  ///< padded vertices: x at lane_begin, y and z one lane_count on each
+  /// In kConeRanges, of a flat piece, else kNoCones: the directions of the mesh's edges at each
+  /// vertex, away from it; then at each edge those in which its facets go on, in their planes and
+  /// orthogonal to the edge. A contact can carry force along n where the piece goes on behind it.
+  std::uint32_t cone_begin;
+  std::uint32_t reserved;
 };
+
+/// A facet of a surface.
+[[nodiscard]] constexpr bool is_flat(const PieceRecord& piece) noexcept {
+  return piece.face_count == 2;
+}
 
 struct FaceRecord {
   std::uint32_t plane;       ///< index within the body's planes
@@ -381,7 +404,7 @@ static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
 static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 104 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
               sizeof(SceneParameters) == 608);
-static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 112 && sizeof(FaceRecord) == 20 &&
+static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&

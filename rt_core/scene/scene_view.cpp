@@ -44,20 +44,23 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kFixedPlanes, sizeof(FixedPlane)},
     {SectionId::kFixedNodes, sizeof(FixedNode)},
     {SectionId::kSimplified, sizeof(SimplifiedBody)},
+    {SectionId::kConeRanges, sizeof(ConeRange)},
+    {SectionId::kConeDirections, 3 * sizeof(Real)},
 };
-/// What a scene has in addition to the tables that every scene has: those of a part that turns, and
-/// those of one that never does.
+/// What a scene has in addition to the tables that every scene has: those of a part that turns, of
+/// one that never does, and of surfaces.
 constexpr SectionId kOfTurning[] = {SectionId::kNodes, SectionId::kNeighborBegin,
                                     SectionId::kNeighbors, SectionId::kEdgeArcs};
 constexpr SectionId kOfFixed[] = {SectionId::kFixedPairs, SectionId::kFixedPlanes,
                                   SectionId::kFixedNodes};
+constexpr SectionId kOfFacets[] = {SectionId::kConeRanges, SectionId::kConeDirections};
 constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 /// Sections that some scene does without.
 constexpr bool is_optional(SectionId id) noexcept {
   return id == SectionId::kNodeMarks || id == SectionId::kSimplified || is_among(kOfTurning, id) ||
-         is_among(kOfFixed, id);
+         is_among(kOfFixed, id) || is_among(kOfFacets, id);
 }
 constexpr std::uint32_t bit_of(SectionId id) noexcept {
   return 1u << static_cast<std::uint32_t>(id);
@@ -196,6 +199,12 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   if (found[21] != nullptr) fixed_pairs_ = table<FixedPairRecord>(blob, *found[21]);
   if (found[22] != nullptr) fixed_planes_ = table<FixedPlane>(blob, *found[22]);
   if (found[23] != nullptr) fixed_nodes_ = table<FixedNode>(blob, *found[23]);
+  if (found[25] != nullptr) cone_ranges_ = table<ConeRange>(blob, *found[25]);
+  if (found[26] != nullptr) {
+    cone_directions_ = {reinterpret_cast<const Real*>(blob.data() + found[26]->offset),
+                        static_cast<std::size_t>(3 * found[26]->count)};
+  }
+  facets_ = haptic::has_facets(pieces_);
   return RtStatus::kOk;
 }
 
@@ -239,11 +248,17 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   fault = {SectionId::kSimplified, 0};
   status = check::simplified(simplified_bodies(), bodies_, fault.index);
   if (status != RtStatus::kOk) return status;
+  fault = {SectionId::kConeDirections, 0};
+  status = check::unit_directions(cone_directions_, fault.index);
+  if (status != RtStatus::kOk) return status;
+  std::uint64_t cones = 0;
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     fault = {SectionId::kPieces, i};
-    status = check_piece(i);
+    status = check_cones(i, cones);
+    if (status == RtStatus::kOk) status = check_piece(i);
     if (status != RtStatus::kOk) return status;
   }
+  if (cones != cone_ranges_.size()) return RtStatus::kBlobBadCount;
   status = lists_pairs() ? check_pairs(fault) : check_formed_pairs(fault);
   if (status != RtStatus::kOk) return status;
   fault = {SectionId{0}, 0};
@@ -263,6 +278,12 @@ RtStatus SceneView::check_sections() const noexcept {
   }
   if (fixed && (found_sections_ & bit_of(SectionId::kNodeMarks)) != 0)
     return RtStatus::kBlobBadSectionTable;
+  for (const SectionId id : kOfFacets) {
+    if (((found_sections_ & bit_of(id)) != 0) != facets_)
+      return facets_ ? RtStatus::kBlobMissingSection : RtStatus::kBlobBadSectionTable;
+  }
+  // No depth and no inside, and planes that are formed as they are met.
+  if (facets_ && (fixed || has_goal_contact(*parameters_))) return RtStatus::kBlobBadNumber;
   return !fixed || fixed_pairs_.size() == pairs_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
 }
 
@@ -294,6 +315,10 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.face_count = r.face_count;
   v.edge_count = r.edge_count;
   v.lane_count = r.lane_count;
+  if (is_flat(r)) {
+    v.cones = cone_ranges_.data() + r.cone_begin;
+    v.cone_directions = cone_directions_.data();
+  }
   return v;
 }
 

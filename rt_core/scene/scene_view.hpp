@@ -39,6 +39,9 @@ struct PieceView {
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
   std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
   bool lanes_turned = false;     ///< the lanes are in W axes though the piece is of the moving part
+  /// Of a flat piece: of its vertices, then of its edges; else null.
+  const ConeRange* cones = nullptr;
+  const Real* cone_directions = nullptr;  ///< whole table
 
   [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
     return ConstVec3Map(vertices + 3 * std::size_t{v});
@@ -51,6 +54,18 @@ struct PieceView {
   }
   [[nodiscard]] std::span<const std::uint16_t> edges_at(std::uint32_t v) const noexcept {
     return {vertex_edges + vertex_edge_begin[v], vertex_edge_begin[v + 1] - vertex_edge_begin[v]};
+  }
+  /// A facet of a surface.
+  [[nodiscard]] bool is_facet() const noexcept { return cones != nullptr; }
+  /// Calls `visit(unit direction)` for what the surface goes on along from vertex `v`, or from edge
+  /// `e`, of a facet, until it returns false. @return whether it never has.
+  template <typename Visit>
+  [[nodiscard]] bool all_at_vertex(std::uint32_t v, const Visit& visit) const noexcept {
+    return all_of_cone(cones[v], visit);
+  }
+  template <typename Visit>
+  [[nodiscard]] bool all_at_edge(std::uint32_t e, const Visit& visit) const noexcept {
+    return all_of_cone(cones[vertex_count + e], visit);
   }
   /// The end of edge `e` that is not `v`.
   [[nodiscard]] std::uint32_t other_end(std::uint32_t e, std::uint32_t v) const noexcept {
@@ -66,6 +81,16 @@ struct PieceView {
   /// face_normal(f) . p for points p of the face [m].
   [[nodiscard]] Real face_offset(std::uint32_t f) const noexcept {
     return static_cast<Real>(faces[f].sign) * planes[faces[f].plane].offset_m;
+  }
+
+ private:
+  template <typename Visit>
+  [[nodiscard]] bool all_of_cone(const ConeRange& cone, const Visit& visit) const noexcept {
+    const Real* const first = cone_directions + 3 * std::size_t{cone.begin};
+    for (std::uint32_t k = 0; k < cone.count; ++k) {
+      if (!visit(ConstVec3Map(first + 3 * std::size_t{k}))) return false;
+    }
+    return true;
   }
 };
 
@@ -97,6 +122,8 @@ struct PairView {
   const FixedPairRecord* fixed = nullptr;  ///< of a part that never turns, else null
   const FixedPlane* planes = nullptr;      ///< of the pair; null without `fixed`
   const FixedNode* plane_nodes = nullptr;
+  /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m].
+  Real skin_m = 0;
 
   [[nodiscard]] bool has_lists() const noexcept {
     return kSceneTraits.free_orientation && graph_stored;
@@ -139,8 +166,10 @@ class SceneView {
   /// Those that the scene lists (scene/formed_pairs.hpp).
   [[nodiscard]] std::span<const PairRecord> listed_pairs() const noexcept { return pairs_; }
   [[nodiscard]] bool lists_pairs() const noexcept {
-    return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces());
+    return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces(), facets_);
   }
+  /// Some piece is a facet of a surface.
+  [[nodiscard]] bool has_facets() const noexcept { return facets_; }
   /// All of them, listed or not.
   [[nodiscard]] std::uint32_t pair_count() const noexcept {
     return lists_pairs() ? static_cast<std::uint32_t>(pairs_.size())
@@ -188,6 +217,8 @@ class SceneView {
   /// Of a scene that does not list its pairs.
   [[nodiscard]] RtStatus check_formed_pairs(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_sections() const noexcept;
+  /// @param ranges  of all pieces before; grow by those of this.
+  [[nodiscard]] RtStatus check_cones(std::uint32_t index, std::uint64_t& ranges) const noexcept;
   /// @param planes, nodes  of all pairs before; grow by those of this.
   [[nodiscard]] RtStatus check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
                                           std::uint64_t& nodes) const noexcept;
@@ -217,6 +248,9 @@ class SceneView {
   std::uint64_t neighbor_count_ = 0;
   bool neighbors_wide_ = false;
   std::span<const std::uint64_t> marks_;
+  std::span<const ConeRange> cone_ranges_;
+  std::span<const Real> cone_directions_;  ///< 3 per direction
+  bool facets_ = false;                    ///< some piece is one
   std::span<const FixedPairRecord> fixed_pairs_;
   std::span<const FixedPlane> fixed_planes_;
   std::span<const FixedNode> fixed_nodes_;

@@ -58,7 +58,9 @@ PieceGeometry piece_geometry(const ConvexPiece& piece, const PieceTopology& topo
     d.length_m = round_to_real(length);
     g.edge_directions.push_back(d);
   }
-  if (piece.volume_m3 > 0.0) {
+  if (piece.is_facet()) {
+    g.volume_m3 = 0.0;
+  } else if (piece.volume_m3 > 0.0) {
     g.volume_m3 = piece.volume_m3;  // exact before its rounding, where the decomposition made it
   } else {
     Wide volume = 0;
@@ -86,6 +88,10 @@ BodyGeometry place_body(const Body& body, const std::vector<PieceTopology>& topo
   }
   for (std::size_t i = 0; i < body.pieces.size(); ++i) {
     g.pieces.push_back(piece_geometry(body.pieces[i], topologies[i], r, shift));
+  }
+  for (const auto& direction : body.directions) {
+    const Wide3 d = unit(product(r, widen(direction)));
+    g.directions.push_back({round_to_real(d[0]), round_to_real(d[1]), round_to_real(d[2])});
   }
   return g;
 }
@@ -123,10 +129,32 @@ void set_held_part(HeldPartParameters& held, const PlacedBody& placed,
                    const std::array<double, 3>& grip_m) {
   if (!(held.mass_kg > 0.0)) return;
   const Wide3 shift = widen(placed.mesh_origin_m) - widen(grip_m);
-  Wide volume = 0;
+  Wide volume = 0;  // of a surface its area
   Wide3 first{0, 0, 0};
   WideMatrix second{};
   for (const ConvexPiece& piece : placed.body.pieces) {
+    if (piece.is_facet()) {
+      // A shell: triangles, A, A / 3 times the sum of the corners, A / 12 times the sum of the
+      // corners' squares and the square of their sum.
+      const std::vector<std::uint32_t>& loop = piece.faces[0].loop;
+      for (std::size_t k = 2; k < loop.size(); ++k) {
+        const Wide3 corners[] = {widen(piece.vertices[loop[0]]) + shift,
+                                 widen(piece.vertices[loop[k - 1]]) + shift,
+                                 widen(piece.vertices[loop[k]]) + shift};
+        const Wide area = norm(cross(corners[1] - corners[0], corners[2] - corners[0])) / 2;
+        const Wide3 sum = corners[0] + corners[1] + corners[2];
+        volume += area;
+        for (std::size_t i = 0; i < 3; ++i) {
+          first[i] += area * sum[i] / 3;
+          for (std::size_t j = 0; j < 3; ++j) {
+            Wide squares = sum[i] * sum[j];
+            for (const Wide3& x : corners) squares += x[i] * x[j];
+            second[i][j] += area * squares / 12;
+          }
+        }
+      }
+      continue;
+    }
     // Tetrahedra from one vertex to the triangles of every face: V, V / 4 times the sum of the
     // corners, V / 20 times the sum of the corners' squares and the square of their sum.
     const auto corner = [&](std::size_t v) { return widen(piece.vertices[v]) + shift; };

@@ -29,6 +29,7 @@ struct BodyGeometry {
   std::array<double, 3> reference_m{0, 0, 0};  ///< BodyRecord::reference_m
   std::vector<PlaneRecord> planes;
   std::vector<PieceGeometry> pieces;
+  std::vector<std::array<Real, 3>> directions;  ///< of the facets' cones
 };
 
 /// Geometry of the moving body: coordinates minus `grip_m` (both in A's mesh frame).

@@ -27,13 +27,24 @@ struct PieceFace {
       -1;  ///< 0-based face of the user's mesh that it comes from; -1: made by a cut
 };
 
-/// One convex polyhedron.
+/// Where a facet's surface goes on: directions in Body::directions.
+struct SurfaceCone {
+  std::uint32_t begin = 0, count = 0;
+};
+
+/// One convex polyhedron; or a facet of a surface, which has two faces of the same loop, one the
+/// other way round, and no volume.
 struct ConvexPiece {
   std::vector<std::array<double, 3>> vertices;  ///< body frame [m]
   std::vector<std::int64_t>
       source_vertex;  ///< 0-based vertex of the user's mesh, -1: made by a cut
   std::vector<PieceFace> faces;
   double volume_m3 = 0.0;
+  /// Of a facet, by vertex: the mesh's edges there, away from it; by side k of faces[0], which joins
+  /// its loop's vertices k and k + 1: the ways into all facets there, orthogonal to the edge.
+  std::vector<SurfaceCone> vertex_cones, side_cones;
+
+  [[nodiscard]] bool is_facet() const { return faces.size() == 2; }
 };
 
 /// One rigid body as convex pieces that share their planes.
@@ -41,8 +52,9 @@ struct Body {
   std::string name;               ///< for people: mesh file name
   std::vector<BodyPlane> planes;  ///< body frame [m]
   std::vector<ConvexPiece> pieces;
-  double volume_m3 = 0.0;
-  std::array<double, 3> centre_of_volume_m{0, 0, 0};  ///< body frame [m]
+  std::vector<std::array<double, 3>> directions;  ///< unit, body frame; of the facets' cones
+  double volume_m3 = 0.0;                         ///< 0: a surface
+  std::array<double, 3> centre_of_volume_m{0, 0, 0};  ///< body frame [m]; of a surface: of its area
 };
 
 }  // namespace haptic::tools

@@ -42,7 +42,7 @@ void check_counts(const ConvexPiece& piece, const std::string& place) {
   limited(piece.vertices.size(), "vertices");
   limited(piece.faces.size(), "faces");
   limited(corners / 2, "edges");
-  if (piece.vertices.size() < 4 || piece.faces.size() < 4) {
+  if (!piece.is_facet() && (piece.vertices.size() < 4 || piece.faces.size() < 4)) {
     refuse(place, std::to_string(piece.vertices.size()) + " vertices and " +
                       std::to_string(piece.faces.size()) + " faces do not bound a solid");
   }
@@ -187,7 +187,7 @@ void fill_loops(const ConvexPiece& piece, PieceTopology& t) {
 void check_sphere(const PieceTopology& t, const std::string& place) {
   for (std::uint32_t v = 0; v < t.vertex_count; ++v) {
     const std::uint32_t degree = t.vertex_edge_begin[v + 1] - t.vertex_edge_begin[v];
-    if (degree < 3) {
+    if (degree < (t.faces.size() == 2 ? 2u : 3u)) {
       refuse(place, "vertex " + std::to_string(v) + " has " + std::to_string(degree) + " edges");
     }
   }

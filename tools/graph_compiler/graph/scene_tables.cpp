@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
 
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/graph_limits.hpp"
@@ -23,7 +24,6 @@ std::size_t align_up(std::size_t offset) {
   return (offset + kSceneAlignment - 1) / kSceneAlignment * kSceneAlignment;
 }
 
-constexpr std::size_t kMaxPieces = 65535;
 
 template <typename T>
 std::uint32_t size32(const std::vector<T>& v) {
@@ -91,6 +91,24 @@ PieceRecord piece_record(const SceneTables& t, const PieceTopology& topology,
   return record;
 }
 
+/// Appends the cones of a facet's vertices, then of its edges in the topology's order.
+void add_cones(SceneTables& t, const ConvexPiece& piece, const PieceTopology& topology,
+               PieceRecord& record) {
+  const std::vector<std::uint32_t>& loop = piece.faces[0].loop;
+  if (piece.vertex_cones.size() != loop.size() || piece.side_cones.size() != loop.size()) {
+    throw std::logic_error("a facet without the cones of its vertices and sides");
+  }
+  record.cone_begin = size32(t.cone_ranges);
+  const auto add = [&](const SurfaceCone& cone) {
+    t.cone_ranges.push_back({t.cone_base + cone.begin, cone.count});
+  };
+  for (const SurfaceCone& cone : piece.vertex_cones) add(cone);
+  const std::uint16_t* const sides = topology.loop_edges.data() + topology.faces[0].loop_begin;
+  std::vector<std::size_t> side_of(loop.size());
+  for (std::size_t k = 0; k < loop.size(); ++k) side_of[sides[k]] = k;
+  for (const std::size_t k : side_of) add(piece.side_cones[k]);
+}
+
 void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& topology,
                const BodyGeometry& body, std::size_t index,
                const std::function<void(double)>& progress) {
@@ -123,6 +141,8 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
     t.source_vertices.push_back(static_cast<std::int32_t>(source));
   }
   record.mark_begin = kNotMarked;
+  record.cone_begin = kNoCones;
+  if (piece.is_facet()) add_cones(t, piece, topology, record);
   t.pieces.push_back(record);
   t.topologies.push_back(topology);
 }
@@ -174,8 +194,8 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
               const std::function<void(double)>& progress) {
   const Body& body = placed.body;
   if (body.pieces.empty()) throw InputError(body.name + ": no convex piece; the part is empty");
-  if (t.pieces.size() + body.pieces.size() > kMaxPieces) {
-    throw InputError(body.name + ": more than " + std::to_string(kMaxPieces) +
+  if (t.pieces.size() + body.pieces.size() > kMostPieces) {
+    throw InputError(body.name + ": more than " + std::to_string(kMostPieces) +
                      " convex pieces in the scene; use a coarser mesh");
   }
   std::vector<PieceTopology> topologies;
@@ -207,6 +227,8 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
                      " m3; the pieces do not make up the part");
   }
   append(t.planes, geometry.planes);
+  append(t.cone_directions, geometry.directions);
+  t.cone_base = size32(t.cone_directions);
   t.bodies.push_back(record);
 }
 
@@ -305,6 +327,10 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   blob.add(SectionId::kVertexLanes, t.lanes);
   blob.add(SectionId::kEdgeArcs, t.arcs);
   if (!t.marks.empty()) blob.add(SectionId::kNodeMarks, t.marks);
+  if (!t.cone_ranges.empty()) {
+    blob.add(SectionId::kConeRanges, t.cone_ranges);
+    blob.add(SectionId::kConeDirections, t.cone_directions);
+  }
   return blob;
 }
 

@@ -69,6 +69,9 @@ struct SceneTables {
   std::vector<std::uint32_t> neighbor_begin{0};
   std::vector<std::uint32_t> neighbors;
   std::vector<std::uint64_t> marks;
+  std::vector<ConeRange> cone_ranges;
+  std::vector<std::array<Real, 3>> cone_directions;
+  std::uint32_t cone_base = 0;  ///< directions of the bodies before; not a section
   std::vector<FixedPairRecord> fixed_pairs;
   std::vector<FixedPlane> fixed_planes;
   std::vector<FixedNode> fixed_nodes;

@@ -264,6 +264,20 @@ void check_epsilon(const SceneParameters& p, const std::string& scene) {
   }
 }
 
+/// Surfaces have no inside, and their planes are formed as they are met.
+void check_surfaces(const SceneParameters& p, const std::string& scene) {
+  const std::string start = "scene '" + scene + "': a part is a surface, which has no depth: ";
+  if (p.law != LawId::kProxy) {
+    throw InputError(start + "only [rendering] law = \"proxy\" can render it");
+  }
+  if (has_goal_contact(p)) {
+    throw InputError(start + "leave out [rendering] goal_contact, or make every part a solid");
+  }
+  if (is_one_orientation(p.envelope)) {
+    throw InputError(start + "give [motion_limits] orientation an angle above 0, or leave it out");
+  }
+}
+
 /// The bodies that are not the solids of their meshes.
 void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
   std::vector<SimplifiedBody> simplified;
@@ -282,12 +296,20 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
 
 }  // namespace
 
+bool has_surfaces(const SceneDescription& description) {
+  const auto is_surface = [](const PlacedBody& placed) {
+    return std::ranges::any_of(placed.body.pieces, &ConvexPiece::is_facet);
+  };
+  return is_surface(description.moving) || std::ranges::any_of(description.statics, is_surface);
+}
+
 bool lists_pairs(const SceneDescription& description) {
   SceneParameters p = description.parameters;
   p.envelope = envelope_parameters(description);
   std::size_t fixed = 0;
   for (const PlacedBody& body : description.statics) fixed += body.body.pieces.size();
-  return haptic::lists_pairs(p, description.moving.body.pieces.size(), fixed);
+  return haptic::lists_pairs(p, description.moving.body.pieces.size(), fixed,
+                             has_surfaces(description));
 }
 
 std::vector<std::byte> write_scene(const SceneDescription& description, SceneAccount* account,
@@ -300,6 +322,7 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   const std::uint32_t name_offset = add_text(t, description.name);
   t.parameters.push_back(finished_parameters(description, name_offset));
   check_epsilon(t.parameters[0], description.name);
+  if (has_surfaces(description)) check_surfaces(t.parameters[0], description.name);
   double pieces = static_cast<double>(description.moving.body.pieces.size());
   for (const PlacedBody& body : description.statics) {
     pieces += static_cast<double>(body.body.pieces.size());

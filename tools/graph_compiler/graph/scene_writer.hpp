@@ -102,6 +102,9 @@ struct SceneDescription {
 /// Whether the scene lists its pairs (rt_core/scene/formed_pairs.hpp).
 [[nodiscard]] bool lists_pairs(const SceneDescription& description);
 
+/// Whether some part is a surface.
+[[nodiscard]] bool has_surfaces(const SceneDescription& description);
+
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has
 /// accepted them). Byte-identical for equal input on every compiler. Geometry is rounded to Real
 /// once, at the end. `account`, where given, is filled; `progress` gets the fraction of the

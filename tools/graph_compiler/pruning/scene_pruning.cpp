@@ -349,6 +349,38 @@ double radius_of(const std::vector<PieceShape>& moving) {
   return radius_m;
 }
 
+/// A scene with surfaces lists no pairs, and what a facet's contact can carry depends on its normal:
+/// the core decides it from the facet's cones. Of solids their seams are hidden as in any scene.
+void prune_beside_surfaces(SceneDescription& description, PruningAccount& account) {
+  const double epsilon_m = description.parameters.epsilon_m;
+  std::size_t first = 0;  // piece of the scene
+  const auto add = [&](const PlacedBody& placed, const std::array<double, 3>* grip_m) {
+    const std::vector<ConvexPiece>& pieces = placed.body.pieces;
+    const bool moves = grip_m != nullptr;
+    (moves ? account.moving_pieces : account.static_pieces) += pieces.size();
+    if (placed.body.pieces.front().is_facet()) {
+      for (const ConvexPiece& piece : pieces) {
+        const std::size_t corners = piece.vertices.size();
+        description.open.push_back({std::vector<bool>(2, true), std::vector<bool>(corners, true),
+                                    std::vector<bool>(corners, true)});
+      }
+    } else {
+      const bool known = description.prune && !description.exposure.empty();
+      std::vector<PieceShape> shapes = piece_shapes(
+          placed, grip_m, known ? description.exposure.data() + first : nullptr, std::nullopt);
+      for (const PieceShape& shape : shapes) {
+        description.open.push_back(open_features(shape, near_cones(shape, epsilon_m)));
+      }
+      count_hidden(shapes, account);
+    }
+    first += pieces.size();
+  };
+  add(description.moving, &description.grip_m);
+  for (const PlacedBody& placed : description.statics) add(placed, nullptr);
+  account.pairs = account.moving_pieces * account.static_pieces;
+  if (!description.prune) description.open.clear();
+}
+
 }  // namespace
 
 PruningAccount prune_scene(SceneDescription& description) {
@@ -357,6 +389,12 @@ PruningAccount prune_scene(SceneDescription& description) {
   account.pruned = description.prune;
   description.marks.clear();
   description.open.clear();
+  if (has_surfaces(description)) {
+    prune_beside_surfaces(description, account);
+    const auto spent = std::chrono::steady_clock::now() - begin;
+    account.marks_ms = std::chrono::duration<double, std::milli>(spent).count();
+    return account;
+  }
   if (!description.prune) description.exposure.clear();
   const auto envelope =
       description.prune ? description.orientation : std::optional<OrientationEnvelope>{};
