@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tools/graph_compiler/mesh/box_tree.hpp"
+#include "tools/graph_compiler/mesh/edge_table.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 
 namespace haptic::tools {
@@ -113,7 +114,8 @@ void Neighbourhood::number_edges() {
   std::sort(sides.begin(), sides.end(), [](const FacetSide& a, const FacetSide& b) {
     return a.key != b.key ? a.key < b.key : a.place < b.place;
   });
-  part_.closed = true;
+  ParitySets shells(part_.facets.size());
+  std::vector<std::uint32_t> of_open;  // facets at edges that are not those of a closed shell
   for (std::size_t i = 0; i < sides.size();) {
     const auto e = static_cast<std::uint32_t>(part_.edges.size());
     part_.edges.push_back(
@@ -127,13 +129,22 @@ void Neighbourhood::number_edges() {
       inward_.push_back({e, sides[end].forward ? left : vec::scaled(left, -1.0)});
     }
     const std::size_t count = end - i;
-    part_.closed = part_.closed && count == 2 && sides[i].forward != sides[i + 1].forward;
+    for (std::size_t k = i + 1; k < end; ++k) shells.unite(sides[i].facet, sides[k].facet, false);
+    if (count != 2 || sides[i].forward == sides[i + 1].forward) of_open.push_back(sides[i].facet);
     if (count == 1) {
       open_.push_back(e);
       open_inward_.push_back(inward_.back().direction);
     }
     if (count > 2) ++account_.nonmanifold_edges;
     i = end;
+  }
+  part_.closed = of_open.empty();
+  std::vector<std::uint8_t> open(part_.facets.size(), 0);  // by root
+  for (const std::uint32_t f : of_open) open[shells.root_of(f)] = 1;
+  for (std::uint32_t f = 0; f < part_.facets.size(); ++f) {
+    if (shells.root_of(f) != f) continue;
+    ++account_.shells;
+    if (open[f] == 0) ++account_.closed_shells;
   }
 }
 
@@ -150,7 +161,8 @@ void Neighbourhood::overlap(std::uint32_t i, std::uint32_t k, std::vector<Overla
   }
   const double low = std::max(0.0, std::min(at[0], at[1]));
   const double high = std::min(length, std::max(at[0], at[1]));
-  if (!(high - low > weld_m_)) return;
+  const double shorter = std::min(length, std::abs(at[1] - at[0]));
+  if (!(high - low > std::min(weld_m_, 0.5 * shorter))) return;
   std::array<double, 2> on_other{};
   for (std::size_t j = 0; j < 2; ++j) {
     const double s = j == 0 ? low : high;

@@ -8,7 +8,7 @@
 namespace haptic::tools {
 
 /// Fills rings, edges, inward directions and `closed` of a part whose vertices and facets are
-/// there, and open_edges, t_junction_edges, nonmanifold_edges and widest_crack_m of the account.
+/// there, and the edges, shells and crack of the account.
 /// Open edges that lie within `weld_radius_m` of each other over a length overlap.
 /// Cost: O(n log n), and O(log n) for each open edge that few others are near.
 void find_neighbourhood(SurfacePart& part, double weld_radius_m, SurfaceAccount& account);

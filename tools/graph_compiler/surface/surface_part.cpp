@@ -355,11 +355,8 @@ void PartMaker::absorb_flat_triangles() {
 /// Consistent over edges with two triangles, as most of each set have it in the file.
 void PartMaker::orient() {
   const std::vector<TriangleSide> all = sides();
-  ParitySets sense(triangles_.size()), shell(triangles_.size());
+  ParitySets sense(triangles_.size());
   for_edges(all, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin + 1; i < end; ++i) {
-      shell.unite(all[begin].triangle, all[i].triangle, false);
-    }
     if (end != begin + 2) return;
     const TriangleSide &a = all[begin], &b = all[begin + 1];
     sense.unite(a.triangle, b.triangle, a.forward == b.forward);
@@ -368,25 +365,12 @@ void PartMaker::orient() {
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
     ++votes[sense.root_of(i)][sense.parity_of(i) ? 1 : 0];
   }
-  std::vector<std::uint8_t> turned(triangles_.size(), 0);
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
     const auto& vote = votes[sense.root_of(i)];
     const bool minority = sense.parity_of(i) ? vote[1] <= vote[0] : vote[0] < vote[1];
     if (!minority) continue;
     std::swap(triangles_[i].v[1], triangles_[i].v[2]);
-    turned[i] = 1;
     ++account_.flipped;
-  }
-  std::vector<std::uint8_t> open(triangles_.size(), 0);  // by root of the shell
-  for_edges(all, [&](std::size_t begin, std::size_t end) {
-    const TriangleSide &a = all[begin], &b = all[end - 1];
-    const bool opposite = (a.forward == b.forward) != (turned[a.triangle] == turned[b.triangle]);
-    if (end != begin + 2 || !opposite) open[shell.root_of(a.triangle)] = 1;
-  });
-  for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
-    if (shell.root_of(i) != i) continue;
-    ++account_.shells;
-    if (open[i] == 0) ++account_.closed_shells;
   }
 }
 

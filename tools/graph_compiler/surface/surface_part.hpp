@@ -60,7 +60,7 @@ struct SurfaceAccount {
   std::size_t t_junction_edges = 0;     ///< open edges that other open edges overlap
   std::size_t open_edges = 0;           ///< with one facet, nothing that overlaps them all along
   std::size_t nonmanifold_edges = 0;    ///< with more than two facets
-  std::size_t shells = 0;               ///< sets of triangles connected by edges
+  std::size_t shells = 0;               ///< sets of facets connected by edges
   std::size_t closed_shells = 0;        ///< of these, without open and non-manifold edges, oriented
   /// Pairs of triangles that pass through each other, at most kMostCrossingsCounted; absent where
   /// counting would take long.

@@ -19,8 +19,8 @@ int side_of_plane(const Point3& a, const Point3& b, const Point3& c, const Point
 /// plane counts. Exact.
 bool triangles_cross(const TriangleCorners& s, const TriangleCorners& t);
 
-/// The two have a point in common, touching included. Exact for triangles that have an area;
-/// one without is taken for its longest edge.
+/// The two have a point in common, touching included. Exact. Precondition: both have an
+/// area.
 bool triangles_meet(const TriangleCorners& s, const TriangleCorners& t);
 
 /// Twice the area vector of a convex or simple polygon in one plane, as if in twice the precision:
