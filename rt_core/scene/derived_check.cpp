@@ -131,8 +131,8 @@ bool apex_rule_fits(const PieceView& p, std::uint32_t e, int k, double scale,
   const Double3 origin = vertex_of(p, p.edges[e].vertex[0]);
   for (std::uint32_t v = 0; v < p.vertex_count; ++v) {
     const Double3 vertex = vertex_of(p, static_cast<std::uint16_t>(v));
-    if (dot(n, vertex - origin) > epsilon_m * (1 + kUnitTolerance) + kGeometryTolerance * scale)
-      return false;
+    const double highest = epsilon_m * (1 + kApexSlack + kUnitTolerance);
+    if (dot(n, vertex - origin) > highest + kGeometryTolerance * scale) return false;
   }
   return true;
 }

@@ -9,6 +9,11 @@
 
 namespace haptic::check {
 
+/// The share of epsilon by which the compiler lets a vertex rise higher than the apex of an arc and
+/// still says that the apex rules: equal heights differ by rounding of the mesh. A share, because
+/// an absolute height would refuse small parts that pass when they are larger.
+inline constexpr double kApexSlack = 1.0e-9;
+
 /// The lanes are the vertices, bit for bit; the padding repeats vertex 0. Cost: O(V).
 [[nodiscard]] RtStatus lanes(const PieceView& p) noexcept;
 

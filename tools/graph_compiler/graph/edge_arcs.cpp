@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "rt_core/scene/derived_check.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -94,7 +96,7 @@ static bool apex_rules(const WidePiece& piece, const WideArc& arc, std::uint32_t
   if (arc.full) return false;
   const Wide3 n = arc.end(k);
   const Wide3& origin = piece.vertices[piece.topology->edges[e].vertex[0]];
-  const Wide limit = static_cast<Wide>(epsilon_m) * (1 + 1e-9L);
+  const Wide limit = static_cast<Wide>(epsilon_m) * (1 + static_cast<Wide>(check::kApexSlack));
   for (const Wide3& v : piece.vertices) {
     if (dot(n, v - origin) > limit) return false;
   }

@@ -2,6 +2,7 @@
 #include "tools/graph_compiler/mesh/box_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -18,6 +19,23 @@ bool ray_meets(const vec::Box& box, const Point3& origin, const Point3& directio
     const double t1 = (box.high[i] + margin - origin[i]) / direction[i];
     enter = std::max(enter, std::min(t0, t1));
     leave = std::min(leave, std::max(t0, t1));
+  }
+  return enter <= leave;
+}
+
+bool segment_meets(const vec::Box& box, const Point3& a, const Point3& b, double margin) {
+  double enter = 0.0;
+  double leave = 1.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double low = box.low[i] - margin - a[i];
+    const double high = box.high[i] + margin - a[i];
+    const double along = b[i] - a[i];
+    if (std::abs(along) > 0.0) {
+      enter = std::max(enter, std::min(low / along, high / along));
+      leave = std::min(leave, std::max(low / along, high / along));
+    } else if (low > 0.0 || high < 0.0) {
+      return false;
+    }
   }
   return enter <= leave;
 }
@@ -103,6 +121,11 @@ void BoxTree::find(const vec::Box& query, std::vector<std::uint32_t>& out) const
 void BoxTree::find_ray(const Point3& origin, const Point3& direction, double margin,
                        std::vector<std::uint32_t>& out) const {
   visit([&](const vec::Box& box) { return ray_meets(box, origin, direction, margin); }, out);
+}
+
+void BoxTree::find_segment(const Point3& a, const Point3& b, double margin,
+                           std::vector<std::uint32_t>& out) const {
+  visit([&](const vec::Box& box) { return segment_meets(box, a, b, margin); }, out);
 }
 
 }  // namespace haptic::tools

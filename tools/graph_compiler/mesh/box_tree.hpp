@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Static tree of axis-aligned boxes: finds the boxes that meet a box or a line.
+/// Static tree of axis-aligned boxes: finds the boxes that meet a box, a line or a segment.
 
 #include <cstdint>
 #include <vector>
@@ -21,6 +21,9 @@ class BoxTree {
   /// component zero) meets at a parameter >= -margin, ascending.
   void find_ray(const Point3& origin, const Point3& direction, double margin,
                 std::vector<std::uint32_t>& out) const;
+  /// Indices of the boxes, grown by `margin`, that the segment from a to b meets, ascending.
+  void find_segment(const Point3& a, const Point3& b, double margin,
+                    std::vector<std::uint32_t>& out) const;
 
  private:
   struct Node {

@@ -19,6 +19,12 @@
 namespace haptic::tools {
 namespace {
 
+/// What no other treatment of the mesh would cure.
+[[noreturn]] void refuse_size(const WorkMesh& mesh, const std::string& defect,
+                              const std::string& fix) {
+  throw SizeError(mesh.file + ": " + defect + "; " + fix);
+}
+
 constexpr double kToleranceOfDiagonal = 5.0e-6;
 constexpr double kToleranceOfPrint = 1.5;
 constexpr double kCoarsestPrint = 2.0e-4;     // of the diagonal
@@ -27,7 +33,7 @@ constexpr double kLargestTolerance = 1.0e-2;  // of the diagonal
 void check_scale(const WorkMesh& mesh, const std::array<double, 3>& scale) {
   for (const double s : scale) {
     if (!std::isfinite(s) || s <= 0.0) {
-      refuse_mesh(mesh,
+      refuse_size(mesh,
                   formatted("the scale (%g, %g, %g) is not three positive numbers", scale[0],
                             scale[1], scale[2]),
                   "give metres per unit of the file; mirror parts in the CAD program");
@@ -48,14 +54,14 @@ vec::Box scale_points(const WorkMesh& mesh, const std::array<double, 3>& scale,
   for (const RawFace& face : mesh.raw->faces) {
     for (const std::uint32_t v : face.vertices) {
       if (v >= points.size()) {
-        refuse_mesh(
+        refuse_size(
             mesh,
             "a face uses vertex " + std::to_string(v) + " of " + std::to_string(points.size()),
             "correct the index");
       }
       for (const double x : points[v]) {
         if (!std::isfinite(x)) {
-          refuse_mesh(mesh, "vertex " + std::to_string(v + 1) + " is not finite after scaling",
+          refuse_size(mesh, "vertex " + std::to_string(v + 1) + " is not finite after scaling",
                       "check the unit of the export");
         }
       }
@@ -70,7 +76,7 @@ void check_diagonal(const WorkMesh& mesh) {
     return;
   }
   const bool small = mesh.diagonal_m < kSmallestDiagonal_m;
-  refuse_mesh(mesh,
+  refuse_size(mesh,
               "the part is " + length_text(mesh.diagonal_m) + " across, " +
                   (small ? "smallest " : "largest ") +
                   length_text(small ? kSmallestDiagonal_m : kLargestDiagonal_m),
@@ -92,33 +98,23 @@ Point3 coarse_centre(const vec::Box& box, double diagonal) {
   return centre;
 }
 
-/// Last place of the coordinates [m]: printed digits, or the step of single precision in binary
-/// files.
-double resolution_m(const RawMesh& raw, const std::array<double, 3>& scale, const vec::Box& box) {
-  const double largest_scale = std::max({scale[0], scale[1], scale[2]});
-  if (raw.places_are_lines) {
-    return raw.print_resolution * largest_scale;
-  }
-  double largest = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    largest = std::max({largest, std::abs(box.low[i]), std::abs(box.high[i])});
-  }
-  return largest * 0x1p-23;
-}
-
 void choose_tolerance(WorkMesh& mesh, const CleaningOptions& options, const vec::Box& box) {
   if (options.plane_tolerance_m) {
     const double tolerance = *options.plane_tolerance_m;
     const double largest = kLargestTolerance * mesh.diagonal_m;
     if (!std::isfinite(tolerance) || tolerance <= 0.0 || tolerance > largest) {
-      refuse_mesh(
+      refuse_size(
           mesh, "the plane tolerance " + length_text(tolerance) + " is out of range",
           "give a positive length up to " + length_text(largest) + " (a hundredth of the part)");
     }
     mesh.tolerance_m = tolerance;
     return;
   }
-  const double resolution = resolution_m(*mesh.raw, options.scale_to_m, box);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    largest = std::max({largest, std::abs(box.low[i]), std::abs(box.high[i])});
+  }
+  const double resolution = coordinate_resolution(*mesh.raw, options.scale_to_m, largest);
   mesh.tolerance_m = plane_tolerance(mesh.diagonal_m, resolution);
   const bool coarse = resolution > kCoarsestPrint * mesh.diagonal_m;
   if (coarse && mesh.raw->print_resolution < 1.0) {
@@ -209,6 +205,12 @@ std::string face_text(const WorkMesh& mesh, std::uint32_t source_face) {
 
 void refuse_mesh(const WorkMesh& mesh, const std::string& defect, const std::string& fix) {
   throw InputError(mesh.file + ": " + defect + "; " + fix);
+}
+
+double coordinate_resolution(const RawMesh& raw, const std::array<double, 3>& scale_to_m,
+                             double largest_coordinate_m) {
+  if (!raw.places_are_lines) return largest_coordinate_m * 0x1p-23;
+  return raw.print_resolution * std::max({scale_to_m[0], scale_to_m[1], scale_to_m[2]});
 }
 
 double plane_tolerance(double diagonal_m, double resolution_m) {

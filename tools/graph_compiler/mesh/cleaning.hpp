@@ -11,6 +11,7 @@
 #include <array>
 #include <optional>
 
+#include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 
 namespace haptic::tools {
@@ -20,12 +21,23 @@ namespace haptic::tools {
 inline constexpr double kSmallestDiagonal_m = 1.0e-6;
 inline constexpr double kLargestDiagonal_m = 1.0e4;
 
+/// Scale, size, tolerance or coordinates are out of range: so they are for a surface part too.
+class SizeError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 struct CleaningOptions {
   /// Metres per file unit along x, y, z: finite and positive (a mirrored part is another part).
   std::array<double, 3> scale_to_m = {1.0, 1.0, 1.0};
   /// `tol` [m]; absent: max(5e-6 diagonal, 1.5 print resolution), see plane_tolerance().
   std::optional<double> plane_tolerance_m = std::nullopt;
 };
+
+/// Last place of the coordinates of a file [m]: printed digits, or the step of single precision at
+/// the largest coordinate in binary files.
+double coordinate_resolution(const RawMesh& raw, const std::array<double, 3>& scale_to_m,
+                             double largest_coordinate_m);
 
 /// The default tolerance [m] for a part of this diagonal.
 /// `resolution_m` is the last printed place. Coordinates with so few digits that it exceeds 2e-4 of

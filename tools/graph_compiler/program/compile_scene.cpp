@@ -6,8 +6,10 @@
 #include <cmath>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
@@ -15,10 +17,12 @@
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
+#include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -46,10 +50,14 @@ std::string without_file(const std::string& warning, const std::string& file) {
   return warning.rfind(start, 0) == 0 ? warning.substr(start.size()) : warning;
 }
 
-struct CompiledPart {
+struct SolidPart {
   PlacedBody placed;
   std::vector<PieceExposure> exposure;  ///< by piece of the body
   double exposure_s = 0.0;
+};
+
+struct CompiledPart {
+  std::variant<SolidPart, SurfacePart> shape;
   PartReport report;
 };
 
@@ -118,22 +126,16 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
-CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
-                          const CompileOptions& options) {
-  CompiledPart result;
-  PartReport& report = result.report;
-  report.mesh = part.mesh;
-  report.scale_to_m = part.scale_to_m;
-  const auto tell = [&](const char* step, double fraction) {
-    if (options.progress) options.progress(part.mesh, step, fraction);
-  };
-  Stopwatch watch;
-  tell("reading", 0.0);
-  const RawMesh raw = read_mesh(part.path);
-  report.mesh_vertices = raw.vertices.size();
-  report.mesh_faces = raw.faces.size();
-  report.timing.read_s = watch.lap();
+/// "1 open edge", "2 306 open edges"
+std::string counted(std::size_t n, const char* what) {
+  return grouped(n) + " " + what + (n == 1 ? "" : "s");
+}
 
+/// The mesh as a solid: the part's report, and what goes into the scene.
+SolidPart compile_solid(const RawMesh& raw, const ScenePart& part, const SceneFile& scene,
+                        const CompileOptions& options, const Tell& tell, PartReport& report) {
+  SolidPart result;
+  Stopwatch watch;
   tell("cleaning", 0.0);
   CleaningOptions cleaning;
   cleaning.scale_to_m = part.scale_to_m;
@@ -165,7 +167,6 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   report.certificate = pieces.certificate;
   append(report.steps, surface.steps);
   append(report.steps, flat.steps);
-  report.file = raw.file;
   for (const std::vector<std::string>& warnings :
        {surface.warnings, flat.warnings, pieces.warnings}) {
     for (const std::string& warning : warnings) {
@@ -191,12 +192,92 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   report.volume_m3 = result.placed.body.volume_m3;
   report.pieces = result.placed.body.pieces;
   report.timing.decompose_s = watch.lap() - exact.flatten_s;
+  report.reason = "closed, " + counted(report.reflex_edges, "reflex edge") + "; " +
+                  counted(report.mesh_faces, "face") + ", " +
+                  counted(report.pieces.size(), "convex piece");
   if (!options.prune) return result;
 
   tell("finding seams", 0.0);
   std::vector<PieceExposure> exposure = exposure_of(flat, pieces.pieces);
   for (const std::size_t k : order) result.exposure.push_back(std::move(exposure[k]));
   result.exposure_s = watch.lap();
+  return result;
+}
+
+/// The first defect of a refusal: "file: defect; fix" without the file and the fix.
+std::string defect_of(const std::string& refusal, const std::string& file) {
+  const std::string text = without_file(refusal, file);
+  return text.substr(0, text.find("; "));
+}
+
+/// `why` is what the mesh lacks for a solid; empty where a surface was asked for.
+SurfacePart compile_surface(const RawMesh& raw, const ScenePart& part, const std::string& why,
+                            const Tell& tell, PartReport& report) {
+  Stopwatch watch;
+  tell("making facets", 0.0);
+  SurfaceOptions surface_options;
+  surface_options.scale_to_m = part.scale_to_m;
+  SurfaceAccount account;
+  SurfacePart surface = make_surface_part(raw, surface_options, &account);
+  report.diagonal_m = account.diagonal_m;
+  report.shells = account.shells;
+  report.reason = why.empty() ? "as the scene asks" : why;
+  if (!why.empty() && account.open_edges > 0) {
+    report.reason = counted(account.open_edges, "open edge") + " (a solid needs none)";
+  }
+  report.reason +=
+      "; " + counted(account.triangles, "triangle") + ", " + counted(account.facets, "facet");
+  if (account.degenerate_loose > 0) {
+    report.warnings.push_back(counted(account.degenerate_loose, "triangle") +
+                              " without area that no facet borders on: left out");
+  }
+  if (account.widest_crack_m > 0.0) {
+    report.warnings.push_back(
+        formatted("a crack of %.3g m between open edges: a real slot, since it is wider than the "
+                  "%.3g m within which edges are joined",
+                  account.widest_crack_m, account.weld_radius_m));
+  }
+  report.surface = account;
+  report.timing.facets_s = watch.lap();
+  return surface;
+}
+
+CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
+                          const CompileOptions& options) {
+  CompiledPart result;
+  PartReport& report = result.report;
+  report.mesh = part.mesh;
+  report.scale_to_m = part.scale_to_m;
+  const auto tell = [&](const char* step, double fraction) {
+    if (options.progress) options.progress(part.mesh, step, fraction);
+  };
+  Stopwatch watch;
+  tell("reading", 0.0);
+  const RawMesh raw = read_mesh(part.path);
+  report.file = raw.file;
+  report.mesh_vertices = raw.vertices.size();
+  report.mesh_faces = raw.faces.size();
+  report.timing.read_s = watch.lap();
+  std::string why;
+  if (part.kind != PartKind::kSurface) {
+    PartReport solid = report;
+    try {
+      result.shape = compile_solid(raw, part, scene, options, tell, solid);
+      report = std::move(solid);
+      return result;
+    } catch (const SizeError&) {
+      throw;
+    } catch (const InputError& refusal) {
+      if (part.kind == PartKind::kSolid) throw;
+      why = defect_of(refusal.what(), raw.file);
+    }
+    const bool simplified = options.simplify_m || part.simplify_m;
+    if (simplified) report.warnings.push_back("a surface part is not simplified");
+    if (options.disjoint || part.disjoint) {
+      report.warnings.push_back("a surface part has no solids to cut apart");
+    }
+  }
+  result.shape = compile_surface(raw, part, why, tell, report);
   return result;
 }
 
@@ -250,6 +331,41 @@ void check_size(const SceneFile& scene, const SceneView& view, std::vector<std::
   }
 }
 
+StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
+  const StartPose pose{placed.position_m, placed.quaternion_wxyz};
+  StartShape shape;
+  if (const auto* surface = std::get_if<SurfacePart>(&part.shape)) {
+    shape = start_shape(*surface, *part.report.surface, pose);
+  } else {
+    const PlacedBody& solid = std::get<SolidPart>(part.shape).placed;
+    shape = start_shape(solid.body, solid.mesh_origin_m, pose);
+  }
+  shape.mesh = part.report.mesh;
+  return shape;
+}
+
+/// A start in collision is refused where a surface is involved, and warned of between solids.
+void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
+  std::vector<StartShape> fixed;
+  for (std::size_t i = 0; i < scene.statics.size(); ++i) {
+    fixed.push_back(start_shape_of(parts[i + 1], scene.statics[i]));
+  }
+  const auto found = start_collision(start_shape_of(parts[0], scene.moving), fixed);
+  if (!found) return;
+  const std::string text =
+      start_collision_text(*found, fixed[found->fixed], scene.moving.position_m);
+  if (found->free_move_m) throw InputError(scene.file + ": " + scene.moving.mesh + ": " + text);
+  parts[0].report.warnings.push_back(text);
+}
+
+/// The part for the scene writer, which knows solids only.
+SolidPart solid_of(CompiledPart part, const PartReport& report) {
+  if (auto* solid = std::get_if<SolidPart>(&part.shape)) return std::move(*solid);
+  throw InputError(report.file + ": surface: " + report.reason +
+                   ": surface parts cannot be written to a scene yet; repair the mesh, or give "
+                   "as = \"solid\" to see what a solid needs");
+}
+
 }  // namespace
 
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
@@ -264,7 +380,13 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.workspace = scene.workspace;
   description.prune = options.prune;
 
-  CompiledPart moving = compile_part(scene.moving, scene, options);
+  std::vector<CompiledPart> parts;
+  parts.push_back(compile_part(scene.moving, scene, options));
+  for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
+  check_start(scene, parts);
+  for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
+
+  SolidPart moving = solid_of(std::move(parts[0]), result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -274,19 +396,17 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.moving = std::move(moving.placed);
   description.exposure = std::move(moving.exposure);
   double exposure_s = moving.exposure_s;
-  result.parts.push_back(std::move(moving.report));
   CouplingChoice choice = choose_coupling(scene.parameters, scene.coupling,
                                           radius_about(description.moving, description.grip_m),
                                           scene.never_turns(), scene.file);
   description.parameters.coupling = choice.coupling;
   result.notes = std::move(choice.notes);
-  for (const ScenePart& part : scene.statics) {
-    CompiledPart fixed = compile_part(part, scene, options);
-    set_friction(scene, part, fixed.placed, result.notes);
+  for (std::size_t i = 0; i < scene.statics.size(); ++i) {
+    SolidPart fixed = solid_of(std::move(parts[i + 1]), result.parts[i + 1]);
+    set_friction(scene, scene.statics[i], fixed.placed, result.notes);
     description.statics.push_back(std::move(fixed.placed));
     append(description.exposure, fixed.exposure);
     exposure_s += fixed.exposure_s;
-    result.parts.push_back(std::move(fixed.report));
   }
   result.pruning = prune_scene(description);
   result.pruning.exposure_ms = 1e3 * exposure_s;

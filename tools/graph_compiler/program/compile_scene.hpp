@@ -17,17 +17,19 @@
 #include "tools/graph_compiler/program/steady_work.hpp"
 #include "tools/graph_compiler/pruning/pruning_account.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
+#include "tools/graph_compiler/surface/surface_part.hpp"
 
 namespace haptic::tools {
 
 /// Seconds spent; in the report under its own key, since everything else is reproducible.
 struct PartTiming {
-  double read_s = 0.0, clean_s = 0.0, flatten_s = 0.0, decompose_s = 0.0;
+  double read_s = 0.0, clean_s = 0.0, flatten_s = 0.0, decompose_s = 0.0, facets_s = 0.0;
 };
 
 /// What became of one mesh.
 struct PartReport {
   std::string mesh;  ///< as written in the scene file
+  [[nodiscard]] bool is_surface() const { return surface.has_value(); }
   std::string file;  ///< path that messages of the steps start with
   std::array<double, 3> scale_to_m{1, 1, 1};
   std::size_t mesh_vertices = 0, mesh_faces = 0;
@@ -42,6 +44,9 @@ struct PartReport {
   double thinnest_m = 0.0;
   double work = 0.0;
   Certificate certificate;
+  std::string
+      reason;  ///< why it is what it is, with counts: "2 open edges (a solid needs none); .."
+  std::optional<SurfaceAccount> surface;  ///< absent: the part is a solid
   double volume_m3 = 0.0;
   std::vector<ConvexPiece> pieces;
   PartTiming timing;

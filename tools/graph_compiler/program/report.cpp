@@ -91,6 +91,30 @@ Json simplified_json(const std::optional<SimplifyAccount>& account) {
           {"volume_after_m3", a.volume_after_m3}};
 }
 
+Json surface_json(const std::optional<SurfaceAccount>& account) {
+  if (!account) return nullptr;
+  const SurfaceAccount& a = *account;
+  Json crossings = nullptr;
+  if (a.self_intersections) crossings = *a.self_intersections;
+  return {{"triangles_read", a.triangles_read},
+          {"triangles", a.triangles},
+          {"facets", a.facets},
+          {"welded_vertices", a.welded_vertices},
+          {"largest_weld_move_m", a.largest_weld_move_m},
+          {"weld_radius_m", a.weld_radius_m},
+          {"duplicate_facets", a.duplicate_facets},
+          {"degenerate_absorbed", a.degenerate_absorbed},
+          {"degenerate_loose", a.degenerate_loose},
+          {"flipped", a.flipped},
+          {"t_junction_edges", a.t_junction_edges},
+          {"open_edges", a.open_edges},
+          {"nonmanifold_edges", a.nonmanifold_edges},
+          {"widest_crack_m", a.widest_crack_m},
+          {"shells", a.shells},
+          {"closed_shells", a.closed_shells},
+          {"self_intersections", std::move(crossings)}};
+}
+
 Json part_json(const PartReport& part, bool moving) {
   Json steps = Json::array();
   for (const CleaningStep& step : part.steps) {
@@ -107,6 +131,9 @@ Json part_json(const PartReport& part, bool moving) {
   const Certificate& c = part.certificate;
   return {{"role", moving ? "moving" : "static"},
           {"file", part.mesh},
+          {"as", part.is_surface() ? "surface" : "solid"},
+          {"reason", part.reason},
+          {"surface", surface_json(part.surface)},
           {"scale_to_m", part.scale_to_m},
           {"mesh_vertices", part.mesh_vertices},
           {"mesh_faces", part.mesh_faces},
@@ -145,7 +172,8 @@ Json timing_json(const CompiledScene& compiled) {
                      {"read_s", part.timing.read_s},
                      {"clean_s", part.timing.clean_s},
                      {"flatten_s", part.timing.flatten_s},
-                     {"decompose_s", part.timing.decompose_s}});
+                     {"decompose_s", part.timing.decompose_s},
+                     {"facets_s", part.timing.facets_s}});
   }
   return {{"parts", std::move(parts)},
           {"exposure_s", 1e-3 * compiled.pruning.exposure_ms},
@@ -177,10 +205,28 @@ std::string certificate_text(const Certificate& c) {
   return text;
 }
 
+std::string surface_text(const SurfaceAccount& a) {
+  std::string text = formatted(
+      "    vertices welded %zu (moved at most %.2g m), faces repeated %zu, without area %zu, "
+      "turned "
+      "%zu\n    open edges %zu, T-junctions %zu, non-manifold edges %zu, shells %zu (%zu closed)\n",
+      a.welded_vertices, a.largest_weld_move_m, a.duplicate_facets,
+      a.degenerate_absorbed + a.degenerate_loose, a.flipped, a.open_edges, a.t_junction_edges,
+      a.nonmanifold_edges, a.shells, a.closed_shells);
+  if (a.self_intersections && *a.self_intersections > 0) {
+    text += formatted("    triangles that pass through each other %s%zu\n",
+                      *a.self_intersections == kMostCrossingsCounted ? "at least " : "",
+                      *a.self_intersections);
+  }
+  return text;
+}
+
 std::string part_text(const PartReport& part, bool moving) {
-  std::string text =
-      formatted("%s %s: %zu vertices, %zu faces, tolerance %.3g m\n", moving ? "moving" : "static",
-                part.mesh.c_str(), part.mesh_vertices, part.mesh_faces, part.plane_tolerance_m);
+  std::string text = formatted("%s %s: %s: %s\n", moving ? "moving" : "static", part.mesh.c_str(),
+                               part.is_surface() ? "surface" : "solid", part.reason.c_str());
+  if (part.surface) return text + surface_text(*part.surface);
+  text += formatted("    %zu vertices, %zu faces, tolerance %.3g m\n", part.mesh_vertices,
+                    part.mesh_faces, part.plane_tolerance_m);
   for (const CleaningStep& step : part.steps) {
     if (step.count == 0) continue;
     text += formatted("    %-24s %8zu   moved at most %.2g m\n", step.name.c_str(), step.count,
@@ -268,7 +314,7 @@ double total_seconds(const CompiledScene& compiled) {
   double sum = compiled.write_s + 1e-3 * (compiled.pruning.exposure_ms + compiled.pruning.marks_ms);
   for (const PartReport& part : compiled.parts) {
     const PartTiming& t = part.timing;
-    sum += t.read_s + t.clean_s + t.flatten_s + t.decompose_s;
+    sum += t.read_s + t.clean_s + t.flatten_s + t.decompose_s + t.facets_s;
   }
   return sum;
 }

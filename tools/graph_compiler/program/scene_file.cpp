@@ -204,6 +204,14 @@ bool read_pose(const TomlTable& t, ScenePart& part) {
   return position || quaternion;
 }
 
+PartKind read_kind(const TomlTable& t) {
+  const auto as = t.text("as");
+  if (!as) return PartKind::kAny;
+  if (*as == "solid") return PartKind::kSolid;
+  if (*as != "surface") t.fail("as", "is '" + *as + "'; give \"solid\" or \"surface\"");
+  return PartKind::kSurface;
+}
+
 ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
   ScenePart part;
   const auto mesh = t.text("mesh");
@@ -230,6 +238,13 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
   }
   part.simplify_m = t.number("simplify_m", kPositive);
   part.disjoint = t.flag("disjoint").value_or(false);
+  part.kind = read_kind(t);
+  if (part.kind == PartKind::kSurface) {
+    for (const char* key : {"simplify_m", "disjoint"}) {
+      if (t.has(key))
+        t.fail(key, "needs a solid, and as = \"surface\" makes none; keep one of them");
+    }
+  }
   return part;
 }
 
@@ -248,7 +263,7 @@ void read_held_part(const TomlTable& moving, HeldPartParameters& held) {
 void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
   const auto moving =
       top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m",
-                           "simplify_m", "disjoint", "mass_kg", "gravity_m_per_s2"});
+                           "simplify_m", "disjoint", "mass_kg", "gravity_m_per_s2", "as"});
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
@@ -378,7 +393,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   scene.name = read_name(top);
   read_moving(top, folder, scene);
   for (const TomlTable& t : top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion",
-                                                  "material", "simplify_m", "disjoint"})) {
+                                                  "material", "simplify_m", "disjoint", "as"})) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
   }

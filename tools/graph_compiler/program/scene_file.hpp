@@ -33,6 +33,13 @@ struct FrictionPair {
 std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
                                         const std::string& a, const std::string& b);
 
+/// What a part is compiled to.
+enum class PartKind : std::uint8_t {
+  kAny,      ///< a solid where the mesh allows it, a surface otherwise
+  kSolid,    ///< exact convex pieces, or refused
+  kSurface,  ///< flat convex facets
+};
+
 /// One `[moving]` or `[[static]]` table.
 struct ScenePart {
   std::string mesh;                           ///< as written
@@ -43,6 +50,7 @@ struct ScenePart {
   std::string material;              ///< of the friction table; empty: none named
   std::optional<double> simplify_m;  ///< bevels, fillets and rounds below are removed
   bool disjoint = false;             ///< solids that overlap are cut apart
+  PartKind kind = PartKind::kAny;    ///< `as`
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.

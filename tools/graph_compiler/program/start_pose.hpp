@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Does the moving part start free? A part that starts across a facet or inside a shell of a
+/// surface part has no way out that the core could certify.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/graph_compiler/graph/convex_piece.hpp"
+#include "tools/graph_compiler/surface/surface_part.hpp"
+#include "tools/graph_compiler/surface/triangle_crossing.hpp"
+
+namespace haptic::tools {
+
+/// A part as triangles where it starts, W frame [m].
+struct StartShape {
+  std::string mesh;         ///< for messages
+  bool is_surface = false;  ///< otherwise the pieces of a solid
+  std::vector<TriangleCorners> triangles;
+  std::vector<std::int64_t> source_face;  ///< of each triangle, from 0; -1: made by a cut
+  std::vector<TriangleCorners> shells;    ///< those that enclose something
+  std::vector<Point3> probes;             ///< a point of every part that hangs together
+};
+
+struct StartPose {
+  std::array<double, 3> position_m{0, 0, 0};
+  std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
+};
+
+/// `account` is that of the part: it tells whether the seams of the surface are tight.
+StartShape start_shape(const SurfacePart& part, const SurfaceAccount& account,
+                       const StartPose& pose);
+/// `origin_m` is that of the body's coordinates in the mesh frame.
+StartShape start_shape(const Body& body, const std::array<double, 3>& origin_m,
+                       const StartPose& pose);
+
+/// What is wrong with the start.
+struct StartCollision {
+  std::size_t fixed = 0;  ///< index of the static part
+  bool inside = false;    ///< one lies in the other; otherwise facets cross
+  Point3 place_m{0, 0, 0};
+  std::int64_t face = -1, fixed_face = -1;  ///< where facets cross
+  /// With a surface: the shortest move found that leads to a free pose.
+  std::optional<Point3> free_move_m;
+};
+
+/// A collision of the start pose that involves a surface part, else one of two solids, else none.
+/// With a surface, touching is a collision: its gaps must be positive. Solids may touch.
+/// Where facets cross is exact. `free_move_m` is the best of 26 directions and the one between the
+/// middles of the boxes, each by bisection between a pose in collision and a free one.
+std::optional<StartCollision> start_collision(const StartShape& moving,
+                                              const std::vector<StartShape>& fixed);
+
+/// "the part starts across face 3 of block.stl (its own face 12) near (0, 0, 0.1) m; ..." for
+/// messages, with the nearest free start position.
+std::string start_collision_text(const StartCollision& collision, const StartShape& fixed,
+                                 const std::array<double, 3>& position_m);
+
+}  // namespace haptic::tools
