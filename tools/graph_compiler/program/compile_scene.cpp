@@ -21,6 +21,7 @@
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
+#include "tools/graph_compiler/surface/surface_body.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 
@@ -50,14 +51,14 @@ std::string without_file(const std::string& warning, const std::string& file) {
   return warning.rfind(start, 0) == 0 ? warning.substr(start.size()) : warning;
 }
 
-struct SolidPart {
+struct WrittenPart {
   PlacedBody placed;
   std::vector<PieceExposure> exposure;  ///< by piece of the body
   double exposure_s = 0.0;
 };
 
 struct CompiledPart {
-  std::variant<SolidPart, SurfacePart> shape;
+  std::variant<WrittenPart, SurfacePart> shape;
   PartReport report;
 };
 
@@ -132,9 +133,9 @@ std::string counted(std::size_t n, const char* what) {
 }
 
 /// The mesh as a solid: the part's report, and what goes into the scene.
-SolidPart compile_solid(const RawMesh& raw, const ScenePart& part, const SceneFile& scene,
+WrittenPart compile_solid(const RawMesh& raw, const ScenePart& part, const SceneFile& scene,
                         const CompileOptions& options, const Tell& tell, PartReport& report) {
-  SolidPart result;
+  WrittenPart result;
   Stopwatch watch;
   tell("cleaning", 0.0);
   CleaningOptions cleaning;
@@ -337,7 +338,7 @@ StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
   if (const auto* surface = std::get_if<SurfacePart>(&part.shape)) {
     shape = start_shape(*surface, *part.report.surface, pose);
   } else {
-    const PlacedBody& solid = std::get<SolidPart>(part.shape).placed;
+    const PlacedBody& solid = std::get<WrittenPart>(part.shape).placed;
     shape = start_shape(solid.body, solid.mesh_origin_m, pose);
   }
   shape.mesh = part.report.mesh;
@@ -358,12 +359,16 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   parts[0].report.warnings.push_back(text);
 }
 
-/// The part for the scene writer, which knows solids only.
-SolidPart solid_of(CompiledPart part, const PartReport& report) {
-  if (auto* solid = std::get_if<SolidPart>(&part.shape)) return std::move(*solid);
-  throw InputError(report.file + ": surface: " + report.reason +
-                   ": surface parts cannot be written to a scene yet; repair the mesh, or give "
-                   "as = \"solid\" to see what a solid needs");
+/// The part for the scene writer. A facet has no seam.
+WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
+  if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
+  WrittenPart written;
+  written.placed.body =
+      surface_body(std::get<SurfacePart>(part.shape), placed.path.filename().string());
+  written.placed.position_m = placed.position_m;
+  written.placed.quaternion_wxyz = placed.quaternion_wxyz;
+  written.exposure.resize(written.placed.body.pieces.size());
+  return written;
 }
 
 }  // namespace
@@ -386,7 +391,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
-  SolidPart moving = solid_of(std::move(parts[0]), result.parts[0]);
+  WrittenPart moving = written_part(std::move(parts[0]), scene.moving);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -400,9 +405,10 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
                                           radius_about(description.moving, description.grip_m),
                                           scene.never_turns(), scene.file);
   description.parameters.coupling = choice.coupling;
+  description.parameters.coupling.near_pairs = scene.budget.near_pairs.value_or(0);
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
-    SolidPart fixed = solid_of(std::move(parts[i + 1]), result.parts[i + 1]);
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), scene.statics[i]);
     set_friction(scene, scene.statics[i], fixed.placed, result.notes);
     description.statics.push_back(std::move(fixed.placed));
     append(description.exposure, fixed.exposure);

@@ -410,7 +410,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
     scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
   }
   if (const auto budget = top.table("budget", {"constants_bytes", "state_bytes", "stack_bytes",
-                                               "pair_visits", "work_units"})) {
+                                               "pair_visits", "work_units", "near_pairs"})) {
     scene.budget.constants = read_limit(*budget, "constants_bytes");
     scene.budget.state = read_limit(*budget, "state_bytes");
     scene.budget.stack = read_limit(*budget, "stack_bytes");
@@ -419,6 +419,9 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
     }
     if (const auto units = read_count(*budget, "work_units", kLeastWorkUnits, kMostWorkUnits)) {
       scene.parameters.work_units = static_cast<std::uint32_t>(*units);
+    }
+    if (const auto pairs = read_count(*budget, "near_pairs", 1, kMostNearPairs)) {
+      scene.budget.near_pairs = static_cast<std::uint32_t>(*pairs);
     }
   }
   if (const auto memory = top.table("memory", {"graph_bytes"})) {

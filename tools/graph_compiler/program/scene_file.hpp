@@ -62,6 +62,7 @@ struct BudgetLimit {
 struct SceneBudget {
   std::optional<BudgetLimit> constants, state, stack;
   std::optional<std::uint32_t> pair_visits;  ///< pairs that a tick may search
+  std::optional<std::uint32_t> near_pairs;   ///< pairs near the part that a tick may follow
 };
 
 struct SceneFile {
