@@ -2,6 +2,13 @@
 #include "rt_core/contact/support.hpp"
 
 namespace haptic {
+namespace {
+
+/// Steps of a climb after which it begins again from the highest of so many vertices.
+constexpr std::uint32_t kNearSteps = 3, kClimbSamples = 16;
+static_assert(kClimbSamples <= kDenseVertices && kNearSteps < kMaxClimbSteps);
+
+}  // namespace
 
 std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points, const Vec3& n,
                              std::uint32_t start) noexcept {
@@ -9,6 +16,16 @@ std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points, c
   std::uint32_t best = start;
   Real height = n.dot(points.at(best));
   for (std::uint32_t step = 0; step < kMaxClimbSteps; ++step) {
+    if (step == kNearSteps) {
+      // The start was far off: the highest of some vertices all over the piece may be nearer.
+      const std::uint32_t stride = piece.vertex_count / kClimbSamples;
+      for (std::uint32_t k = 0, v = 0; k < kClimbSamples; ++k, v += stride) {
+        const Real h = n.dot(points.at(v));
+        if (!(h > height)) continue;
+        height = h;
+        best = v;
+      }
+    }
     const std::uint32_t from = best;
     for (const std::uint16_t e : piece.edges_at(from)) {
       const std::uint32_t next = piece.other_end(e, from);

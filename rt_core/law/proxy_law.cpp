@@ -609,6 +609,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     settled_tick_.rounds = settled_tick_.rows = settled_tick_.qp_iterations = 0;
     settled_tick_.plane_gaps = settled_tick_.valid_nodes = settled_tick_.full_searches = 0;
     settled_tick_.search_work = settled_tick_.qp_programs = settled_tick_.qp_steps = 0;
+    settled_tick_.regions = 0;
   }
   return tick;
 }

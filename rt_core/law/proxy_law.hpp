@@ -141,6 +141,7 @@ struct ProxyTick {
   std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
   std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
   std::uint32_t qp_programs = 0, qp_steps = 0;
+  std::uint32_t regions = 0;       ///< contact regions found
   std::uint32_t list_visits = 0;   ///< nodes of the trees that lists of near pairs looked at
   std::uint32_t behind_ticks = 0;  ///< ticks in a row that have ended for want of budget
   bool spent = false;              ///< this is one
@@ -150,8 +151,8 @@ struct ProxyTick {
 
   /// Work so far, in units of the budget.
   [[nodiscard]] std::uint32_t units() const noexcept {
-    return plane_gaps + valid_nodes + search_work + kQpStepUnits * qp_steps +
-           list_visits / kListVisitsOfUnit;
+    return plane_gaps + valid_nodes + search_work + kRegionUnits * regions +
+           kProgramUnits * qp_programs + kQpStepUnits * qp_steps + list_visits / kListVisitsOfUnit;
   }
 };
 
@@ -249,7 +250,8 @@ class Proxy {
                                   ProxyTick& tick) noexcept;
   [[nodiscard]] const PlaneRegion& region_at_p(std::uint32_t pair, const PlaneId& id,
                                                SupportPair support, ProxyTick& tick) noexcept;
-  void find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region) noexcept;
+  void find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region,
+                   ProxyTick& tick) noexcept;
   [[nodiscard]] bool add_rows_at_p(std::uint32_t imposed, const PoseError& error,
                                    ProxyTick& tick) noexcept;
   [[nodiscard]] bool add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,

@@ -14,11 +14,13 @@ PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
 }
 
 /// The contact region along `region.gap`, at the configuration `at` where that is.
-void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region) noexcept {
+void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region,
+                        ProxyTick& tick) noexcept {
   region.overlap = true;
   region.count = 1;
   region.points[0] = {Vec3::Zero(), region.gap.gap_m};
   if (is_fixed() || !region.gap.defined) return;
+  tick.regions += 1;
   region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
                                   parameters_.scale.manifold_m, manifold_scratch_, region.points);
   region.overlap = manifold_scratch_.overlap;
@@ -37,7 +39,7 @@ const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, Su
   region.pair = index;
   region.version = version_;
   region.gap = plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), id, support);
-  find_region(pair, p_, region);
+  find_region(pair, p_, region, tick);
   return region;
 }
 
@@ -56,7 +58,7 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
   PlaneRegion region;
   region.gap = gap_at(pair, at, plane.id, plane.support, tick);
   if (!region.gap.defined) return true;  // edges turned parallel: another plane will come
-  find_region(pair, at.q, region);
+  find_region(pair, at.q, region, tick);
   if (!add_region(imposed, region, error, &at)) return false;
   if (!support_too || is_fixed()) return true;
   const ManifoldPoint point =

@@ -66,17 +66,22 @@ struct PairWork {
   std::uint64_t set = 0;     ///< a valid set, and the gaps along its planes
   std::uint64_t search = 0;  ///< a plane where none is known: faces, then every basic contact
 };
-constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b,
-                             const PairBounds& bounds) noexcept {
+constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b, const PairRecord& pair,
+                             const LiveCounts& reachable) noexcept {
   const std::uint64_t faces = b.face_count + (a.face_count <= kFewFaces ? a.face_count : 0);
   const std::uint64_t edge_pairs = std::uint64_t{a.edge_count} * b.edge_count;
   const std::uint64_t scanned = std::min<std::uint64_t>(edge_pairs, kMostScannedPairs);
   const std::uint64_t scan = a.face_count + b.face_count + (a.edge_count + b.edge_count) / 16 +
                              scanned / kEdgePairsOfUnit +
                              std::min<std::uint64_t>(scanned, kMaxValidVisits) + 2;
-  return {2 * faces + std::max<std::uint64_t>(scan, kMaxValidVisits) + kMaxValidPlanes,
-          faces + bounds.feature_evaluations + bounds.edge_pairs / kEdgePairsOfUnit +
-              kMaxNearestSupports};
+  const bool scans = std::max(a.face_count, b.face_count) <= kMostScannedFaces &&
+                     std::max(a.edge_count, b.edge_count) <= kMostScannedEdges &&
+                     edge_pairs <= kMostScannedPairs;
+  const std::uint64_t nodes =
+      scans ? scan : std::max<std::uint64_t>(scan, kMaxValidVisits);  // else it may have to walk
+  return {2 * faces + nodes + std::min<std::uint64_t>(nodes, kMaxValidPlanes),
+          faces + reachable.features + pair.edge_pair_capacity / kEdgePairsOfUnit +
+              std::min<std::uint64_t>(edge_pairs, kMaxNearestSupports)};
 }
 constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
   return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};
@@ -91,12 +96,13 @@ constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces
 /// the budget is spent or nearly so. `largest`: over all pairs.
 constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots,
                                     std::uint64_t visits, bool friction) noexcept {
-  constexpr std::uint64_t kProgram = kQpStepUnits * kMaxQpIterations;
+  constexpr std::uint64_t kProgram = kProgramUnits + kQpStepUnits * kMaxQpIterations;
+  constexpr std::uint64_t kRegions = kMaxImposedPlanes + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
   const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.
   return visits / kListVisitsOfUnit + 3 * slots + largest.set + largest.search +
-         programs * kProgram + 2 * kMaxImposedPlanes + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
+         programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes;
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
@@ -170,11 +176,13 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     add(&PairBounds::edge_pairs);
     add(&PairBounds::support_pairs);
     add(&PairBounds::near_nodes);
-    const PairWork own_work = fixed.empty() ? pair_work(a, b, bounds) : pair_work(fixed[i]);
+    const LiveCounts reachable = live_counts(own, NodeScope::kReachable, pair, a, b);
+    const PairWork own_work =
+        fixed.empty() ? pair_work(a, b, pair, reachable) : pair_work(fixed[i]);
     work.set = std::max(work.set, own_work.set);
     work.search = std::max(work.search, own_work.search);
     if (!fixed.empty() || !searches_goal) continue;  // every plane and node has its room
-    if (live_counts(own, NodeScope::kReachable, pair, a, b).edge_pairs > pair.edge_pair_capacity) {
+    if (reachable.edge_pairs > pair.edge_pair_capacity) {
       c.unproven |= kUnprovenEdgePairs;
     }
     if (live_counts(own, NodeScope::kLive, pair, a, b).nodes > pair.near_capacity) {
@@ -184,8 +192,9 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   if (!listed) {
     const PieceRecord a = largest_counts(pieces.first(pieces_a));
     const PieceRecord b = largest_counts(pieces.subspan(pieces_a));
-    largest = pair_bounds(a, b, formed_pair(0, a, 0, b), NodeMarks{});
-    work = pair_work(a, b, largest);
+    const PairRecord pair = formed_pair(0, a, 0, b);
+    largest = pair_bounds(a, b, pair, NodeMarks{});
+    work = pair_work(a, b, pair, live_counts(NodeMarks{}, NodeScope::kReachable, pair, a, b));
     sum.feature_evaluations = pair_count * largest.feature_evaluations;
   }
   if (searches_goal && pair_count > max_pair_visits) c.unproven |= kUnprovenPairVisits;

@@ -32,8 +32,11 @@ inline constexpr std::uint32_t kStickTicks = 50;
 inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
 inline constexpr std::uint32_t kMaxValidSearches = 64;
 
-/// Units of work: a gap along a plane, a node of a valid set and a step of a search are one each.
-inline constexpr std::uint32_t kQpStepUnits = 4, kListVisitsOfUnit = 4;
+/// Units of work, each about as long: a gap along a plane, a node of a valid set and a step of a
+/// search are one each; a contact region, a quadratic program and an iteration of it are several, a
+/// node of the trees is a part of one.
+inline constexpr std::uint32_t kRegionUnits = 6, kProgramUnits = 2, kQpStepUnits = 3,
+                               kListVisitsOfUnit = 4;
 /// Units that a tick may spend before it ends with what it has: the least and the most that a scene
 /// may ask for.
 inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
@@ -47,6 +50,8 @@ inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096
 /// Pairs of edges that count as one unit where their signs are looked at, and support pairs that a
 /// search for the nearest C-face of a pair asks for.
 inline constexpr std::uint32_t kEdgePairsOfUnit = 8, kMaxNearestSupports = 256;
+/// Edges of one piece that a scan has room for.
+inline constexpr std::uint32_t kMostScannedEdges = kMaxValidVisits / 2;
 /// The faces of A are tried for a certificate where they are no more than this.
 inline constexpr std::uint32_t kFewFaces = 16;
 

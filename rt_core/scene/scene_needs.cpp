@@ -21,8 +21,12 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
     needs.friction = needs.friction || (needs.proxy && body.friction > 0);
   }
   std::uint32_t nodes = 0;
-  for (std::uint32_t i = 0; i < c.pair_count; ++i) {
-    nodes = std::max(nodes, scene.pair_record(i).node_count);
+  for (const PairRecord& pair : scene.listed_pairs()) nodes = std::max(nodes, pair.node_count);
+  if (!scene.lists_pairs()) {
+    const std::uint32_t moving = scene.bodies()[0].piece_count;
+    nodes =
+        static_cast<std::uint32_t>(basic_contacts(largest_counts(scene.pieces().first(moving)),
+                                                  largest_counts(scene.pieces().subspan(moving))));
   }
   needs.fixed_orientation = is_one_orientation(p.envelope);
   needs.free_orientation = !needs.fixed_orientation;

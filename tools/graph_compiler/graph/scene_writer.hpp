@@ -50,9 +50,9 @@ inline constexpr double kDefaultRate_hz = 1000.0;
 
 /// Share of a period that the units of work of a tick may take, and what one of them takes, rounded
 /// up (host_sim/BENCHMARKS.md) [s].
-inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 25.0e-9;
+inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 40.0e-9;
 
-/// Units of work that a tick may spend at a rate, where the scene does not say: 2000 at 1 kHz.
+/// Units of work that a tick may spend at a rate, where the scene does not say: 1250 at 1 kHz.
 [[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz) {
   const double units = kWorkShare / (rate_hz * kUnitPrice_s);
   return units < kLeastWorkUnits  ? kLeastWorkUnits
