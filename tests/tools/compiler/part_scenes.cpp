@@ -25,7 +25,7 @@ std::string write_part_scene(const std::string& name, const sim::test::ScratchFo
   const nlohmann::json task = read_json(shared_part(name) + "/task.json");
   const auto part = [&](const char* role) {
     return "mesh = \"" + shared_part(name) + "/" + task[role]["file"].get<std::string>() +
-           "\"\nscale_to_m = " + task[role]["scale_to_m"].dump() + "\n";
+           "\"\nscale_to_m = " + task[role]["scale_to_m"].dump() + "\nas = \"solid\"\n";
   };
   const nlohmann::json& start = task["start_pose"];
   const nlohmann::json& q = start["quaternion_wxyz"];

@@ -20,7 +20,8 @@ std::string shared_part(const std::string& name);
 
 nlohmann::json read_json(const std::string& path);
 
-/// Writes scene.toml for a shared part into `folder` from its task.json and returns its path.
+/// Writes scene.toml for a shared part, as solids, into `folder` from its task.json and returns its
+/// path.
 std::string write_part_scene(const std::string& name, const sim::test::ScratchFolder& folder);
 
 /// Unit cube from (offset, offset, offset) as OBJ.

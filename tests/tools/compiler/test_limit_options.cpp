@@ -90,6 +90,7 @@ class Bench {
     std::ofstream(folder_.file("scene.toml"))
         << "format = 1\nname = \"limits\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
            "position_m = [0, 0, 0.1]\n[[static]]\nmesh = \"part.obj\"\nscale_to_m = 1.0\n"
+           "as = \"solid\"\n"
         << keys << "[rendering]\nk_f_n_per_m = 800\n";
   }
   ProgramResult compile(const std::string& options) {

@@ -158,7 +158,7 @@ int main(int argc, char** argv) {
                      "distance [m] within which a vertex lies on a plane; default: from the mesh")
           ->check(haptic::tools::positive_number());
   CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
-                                       "reflex edges allowed per part (default 300)")
+                                       "reflex edges up to which a part is a solid (default 300)")
                             ->check(haptic::tools::number_not_negative());
   CLI::Option* pieces = app.add_option("--max-pieces", arguments.max_pieces,
                                        "convex pieces allowed per part (default 4000)")

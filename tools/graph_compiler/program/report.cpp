@@ -115,6 +115,20 @@ Json surface_json(const std::optional<SurfaceAccount>& account) {
           {"self_intersections", std::move(crossings)}};
 }
 
+Json certificate_json(const PartReport& part) {
+  if (part.is_surface()) return nullptr;
+  const Certificate& c = part.certificate;
+  return {{"holds", c.holds()},
+          {"convex", c.convex},
+          {"partition", c.partition},
+          {"disjoint", c.disjoint},
+          {"volume_equal", c.volume_equal},
+          {"cover", c.cover},
+          {"removed", c.removed},
+          {"nonzero_counts", c.nonzero_counts},
+          {"volume_m3", c.volume_m3}};
+}
+
 Json part_json(const PartReport& part, bool moving) {
   Json steps = Json::array();
   for (const CleaningStep& step : part.steps) {
@@ -128,7 +142,6 @@ Json part_json(const PartReport& part, bool moving) {
                       {"edges", edge_count(piece)},
                       {"faces", piece.faces.size()}});
   }
-  const Certificate& c = part.certificate;
   return {{"role", moving ? "moving" : "static"},
           {"file", part.mesh},
           {"as", part.is_surface() ? "surface" : "solid"},
@@ -153,16 +166,7 @@ Json part_json(const PartReport& part, bool moving) {
           {"work", part.work},
           {"pieces", std::move(pieces)},
           {"volume_m3", part.volume_m3},
-          {"certificate",
-           {{"holds", c.holds()},
-            {"convex", c.convex},
-            {"partition", c.partition},
-            {"disjoint", c.disjoint},
-            {"volume_equal", c.volume_equal},
-            {"cover", c.cover},
-            {"removed", c.removed},
-            {"nonzero_counts", c.nonzero_counts},
-            {"volume_m3", c.volume_m3}}}};
+          {"certificate", certificate_json(part)}};
 }
 
 Json timing_json(const CompiledScene& compiled) {

@@ -11,6 +11,9 @@
 namespace haptic::tools {
 namespace {
 
+/// A round that changes less than this share of the polygons is the last.
+constexpr double kWorthARound = 1.0e-3;
+
 using Loop = std::vector<std::uint32_t>;
 
 /// A side of a polygon; equal keys are the same edge of the mesh.
@@ -36,7 +39,9 @@ class FacetMerger {
     for (int round = 0; round < kMergeRounds; ++round) {
       const std::size_t merged = merge_seams();
       const std::size_t straightened = merged > 0 || round == 0 ? drop_straight_corners() : 0;
-      if (merged == 0 && straightened == 0) break;
+      const auto least =
+          static_cast<std::size_t>(kWorthARound * static_cast<double>(loops_.size()));
+      if (merged + straightened <= least) break;
     }
   }
 

@@ -101,6 +101,20 @@ int exact_side(const Point3& a, const Point3& b, const Point3& c, const Point3& 
   return sum(sum(first, second, -1.0), third, 1.0).sign();
 }
 
+/// The side where doubles can tell it, else 0.
+int clear_side(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  const Point3 u = vec::sub(a, d), v = vec::sub(b, d), w = vec::sub(c, d);
+  double value = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    const double left = v[l] * w[m], right = v[m] * w[l];
+    value += u[k] * (left - right);
+    size += std::abs(u[k]) * (std::abs(left) + std::abs(right));
+  }
+  constexpr double kBound = 10.0 * std::numeric_limits<double>::epsilon();
+  return std::abs(value) > kBound * size ? (value > 0.0 ? 1 : -1) : 0;
+}
+
 /// Sign of the turn a -> b -> c in the plane of the axes i and j.
 int turn_sign(const Point3& a, const Point3& b, const Point3& c, std::size_t i, std::size_t j) {
   const double left = (a[i] - c[i]) * (b[j] - c[j]);
@@ -149,25 +163,32 @@ bool flat_segment_meets(const Point3& p, const Point3& q, const TriangleCorners&
   return holds_p;
 }
 
-bool segment_meets(const Point3& p, const Point3& q, const TriangleCorners& t, bool inside_only) {
+bool segment_meets(const Point3& p, const Point3& q, const TriangleCorners& t) {
   const int at_p = side_of_plane(t[0], t[1], t[2], p);
   const int at_q = side_of_plane(t[0], t[1], t[2], q);
   if (at_p * at_q > 0) return false;
-  if (at_p == 0 && at_q == 0) return !inside_only && flat_segment_meets(p, q, t);
-  if (inside_only && at_p * at_q == 0) return false;
+  if (at_p == 0 && at_q == 0) return flat_segment_meets(p, q, t);
   int positive = 0, negative = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const int s = side_of_plane(p, q, t[k], t[(k + 1) % 3]);
     positive += s > 0 ? 1 : 0;
     negative += s < 0 ? 1 : 0;
   }
-  return inside_only ? positive == 3 || negative == 3 : positive == 0 || negative == 0;
+  return positive == 0 || negative == 0;
 }
 
-bool any_edge_meets(const TriangleCorners& s, const TriangleCorners& t, bool inside_only) {
+/// Through the inside of the triangle, by more than rounding.
+bool segment_crosses(const Point3& p, const Point3& q, const TriangleCorners& t) {
+  if (clear_side(t[0], t[1], t[2], p) * clear_side(t[0], t[1], t[2], q) >= 0) return false;
+  const int side = clear_side(p, q, t[0], t[1]);
+  return side != 0 && side == clear_side(p, q, t[1], t[2]) && side == clear_side(p, q, t[2], t[0]);
+}
+
+/// An edge of one triangle and the other triangle: any of the six for which `meets` says so.
+template <class Meets>
+bool any_edge(const TriangleCorners& s, const TriangleCorners& t, const Meets& meets) {
   for (std::size_t k = 0; k < 3; ++k) {
-    if (segment_meets(s[k], s[(k + 1) % 3], t, inside_only)) return true;
-    if (segment_meets(t[k], t[(k + 1) % 3], s, inside_only)) return true;
+    if (meets(s[k], s[(k + 1) % 3], t) || meets(t[k], t[(k + 1) % 3], s)) return true;
   }
   return false;
 }
@@ -194,25 +215,16 @@ Pair multiplied(const Pair& a, const Pair& b) {
 }  // namespace
 
 int side_of_plane(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
-  const Point3 u = vec::sub(a, d), v = vec::sub(b, d), w = vec::sub(c, d);
-  double value = 0.0, size = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-    const double left = v[l] * w[m], right = v[m] * w[l];
-    value += u[k] * (left - right);
-    size += std::abs(u[k]) * (std::abs(left) + std::abs(right));
-  }
-  constexpr double kBound = 10.0 * std::numeric_limits<double>::epsilon();
-  if (std::abs(value) > kBound * size) return value > 0.0 ? 1 : -1;
-  return exact_side(a, b, c, d);
+  const int side = clear_side(a, b, c, d);
+  return side != 0 ? side : exact_side(a, b, c, d);
 }
 
 bool triangles_cross(const TriangleCorners& s, const TriangleCorners& t) {
-  return boxes_meet(s, t) && any_edge_meets(s, t, true);
+  return boxes_meet(s, t) && any_edge(s, t, segment_crosses);
 }
 
 bool triangles_meet(const TriangleCorners& s, const TriangleCorners& t) {
-  return boxes_meet(s, t) && any_edge_meets(s, t, false);
+  return boxes_meet(s, t) && any_edge(s, t, segment_meets);
 }
 
 Point3 exact_twice_area(const Point3* corners, std::size_t count) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Exact answers about triangles in double coordinates: on which side a point lies, whether two
-/// triangles meet. A filter in double decides as a rule, expansions of doubles (Shewchuk) else.
+/// Answers about triangles in double coordinates: on which side a point lies, whether two triangles
+/// meet. A filter in double decides as a rule, else expansions of doubles (Shewchuk), exactly.
 
 #include <array>
 
@@ -15,8 +15,8 @@ using TriangleCorners = std::array<Point3, 3>;
 /// lies, 0 on it. Exact unless a product underflows.
 int side_of_plane(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
-/// An edge of one passes through the inside of the other: neither touching nor overlap in a common
-/// plane counts. Exact.
+/// An edge of one passes through the inside of the other, by more than doubles can be wrong:
+/// neither touching nor overlap in a common plane counts.
 bool triangles_cross(const TriangleCorners& s, const TriangleCorners& t);
 
 /// The two have a point in common, touching included. Exact. Precondition: both have an

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solid or surface: what the compiler chooses and says, at any size, and where a part may start.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "tests/tools/compiler/part_scenes.hpp"
+#include "tests/tools/mesh/mesh_builder.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/mesh/vec3.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/report.hpp"
+#include "tools/graph_compiler/program/start_pose.hpp"
+
+using namespace haptic::tools;
+using namespace haptic::test;
+using haptic::sim::test::ScratchFolder;
+using haptic::tools::test::contains;
+using haptic::tools::test::MeshBuilder;
+
+namespace {
+
+void write_mesh(const std::string& path, const MeshBuilder& mesh) {
+  std::ofstream out(path);
+  out.precision(17);
+  for (const Point3& p : mesh.vertices) out << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+  for (const std::vector<std::uint32_t>& face : mesh.faces) {
+    out << 'f';
+    for (const std::uint32_t v : face) out << ' ' << v + 1;
+    out << '\n';
+  }
+}
+
+MeshBuilder cube() {
+  MeshBuilder m;
+  m.box({0, 0, 0}, {1, 1, 1});
+  return m;
+}
+
+MeshBuilder open_cube() {
+  MeshBuilder m = cube();
+  m.faces.pop_back();
+  m.groups.pop_back();
+  return m;
+}
+
+/// A ring of 8 x 6 quads, turned off the axes and rounded to six digits: its heights agree to
+/// rounding of the file, not of doubles.
+MeshBuilder ring() {
+  constexpr std::uint32_t kAround = 8, kAcross = 6;
+  MeshBuilder m;
+  const auto rounded = [](double x) { return std::round(x * 1e6) / 1e6; };
+  for (std::uint32_t i = 0; i < kAround; ++i) {
+    for (std::uint32_t k = 0; k < kAcross; ++k) {
+      const double a = 2 * std::numbers::pi * i / kAround + 0.3;
+      const double b = 2 * std::numbers::pi * k / kAcross + 0.15;
+      const double r = 1.0 + 0.4 * std::cos(b);
+      m.vertex({rounded(r * std::cos(a)), rounded(r * std::sin(a)), rounded(0.4 * std::sin(b))});
+    }
+  }
+  for (std::uint32_t i = 0; i < kAround; ++i) {
+    for (std::uint32_t k = 0; k < kAcross; ++k) {
+      const std::uint32_t next = (i + 1) % kAround * kAcross, here = i * kAcross;
+      const std::uint32_t up = (k + 1) % kAcross;
+      m.face({here + k, next + k, next + up, here + up});
+    }
+  }
+  return m;
+}
+
+/// A scene of two meshes; `more` goes into [moving].
+std::string scene_of_meshes(const ScratchFolder& folder, const MeshBuilder& moving,
+                            const MeshBuilder& fixed, double scale_to_m, double height_m,
+                            const std::string& more = "") {
+  write_mesh(folder / "moving.obj", moving);
+  write_mesh(folder / "fixed.obj", fixed);
+  std::ofstream out(folder / "scene.toml");
+  out.precision(17);
+  out << "format = 1\nname = \"kinds\"\n[moving]\nmesh = \"moving.obj\"\nscale_to_m = "
+      << scale_to_m << "\nposition_m = [0, 0, " << height_m << "]\n"
+      << more << "\n[[static]]\nmesh = \"fixed.obj\"\nscale_to_m = " << scale_to_m
+      << "\n[rendering]\nk_f_n_per_m = 800\n";
+  return folder / "scene.toml";
+}
+
+std::string refusal_of(const std::string& scene) {
+  try {
+    compile_scene(read_scene_file(scene), {});
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+StartShape surface_at(const MeshBuilder& mesh, const Point3& position) {
+  SurfaceAccount account;
+  const SurfacePart part = make_surface_part(mesh.raw(), {}, &account);
+  StartShape shape = start_shape(part, account, {position, {1, 0, 0, 0}});
+  shape.mesh = "mesh.obj";
+  return shape;
+}
+
+}  // namespace
+
+TEST_SUITE("tools.part_kinds") {
+  TEST_CASE("a closed part is a solid and says so") {
+    const ScratchFolder folder;
+    const CompiledScene compiled =
+        compile_scene(read_scene_file(scene_of_meshes(folder, cube(), cube(), 0.01, 0.02)), {});
+    for (const PartReport& part : compiled.parts) {
+      CHECK_FALSE(part.is_surface());
+      CHECK(part.reason == "closed, 0 reflex edges; 6 faces, 1 convex piece");
+      CHECK(part.warnings.empty());
+    }
+    CHECK(contains(report_as_text(compiled), "moving moving.obj: solid: closed, 0 reflex edges"));
+    const auto json = nlohmann::json::parse(report_as_json(compiled));
+    CHECK(json["parts"][0]["as"] == "solid");
+    CHECK(json["parts"][0]["surface"].is_null());
+  }
+
+  TEST_CASE("an open part is a surface with its counts; as = \"solid\" refuses it with the place") {
+    const ScratchFolder folder;
+    const std::string text = refusal_of(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.03));
+    CHECK(contains(text, "surface: 4 open edges (a solid needs none); 10 triangles, 5 facets"));
+    const std::string solid =
+        refusal_of(scene_of_meshes(folder, open_cube(), cube(), 0.01, 0.03, "as = \"solid\""));
+    CHECK(contains(solid, "open: 4 edges without a partner, longest hole at"));
+    const std::string asked =
+        refusal_of(scene_of_meshes(folder, cube(), cube(), 0.01, 0.03, "as = \"surface\""));
+    CHECK(contains(asked, "surface: as the scene asks; 12 triangles, 6 facets"));
+  }
+
+  TEST_CASE("too many reflex edges make a surface, not a refusal") {
+    const ScratchFolder folder;
+    CompileOptions options;
+    options.max_reflex = 3;
+    const SceneFile scene = read_scene_file(scene_of_meshes(folder, ring(), cube(), 0.01, 0.05));
+    CHECK_THROWS_WITH_AS(compile_scene(scene, options),
+                         doctest::Contains("24 reflex edges, limit 3"), InputError);
+    CHECK_THROWS_WITH_AS(compile_scene(scene, options), doctest::Contains(": surface: "),
+                         InputError);
+  }
+
+  TEST_CASE("as: only two words, and neither simplify_m nor disjoint beside a surface") {
+    const ScratchFolder folder;
+    const auto refused = [&](const std::string& more) {
+      return refusal_of(scene_of_meshes(folder, cube(), cube(), 0.01, 0.03, more));
+    };
+    CHECK(contains(refused("as = \"sheet\""), "'sheet'; give \"solid\" or \"surface\""));
+    CHECK(contains(refused("as = \"surface\"\nsimplify_m = 1e-4"), "simplify_m"));
+    CHECK(contains(refused("as = \"surface\"\ndisjoint = true"), "disjoint"));
+  }
+
+  TEST_CASE("sizes out of range are refused as a solid and not taken for a surface") {
+    const ScratchFolder folder;
+    CHECK(contains(refusal_of(scene_of_meshes(folder, cube(), cube(), 1e-8, 1.0)), "across"));
+  }
+
+  TEST_CASE("the same shape at any size gives the same pieces") {
+    std::vector<std::size_t> first;
+    for (int exponent = -13; exponent <= 10; ++exponent) {
+      // Powers of two round nothing: the shape is the same to the last bit.
+      const double scale = std::ldexp(1.0, exponent);
+      CAPTURE(scale);
+      const ScratchFolder folder;
+      const CompiledScene compiled = compile_scene(
+          read_scene_file(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale)), {});
+      REQUIRE_FALSE(compiled.parts[0].is_surface());
+      std::vector<std::size_t> structure;
+      for (const ConvexPiece& piece : compiled.parts[0].pieces) {
+        structure.push_back(piece.vertices.size());
+        for (const PieceFace& face : piece.faces) structure.push_back(face.loop.size());
+      }
+      if (first.empty()) first = structure;
+      CHECK(structure == first);
+    }
+    CHECK(first.size() > 60);
+    for (const double scale : {1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
+      CAPTURE(scale);
+      const ScratchFolder folder;
+      CHECK(refusal_of(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale)) == "");
+    }
+  }
+
+  TEST_CASE("a start across a facet is found, and the free pose named is free") {
+    const std::vector<StartShape> fixed{surface_at(open_cube(), {0, 0, 0})};
+    CHECK_FALSE(start_collision(surface_at(cube(), {1.5, 0, 0}), fixed).has_value());
+    const Point3 start{0.75, 0.25, 0.125};
+    const auto found = start_collision(surface_at(cube(), start), fixed);
+    REQUIRE(found.has_value());
+    CHECK_FALSE(found->inside);
+    CHECK(found->face >= 0);
+    CHECK(found->fixed_face >= 0);
+    REQUIRE(found->free_move_m.has_value());
+    CHECK((*found->free_move_m)[0] == doctest::Approx(0.25).epsilon(2e-3));
+    CHECK(vec::norm(*found->free_move_m) == doctest::Approx(0.25).epsilon(2e-3));
+    CHECK_FALSE(start_collision(surface_at(cube(), vec::add(start, *found->free_move_m)), fixed)
+                    .has_value());
+    CHECK(contains(start_collision_text(*found, fixed[0], start), "is free, 0.25"));
+  }
+
+  TEST_CASE("touching a surface is a collision, a gap of one rounding is none") {
+    const std::vector<StartShape> fixed{surface_at(cube(), {0, 0, 0})};
+    CHECK(start_collision(surface_at(cube(), {1, 0.3, 0.2}), fixed).has_value());
+    CHECK_FALSE(start_collision(surface_at(cube(), {std::nextafter(1.0, 2.0), 0.3, 0.2}), fixed)
+                    .has_value());
+  }
+
+  TEST_CASE("inside a closed shell is a collision, inside an open one and in a cavity is none") {
+    MeshBuilder big = cube();
+    for (Point3& p : big.vertices) p = vec::scaled(vec::sub(p, {0.5, 0.5, 0.5}), 10.0);
+    const StartShape small = surface_at(cube(), {0, 0, 0});
+    const auto found = start_collision(small, {surface_at(big, {0, 0, 0})});
+    REQUIRE(found.has_value());
+    CHECK(found->inside);
+    CHECK(vec::norm(*found->free_move_m) == doctest::Approx(5.0).epsilon(0.01));
+    CHECK(start_collision(surface_at(big, {0, 0, 0}), {small}).has_value());
+    MeshBuilder open = big;
+    open.faces.pop_back();
+    open.groups.pop_back();
+    CHECK_FALSE(start_collision(small, {surface_at(open, {0, 0, 0})}).has_value());
+    MeshBuilder hollow = big;
+    hollow.box({-3, -3, -3}, {3, 3, 3}, false);
+    CHECK_FALSE(start_collision(small, {surface_at(hollow, {0, 0, 0})}).has_value());
+    CHECK(start_collision(surface_at(cube(), {3.5, 0, 0}), {surface_at(hollow, {0, 0, 0})})
+              .has_value());
+  }
+
+  TEST_CASE("solids that start in each other give a warning, solids that touch none") {
+    const ScratchFolder folder;
+    const auto warnings = [&](double height_m) {
+      const std::string path = scene_of_meshes(folder, cube(), cube(), 0.01, height_m);
+      return compile_scene(read_scene_file(path), {}).parts[0].warnings;
+    };
+    CHECK(warnings(0.01).empty());
+    REQUIRE(warnings(0.004).size() == 1);
+    CHECK(contains(warnings(0.004)[0], "the start pose"));
+    CHECK(warnings(0.0).size() == 1);  // one is where the other is: nothing crosses
+  }
+
+  TEST_CASE("a scene that starts across a surface is refused with the place and a free pose") {
+    const ScratchFolder folder;
+    const std::string text = refusal_of(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.004));
+    CHECK(contains(text, "the start pose meets face"));
+    CHECK(contains(text, "fixed.obj"));
+    CHECK(contains(text, "position_m = ["));
+  }
+}
