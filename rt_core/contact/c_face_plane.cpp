@@ -11,9 +11,9 @@ Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noe
   if (pair.is_fixed()) return Vec3::Zero();
   switch (id.type) {
     case ContactType::kA:
-      return r_wa * -pair.a.face_normal(id.i);
+      return r_wa * -pair.a.plane_normal(id.i);
     case ContactType::kB:
-      return pair.b.face_normal(id.j);
+      return pair.b.plane_normal(id.j);
     case ContactType::kC:
       break;
   }
@@ -28,10 +28,10 @@ Real face_bound(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const P
   const PieceView& a = pair.a;
   const PieceView& b = pair.b;
   if (id.type == ContactType::kA) {
-    return a.face_normal(id.i).dot(r_wa.transpose() * (b.vertex(support.b) - y_w)) -
-           a.face_offset(id.i) - pair.skin_m;
+    return a.plane_normal(id.i).dot(r_wa.transpose() * (b.vertex(support.b) - y_w)) -
+           a.plane_offset(id.i) - pair.skin_m;
   }
-  return b.face_normal(id.j).dot(y_w + r_wa * a.vertex(support.a)) - b.face_offset(id.j) -
+  return b.plane_normal(id.j).dot(y_w + r_wa * a.vertex(support.a)) - b.plane_offset(id.j) -
          pair.skin_m;
 }
 
@@ -46,11 +46,11 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
   const ContactType type = id.type;
   switch (type) {
     case ContactType::kA:
-      plane.normal_a = -a.face_normal(id.i);
+      plane.normal_a = -a.plane_normal(id.i);
       plane.normal_w = r_wa * plane.normal_a;
       break;
     case ContactType::kB:
-      plane.normal_w = b.face_normal(id.j);
+      plane.normal_w = b.plane_normal(id.j);
       plane.normal_a = r_wa.transpose() * plane.normal_w;
       break;
     case ContactType::kC: {
@@ -64,10 +64,10 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
     }
   }
   plane.support.a = type == ContactType::kA
-                        ? a.face_vertices(id.i)[0]
+                        ? a.plane_vertex(id.i)
                         : highest_vertex(a, lane_points(a), -plane.normal_a, start.a);
   plane.support.b = type == ContactType::kB
-                        ? b.face_vertices(id.j)[0]
+                        ? b.plane_vertex(id.j)
                         : highest_vertex(b, lane_points(b), plane.normal_w, start.b);
   plane.gap_m = plane.normal_w.dot(y_w - b.vertex(plane.support.b)) +
                 plane.normal_a.dot(a.vertex(plane.support.a)) - pair.skin_m;

@@ -13,8 +13,8 @@ namespace haptic {
 /// A C-face plane of a pair, with any vertex or edge as its support.
 struct PlaneId {
   ContactType type = ContactType::kA;
-  std::uint16_t i = 0;   ///< kA: face of A; kC: edge of A; kB: 0
-  std::uint16_t j = 0;   ///< kB: face of B; kC: edge of B; kA: 0
+  std::uint16_t i = 0;   ///< kA: plane of A (PieceView); kC: edge of A; kB: 0
+  std::uint16_t j = 0;   ///< kB: plane of B; kC: edge of B; kA: 0
   bool flipped = false;  ///< kC: the normal is -(u x v) / |u x v|
 
   friend bool operator==(const PlaneId&, const PlaneId&) = default;

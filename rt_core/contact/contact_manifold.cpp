@@ -353,10 +353,12 @@ std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec
   const PlaneId& id = gap.id;
   Region region;
   look_along(pair, r_wa, y_w, gap, region);
-  region.a = id.type == ContactType::kA ? level_face(region.shadow_a, id.i)
-                                        : support_feature(region.shadow_a, gap.support.a, height_m);
-  region.b = id.type == ContactType::kB ? level_face(region.shadow_b, id.j)
-                                        : support_feature(region.shadow_b, gap.support.b, height_m);
+  const bool face_a = id.type == ContactType::kA && !pair.a.is_side(id.i);
+  const bool face_b = id.type == ContactType::kB && !pair.b.is_side(id.j);
+  region.a = face_a ? level_face(region.shadow_a, id.i)
+                    : support_feature(region.shadow_a, gap.support.a, height_m);
+  region.b = face_b ? level_face(region.shadow_b, id.j)
+                    : support_feature(region.shadow_b, gap.support.b, height_m);
   intersect(region, scratch.polygon);
   scratch.overlap = region.count > 0;
   if (!scratch.overlap && id.type != ContactType::kC) {

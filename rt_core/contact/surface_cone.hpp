@@ -24,9 +24,12 @@ inline constexpr Real kConeSlack = 2.0e-3_r;
   const auto of_a = [&] { return below(r_wa.transpose() * -normal_w); };
   switch (node.type) {
     case ContactType::kA:
-      return !pair.b.is_facet() || pair.b.all_at_vertex(node.j, below(normal_w));
+      return (!pair.b.is_facet() || pair.b.all_at_vertex(node.j, below(normal_w))) &&
+             (!pair.a.is_side(node.i) || pair.a.all_at_edge(pair.a.side_edge(node.i), of_a()));
     case ContactType::kB:
-      return !pair.a.is_facet() || pair.a.all_at_vertex(node.i, of_a());
+      return (!pair.a.is_facet() || pair.a.all_at_vertex(node.i, of_a())) &&
+             (!pair.b.is_side(node.j) ||
+              pair.b.all_at_edge(pair.b.side_edge(node.j), below(normal_w)));
     case ContactType::kC:
       break;
   }

@@ -149,6 +149,7 @@ class ValidScan {
       if (b[f] != kBoth || !is_reachable(pair_.marks.features.face_b(f))) continue;
       take_face({ContactType::kB, 0, static_cast<std::uint16_t>(f), false}, support);
     }
+    take_sides(support);
     for (const std::uint32_t e : edges_a_) take_pairs_of(e);
     const std::uint32_t features =
         pair_.a.face_count + pair_.b.face_count + pair_.a.edge_count + pair_.b.edge_count;
@@ -191,6 +192,18 @@ class ValidScan {
     }
     edges = edges.first(count);
     return true;
+  }
+
+  /// The planes of a facet's sides.
+  void take_sides(SupportPair support) noexcept {
+    const auto take = [&](const PlaneId& id) {
+      const Real bound = face_bound(pair_, pose_.r_wa, pose_.y_w, id, support);
+      if (bound + pair_.skin_m >= least_gap_m_) take_face(id, support);
+    };
+    for (std::uint32_t p = pair_.a.face_count; p < plane_count(*pair_.a.record); ++p)
+      take({ContactType::kA, static_cast<std::uint16_t>(p), 0, false});
+    for (std::uint32_t p = pair_.b.face_count; p < plane_count(*pair_.b.record); ++p)
+      take({ContactType::kB, 0, static_cast<std::uint16_t>(p), false});
   }
 
   void take_face(const PlaneId& id, SupportPair support) noexcept {

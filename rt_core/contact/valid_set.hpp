@@ -29,11 +29,11 @@ class ValidSet {
     switch (node.type) {
       case ContactType::kA:
         valid.id.i = static_cast<std::uint16_t>(node.i);
-        valid.support = {pair_.a.face_vertices(node.i)[0], node.j};
+        valid.support = {pair_.a.plane_vertex(node.i), node.j};
         break;
       case ContactType::kB:
         valid.id.j = static_cast<std::uint16_t>(node.j);
-        valid.support = {node.i, pair_.b.face_vertices(node.j)[0]};
+        valid.support = {node.i, pair_.b.plane_vertex(node.j)};
         break;
       case ContactType::kC: {
         valid.id.i = static_cast<std::uint16_t>(node.i);
@@ -62,9 +62,11 @@ class ValidSet {
     if (!marks.given()) return false;
     switch (node.type) {
       case ContactType::kA:
-        return !marks.feature(NodeScope::kLive, marks.features.face_a(node.i));
+        return !pair_.a.is_facet() &&
+               !marks.feature(NodeScope::kLive, marks.features.face_a(node.i));
       case ContactType::kB:
-        return !marks.feature(NodeScope::kLive, marks.features.face_b(node.j));
+        return !pair_.b.is_facet() &&
+               !marks.feature(NodeScope::kLive, marks.features.face_b(node.j));
       case ContactType::kC:
         break;
     }

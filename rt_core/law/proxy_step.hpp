@@ -31,15 +31,14 @@ inline constexpr Real kLastTolerances = 2;
 /// Share of the tolerance that a step that was corrected or shortened may be deep at its end.
 inline constexpr Real kCorrectedShare = 0.75_r;
 
-/// Calls `visit(id)` for the planes of the faces of B, and of A where it has few, until it returns
-/// false.
+/// Calls `visit(id)` for the planes of B, and of A where it has few faces, until it returns false.
 template <typename Visit>
 void for_each_face(const PairView& pair, const Visit& visit) noexcept {
-  for (std::uint32_t f = 0; f < pair.b.face_count; ++f) {
+  for (std::uint32_t f = 0; f < plane_count(*pair.b.record); ++f) {
     if (!visit(PlaneId{ContactType::kB, 0, static_cast<std::uint16_t>(f), false})) return;
   }
   if (pair.a.face_count > kFewFaces) return;
-  for (std::uint32_t f = 0; f < pair.a.face_count; ++f) {
+  for (std::uint32_t f = 0; f < plane_count(*pair.a.record); ++f) {
     if (!visit(PlaneId{ContactType::kA, static_cast<std::uint16_t>(f), 0, false})) return;
   }
 }

@@ -68,10 +68,10 @@ struct PairWork {
 };
 constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b, const PairRecord& pair,
                              const LiveCounts& reachable) noexcept {
-  const std::uint64_t faces = b.face_count + (a.face_count <= kFewFaces ? a.face_count : 0);
+  const std::uint64_t faces = plane_count(b) + (a.face_count <= kFewFaces ? plane_count(a) : 0);
   const std::uint64_t edge_pairs = std::uint64_t{a.edge_count} * b.edge_count;
   const std::uint64_t scanned = std::min<std::uint64_t>(edge_pairs, kMostScannedPairs);
-  const std::uint64_t scan = a.face_count + b.face_count + (a.edge_count + b.edge_count) / 16 +
+  const std::uint64_t scan = plane_count(a) + plane_count(b) + (a.edge_count + b.edge_count) / 16 +
                              scanned / kEdgePairsOfUnit +
                              std::min<std::uint64_t>(scanned, kMaxValidVisits) + 2;
   const bool scans = std::max(a.face_count, b.face_count) <= kMostScannedFaces &&

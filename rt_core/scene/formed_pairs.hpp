@@ -52,12 +52,12 @@ constexpr PairRecord formed_pair(std::uint32_t piece_a, const PieceRecord& a, st
   return pair;
 }
 
-/// The most vertices, faces and edges that any of the pieces has; the rest is zero.
+/// The most vertices, planes (as faces) and edges that any of the pieces has; the rest is zero.
 constexpr PieceRecord largest_counts(std::span<const PieceRecord> pieces) noexcept {
   PieceRecord largest{};
   for (const PieceRecord& piece : pieces) {
     largest.vertex_count = std::max(largest.vertex_count, piece.vertex_count);
-    largest.face_count = std::max(largest.face_count, piece.face_count);
+    largest.face_count = std::max(largest.face_count, plane_count(piece));
     largest.edge_count = std::max(largest.edge_count, piece.edge_count);
   }
   return largest;

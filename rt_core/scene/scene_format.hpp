@@ -300,6 +300,13 @@ struct PieceRecord {
   return piece.face_count == 2;
 }
 
+/// Planes of a piece: those of its faces, and behind them of a facet those of its sides. A side is
+/// what a face would be along an edge of the facet if it had a thickness: where two facets lie in
+/// planes almost parallel, no other plane may lie between them.
+[[nodiscard]] constexpr std::uint32_t plane_count(const PieceRecord& piece) noexcept {
+  return piece.face_count + (is_flat(piece) ? piece.edge_count : 0);
+}
+
 struct FaceRecord {
   std::uint32_t plane;       ///< index within the body's planes
   std::int32_t sign;         ///< +1 or -1: outward normal = sign * plane normal

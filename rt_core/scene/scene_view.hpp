@@ -82,6 +82,19 @@ struct PieceView {
   [[nodiscard]] Real face_offset(std::uint32_t f) const noexcept {
     return static_cast<Real>(faces[f].sign) * planes[faces[f].plane].offset_m;
   }
+  /// Of plane `p`, below plane_count(*record): unit normal, geometry frame; its offset; a vertex on
+  /// it. Planes of faces come first.
+  [[nodiscard]] bool is_side(std::uint32_t p) const noexcept { return p >= face_count; }
+  [[nodiscard]] std::uint32_t side_edge(std::uint32_t p) const noexcept { return p - face_count; }
+  [[nodiscard]] Vec3 plane_normal(std::uint32_t p) const noexcept {
+    return is_side(p) ? Vec3(ConstVec3Map(arcs[side_edge(p)].mid)) : face_normal(p);
+  }
+  [[nodiscard]] Real plane_offset(std::uint32_t p) const noexcept {
+    return is_side(p) ? plane_normal(p).dot(vertex(plane_vertex(p))) : face_offset(p);
+  }
+  [[nodiscard]] std::uint32_t plane_vertex(std::uint32_t p) const noexcept {
+    return is_side(p) ? edges[side_edge(p)].vertex[0] : face_vertices(p)[0];
+  }
 
  private:
   template <typename Visit>
