@@ -227,6 +227,7 @@ TEST_SUITE("tools.surface_part") {
         CHECK(b.part.ring.size() == 24);
         CHECK(b.part.closed);
         CHECK(b.account.closed_shells == 1);
+        CHECK(b.account.tight);
         CHECK(b.account.open_edges == 0);
         CHECK(area_of(b.part) == doctest::Approx(10.0));
       }
@@ -330,6 +331,33 @@ TEST_SUITE("tools.surface_part") {
       }
       CHECK(down);
     }
+  }
+
+  TEST_CASE("a seam divided differently is tight, unless one side of it is turned or missing") {
+    MeshBuilder m = box();
+    const std::vector<std::uint32_t> top = m.faces[1];
+    const Point3 middle = vec::scaled(vec::add(m.vertices[top[0]], m.vertices[top[1]]), 0.5);
+    const std::uint32_t v = m.vertex(middle);
+    m.faces[1] = {top[0], v, top[3]};
+    m.face({v, top[1], top[2]});
+    m.face({v, top[2], top[3]});
+    SurfaceOptions options;
+    options.merge = false;
+    const Made tight = made(m.raw(), options);
+    CHECK(tight.account.t_junction_edges == 3);
+    CHECK(tight.account.tight);
+    CHECK_FALSE(tight.part.closed);
+    MeshBuilder turned = m;
+    turned.unshare();
+    std::reverse(turned.faces.back().begin(), turned.faces.back().end());
+    CHECK(made(turned.raw(false), options).account.tight);  // turned back over its edges
+    m.faces.pop_back();
+    m.groups.pop_back();
+    CHECK_FALSE(made(m.raw(), options).account.tight);
+    MeshBuilder sheets;  // two squares, the same sense along the seam
+    sheets.face({sheets.vertex({0, 0, 0}), sheets.vertex({2, 0, 0}), sheets.vertex({1, 1, 0})});
+    sheets.face({sheets.vertex({0, 0, 0}), sheets.vertex({1, 0, 0}), sheets.vertex({1, 0, 1})});
+    CHECK_FALSE(made(sheets.raw(), options).account.tight);
   }
 
   TEST_CASE("only ends of open edges within the weld radius are joined") {

@@ -21,6 +21,15 @@ bool separated_by_faces(ExactWorld& world, const PieceHull& from, const PieceHul
   return false;
 }
 
+/// Then the two overlap, and the pairs of edges need no look: they are many, and exact.
+bool has_vertex_inside(ExactWorld& world, const PieceHull& from, const PieceHull& other) {
+  return std::any_of(from.vertices.begin(), from.vertices.end(), [&](std::uint32_t v) {
+    return std::all_of(other.planes.begin(), other.planes.end(), [&](const auto& face) {
+      return face.second * world.side(v, face.first) < 0;
+    });
+  });
+}
+
 // Directions of edges as pairs of planes would do too, but vertices are at hand.
 std::vector<Rational3> edge_directions(const ExactWorld& world, const Solid& solid) {
   std::vector<Rational3> directions;
@@ -69,7 +78,10 @@ PieceHull::PieceHull(const Solid& piece) : vertices(vertices_of(piece)) {
 
 bool separated(ExactWorld& world, const Solid& a, const PieceHull& hull_a, const Solid& b,
                const PieceHull& hull_b) {
-  return separated_by_faces(world, hull_a, hull_b) || separated_by_faces(world, hull_b, hull_a) ||
+  if (separated_by_faces(world, hull_a, hull_b) || separated_by_faces(world, hull_b, hull_a)) {
+    return true;
+  }
+  return !has_vertex_inside(world, hull_a, hull_b) && !has_vertex_inside(world, hull_b, hull_a) &&
          separated_by_edges(world, a, hull_a, b, hull_b);
 }
 

@@ -44,9 +44,7 @@ void for_fan(const std::vector<Point3>& points, const std::vector<std::uint32_t>
 
 /// Facets of the sets, connected by edges, whose every edge has two facets of opposite sense.
 std::vector<std::uint8_t> enclosing_facets(const SurfacePart& part, const SurfaceAccount& account) {
-  if (account.open_edges == 0 && account.nonmanifold_edges == 0) {
-    return std::vector<std::uint8_t>(part.facets.size(), 1);
-  }
+  if (account.tight) return std::vector<std::uint8_t>(part.facets.size(), 1);
   struct Use {
     std::uint32_t count = 0, first = 0;
     int sense = 0;

@@ -96,6 +96,8 @@ class Neighbourhood {
   std::vector<OwnedDirection> ring_, inward_;
   std::vector<std::uint32_t> open_;  ///< edges with one facet
   std::vector<Point3> open_inward_;  ///< of each
+  std::vector<double> open_sense_;   ///< of each: 1 where its facet runs from the smaller vertex
+  bool senses_agree_ = true;         ///< at edges with two facets and at T-junction seams
 };
 
 void Neighbourhood::number_edges() {
@@ -134,7 +136,9 @@ void Neighbourhood::number_edges() {
     if (count == 1) {
       open_.push_back(e);
       open_inward_.push_back(inward_.back().direction);
+      open_sense_.push_back(sides[i].forward ? 1.0 : -1.0);
     }
+    if (count == 2 && sides[i].forward == sides[i + 1].forward) senses_agree_ = false;
     if (count > 2) ++account_.nonmanifold_edges;
     i = end;
   }
@@ -173,6 +177,8 @@ void Neighbourhood::overlap(std::uint32_t i, std::uint32_t k, std::vector<Overla
     if (!(vec::distance(here, there) <= weld_m_)) return;
     on_other[j] = t * vec::norm(step);
   }
+  const double turned = vec::dot(along, direction_of(other)) * open_sense_[i] * open_sense_[k];
+  if (turned > 0.0) senses_agree_ = false;
   overlaps.push_back({i, low, high});
   overlaps.push_back({k, std::min(on_other[0], on_other[1]), std::max(on_other[0], on_other[1])});
   for (std::size_t j = 0; j < 2; ++j) {
@@ -230,9 +236,10 @@ void Neighbourhood::find_overlaps() {
     const auto begin = at;
     while (at != overlaps.cend() && at->edge == i) ++at;
     if (begin != at) ++account_.t_junction_edges;
-    if (begin == at || !covered(i, begin, at)) uncovered.push_back(i);
+    if (!covered(i, begin, at)) uncovered.push_back(i);
   }
   account_.open_edges = uncovered.size();
+  account_.tight = senses_agree_ && uncovered.empty() && account_.nonmanifold_edges == 0;
   measure_cracks(uncovered);
 }
 

@@ -62,6 +62,9 @@ struct SurfaceAccount {
   std::size_t nonmanifold_edges = 0;    ///< with more than two facets
   std::size_t shells = 0;               ///< sets of facets connected by edges
   std::size_t closed_shells = 0;        ///< of these, without open and non-manifold edges, oriented
+  /// No open and no non-manifold edge, and opposite senses at every edge and T-junction seam: the
+  /// facets together enclose something.
+  bool tight = false;
   /// Pairs of triangles that pass through each other, at most kMostCrossingsCounted; absent where
   /// counting would take long.
   std::optional<std::size_t> self_intersections;
