@@ -17,6 +17,7 @@
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
+#include "tools/graph_compiler/shapes/mating.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 
@@ -118,6 +119,11 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
+/// As the scene keeps it and the programs show it.
+std::string body_name(const ScenePart& part) {
+  return part.shape ? part.mesh : part.path.filename().string();
+}
+
 CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                           const CompileOptions& options) {
   CompiledPart result;
@@ -129,7 +135,8 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   };
   Stopwatch watch;
   tell("reading", 0.0);
-  const RawMesh raw = read_mesh(part.path);
+  const RawMesh raw = part.shape ? shape_mesh(*part.shape, part.mesh) : read_mesh(part.path);
+  report.shape = part.shape;
   report.mesh_vertices = raw.vertices.size();
   report.mesh_faces = raw.faces.size();
   report.timing.read_s = watch.lap();
@@ -185,7 +192,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   // centre.
   result.placed.mesh_origin_m = std::exchange(flat.world.centre_m, {0.0, 0.0, 0.0});
   std::vector<std::size_t> order;
-  result.placed.body = to_body(flat, pieces, part.path.filename().string(), &order);
+  result.placed.body = to_body(flat, pieces, body_name(part), &order);
   result.placed.position_m = part.position_m;
   result.placed.quaternion_wxyz = part.quaternion_wxyz;
   report.volume_m3 = result.placed.body.volume_m3;
@@ -283,6 +290,11 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   for (const ScenePart& part : scene.statics) {
     CompiledPart fixed = compile_part(part, scene, options);
     set_friction(scene, part, fixed.placed, result.notes);
+    if (scene.moving.shape && part.shape) {
+      append(fixed.report.warnings,
+             fit_warnings(*scene.moving.shape, *part.shape, "[moving] " + scene.moving.mesh,
+                          "[[static]] " + part.mesh));
+    }
     description.statics.push_back(std::move(fixed.placed));
     append(description.exposure, fixed.exposure);
     exposure_s += fixed.exposure_s;

@@ -91,6 +91,13 @@ Json simplified_json(const std::optional<SimplifyAccount>& account) {
           {"volume_after_m3", a.volume_after_m3}};
 }
 
+Json shape_json(const std::optional<Shape>& shape) {
+  if (!shape) return nullptr;
+  return {{"kind", shape_word(*shape)},
+          {"segments", segments_of(*shape)},
+          {"chord_error_m", chord_error_m(*shape)}};
+}
+
 Json part_json(const PartReport& part, bool moving) {
   Json steps = Json::array();
   for (const CleaningStep& step : part.steps) {
@@ -107,6 +114,7 @@ Json part_json(const PartReport& part, bool moving) {
   const Certificate& c = part.certificate;
   return {{"role", moving ? "moving" : "static"},
           {"file", part.mesh},
+          {"shape", shape_json(part.shape)},
           {"scale_to_m", part.scale_to_m},
           {"mesh_vertices", part.mesh_vertices},
           {"mesh_faces", part.mesh_faces},
@@ -181,6 +189,10 @@ std::string part_text(const PartReport& part, bool moving) {
   std::string text =
       formatted("%s %s: %zu vertices, %zu faces, tolerance %.3g m\n", moving ? "moving" : "static",
                 part.mesh.c_str(), part.mesh_vertices, part.mesh_faces, part.plane_tolerance_m);
+  if (part.shape && segments_of(*part.shape) > 0) {
+    text += formatted("    round surfaces in %u segments, facets off them by at most %.3g m\n",
+                      segments_of(*part.shape), chord_error_m(*part.shape));
+  }
   for (const CleaningStep& step : part.steps) {
     if (step.count == 0) continue;
     text += formatted("    %-24s %8zu   moved at most %.2g m\n", step.name.c_str(), step.count,

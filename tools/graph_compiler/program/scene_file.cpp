@@ -17,6 +17,7 @@
 #include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
+#include "tools/graph_compiler/program/shape_table.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -204,10 +205,22 @@ bool read_pose(const TomlTable& t, ScenePart& part) {
   return position || quaternion;
 }
 
-ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
-  ScenePart part;
+/// Keys of `[moving]` and `[[static]]`.
+std::vector<std::string_view> part_keys() {
+  std::vector<std::string_view> keys{"mesh",     "scale_to_m", "position_m", "quaternion",
+                                     "material", "simplify_m", "disjoint"};
+  keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
+  return keys;
+}
+
+void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
   const auto mesh = t.text("mesh");
-  if (!mesh) t.fail_missing("mesh", "give the path of an OBJ, STL or OFF file");
+  if (!mesh) {
+    t.fail_missing("mesh", "give the path of an OBJ, STL or OFF file, or a shape without a file");
+  }
+  for (const std::string_view key : shape_keys()) {
+    if (t.has(key)) t.fail(key, "belongs to a part with shape; leave it out, or leave out mesh");
+  }
   part.mesh = *mesh;
   part.path = folder / part.mesh;
   std::error_code error;
@@ -223,6 +236,20 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
                    "give metres per file unit: 0.001 for millimetres, 1.0 for metres");
   }
   part.scale_to_m = *scale;
+}
+
+ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
+  ScenePart part;
+  if (const auto word = t.text("shape")) {
+    if (t.has("mesh")) t.fail("shape", "mesh is given too; keep one of the two");
+    if (t.has("scale_to_m")) {
+      t.fail("scale_to_m", "a shape has its dimensions in metres; leave it out");
+    }
+    part.mesh = *word;
+    part.shape = read_shape(t);
+  } else {
+    read_mesh_file(t, folder, part);
+  }
   posed = read_pose(t, part);
   if (const auto material = t.text("material")) {
     if (material->empty()) t.fail("material", "is empty; give a name, as [[friction]] has it");
@@ -246,9 +273,9 @@ void read_held_part(const TomlTable& moving, HeldPartParameters& held) {
 }
 
 void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
-  const auto moving =
-      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m",
-                           "simplify_m", "disjoint", "mass_kg", "gravity_m_per_s2"});
+  std::vector<std::string_view> keys = part_keys();
+  keys.insert(keys.end(), {"grip_m", "mass_kg", "gravity_m_per_s2"});
+  const auto moving = top.table("moving", keys);
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
@@ -377,8 +404,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   check_format(top);
   scene.name = read_name(top);
   read_moving(top, folder, scene);
-  for (const TomlTable& t : top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion",
-                                                  "material", "simplify_m", "disjoint"})) {
+  for (const TomlTable& t : top.tables("static", part_keys())) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
   }
