@@ -49,19 +49,13 @@ const FastenerSize* fastener_size(std::string_view name) {
 }
 
 std::optional<double> fit_clearance_m(std::string_view fit, bool internal, double pitch_m) {
-  const std::size_t slash = fit.find('/');
-  const std::string_view classes[] = {fit.substr(0, slash), slash == std::string_view::npos
-                                                                ? std::string_view{}
-                                                                : fit.substr(slash + 1)};
+  std::vector<std::string_view> grades{fit.substr(0, fit.find('/'))};
+  if (grades[0].size() < fit.size()) grades.push_back(fit.substr(grades[0].size() + 1));
   std::optional<double> result;
-  for (const std::string_view grade : classes) {
-    if (grade.empty()) {
-      if (slash == std::string_view::npos && &grade == &classes[1]) continue;
-      return std::nullopt;
-    }
+  for (const std::string_view grade : grades) {
     const auto deviation = deviation_m(grade, pitch_m);
     if (!deviation) return std::nullopt;
-    const bool is_internal = grade[1] < 'a';
+    const bool is_internal = grade[1] < 'a';  // capital letters come first
     if (is_internal != internal) continue;
     if (result) return std::nullopt;
     result = 0.5 * *deviation;

@@ -6,6 +6,7 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/shapes/shape_builder.hpp"
 
 namespace haptic::tools {
@@ -194,26 +195,47 @@ RawMesh build(const ConeShape& s, const std::string& name) {
   return b.finish(name);
 }
 
+/// The triangles between two parallels of a half sphere, of 4 (i - 1) and 4 i corners (the first is
+/// the pole), as on a subdivided octahedron. All lie in planes of their own.
+void add_zone(ShapeBuilder& b, const Loop& inner, const Loop& outer, bool up) {
+  const std::size_t steps = outer.size() / 4;
+  const auto add = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+    b.face(up ? Loop{p, q, r} : Loop{p, r, q});
+  };
+  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+    for (std::size_t k = 0; k < steps; ++k) {
+      const std::uint32_t at = inner[(quarter * (steps - 1) + k) % inner.size()];
+      const std::uint32_t from = outer[quarter * steps + k];
+      const std::uint32_t to = outer[(quarter * steps + k + 1) % outer.size()];
+      add(at, from, to);
+      if (k + 1 < steps) add(at, to, inner[(quarter * (steps - 1) + k + 1) % inner.size()]);
+    }
+  }
+}
+
+/// Rings of a half sphere from the pole to the equator, which is `equator`.
+void add_half_sphere(ShapeBuilder& b, double radius_m, double centre_m, const Loop& equator,
+                     bool up) {
+  const auto segments = static_cast<std::uint32_t>(equator.size());
+  const double side = up ? 1.0 : -1.0;
+  Loop inner{b.vertex({0, 0, centre_m + side * radius_m})};
+  for (std::uint32_t k = 1; k <= segments / 4; ++k) {
+    const auto [c, s] = turn_direction(k, segments);
+    Loop outer =
+        k == segments / 4 ? equator : b.ring(radius_m * s, centre_m + side * (radius_m * c), 4 * k);
+    add_zone(b, inner, outer, up);
+    inner = std::move(outer);
+  }
+}
+
 /// Two half spheres whose equators are `gap_m` apart; one ring for both where it is 0.
 RawMesh rounded(double radius_m, double gap_m, std::uint32_t segments, const std::string& name) {
   ShapeBuilder b;
-  const std::uint32_t quarter = segments / 4;
-  std::vector<Loop> rings;
-  for (std::uint32_t k = 1; k < 2 * quarter; ++k) {
-    // From the lower pole up; latitude k / segments turns from it.
-    const auto [c, s] = turn_direction(k, segments);
-    const double z = -radius_m * c;
-    if (k < quarter) rings.push_back(b.ring(radius_m * s, z - 0.5 * gap_m, segments));
-    if (k == quarter) {
-      rings.push_back(b.ring(radius_m, -0.5 * gap_m, segments));
-      if (gap_m > 0.0) rings.push_back(b.ring(radius_m, 0.5 * gap_m, segments));
-    }
-    if (k > quarter) rings.push_back(b.ring(radius_m * s, z + 0.5 * gap_m, segments));
-  }
-  const double pole_m = radius_m + 0.5 * gap_m;
-  b.fan(rings.front(), b.vertex({0, 0, -pole_m}), false);
-  for (std::size_t k = 0; k + 1 < rings.size(); ++k) b.strip(rings[k], rings[k + 1]);
-  b.fan(rings.back(), b.vertex({0, 0, pole_m}), true);
+  const Loop low = b.ring(radius_m, -0.5 * gap_m, segments);
+  const Loop high = gap_m > 0.0 ? b.ring(radius_m, 0.5 * gap_m, segments) : low;
+  if (gap_m > 0.0) b.strip(low, high);
+  add_half_sphere(b, radius_m, -0.5 * gap_m, low, false);
+  add_half_sphere(b, radius_m, 0.5 * gap_m, high, true);
   return b.finish(name);
 }
 RawMesh build(const SphereShape& s, const std::string& name) {
@@ -246,15 +268,27 @@ double hole_error(double radius_m, std::uint32_t segments) {
   return radius_m * (1.0 / facet_share(segments) - 1.0);
 }
 
-/// Of a sphere of meridians and parallels: the facet nearest to the centre, by the chords of its
-/// middle meridian.
+/// Of a sphere: the triangle that comes nearest to the centre, inside of it or in the middle of an
+/// edge.
 double sphere_error(double radius_m, std::uint32_t segments) {
+  const RawMesh unit = rounded(1.0, 0.0, segments, "");
   double nearest = 1.0;
-  for (std::uint32_t k = 0; k < segments / 4; ++k) {
-    const auto [c0, s0] = turn_direction(k, segments);
-    const auto [c1, s1] = turn_direction(k + 1, segments);
-    const double x0 = s0 * facet_share(segments), x1 = s1 * facet_share(segments);
-    nearest = std::min(nearest, std::abs(x0 * c1 - x1 * c0) / std::hypot(x1 - x0, c1 - c0));
+  for (const RawFace& face : unit.faces) {
+    Point3 normal{0, 0, 0};
+    bool inside = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point3 &p = unit.vertices[face.vertices[k]],
+                   &q = unit.vertices[face.vertices[(k + 1) % 3]];
+      normal = vec::add(normal, vec::cross(p, q));
+      nearest = std::min(nearest, 0.5 * vec::norm(vec::add(p, q)));
+    }
+    normal = vec::unit(normal);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point3 &p = unit.vertices[face.vertices[k]],
+                   &q = unit.vertices[face.vertices[(k + 1) % 3]];
+      inside = inside && vec::dot(vec::cross(p, q), normal) >= 0.0;
+    }
+    if (inside) nearest = std::min(nearest, vec::dot(normal, unit.vertices[face.vertices[0]]));
   }
   return radius_m * (1.0 - nearest);
 }

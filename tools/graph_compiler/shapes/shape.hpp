@@ -45,7 +45,8 @@ struct ConeShape {
   double radius_m = 0.0, height_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
 };
-/// Meridians and parallels; segments around, half as many from pole to pole: a multiple of 4.
+/// Triangles as on a subdivided octahedron, corners on the radius; `segments` around the equator, a
+/// multiple of 4.
 struct SphereShape {
   double radius_m = 0.0;
   std::uint32_t segments = kDefaultSegments;

@@ -192,8 +192,9 @@ void close_between(ShapeBuilder& builder, Loop inner, Loop outer, bool up) {
   std::size_t i = 0, j = 0;
   while (i < inner.size() || j < outer.size()) {
     const std::uint32_t a = inner[i % inner.size()], b = outer[j % outer.size()];
+    // From the corner outside that is nearest: a farther one may lie behind the inner loop's side.
     const bool inner_next =
-        j == outer.size() || (i < inner.size() && in[i + 1] <= out[j + 1] + 1e-9);
+        j == outer.size() || (i < inner.size() && in[i + 1] <= 0.5 * (out[j] + out[j + 1]) + 1e-9);
     const std::uint32_t c = inner_next ? inner[++i % inner.size()] : outer[++j % outer.size()];
     builder.face(up ? Loop{a, b, c} : Loop{a, c, b});
   }
