@@ -13,8 +13,8 @@
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
-#include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/shapes/mating.hpp"
@@ -119,31 +119,27 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
-/// As the scene keeps it and the programs show it.
-std::string body_name(const ScenePart& part) {
-  return part.shape ? part.mesh : part.path.filename().string();
-}
-
 CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                           const CompileOptions& options) {
   CompiledPart result;
   PartReport& report = result.report;
   report.mesh = part.mesh;
-  report.scale_to_m = part.scale_to_m;
   const auto tell = [&](const char* step, double fraction) {
     if (options.progress) options.progress(part.mesh, step, fraction);
   };
   Stopwatch watch;
   tell("reading", 0.0);
-  const RawMesh raw = part.shape ? shape_mesh(*part.shape, part.mesh) : read_mesh(part.path);
+  const PartMesh source = read_part_mesh(part, scene.file);
+  const RawMesh& raw = source.mesh;
   report.shape = part.shape;
+  report.scale_to_m = source.unit_m;
   report.mesh_vertices = raw.vertices.size();
   report.mesh_faces = raw.faces.size();
   report.timing.read_s = watch.lap();
 
   tell("cleaning", 0.0);
   CleaningOptions cleaning;
-  cleaning.scale_to_m = part.scale_to_m;
+  cleaning.scale_to_m = source.scale_to_m;
   cleaning.plane_tolerance_m =
       options.plane_tolerance_m ? options.plane_tolerance_m : scene.plane_tolerance_m;
   const Surface surface = clean_surface(raw, cleaning);
