@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Any text as a scene file: read, or refused with InputError that names file, line and column.
-/// Meshes are only looked for, never opened.
+/// Meshes are only looked for, never opened; shapes that are not too fine are built.
 #include <cmath>
+#include <cstdint>
 #include <string_view>
 
 #include "tests/fuzz/fuzz_target.hpp"
@@ -12,6 +13,9 @@ namespace {
 
 using haptic::fuzz::require;
 
+/// Beyond these a single run is too slow to find anything.
+constexpr std::uint32_t kMostSegments = 64;
+
 void check_part(const haptic::tools::ScenePart& part) {
   double square = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -20,6 +24,14 @@ void check_part(const haptic::tools::ScenePart& part) {
   }
   for (const double x : part.quaternion_wxyz) {
     square += x * x;
+  }
+  if (part.shape && haptic::tools::segments_of(*part.shape) <= kMostSegments) {
+    const haptic::tools::RawMesh mesh = haptic::tools::shape_mesh(*part.shape, "fuzz");
+    require(mesh.faces.size() >= 4, "a shape is a solid");
+    for (const haptic::tools::Point3& p : mesh.vertices) {
+      require(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]),
+              "corners are finite");
+    }
   }
   require(std::abs(square - 1.0) < 1e-12, "quaternions have length 1");
 }

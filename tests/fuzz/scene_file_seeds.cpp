@@ -41,6 +41,12 @@ const char* const kSpellings =
     "position_m=[0.0,\n 0,\n +1e0,]}\r\nstatic=[{mesh=\"box.stl\",scale_to_m=1}]\r\n"
     "rendering.law=\"paper\"\r\nrendering.\"k_f_n_per_m\"=0b11\r\nloop.rate_hz=0o1750\r\n";
 
+/// Two shapes without a file.
+std::string shapes(const std::string& moving, const std::string& fixed) {
+  return "format = 1\nname = \"n\"\n[moving]\n" + moving + "[[static]]\n" + fixed +
+         "[rendering]\nk_f_n_per_m = 800\n";
+}
+
 }  // namespace
 
 std::vector<Seed> seeds() {
@@ -57,6 +63,21 @@ std::vector<Seed> seeds() {
       {"not_ascii", "# \xC3\xA9\n" + least + "mesh = '\xC3\xA9' # \xEF\xBB\xB7\n"},
       {"long_strings",
        least + "a = \"\"\"x\\\n  y\"\"\"\"\"\nb = '''\n'''\nc.d.\"e\".f = \"\\\"\"\n"},
+      {"box_and_prism", shapes("shape = \"box\"\nsize_m = [1, 2, 3]\n",
+                               "shape = \"prism\"\nradius_m = 1\nheight_m = 2\nsides = 5\n")},
+      {"cylinder_and_tube",
+       shapes(
+           "shape = \"cylinder\"\nradius_m = 0.01\nheight_m = 0.1\nsegments = 12\n",
+           "shape = \"tube\"\ninner_radius_m = 0.0101\nouter_radius_m = 0.02\nheight_m = 0.1\n")},
+      {"sphere_and_capsule",
+       shapes("shape = \"sphere\"\nradius_m = 0.01\nsegments = 8\n",
+              "shape = \"capsule\"\nradius_m = 0.01\nheight_m = 0.03\nsegments = 12\n")},
+      {"threads", shapes("shape = \"thread\"\ndiameter_m = 0.008\npitch_m = 0.00125\nturns = 2.5\n"
+                         "fit = \"6g\"\nsegments = 12\n",
+                         "shape = \"thread\"\nsize = \"M8\"\nturns = 1.5\ninternal = true\n"
+                         "outer_radius_m = 0.007\nclearance_m = 1e-5\nsegments = 16\n")},
+      {"bolt_and_nut", shapes("shape = \"bolt\"\nsize = \"M3\"\nlength_m = 0.004\nsegments = 12\n",
+                              "shape = \"nut\"\nsize = \"M3\"\nfit = \"6H/6g\"\nsegments = 9\n")},
       {"nested", least + "[device]\nmass_kg = [[[[{ a = [1, true, \"x\"] }]]]]\n"}};
 }
 

@@ -198,9 +198,10 @@ std::string place_text(const WorkMesh& mesh, const Point3& local) {
 }
 
 std::string face_text(const WorkMesh& mesh, std::uint32_t source_face) {
-  return "face " + std::to_string(source_face + 1) +
-         (mesh.raw->places_are_lines ? " (line " : " (byte ") +
-         std::to_string(mesh.raw->faces[source_face].source_place) + ")";
+  const std::size_t place = mesh.raw->faces[source_face].source_place;
+  const std::string text = "face " + std::to_string(source_face + 1);
+  if (place == 0) return text;
+  return text + (mesh.raw->places_are_lines ? " (line " : " (byte ") + std::to_string(place) + ")";
 }
 
 void refuse_mesh(const WorkMesh& mesh, const std::string& defect, const std::string& fix) {

@@ -61,8 +61,11 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
   if (equals_lower(extension, ".off")) {
     return MeshFormat::kOff;
   }
+  if (equals_lower(extension, ".step") || equals_lower(extension, ".stp")) {
+    refuse_file(path.string(), "STEP is not read", "convert the part to 3MF or STL first");
+  }
   refuse_file(path.string(), "the extension " + shown_word(extension) + " names no mesh format",
-              "give a file named .obj, .stl or .off");
+              "give a file named .obj, .stl or .off, or .ply, .3mf, .gltf, .glb, .dae or .amf");
 }
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Reads polygon meshes: Wavefront OBJ, STL (ASCII and binary), OFF. Strict, locale-free, in
-/// double: what cannot be read for certain is refused with its place instead of being guessed.
+/// Reads polygon meshes: Wavefront OBJ, STL (ASCII and binary), OFF (others: import/). Strict,
+/// locale-free, in double: what cannot be read for certain is refused with its place instead of
+/// being guessed.
 /// Nothing is merged or dropped here; see cleaning.hpp for that.
 
 #include <cstddef>

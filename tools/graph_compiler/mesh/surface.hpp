@@ -18,7 +18,8 @@ using Point3 = std::array<double, 3>;
 /// is right.
 struct RawFace {
   std::vector<std::uint32_t> vertices;  ///< indices into RawMesh::vertices
-  std::size_t source_place = 0;         ///< line number (text formats) or byte offset (binary STL)
+  std::size_t source_place = 0;         ///< line number (text formats) or byte offset (binary
+                                        ///< STL); 0: the mesh has no such place
   std::uint32_t group =
       0;  ///< object/group of the file (OBJ `o`, `g`; STL `solid`): parts the file keeps apart
 };

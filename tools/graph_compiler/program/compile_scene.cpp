@@ -15,11 +15,12 @@
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
-#include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
+#include "tools/graph_compiler/shapes/mating.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/graph_compiler/surface/surface_body.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
@@ -133,13 +134,14 @@ std::string counted(std::size_t n, const char* what) {
 }
 
 /// The mesh as a solid: the part's report, and what goes into the scene.
-WrittenPart compile_solid(const RawMesh& raw, const ScenePart& part, const SceneFile& scene,
-                        const CompileOptions& options, const Tell& tell, PartReport& report) {
+WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const SceneFile& scene,
+                          const CompileOptions& options, const Tell& tell, PartReport& report) {
+  const RawMesh& raw = source.mesh;
   WrittenPart result;
   Stopwatch watch;
   tell("cleaning", 0.0);
   CleaningOptions cleaning;
-  cleaning.scale_to_m = part.scale_to_m;
+  cleaning.scale_to_m = source.scale_to_m;
   cleaning.plane_tolerance_m =
       options.plane_tolerance_m ? options.plane_tolerance_m : scene.plane_tolerance_m;
   const Surface surface = clean_surface(raw, cleaning);
@@ -187,7 +189,7 @@ WrittenPart compile_solid(const RawMesh& raw, const ScenePart& part, const Scene
   // centre.
   result.placed.mesh_origin_m = std::exchange(flat.world.centre_m, {0.0, 0.0, 0.0});
   std::vector<std::size_t> order;
-  result.placed.body = to_body(flat, pieces, part.path.filename().string(), &order);
+  result.placed.body = to_body(flat, pieces, body_name(part), &order);
   result.placed.position_m = part.position_m;
   result.placed.quaternion_wxyz = part.quaternion_wxyz;
   report.volume_m3 = result.placed.body.volume_m3;
@@ -212,14 +214,14 @@ std::string defect_of(const std::string& refusal, const std::string& file) {
 }
 
 /// `why` is what the mesh lacks for a solid; empty where a surface was asked for.
-SurfacePart compile_surface(const RawMesh& raw, const ScenePart& part, const std::string& why,
-                            const Tell& tell, PartReport& report) {
+SurfacePart compile_surface(const PartMesh& source, const std::string& why, const Tell& tell,
+                            PartReport& report) {
   Stopwatch watch;
   tell("making facets", 0.0);
   SurfaceOptions surface_options;
-  surface_options.scale_to_m = part.scale_to_m;
+  surface_options.scale_to_m = source.scale_to_m;
   SurfaceAccount account;
-  SurfacePart surface = make_surface_part(raw, surface_options, &account);
+  SurfacePart surface = make_surface_part(source.mesh, surface_options, &account);
   report.diagonal_m = account.diagonal_m;
   report.shells = account.shells;
   report.reason = why.empty() ? "as the scene asks" : why;
@@ -248,13 +250,15 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   CompiledPart result;
   PartReport& report = result.report;
   report.mesh = part.mesh;
-  report.scale_to_m = part.scale_to_m;
   const auto tell = [&](const char* step, double fraction) {
     if (options.progress) options.progress(part.mesh, step, fraction);
   };
   Stopwatch watch;
   tell("reading", 0.0);
-  const RawMesh raw = read_mesh(part.path);
+  const PartMesh source = read_part_mesh(part, scene.file);
+  const RawMesh& raw = source.mesh;
+  report.shape = part.shape;
+  report.scale_to_m = source.unit_m;
   report.file = raw.file;
   report.mesh_vertices = raw.vertices.size();
   report.mesh_faces = raw.faces.size();
@@ -263,7 +267,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   if (part.kind != PartKind::kSurface) {
     PartReport solid = report;
     try {
-      result.shape = compile_solid(raw, part, scene, options, tell, solid);
+      result.shape = compile_solid(source, part, scene, options, tell, solid);
       report = std::move(solid);
       return result;
     } catch (const SizeError&) {
@@ -278,7 +282,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
       report.warnings.push_back("a surface part has no solids to cut apart");
     }
   }
-  result.shape = compile_surface(raw, part, why, tell, report);
+  result.shape = compile_surface(source, why, tell, report);
   return result;
 }
 
@@ -364,7 +368,7 @@ WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
   written.placed.body =
-      surface_body(std::get<SurfacePart>(part.shape), placed.path.filename().string());
+      surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
   written.exposure.resize(written.placed.body.pieces.size());
@@ -408,8 +412,14 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.parameters.coupling.near_pairs = scene.budget.near_pairs.value_or(0);
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
-    WrittenPart fixed = written_part(std::move(parts[i + 1]), scene.statics[i]);
-    set_friction(scene, scene.statics[i], fixed.placed, result.notes);
+    const ScenePart& part = scene.statics[i];
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), part);
+    set_friction(scene, part, fixed.placed, result.notes);
+    if (scene.moving.shape && part.shape) {
+      append(result.parts[i + 1].warnings,
+             fit_warnings(*scene.moving.shape, *part.shape, "[moving] " + scene.moving.mesh,
+                          "[[static]] " + part.mesh));
+    }
     description.statics.push_back(std::move(fixed.placed));
     append(description.exposure, fixed.exposure);
     exposure_s += fixed.exposure_s;

@@ -28,9 +28,10 @@ struct PartTiming {
 
 /// What became of one mesh.
 struct PartReport {
-  std::string mesh;  ///< as written in the scene file
+  std::string mesh;            ///< as written in the scene file; of a shape its word
+  std::string file;            ///< path that messages of the steps start with
+  std::optional<Shape> shape;  ///< instead of a file
   [[nodiscard]] bool is_surface() const { return surface.has_value(); }
-  std::string file;  ///< path that messages of the steps start with
   std::array<double, 3> scale_to_m{1, 1, 1};
   std::size_t mesh_vertices = 0, mesh_faces = 0;
   double plane_tolerance_m = 0.0, diagonal_m = 0.0;

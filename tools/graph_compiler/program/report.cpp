@@ -127,6 +127,11 @@ Json certificate_json(const PartReport& part) {
           {"removed", c.removed},
           {"nonzero_counts", c.nonzero_counts},
           {"volume_m3", c.volume_m3}};
+Json shape_json(const std::optional<Shape>& shape) {
+  if (!shape) return nullptr;
+  return {{"kind", shape_word(*shape)},
+          {"segments", segments_of(*shape)},
+          {"chord_error_m", chord_error_m(*shape)}};
 }
 
 Json part_json(const PartReport& part, bool moving) {
@@ -147,6 +152,7 @@ Json part_json(const PartReport& part, bool moving) {
           {"as", part.is_surface() ? "surface" : "solid"},
           {"reason", part.reason},
           {"surface", surface_json(part.surface)},
+          {"shape", shape_json(part.shape)},
           {"scale_to_m", part.scale_to_m},
           {"mesh_vertices", part.mesh_vertices},
           {"mesh_faces", part.mesh_faces},
@@ -228,6 +234,10 @@ std::string surface_text(const SurfaceAccount& a) {
 std::string part_text(const PartReport& part, bool moving) {
   std::string text = formatted("%s %s: %s: %s\n", moving ? "moving" : "static", part.mesh.c_str(),
                                part.is_surface() ? "surface" : "solid", part.reason.c_str());
+  if (part.shape && segments_of(*part.shape) > 0) {
+    text += formatted("    round surfaces in %u segments, facets off them by at most %.3g m\n",
+                      segments_of(*part.shape), chord_error_m(*part.shape));
+  }
   if (part.surface) return text + surface_text(*part.surface);
   text += formatted("    %zu vertices, %zu faces, tolerance %.3g m\n", part.mesh_vertices,
                     part.mesh_faces, part.plane_tolerance_m);

@@ -17,6 +17,8 @@
 #include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/program/shape_table.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -212,25 +214,91 @@ PartKind read_kind(const TomlTable& t) {
   return PartKind::kSurface;
 }
 
-ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
-  ScenePart part;
-  const auto mesh = t.text("mesh");
-  if (!mesh) t.fail_missing("mesh", "give the path of an OBJ, STL or OFF file");
-  part.mesh = *mesh;
-  part.path = folder / part.mesh;
+/// Keys of `[moving]` and `[[static]]`.
+std::vector<std::string_view> part_keys() {
+  std::vector<std::string_view> keys{"mesh",       "link",     "scale_to_m", "position_m",
+                                     "quaternion", "material", "simplify_m", "disjoint",
+                                     "as"};
+  keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
+  return keys;
+}
+
+constexpr const char* kMeshPath = "give the path of a mesh file (STL, OBJ, OFF, PLY, 3MF, ...)";
+
+/// Checks that `name` is a file; the mesh itself is read later.
+void find_part_file(const TomlTable& t, std::string_view key, const std::string& name,
+                    const std::filesystem::path& folder, ScenePart& part) {
+  part.path = folder / name;
   std::error_code error;
-  if (!part.mesh.empty() && std::filesystem::is_directory(part.path, error))
-    t.fail("mesh", "'" + part.mesh + "' is a folder; give the path of an OBJ, STL or OFF file");
-  if (part.mesh.empty() || !std::filesystem::is_regular_file(part.path, error)) {
-    t.fail("mesh", "no file '" + part.mesh + "'; the path counts from the scene file's folder");
+  if (!name.empty() && std::filesystem::is_directory(part.path, error)) {
+    t.fail(key, "'" + name + "' is a folder; " + kMeshPath);
+  }
+  if (name.empty() || !std::filesystem::is_regular_file(part.path, error)) {
+    t.fail(key, "no file '" + name + "'; the path counts from the scene file's folder");
   }
   note_input(part.path, "a mesh of the scene");
+}
+
+void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
+  part.mesh = *t.text("mesh");
+  find_part_file(t, "mesh", part.mesh, folder, part);
   const auto scale = t.scale3("scale_to_m", kPositive);
-  if (!scale) {
+  const auto format = import_format_of(part.path);
+  if (!scale && !(format && has_unit(*format))) {
     t.fail_missing("scale_to_m",
                    "give metres per file unit: 0.001 for millimetres, 1.0 for metres");
   }
+  if (!scale) return;
   part.scale_to_m = *scale;
+  part.scale_at = t.place("scale_to_m");
+}
+
+/// "robot.urdf#link": robot descriptions are in metres.
+void read_link(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
+  part.mesh = *t.text("link");
+  const std::size_t hash = part.mesh.rfind('#');
+  if (hash == std::string::npos || hash + 1 == part.mesh.size()) {
+    t.fail("link", "is '" + part.mesh +
+                       "'; give a robot description and a link of it, as in "
+                       "\"robot.urdf#gripper\"");
+  }
+  part.link = part.mesh.substr(hash + 1);
+  find_part_file(t, "link", part.mesh.substr(0, hash), folder, part);
+}
+
+/// Reads one of `mesh`, `shape` and `link`.
+void read_part_source(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
+  constexpr const char* kSources[] = {"mesh", "shape", "link"};
+  const char* source = nullptr;
+  for (const char* key : kSources) {
+    if (!t.has(key)) continue;
+    if (source != nullptr) t.fail(key, std::string(source) + " is given too; keep one of the two");
+    source = key;
+  }
+  if (source == nullptr) {
+    t.fail_missing("mesh", std::string(kMeshPath) + ", or a shape without a file");
+  }
+  const std::string_view word = source;
+  if (word != "shape") {
+    for (const std::string_view key : shape_keys()) {
+      if (t.has(key)) t.fail(key, "belongs to a part with shape; leave it out");
+    }
+  }
+  if (word != "mesh" && t.has("scale_to_m")) {
+    t.fail("scale_to_m", "the part is in metres already; leave it out");
+  }
+  static_cast<void>(t.text(source));  // refuses what is no text
+  if (word == "mesh") read_mesh_file(t, folder, part);
+  if (word == "link") read_link(t, folder, part);
+  if (word == "shape") {
+    part.mesh = *t.text("shape");
+    part.shape = read_shape(t);
+  }
+}
+
+ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, bool& posed) {
+  ScenePart part;
+  read_part_source(t, folder, part);
   posed = read_pose(t, part);
   if (const auto material = t.text("material")) {
     if (material->empty()) t.fail("material", "is empty; give a name, as [[friction]] has it");
@@ -261,9 +329,9 @@ void read_held_part(const TomlTable& moving, HeldPartParameters& held) {
 }
 
 void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
-  const auto moving =
-      top.table("moving", {"mesh", "scale_to_m", "position_m", "quaternion", "material", "grip_m",
-                           "simplify_m", "disjoint", "mass_kg", "gravity_m_per_s2", "as"});
+  std::vector<std::string_view> keys = part_keys();
+  keys.insert(keys.end(), {"grip_m", "mass_kg", "gravity_m_per_s2"});
+  const auto moving = top.table("moving", keys);
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
@@ -392,8 +460,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   check_format(top);
   scene.name = read_name(top);
   read_moving(top, folder, scene);
-  for (const TomlTable& t : top.tables("static", {"mesh", "scale_to_m", "position_m", "quaternion",
-                                                  "material", "simplify_m", "disjoint", "as"})) {
+  for (const TomlTable& t : top.tables("static", part_keys())) {
     bool posed = false;
     scene.statics.push_back(read_part(t, folder, posed));
   }
@@ -456,7 +523,7 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".stl" || extension == ".obj" || extension == ".off")
+  if (extension == ".stl" || extension == ".obj" || extension == ".off" || import_format_of(path))
     throw InputError(path.string() + ": is a mesh; give the scene file (TOML) that names it");
   const std::string text = read_text_file(path, kMaxSceneFileBytes, "the scene file");
   return parse_scene_file(text, path.string(), path.parent_path());

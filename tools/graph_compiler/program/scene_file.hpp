@@ -15,6 +15,7 @@
 #include "tools/common/file_place.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/shapes/shape.hpp"
 
 namespace haptic::tools {
 
@@ -42,8 +43,11 @@ enum class PartKind : std::uint8_t {
 
 /// One `[moving]` or `[[static]]` table.
 struct ScenePart {
-  std::string mesh;                           ///< as written
+  std::string mesh;                           ///< as written; of a shape its word
   std::filesystem::path path;                 ///< resolved against the scene file's folder
+  std::optional<Shape> shape;                 ///< instead of a file
+  std::optional<std::string> link;            ///< of the robot description `path`
+  std::optional<FilePlace> scale_at;          ///< of scale_to_m, where it is given
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};

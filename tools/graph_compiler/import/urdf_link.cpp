@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Collision models of robot descriptions.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/toml_table.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/import/xml_file.hpp"
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+#include "tools/graph_compiler/shapes/shape.hpp"
+
+namespace haptic::tools {
+namespace {
+
+using tinyxml2::XMLElement;
+
+constexpr std::size_t kMaxUrdfBytes = std::size_t{64} << 20;
+
+class LinkReader {
+ public:
+  LinkReader(const std::string& file, const std::filesystem::path& folder)
+      : file_(file), folder_(folder) {
+    mesh_.file = file;
+    mesh_.indexed = true;
+    mesh_.places_are_lines = false;
+  }
+
+  RawMesh read(const XMLElement& link) {
+    for (const XMLElement* c = link.FirstChildElement("collision"); c != nullptr;
+         c = c->NextSiblingElement("collision")) {
+      add_collision(*c);
+    }
+    if (mesh_.faces.empty()) {
+      refuse(link, "link " + shown_word(attribute(link, "name")) + " has no <collision>",
+             "name a link that has one");
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const XMLElement& at, const std::string& defect,
+                           const std::string& fix) const {
+    refuse_line(file_, static_cast<std::size_t>(at.GetLineNum()), defect, fix);
+  }
+
+  /// An attribute of `count` numbers.
+  template <std::size_t kCount>
+  std::array<double, kCount> numbers(const XMLElement& at, const char* name) const {
+    const std::string text = attribute(at, name);
+    const auto line = static_cast<std::size_t>(at.GetLineNum());
+    LineScanner scanner(text, {.comments = false});
+    std::vector<std::string_view> words, all;
+    while (scanner.next(words)) all.insert(all.end(), words.begin(), words.end());
+    if (all.size() != kCount) {
+      refuse(at, std::string(name) + " of <" + at.Name() + "> is " + shown_word(text),
+             "give " + std::to_string(kCount) + (kCount == 1 ? " number" : " numbers"));
+    }
+    std::array<double, kCount> result{};
+    for (std::size_t k = 0; k < kCount; ++k) {
+      result[k] = parse_number(all[k], file_, line, name, nullptr);
+    }
+    return result;
+  }
+
+  void add_collision(const XMLElement& collision) {
+    const XMLElement* geometry = collision.FirstChildElement("geometry");
+    const XMLElement* form = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
+    if (form == nullptr) {
+      refuse(collision, "a <collision> has no <geometry> with a form", "give it one");
+    }
+    RawMesh part = form_of(*form);
+    std::array<double, 3> xyz{}, rpy{};
+    if (const XMLElement* origin = collision.FirstChildElement("origin")) {
+      if (origin->Attribute("xyz") != nullptr) xyz = numbers<3>(*origin, "xyz");
+      if (origin->Attribute("rpy") != nullptr) rpy = numbers<3>(*origin, "rpy");
+    }
+    append(part, xyz, rpy, collision);
+  }
+
+  RawMesh form_of(const XMLElement& form) {
+    const std::string name = form.Name();
+    if (name == "mesh") return mesh_form(form);
+    Shape shape;
+    if (name == "box") {
+      shape = BoxShape{numbers<3>(form, "size")};
+    } else if (name == "cylinder") {
+      shape = CylinderShape{numbers<1>(form, "radius")[0], numbers<1>(form, "length")[0]};
+    } else if (name == "sphere") {
+      shape = SphereShape{numbers<1>(form, "radius")[0]};
+    } else {
+      refuse(form, "the form <" + shown_word(name) + "> is not known",
+             "the forms are box, cylinder, sphere and mesh");
+    }
+    if (const auto defect = defect_of(shape)) {
+      refuse(
+          form,
+          "<" + name + ">: " + defect->key + " " + defect->text.substr(0, defect->text.find(';')),
+          "correct the dimension");
+    }
+    return shape_mesh(shape, file_);
+  }
+
+  RawMesh mesh_form(const XMLElement& form) {
+    const std::string name = attribute(form, "filename");
+    const std::filesystem::path path = found(form, name);
+    note_input(path, "a mesh of the scene");
+    RawMesh part = import_format_of(path) ? import_mesh(path).mesh : read_mesh(path);
+    if (form.Attribute("scale") == nullptr) return part;
+    const auto scale = numbers<3>(form, "scale");
+    for (const double x : scale) {
+      if (!(x > 0.0)) {
+        refuse(form, "the scale is " + shown_word(attribute(form, "scale")),
+               "give three numbers above 0; mirror parts in the CAD program");
+      }
+    }
+    for (Point3& p : part.vertices) {
+      for (std::size_t k = 0; k < 3; ++k) p[k] *= scale[k];
+    }
+    return part;
+  }
+
+  /// The file that a URDF names.
+  std::filesystem::path found(const XMLElement& at, const std::string& name) const {
+    constexpr std::string_view kPackage = "package://", kFile = "file://";
+    std::error_code error;
+    const auto is_file = [&](const std::filesystem::path& path) {
+      return std::filesystem::is_regular_file(path, error);
+    };
+    if (!name.starts_with(kPackage)) {
+      const std::string path = name.starts_with(kFile) ? name.substr(kFile.size()) : name;
+      if (!path.empty() && is_file(folder_ / path)) return folder_ / path;
+      refuse(at, "no mesh " + shown_word(name), "the path counts from the folder of the URDF");
+    }
+    const std::filesystem::path inside = name.substr(kPackage.size());
+    for (std::filesystem::path above = std::filesystem::absolute(folder_, error).lexically_normal();
+         ; above = above.parent_path()) {
+      if (is_file(above / inside)) return above / inside;
+      if (above == above.parent_path()) break;
+    }
+    refuse(at, "no mesh " + shown_word(name),
+           "package://NAME/PATH is looked for as NAME/PATH in the folder of the URDF and above");
+  }
+
+  void append(const RawMesh& part, const std::array<double, 3>& xyz,
+              const std::array<double, 3>& rpy, const XMLElement& at) {
+    // Turns about the fixed axes x, y, z, in this order.
+    const double cr = std::cos(rpy[0]), sr = std::sin(rpy[0]), cp = std::cos(rpy[1]),
+                 sp = std::sin(rpy[1]), cy = std::cos(rpy[2]), sy = std::sin(rpy[2]);
+    const double r[3][3] = {{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
+                            {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
+                            {-sp, cp * sr, cp * cr}};
+    if (mesh_.vertices.size() + part.vertices.size() > kMaxMeshVertices ||
+        mesh_.faces.size() + part.faces.size() > kMaxMeshFaces) {
+      refuse(at, "the link has more than " + std::to_string(kMaxMeshFaces) + " faces",
+             "simplify its meshes");
+    }
+    const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+    for (const Point3& p : part.vertices) {
+      Point3 to = xyz;
+      for (std::size_t i = 0; i < 3; ++i) {
+        to[i] += r[i][0] * p[0] + r[i][1] * p[1] + r[i][2] * p[2];
+        if (!std::isfinite(to[i])) refuse(at, "a corner is not finite", "correct the origin");
+      }
+      mesh_.vertices.push_back(to);
+      mesh_.vertex_places.push_back(0);
+    }
+    std::uint32_t last_group = 0;
+    for (const RawFace& face : part.faces) {
+      RawFace moved;
+      moved.group = group_ + face.group;
+      last_group = std::max(last_group, moved.group);
+      for (const std::uint32_t v : face.vertices) moved.vertices.push_back(first + v);
+      mesh_.faces.push_back(std::move(moved));
+    }
+    group_ = last_group + 1;
+  }
+
+  const std::string& file_;
+  std::filesystem::path folder_;
+  RawMesh mesh_;
+  std::uint32_t group_ = 0;
+};
+
+}  // namespace
+
+RawMesh link_mesh_of(const std::string& text, const std::string& file,
+                     const std::filesystem::path& folder, const std::string& link) {
+  tinyxml2::XMLDocument document;
+  const XMLElement& robot = parse_xml(document, text, "robot", file);
+  std::vector<std::string> names;
+  for (const XMLElement* l = robot.FirstChildElement("link"); l != nullptr;
+       l = l->NextSiblingElement("link")) {
+    names.push_back(attribute(*l, "name"));
+    if (names.back() == link) return LinkReader(file, folder).read(*l);
+  }
+  if (names.empty()) {
+    refuse_file(file, "the robot has no <link>",
+                "expand xacro files first: xacro FILE > robot.urdf");
+  }
+  const std::string nearest = nearest_word(link, {names.begin(), names.end()});
+  refuse_file(file, "no link " + shown_word(link),
+              nearest.empty() ? "its first link is " + shown_word(names.front())
+                              : "did you mean " + shown_word(nearest) + "?");
+}
+
+RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link) {
+  return link_mesh_of(read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene"),
+                      urdf.string(), urdf.parent_path(), link);
+}
+
+}  // namespace haptic::tools

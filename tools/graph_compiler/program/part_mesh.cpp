@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/part_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+
+namespace haptic::tools {
+namespace {
+
+/// Units are written with few digits, such as 0.0254.
+constexpr double kSameUnit = 1e-6;
+
+void check_unit(const ScenePart& part, double unit_m, const std::string& scene_file) {
+  if (!part.scale_at) return;
+  const bool agrees = std::ranges::all_of(part.scale_to_m, [&](double scale) {
+    return std::abs(scale - unit_m) <= kSameUnit * unit_m;
+  });
+  if (agrees) return;
+  throw InputError(formatted(
+      "%s:%u:%u: scale_to_m of %s is not %.9g m, the unit that the file "
+      "states; leave scale_to_m out, or correct the file",
+      scene_file.c_str(), part.scale_at->line, part.scale_at->column, part.mesh.c_str(), unit_m));
+}
+
+}  // namespace
+
+PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
+  if (part.shape) return {shape_mesh(*part.shape, part.mesh)};
+  if (part.link) return {link_mesh(part.path, *part.link)};
+  if (!import_format_of(part.path)) {
+    return {read_mesh(part.path), part.scale_to_m, part.scale_to_m};
+  }
+  ImportedMesh imported = import_mesh(part.path);
+  if (!imported.unit_m) return {std::move(imported.mesh), part.scale_to_m, part.scale_to_m};
+  const double unit_m = *imported.unit_m;
+  check_unit(part, unit_m, scene_file);
+  return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}};
+}
+
+std::string body_name(const ScenePart& part) {
+  if (part.shape) return part.mesh;
+  const std::string name = part.path.filename().string();
+  return part.link ? name + "#" + *part.link : name;
+}
+
+}  // namespace haptic::tools
