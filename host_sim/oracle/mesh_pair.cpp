@@ -12,6 +12,7 @@ constexpr std::uint32_t kLeaf = 4;
 constexpr int kMostHalvings = 24;
 /// Boxes are in double; this much of a coordinate covers their rounding.
 constexpr double kBoxRounding = 1e-15;
+constexpr Wide kGapRounding = 64 * std::numeric_limits<Wide>::epsilon();
 
 Triangle placed(const Triangle& t, const OraclePose& pose) {
   return {pose.x + pose.r * t[0], pose.x + pose.r * t[1], pose.x + pose.r * t[2]};
@@ -142,13 +143,15 @@ void MeshPair::near(const Box& box, const Visit& visit) const {
 
 MeshCrossing MeshPair::crossing(const OraclePose& pose) const {
   MeshCrossing found;
+  // Where they only touch, the gap is zero but for its rounding.
+  const Wide touching = kGapRounding * (radius_m_ + extent_m_ + norm(pose.x));
   for (std::uint32_t i = 0; i < moving_.size(); ++i) {
     const Triangle a = placed(moving_[i], pose);
     Box box;
     box.include(a, 0);
     near(box, [&](std::uint32_t j) {
-      const TriangleGap gap = triangle_gap(a, fixed_[j], std::numeric_limits<Wide>::min());
-      if (gap.gap_m > 0) return;
+      const TriangleGap gap = triangle_gap(a, fixed_[j], touching);
+      if (gap.gap_m >= touching) return;
       if (triangles_meet(a, fixed_[j])) ++found.meeting;
       if (-gap.gap_m <= found.depth_m) return;
       found.depth_m = -gap.gap_m;

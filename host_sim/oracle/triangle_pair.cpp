@@ -103,7 +103,7 @@ bool within(const WideVec& p, const Triangle& t, int drop) {
 /// p, q, r on a line: whether r lies between p and q.
 bool between(const WideVec& p, const WideVec& q, const WideVec& r, int drop) {
   const auto a = flat(p, drop), b = flat(q, drop), c = flat(r, drop);
-  for (int k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < 2; ++k) {
     if (c[k] < std::min(a[k], b[k]) || c[k] > std::max(a[k], b[k])) return false;
   }
   return true;
@@ -124,7 +124,7 @@ bool segment_meets(const WideVec& p, const WideVec& q, const Triangle& t) {
   if (sp == 0 && sq == 0) {
     const int drop = clear_axis(t);
     if (within(p, t, drop) || within(q, t, drop)) return true;
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       if (flat_segments_meet(p, q, t[k], t[(k + 1) % 3], drop)) return true;
     }
     return false;
@@ -135,7 +135,7 @@ bool segment_meets(const WideVec& p, const WideVec& q, const Triangle& t) {
 }
 
 WideVec normal_of(const Triangle& t) { return cross(t[1] - t[0], t[2] - t[0]); }
-WideVec edge_of(const Triangle& t, int k) { return t[(k + 1) % 3] - t[k]; }
+WideVec edge_of(const Triangle& t, std::size_t k) { return t[(k + 1) % 3] - t[k]; }
 
 /// The range of a triangle along a direction.
 struct Range {
@@ -165,7 +165,7 @@ Wide segment_distance(const WideVec& p, const WideVec& u, const WideVec& q, cons
 /// Distance to the inside of the triangle's plane region; infinite where the foot lies outside.
 Wide foot_distance(const WideVec& p, const Triangle& t) {
   const WideVec n = normal_of(t);
-  for (int k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 3; ++k) {
     if (dot(cross(n, edge_of(t, k)), p - t[k]) < 0) return std::numeric_limits<Wide>::infinity();
   }
   return std::abs(dot(n, p - t[0])) / norm(n);
@@ -192,7 +192,7 @@ int volume_sign(const WideVec& a, const WideVec& b, const WideVec& c, const Wide
 bool has_no_area(const Triangle& t) { return clear_axis(t) < 0; }
 
 bool triangles_meet(const Triangle& a, const Triangle& b) {
-  for (int k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 3; ++k) {
     if (segment_meets(a[k], a[(k + 1) % 3], b) || segment_meets(b[k], b[(k + 1) % 3], a)) {
       return true;
     }
@@ -203,9 +203,9 @@ bool triangles_meet(const Triangle& a, const Triangle& b) {
 Wide triangle_distance(const Triangle& a, const Triangle& b) {
   if (triangles_meet(a, b)) return 0;
   Wide best = std::numeric_limits<Wide>::infinity();
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     best = std::min({best, foot_distance(a[i], b), foot_distance(b[i], a)});
-    for (int j = 0; j < 3; ++j) {
+    for (std::size_t j = 0; j < 3; ++j) {
       best = std::min(best, segment_distance(a[i], edge_of(a, i), b[j], edge_of(b, j)));
     }
   }
@@ -215,14 +215,15 @@ Wide triangle_distance(const Triangle& a, const Triangle& b) {
 std::optional<WideVec> triangle_direction(const Triangle& a, const Triangle& b, int direction) {
   if (direction == 0) return unit(normal_of(a));
   if (direction == 1) return unit(normal_of(b));
+  const auto number = static_cast<std::size_t>(direction) - 2;
   WideVec u, v;
-  if (direction < 11) {
-    u = edge_of(a, (direction - 2) / 3);
-    v = edge_of(b, (direction - 2) % 3);
+  if (number < 9) {
+    u = edge_of(a, number / 3);
+    v = edge_of(b, number % 3);
   } else {
-    const Triangle& t = direction < 14 ? a : b;
+    const Triangle& t = number < 12 ? a : b;
     u = normal_of(t);
-    v = edge_of(t, (direction - 11) % 3);
+    v = edge_of(t, number % 3);
   }
   const WideVec n = cross(u, v);
   const Wide length = norm(n);

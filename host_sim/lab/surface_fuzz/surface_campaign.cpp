@@ -13,7 +13,7 @@ namespace haptic::sim {
 namespace {
 
 /// Ticks of a run, without its rest.
-constexpr std::uint64_t kShardTicks = 1000;
+constexpr std::uint64_t kShardTicks = 2000;
 /// With one pass in a tick the way of the tick is the way of the pass.
 constexpr std::uint32_t kPasses[] = {kDefaultProxyPasses, 1};
 

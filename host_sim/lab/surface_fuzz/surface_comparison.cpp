@@ -12,7 +12,6 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
 constexpr Real kHeld_n = 1e-3_r;
 constexpr double kFaulty_m = 1e-3;
 
@@ -89,7 +88,7 @@ std::vector<ComparedScene> compared_scenes() {
 /// Poses of the device, tick by tick.
 std::vector<Pose> walked(const std::vector<Vector>& stations, const Gait& gait) {
   std::vector<Pose> poses;
-  const double step_m = gait.speed_m_per_s * kPeriod_s;
+  const double step_m = gait.speed_m_per_s * kMotionPeriod_s;
   Vector p = stations.front();
   for (std::size_t k = 1; k < stations.size();) {
     const Vector way = stations[k] - p;
@@ -99,7 +98,7 @@ std::vector<Pose> walked(const std::vector<Vector>& stations, const Gait& gait) 
     } else {
       p += way * (step_m / distance);
     }
-    const double t = static_cast<double>(poses.size()) * kPeriod_s;
+    const double t = static_cast<double>(poses.size()) * kMotionPeriod_s;
     const auto swing = [&](double angle_rad, double hz) {
       return gait.turning ? angle_rad * std::sin(2 * std::numbers::pi * hz * t) : 0.0;
     };

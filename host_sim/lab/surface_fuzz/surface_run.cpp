@@ -10,7 +10,6 @@
 namespace haptic::sim {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
 constexpr Wide kJudgedRadius_m = 0.05L, kTolerance_m = 1e-7L;
 /// A part arrives within this many ticks of the device's standing still.
 constexpr std::uint64_t kLongestArrival = 4000;
@@ -22,8 +21,6 @@ constexpr Wide kAtGoal_j = 1e-9L;
 /// A part at rest off its goal is within so many tolerances of what holds it.
 constexpr Wide kTouching = 20;
 constexpr Wide kDisplacement_m = 20e-6L, kRestless_m = 2e-6L;
-
-WideVec widened(const Vec3& v) { return {widen(v[0]), widen(v[1]), widen(v[2])}; }
 
 std::vector<Triangle> about_grip(std::vector<Triangle> triangles, const WideVec& grip) {
   for (Triangle& t : triangles) {
@@ -101,7 +98,7 @@ void SurfaceMotion::draw_aim() {
   ++aims_;
   const Vector axis = around_.through_axis;
   turn_to_ = q_;
-  speed_m_ = random_.uniform(0.1, 0.3) * kPeriod_s;
+  speed_m_ = random_.uniform(0.1, 0.3) * kMotionPeriod_s;
   swing_rad_ = 0;
   switch (kind_) {
     case SurfaceMotionKind::kSmooth:
@@ -112,16 +109,19 @@ void SurfaceMotion::draw_aim() {
       swing_rad_ = random_.uniform(0, 0.1);
       return;
     case SurfaceMotionKind::kPress: {
-      // Odd aims press from the one side, even ones from the other; the way round is free.
-      const double side = aims_ / 3 % 2 == 0 ? -1 : 1;
+      // Press, back, and round to the other side, where the next turn presses.
+      const std::uint64_t leg = (aims_ - 1) % 4;
+      const double side = (aims_ - 1) / 4 % 2 == 0 ? -1 : 1;
       const double far_m = around_.extent_m + 1.1 * around_.radius_m;
-      const Vector across =
-          0.3 * around_.extent_m * random_.uniform(-1, 1) * square_to(axis, random_);
-      if (aims_ % 3 == 1) aim_ = around_.through_at + across + side * 0.04 * axis;
-      if (aims_ % 3 == 2) aim_ = -side * far_m * axis;
-      if (aims_ % 3 == 0) {
-        side_ = square_to(axis, random_);
-        aim_ = far_m * side_;
+      if (leg > 0) speed_m_ = 1.0 * kMotionPeriod_s;
+      if (leg == 0) {
+        const Vector across =
+            0.3 * around_.extent_m * random_.uniform(-1, 1) * square_to(axis, random_);
+        aim_ = around_.through_at + across + side * 0.04 * axis;
+      } else if (leg == 2) {
+        aim_ = far_m * square_to(axis, random_);
+      } else {
+        aim_ = (leg == 1 ? -side : side) * far_m * axis;
       }
       return;
     }
@@ -161,18 +161,20 @@ Pose SurfaceMotion::next() {
     p_ += way * (speed_m_ / distance);
   }
   const double angle = q_.angularDistance(turn_to_);
-  if (angle > 0) q_ = q_.slerp(std::min(1.0, 1.0 * kPeriod_s / angle), turn_to_).normalized();
-  const auto t = static_cast<double>(tick_) * kPeriod_s;
+  if (angle > 0) q_ = q_.slerp(std::min(1.0, 1.0 * kMotionPeriod_s / angle), turn_to_).normalized();
+  const auto t = static_cast<double>(tick_) * kMotionPeriod_s;
   if (kind_ != SurfaceMotionKind::kWild) {
     // A wobble of 3 Hz, from nothing at the start.
     const double swing = swing_rad_ * std::min(1.0, 2 * t) * std::sin(18.85 * t);
     return pose_at(p_, (about(spin_, swing) * q_).normalized());
   }
   if (tick_ % 20 == 0) jump_ = random_.uniform(0, 0.04) * random_.direction();
-  q_ = (about(spin_, 20 * kPeriod_s) * q_).normalized();
+  q_ = (about(spin_, 20 * kMotionPeriod_s) * q_).normalized();
   turn_to_ = q_;
   return pose_at(p_ + jump_, q_);
 }
+
+void SurfaceMotion::begin_at(const Vector& p) { p_ = p; }
 
 void SurfaceTotals::add(const SurfaceTotals& other) {
   using T = SurfaceTotals;
@@ -234,9 +236,28 @@ Wide SurfaceRun::potential_j(const WideError& error) const {
          spring(widen(c.k_r_nm_per_rad), norm(error.rotation_rad), widen(c.max_rotation_error_rad));
 }
 
+/// Straight towards the obstacle, by what is free each time: near it, and still outside.
+void SurfaceRun::approach(SurfaceMotion& motion) const {
+  const double clear_m = 0.02 * around_.radius_m;
+  const Pose far = motion.start();
+  const Vector from = far.p_wa.cast<double>();
+  const double whole_m = from.norm();
+  double left_m = whole_m;
+  for (int step = 0; step < 100 && left_m > 0.3 * whole_m; ++step) {
+    Pose pose = far;
+    pose.p_wa = (from * (left_m / whole_m)).cast<Real>();
+    const Wide gap = meshes_.distance_m(grip_pose(wide_pose(pose)), widen(whole_m));
+    const double free_m = static_cast<double>(gap) - clear_m;
+    if (free_m < 0.1 * clear_m) break;
+    left_m -= free_m;
+  }
+  motion.begin_at(from * (std::max(left_m, 0.3 * whole_m) / whole_m));
+}
+
 SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed) {
   SurfaceTotals totals;
   SurfaceMotion motion(around_, kind, seed);
+  approach(motion);
   HapticCore& core = session_.core();
   core.reset();
   label_ = scene_label_ + ", " + to_text(kind) + ", seed " + std::to_string(seed);

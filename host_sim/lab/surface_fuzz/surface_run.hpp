@@ -27,6 +27,9 @@ inline constexpr SurfaceMotionKind kSurfaceMotions[] = {
     SurfaceMotionKind::kDrag, SurfaceMotionKind::kHole};
 [[nodiscard]] const char* to_text(SurfaceMotionKind kind);
 
+/// Time between two poses of a motion.
+inline constexpr double kMotionPeriod_s = 1e-3;
+
 /// Where the device goes, tick by tick.
 class SurfaceMotion {
  public:
@@ -36,7 +39,9 @@ class SurfaceMotion {
   };
   SurfaceMotion(const Surroundings& around, SurfaceMotionKind kind, std::uint64_t seed);
 
+  /// Outside of the sphere about the obstacle, unless `begin_at` has moved it.
   [[nodiscard]] Pose start() const { return pose_at(p_, q_); }
+  void begin_at(const Vector& p);
   /// Pose of the next tick of 1 ms.
   [[nodiscard]] Pose next();
 
@@ -46,7 +51,7 @@ class SurfaceMotion {
   Surroundings around_;
   SurfaceMotionKind kind_;
   Seeded random_;
-  Vector p_, aim_, jump_ = Vector::Zero(), spin_ = Vector::UnitZ(), side_ = Vector::UnitX();
+  Vector p_, aim_, jump_ = Vector::Zero(), spin_ = Vector::UnitZ();
   Rotation q_, turn_to_;
   double speed_m_ = 1e-4, swing_rad_ = 0;
   std::uint64_t tick_ = 0, aims_ = 0;
@@ -100,6 +105,7 @@ class SurfaceRun {
 
  private:
   struct Tick;
+  void approach(SurfaceMotion& motion) const;
   [[nodiscard]] OraclePose grip_pose(const WidePose& pose) const;
   [[nodiscard]] Wide potential_j(const WideError& error) const;
   void check_free(const Tick& tick, SurfaceTotals& totals);
