@@ -68,6 +68,15 @@ bool MeshPair::Box::meets(const Box& other) const {
   return true;
 }
 
+double MeshPair::Box::distance(const Box& other) const {
+  double square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double apart = std::max({low[k] - other.high[k], other.low[k] - high[k], 0.0});
+    square += apart * apart;
+  }
+  return std::sqrt(square) * (1 - kBoxRounding);
+}
+
 MeshPair::MeshPair(const std::vector<Triangle>& moving, const std::vector<Triangle>& fixed) {
   for (std::size_t k = 0; k < moving.size(); ++k) {
     if (has_no_area(moving[k])) {
@@ -164,14 +173,33 @@ MeshCrossing MeshPair::crossing(const OraclePose& pose) const {
 
 Wide MeshPair::distance_m(const OraclePose& pose, Wide within_m) const {
   Wide smallest = within_m;
+  if (nodes_.empty()) return smallest;
+  std::vector<std::uint32_t> open;
   for (const Triangle& t : moving_) {
     const Triangle a = placed(t, pose);
     Box box;
-    box.include(a, smallest);
-    near(box, [&](std::uint32_t j) {
-      if (triangle_gap(a, fixed_[j], smallest).gap_m >= smallest) return;
-      smallest = std::min(smallest, triangle_distance(a, fixed_[j]));
-    });
+    box.include(a, 0);
+    const auto too_far = [&](const Box& other) { return box.distance(other) > smallest; };
+    open.assign(1, 0);
+    while (!open.empty()) {
+      const Node& node = nodes_[open.back()];
+      open.pop_back();
+      if (too_far(node.box)) continue;
+      if (node.child != 0) {
+        // The nearer one is looked at first.
+        const bool first =
+            box.distance(nodes_[node.child].box) < box.distance(nodes_[node.child + 1].box);
+        open.push_back(node.child + (first ? 1 : 0));
+        open.push_back(node.child + (first ? 0 : 1));
+        continue;
+      }
+      for (std::uint32_t k = node.begin; k < node.end; ++k) {
+        const std::uint32_t j = order_[k];
+        if (too_far(fixed_box_[j])) continue;
+        if (triangle_gap(a, fixed_[j], smallest).gap_m >= smallest) continue;
+        smallest = std::min(smallest, triangle_distance(a, fixed_[j]));
+      }
+    }
   }
   return smallest;
 }

@@ -62,6 +62,7 @@ class MeshPair {
     void include(const Triangle& t, Wide margin_m);
     void include(const Box& other);
     [[nodiscard]] bool meets(const Box& other) const;
+    [[nodiscard]] double distance(const Box& other) const;  ///< never above that of the contents
   };
   struct Node {
     Box box;

@@ -9,6 +9,7 @@
 #include "host_sim/lab/surface_fuzz/surface_campaign.hpp"
 #include "host_sim/lab/surface_fuzz/surface_comparison.hpp"
 #include "tests/support/program_run.hpp"
+#include "tools/common/error.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
@@ -74,6 +75,42 @@ TEST_SUITE("host_sim.surface_fuzz") {
     CHECK(t.passages > 0);
   }
 
+  TEST_CASE("a certificate of the core that is too generous leaves the part across the mesh") {
+    CHECK(run(4000, 5, 2, 2, SurfaceFault::kCertificate).totals().deep > 0);
+  }
+
+  TEST_CASE("strict: solids are let in by less than the tolerance, which is then too deep") {
+    SurfaceFuzzSize size;
+    size.ticks = 4000;
+    size.scenes = 2;
+    size.frictions = {0.0};
+    CHECK(run_surface_fuzz(size, {2, false}).totals().failed() == 0);
+    size.strict = true;
+    const SurfaceTotals t = run_surface_fuzz(size, {2, false}).totals();
+    CHECK(t.deep > 0);
+    CHECK(t.meeting >= t.deep);
+  }
+
+  TEST_CASE("one run alone does what it did among the others, and brings its files") {
+    SurfaceFuzzSize size;
+    size.ticks = 4000;
+    size.scenes = 1;
+    size.frictions = {0.0};
+    size.fault = SurfaceFault::kGoal;
+    const SurfaceFuzzResult all = run_surface_fuzz(size, {1, false});
+    size.only = 3;
+    const SurfaceFuzzResult one = run_surface_fuzz(size, {1, false});
+    REQUIRE(one.rows.size() == 1);
+    CHECK(one.rows[0].totals.deep == all.rows[3].totals.deep);
+    CHECK(one.rows[0].totals.worst_gap_m == all.rows[3].totals.worst_gap_m);
+    CHECK(one.files.size() == 3);
+    CHECK(one.motion.size() == one.rows[0].totals.ticks);
+    CHECK(one.totals().failures.lines().front().find(", run 3, tick ") != std::string::npos);
+    size.only = 10;
+    CHECK_THROWS_WITH_AS(static_cast<void>(run_surface_fuzz(size, {1, false})),
+                         "no run 10; there are 10, from 0", tools::InputError);
+  }
+
   TEST_CASE("a part that trembles by 2 um gains energy and never rests") {
     const SurfaceTotals t = run(1000, 5, 2, 1, SurfaceFault::kRestless).totals();
     CHECK(t.rises > 0);
@@ -124,16 +161,27 @@ TEST_SUITE("host_sim.surface_fuzz") {
       CHECK(std::filesystem::exists(out + "/surface_compare." + name));
     }
     std::filesystem::remove_all(out);
-    for (const std::string fault : {"displaced", "goal", "restless"}) {
+    for (const std::string fault : {"displaced", "goal", "restless", "certificate"}) {
       const ProgramResult damaged = run_program(
           HAPTIC_HOST_SIM, "surface-fuzz --ticks 1000 --scenes 1 --friction 0 --fault " + fault);
       INFO(fault << ": " << damaged.out << damaged.err);
       CHECK(damaged.exit_code == 1);
       CHECK(damaged.out.find(", seed ") != std::string::npos);
+      CHECK(damaged.out.find(", run ") != std::string::npos);
       CHECK(damaged.out.find(", tick ") != std::string::npos);
       CHECK(damaged.out.find("part at p = (") != std::string::npos);
       CHECK(damaged.out.find("goal at p = (") != std::string::npos);
     }
+    const ProgramResult one = run_program(
+        HAPTIC_HOST_SIM, "surface-fuzz --ticks 1000 --scenes 1 --friction 0 --only 2 --out " + out);
+    INFO(one.out << one.err);
+    CHECK(one.exit_code == 0);
+    CHECK(std::filesystem::exists(out + "/motion.csv"));
+    const ProgramResult again =
+        run_program(HAPTIC_HOST_SIM, "surface-fuzz --ticks 500 " + out + "/scene.toml");
+    INFO(again.out << again.err);
+    CHECK(again.exit_code == 0);
+    std::filesystem::remove_all(out);
     CHECK(run_program(HAPTIC_HOST_SIM, "surface-fuzz --ticks 0").exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, "surface-fuzz a.toml --scenes 3").exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, "surface-fuzz no_such.toml").exit_code == 3);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim surface-fuzz [SCENE.toml] [--ticks N] [--seed S] [--scenes K] [--friction MU] [--as
 // KIND]
-//                       [--compare] [--out DIR] [--threads N] [--fault displaced|goal|restless]
+//                       [--strict] [--only RUN] [--compare] [--out DIR] [--threads N]
+//                       [--fault displaced|goal|restless|certificate]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -24,6 +25,8 @@ struct SurfaceFuzzArguments {
   std::size_t scenes = 0;  ///< 0: the fixed ones
   double friction = -1;    ///< < 0: the default ones
   bool compare = false;
+  std::uint64_t only = 0;
+  CLI::Option* only_given = nullptr;
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
@@ -63,8 +66,10 @@ int do_comparison(const SurfaceFuzzArguments& o) {
 
 int do_surface_fuzz(const SurfaceFuzzArguments& o) {
   if (o.compare) return do_comparison(o);
-  tools::claim_folder(o.out, "--out", {"surface_fuzz.*"});
+  tools::claim_folder(o.out, "--out",
+                      {"surface_fuzz.*", "scene.toml", "part.obj", "around.obj", "motion.csv"});
   SurfaceFuzzSize size = o.size;
+  if (o.only_given->count() > 0) size.only = o.only;
   if (o.scenes > 0) size.scenes = o.scenes;
   if (o.friction >= 0) size.frictions = {o.friction};
   if (!o.fault.empty()) size.fault = surface_fault_named(o.fault);
@@ -100,15 +105,21 @@ Command add_surface_fuzz_command(CLI::App& program) {
       *app, "--as", o->size.as, {{"solid", PartKind::kSolid}, {"surface", PartKind::kSurface}},
       "how the parts of our own scenes are compiled: solid leaves out the open meshes "
       "(default solid)");
+  app->add_flag("--strict", o->size.strict,
+                "triangles may not even touch, as a surface that keeps its distance must not");
+  o->only_given = app->add_option("--only", o->only,
+                                  "the run of this number, as a failure names it; --out gets its "
+                                  "scene and motion too");
   app->add_flag("--compare", o->compare,
                 "forces of the same parts as solids and as --as says, on four contacts");
   app->add_option("-o,--out", o->out,
                   "folder for surface_fuzz.md, .csv and .json, or surface_compare.*");
   app->add_option("--threads", o->threads, "threads (default: one per processor)")
       ->check(CLI::Range(1, 256));
-  app->add_option("--fault", o->fault,
-                  "falsify what is judged on purpose and check: exit 1 when the fault is caught")
-      ->check(CLI::IsMember({"displaced", "goal", "restless"}));
+  app->add_option(
+         "--fault", o->fault,
+         "falsify what is judged, or the core, on purpose: exit 1 when the fault is caught")
+      ->check(CLI::IsMember({"displaced", "goal", "restless", "certificate"}));
   scenes->excludes(scene);
   friction->excludes(scene);
   return {app, [o] { return do_surface_fuzz(*o); }, "host_sim surface-fuzz --out surfaces"};

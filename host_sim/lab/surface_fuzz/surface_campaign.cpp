@@ -6,7 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/report/part_report.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -157,13 +157,6 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
     if (size.as == PartKind::kSurface) scene.part_as = scene.around_as = size.as;
   }
   std::vector<Subject> subjects = subjects_of(size, scenes);
-  run_shards(
-      subjects.size(), {options.threads, false}, "scenes", [] { return 0; },
-      [&](int, std::size_t k) {
-        Subject& s = subjects[k];
-        s.compiled = s.scene != nullptr ? compiled_surface(*s.scene, s.friction, s.passes)
-                                        : compiled_surface(size.scene_file, s.passes);
-      });
   double shares = 0;
   for (const Subject& subject : subjects) shares += subject.share;
   const std::size_t kinds = std::size(kSurfaceMotions);
@@ -171,28 +164,53 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
   Campaign<SurfaceFuzzRow> campaign;
   for (const Subject& s : subjects) {
     for (const SurfaceMotionKind kind : kSurfaceMotions) {
-      campaign.add({s.name,
-                    to_text(kind),
-                    s.friction,
-                    s.passes,
-                    s.compiled.moving.size(),
-                    s.compiled.fixed.size(),
-                    {}},
-                   per_share * s.share, kShardTicks);
+      campaign.add({s.name, to_text(kind), s.friction, s.passes, 0, 0, {}}, per_share * s.share,
+                   kShardTicks);
     }
   }
+  if (size.only && *size.only >= campaign.shards.size()) {
+    throw tools::InputError("no run " + std::to_string(*size.only) + "; there are " +
+                            std::to_string(campaign.shards.size()) + ", from 0");
+  }
+  const auto wanted = [&](std::size_t subject) {
+    return !size.only || campaign.shards[*size.only].row / kinds == subject;
+  };
+  run_shards(
+      subjects.size(), {options.threads, false}, "scenes", [] { return 0; },
+      [&](int, std::size_t k) {
+        Subject& s = subjects[k];
+        if (!wanted(k)) return;
+        s.compiled = s.scene != nullptr ? compiled_surface(*s.scene, s.friction, s.passes)
+                                        : compiled_surface(size.scene_file, s.passes);
+        for (std::size_t kind = 0; kind < kinds; ++kind) {
+          SurfaceFuzzRow& row = campaign.rows[k * kinds + kind];
+          row.moving = s.compiled.moving.size();
+          row.fixed = s.compiled.fixed.size();
+        }
+      });
+  SurfaceFuzzResult result;
+  result.size = size;
   campaign.run<SurfaceRun>(
       options, "surface", [&](auto& kept, const auto& shard, std::size_t number) {
+        if (size.only && number != *size.only) return SurfaceTotals{};
         const std::size_t at = shard.row / kinds;
+        const Subject& s = subjects[at];
         std::unique_ptr<SurfaceRun>& run = kept[at];
         if (!run) {
-          const Subject& s = subjects[at];
-          run = std::make_unique<SurfaceRun>(s.compiled, s.way, s.label, size.fault);
+          run = std::make_unique<SurfaceRun>(s.compiled, s.way, s.label, size.strict, size.fault);
         }
-        return run->run(kSurfaceMotions[shard.row % kinds], shard.count,
-                        seed_of(size.seed, number));
+        return run->run(kSurfaceMotions[shard.row % kinds], shard.count, size.seed, number,
+                        size.only ? &result.motion : nullptr);
       });
-  return {size, std::move(campaign.rows)};
+  result.rows = std::move(campaign.rows);
+  if (!size.only) return result;
+  std::erase_if(result.rows, [](const SurfaceFuzzRow& row) { return row.totals.ticks == 0; });
+  const Subject& s = subjects[campaign.shards[*size.only].row / kinds];
+  if (s.scene == nullptr) return result;
+  result.files = {{"scene.toml", scene_text(*s.scene, s.friction, s.passes)},
+                  {"part.obj", obj_text(s.scene->part)},
+                  {"around.obj", obj_text(s.scene->around)}};
+  return result;
 }
 
 std::string surface_fuzz_page(const SurfaceFuzzResult& result) {
@@ -225,6 +243,10 @@ void write_surface_fuzz(const std::string& folder, const SurfaceFuzzResult& resu
   write_whole_file(folder + "/surface_fuzz.csv", csv(result));
   write_whole_file(folder + "/surface_fuzz.json", json(result));
   write_whole_file(folder + "/surface_fuzz.md", surface_fuzz_page(result));
+  for (const OutputText& file : result.files) {
+    write_whole_file(folder + "/" + file.name, file.content);
+  }
+  if (!result.motion.empty()) write_motion_csv(folder + "/motion.csv", result.motion);
 }
 
 }  // namespace haptic::sim

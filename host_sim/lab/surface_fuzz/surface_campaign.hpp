@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_sim/lab/surface_fuzz/surface_run.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
@@ -18,8 +19,10 @@ struct SurfaceFuzzSize {
   std::uint64_t seed = 1;
   std::optional<std::size_t> scenes;  ///< absent: the fixed ones
   std::vector<double> frictions = {0.0, 0.3};
-  PartKind as = PartKind::kSolid;  ///< how every part of our own scenes is taken
-  std::string scene_file;          ///< not empty: this scene alone, as it says
+  PartKind as = PartKind::kSolid;     ///< how every part of our own scenes is taken
+  std::string scene_file;             ///< not empty: this scene alone, as it says
+  bool strict = false;                ///< triangles may not even touch
+  std::optional<std::uint64_t> only;  ///< the run of this number alone, as a failure names it
   std::optional<SurfaceFault> fault;
 };
 
@@ -34,14 +37,18 @@ struct SurfaceFuzzRow {
 struct SurfaceFuzzResult {
   SurfaceFuzzSize size;
   std::vector<SurfaceFuzzRow> rows;
+  /// Where one run was asked for: files by which it can be run elsewhere.
+  std::vector<OutputText> files;
+  std::vector<MotionSample> motion;
   [[nodiscard]] SurfaceTotals totals() const;
 };
 
-/// @throws tools::InputError when a scene cannot be compiled.
+/// @throws tools::InputError when a scene cannot be compiled; no run has the number of `only`.
 [[nodiscard]] SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size,
                                                  const RunOptions& options);
 
-/// surface_fuzz.csv, .json and .md in `folder`, which must exist.
+/// surface_fuzz.csv, .json and .md in `folder`, which must exist; of one run also its scene and its
+/// motion.
 /// @throws tools::InputError naming the file.
 void write_surface_fuzz(const std::string& folder, const SurfaceFuzzResult& result);
 /// The page of surface_fuzz.md.

@@ -112,7 +112,8 @@ std::vector<Pose> walked(const std::vector<Vector>& stations, const Gait& gait) 
 SurfaceComparisonRow compared(const ComparedScene& scene, const Gait& gait,
                               const CompiledSurface& solid, const CompiledSurface& other,
                               bool faulty) {
-  CoreSession one(solid.blob, solid.name), two(other.blob, other.name);
+  CoreSession one(solid.blob, solid.name, GoalContact::kLeftOut);
+  CoreSession two(other.blob, other.name, GoalContact::kLeftOut);
   SurfaceComparisonRow row;
   row.scene = scene.scene.name;
   row.speed_m_per_s = gait.speed_m_per_s;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
+#include "host_sim/report/shard_run.hpp"
 #include "host_sim/session/counters_check.hpp"
 
 namespace haptic::sim {
@@ -78,6 +80,7 @@ std::optional<SurfaceFault> surface_fault_named(const std::string& name) {
   if (name == "displaced") return SurfaceFault::kDisplaced;
   if (name == "goal") return SurfaceFault::kGoal;
   if (name == "restless") return SurfaceFault::kRestless;
+  if (name == "certificate") return SurfaceFault::kCertificate;
   return std::nullopt;
 }
 
@@ -199,8 +202,8 @@ struct SurfaceRun::Tick {
 };
 
 SurfaceRun::SurfaceRun(const CompiledSurface& scene, const SurfaceMotion::Surroundings& way,
-                       const std::string& label, std::optional<SurfaceFault> fault)
-    : session_(scene.blob, scene.name),
+                       const std::string& label, bool strict, std::optional<SurfaceFault> fault)
+    : session_(scene.blob, scene.name, GoalContact::kLeftOut),
       grip_(grip_of(session_.view())),
       meshes_(about_grip(scene.moving, grip_),
               fault == SurfaceFault::kDisplaced
@@ -219,7 +222,9 @@ SurfaceRun::SurfaceRun(const CompiledSurface& scene, const SurfaceMotion::Surrou
   const Wide given = widen(session_.view().parameters().coupling.tolerance_m);
   tolerance_m_ = std::max(given > 0 ? given : kTolerance_m * radius / kJudgedRadius_m,
                           64.5L * roundoff * (radius + extent));
-  allowed_m_ = tolerance_m_ + 8 * roundoff * (radius + extent) + widen(scene.moved_m);
+  allowed_m_ = 8 * roundoff * (radius + extent) + widen(scene.moved_m);
+  if (!strict) allowed_m_ += tolerance_m_;
+  if (fault_ == SurfaceFault::kCertificate) damage(session_, ProxyFault::kCertificate);
 }
 
 OraclePose SurfaceRun::grip_pose(const WidePose& pose) const {
@@ -254,13 +259,15 @@ void SurfaceRun::approach(SurfaceMotion& motion) const {
   motion.begin_at(from * (std::max(left_m, 0.3 * whole_m) / whole_m));
 }
 
-SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed) {
+SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed,
+                              std::uint64_t number, std::vector<MotionSample>* poses) {
   SurfaceTotals totals;
-  SurfaceMotion motion(around_, kind, seed);
+  SurfaceMotion motion(around_, kind, seed_of(seed, number));
   approach(motion);
   HapticCore& core = session_.core();
   core.reset();
-  label_ = scene_label_ + ", " + to_text(kind) + ", seed " + std::to_string(seed);
+  label_ = scene_label_ + ", " + to_text(kind) + ", seed " + std::to_string(seed) + ", run " +
+           std::to_string(number);
   StepInput input;
   Tick tick;
   const bool one_pass = session_.view().parameters().coupling.passes == 1;
@@ -271,6 +278,11 @@ SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::
     tick.number = t;
     if (t < ticks) input.pose_wa = t == 0 ? motion.start() : motion.next();
     ++input.sequence;
+    if (poses != nullptr) {
+      poses->push_back(sample_at(static_cast<double>(t) * kMotionPeriod_s,
+                                 input.pose_wa.p_wa.cast<double>(),
+                                 input.pose_wa.q_wa.cast<double>()));
+    }
     tick.result = core.step(input);
     ++totals.ticks;
     const bool sound = finite(tick.result.goal_pose_wa) && finite(tick.result.proxy_pose_wa) &&
@@ -286,7 +298,8 @@ SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::
     if (fault_ == SurfaceFault::kRestless && t % 2 == 1) {
       const WideVec pull = wide_error(tick.goal, tick.after).translation_m;
       const Wide length = norm(pull);
-      if (length > 0) tick.after.p = tick.after.p - (kRestless_m / length) * pull;
+      const Wide shift = std::max(kRestless_m, 20 * tolerance_m_);
+      if (length > 0) tick.after.p = tick.after.p - (shift / length) * pull;
     }
     check_free(tick, totals);
     if (one_pass) check_way(tick, totals);
@@ -374,7 +387,8 @@ bool SurfaceRun::check_rest(const Tick& tick, std::uint64_t resting, SurfaceTota
   const Wide radius = meshes_.radius_m();
   const Wide way =
       norm(grip_pose(tick.after).x - grip_pose(tick.before).x) + radius * norm(move.rotation_rad);
-  if (tick.result.behind_ticks > 0 || way > kStill_m * radius / kJudgedRadius_m) {
+  const Wide still = std::max(kStill_m * radius / kJudgedRadius_m, tolerance_m_);
+  if (tick.result.behind_ticks > 0 || way > still) {
     still_ = 0;
   } else {
     ++still_;

@@ -57,11 +57,12 @@ class SurfaceMotion {
   std::uint64_t tick_ = 0, aims_ = 0;
 };
 
-/// What is falsified on purpose, to show that the checks can fail.
+/// What is falsified on purpose, to show that the checks can fail; the last one in the core.
 enum class SurfaceFault : std::uint8_t {
-  kDisplaced,  ///< the mesh that is judged against lies 20 um off the one that was compiled
-  kGoal,       ///< the device's pose is judged in place of the felt one
-  kRestless    ///< in every other tick the felt pose is judged 2 um farther from the device
+  kDisplaced,   ///< the mesh that is judged against lies 20 um off the one that was compiled
+  kGoal,        ///< the device's pose is judged in place of the felt one
+  kRestless,    ///< in every other tick the felt pose is judged 2 um farther from the device
+  kCertificate  ///< a step is certified that ends twenty tolerances deep; of solids
 };
 [[nodiscard]] std::optional<SurfaceFault> surface_fault_named(const std::string& name);
 
@@ -93,15 +94,18 @@ struct SurfaceTotals {
 /// Not movable: it holds a session.
 class SurfaceRun {
  public:
-  /// @throws tools::InputError when the core refuses the scene.
+  /// `strict`: triangles may not even touch. @throws tools::InputError when the core refuses the
+  /// scene.
   SurfaceRun(const CompiledSurface& scene, const SurfaceMotion::Surroundings& way,
-             const std::string& label, std::optional<SurfaceFault> fault);
+             const std::string& label, bool strict, std::optional<SurfaceFault> fault);
   SurfaceRun(const SurfaceRun&) = delete;
   SurfaceRun& operator=(const SurfaceRun&) = delete;
 
-  /// Starts clear of the obstacle, runs `ticks` ticks, then holds the device still until the part
-  /// is at rest.
-  [[nodiscard]] SurfaceTotals run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed);
+  /// Run `number` of a campaign of this seed: starts clear of the obstacle, runs `ticks` ticks,
+  /// then holds the device still until the part is at rest. `poses`: of the device, where they are
+  /// wanted.
+  [[nodiscard]] SurfaceTotals run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed,
+                                  std::uint64_t number, std::vector<MotionSample>* poses = nullptr);
 
  private:
   struct Tick;
