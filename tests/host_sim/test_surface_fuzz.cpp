@@ -48,11 +48,11 @@ void check_invariants(const SurfaceFuzzResult& result) {
 
 TEST_SUITE("host_sim.surface_fuzz") {
   TEST_CASE("closed meshes: free at the ends and on the ways, no rise, and at rest in the end") {
-    check_invariants(run(24000, 1, 2, std::nullopt, std::nullopt, {0.0}));
+    check_invariants(run(16000, 1, 2, std::nullopt, std::nullopt, {0.0}));
   }
 
   TEST_CASE("closed meshes with friction, drawn at random") {
-    check_invariants(run(12000, 2, 2, 10, std::nullopt, {0.3}));
+    check_invariants(run(8000, 2, 2, 10, std::nullopt, {0.3}));
   }
 
   TEST_CASE("[long] closed meshes: the same on 40 pairs over a million ticks and another seed") {

@@ -152,10 +152,7 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
     scenes = surface_scenes(size.scenes.value_or(fixed_surface_scenes(closed_only)), size.seed,
                             closed_only);
   }
-  for (SurfaceScene& scene : scenes) {
-    // A part that the compiler takes for a solid anyway needs no key.
-    if (size.as == PartKind::kSurface) scene.part_as = scene.around_as = size.as;
-  }
+  for (SurfaceScene& scene : scenes) scene.part_as = scene.around_as = size.as;
   std::vector<Subject> subjects = subjects_of(size, scenes);
   double shares = 0;
   for (const Subject& subject : subjects) shares += subject.share;

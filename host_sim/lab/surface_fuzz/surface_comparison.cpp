@@ -165,7 +165,7 @@ SurfaceComparison compare_surfaces(PartKind as, bool faulty, const RunOptions& o
       [&](int, std::size_t k) {
         SurfaceScene scene = scenes[k].scene;
         solids[k] = compiled_surface(scene, 0, kDefaultProxyPasses);
-        if (as != PartKind::kSolid) scene.part_as = scene.around_as = as;
+        scene.part_as = scene.around_as = as;
         others[k] = compiled_surface(scene, 0, kDefaultProxyPasses);
       });
   SurfaceComparison comparison;

@@ -193,17 +193,14 @@ CompiledSurface compiled(const tools::SceneFile& file) {
   return result;
 }
 
-/// The line of a scene file that says how a part is taken.
+/// The line of a scene file that says how a part is taken; a solid needs none.
 std::string as_line(PartKind kind) {
-  return kind == PartKind::kOwnChoice ? "" : "as = \"" + std::string(to_text(kind)) + "\"\n";
+  return kind == PartKind::kSolid ? "" : "as = \"" + std::string(to_text(kind)) + "\"\n";
 }
 
 }  // namespace
 
-const char* to_text(PartKind kind) {
-  if (kind == PartKind::kSolid) return "solid";
-  return kind == PartKind::kSurface ? "surface" : "own choice";
-}
+const char* to_text(PartKind kind) { return kind == PartKind::kSolid ? "solid" : "surface"; }
 
 std::size_t fixed_surface_scenes(bool closed_only) {
   const std::vector<SurfaceScene> pairs = fixed_pairs();

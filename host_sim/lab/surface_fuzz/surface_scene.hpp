@@ -13,15 +13,15 @@
 
 namespace haptic::sim {
 
-/// How the compiler takes a part (key `as` of the scene file); kOwnChoice writes no key.
-enum class PartKind : std::uint8_t { kOwnChoice, kSolid, kSurface };
+/// How the compiler takes a part (key `as` of the scene file).
+enum class PartKind : std::uint8_t { kSolid, kSurface };
 [[nodiscard]] const char* to_text(PartKind kind);
 
 /// Two meshes of our own and where the device goes; the obstacle stands at the origin of W.
 struct SurfaceScene {
   std::string name;
   FuzzMesh part, around;
-  PartKind part_as = PartKind::kOwnChoice, around_as = PartKind::kOwnChoice;
+  PartKind part_as = PartKind::kSolid, around_as = PartKind::kSolid;
   double share = 1;  ///< of the ticks; less where they take longer
   /// A way through the obstacle: into its hole where it has one, across the middle of a sheet.
   Vector through_at = Vector::Zero(), through_axis = Vector::UnitZ();
