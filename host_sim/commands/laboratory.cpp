@@ -35,6 +35,8 @@ constexpr LaboratoryCommand kLaboratory[] = {
      "Runs the stack for a long time with a fault every few seconds, and watches memory and "
      "descriptors."},
     {"stability", "Measures where the haptic loop is stable, compared with the theory."},
+    {"surface-fuzz",
+     "Random devices against triangle meshes; every felt pose judged by triangles."},
     {"vectors", "Compares the core with golden vectors."},
     {"verify", "Checks certificates, D_near and near sets of the core by independent code."},
     {"wcet", "Looks for the worst tick: counted work, time, and a search for bad motions."}};
