@@ -25,10 +25,11 @@ struct PlaneGap {
   PlaneId id;
   Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A
   Vec3 normal_a = Vec3::Zero();  ///< the same in A's axes
-  /// n.x - h(n) less the pair's skin: for every normal a lower bound of what is left of the distance
+  /// n.x - h(n) less the pair's skin: for every normal a lower bound of what is left of the
+  /// distance
   Real gap_m = 0;
-  SupportPair support;           ///< vertices between which the gap is
-  bool defined = false;          ///< false: edges too close to parallel, the rest means nothing
+  SupportPair support;   ///< vertices between which the gap is
+  bool defined = false;  ///< false: edges too close to parallel, the rest means nothing
 };
 
 /// Unit normal of plane `id`, from B to A, when A is turned by `r_wa`; zero where it is not defined

@@ -9,8 +9,8 @@
 
 namespace haptic {
 
-/// How far a direction of the surface may rise over the plane of a contact [rad]: what six digits of
-/// a mesh file leave of flat faces, and what a step turns the part by.
+/// How far a direction of the surface may rise over the plane of a contact [rad]: what six digits
+/// of a mesh file leave of flat faces, and what a step turns the part by.
 inline constexpr Real kConeSlack = 2.0e-3_r;
 
 /// Whether no direction in which the surfaces of the two pieces go on from the features of a node

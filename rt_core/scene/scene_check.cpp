@@ -40,9 +40,10 @@ double coordinate_scale(const PieceView& p) noexcept {
 bool counts_fit(const PieceRecord& r) noexcept {
   const bool facet = is_flat(r) && r.vertex_count >= 3 && r.vertex_count == r.edge_count;
   const bool solid = r.vertex_count >= 4 && r.face_count >= 4 && r.edge_count >= 6;
-  return (facet || solid) && r.vertex_count <= kMaxPieceFeatures && r.face_count <= kMaxPieceFeatures &&
-         r.edge_count <= kMaxPieceFeatures && r.vertex_count + r.face_count == r.edge_count + 2 &&
-         r.loop_count == 2 * r.edge_count && r.lane_count == padded_lanes(r.vertex_count);
+  return (facet || solid) && r.vertex_count <= kMaxPieceFeatures &&
+         r.face_count <= kMaxPieceFeatures && r.edge_count <= kMaxPieceFeatures &&
+         r.vertex_count + r.face_count == r.edge_count + 2 && r.loop_count == 2 * r.edge_count &&
+         r.lane_count == padded_lanes(r.vertex_count);
 }
 
 RtStatus check_edges(const PieceView& p, double scale) noexcept {
@@ -186,8 +187,8 @@ RtStatus check_measures(const PieceView& p, double scale) noexcept {
   // Every vertex may move by the tolerance: times the surface, at most that of a ball of the
   // radius.
   const double slack = 1e-6 * volume + 12.6 * tolerance * radius * radius;
-  const bool bounds = is_flat(r) ? std::bit_cast<std::uint64_t>(r.volume_m3) == 0
-                                 : check::positive(r.volume_m3);
+  const bool bounds =
+      is_flat(r) ? std::bit_cast<std::uint64_t>(r.volume_m3) == 0 : check::positive(r.volume_m3);
   if (!bounds || check::absolute(volume - r.volume_m3) > slack) return RtStatus::kBlobBadNumber;
   return RtStatus::kOk;
 }
@@ -208,7 +209,8 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
                       in_range(c.min_window_s, 0.0, c.max_window_s);
   const bool rest = finite(c.max_pull_n) && c.max_pull_n >= 0.0 && finite(c.max_turn_nm) &&
                     c.max_turn_nm >= 0.0 && c.passivity <= 1 && c.allow_active <= 1 &&
-                    c.passes >= 1 && c.passes <= kMaxProxyPasses && c.near_pairs <= kMostNearPairs &&
+                    c.passes >= 1 && c.passes <= kMaxProxyPasses &&
+                    c.near_pairs <= kMostNearPairs &&
                     in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
   return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
                                                             : RtStatus::kBlobBadNumber;

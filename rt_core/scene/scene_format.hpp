@@ -181,7 +181,7 @@ struct CouplingParameters {
   double max_turn_nm;              ///< torque at which it does; 0: no limit
   double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
   std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
-  std::uint32_t near_pairs;        ///< that a tick can follow, up to kMostNearPairs; 0: by the pieces
+  std::uint32_t near_pairs;    ///< that a tick can follow, up to kMostNearPairs; 0: by the pieces
   std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
   std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
 };

@@ -40,8 +40,8 @@ struct ConvexPiece {
       source_vertex;  ///< 0-based vertex of the user's mesh, -1: made by a cut
   std::vector<PieceFace> faces;
   double volume_m3 = 0.0;
-  /// Of a facet, by vertex: the mesh's edges there, away from it; by side k of faces[0], which joins
-  /// its loop's vertices k and k + 1: the ways into all facets there, orthogonal to the edge.
+  /// Of a facet, by vertex: the mesh's edges there, away from it; by side k of faces[0], which
+  /// joins its loop's vertices k and k + 1: the ways into all facets there, orthogonal to the edge.
   std::vector<SurfaceCone> vertex_cones, side_cones;
 
   [[nodiscard]] bool is_facet() const { return faces.size() == 2; }
@@ -52,8 +52,8 @@ struct Body {
   std::string name;               ///< for people: mesh file name
   std::vector<BodyPlane> planes;  ///< body frame [m]
   std::vector<ConvexPiece> pieces;
-  std::vector<std::array<double, 3>> directions;  ///< unit, body frame; of the facets' cones
-  double volume_m3 = 0.0;                         ///< 0: a surface
+  std::vector<std::array<double, 3>> directions;      ///< unit, body frame; of the facets' cones
+  double volume_m3 = 0.0;                             ///< 0: a surface
   std::array<double, 3> centre_of_volume_m{0, 0, 0};  ///< body frame [m]; of a surface: of its area
 };
 

@@ -24,7 +24,6 @@ std::size_t align_up(std::size_t offset) {
   return (offset + kSceneAlignment - 1) / kSceneAlignment * kSceneAlignment;
 }
 
-
 template <typename T>
 std::uint32_t size32(const std::vector<T>& v) {
   return static_cast<std::uint32_t>(v.size());

@@ -367,8 +367,7 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
 WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
-  written.placed.body =
-      surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
+  written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
   written.exposure.resize(written.placed.body.pieces.size());

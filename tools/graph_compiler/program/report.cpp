@@ -127,6 +127,8 @@ Json certificate_json(const PartReport& part) {
           {"removed", c.removed},
           {"nonzero_counts", c.nonzero_counts},
           {"volume_m3", c.volume_m3}};
+}
+
 Json shape_json(const std::optional<Shape>& shape) {
   if (!shape) return nullptr;
   return {{"kind", shape_word(*shape)},
@@ -219,7 +221,8 @@ std::string surface_text(const SurfaceAccount& a) {
   std::string text = formatted(
       "    vertices welded %zu (moved at most %.2g m), faces repeated %zu, without area %zu, "
       "turned "
-      "%zu\n    open edges %zu, T-junctions %zu, non-manifold edges %zu, shells %zu (%zu closed)\n",
+      "%zu\n    open edges %zu, T-junctions %zu, non-manifold edges %zu, shells %zu (%zu "
+      "closed)\n",
       a.welded_vertices, a.largest_weld_move_m, a.duplicate_facets,
       a.degenerate_absorbed + a.degenerate_loose, a.flipped, a.open_edges, a.t_junction_edges,
       a.nonmanifold_edges, a.shells, a.closed_shells);

@@ -216,9 +216,9 @@ PartKind read_kind(const TomlTable& t) {
 
 /// Keys of `[moving]` and `[[static]]`.
 std::vector<std::string_view> part_keys() {
-  std::vector<std::string_view> keys{"mesh",       "link",     "scale_to_m", "position_m",
-                                     "quaternion", "material", "simplify_m", "disjoint",
-                                     "as"};
+  std::vector<std::string_view> keys{"mesh",       "link",       "scale_to_m",
+                                     "position_m", "quaternion", "material",
+                                     "simplify_m", "disjoint",   "as"};
   keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
   return keys;
 }

@@ -349,8 +349,9 @@ double radius_of(const std::vector<PieceShape>& moving) {
   return radius_m;
 }
 
-/// A scene with surfaces lists no pairs, and what a facet's contact can carry depends on its normal:
-/// the core decides it from the facet's cones. Of solids their seams are hidden as in any scene.
+/// A scene with surfaces lists no pairs, and what a facet's contact can carry depends on its
+/// normal: the core decides it from the facet's cones. Of solids their seams are hidden as in any
+/// scene.
 void prune_beside_surfaces(SceneDescription& description, PruningAccount& account) {
   const double epsilon_m = description.parameters.epsilon_m;
   std::size_t first = 0;  // piece of the scene

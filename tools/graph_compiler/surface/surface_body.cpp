@@ -49,8 +49,7 @@ ConvexPiece piece_of(const SurfacePart& part, std::size_t f, std::uint32_t plane
     const std::uint32_t v = facet.loop[k];
     const Point3& at = part.vertices_m[v];
     piece.vertices.push_back({at[0], at[1], at[2]});
-    piece.vertex_cones.push_back(
-        {part.ring_begin[v], part.ring_begin[v + 1] - part.ring_begin[v]});
+    piece.vertex_cones.push_back({part.ring_begin[v], part.ring_begin[v + 1] - part.ring_begin[v]});
     const std::uint32_t e = part.edge_of[part.side_begin[f] + k];
     piece.side_cones.push_back(
         {inward + part.inward_begin[e], part.inward_begin[e + 1] - part.inward_begin[e]});
