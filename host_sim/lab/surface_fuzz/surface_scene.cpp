@@ -193,10 +193,8 @@ CompiledSurface compiled(const tools::SceneFile& file) {
   return result;
 }
 
-/// The line of a scene file that says how a part is taken; a solid needs none.
-std::string as_line(PartKind kind) {
-  return kind == PartKind::kSolid ? "" : "as = \"" + std::string(to_text(kind)) + "\"\n";
-}
+/// The line of a scene file that says how a part is taken.
+std::string as_line(PartKind kind) { return "as = \"" + std::string(to_text(kind)) + "\"\n"; }
 
 }  // namespace
 
