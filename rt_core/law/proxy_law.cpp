@@ -156,7 +156,7 @@ void Proxy::reset() noexcept {
   waiting_ = waited_ = false;
   behind_ticks_ = 0;
   choose_from_start_ = false;
-  settled_ = still_ = false;
+  settled_ = still_ = choice_spent_ = false;
   held_ = slow_ = 0;
   chosen_planes_ = 0;
   chosen_ago_ = 0;
@@ -464,7 +464,8 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// A pass has ended for want of budget: p_ stays, the next one goes on with what this has found, no
 /// farther than a part of the way.
 void Proxy::keep_found() noexcept {
-  const Real least = -valid_depth(parameters_.scale);
+  // A plane that p is as deep behind as no step may end would hold it there.
+  const Real least = -parameters_.scale.tolerance_m / 2;
   for (const ReachedPair& reached : reached_) {
     ProxyPair& pair = pairs_[reached.pair];
     if (reached.unsure || pair.inside || reached.plane == pair.plane || reached.gap_p_m < least) {
@@ -549,9 +550,12 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     }
     held_ = std::min(held_ + 1, kMostHeld);
     // Planes of an earlier pass can make a long way slow.
-    if (behind_ticks_ == 0 && (still_ || held_ % kChoicePeriod == 0)) choose_from_start_ = true;
+    if (behind_ticks_ == 0 && !choice_spent_ && (still_ || held_ % kChoicePeriod == 0)) {
+      choose_from_start_ = true;
+    }
   } else {
     held_ = 0;
+    choice_spent_ = false;
   }
   const bool chosen = choose_from_start_ || is_fixed();
   bound_move(goal);
@@ -586,7 +590,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   }
   behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
   tick.behind_ticks = behind_ticks_;
-  if (tick.residual_n > kResidual_n) tick.limited = true;
+  choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));
+  if (tick.residual_n > kResidual_n || choice_spent_) tick.limited = true;
   tick.error = error_of(goal, p_);
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];

@@ -245,6 +245,7 @@ class Proxy {
   [[nodiscard]] PassEnd end_spent() noexcept;
   [[nodiscard]] bool is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool meets(const ReachedPair& reached, const Step& step, ProxyTick& tick) noexcept;
   void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
                                   ProxyTick& tick) noexcept;
@@ -352,6 +353,7 @@ class Proxy {
   std::uint32_t slow_ = 0;           ///< those that gained little, less the others
   std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
   bool still_ = false;               ///< with it, nothing moved
+  bool choice_spent_ = false;        ///< nor did the budget suffice to choose the planes again
   bool settled_ = false;             ///< nor can with planes chosen from the start
   ProxyTick settled_tick_;           ///< its account
   FeltContact felt_;

@@ -18,6 +18,9 @@ constexpr Real kRetryShare = 0.1_r;
 constexpr Real kHeldBack = 0.02_r;
 /// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
 constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
+/// Of the room that a pair has a step takes this share where no plane of it is in the way, and of
+/// the program's step at least that.
+constexpr Real kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -321,6 +324,14 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       share *= result.share;
       continue;
     }
+    // A plane past the end of its features is none of the contact that is to come: nearer to it the
+    // right one shows.
+    if (!meets(reached_[result.worst], step, tick)) {
+      const Real way = s * far + s_turn * turn * parameters_.radius_m;
+      const Real room = reached_[result.worst].gap_m;
+      share *= std::max(kRoomShare * std::min<Real>(room / way, 1), kLeastRoom);
+      continue;
+    }
     share = 1;
     if (!impose_worst(result, step, error, tick)) {
       tick.limited = true;
@@ -369,6 +380,22 @@ bool Proxy::choice_is_due() noexcept {
   chosen_ago_ = due ? 0 : chosen_ago_ + 1;
   chosen_planes_ = planes;
   return due;
+}
+
+/// Whether the features of the plane that came closest to certifying a pair lie over each other at
+/// p or at the step's end, as seen along it. Asked only of facets, and of those that have room left
+/// at p; else true.
+bool Proxy::meets(const ReachedPair& reached, const Step& step, ProxyTick& tick) noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  if (!(pair.view->skin_m > 0) || pair.inside) return true;
+  if (!(reached.gap_m > parameters_.scale.tolerance_m)) return true;
+  const PlaneRegion& at_p = region_at_p(reached.pair, reached.plane, reached.support, tick);
+  if (at_p.gap.defined && at_p.overlap) return true;
+  PlaneRegion at_q;
+  at_q.gap = gap_at(pair, step, reached.plane, reached.support, tick);
+  if (!at_q.gap.defined) return false;
+  find_region(pair, step.q, at_q, tick);
+  return at_q.overlap;
 }
 
 /// Adds the plane that came closest to certifying the worst pair: at p, and when that was not

@@ -219,7 +219,7 @@ SceneParameters finished_parameters(const SceneDescription& description,
   }
   p.start_q_wa_xyzw[3] = static_cast<double>(q[0]);
   if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
-  if (p.work_units == 0) p.work_units = work_units_at(p.rate_hz);
+  if (p.work_units == 0) p.work_units = work_units_at(p.rate_hz, has_surfaces(description));
   p.envelope = envelope_parameters(description);
   p.name_offset = name_offset;
   p.name_bytes = static_cast<std::uint32_t>(description.name.size());
