@@ -18,9 +18,10 @@ constexpr Real kRetryShare = 0.1_r;
 constexpr Real kHeldBack = 0.02_r;
 /// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
 constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
-/// Of the room that a pair has a step takes this share where no plane of it is in the way, and of
-/// the program's step at least that.
-constexpr Real kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
+/// A step that meets a pair where no plane of it is in the way is tried again with this share of
+/// it, some times, and then with what the pair has room for, or at least that share.
+constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
+constexpr std::uint32_t kMostNearer = 3;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -240,6 +241,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
   short_ = false;
+  std::uint32_t nearer = 0;               // tries of a part of the step
   bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
@@ -329,7 +331,9 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     if (!meets(reached_[result.worst], step, tick)) {
       const Real way = s * far + s_turn * turn * parameters_.radius_m;
       const Real room = reached_[result.worst].gap_m;
-      share *= std::max(kRoomShare * std::min<Real>(room / way, 1), kLeastRoom);
+      const Real least = nearer < kMostNearer ? kNearerShare : kLeastRoom;
+      share *= std::max(kRoomShare * std::min<Real>(room / way, 1), least);
+      nearer += 1;
       continue;
     }
     share = 1;
