@@ -172,7 +172,7 @@ class ValidScan {
 
   /// A plane that applies within the tolerance may lie a little beyond the normals of its edge.
   void find_sides(const PieceView& piece, const Points& points, Sides& sides) const noexcept {
-    const Real least = 2 * least_gap_m_ - kBeyondArc * pose_.size_m;
+    const Real least = loose_m_ - kBeyondArc * pose_.size_m;
     for (std::uint32_t f = 0; f < piece.face_count; ++f) {
       const Vec3 normal = piece.face_normal(f);
       const Real at = piece.face_offset(f) + least;
@@ -224,7 +224,7 @@ class ValidScan {
     const Vec3 d1_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[1]);
     const Vec3 a0 = pose_.y_w + pose_.vertex_a(pair_.a.edges[e].vertex[0]);
     const Real most = 2 * tolerance_;
-    const Real least = 2 * least_gap_m_;
+    const Real least = loose_m_;
     for (const std::uint32_t g : edges_b_) {
       const EdgeArc& arc_b = pair_.b.arcs[g];
       const Real c0 = ConstVec3Map(arc_b.tilt[0]).dot(u);
@@ -266,6 +266,8 @@ class ValidScan {
   const PairPose& pose_;
   const PairView& pair_;
   Real least_gap_m_;  ///< skin included
+  /// No gap and no share of one that counts is smaller.
+  Real loose_m_ = std::min(2 * least_gap_m_, Real{0});
   Real tolerance_;
   std::span<std::uint32_t> edges_a_, edges_b_;
   ValidSet set_;
