@@ -74,15 +74,15 @@ MeshBuilder ring() {
 std::string scene_of_meshes(const ScratchFolder& folder, const MeshBuilder& moving,
                             const MeshBuilder& fixed, double scale_to_m, double height_m,
                             const std::string& more = "") {
-  write_mesh(folder / "moving.obj", moving);
-  write_mesh(folder / "fixed.obj", fixed);
-  std::ofstream out(folder / "scene.toml");
+  write_mesh(folder.file("moving.obj"), moving);
+  write_mesh(folder.file("fixed.obj"), fixed);
+  std::ofstream out(folder.file("scene.toml"));
   out.precision(17);
   out << "format = 1\nname = \"kinds\"\n[moving]\nmesh = \"moving.obj\"\nscale_to_m = "
       << scale_to_m << "\nposition_m = [0, 0, " << height_m << "]\n"
       << more << "\n[[static]]\nmesh = \"fixed.obj\"\nscale_to_m = " << scale_to_m
       << "\n[rendering]\nk_f_n_per_m = 800\n";
-  return folder / "scene.toml";
+  return folder.file("scene.toml");
 }
 
 std::string refusal_of(const std::string& scene) {
@@ -106,7 +106,7 @@ StartShape surface_at(const MeshBuilder& mesh, const Point3& position) {
 
 TEST_SUITE("tools.part_kinds") {
   TEST_CASE("a closed part is a solid and says so") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     const CompiledScene compiled =
         compile_scene(read_scene_file(scene_of_meshes(folder, cube(), cube(), 0.01, 0.02)), {});
     for (const PartReport& part : compiled.parts) {
@@ -121,7 +121,7 @@ TEST_SUITE("tools.part_kinds") {
   }
 
   TEST_CASE("an open part is a surface with its counts; as = \"solid\" refuses it with the place") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     const std::string text = refusal_of(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.03));
     CHECK(contains(text, "surface: 4 open edges (a solid needs none); 10 triangles, 5 facets"));
     const std::string solid =
@@ -132,8 +132,16 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(contains(asked, "surface: as the scene asks; 12 triangles, 6 facets"));
   }
 
+  TEST_CASE("a law of depths refuses a surface") {
+    const ScratchFolder folder("kinds");
+    SceneFile scene = read_scene_file(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.03));
+    scene.parameters.law = haptic::LawId::kPaper;
+    CHECK_THROWS_WITH_AS(compile_scene(scene, {}),
+                         doctest::Contains("law paper needs the depth in a solid"), InputError);
+  }
+
   TEST_CASE("too many reflex edges make a surface, not a refusal") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     CompileOptions options;
     options.max_reflex = 3;
     const SceneFile scene = read_scene_file(scene_of_meshes(folder, ring(), cube(), 0.01, 0.05));
@@ -144,7 +152,7 @@ TEST_SUITE("tools.part_kinds") {
   }
 
   TEST_CASE("as: only two words, and neither simplify_m nor disjoint beside a surface") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     const auto refused = [&](const std::string& more) {
       return refusal_of(scene_of_meshes(folder, cube(), cube(), 0.01, 0.03, more));
     };
@@ -154,7 +162,7 @@ TEST_SUITE("tools.part_kinds") {
   }
 
   TEST_CASE("sizes out of range are refused as a solid and not taken for a surface") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     CHECK(contains(refusal_of(scene_of_meshes(folder, cube(), cube(), 1e-8, 1.0)), "across"));
   }
 
@@ -164,7 +172,7 @@ TEST_SUITE("tools.part_kinds") {
       // Powers of two round nothing: the shape is the same to the last bit.
       const double scale = std::ldexp(1.0, exponent);
       CAPTURE(scale);
-      const ScratchFolder folder;
+      const ScratchFolder folder("kinds");
       const CompiledScene compiled = compile_scene(
           read_scene_file(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale)), {});
       REQUIRE_FALSE(compiled.parts[0].is_surface());
@@ -179,7 +187,7 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(first.size() > 60);
     for (const double scale : {1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
       CAPTURE(scale);
-      const ScratchFolder folder;
+      const ScratchFolder folder("kinds");
       CHECK(refusal_of(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale)) == "");
     }
   }
@@ -229,7 +237,7 @@ TEST_SUITE("tools.part_kinds") {
   }
 
   TEST_CASE("solids that start in each other give a warning, solids that touch none") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     const auto warnings = [&](double height_m) {
       const std::string path = scene_of_meshes(folder, cube(), cube(), 0.01, height_m);
       return compile_scene(read_scene_file(path), {}).parts[0].warnings;
@@ -241,7 +249,7 @@ TEST_SUITE("tools.part_kinds") {
   }
 
   TEST_CASE("a scene that starts across a surface is refused with the place and a free pose") {
-    const ScratchFolder folder;
+    const ScratchFolder folder("kinds");
     const std::string text = refusal_of(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.004));
     CHECK(contains(text, "the start pose meets face"));
     CHECK(contains(text, "fixed.obj"));

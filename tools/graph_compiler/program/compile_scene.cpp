@@ -336,6 +336,17 @@ void check_size(const SceneFile& scene, const SceneView& view, std::vector<std::
   }
 }
 
+/// Surfaces have no depth: only law proxy renders them.
+void check_law(const SceneFile& scene, const std::vector<CompiledPart>& parts) {
+  if (scene.parameters.law == LawId::kProxy) return;
+  for (const CompiledPart& part : parts) {
+    if (!part.report.is_surface()) continue;
+    throw InputError(part.report.file + ": surface: " + part.report.reason + ": law " +
+                     law_name(scene.parameters.law) +
+                     " needs the depth in a solid; give law = \"proxy\", or repair the mesh");
+  }
+}
+
 StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
   const StartPose pose{placed.position_m, placed.quaternion_wxyz};
   StartShape shape;
@@ -391,6 +402,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   std::vector<CompiledPart> parts;
   parts.push_back(compile_part(scene.moving, scene, options));
   for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
+  check_law(scene, parts);
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
