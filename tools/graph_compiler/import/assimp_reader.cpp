@@ -362,7 +362,7 @@ ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, cons
 
 ImportedMesh import_mesh(const std::filesystem::path& path) {
   const std::string bytes = read_text_file(path, kMaxMeshBytes, "a mesh of the scene");
-  return import_bytes(bytes, *import_format_of(path), path.string(), path.parent_path());
+  return import_bytes(bytes, *import_format_of(path), path.string(), folder_of(path));
 }
 
 }  // namespace haptic::tools

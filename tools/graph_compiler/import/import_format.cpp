@@ -19,4 +19,8 @@ std::optional<ImportFormat> import_format_of(const std::filesystem::path& path) 
 
 bool has_unit(ImportFormat format) { return format != ImportFormat::kPly; }
 
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
 }  // namespace haptic::tools

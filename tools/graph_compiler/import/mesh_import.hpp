@@ -25,6 +25,8 @@ struct ImportedMesh {
 std::optional<ImportFormat> import_format_of(const std::filesystem::path& path);
 /// True for the formats that state their unit: all but PLY.
 bool has_unit(ImportFormat format);
+/// Folder that names in the file count from.
+std::filesystem::path folder_of(const std::filesystem::path& path);
 /// True when this build has the libraries.
 bool can_import();
 

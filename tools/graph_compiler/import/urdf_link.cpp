@@ -209,7 +209,7 @@ RawMesh link_mesh_of(const std::string& text, const std::string& file,
 
 RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link) {
   return link_mesh_of(read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene"),
-                      urdf.string(), urdf.parent_path(), link);
+                      urdf.string(), folder_of(urdf), link);
 }
 
 }  // namespace haptic::tools

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/tools/import/import_files.hpp"
+
+#include <bit>
+#include <cstdint>
+
+namespace haptic::tools::test {
+namespace {
+
+std::string number(std::uint32_t value, unsigned bytes) {
+  std::string text;
+  for (unsigned k = 0; k < bytes; ++k) text += static_cast<char>((value >> (8 * k)) & 0xFFU);
+  return text;
+}
+
+std::uint32_t check_sum(const std::string& text) {
+  std::uint32_t sum = 0xFFFFFFFFU;
+  for (const char c : text) {
+    sum ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) sum = (sum >> 1) ^ ((sum & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~sum;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t k = 0; k < bytes.size(); k += 3) {
+    std::uint32_t word = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      word = (word << 8) | (k + i < bytes.size() ? static_cast<unsigned char>(bytes[k + i]) : 0U);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      text += k + i <= bytes.size() ? kDigits[(word >> (18 - 6 * i)) & 63U] : '=';
+    }
+  }
+  return text;
+}
+
+std::string gltf_text(const std::string& node, const std::string& uri) {
+  return "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{" +
+         node + "\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}," +
+         "\"indices\":1}]}],\"buffers\":[{\"byteLength\":72" + uri + "}]," +
+         "\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48}," +
+         "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":24}]," +
+         "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"," +
+         "\"min\":[0,0,0],\"max\":[1,1,1]},{\"bufferView\":1,\"componentType\":5123," +
+         "\"count\":12,\"type\":\"SCALAR\"}]}";
+}
+
+const char* const kCorners[4] = {"0 0 0", "1 0 0", "0 1 0", "0 0 1"};
+constexpr unsigned kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+
+}  // namespace
+
+std::string tetrahedron_ply() {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const char* corner : kCorners) text += std::string(corner) + "\n";
+  for (const auto& f : kFaces) {
+    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) +
+            "\n";
+  }
+  return text;
+}
+
+std::string tetrahedron_amf(const std::string& root) {
+  std::string text = "<?xml version=\"1.0\"?>\n<amf " + root + "><object id=\"0\"><mesh><vertices>";
+  for (const char* c : kCorners) {
+    text += std::string("<vertex><coordinates><x>") + c[0] + "</x><y>" + c[2] + "</y><z>" + c[4] +
+            "</z></coordinates></vertex>";
+  }
+  text += "</vertices><volume>";
+  for (const auto& f : kFaces) {
+    text += "<triangle><v1>" + std::to_string(f[0]) + "</v1><v2>" + std::to_string(f[1]) +
+            "</v2><v3>" + std::to_string(f[2]) + "</v3></triangle>";
+  }
+  return text + "</volume></mesh></object></amf>\n";
+}
+
+std::string tetrahedron_dae(const std::string& asset, const std::string& node) {
+  return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
+         "<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
+         "<asset>" +
+         asset +
+         "</asset><library_geometries><geometry id=\"g\"><mesh><source id=\"p\">"
+         "<float_array id=\"pa\" count=\"12\">0 0 0 1 0 0 0 1 0 0 0 1</float_array>"
+         "<technique_common><accessor source=\"#pa\" count=\"4\" stride=\"3\">"
+         "<param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/>"
+         "<param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+         "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices>"
+         "<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>"
+         "<p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry></library_geometries>"
+         "<library_visual_scenes><visual_scene id=\"s\"><node id=\"n\">" +
+         node +
+         "<instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes>"
+         "<scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
+}
+
+std::string model_of_3mf(const std::string& root, const std::string& build) {
+  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + root +
+                     " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">"
+                     "<resources><object id=\"1\" type=\"model\"><mesh><vertices>";
+  for (const char* c : kCorners) {
+    text += std::string("<vertex x=\"") + c[0] + "\" y=\"" + c[2] + "\" z=\"" + c[4] + "\"/>";
+  }
+  text += "</vertices><triangles>";
+  for (const auto& f : kFaces) {
+    text += "<triangle v1=\"" + std::to_string(f[0]) + "\" v2=\"" + std::to_string(f[1]) +
+            "\" v3=\"" + std::to_string(f[2]) + "\"/>";
+  }
+  return text + "</triangles></mesh></object></resources><build>" + build + "</build></model>\n";
+}
+
+std::string archive_of_3mf(const std::string& model) {
+  return stored_zip(
+      {{"[Content_Types].xml",
+        "<?xml version=\"1.0\"?><Types "
+        "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
+        "Extension=\"rels\" "
+        "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
+        "Extension=\"model\" "
+        "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
+       {"_rels/.rels",
+        "<?xml version=\"1.0\"?><Relationships "
+        "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+        "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
+        "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+       {"3D/3dmodel.model", model}});
+}
+
+std::string gltf_buffer() {
+  std::string bytes;
+  for (const char* c : kCorners) {
+    for (const int at : {0, 2, 4}) {
+      bytes += number(std::bit_cast<std::uint32_t>(static_cast<float>(c[at] - '0')), 4);
+    }
+  }
+  for (const auto& f : kFaces) {
+    for (const unsigned v : f) bytes += number(v, 2);
+  }
+  return bytes;
+}
+
+std::string tetrahedron_gltf(const std::string& node, const std::string& buffer) {
+  return gltf_text(
+      node, ",\"uri\":\"" +
+                (buffer.empty() ? "data:application/octet-stream;base64," + base64(gltf_buffer())
+                                : buffer + ".bin") +
+                "\"");
+}
+
+std::string tetrahedron_glb() {
+  std::string json = gltf_text("", "");
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const std::string buffer = gltf_buffer();
+  const auto size = [](const std::string& text) { return static_cast<std::uint32_t>(text.size()); };
+  return "glTF" + number(2, 4) + number(28 + size(json) + size(buffer), 4) + number(size(json), 4) +
+         "JSON" + json + number(size(buffer), 4) + std::string("BIN\0", 4) + buffer;
+}
+
+std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  std::string archive, index;
+  for (const auto& [name, text] : files) {
+    const auto size = static_cast<std::uint32_t>(text.size());
+    // Version, flags, method, time, date, check sum, sizes, lengths of name and extra field.
+    const std::string common = number(20, 2) + number(0, 8) + number(check_sum(text), 4) +
+                               number(size, 4) + number(size, 4) +
+                               number(static_cast<std::uint32_t>(name.size()), 2) + number(0, 2);
+    index += "PK\1\2" + number(20, 2) + common + number(0, 6) + number(0, 4) +
+             number(static_cast<std::uint32_t>(archive.size()), 4) + name;
+    archive += "PK\3\4" + common + name + text;
+  }
+  const auto count = static_cast<std::uint32_t>(files.size());
+  return archive + index + "PK\5\6" + number(0, 4) + number(count, 2) + number(count, 2) +
+         number(static_cast<std::uint32_t>(index.size()), 4) +
+         number(static_cast<std::uint32_t>(archive.size()), 4) + number(0, 2);
+}
+
+}  // namespace haptic::tools::test

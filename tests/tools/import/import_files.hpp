@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Small files of our own in the formats that are read through other libraries: the tetrahedron of
+/// the origin and the unit points of the axes, 1/6 in volume, in units of the file.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace haptic::tools::test {
+
+std::string tetrahedron_ply();
+/// `root`: more attributes of the root element, such as unit="inch".
+std::string tetrahedron_amf(const std::string& root = "");
+/// `asset`: what stands in the asset, such as <unit meter="0.01"/>; `node`: before the mesh in its
+/// node, such as <translate>.
+std::string tetrahedron_dae(const std::string& asset = "", const std::string& node = "");
+/// `build`: the items.
+std::string model_of_3mf(const std::string& root = "",
+                         const std::string& build = "<item objectid=\"1\"/>");
+std::string archive_of_3mf(const std::string& model);
+/// The node's keys, such as "\"scale\":[1,1,-1],"; buffer as data in the text, or `buffer`.bin.
+std::string tetrahedron_gltf(const std::string& node = "", const std::string& buffer = "");
+std::string tetrahedron_glb();
+/// What the buffer of a .gltf holds.
+std::string gltf_buffer();
+
+/// ZIP archive of files that are stored as they are.
+std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files);
+
+}  // namespace haptic::tools::test

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+
+#include "tests/support/program_run.hpp"
+#include "tests/tools/import/import_files.hpp"
+#include "tests/tools/mesh/mesh_builder.hpp"
+#include "tests/tools/shapes/solid_facts.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
+
+using namespace haptic::tools;
+using namespace haptic::tools::test;
+using haptic::sim::test::ScratchFolder;
+
+namespace {
+
+ImportedMesh import(const std::string& bytes, ImportFormat format,
+                    const std::filesystem::path& folder = {}) {
+  return import_bytes(bytes, format, "part", folder);
+}
+
+std::string refusal_of(const std::string& bytes, ImportFormat format) {
+  try {
+    import(bytes, format);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool is_skipped() {
+  if (can_import()) return false;
+  MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
+  return true;
+}
+
+/// Once welded: a tetrahedron of this volume.
+void check_tetrahedron(const ImportedMesh& imported, double volume_m3) {
+  CHECK(imported.mesh.file == "part");
+  CHECK(imported.mesh.faces.size() == 4);
+  CHECK(imported.mesh.vertex_places.size() == imported.mesh.vertices.size());
+  const Surface surface = clean(imported.mesh);
+  CHECK(violation(surface) == "");
+  CHECK(surface.vertices.size() == 4);
+  CHECK(volume(surface) == doctest::Approx(volume_m3).epsilon(1e-6));
+}
+
+std::string scene_with(const std::string& part) {
+  return "format = 1\nname = \"n\"\n[moving]\n" + part +
+         "\nposition_m = [0, 0, 9]\n[[static]]\nshape = \"box\"\nsize_m = [1, 1, 1]\n"
+         "[rendering]\nk_f_n_per_m = 800\n";
+}
+
+}  // namespace
+
+TEST_SUITE("tools.mesh_import") {
+  TEST_CASE("formats by extension, and which have units") {
+    CHECK(import_format_of("a/b.PLY") == ImportFormat::kPly);
+    CHECK(import_format_of("b.3mf") == ImportFormat::k3mf);
+    CHECK(import_format_of("b.glb") == ImportFormat::kGlb);
+    CHECK(import_format_of("b.gltf") == ImportFormat::kGltf);
+    CHECK(import_format_of("b.Dae") == ImportFormat::kDae);
+    CHECK(import_format_of("b.amf") == ImportFormat::kAmf);
+    CHECK_FALSE(import_format_of("b.stl").has_value());
+    CHECK_FALSE(import_format_of("ply").has_value());
+    CHECK(has_unit(ImportFormat::kDae));
+    CHECK_FALSE(has_unit(ImportFormat::kPly));
+  }
+
+  TEST_CASE("a build without the libraries names the packages") {
+    if (can_import()) return;
+    for (const std::string& text :
+         {refusal_of(tetrahedron_ply(), ImportFormat::kPly), refusal_of("", ImportFormat::k3mf)}) {
+      CHECK(contains(text, "part: this program was built without"));
+      CHECK(contains(text, "install libassimp-dev, libtinyxml2-dev and zlib1g-dev"));
+    }
+  }
+
+  TEST_CASE("every format gives the same tetrahedron, in its unit") {
+    if (is_skipped()) return;
+    const ImportedMesh ply = import(tetrahedron_ply(), ImportFormat::kPly);
+    CHECK_FALSE(ply.unit_m.has_value());
+    check_tetrahedron(ply, 1.0 / 6);
+
+    struct Sample {
+      std::string bytes;
+      ImportFormat format;
+      double unit_m;
+    };
+    const Sample samples[] = {
+        {tetrahedron_gltf(), ImportFormat::kGltf, 1.0},
+        {tetrahedron_glb(), ImportFormat::kGlb, 1.0},
+        {tetrahedron_amf(), ImportFormat::kAmf, 1e-3},
+        {tetrahedron_amf("unit=\"inch\""), ImportFormat::kAmf, 0.0254},
+        {tetrahedron_dae(), ImportFormat::kDae, 1.0},
+        {tetrahedron_dae("<unit name=\"inch\" meter=\"0.0254\"/>"), ImportFormat::kDae, 0.0254},
+        {archive_of_3mf(model_of_3mf()), ImportFormat::k3mf, 1e-3},
+        {archive_of_3mf(model_of_3mf("unit=\"centimeter\"")), ImportFormat::k3mf, 1e-2}};
+    for (const Sample& sample : samples) {
+      CAPTURE(static_cast<int>(sample.format));
+      const ImportedMesh imported = import(sample.bytes, sample.format);
+      REQUIRE(imported.unit_m.has_value());
+      CHECK(*imported.unit_m == sample.unit_m);
+      check_tetrahedron(imported, std::pow(sample.unit_m, 3) / 6);
+    }
+  }
+
+  TEST_CASE("nodes: each mesh at its places, mirrored ones turned, axes as in the file") {
+    if (is_skipped()) return;
+    const ImportedMesh twice =
+        import(archive_of_3mf(model_of_3mf("unit=\"meter\"",
+                                           "<item objectid=\"1\"/><item objectid=\"1\" "
+                                           "transform=\"1 0 0 0 1 0 0 0 1 10 20 30\"/>")),
+               ImportFormat::k3mf);
+    REQUIRE(twice.mesh.faces.size() == 8);
+    CHECK(twice.mesh.faces[0].group != twice.mesh.faces[7].group);
+    const Surface both = clean(twice.mesh);
+    CHECK(both.solid_count == 2);
+    CHECK(volume(both) == doctest::Approx(2.0 / 6));
+    bool moved = false;
+    for (const Point3& p : twice.mesh.vertices) moved = moved || p == Point3{11, 20, 30};
+    CHECK(moved);
+
+    const ImportedMesh mirrored =
+        import(tetrahedron_gltf("\"scale\":[1,1,-2],"), ImportFormat::kGltf);
+    CHECK(volume_m3(mirrored.mesh) == doctest::Approx(2.0 / 6));
+    // The place is in units of the file too.
+    const ImportedMesh dae = import(tetrahedron_dae("<unit meter=\"0.5\"/><up_axis>Y_UP</up_axis>",
+                                                    "<translate>10 20 30</translate>"),
+                                    ImportFormat::kDae);
+    moved = false;
+    for (const Point3& p : dae.mesh.vertices) moved = moved || p == Point3{5, 10, 15.5};
+    CHECK(moved);
+  }
+
+  TEST_CASE("damaged files are refused with what is wrong and how to fix it") {
+    if (is_skipped()) return;
+    const std::string ply = tetrahedron_ply(), model = model_of_3mf();
+    const auto with = [](std::string text, const std::string& from, const std::string& to) {
+      return text.replace(text.find(from), from.size(), to);
+    };
+    struct Damage {
+      std::string bytes;
+      ImportFormat format;
+      const char* says;
+    };
+    const Damage damages[] = {
+        {"", ImportFormat::kPly, "the file is empty"},
+        {"solid x\n", ImportFormat::kPly, "no PLY file"},
+        {ply.substr(0, ply.size() - 6), ImportFormat::kPly, ""},
+        {with(ply, "3 0 2 1", "3 0 2 7"), ImportFormat::kPly, ""},
+        {with(ply, "element face 4", "element face 9"), ImportFormat::kPly, ""},
+        {"glTF", ImportFormat::kGlb, ""},
+        {"{", ImportFormat::kGltf, "no glTF file"},
+        {tetrahedron_gltf("", "../buffer"), ImportFormat::kGltf, ""},
+        {tetrahedron_gltf("\"scale\":[1,0,1],"), ImportFormat::kGltf, "a node flattens its mesh"},
+        {tetrahedron_amf("unit=\"ell\""), ImportFormat::kAmf, "the unit is 'ell'; the units are"},
+        {"<amf><object>", ImportFormat::kAmf, "the text is no XML"},
+        {"<dae/>", ImportFormat::kAmf, "the root element is 'dae'"},
+        {"<amf/>", ImportFormat::kAmf, ""},
+        {tetrahedron_dae("<unit meter=\"-1\"/>"), ImportFormat::kDae, "the unit is '-1'"},
+        {tetrahedron_dae("<unit meter=\"one\"/>"), ImportFormat::kDae, "unit 'one'"},
+        {with(tetrahedron_dae(), "0 2 1 0 1 3", "0 2 1 0 1 9"), ImportFormat::kDae, ""},
+        {model, ImportFormat::k3mf, "no ZIP archive"},
+        {archive_of_3mf(model).substr(9), ImportFormat::k3mf, ""},
+        {stored_zip({{"a.txt", "x"}}), ImportFormat::k3mf, "holds no file '*.model'"},
+        {archive_of_3mf(model_of_3mf("unit=\"yard\"")), ImportFormat::k3mf, "the unit is 'yard'"},
+        {archive_of_3mf(model_of_3mf("requiredextensions=\"p\"")), ImportFormat::k3mf,
+         "needs extensions of 3MF that are not read: 'p'"},
+        {archive_of_3mf(with(model, "v2=\"2\"", "v2=\"77\"")), ImportFormat::k3mf, ""},
+        {archive_of_3mf(model_of_3mf("", "")), ImportFormat::k3mf, ""}};
+    for (const Damage& damage : damages) {
+      CAPTURE(damage.bytes);
+      const std::string text = refusal_of(damage.bytes, damage.format);
+      CAPTURE(text);
+      CHECK(text.starts_with("part:"));
+      CHECK(contains(text, "; "));
+      CHECK(contains(text, damage.says));
+    }
+  }
+
+  TEST_CASE("a .gltf opens buffers below its folder and nothing else") {
+    if (is_skipped()) return;
+    const ScratchFolder folder("gltf_buffers");
+    std::filesystem::create_directories(folder.file("in"));
+    std::ofstream(folder.file("in/part.bin"), std::ios::binary) << gltf_buffer();
+    std::ofstream(folder.file("out.bin"), std::ios::binary) << gltf_buffer();
+    std::ofstream(folder.file("in/part.gltf")) << tetrahedron_gltf("", "part");
+    std::ofstream(folder.file("in/sly.gltf")) << tetrahedron_gltf("", "../out");
+    CHECK(import_mesh(folder.file("in/part.gltf")).mesh.faces.size() == 4);
+    CHECK_THROWS_AS(import_mesh(folder.file("in/sly.gltf")), InputError);
+    CHECK_THROWS_AS(import_mesh(folder.file("in/absent.gltf")), InputError);
+  }
+
+  TEST_CASE("scale_to_m may be left out where the file has a unit, and must agree with it") {
+    if (is_skipped()) return;
+    const ScratchFolder folder("import_scenes");
+    std::ofstream(folder.file("part.amf")) << tetrahedron_amf("unit=\"meter\"");
+    std::ofstream(folder.file("part.ply")) << tetrahedron_ply();
+    const auto parsed = [&](const std::string& part) {
+      return parse_scene_file(scene_with(part), "scene.toml",
+                              std::filesystem::path(folder.file("")));
+    };
+    const CompiledScene compiled = compile_scene(parsed("mesh = \"part.amf\""), {});
+    CHECK(compiled.parts[0].volume_m3 == doctest::Approx(1.0 / 6));
+    CHECK(compiled.parts[0].scale_to_m == std::array<double, 3>{1, 1, 1});
+    CHECK_NOTHROW(compile_scene(parsed("mesh = \"part.amf\"\nscale_to_m = 1.0"), {}));
+    CHECK_THROWS_WITH_AS(compile_scene(parsed("mesh = \"part.amf\"\nscale_to_m = 0.001"), {}),
+                         "scene.toml:5:14: scale_to_m of part.amf is not 1 m, the unit that the "
+                         "file states; leave scale_to_m out, or correct the file",
+                         InputError);
+    CHECK_THROWS_AS(parsed("mesh = \"part.ply\""), InputError);
+    const PartMesh ply =
+        read_part_mesh(parsed("mesh = \"part.ply\"\nscale_to_m = 0.5").moving, "scene.toml");
+    CHECK(ply.scale_to_m == std::array<double, 3>{0.5, 0.5, 0.5});
+  }
+}

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "tests/support/program_run.hpp"
+#include "tests/tools/import/import_files.hpp"
+#include "tests/tools/mesh/mesh_builder.hpp"
+#include "tests/tools/shapes/solid_facts.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
+
+using namespace haptic::tools;
+using namespace haptic::tools::test;
+using haptic::sim::test::ScratchFolder;
+
+namespace {
+
+const char* const kTetrahedronObj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+
+/// The collisions begin in line 3.
+std::string robot(const std::string& collisions) {
+  return "<robot name=\"r\"><link name=\"base\"/>\n<link name=\"grip\">\n" + collisions +
+         "</link></robot>\n";
+}
+
+std::string collision(const std::string& form, const std::string& origin = "") {
+  return "<collision>" + origin + "<geometry>" + form + "</geometry></collision>\n";
+}
+
+RawMesh link_of(const std::string& text, const std::string& folder = ".") {
+  return link_mesh_of(text, "r.urdf", folder, "grip");
+}
+
+std::string refusal_of(const std::string& text, const std::string& link = "grip") {
+  try {
+    link_mesh_of(text, "r.urdf", ".", link);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool is_skipped() {
+  if (can_import()) return false;
+  MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
+  return true;
+}
+
+/// The least and the largest corner.
+std::array<Point3, 2> bounds(const RawMesh& mesh) {
+  std::array<Point3, 2> box{Point3{9, 9, 9}, Point3{-9, -9, -9}};
+  for (const Point3& p : mesh.vertices) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      box[0][k] = std::min(box[0][k], p[k]);
+      box[1][k] = std::max(box[1][k], p[k]);
+    }
+  }
+  return box;
+}
+
+}  // namespace
+
+TEST_SUITE("tools.urdf_link") {
+  TEST_CASE("boxes, cylinders and spheres with their origins") {
+    if (is_skipped()) return;
+    const RawMesh box = link_of(robot(
+        collision("<box size=\"0.1 0.2 0.3\"/>",
+                  "<origin xyz=\"1 2 3\" rpy=\"1.5707963267948966 0 1.5707963267948966\"/>")));
+    CHECK(volume_m3(box) == doctest::Approx(0.006));
+    // First about x: y to z; then about z: x to y.
+    const auto [low, high] = bounds(box);
+    CHECK(high[0] - low[0] == doctest::Approx(0.3));
+    CHECK(high[1] - low[1] == doctest::Approx(0.1));
+    CHECK(high[2] - low[2] == doctest::Approx(0.2));
+    CHECK(0.5 * (high[2] + low[2]) == doctest::Approx(3.0));
+    // The order of the turns: of x, y, z about the fixed axes.
+    const RawMesh turned =
+        link_of(robot(collision("<box size=\"2 2 2\"/>", "<origin rpy=\"0.3 0.4 0.5\"/>")));
+    const double cr = std::cos(0.3), sr = std::sin(0.3), cp = std::cos(0.4), sp = std::sin(0.4);
+    double found = 1.0;
+    for (const Point3& p : turned.vertices) {
+      found = std::min(found, std::abs(p[2] - (-sp + cp * sr + cp * cr)));
+    }
+    CHECK(found < 1e-15);
+
+    const RawMesh two =
+        link_of(robot(collision("<cylinder radius=\"0.1\" length=\"0.5\"/>") +
+                      collision("<sphere radius=\"0.2\"/>", "<origin xyz=\"1 0 0\"/>")));
+    CHECK(closed_defect(two, 1e-12) == "");
+    CHECK(two.faces.front().group != two.faces.back().group);
+    CHECK(volume_m3(two) == doctest::Approx(3.14159 * 0.005 + 4.18879 * 0.008).epsilon(0.03));
+    CHECK(bounds(two)[1][0] == doctest::Approx(1.2));
+  }
+
+  TEST_CASE("meshes: paths, packages, scales and units") {
+    if (is_skipped()) return;
+    const ScratchFolder folder("urdf_meshes");
+    std::filesystem::create_directories(folder.file("pkg/urdf"));
+    std::filesystem::create_directories(folder.file("pkg/meshes"));
+    std::ofstream(folder.file("pkg/meshes/t.obj")) << kTetrahedronObj;
+    std::ofstream(folder.file("pkg/meshes/t.dae")) << tetrahedron_dae("<unit meter=\"0.1\"/>");
+    const std::string urdf = folder.file("pkg/urdf");
+    for (const char* name : {"package://pkg/meshes/t.obj", "../meshes/t.obj"}) {
+      const RawMesh mesh = link_of(
+          robot(collision(std::string("<mesh filename=\"") + name + "\" scale=\"0.1 0.2 0.3\"/>")),
+          urdf);
+      CHECK(volume_m3(mesh) == doctest::Approx(0.001));
+    }
+    const RawMesh dae = link_of(robot(collision("<mesh filename=\"package://pkg/meshes/t.dae\"/>",
+                                                "<origin xyz=\"0 0 1\"/>")),
+                                urdf);
+    const Surface surface = clean(dae);
+    CHECK(volume(surface) == doctest::Approx(0.001 / 6).epsilon(1e-5));
+    CHECK(bounds(dae)[1][2] == doctest::Approx(1.1));
+
+    std::ofstream(folder.file("pkg/urdf/r.urdf"))
+        << robot(collision("<mesh filename=\"package://pkg/meshes/t.obj\"/>"));
+    const auto parsed = [&](const std::string& part) {
+      return parse_scene_file("format = 1\nname = \"n\"\n[moving]\n" + part +
+                                  "\nposition_m = [0, 0, 9]\n[[static]]\nshape = \"box\"\n"
+                                  "size_m = [1, 1, 1]\n[rendering]\nk_f_n_per_m = 800\n",
+                              "scene.toml", std::filesystem::path(folder.file("pkg/urdf")));
+    };
+    const SceneFile scene = parsed("link = \"r.urdf#grip\"");
+    CHECK(body_name(scene.moving) == "r.urdf#grip");
+    const CompiledScene compiled = compile_scene(scene, {});
+    CHECK(compiled.parts[0].volume_m3 == doctest::Approx(1.0 / 6));
+    const std::pair<const char*, const char*> defects[] = {
+        {"link = \"r.urdf\"", "scene.toml:4:8: [moving] link: is 'r.urdf'; give a robot"},
+        {"link = \"r.urdf#\"", "4:8: "},
+        {"link = \"s.urdf#grip\"", "no file 's.urdf'"},
+        {"link = \"r.urdf#grip\"\nscale_to_m = 1",
+         "5:14: [moving] scale_to_m: the part is in metres"},
+        {"link = \"r.urdf#grip\"\nshape = \"box\"", "keep one of the two"}};
+    for (const auto& [part, says] : defects) {
+      std::string text;
+      try {
+        parsed(part);
+      } catch (const InputError& error) {
+        text = error.what();
+      }
+      CAPTURE(text);
+      CHECK(contains(text, says));
+    }
+  }
+
+  TEST_CASE("defects of a description are said with their line") {
+    if (is_skipped()) return;
+    const std::pair<std::string, const char*> defects[] = {
+        {"<robot", "r.urdf:1: the text is no XML"},
+        {"<a/>", "r.urdf:1: the root element is 'a'"},
+        {"<robot/>", "r.urdf: the robot has no <link>"},
+        {robot(""), "r.urdf:2: link 'grip' has no <collision>"},
+        {robot("<collision/>"), "r.urdf:3: a <collision> has no <geometry>"},
+        {robot(collision("<torus/>")), "r.urdf:3: the form <'torus'> is not known"},
+        {robot(collision("<box/>")), "r.urdf:3: size of <box> is ''; give 3 numbers"},
+        {robot(collision("<box size=\"1 2\"/>")), "size of <box> is '1 2'"},
+        {robot(collision("<box size=\"1 2 x\"/>")), "r.urdf:3: size 'x'"},
+        {robot(collision("<box size=\"1 -2 1\"/>")), "r.urdf:3: <box>: size_m is -2"},
+        {robot(collision("<sphere radius=\"0\"/>")), "<sphere>: radius_m is 0"},
+        {robot(collision("<mesh filename=\"no.obj\"/>")), "r.urdf:3: no mesh 'no.obj'"},
+        {robot(collision("<mesh filename=\"package://no/no.obj\"/>")), "and above"},
+        {robot(collision("<sphere radius=\"1\"/>", "<origin xyz=\"1e400 0 0\"/>")), "r.urdf:3: "}};
+    for (const auto& [text, says] : defects) {
+      CAPTURE(text);
+      const std::string refusal = refusal_of(text);
+      CAPTURE(refusal);
+      CHECK(contains(refusal, says));
+      CHECK(contains(refusal, "; "));
+    }
+    CHECK(contains(refusal_of(robot(""), "gripp"), "no link 'gripp'; did you mean 'grip'?"));
+  }
+}
