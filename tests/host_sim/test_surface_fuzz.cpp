@@ -55,6 +55,27 @@ TEST_SUITE("host_sim.surface_fuzz") {
     check_invariants(run(8000, 2, 2, 10, std::nullopt, {0.3}));
   }
 
+  TEST_CASE("surfaces, open and torn ones too: no triangle is ever touched") {
+    SurfaceFuzzSize size;
+    size.ticks = 16000;
+    size.seed = 4;
+    size.frictions = {0.0, 0.3};
+    size.as = PartKind::kSurface;
+    size.strict = true;
+    const SurfaceFuzzResult result = run_surface_fuzz(size, {2, false});
+    check_invariants(result);
+    CHECK(result.totals().meeting == 0);
+  }
+
+  TEST_CASE("surfaces against the same solids: apart by the skin but where a part slips") {
+    const SurfaceComparison compared = compare_surfaces(PartKind::kSurface, false, {2, false});
+    INFO(surface_comparison_page(compared));
+    for (const SurfaceComparisonRow& row : compared.rows) {
+      INFO(row.scene);
+      CHECK(row.median_n < 1e-4);
+    }
+  }
+
   TEST_CASE("[long] closed meshes: the same on 40 pairs over a million ticks and another seed") {
     check_invariants(run(1000000, 3, 2, 40, std::nullopt, {0.0, 0.3}));
   }

@@ -78,6 +78,7 @@ Json coupling_as_json(const SceneFacts& facts) {
           {"max_pull_n", c.max_pull_n},
           {"max_turn_nm", c.max_turn_nm},
           {"passes", c.passes},
+          {"near_pairs", c.near_pairs},
           {"tolerance_m", c.tolerance_m},
           {"passivity", c.passivity != 0},
           {"allow_active", c.allow_active != 0},

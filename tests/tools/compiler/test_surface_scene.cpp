@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes with surfaces: what a facet's tables hold, and that damage to them is refused.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <fstream>
+#include <functional>
+
+#include "rt_core/haptic_core.hpp"
+#include "tests/support/program_run.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+using namespace haptic;
+using namespace haptic::tools;
+using haptic::sim::test::ScratchFolder;
+
+namespace {
+
+/// A unit square of two triangles in z = 0, folded up along its diagonal by `rise`, open all round.
+void write_sheet(const std::string& path, double rise) {
+  std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 1 1 " << rise << "\nv 0 1 0\nf 1 2 4\nf 2 3 4\n";
+}
+
+void write_cube(const std::string& path) {
+  std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
+                         "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+/// A cube of a centimetre over the sheet; `more` is appended.
+SceneFile sheet_scene(const ScratchFolder& folder, double rise, const std::string& more = "") {
+  write_sheet(folder.file("sheet.obj"), rise);
+  write_cube(folder.file("cube.obj"));
+  std::ofstream(folder.file("scene.toml"))
+      << "format = 1\nname = \"sheet\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
+         "position_m = [0, 0, 0.05]\n[[static]]\nmesh = \"sheet.obj\"\nscale_to_m = 0.02\n"
+         "[rendering]\nk_f_n_per_m = 800\n"
+      << more;
+  return read_scene_file(folder.file("scene.toml"));
+}
+
+/// Section `id` of a blob as an array that may be changed.
+template <typename T>
+T* section(SceneBytes& bytes, SectionId id) {
+  SceneHeader header;
+  std::memcpy(&header, bytes.span().data(), sizeof header);
+  for (std::uint32_t k = 0; k < header.section_count; ++k) {
+    SectionEntry entry;
+    std::memcpy(&entry, bytes.span().data() + header.section_table + k * sizeof entry,
+                sizeof entry);
+    if (entry.id == id) return reinterpret_cast<T*>(bytes.span().data() + entry.offset);
+  }
+  return nullptr;
+}
+
+RtStatus opened(SceneBytes bytes, const std::function<void(SceneBytes&)>& damage) {
+  damage(bytes);
+  const std::uint64_t hash = scene_content_hash(bytes.span());
+  std::memcpy(bytes.span().data() + offsetof(SceneHeader, content_hash), &hash, sizeof hash);
+  SceneView view;
+  return SceneView::open(bytes.span(), view);
+}
+
+}  // namespace
+
+TEST_SUITE("tools.surface_scene") {
+  TEST_CASE("a folded sheet is two facets with two sides, and cones of what goes on beside them") {
+    const ScratchFolder folder("sheet");
+    const CompiledScene compiled = compile_scene(sheet_scene(folder, 0.5), {});
+    const SceneBytes bytes{compiled.bytes};
+    SceneView view;
+    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    CHECK(view.has_facets());
+    CHECK_FALSE(view.lists_pairs());
+    CHECK_FALSE(view.piece(0).is_facet());
+    REQUIRE(view.pieces().size() == 3);
+    for (const std::uint32_t p : {1u, 2u}) {
+      const PieceView facet = view.piece(p);
+      CHECK(facet.is_facet());
+      CHECK(facet.vertex_count == 3);
+      CHECK(facet.face_normal(0) == Vec3(-facet.face_normal(1)));
+      CHECK(plane_count(*facet.record) == 5);
+      int folds = 0;
+      for (std::uint32_t e = 0; e < facet.edge_count; ++e) {
+        std::uint32_t ways = 0;
+        CHECK(facet.all_at_edge(e, [&](const Vec3& way) {
+          CHECK(way.norm() == doctest::Approx(1.0));
+          CHECK(std::abs(way.dot(ConstVec3Map(facet.edge_directions[e].unit))) < 1e-12);
+          return ++ways > 0;
+        }));
+        folds += ways == 2 ? 1 : 0;
+        // The side's plane: away from the facet, through both ends of the edge.
+        const std::uint32_t side = facet.face_count + e;
+        for (std::uint32_t v = 0; v < facet.vertex_count; ++v) {
+          CHECK(facet.plane_normal(side).dot(facet.vertex(v)) <= facet.plane_offset(side) + 1e-15);
+        }
+      }
+      CHECK(folds == 1);
+    }
+  }
+
+  TEST_CASE("a flat sheet is one facet") {
+    const ScratchFolder folder("sheet");
+    CHECK(compile_scene(sheet_scene(folder, 0.0), {}).parts[1].reason ==
+          "4 open edges (a solid needs none); 2 triangles, 1 facet");
+  }
+
+  TEST_CASE("damage to the cones of a facet is refused") {
+    const ScratchFolder folder("sheet");
+    const SceneBytes bytes{compile_scene(sheet_scene(folder, 0.5), {}).bytes};
+    REQUIRE(opened(bytes, [](SceneBytes&) {}) == RtStatus::kOk);
+    const auto refused = [&](const std::function<void(SceneBytes&)>& damage, RtStatus status) {
+      CHECK(opened(bytes, damage) == status);
+    };
+    refused([](SceneBytes& b) { section<ConeRange>(b, SectionId::kConeRanges)[2].begin = 1000; },
+            RtStatus::kBlobBadIndex);
+    refused([](SceneBytes& b) { section<ConeRange>(b, SectionId::kConeRanges)[5].count = 1000; },
+            RtStatus::kBlobBadIndex);
+    refused([](SceneBytes& b) { section<Real>(b, SectionId::kConeDirections)[0] += 0.25_r; },
+            RtStatus::kBlobBadNumber);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[0].cone_begin = 0; },
+            RtStatus::kBlobBadIndex);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[2].cone_begin = 0; },
+            RtStatus::kBlobBadIndex);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[1].reserved = 1; },
+            RtStatus::kBlobBadNumber);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[1].volume_m3 = 1e-9; },
+            RtStatus::kBlobBadNumber);
+    refused(
+        [](SceneBytes& b) {
+          section<SceneParameters>(b, SectionId::kParameters)->goal_contact = 1;
+        },
+        RtStatus::kBlobBadNumber);
+    refused(
+        [](SceneBytes& b) {
+          section<SceneParameters>(b, SectionId::kParameters)->coupling.near_pairs = 1;
+        },
+        RtStatus::kBlobBadCapacity);
+  }
+
+  TEST_CASE("what a surface cannot have is refused with what to do") {
+    const ScratchFolder folder("sheet");
+    CHECK_THROWS_WITH_AS(compile_scene(sheet_scene(folder, 0.5, "goal_contact = true\n"), {}),
+                         doctest::Contains("leave out [rendering] goal_contact"), InputError);
+    CHECK_THROWS_WITH_AS(
+        compile_scene(sheet_scene(folder, 0.5,
+                                  "[motion_limits]\norientation = { about = \"start\", "
+                                  "max_angle_rad = 0 }\n"),
+                      {}),
+        doctest::Contains("an angle above 0"), InputError);
+  }
+
+  TEST_CASE("near_pairs: the pairs that the state has room for") {
+    const ScratchFolder folder("sheet");
+    const SceneBytes bytes{
+        compile_scene(sheet_scene(folder, 0.5, "[budget]\nnear_pairs = 1\n"), {}).bytes};
+    SceneView view;
+    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    CHECK(view.header().capacity.near_slots == 1);
+  }
+}
