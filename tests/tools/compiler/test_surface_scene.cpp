@@ -2,6 +2,8 @@
 // Scenes with surfaces: what a facet's tables hold, and that damage to them is refused.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -62,6 +64,26 @@ RtStatus opened(SceneBytes bytes, const std::function<void(SceneBytes&)>& damage
   return SceneView::open(bytes.span(), view);
 }
 
+/// Wrench on the hand after the cube has gone from `from_m` to `to_m` in half a second and stood
+/// there as long.
+Wrench pressed(const SceneBytes& bytes, double x_m, double from_m, double to_m) {
+  SceneView view;
+  REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+  SceneBytes state{std::vector<std::byte>(HapticCore::state_bytes(view))};
+  HapticCore* core = nullptr;
+  REQUIRE(HapticCore::create(state.span(), view, core) == RtStatus::kOk);
+  StepResult result;
+  for (int k = 0; k <= 1000; ++k) {
+    StepInput input;
+    input.sequence = static_cast<std::uint64_t>(k);
+    const double share = std::min(1.0, k / 500.0);
+    input.pose_wa.p_wa =
+        Vec3(static_cast<Real>(x_m), 0.005_r, static_cast<Real>(from_m + share * (to_m - from_m)));
+    result = core->step(input);
+  }
+  return result.wrench_w;
+}
+
 }  // namespace
 
 TEST_SUITE("tools.surface_scene") {
@@ -104,6 +126,28 @@ TEST_SUITE("tools.surface_scene") {
     const ScratchFolder folder("sheet");
     CHECK(compile_scene(sheet_scene(folder, 0.0), {}).parts[1].reason ==
           "4 open edges (a solid needs none); 2 triangles, 1 facet");
+  }
+
+  TEST_CASE("a sheet without thickness holds a part from either side") {
+    const ScratchFolder folder("sheet");
+    const SceneBytes bytes{compile_scene(sheet_scene(folder, 0.0), {}).bytes};
+    const Wrench above = pressed(bytes, 0.005, 0.05, -0.03);
+    CHECK(above.force_w[2] == doctest::Approx(800 * 0.03).epsilon(1e-4));
+    const Wrench below = pressed(bytes, 0.005, -0.05, 0.02);
+    CHECK(below.force_w[2] == doctest::Approx(-800 * 0.03).epsilon(1e-4));
+    CHECK(std::abs(above.force_w[0]) + std::abs(above.force_w[1]) < 1e-9);
+    // Beside the sheet there is nothing.
+    CHECK(pressed(bytes, 0.03, 0.05, -0.03).force_w.norm() == 0);
+  }
+
+  TEST_CASE("an edge that lies flat between two triangles is no edge to the part") {
+    const ScratchFolder folder("sheet");
+    SceneFile scene = sheet_scene(folder, 1e-9);  // too high for one facet, too low to feel
+    const CompiledScene compiled = compile_scene(scene, {});
+    REQUIRE(compiled.parts[1].surface->facets == 2);
+    const Wrench above = pressed(SceneBytes{compiled.bytes}, 0.005, 0.05, -0.03);
+    CHECK(above.force_w[2] == doctest::Approx(800 * 0.03).epsilon(1e-4));
+    CHECK(std::abs(above.force_w[0]) + std::abs(above.force_w[1]) < 1e-3);
   }
 
   TEST_CASE("damage to the cones of a facet is refused") {
