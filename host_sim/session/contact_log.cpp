@@ -2,6 +2,7 @@
 #include "host_sim/session/contact_log.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "host_sim/report/part_report.hpp"
 
@@ -39,7 +40,9 @@ std::string contact_text(const ContactId& id) {
   return std::string(1, type) + ":" + feature_text(id.of_a) + "/" + feature_text(id.of_b);
 }
 
-ContactLog::ContactLog(const SceneView& scene) : csv_(std::string(kContactCsvHeader) + "\n") {
+ContactLog::ContactLog(const SceneView& scene)
+    : csv_(std::string(kContactCsvHeader) + "\n"),
+      of_felt_(scene.parameters().law == LawId::kProxy) {
   const std::uint32_t room = scene.header().capacity.largest_near;
   corners_.resize(room);
   ids_.resize(room);
@@ -48,10 +51,18 @@ ContactLog::ContactLog(const SceneView& scene) : csv_(std::string(kContactCsvHea
 }
 
 void ContactLog::add(HapticCore& core, const StepInput& input, double t_s) {
-  for (std::uint32_t pair = 0; pair < core.pair_count(); ++pair) {
+  const auto add_pair = [&](std::uint32_t pair) {
     core.contact_geometry(pair, contact_);
     if (!contact_.ids.empty()) append(input, t_s, pair);
+  };
+  if (!of_felt_) {
+    for (std::uint32_t pair = 0; pair < core.pair_count(); ++pair) add_pair(pair);
+    return;
   }
+  const FeltContact& felt = core.felt_contact();
+  std::set<std::uint32_t> pairs;
+  for (std::uint32_t k = 0; k < felt.plane_count; ++k) pairs.insert(felt.planes[k].pair);
+  for (const std::uint32_t pair : pairs) add_pair(pair);
 }
 
 void ContactLog::append(const StepInput& input, double t_s, std::uint32_t pair) {

@@ -43,6 +43,7 @@ class ContactLog {
   std::vector<ContactId> ids_;
   ContactGeometry contact_;
   std::string csv_;
+  bool of_felt_ = false;  ///< law kProxy: the pairs that the part touches, not all
 };
 
 }  // namespace haptic::sim

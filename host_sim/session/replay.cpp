@@ -9,11 +9,12 @@
 namespace haptic::sim {
 namespace {
 
-/// One tick of the core; `values` gets one per pair, `goal_wa` the pose that they belong to.
+/// One tick of the core; `values` gets one per pair where it has room, `goal_wa` the pose that they
+/// belong to.
 TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, const Vec3& grip_a,
                      Pose& goal_wa, std::vector<PairValue>& values) {
   const StepResult result = core.step(input);
-  for (std::uint32_t k = 0; k < core.pair_count(); ++k) {
+  for (std::uint32_t k = 0; k < values.size(); ++k) {
     const PairReport report = core.pair_report(k);
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
   }
@@ -59,7 +60,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   const Vec3 grip_a = grip_in_part(view);
   TrackCheck check;
   std::vector<PairVerdict> verdicts;
-  std::vector<PairValue> values(view.pair_count());
+  std::vector<PairValue> values(literal || oracle ? view.pair_count() : 0);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const StepInput input = input_of(motion[i], i, GoalContact::kAsked);
     const double t_s = motion[i].t_s;

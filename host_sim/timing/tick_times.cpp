@@ -85,6 +85,8 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
   const TickClock clock;
   result.clock_empty_ns = clock.empty_ns();
   std::vector<FlatPair> pairs;
+  // A scene that lists no pairs has too many to search, or surfaces, which have no depth.
+  exhaustive_too = exhaustive_too && session.view().lists_pairs();
   for (std::uint32_t k = 0; exhaustive_too && k < session.view().pair_count(); ++k)
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
