@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// C-space at the orientation in which the part is felt: the part is a point, each pair of pieces near it a C-obstacle.
+// The faces come from the core with their type and with what the core says of them: near, or holding the part.
+import * as THREE from "three";
+import type { Colours } from "./colours";
+import type { Picture } from "./messages";
+import { FaceRole, kFaceKinds, kNone, obstaclesOf, outlinesOf, trianglesOf } from "./shapes";
+import type { ObstacleFace } from "./shapes";
+import { setPositions, Stage, vector } from "./stage";
+import type { Side } from "./stage";
+import { lengthText, roundBelow } from "./words";
+
+/** The close-up takes this share of the pane's height and width. */
+const kInset = 0.42;
+const kMostLabels = 5;
+/** The close-up shows at least this much to each side [of the part's radius]. */
+const kClosest = 0.02;
+
+interface Faces {
+  mesh: THREE.Mesh;
+  inside: THREE.Mesh;
+  front: THREE.MeshStandardMaterial;
+  back: THREE.MeshBasicMaterial;
+}
+
+export class CSpacePane extends Stage {
+  private readonly kinds: Faces[];
+  private readonly lines: THREE.LineSegments;
+  private readonly lit: THREE.Mesh;
+  private readonly litLines: THREE.LineSegments;
+  private readonly felt: THREE.Mesh;
+  private readonly device: THREE.Mesh;
+  private readonly spring = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ depthTest: false }));
+  private litFaces: ObstacleFace[] = [];
+  private readonly feltPoint = new THREE.Vector3();
+  private readonly devicePoint = new THREE.Vector3();
+  private close = 0;
+  partRadius = 0.05;
+  radius = 0.1;
+  leftOut = 0;
+  obstacleCount = 0;
+
+  constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours) {
+    super(canvas, overlay, colours);
+    this.kinds = kFaceKinds.map(() => {
+      const front = new THREE.MeshStandardMaterial({
+        flatShading: true,
+        roughness: 0.9,
+        polygonOffset: true,
+        polygonOffsetFactor: 1,
+        polygonOffsetUnits: 1,
+      });
+      const back = new THREE.MeshBasicMaterial({ side: THREE.BackSide });
+      const geometry = new THREE.BufferGeometry();
+      return { mesh: new THREE.Mesh(geometry, front), inside: new THREE.Mesh(geometry, back), front, back };
+    });
+    this.lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
+    const over = { transparent: true, depthWrite: false };
+    this.lit = new THREE.Mesh(
+      new THREE.BufferGeometry(),
+      new THREE.MeshBasicMaterial({ ...over, opacity: 0.22, side: THREE.DoubleSide }),
+    );
+    this.litLines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ ...over, depthTest: false }));
+    const ball = new THREE.SphereGeometry(1, 20, 14);
+    this.felt = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
+    this.device = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
+    this.spring.renderOrder = 18;
+    this.device.renderOrder = 19;
+    this.felt.renderOrder = 20;
+    this.litLines.renderOrder = 8;
+    for (const { mesh, inside } of this.kinds) this.scene.add(mesh, inside);
+    this.scene.add(this.lines, this.lit, this.litLines, this.spring, this.device, this.felt);
+    this.scene.traverse((o) => (o.frustumCulled = false));
+    this.paint(colours);
+  }
+
+  paint(colours: Colours): void {
+    this.colours = colours;
+    this.kinds.forEach(({ front, back }, k) => {
+      front.color.set(colours.kinds[k]);
+      back.color.set(colours.section);
+    });
+    const colour = (o: THREE.Mesh | THREE.Line, c: string) =>
+      (o.material as THREE.MeshBasicMaterial | THREE.LineBasicMaterial).color.set(c);
+    colour(this.lines, colours.ink);
+    colour(this.lit, colours.contact);
+    colour(this.litLines, colours.contact);
+    colour(this.felt, colours.felt);
+    colour(this.device, colours.device);
+    colour(this.spring, colours.device);
+  }
+
+  show(picture: Picture): void {
+    const { obstacles, leftOut } = obstaclesOf(picture.obstacles);
+    this.leftOut = leftOut;
+    this.obstacleCount = obstacles.length;
+    const faces = obstacles.flatMap((obstacle) => obstacle.faces);
+    this.kinds.forEach(({ mesh }, kind) => {
+      setPositions(mesh.geometry, trianglesOf(faces.filter((face) => face.kind === kind)));
+      mesh.geometry.computeVertexNormals();
+    });
+    setPositions(this.lines.geometry, outlinesOf(faces));
+    this.litFaces = faces.filter((face) => face.role !== FaceRole.other);
+    const holds = this.litFaces.filter((face) => face.role === FaceRole.holds);
+    setPositions(this.lit.geometry, trianglesOf(holds));
+    setPositions(this.litLines.geometry, outlinesOf(this.litFaces));
+    this.feltPoint.copy(vector(picture.feltGrip));
+    this.devicePoint.copy(vector(picture.deviceGrip));
+    this.felt.position.copy(this.feltPoint);
+    this.device.position.copy(this.devicePoint);
+    const apart = this.feltPoint.distanceTo(this.devicePoint);
+    this.device.visible = this.spring.visible = apart > 2e-4 * this.partRadius;
+    const wanted = Math.max(kClosest * this.partRadius, 2.2 * apart);
+    this.close = this.close === 0 ? wanted : this.close + 0.15 * (wanted - this.close);
+  }
+
+  private setSpring(side: Side, pixel: number): void {
+    if (!this.spring.visible) return;
+    const along = this.devicePoint.clone().sub(this.feltPoint);
+    const right = new THREE.Vector3(Math.cos(side.azimuth), Math.sin(side.azimuth), 0);
+    const across = new THREE.Vector3().crossVectors(along, new THREE.Vector3().crossVectors(right, along));
+    if (across.lengthSq() < 1e-24) across.set(0, 0, 1);
+    across.normalize().multiplyScalar(Math.min(5 * pixel, along.length() / 8));
+    const turns = 8;
+    const points: number[] = [...this.feltPoint.toArray()];
+    for (let k = 1; k < 2 * turns; ++k) {
+      const p = this.feltPoint.clone().addScaledVector(along, k / (2 * turns));
+      p.addScaledVector(across, k % 2 === 0 ? 1 : -1);
+      points.push(...p.toArray());
+    }
+    points.push(...this.devicePoint.toArray());
+    setPositions(this.spring.geometry, new Float32Array(points));
+  }
+
+  /** Drawn twice: the whole, and a close-up of the point in the corner. */
+  render(side: Side): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    this.setCut(side, this.feltPoint);
+    const planes = this.cutOpen ? [this.cut] : [];
+    for (const { front, back } of this.kinds) front.clippingPlanes = back.clippingPlanes = planes;
+    (this.lines.material as THREE.LineBasicMaterial).clippingPlanes = planes;
+    this.size(side, this.metresPerPixel);
+    this.clear();
+    this.draw(side);
+
+    const width = Math.round(kInset * clientWidth), height = Math.round(kInset * clientHeight);
+    const left = clientWidth - width - 8, bottom = 8;
+    this.renderer.setScissorTest(true);
+    this.renderer.setScissor(left - 1, bottom - 1, width + 2, height + 2);
+    this.renderer.setClearColor(this.colours.grid, 1);
+    this.renderer.clear();
+    this.renderer.setScissor(left, bottom, width, height);
+    this.renderer.setViewport(left, bottom, width, height);
+    this.renderer.setClearColor(this.colours.ground, 1);
+    this.renderer.clear();
+    this.size(side, (2 * this.close) / height);
+    this.look(side, this.feltPoint, this.close, width / height);
+    this.renderer.render(this.scene, this.camera);
+    this.label(left, bottom, width, height);
+    this.renderer.setScissorTest(false);
+  }
+
+  private size(side: Side, pixel: number): void {
+    this.felt.scale.setScalar(5.5 * pixel);
+    this.device.scale.setScalar(5 * pixel);
+    this.setSpring(side, pixel);
+  }
+
+  /** Numbers of the lit faces in the close-up, beside the point. */
+  private label(left: number, bottom: number, width: number, height: number): void {
+    const lines = this.litFaces
+      .filter((face) => face.node !== kNone)
+      .slice(0, kMostLabels)
+      .map((face) => {
+        const kind = face.kind < 3 ? `type ${kFaceKinds[face.kind]}` : "several types";
+        const more = face.nodes > 1 ? ` and ${face.nodes - 1} more` : "";
+        return `${face.role === FaceRole.holds ? "holds" : "near"}: ${face.node}${more}, ${kind}`;
+      })
+      .join("\n");
+    const bar = roundBelow(this.close);
+    this.overlay.style.setProperty("--inset-left", `${left}px`);
+    this.overlay.style.setProperty("--inset-bottom", `${bottom}px`);
+    this.overlay.style.setProperty("--inset-width", `${width}px`);
+    this.overlay.style.setProperty("--inset-height", `${height}px`);
+    this.overlay.style.setProperty("--bar", `${((bar / (2 * this.close)) * height).toFixed(1)}px`);
+    const list = this.overlay.querySelector<HTMLElement>(".inset-list")!;
+    if (list.textContent !== lines) list.textContent = lines;
+    const scale = this.overlay.querySelector<HTMLElement>(".inset-scale")!;
+    if (scale.textContent !== lengthText(bar)) scale.textContent = lengthText(bar);
+  }
+}
