@@ -71,6 +71,11 @@ export class Controls {
   release(): void {
     this.down.clear();
   }
+  /** The part is somewhere else by itself: the next move begins there. */
+  forget(): void {
+    this.active = false;
+    this.turning = null;
+  }
 
   private axes(): THREE.Vector3[] {
     const right = rightOf(this.side), up = new THREE.Vector3(0, 0, 1);

@@ -6,12 +6,14 @@ import type { Colours } from "./colours";
 import type { Picture } from "./messages";
 import { FaceRole, kFaceKinds, kNone, obstaclesOf, outlinesOf, trianglesOf } from "./shapes";
 import type { ObstacleFace } from "./shapes";
-import { setPositions, Stage, vector } from "./stage";
+import { setPositions, Stage, vector, WideLines } from "./stage";
 import type { Side } from "./stage";
 import { lengthText, roundBelow } from "./words";
 
 /** The close-up takes this share of the pane's height and width. */
 const kInset = 0.42;
+/** The whole is drawn so much farther to the left, beside the close-up [of the pane's width]. */
+const kBesideInset = 0.09;
 const kMostLabels = 5;
 /** The close-up shows at least this much to each side [of the part's radius]. */
 const kClosest = 0.02;
@@ -27,10 +29,10 @@ export class CSpacePane extends Stage {
   private readonly kinds: Faces[];
   private readonly lines: THREE.LineSegments;
   private readonly lit: THREE.Mesh;
-  private readonly litLines: THREE.LineSegments;
+  private readonly litLines = new WideLines(3, { depthTest: false });
   private readonly felt: THREE.Mesh;
   private readonly device: THREE.Mesh;
-  private readonly spring = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ depthTest: false }));
+  private readonly spring = new WideLines(2, { depthTest: false });
   private litFaces: ObstacleFace[] = [];
   private readonly feltPoint = new THREE.Vector3();
   private readonly devicePoint = new THREE.Vector3();
@@ -42,13 +44,14 @@ export class CSpacePane extends Stage {
 
   constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours) {
     super(canvas, overlay, colours);
-    this.kinds = kFaceKinds.map(() => {
+    this.kinds = kFaceKinds.map((_, kind) => {
       const front = new THREE.MeshStandardMaterial({
         flatShading: true,
         roughness: 0.9,
+        // C-obstacles of pieces that lie side by side share planes: one kind lies over the others.
         polygonOffset: true,
         polygonOffsetFactor: 1,
-        polygonOffsetUnits: 1,
+        polygonOffsetUnits: 1 + 4 * kind,
       });
       const back = new THREE.MeshBasicMaterial({ side: THREE.BackSide });
       const geometry = new THREE.BufferGeometry();
@@ -60,7 +63,6 @@ export class CSpacePane extends Stage {
       new THREE.BufferGeometry(),
       new THREE.MeshBasicMaterial({ ...over, opacity: 0.22, side: THREE.DoubleSide }),
     );
-    this.litLines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ ...over, depthTest: false }));
     const ball = new THREE.SphereGeometry(1, 20, 14);
     this.felt = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
     this.device = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
@@ -80,8 +82,8 @@ export class CSpacePane extends Stage {
       front.color.set(colours.kinds[k]);
       back.color.set(colours.section);
     });
-    const colour = (o: THREE.Mesh | THREE.Line, c: string) =>
-      (o.material as THREE.MeshBasicMaterial | THREE.LineBasicMaterial).color.set(c);
+    const colour = (o: THREE.Mesh | THREE.LineSegments | WideLines, c: string) =>
+      (o.material as THREE.MeshBasicMaterial).color.set(c);
     colour(this.lines, colours.ink);
     colour(this.lit, colours.contact);
     colour(this.litLines, colours.contact);
@@ -103,33 +105,34 @@ export class CSpacePane extends Stage {
     this.litFaces = faces.filter((face) => face.role !== FaceRole.other);
     const holds = this.litFaces.filter((face) => face.role === FaceRole.holds);
     setPositions(this.lit.geometry, trianglesOf(holds));
-    setPositions(this.litLines.geometry, outlinesOf(this.litFaces));
+    this.litLines.set(outlinesOf(this.litFaces));
     this.feltPoint.copy(vector(picture.feltGrip));
     this.devicePoint.copy(vector(picture.deviceGrip));
     this.felt.position.copy(this.feltPoint);
     this.device.position.copy(this.devicePoint);
     const apart = this.feltPoint.distanceTo(this.devicePoint);
-    this.device.visible = this.spring.visible = apart > 2e-4 * this.partRadius;
+    this.device.visible = apart > 2e-4 * this.partRadius;
     const wanted = Math.max(kClosest * this.partRadius, 2.2 * apart);
     this.close = this.close === 0 ? wanted : this.close + 0.15 * (wanted - this.close);
   }
 
   private setSpring(side: Side, pixel: number): void {
-    if (!this.spring.visible) return;
+    if (!this.device.visible) return this.spring.set(new Float32Array());
     const along = this.devicePoint.clone().sub(this.feltPoint);
     const right = new THREE.Vector3(Math.cos(side.azimuth), Math.sin(side.azimuth), 0);
     const across = new THREE.Vector3().crossVectors(along, new THREE.Vector3().crossVectors(right, along));
     if (across.lengthSq() < 1e-24) across.set(0, 0, 1);
     across.normalize().multiplyScalar(Math.min(5 * pixel, along.length() / 8));
     const turns = 8;
-    const points: number[] = [...this.feltPoint.toArray()];
-    for (let k = 1; k < 2 * turns; ++k) {
-      const p = this.feltPoint.clone().addScaledVector(along, k / (2 * turns));
-      p.addScaledVector(across, k % 2 === 0 ? 1 : -1);
-      points.push(...p.toArray());
+    const segments: number[] = [];
+    let from = this.feltPoint;
+    for (let k = 1; k <= 2 * turns; ++k) {
+      const to = this.feltPoint.clone().addScaledVector(along, k / (2 * turns));
+      if (k < 2 * turns) to.addScaledVector(across, k % 2 === 0 ? 1 : -1);
+      segments.push(...from.toArray(), ...to.toArray());
+      from = to;
     }
-    points.push(...this.devicePoint.toArray());
-    setPositions(this.spring.geometry, new Float32Array(points));
+    this.spring.set(new Float32Array(segments));
   }
 
   /** Drawn twice: the whole, and a close-up of the point in the corner. */
@@ -139,9 +142,10 @@ export class CSpacePane extends Stage {
     const planes = this.cutOpen ? [this.cut] : [];
     for (const { front, back } of this.kinds) front.clippingPlanes = back.clippingPlanes = planes;
     (this.lines.material as THREE.LineBasicMaterial).clippingPlanes = planes;
+    (this.lit.material as THREE.MeshBasicMaterial).clippingPlanes = planes;
     this.size(side, this.metresPerPixel);
     this.clear();
-    this.draw(side);
+    this.draw(side, kBesideInset * clientWidth);
 
     const width = Math.round(kInset * clientWidth), height = Math.round(kInset * clientHeight);
     const left = clientWidth - width - 8, bottom = 8;

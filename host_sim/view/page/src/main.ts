@@ -156,7 +156,13 @@ class Page {
     this.looked = true;
   }
 
+  private restart(): void {
+    this.controls?.forget();
+    this.send({ kind: "restart" });
+  }
+
   private togglePlay(): void {
+    this.controls?.forget();
     const mode = this.picture?.mode;
     this.send({ kind: "mode", mode: mode === "play" ? "pause" : "play" });
   }
@@ -182,7 +188,7 @@ class Page {
 
   private bind(): void {
     element("play").onclick = () => this.togglePlay();
-    element("restart").onclick = () => this.send({ kind: "restart" });
+    element("restart").onclick = () => this.restart();
     element("upright").onclick = () => this.controls?.makeUpright();
     element("cut").onclick = () => this.toggleCut();
     element("theme").onclick = () => this.setTheme(document.documentElement.dataset.theme !== "dark");
@@ -194,7 +200,7 @@ class Page {
     };
     const keys: Record<string, () => void> = {
       Space: () => this.togglePlay(),
-      Home: () => this.send({ kind: "restart" }),
+      Home: () => this.restart(),
       KeyU: () => this.controls?.makeUpright(),
       KeyC: () => this.toggleCut(),
       KeyT: () => this.setTheme(document.documentElement.dataset.theme !== "dark"),
@@ -226,20 +232,25 @@ class Page {
   private bindPane(pane: PhysicalPane | CSpacePane): void {
     const { canvas } = pane;
     let moves = false;
+    let x = 0, y = 0;
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       canvas.focus();
+      x = event.clientX;
+      y = event.clientY;
       moves = event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
     });
     canvas.addEventListener("pointermove", (event) => {
       if (!canvas.hasPointerCapture(event.pointerId)) return;
-      const { movementX, movementY } = event;
+      const right = event.clientX - x, down = event.clientY - y;
+      x = event.clientX;
+      y = event.clientY;
       if (moves) {
         const metres = pane.metresPerPixel;
-        this.controls?.drag(movementX * metres, -movementY * metres, event.shiftKey, event.ctrlKey);
+        this.controls?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey);
       } else {
-        this.turnView(movementX * 0.008, movementY * 0.008);
+        this.turnView(right * 0.008, down * 0.008);
       }
     });
     canvas.addEventListener(
@@ -311,18 +322,19 @@ class Page {
     const apart = Math.hypot(...picture.deviceGrip.map((x, k) => x - picture.feltGrip[k]));
     const facts: [string, string, string?][] = [
       ["force", `${numberText(size(picture.force))} N`],
-      ["", `${vectorText(picture.force, 1, 2)} N`],
+      ["x, y, z", `${vectorText(picture.force, 1, 2)} N`],
       ["torque", `${numberText(size(picture.torque))} N m`],
-      ["", `${vectorText(picture.torque, 1, 3)} N m`],
+      ["x, y, z", `${vectorText(picture.torque, 1, 2)} N m`],
       ["device to part", lengthText(apart)],
-      ["D_near of the device", lengthText(picture.dNear)],
+      ["D_near of device", lengthText(picture.dNear)],
       ["gap of the part", lengthText(picture.gap)],
       ["part at", `${vectorText(picture.felt.p, 1e3, 2)} mm`, "felt-position"],
       ["planes that hold", String(picture.feltPlanes)],
-      ["work of the tick", scene.maxWork > 0 ? `${((100 * picture.work) / scene.maxWork).toFixed(1)} % of its budget` : String(picture.work)],
+      ["work of the tick", scene.maxWork > 0 ? `${((100 * picture.work) / scene.maxWork).toFixed(1)} % of budget` : String(picture.work)],
       ["tick", String(picture.tick)],
       ["pace", `${(100 * picture.pace).toFixed(0)} % of real time`],
-      ["stiffness", `${numberText(scene.kT)} N/m, ${numberText(scene.kR)} N m/rad`],
+      ["stiffness", `${numberText(scene.kT)} N/m`],
+      ["in rotation", `${numberText(scene.kR)} N m/rad`],
       ["spring of the hand", `${numberText(scene.hand.k)} N/m`],
       ["law", ""],
       ["wide", lawText(scene.law)],

@@ -5,12 +5,15 @@ import type { Colours } from "./colours";
 import { rotate } from "./hand";
 import type { Picture, Pose, SceneFacts, Vec } from "./messages";
 import { contactsOf, edgesOf, kNone, piecesOf, trianglesOf } from "./shapes";
-import { Arrow, CutSurface, setPositions, Stage, vector } from "./stage";
+import { Arrow, CutSurface, setPositions, Stage, vector, WideLines } from "./stage";
 import type { Side } from "./stage";
 import { numberText, roundBelow } from "./words";
 
 /** Where device and felt part are farther apart than this, the ghost is drawn [of the part's radius]. */
 const kGhostFrom = 2e-4;
+/** An arrow a third of the part long is about the pull of the spring at this distance [of the part's radius] and turn. */
+const kShareOfArrow = 0.03;
+const kTurnOfArrow_rad = 0.03;
 
 export class PhysicalPane extends Stage {
   private readonly fixed: CutSurface[] = [];
@@ -28,9 +31,9 @@ export class PhysicalPane extends Stage {
   private readonly ghostLines = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.85, depthTest: false });
   private readonly grip: THREE.Mesh;
   private readonly deviceGrip: THREE.Mesh;
-  private readonly link = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ depthTest: false }));
+  private readonly link = new WideLines(2, { depthTest: false });
   private readonly polygonFill: THREE.Mesh;
-  private readonly polygonLine: THREE.LineSegments;
+  private readonly polygonLine = new WideLines(2.5, { depthTest: false });
   private readonly corners = new THREE.Group();
   private readonly force: Arrow;
   private readonly torque: Arrow;
@@ -55,7 +58,6 @@ export class PhysicalPane extends Stage {
       new THREE.BufferGeometry(),
       new THREE.MeshBasicMaterial({ ...over, opacity: 0.45, side: THREE.DoubleSide }),
     );
-    this.polygonLine = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial(over));
     for (const o of [this.link, this.polygonFill, this.polygonLine]) {
       o.frustumCulled = false;
       o.renderOrder = 10;
@@ -105,9 +107,9 @@ export class PhysicalPane extends Stage {
     this.radius = sphere.radius;
     this.partRadius = part.getBoundingSphere(new THREE.Sphere()).radius;
     this.target.copy(this.centre);
-    this.halfHeight = 1.02 * this.radius;
-    this.forceUnit = roundBelow(0.03 * scene.kT * this.partRadius);
-    this.torqueUnit = roundBelow(this.forceUnit * this.partRadius);
+    this.halfHeight = 0.92 * this.radius;
+    this.forceUnit = roundBelow(kShareOfArrow * scene.kT * this.partRadius);
+    this.torqueUnit = roundBelow(kTurnOfArrow_rad * scene.kR);
     this.paint(this.colours);
   }
 
@@ -129,9 +131,9 @@ export class PhysicalPane extends Stage {
     this.ghostLines.color.set(colours.device);
     (this.grip.material as THREE.MeshBasicMaterial).color.set(colours.feltEdge);
     (this.deviceGrip.material as THREE.MeshBasicMaterial).color.set(colours.device);
-    (this.link.material as THREE.LineBasicMaterial).color.set(colours.device);
+    this.link.material.color.set(colours.device);
     (this.polygonFill.material as THREE.MeshBasicMaterial).color.set(colours.contact);
-    (this.polygonLine.material as THREE.LineBasicMaterial).color.set(colours.contact);
+    this.polygonLine.material.color.set(colours.contact);
     this.force.material.color.set(colours.force);
     this.torque.material.color.set(colours.torque);
   }
@@ -149,10 +151,10 @@ export class PhysicalPane extends Stage {
     const turned = new THREE.Quaternion(...picture.felt.q).angleTo(new THREE.Quaternion(...picture.device.q));
     const apart = felt.distanceTo(device) + turned * this.partRadius;
     this.ghost.visible = apart > kGhostFrom * this.partRadius;
-    this.deviceGrip.visible = this.link.visible = this.ghost.visible;
+    this.deviceGrip.visible = this.ghost.visible;
     this.grip.position.copy(felt);
     this.deviceGrip.position.copy(device);
-    setPositions(this.link.geometry, new Float32Array([...felt.toArray(), ...device.toArray()]));
+    this.link.set(new Float32Array(this.ghost.visible ? [...felt.toArray(), ...device.toArray()] : []));
     const third = this.partRadius / 3;
     const force = vector(picture.force).multiplyScalar(third / this.forceUnit);
     const torque = vector(picture.torque).multiplyScalar(third / this.torqueUnit);
@@ -172,7 +174,7 @@ export class PhysicalPane extends Stage {
         points.push(vector(from));
       });
     }
-    setPositions(this.polygonLine.geometry, new Float32Array(lines));
+    this.polygonLine.set(new Float32Array(lines));
     while (this.corners.children.length < points.length) {
       const corner = new THREE.Mesh(this.grip.geometry, this.polygonFill.material);
       corner.renderOrder = 12;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What both spaces share: a canvas, a camera that looks from the same side in both, and things to draw.
 import * as THREE from "three";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import type { Colours } from "./colours";
 import type { Vec } from "./messages";
 
@@ -39,7 +42,6 @@ export class Stage {
   readonly cut = new THREE.Plane(new THREE.Vector3(0, 1, 0), 0);
   cutOpen = true;
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 1.9);
-  private readonly labels: HTMLDivElement[] = [];
 
   /** @throws Error where the browser has no WebGL */
   constructor(
@@ -95,32 +97,12 @@ export class Stage {
     this.renderer.clear();
   }
 
-  draw(side: Side): void {
+  /** `left`: by how much the target is drawn beside the middle [pixels]. */
+  draw(side: Side, left = 0): void {
     const { clientWidth, clientHeight } = this.canvas;
-    this.look(side, this.target, this.halfHeight, clientWidth / Math.max(1, clientHeight));
+    const middle = this.target.clone().addScaledVector(rightOf(side), left * this.metresPerPixel);
+    this.look(side, middle, this.halfHeight, clientWidth / Math.max(1, clientHeight));
     this.renderer.render(this.scene, this.camera);
-  }
-
-  /** Texts at points, in pixels of the pane; the rest of the earlier ones goes. */
-  write(texts: { at: THREE.Vector3; text: string; side?: "left" | "right" }[]): void {
-    const { clientWidth, clientHeight } = this.canvas;
-    while (this.labels.length < texts.length) {
-      const label = document.createElement("div");
-      label.className = "label";
-      this.overlay.append(label);
-      this.labels.push(label);
-    }
-    this.labels.forEach((label, k) => {
-      const shown = texts[k];
-      label.hidden = !shown;
-      if (!shown) return;
-      const p = shown.at.clone().project(this.camera);
-      label.textContent = shown.text;
-      const x = ((p.x + 1) / 2) * clientWidth, y = ((1 - p.y) / 2) * clientHeight;
-      label.hidden = p.z > 1 || x < 0 || y < 0 || x > clientWidth || y > clientHeight;
-      const shift = shown.side === "left" ? "calc(-100% - 10px)" : "10px";
-      label.style.transform = `translate(${x}px, ${y}px) translate(${shift}, -50%)`;
-    });
   }
 }
 
@@ -171,6 +153,24 @@ export function setPositions(geometry: THREE.BufferGeometry, positions: Float32A
     geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   }
   geometry.boundingSphere = null;
+}
+
+/** Segments some pixels wide. */
+export class WideLines extends LineSegments2 {
+  constructor(pixels: number, options: { depthTest?: boolean } = {}) {
+    super(
+      new LineSegmentsGeometry(),
+      new LineMaterial({ linewidth: pixels, transparent: true, depthWrite: false, ...options }),
+    );
+    this.frustumCulled = false;
+  }
+
+  set(positions: Float32Array): void {
+    this.geometry.dispose();
+    this.geometry = new LineSegmentsGeometry();
+    this.visible = positions.length > 0;
+    if (this.visible) this.geometry.setPositions(positions);
+  }
 }
 
 /** A surface, cut open: its inside, where one looks into it, has the flat colour of a section. */

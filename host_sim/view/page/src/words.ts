@@ -63,6 +63,7 @@ export function lengthText(metres: number): string {
   const size = Math.abs(metres);
   if (!Number.isFinite(metres)) return "-";
   if (size >= 0.01) return `${(metres * 1e3).toFixed(1)} mm`;
+  if (size < 5e-9) return "0 µm";
   if (size >= 1e-5) return `${(metres * 1e3).toFixed(3)} mm`;
   return `${(metres * 1e6).toFixed(2)} µm`;
 }

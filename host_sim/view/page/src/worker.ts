@@ -163,12 +163,13 @@ class Runner {
   }
 
   restart(): void {
+    if (this.recording && this.mode !== "hand") return this.seek(0);
     this.core.reset();
     this.tick = 0;
+    this.step(this.facts.start, 0n, true);
+    this.hand.place(this.device);
     this.samples = [];
     this.cut = true;
-    this.device = this.facts.start;
-    this.hand.place(this.device);
     this.dirty = true;
   }
 
@@ -222,7 +223,7 @@ class Runner {
         this.dirty = true;
         return;
       }
-      this.recordedStep(report);
+      this.recordedStep(report || this.tick + 1 === this.recording!.ticks);
     } else {
       const force = this.core.list("force_w_n"), torque = this.core.list("torque_w_nm");
       const pose = this.hand.advance([...force] as Vec, [...torque] as Vec);
