@@ -287,6 +287,7 @@ class Page {
     this.cspace?.render(this.side);
     this.fresh = this.looked = false;
     document.body.dataset.tick = String(picture.tick);
+    if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);
   }
 
   private showLamp(): void {
