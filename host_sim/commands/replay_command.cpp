@@ -51,11 +51,12 @@ int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.html, "--html");
   tools::claim_output(o.contacts, "--contacts");
   tools::require_svg_name(o.plot, "--plot");
-  const std::string page = o.html.empty() ? std::string() : read_page();
   CoreSession session(o.scene);
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
+
+  const std::string page = o.html.empty() ? std::string() : read_page();
 
   ReplayOptions options;
   options.check = o.check;

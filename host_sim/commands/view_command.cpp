@@ -19,11 +19,10 @@ struct ViewArguments {
 
 int do_view(const ViewArguments& o) {
   tools::claim_output(o.html, "--html");
-  const std::string page = read_page();
   CoreSession session(o.scene);
   std::vector<RecordedTick> ticks;
   if (!o.motion.empty()) ticks = record_motion(session, read_played_motion(o.motion));
-  const std::string filled = filled_page(page, session.view(), ticks);
+  const std::string filled = filled_page(read_page(), session.view(), ticks);
   write_whole_file(o.html, filled);
   std::printf("%s: %zu ticks recorded, %zu kB; open it in a browser\n", o.html.c_str(),
               ticks.size(), filled.size() / 1024);

@@ -2,8 +2,10 @@
 #include "host_sim/view/wasm/view_core.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "host_sim/shapes/c_obstacle.hpp"
 
@@ -13,6 +15,8 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 /// Normals of one plane by two computations: far above rounding, far below an angle one can see.
 constexpr double kSameNormal = 1.0e-6;
+/// Pairs that are looked at for one picture.
+constexpr std::size_t kMostNear = 64;
 
 void put(const Vec3& from, double (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
@@ -205,13 +209,16 @@ std::vector<std::uint32_t> ViewCore::held_pairs() const {
 std::vector<std::uint32_t> ViewCore::near_pairs() const {
   std::vector<std::uint32_t> pairs = held_pairs();
   if (result.has_goal_contact == 0) return pairs;
-  std::vector<std::pair<Real, std::uint32_t>> visited;
+  // The nearest pair first; those that were not searched have a bound, or nothing.
+  std::vector<std::pair<Real, std::uint32_t>> others;
   for (std::uint32_t k = 0; k < core_->pair_count(); ++k) {
-    const PairReport report = core_->pair_report(k);
-    if (report.visited) visited.emplace_back(report.d_near_m, k);
+    const Real distance = core_->pair_report(k).d_near_m;
+    others.emplace_back(std::isnan(distance) ? std::numeric_limits<Real>::max() : distance, k);
   }
-  std::sort(visited.begin(), visited.end());
-  for (const auto& [distance, pair] : visited) add_unique(pairs, pair);
+  add_unique(pairs, result.nearest_pair);
+  std::sort(others.begin(), others.end());
+  for (std::size_t k = 0; k < others.size() && pairs.size() < kMostNear; ++k)
+    add_unique(pairs, others[k].second);
   return pairs;
 }
 
@@ -219,13 +226,12 @@ void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_n
   answer.clear();
   answer.counts = {0, 0};
   for (const std::uint32_t pair : near_pairs()) {
-    if (answer.counts[0] == most_pairs || view_.pair_record(pair).node_count > most_nodes) {
-      answer.counts[1] += 1;
-      continue;
-    }
+    if (answer.counts[0] == most_pairs) break;
+    if (view_.pair_record(pair).node_count > most_nodes) continue;
     answer.counts[0] += 1;
     describe_obstacle(pair, felt_wa_);
   }
+  answer.counts[1] = core_->pair_count() - answer.counts[0];
 }
 
 void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {

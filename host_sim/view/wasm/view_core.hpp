@@ -95,11 +95,12 @@ class ViewCore {
   /// cut made it), corners and their vertices; numbers its vertices, of the part in A's axes about
   /// the grip point, of others in W [m].
   void describe_pieces();
-  /// C-obstacles of pairs near the part, at the orientation in which it is felt, those that hold it
-  /// first; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. counts:
-  /// obstacles, pairs left out; for each obstacle pair, body, faces; for each face kind (A, B, C:
-  /// 0, 1, 2; kSeveralTypes), FaceRole, its first near or holding node (0xFFFFFFFF: none),
-  /// number of nodes, corners; numbers: the corners in W [m]: positions of the grip point.
+  /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
+  /// then of the nearest by the search at the goal pose; of at most `most_pairs` pairs with at most
+  /// `most_nodes` basic contacts each. counts: obstacles, pairs left out; for each obstacle pair,
+  /// body, faces; for each face kind (A, B, C: 0, 1, 2; kSeveralTypes), FaceRole, its first near or
+  /// holding node (0xFFFFFFFF: none), number of nodes, corners; numbers: the corners in W [m]:
+  /// positions of the grip point.
   void describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes);
   /// Contacts of the pairs that hold the part, or of the nearest pair under laws that have no such
   /// planes. counts: contacts; for each body, situation, corners, basic contacts; for each of the

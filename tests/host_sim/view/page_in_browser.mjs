@@ -22,7 +22,7 @@ const browser = await chromium.launch({
 
 /** A page of `file`; every request but for its own bytes is a fault. */
 async function open(file, options = {}) {
-  const page = await browser.newPage({ viewport: { width: 1360, height: 820 }, ...options });
+  const page = await browser.newPage({ viewport: { width: 1100, height: 700 }, ...options });
   page.setDefaultTimeout(kPatience.timeout);
   page.foreign = [];
   page.on("request", (request) => {
@@ -85,7 +85,7 @@ const kTypeB = [0x56, 0xb4, 0xe9];
 /** Part `id` of a page with one bit of one byte changed, as another file. */
 function changed(file, id, byte) {
   const text = readFileSync(file, "utf8");
-  const begin = text.indexOf(`id="${id}">`) + id.length + 5, end = text.indexOf("</script>", begin);
+  const begin = text.indexOf(`id="${id}">`) + id.length + 6, end = text.indexOf("</script>", begin);
   const bytes = Buffer.from(text.slice(begin, end), "base64");
   assert.ok(bytes.length > byte, `${id} is shorter than ${byte} bytes`);
   bytes[byte] ^= 1;
@@ -187,7 +187,7 @@ const cases = {
         flat.drawImage(image, 0, 0);
         const { data: rgba } = flat.getImageData(0, 0, image.width, image.height);
         let x = 0, y = 0, count = 0;
-        for (let row = 140; row < image.height; ++row) {
+        for (let row = 0; row < image.height; ++row) {
           for (let column = 0; column < image.width; ++column) {
             const k = 4 * (row * image.width + column);
             if (rgba[k + 2] - rgba[k] > 35 && rgba[k + 2] > 90) (x += column), (y += row), (count += 1);

@@ -37,6 +37,7 @@ export class CSpacePane extends Stage {
   private readonly feltPoint = new THREE.Vector3();
   private readonly devicePoint = new THREE.Vector3();
   private close = 0;
+  private wantedClose = 0;
   partRadius = 0.05;
   radius = 0.1;
   leftOut = 0;
@@ -113,7 +114,8 @@ export class CSpacePane extends Stage {
     const apart = this.feltPoint.distanceTo(this.devicePoint);
     this.device.visible = apart > 2e-4 * this.partRadius;
     const wanted = Math.max(kClosest * this.partRadius, 2.2 * apart);
-    this.close = this.close === 0 ? wanted : this.close + 0.15 * (wanted - this.close);
+    this.wantedClose = wanted;
+    if (this.close === 0) this.close = wanted;
   }
 
   private setSpring(side: Side, pixel: number): void {
@@ -135,10 +137,16 @@ export class CSpacePane extends Stage {
     this.spring.set(new Float32Array(segments));
   }
 
+  /** The close-up has not come to its scale yet. */
+  get isMoving(): boolean {
+    return Math.abs(this.close - this.wantedClose) > 0.01 * this.wantedClose;
+  }
+
   /** Drawn twice: the whole, and a close-up of the point in the corner. */
   render(side: Side): void {
     const { clientWidth, clientHeight } = this.canvas;
     this.setCut(side, this.feltPoint);
+    this.close += 0.2 * (this.wantedClose - this.close);
     const planes = this.cutOpen ? [this.cut] : [];
     for (const { front, back } of this.kinds) front.clippingPlanes = back.clippingPlanes = planes;
     (this.lines.material as THREE.LineBasicMaterial).clippingPlanes = planes;

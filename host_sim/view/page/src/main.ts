@@ -5,14 +5,14 @@ import { kDark, kLight } from "./colours";
 import type { Colours } from "./colours";
 import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
-import type { FromWorker, Lamp, Mode, Picture, SceneFacts, ToWorker } from "./messages";
+import type { FromWorker, Lamp, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
 import { bytesOf, DamagedPage } from "./recording";
 import { contactsOf } from "./shapes";
 import type { Side } from "./stage";
 import { vector } from "./stage";
 import { Strips } from "./strips";
-import { flagTexts, lawText, lengthText, numberText, situationText } from "./words";
+import { flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
@@ -36,6 +36,26 @@ async function unpacked(bytes: Uint8Array): Promise<ArrayBuffer> {
   return new Response(stream).arrayBuffer();
 }
 
+/** From one picture to the next on a machine that is fast enough. */
+const kFrame_ms = 34;
+
+/** Whether two pictures look alike in both spaces. */
+function sameView(a: Picture, b: Picture): boolean {
+  const alike = (u: number[], v: number[], within: number) => u.every((x, k) => Math.abs(x - v[k]) < within);
+  const samePose = (u: Pose, v: Pose) => alike(u.p, v.p, kSame_m) && alike(u.q, v.q, kSame);
+  return (
+    samePose(a.felt, b.felt) &&
+    samePose(a.device, b.device) &&
+    alike(a.force, b.force, kSame_n) &&
+    alike(a.torque, b.torque, kSame_n) &&
+    a.feltPlanes === b.feltPlanes &&
+    a.situation === b.situation &&
+    a.obstacles.counts.length === b.obstacles.counts.length &&
+    a.contacts.counts.length === b.contacts.counts.length
+  );
+}
+const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
+
 class Page {
   private readonly worker: Worker;
   private readonly side: Side = { azimuth: 0.5, elevation: 0.42 };
@@ -47,10 +67,15 @@ class Page {
   private scene: SceneFacts | null = null;
   private picture: Picture | null = null;
   private lamp: Lamp | null = null;
+  /** drawn last */
+  private viewed: Picture | null = null;
   private fresh = false;
   private looked = true;
   private wanted: ToWorker | null = null;
   private last = performance.now();
+  /** when a picture was drawn, and before which time none is: a slow machine keeps a third of its time for the rest */
+  private drawn = 0;
+  private notBefore = 0;
 
   constructor() {
     const url = URL.createObjectURL(new Blob([workerSource], { type: "text/javascript" }));
@@ -271,21 +296,35 @@ class Page {
       this.send(this.wanted);
       this.wanted = null;
     }
-    if (this.picture && this.scene && (this.fresh || this.looked)) this.show(this.picture, this.scene);
+    if (this.drawn > 0) {
+      this.notBefore = now + 0.5 * Math.max(0, now - this.drawn - kFrame_ms);
+      this.drawn = 0;
+    }
+    if (this.picture && this.scene && (this.fresh || this.looked) && now >= this.notBefore) {
+      this.show(this.picture, this.scene);
+      this.drawn = now;
+    }
     requestAnimationFrame(() => this.frame());
   }
 
   private show(picture: Picture, scene: SceneFacts): void {
     if (this.fresh) {
+      this.looked ||= !this.viewed || !sameView(picture, this.viewed);
       this.controls?.follow(picture.device, picture.feltGrip, picture.mode === "hand");
-      this.physical?.show(picture);
-      this.cspace?.show(picture);
+      if (this.looked) {
+        this.physical?.show(picture);
+        this.cspace?.show(picture);
+        this.viewed = picture;
+      }
       this.showWords(picture, scene);
       this.showLamp();
     }
-    this.physical?.render(this.side, vector(picture.feltGrip));
-    this.cspace?.render(this.side);
-    this.fresh = this.looked = false;
+    if (this.looked) {
+      this.physical?.render(this.side, vector(picture.feltGrip));
+      this.cspace?.render(this.side);
+    }
+    this.fresh = false;
+    this.looked = this.cspace?.isMoving ?? false;
     document.body.dataset.tick = String(picture.tick);
     if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);
   }
@@ -327,7 +366,7 @@ class Page {
       ["torque", `${numberText(size(picture.torque))} N m`],
       ["x, y, z", `${vectorText(picture.torque, 1, 2)} N m`],
       ["device to part", lengthText(apart)],
-      ["D_near of device", lengthText(picture.dNear)],
+      ["D_near of device", `${isBound(picture.flags) ? "at least " : ""}${lengthText(picture.dNear)}`],
       ["gap of the part", lengthText(picture.gap)],
       ["part at", `${vectorText(picture.felt.p, 1e3, 2)} mm`, "felt-position"],
       ["planes that hold", String(picture.feltPlanes)],

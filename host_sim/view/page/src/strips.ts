@@ -65,7 +65,7 @@ export class Strips {
           padding: [6, 8, 0, 0],
           legend: { show: false },
           cursor: { show: false },
-          scales: { x: { time: false }, y: { range: (_, low, high) => [Math.min(0, low ?? 0), Math.max(1e-3, (high ?? 0) * 1.08)] } },
+          scales: { x: { time: false }, y: { range: (_, low, high) => [Math.min(0, low ?? 0), Math.max(0.01, (high ?? 0) * 1.08)] } },
           axes: [
             { ...axis, size: 22, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) },
             { ...axis, size: 46, label: undefined },

@@ -50,6 +50,11 @@ const kFlags: ([string, string] | null)[] = [
   ["behind", "the budget of work was spent before the part got as far as it could"],
 ];
 
+/** Whether D_near is a lower bound: beyond the exact band, or not exact. */
+export function isBound(flags: number): boolean {
+  return ((flags >>> 2) & 1) === 1 || ((flags >>> 6) & 1) === 1;
+}
+
 export function flagTexts(flags: number): [string, string][] {
   const texts: [string, string][] = [];
   kFlags.forEach((text, bit) => {
