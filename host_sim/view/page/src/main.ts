@@ -16,6 +16,12 @@ import { flagTexts, isBound, lawText, lengthText, numberText, situationText } fr
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
+/** Without a scene there is nothing to show but the sentence. */
+function refuse(text: string): void {
+  trouble(text);
+  document.body.dataset.state = "refused";
+}
+
 function trouble(text: string): void {
   const box = element("trouble");
   box.textContent = text;
@@ -93,7 +99,8 @@ class Page {
       trouble("This browser offers no WebGL, so the two spaces are not drawn; words and strips work. Switch on hardware acceleration, or try another browser.");
     }
     this.bind();
-    new ResizeObserver(() => this.resize()).observe(document.body);
+    const watch = new ResizeObserver(() => this.resize());
+    for (const id of ["physical", "cspace", "strips"]) watch.observe(element(id));
     this.resize();
     requestAnimationFrame(() => this.frame());
   }
@@ -115,7 +122,7 @@ class Page {
   }
 
   private take(message: FromWorker): void {
-    if (message.kind === "refused") trouble(message.text);
+    if (message.kind === "refused") refuse(message.text);
     if (message.kind === "loaded") this.start(message.scene);
     if (message.kind === "strips") this.strips.setRecorded(message.samples);
     if (message.kind === "lamp") {
@@ -431,7 +438,7 @@ async function begin(): Promise<void> {
     await new Page().load();
   } catch (error) {
     if (!(error instanceof DamagedPage)) throw error;
-    trouble(`This page cannot be shown: ${error.message}.`);
+    refuse(`This page cannot be shown: ${error.message}.`);
   }
 }
 void begin();
