@@ -36,6 +36,8 @@ const kTurns: Record<string, [number, number]> = {
 
 export class Controls {
   private readonly down = new Set<string>();
+  /** pressed since the last picture, so that a short press is not lost */
+  private readonly tapped = new Set<string>();
   private fine = false;
   private grip: Vec = [0, 0, 0];
   private q: Quat = [0, 0, 0, 1];
@@ -64,8 +66,12 @@ export class Controls {
     this.fine = event.shiftKey;
     if (!(event.code in kMoves) && !(event.code in kTurns)) return false;
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
-    if (down) this.down.add(event.code);
-    else this.down.delete(event.code);
+    if (down) {
+      this.down.add(event.code);
+      this.tapped.add(event.code);
+    } else {
+      this.down.delete(event.code);
+    }
     return true;
   }
   release(): void {
@@ -119,11 +125,12 @@ export class Controls {
     const speed = kSpeed * this.partRadius * seconds * (this.fine ? kFine : 1);
     const angle = kTurn * seconds * (this.fine ? kFine : 1);
     const shift = new THREE.Vector3(), rotation = new THREE.Vector3();
-    for (const code of this.down) {
+    for (const code of new Set([...this.down, ...this.tapped])) {
       const move = kMoves[code], turn = kTurns[code];
       if (move) shift.addScaledVector(axes[move[0]], move[1] * speed);
       if (turn) rotation.addScaledVector(axes[turn[0]], turn[1] * angle);
     }
+    this.tapped.clear();
     this.readGamepad(shift, rotation, axes, speed, angle);
     if (rotation.lengthSq() > 0) this.turn(rotation);
     if (shift.lengthSq() > 0) this.move(shift);

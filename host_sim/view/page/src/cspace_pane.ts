@@ -32,14 +32,16 @@ export class CSpacePane extends Stage {
   private readonly litLines = new WideLines(3, { depthTest: false });
   private readonly felt: THREE.Mesh;
   private readonly device: THREE.Mesh;
+  /** round both points, which must be seen on a face of any colour */
+  private readonly rims: THREE.Mesh[];
   private readonly spring = new WideLines(2, { depthTest: false });
   private litFaces: ObstacleFace[] = [];
   private readonly feltPoint = new THREE.Vector3();
   private readonly devicePoint = new THREE.Vector3();
   private close = 0;
   private wantedClose = 0;
+  private fitted = false;
   partRadius = 0.05;
-  radius = 0.1;
   leftOut = 0;
   obstacleCount = 0;
 
@@ -67,6 +69,14 @@ export class CSpacePane extends Stage {
     const ball = new THREE.SphereGeometry(1, 20, 14);
     this.felt = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
     this.device = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
+    this.rims = [this.felt, this.device].map((point) => {
+      const rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
+      rim.scale.setScalar(1.45);
+      point.add(rim);
+      return rim;
+    });
+    this.rims[1].renderOrder = 18.5;
+    this.rims[0].renderOrder = 19.5;
     this.spring.renderOrder = 18;
     this.device.renderOrder = 19;
     this.felt.renderOrder = 20;
@@ -91,6 +101,7 @@ export class CSpacePane extends Stage {
     colour(this.felt, colours.felt);
     colour(this.device, colours.device);
     colour(this.spring, colours.device);
+    for (const rim of this.rims) colour(rim, colours.ink);
   }
 
   show(picture: Picture): void {
@@ -109,6 +120,7 @@ export class CSpacePane extends Stage {
     this.litLines.set(outlinesOf(this.litFaces));
     this.feltPoint.copy(vector(picture.feltGrip));
     this.devicePoint.copy(vector(picture.deviceGrip));
+    if (!this.fitted && faces.length > 0) this.fit(faces);
     this.felt.position.copy(this.feltPoint);
     this.device.position.copy(this.devicePoint);
     const apart = this.feltPoint.distanceTo(this.devicePoint);
@@ -116,6 +128,16 @@ export class CSpacePane extends Stage {
     const wanted = Math.max(kClosest * this.partRadius, 2.2 * apart);
     this.wantedClose = wanted;
     if (this.close === 0) this.close = wanted;
+  }
+
+  /** Shows all that is drawn first. */
+  private fit(faces: ObstacleFace[]): void {
+    const box = new THREE.Box3().setFromPoints([this.feltPoint, this.devicePoint]);
+    for (const face of faces) for (const corner of face.corners) box.expandByPoint(vector(corner));
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    this.target.copy(sphere.center);
+    this.halfHeight = 1.05 * sphere.radius;
+    this.fitted = true;
   }
 
   private setSpring(side: Side, pixel: number): void {

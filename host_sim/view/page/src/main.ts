@@ -149,9 +149,6 @@ class Page {
     const radius = this.physical?.partRadius ?? 0.05;
     if (this.physical && this.cspace) {
       this.cspace.partRadius = radius;
-      this.cspace.radius = this.physical.radius;
-      this.cspace.halfHeight = this.physical.radius;
-      this.cspace.target.copy(this.physical.centre);
       element("arrow-scale").textContent = this.physical.scaleText;
     }
     this.controls = new Controls(this.side, scene.grip, radius, (target) => {
@@ -346,13 +343,13 @@ class Page {
     if (!lamp) {
       set("none", this.scene && !this.scene.recordedTicks ? "by hand: no recording to compare with" : "starting");
     } else if (lamp.differs >= 0) {
-      set("red", `tick ${lamp.differs} is not the recorded one`);
+      set("red", `tick ${lamp.differs} differs from the recorded one`);
     } else if (lamp.checked < lamp.total) {
       set("busy", `${lamp.checked} of ${lamp.total} ticks compared`);
     } else if (this.picture?.mode === "hand") {
       set("none", "by hand: not the recording");
     } else {
-      set("green", `all ${lamp.total} ticks are the recorded ones, bit for bit`);
+      set("green", `all ${lamp.total} ticks equal, bit for bit`);
     }
   }
 
@@ -422,7 +419,8 @@ class Page {
       (c) => `${scene.bodies[c.body]}, ${situationText(scene.situations[c.situation])}\n  ${c.ids.slice(0, 12).join(" ")}${c.ids.length > 12 ? " .." : ""}`,
     );
     set("contacts", lines.join("\n") || "none");
-    const note = [`${this.cspace?.obstacleCount ?? 0} C-obstacles near the point`];
+    const count = this.cspace?.obstacleCount ?? 0;
+    const note = [count === 1 ? "1 C-obstacle" : `${count} C-obstacles`];
     if (this.cspace?.leftOut) note.push(`${this.cspace.leftOut} more are not drawn`);
     set("cspace-note", note.join("; "));
     const clock = scene.recordedTicks && picture.mode !== "hand" ? `${(Math.max(0, picture.tick - 1) / 1000).toFixed(3)} s` : "by hand";

@@ -141,6 +141,11 @@ class Runner {
     portion();
   }
 
+  /** Not while the session is computed for the first time. */
+  get takesOrders(): boolean {
+    return !this.recording || this.checked === this.recording.ticks;
+  }
+
   /** Saves the state before the present tick where one is due; of a large scene fewer. */
   private keep(): void {
     if (this.tick % this.saveEvery !== 0) return;
@@ -287,8 +292,9 @@ async function load(message: ToWorker & { kind: "load" }): Promise<void> {
 self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
   if (message.kind === "load") void load(message);
-  if (message.kind === "hand") runner?.want(message.target);
-  if (message.kind === "mode") runner?.setMode(message.mode);
-  if (message.kind === "seek") runner?.seek(message.tick);
-  if (message.kind === "restart") runner?.restart();
+  if (!runner?.takesOrders) return;
+  if (message.kind === "hand") runner.want(message.target);
+  if (message.kind === "mode") runner.setMode(message.mode);
+  if (message.kind === "seek") runner.seek(message.tick);
+  if (message.kind === "restart") runner.restart();
 };
