@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 /// Normals of one plane by two computations: far above rounding, far below an angle one can see.
-constexpr double kSameNormal = 1.0e-6;
+constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
 /// Pairs that are looked at for one picture.
 constexpr std::size_t kMostNear = 64;
 
