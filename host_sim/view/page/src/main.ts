@@ -296,6 +296,7 @@ class Page {
     const now = performance.now();
     this.controls?.advance(Math.min(0.1, (now - this.last) / 1000));
     this.last = now;
+    if (now >= this.notBefore) this.strips.render(now);
     if (this.wanted) {
       this.send(this.wanted);
       this.wanted = null;

@@ -8,6 +8,7 @@ import { Pyramid } from "./pyramid";
 const kShown_s = 12;
 const kKept_s = 60;
 const kPoints = 700;
+const kRedraw_ms = 80;
 
 interface Strip {
   title: string;
@@ -35,6 +36,8 @@ export class Strips {
   private recorded: Pyramid | null = null;
   private showsRecorded = false;
   private cursor = 0;
+  private stale = false;
+  private drawn = 0;
   /** called with a tick where a strip of the recording is clicked */
   onSeek: (tick: number) => void = () => {};
 
@@ -114,7 +117,15 @@ export class Strips {
     if (byHand) this.live.push(samples);
     this.showsRecorded = !byHand && this.recorded !== null;
     this.cursor = time;
+    this.stale = true;
+  }
+
+  /** Draws what is new, not more often than an eye follows. */
+  render(now: number): void {
+    if (!this.stale || now - this.drawn < kRedraw_ms) return;
     this.draw();
+    this.drawn = now;
+    this.stale = false;
   }
 
   private drawCursor(u: uPlot): void {
