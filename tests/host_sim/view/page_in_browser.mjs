@@ -137,6 +137,7 @@ const cases = {
     assert.equal(await lamp(page), "none");
     await page.keyboard.press("t");
     assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "dark");
+    await page.waitForTimeout(800);
     await picture(page, "dark");
     await close(page);
   },
