@@ -99,7 +99,7 @@ const Row kRows[] = {
      "would overwrite"},
     {kSim, "replay --scene @peg.rtscene --motion @m.csv --plot @o.png", 2, "writes SVG"},
     {kSim, "motion @motion.toml --out @motion.toml", 2, "would overwrite"},
-    {kSim, "view @peg.rtscene --html @peg.rtscene", 2, "would overwrite the scene"},
+    {kSim, "view @peg.rtscene --html @peg.rtscene", 2, "would overwrite the compiled scene"},
     {kSim, "view @peg.rtscene @m.csv --html @m.csv", 2, "would overwrite the motion"},
     {kSim, "replay @peg.rtscene --motion @m.csv --html @m.csv", 2, "would overwrite the motion"},
     {kInspect, "@peg.rtscene --explode @m.csv", 4, "is a file"},
