@@ -13,5 +13,6 @@ using tools::Command;
 [[nodiscard]] Command add_replay_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);
 [[nodiscard]] Command add_usb_device_command(CLI::App& program);
+[[nodiscard]] Command add_view_command(CLI::App& program);
 
 }  // namespace haptic::sim

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim replay --scene S.rtscene --motion M.csv [--out O.csv] [--plot O.svg] [--contacts C.csv]
-// [--json] [--check] [--literal]
+// [--html O.html] [--json] [--check] [--literal]
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include "host_sim/session/replay.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
+#include "host_sim/view/page_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -23,7 +24,7 @@ namespace haptic::sim {
 namespace {
 
 struct ReplayArguments {
-  std::string scene, motion, out, plot, contacts, reference;
+  std::string scene, motion, out, plot, html, contacts, reference;
   bool json = false, check = false, literal = false;
   DeltaReading delta = DeltaReading::kTranslationAndRotation;
 };
@@ -36,15 +37,26 @@ double half_period_s(const std::vector<MotionSample>& motion) {
   return 0.5 * period;
 }
 
+void write_page(const std::string& path, const std::string& page, const SceneView& scene,
+                std::span<const MotionSample> motion, std::span<const TickRecord> ticks) {
+  std::vector<RecordedTick> recorded;
+  for (std::size_t k = 0; k < ticks.size(); ++k)
+    recorded.push_back(recorded_tick(motion[k], ticks[k].tick, ticks[k].state_hash));
+  write_whole_file(path, filled_page(page, scene, recorded));
+}
+
 int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.out, "--out");
   tools::claim_output(o.plot, "--plot");
+  tools::claim_output(o.html, "--html");
   tools::claim_output(o.contacts, "--contacts");
   tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
+
+  const std::string page = o.html.empty() ? std::string() : read_page();
 
   ReplayOptions options;
   options.check = o.check;
@@ -76,6 +88,7 @@ int do_replay(const ReplayArguments& o) {
   if (!o.contacts.empty()) write_whole_file(o.contacts, result.contact_csv);
   if (!o.plot.empty())
     write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view())));
+  if (!o.html.empty()) write_page(o.html, page, session.view(), motion, result.ticks);
   const std::string summary = o.json ? json_summary(report) : text_summary(report);
   std::fwrite(summary.data(), 1, summary.size(), stdout);
 
@@ -97,6 +110,8 @@ Command add_replay_command(CLI::App& program) {
       ->required();
   app->add_option("-o,--out", o->out, "CSV to write, one line per tick");
   app->add_option("--plot", o->plot, "SVG to write");
+  CLI::Option* html = app->add_option(
+      "--html", o->html, "page to write: the session to see and to move in, checked tick by tick");
   CLI::Option* contacts = app->add_option(
       "--contacts", o->contacts,
       "CSV to write: plane, polygon and basic contacts of every touching pair and tick");
@@ -107,7 +122,8 @@ Command add_replay_command(CLI::App& program) {
                   "contact flags to compare with: t,contact (1, 0, u)");
   CLI::Option* literal =
       app->add_flag("--literal", o->literal, "the paper's literal steps instead of the core")
-          ->excludes(contacts);
+          ->excludes(contacts)
+          ->excludes(html);
   tools::add_choice<DeltaReading>(
       *app, "--delta", o->delta,
       {{"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}},

@@ -3,8 +3,8 @@
 # cmake -DROOT=<project> -P licence_line.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/source_tree.cmake)
 
-haptic_source_files(files "\\.(hpp|cpp|h|c|S|in|inc|ld|cmake|py|sh)$|CMakeLists\\.txt$" ${haptic_folders})
-foreach(path CMakeLists.txt .ci/run tools/quickstart tools/check)
+haptic_source_files(files "\\.(hpp|cpp|h|c|S|in|inc|ld|cmake|py|sh|mjs|ts|css)$|CMakeLists\\.txt$" ${haptic_folders})
+foreach(path CMakeLists.txt .ci/run tools/quickstart tools/check tools/view)
   if(EXISTS ${ROOT}/${path})
     list(APPEND files ${path})
   endif()

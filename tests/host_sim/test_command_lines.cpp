@@ -99,6 +99,9 @@ const Row kRows[] = {
      "would overwrite"},
     {kSim, "replay --scene @peg.rtscene --motion @m.csv --plot @o.png", 2, "writes SVG"},
     {kSim, "motion @motion.toml --out @motion.toml", 2, "would overwrite"},
+    {kSim, "view @peg.rtscene --html @peg.rtscene", 2, "would overwrite the compiled scene"},
+    {kSim, "view @peg.rtscene @m.csv --html @m.csv", 2, "would overwrite the motion"},
+    {kSim, "replay @peg.rtscene --motion @m.csv --html @m.csv", 2, "would overwrite the motion"},
     {kInspect, "@peg.rtscene --explode @m.csv", 4, "is a file"},
     // A place that cannot be written.
     {kCompiler, "@scene.toml -o @none/a.rtscene", 4, "does not exist; make it first"},
@@ -194,7 +197,7 @@ TEST_CASE("every help is text, names its exit codes and an example") {
       "calm",   "compare-laws", "continuity",   "cost",    "crossings",  "delay", "faults",
       "flight", "hold",         "pareto",       "pegs",    "proxy-fuzz", "rates", "reproduce-paper",
       "soak",   "stability",    "surface-fuzz", "vectors", "verify",     "wcet"};
-  const char* sim[] = {"motion", "play", "replay", "run", "usb-device"};
+  const char* sim[] = {"motion", "play", "replay", "run", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};
   for (const char* name : lab) calls.emplace_back(kSim, name);

@@ -87,6 +87,12 @@ haptic_peer_packages=(libccd-dev libbullet-dev)
 haptic_target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
   g++-aarch64-linux-gnu qemu-user)
 
+# What the page needs: the core as WebAssembly, and the page's own packages by npm. Its tests are skipped where absent.
+haptic_page_packages=(clang-16 llvm-16 lld-16 wasi-libc libc++-16-dev-wasm32 libc++abi-16-dev-wasm32
+  libclang-rt-16-dev-wasm32)
+# node and npm may come from elsewhere than Debian, whose packages would not go with them.
+command -v npm >/dev/null || haptic_page_packages+=(nodejs npm)
+
 # configure <preset> [cmake options]: a build folder that was made for another place is made anew.
 configure() {
   local preset="$1" cache="build/$1/CMakeCache.txt" fresh=()

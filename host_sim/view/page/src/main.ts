@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page: starts the worker that runs the core, and shows its newest picture.
+import workerSource from "worker-source";
+import { kDark, kLight } from "./colours";
+import type { Colours } from "./colours";
+import { Controls } from "./controls";
+import { CSpacePane } from "./cspace_pane";
+import type { FromWorker, Lamp, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
+import { PhysicalPane } from "./physical_pane";
+import { bytesOf, DamagedPage } from "./recording";
+import { contactsOf } from "./shapes";
+import type { Side } from "./stage";
+import { vector } from "./stage";
+import { Strips } from "./strips";
+import { flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
+
+const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
+
+/** Without a scene there is nothing to show but the sentence. */
+function refuse(text: string): void {
+  trouble(text);
+  document.body.dataset.state = "refused";
+}
+
+function trouble(text: string): void {
+  const box = element("trouble");
+  box.textContent = text;
+  box.hidden = false;
+}
+
+window.addEventListener("error", (event) => trouble(`This page has met a fault of its own: ${event.message}`));
+window.addEventListener("unhandledrejection", (event) => trouble(`This page has met a fault of its own: ${String(event.reason)}`));
+
+/** The text of an embedded part; empty where the page was made without it. */
+function part(id: string): string {
+  const text = element(id)?.textContent?.trim() ?? "";
+  return text;
+}
+
+async function unpacked(bytes: Uint8Array): Promise<ArrayBuffer> {
+  const stream = new Blob([bytes as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+/** From one picture to the next on a machine that is fast enough. */
+const kFrame_ms = 34;
+
+/** Whether two pictures look alike in both spaces. */
+function sameView(a: Picture, b: Picture): boolean {
+  const alike = (u: number[], v: number[], within: number) => u.every((x, k) => Math.abs(x - v[k]) < within);
+  const samePose = (u: Pose, v: Pose) => alike(u.p, v.p, kSame_m) && alike(u.q, v.q, kSame);
+  return (
+    samePose(a.felt, b.felt) &&
+    samePose(a.device, b.device) &&
+    alike(a.force, b.force, kSame_n) &&
+    alike(a.torque, b.torque, kSame_n) &&
+    a.feltPlanes === b.feltPlanes &&
+    a.situation === b.situation &&
+    a.obstacles.counts.length === b.obstacles.counts.length &&
+    a.contacts.counts.length === b.contacts.counts.length
+  );
+}
+const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
+
+class Page {
+  private readonly worker: Worker;
+  private readonly side: Side = { azimuth: 0.5, elevation: 0.42 };
+  private colours: Colours = kLight;
+  private physical: PhysicalPane | null = null;
+  private cspace: CSpacePane | null = null;
+  private readonly strips: Strips;
+  private controls: Controls | null = null;
+  private scene: SceneFacts | null = null;
+  private picture: Picture | null = null;
+  private lamp: Lamp | null = null;
+  /** drawn last */
+  private viewed: Picture | null = null;
+  private fresh = false;
+  private looked = true;
+  private wanted: ToWorker | null = null;
+  private last = performance.now();
+  /** when a picture was drawn, and before which time none is: a slow machine keeps a third of its time for the rest */
+  private drawn = 0;
+  private notBefore = 0;
+
+  constructor() {
+    const url = URL.createObjectURL(new Blob([workerSource], { type: "text/javascript" }));
+    this.worker = new Worker(url);
+    this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.take(event.data);
+    this.worker.onerror = (event) => trouble(`The core has stopped: ${event.message}. Load the page again.`);
+    this.setTheme(window.matchMedia("(prefers-color-scheme: dark)").matches);
+    this.strips = new Strips(element("strips"), this.colours);
+    this.strips.onSeek = (tick) => this.send({ kind: "seek", tick });
+    try {
+      this.physical = new PhysicalPane(element("physical"), element("physical-overlay"), this.colours);
+      this.cspace = new CSpacePane(element("cspace"), element("cspace-overlay"), this.colours);
+    } catch {
+      this.physical = this.cspace = null;
+      trouble("This browser offers no WebGL, so the two spaces are not drawn; words and strips work. Switch on hardware acceleration, or try another browser.");
+    }
+    this.bind();
+    const watch = new ResizeObserver(() => this.resize());
+    for (const id of ["physical", "cspace", "strips"]) watch.observe(element(id));
+    this.resize();
+    requestAnimationFrame(() => this.frame());
+  }
+
+  async load(): Promise<void> {
+    const recording = part("haptic-recording");
+    const scene = bytesOf(part("haptic-scene"));
+    let module: ArrayBuffer;
+    try {
+      module = await unpacked(bytesOf(part("haptic-module")));
+    } catch {
+      throw new DamagedPage("the core in this file is damaged; make the page again");
+    }
+    this.send({ kind: "load", module, scene, recording: recording === "" ? null : bytesOf(recording) });
+  }
+
+  private send(message: ToWorker): void {
+    this.worker.postMessage(message);
+  }
+
+  private take(message: FromWorker): void {
+    if (message.kind === "refused") refuse(message.text);
+    if (message.kind === "loaded") this.start(message.scene);
+    if (message.kind === "strips") this.strips.setRecorded(message.samples);
+    if (message.kind === "lamp") {
+      this.lamp = message;
+      this.showLamp();
+    }
+    if (message.kind === "picture") {
+      this.strips.update(this.byHand(message.mode), message.samples, message.cut, message.time);
+      this.picture = message;
+      this.fresh = true;
+    }
+  }
+
+  /** Whether the strips are those of the hand. Held, they stay what they were. */
+  private byHand(mode: Mode): boolean {
+    return mode === "hand" || !this.scene?.recordedTicks;
+  }
+
+  private start(scene: SceneFacts): void {
+    this.scene = scene;
+    document.title = `${scene.name}: physical space and C-space`;
+    element("name").textContent = scene.name;
+    this.physical?.load(scene);
+    const radius = this.physical?.partRadius ?? 0.05;
+    if (this.physical && this.cspace) {
+      this.cspace.partRadius = radius;
+      element("arrow-scale").textContent = this.physical.scaleText;
+    }
+    this.controls = new Controls(this.side, scene.grip, radius, (target) => {
+      this.wanted = { kind: "hand", target };
+    });
+    const time = element<HTMLInputElement>("time");
+    time.max = String(Math.max(0, scene.recordedTicks - 1));
+    time.disabled = element<HTMLButtonElement>("play").disabled = scene.recordedTicks === 0;
+    this.looked = true;
+    document.body.dataset.state = "loaded";
+  }
+
+  private setTheme(dark: boolean): void {
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    this.colours = dark ? kDark : kLight;
+    this.physical?.paint(this.colours);
+    this.cspace?.paint(this.colours);
+    this.strips?.paint(this.colours);
+    for (const mark of document.querySelectorAll<HTMLElement>("[data-colour]")) {
+      const name = mark.dataset.colour!;
+      const colour = name.startsWith("kinds")
+        ? this.colours.kinds[Number(name.slice(5))]
+        : (this.colours[name as keyof Colours] as string);
+      if (mark.classList.contains("hollow")) mark.style.borderColor = colour;
+      else mark.style.background = colour;
+    }
+    this.looked = true;
+  }
+
+  private resize(): void {
+    this.physical?.resize();
+    this.cspace?.resize();
+    this.strips.resize();
+    this.looked = true;
+  }
+
+  private restart(): void {
+    this.controls?.forget();
+    this.send({ kind: "restart" });
+  }
+
+  private togglePlay(): void {
+    this.controls?.forget();
+    const mode = this.picture?.mode;
+    this.send({ kind: "mode", mode: mode === "play" ? "pause" : "play" });
+  }
+
+  private toggleCut(): void {
+    for (const pane of [this.physical, this.cspace]) if (pane) pane.cutOpen = !pane.cutOpen;
+    element("cut").setAttribute("aria-pressed", String(this.physical?.cutOpen ?? false));
+    this.looked = true;
+  }
+
+  private turnView(right: number, up: number): void {
+    this.side.azimuth -= right;
+    this.side.elevation = Math.max(-1.5, Math.min(1.5, this.side.elevation + up));
+    this.looked = true;
+  }
+
+  private zoom(factor: number, pane?: PhysicalPane | CSpacePane): void {
+    for (const one of pane ? [pane] : [this.physical, this.cspace]) {
+      if (one) one.halfHeight = Math.max(1e-4, Math.min(10, one.halfHeight * factor));
+    }
+    this.looked = true;
+  }
+
+  private bind(): void {
+    element("play").onclick = () => this.togglePlay();
+    element("restart").onclick = () => this.restart();
+    element("upright").onclick = () => this.controls?.makeUpright();
+    element("cut").onclick = () => this.toggleCut();
+    element("theme").onclick = () => this.setTheme(document.documentElement.dataset.theme !== "dark");
+    const help = element<HTMLDialogElement>("help-text");
+    element("help").onclick = () => help.showModal();
+    element<HTMLInputElement>("time").oninput = (event) => {
+      this.send({ kind: "mode", mode: "pause" });
+      this.send({ kind: "seek", tick: Number((event.target as HTMLInputElement).value) });
+    };
+    const keys: Record<string, () => void> = {
+      Space: () => this.togglePlay(),
+      Home: () => this.restart(),
+      KeyU: () => this.controls?.makeUpright(),
+      KeyC: () => this.toggleCut(),
+      KeyT: () => this.setTheme(document.documentElement.dataset.theme !== "dark"),
+    };
+    const signs: Record<string, () => void> = {
+      "[": () => this.turnView(-0.1, 0),
+      "]": () => this.turnView(0.1, 0),
+      "{": () => this.turnView(0, -0.1),
+      "}": () => this.turnView(0, 0.1),
+      "+": () => this.zoom(0.9),
+      "-": () => this.zoom(1 / 0.9),
+      "?": () => help.showModal(),
+    };
+    window.addEventListener("keydown", (event) => {
+      const own = event.target instanceof HTMLElement && event.target.closest("input, button, dialog");
+      if (help.open || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (own && (event.code === "Space" || event.code.startsWith("Arrow") || event.code === "Home")) return;
+      const act = signs[event.key] ?? keys[event.code];
+      if (act) act();
+      else if (!this.controls?.key(event, true)) return;
+      event.preventDefault();
+    });
+    window.addEventListener("keyup", (event) => this.controls?.key(event, false));
+    window.addEventListener("blur", () => this.controls?.release());
+    if (this.physical) this.bindPane(this.physical);
+    if (this.cspace) this.bindPane(this.cspace);
+  }
+
+  private bindPane(pane: PhysicalPane | CSpacePane): void {
+    const { canvas } = pane;
+    let moves = false;
+    let x = 0, y = 0;
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      canvas.focus();
+      x = event.clientX;
+      y = event.clientY;
+      moves = event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!canvas.hasPointerCapture(event.pointerId)) return;
+      const right = event.clientX - x, down = event.clientY - y;
+      x = event.clientX;
+      y = event.clientY;
+      if (moves) {
+        const metres = pane.metresPerPixel;
+        this.controls?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey);
+      } else {
+        this.turnView(right * 0.008, down * 0.008);
+      }
+    });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(event.deltaY * 0.0012), pane);
+      },
+      { passive: false },
+    );
+  }
+
+  private frame(): void {
+    const now = performance.now();
+    this.controls?.advance(Math.min(0.1, (now - this.last) / 1000));
+    this.last = now;
+    if (now >= this.notBefore) this.strips.render(now);
+    if (this.wanted) {
+      this.send(this.wanted);
+      this.wanted = null;
+    }
+    if (this.drawn > 0) {
+      this.notBefore = now + 0.5 * Math.max(0, now - this.drawn - kFrame_ms);
+      this.drawn = 0;
+    }
+    if (this.picture && this.scene && (this.fresh || this.looked) && now >= this.notBefore) {
+      this.show(this.picture, this.scene);
+      this.drawn = now;
+    }
+    requestAnimationFrame(() => this.frame());
+  }
+
+  private show(picture: Picture, scene: SceneFacts): void {
+    if (this.fresh) {
+      this.looked ||= !this.viewed || !sameView(picture, this.viewed);
+      this.controls?.follow(picture.device, picture.feltGrip, picture.mode === "hand");
+      if (this.looked) {
+        this.physical?.show(picture);
+        this.cspace?.show(picture);
+        this.viewed = picture;
+      }
+      this.showWords(picture, scene);
+      this.showLamp();
+    }
+    if (this.looked) {
+      this.physical?.render(this.side, vector(picture.feltGrip));
+      this.cspace?.render(this.side);
+    }
+    this.fresh = false;
+    this.looked = this.cspace?.isMoving ?? false;
+    document.body.dataset.tick = String(picture.tick);
+    if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);
+  }
+
+  private showLamp(): void {
+    const box = element("lamp");
+    const { lamp } = this;
+    const set = (state: string, text: string) => {
+      box.dataset.state = state;
+      if (box.textContent !== text) box.textContent = text;
+    };
+    if (!lamp) {
+      set("none", this.scene && !this.scene.recordedTicks ? "by hand: no recording to compare with" : "starting");
+    } else if (lamp.differs >= 0) {
+      set("red", `tick ${lamp.differs} differs from the recorded one`);
+    } else if (lamp.checked < lamp.total) {
+      set("busy", `${lamp.checked} of ${lamp.total} ticks compared`);
+    } else if (this.picture?.mode === "hand") {
+      set("none", "by hand: not the recording");
+    } else {
+      set("green", `all ${lamp.total} ticks equal, bit for bit`);
+    }
+  }
+
+  private showWords(picture: Picture, scene: SceneFacts): void {
+    const set = (id: string, text: string) => {
+      const box = element(id);
+      if (box.textContent !== text) box.textContent = text;
+    };
+    const situation = scene.situations[picture.situation] ?? "none";
+    set("situation", picture.status === 0 ? situationText(situation) : "the pose was refused");
+    element("situation").dataset.situation = situation;
+    const size = (v: number[]) => Math.hypot(v[0], v[1], v[2]);
+    const vectorText = (v: number[], scale: number, digits: number) => v.map((x) => (x * scale).toFixed(digits)).join("  ");
+    const apart = Math.hypot(...picture.deviceGrip.map((x, k) => x - picture.feltGrip[k]));
+    const facts: [string, string, string?][] = [
+      ["force", `${numberText(size(picture.force))} N`],
+      ["x, y, z", `${vectorText(picture.force, 1, 2)} N`],
+      ["torque", `${numberText(size(picture.torque))} N m`],
+      ["x, y, z", `${vectorText(picture.torque, 1, 2)} N m`],
+      ["device to part", lengthText(apart)],
+      ["D_near of device", `${isBound(picture.flags) ? "at least " : ""}${lengthText(picture.dNear)}`],
+      ["gap of the part", lengthText(picture.gap)],
+      ["part at", `${vectorText(picture.felt.p, 1e3, 2)} mm`, "felt-position"],
+      ["planes that hold", String(picture.feltPlanes)],
+      ["work of the tick", scene.maxWork > 0 ? `${((100 * picture.work) / scene.maxWork).toFixed(1)} % of budget` : String(picture.work)],
+      ["tick", String(picture.tick)],
+      ["pace", `${(100 * picture.pace).toFixed(0)} % of real time`],
+      ["stiffness", `${numberText(scene.kT)} N/m`],
+      ["in rotation", `${numberText(scene.kR)} N m/rad`],
+      ["spring of the hand", `${numberText(scene.hand.k)} N/m`],
+      ["law", ""],
+      ["wide", lawText(scene.law)],
+    ];
+    const list = element("facts");
+    if (list.childElementCount === 0) {
+      for (const [name, , id] of facts) {
+        if (name !== "wide") {
+          const term = document.createElement("dt");
+          term.textContent = name;
+          list.append(term);
+        }
+        const value = document.createElement("dd");
+        if (name === "wide") value.className = "wide";
+        if (id) value.id = id;
+        list.append(value);
+      }
+    }
+    const values = list.querySelectorAll("dd");
+    facts.forEach(([, text], k) => {
+      if (values[k].textContent !== text) values[k].textContent = text;
+    });
+    const flags = flagTexts(picture.flags);
+    const text = flags.map(([name, meaning]) => `${name}: ${meaning}`);
+    const box = element("flags");
+    if (box.dataset.shown !== text.join("|")) {
+      box.dataset.shown = text.join("|");
+      box.replaceChildren(
+        ...(text.length > 0 ? text : ["none"]).map((line) => {
+          const item = document.createElement("li");
+          item.textContent = line;
+          return item;
+        }),
+      );
+    }
+    const contacts = contactsOf(picture.contacts);
+    const lines = contacts.map(
+      (c) => `${scene.bodies[c.body]}, ${situationText(scene.situations[c.situation])}\n  ${c.ids.slice(0, 12).join(" ")}${c.ids.length > 12 ? " .." : ""}`,
+    );
+    set("contacts", lines.join("\n") || "none");
+    const count = this.cspace?.obstacleCount ?? 0;
+    const note = [count === 1 ? "1 C-obstacle" : `${count} C-obstacles`];
+    if (this.cspace?.leftOut) note.push(`${this.cspace.leftOut} more are not drawn`);
+    set("cspace-note", note.join("; "));
+    const clock = scene.recordedTicks && picture.mode !== "hand" ? `${(Math.max(0, picture.tick - 1) / 1000).toFixed(3)} s` : "by hand";
+    set("clock", clock);
+    set("play", picture.mode === "play" ? "Hold" : "Play");
+    if (picture.mode !== "hand") element<HTMLInputElement>("time").value = String(Math.max(0, picture.tick - 1));
+    document.body.dataset.mode = picture.mode;
+  }
+}
+
+async function begin(): Promise<void> {
+  try {
+    await new Page().load();
+  } catch (error) {
+    if (!(error instanceof DamagedPage)) throw error;
+    refuse(`This page cannot be shown: ${error.message}.`);
+  }
+}
+void begin();

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page and the worker that runs the core say to each other. The newest picture replaces the one before: there is
+// no queue.
+
+export type Vec = [number, number, number];
+/** x, y, z, w */
+export type Quat = [number, number, number, number];
+
+/** A pose of the part's mesh frame in W. */
+export interface Pose {
+  p: Vec;
+  q: Quat;
+}
+
+export interface Answer {
+  numbers: Float64Array;
+  counts: Uint32Array;
+}
+
+export interface SceneFacts {
+  name: string;
+  law: string;
+  bodies: string[];
+  kT: number;
+  kR: number;
+  kF: number;
+  hand: { k: number; kR: number };
+  start: Pose;
+  grip: Vec;
+  maxWork: number;
+  single: boolean;
+  pairCount: number;
+  pieceCount: number;
+  situations: string[];
+  pieces: Answer;
+  recordedTicks: number;
+}
+
+export type Mode = "hand" | "play" | "pause";
+
+/** What is drawn: the newest tick. */
+export interface Picture {
+  kind: "picture";
+  mode: Mode;
+  tick: number;
+  /** of a recording: ticks from its begin; by hand: from the page's begin [s] */
+  time: number;
+  device: Pose;
+  felt: Pose;
+  deviceGrip: Vec;
+  feltGrip: Vec;
+  force: Vec;
+  torque: Vec;
+  gap: number;
+  dNear: number;
+  energy: number;
+  situation: number;
+  flags: number;
+  status: number;
+  work: number;
+  feltPlanes: number;
+  obstacles: Answer;
+  contacts: Answer;
+  /** share of real time that the core keeps up with */
+  pace: number;
+  /** kChannels numbers for each tick since the picture before */
+  samples: Float32Array;
+  /** the samples before are of another time: after a jump */
+  cut: boolean;
+}
+
+/** Channels of a sample. */
+export const kChannels = 4;
+/** Force [N], torque [N m], distance of device and felt part [m], gap of the felt part [m]. */
+export enum Channel {
+  force,
+  torque,
+  apart,
+  gap,
+}
+
+export interface Lamp {
+  kind: "lamp";
+  checked: number;
+  total: number;
+  /** first tick whose state hash is not the recorded one; -1: none */
+  differs: number;
+}
+
+export type ToWorker =
+  | { kind: "load"; module: ArrayBuffer; scene: Uint8Array; recording: Uint8Array | null }
+  | { kind: "hand"; target: Pose }
+  | { kind: "mode"; mode: Mode }
+  | { kind: "seek"; tick: number }
+  | { kind: "restart" };
+
+export type FromWorker =
+  | { kind: "loaded"; scene: SceneFacts }
+  | { kind: "refused"; text: string }
+  | { kind: "strips"; samples: Float32Array }
+  | Lamp
+  | Picture;

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core's answers about geometry, taken apart for drawing. Nothing about contact is computed here.
+import type { Answer, Vec } from "./messages";
+
+export const kNone = 0xffffffff;
+
+export interface Face {
+  /** face of the user's mesh; kNone: a cut between pieces made it */
+  source: number;
+  corners: Vec[];
+}
+
+export interface Piece {
+  body: number;
+  faces: Face[];
+}
+
+class Reader {
+  private count = 0;
+  private number = 0;
+  constructor(private readonly answer: Answer) {}
+  next(): number {
+    return this.answer.counts[this.count++];
+  }
+  get done(): boolean {
+    return this.count >= this.answer.counts.length;
+  }
+  vector(): Vec {
+    const at = this.number;
+    this.number += 3;
+    const n = this.answer.numbers;
+    return [n[at], n[at + 1], n[at + 2]];
+  }
+  vectors(count: number): Vec[] {
+    return Array.from({ length: count }, () => this.vector());
+  }
+}
+
+export function piecesOf(answer: Answer): Piece[] {
+  const reader = new Reader(answer);
+  const pieces: Piece[] = [];
+  while (!reader.done) {
+    const body = reader.next(), vertexCount = reader.next(), faceCount = reader.next();
+    const loops = Array.from({ length: faceCount }, () => {
+      const source = reader.next(), count = reader.next();
+      return { source, loop: Array.from({ length: count }, () => reader.next()) };
+    });
+    const vertices = reader.vectors(vertexCount);
+    pieces.push({
+      body,
+      faces: loops.map(({ source, loop }) => ({ source, corners: loop.map((v) => vertices[v]) })),
+    });
+  }
+  return pieces;
+}
+
+/** Kinds of a C-obstacle's face, by its number. */
+export const kFaceKinds = ["A", "B", "C", "several"] as const;
+export enum FaceRole {
+  other,
+  near,
+  holds,
+}
+
+export interface ObstacleFace {
+  kind: number;
+  role: FaceRole;
+  /** the paper's number of a basic contact of this face that is near or holds; kNone */
+  node: number;
+  nodes: number;
+  corners: Vec[];
+}
+
+export interface Obstacle {
+  pair: number;
+  body: number;
+  faces: ObstacleFace[];
+}
+
+export function obstaclesOf(answer: Answer): { obstacles: Obstacle[]; leftOut: number } {
+  const reader = new Reader(answer);
+  if (reader.done) return { obstacles: [], leftOut: 0 };
+  const count = reader.next(), leftOut = reader.next();
+  const obstacles = Array.from({ length: count }, () => {
+    const pair = reader.next(), body = reader.next(), faceCount = reader.next();
+    const faces = Array.from({ length: faceCount }, () => {
+      const kind = reader.next(), role = reader.next(), node = reader.next();
+      const nodes = reader.next(), corners = reader.next();
+      return { kind, role, node, nodes, corners: reader.vectors(corners) };
+    });
+    return { pair, body, faces };
+  });
+  return { obstacles, leftOut };
+}
+
+export interface Contact {
+  body: number;
+  situation: number;
+  normal: Vec;
+  polygon: Vec[];
+  ids: string[];
+}
+
+const kLetters = ["v", "e", "f"];
+
+function featureText(kind: number, first: number, second: number): string {
+  const text = (n: number) => (n === kNone ? "*" : String(n));
+  return kLetters[kind] + text(first) + (kind === 1 ? `-${text(second)}` : "");
+}
+
+export function contactsOf(answer: Answer): Contact[] {
+  const reader = new Reader(answer);
+  if (reader.done) return [];
+  return Array.from({ length: reader.next() }, () => {
+    const body = reader.next(), situation = reader.next();
+    const corners = reader.next(), idCount = reader.next();
+    const ids = Array.from({ length: idCount }, () => {
+      const type = "ABC"[reader.next()];
+      const a = featureText(reader.next(), reader.next(), reader.next());
+      return `${type}:${a}/${featureText(reader.next(), reader.next(), reader.next())}`;
+    });
+    const normal = reader.vector();
+    return { body, situation, normal, polygon: reader.vectors(corners), ids };
+  });
+}
+
+/** Triangles of convex faces, three corners each. */
+export function trianglesOf(faces: { corners: Vec[] }[]): Float32Array {
+  const out: number[] = [];
+  for (const { corners } of faces) {
+    for (let k = 2; k < corners.length; ++k) out.push(...corners[0], ...corners[k - 1], ...corners[k]);
+  }
+  return new Float32Array(out);
+}
+
+/** Outlines of faces as segments. */
+export function outlinesOf(faces: { corners: Vec[] }[]): Float32Array {
+  const out: number[] = [];
+  for (const { corners } of faces) {
+    corners.forEach((from, k) => out.push(...from, ...corners[(k + 1) % corners.length]));
+  }
+  return new Float32Array(out);
+}
+
+function normalOf({ corners }: { corners: Vec[] }): Vec {
+  const n: Vec = [0, 0, 0];
+  for (let k = 0; k < corners.length; ++k) {
+    const a = corners[k], b = corners[(k + 1) % corners.length];
+    n[0] += (a[1] - b[1]) * (a[2] + b[2]);
+    n[1] += (a[2] - b[2]) * (a[0] + b[0]);
+    n[2] += (a[0] - b[0]) * (a[1] + b[1]);
+  }
+  const length = Math.hypot(...n) || 1;
+  return [n[0] / length, n[1] / length, n[2] / length];
+}
+
+/** Edges of a surface at which it bends, as segments: those between coplanar faces are left out. */
+export function edgesOf(faces: Face[]): Float32Array {
+  const normals = new Map<string, Vec[]>();
+  const ends = new Map<string, [Vec, Vec]>();
+  const key = (v: Vec) => v.map((x) => Math.round(x * 1e8)).join();
+  for (const face of faces) {
+    const normal = normalOf(face);
+    face.corners.forEach((from, k) => {
+      const to = face.corners[(k + 1) % face.corners.length];
+      const name = [key(from), key(to)].sort().join(" ");
+      normals.set(name, [...(normals.get(name) ?? []), normal]);
+      ends.set(name, [from, to]);
+    });
+  }
+  const out: number[] = [];
+  for (const [name, [from, to]] of ends) {
+    const [first, ...others] = normals.get(name)!;
+    const flat = others.some(
+      (n) => Math.abs(n[0] * first[0] + n[1] * first[1] + n[2] * first[2]) > 1 - 1e-6,
+    );
+    if (!flat) out.push(...from, ...to);
+  }
+  return new Float32Array(out);
+}

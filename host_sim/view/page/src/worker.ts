@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the core, a tick a millisecond, apart from the drawing: by hand, or over the recorded session, whose ticks are
+// all computed once first and their state hashes compared.
+import { Core, SceneRefused } from "./core.mjs";
+import { Hand } from "./hand";
+import type { FromWorker, Mode, Pose, SceneFacts, ToWorker, Vec } from "./messages";
+import { DamagedPage, Recording } from "./recording";
+
+const kPicture_ms = 15;
+/** Ticks that may be made up for at once; the rest is lost and shows as pace below 1. */
+const kMostLate = 60;
+const kCheckedAtOnce = 400;
+const kMostObstacles = 8;
+const kMostNodes = 20000;
+const kMostSavedBytes = 64 * 2 ** 20;
+
+const post = (message: FromWorker) =>
+  (self as unknown as { postMessage(message: FromWorker): void }).postMessage(message);
+
+class Runner {
+  private mode: Mode = "pause";
+  private tick = 0;
+  private hand: Hand;
+  private device: Pose;
+  private readonly facts: SceneFacts;
+  private samples: number[] = [];
+  private cut = true;
+  private saved: { tick: number; state: ArrayBuffer }[] = [];
+  private saveEvery = 500;
+  private checked = 0;
+  private differs = -1;
+  private last = performance.now();
+  private owed = 0;
+  private pace = 1;
+  private pictured = 0;
+  private dirty = true;
+
+  constructor(
+    private readonly core: Core,
+    private readonly recording: Recording | null,
+  ) {
+    const scene = core.read("scene") as Record<string, any>;
+    const period = 1 / (scene.rate_hz || 1000);
+    const kT = scene.law === 3 ? scene.k_t_n_per_m : scene.k_f_n_per_m;
+    const kR = scene.k_r_nm_per_rad || kT * 0.01;
+    this.hand = new Hand(kT, kR, scene.grip_a_m, period);
+    this.device = { p: scene.start_p_wa_m, q: scene.start_q_wa_xyzw };
+    this.hand.place(this.device);
+    const names = core.names();
+    this.facts = {
+      name: names.name,
+      law: names.law,
+      bodies: names.bodies,
+      kT,
+      kR,
+      kF: scene.k_f_n_per_m,
+      hand: { k: this.hand.k, kR: this.hand.kR },
+      start: this.device,
+      grip: scene.grip_a_m,
+      maxWork: scene.max_work_units,
+      single: scene.scalar_bytes === 4,
+      pairCount: scene.pair_count,
+      pieceCount: scene.piece_count,
+      situations: Array.from({ length: 7 }, (_, k) => core.situation(k)),
+      pieces: core.describe("pieces"),
+      recordedTicks: recording?.ticks ?? 0,
+    };
+    post({ kind: "loaded", scene: this.facts });
+    if (recording) {
+      this.check();
+    } else {
+      this.restart();
+      this.setMode("hand");
+      this.loop();
+    }
+  }
+
+  /** One tick of the device at `pose`. */
+  private step(pose: Pose, stamp: bigint, report: boolean): void {
+    this.core.write({
+      p_wa_m: pose.p,
+      q_wa_xyzw: pose.q,
+      stamp_ns: stamp,
+      sequence: BigInt(this.tick),
+      report_goal_contact: report ? 1 : 0,
+    });
+    this.core.step();
+    this.device = pose;
+    this.tick += 1;
+  }
+
+  private recordedStep(report: boolean): void {
+    const tick = this.tick;
+    const r = this.recording!;
+    this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report);
+    if (this.core.one("state_hash") !== r.hash(tick) && (this.differs < 0 || tick < this.differs)) {
+      this.differs = tick;
+      this.lamp();
+    }
+  }
+
+  private sample(into: number[]): void {
+    const length = (v: ArrayLike<number>) => Math.hypot(v[0], v[1], v[2]);
+    const goal = this.core.list("goal_grip_w_m"), felt = this.core.list("proxy_grip_w_m");
+    into.push(
+      length(this.core.list("force_w_n")),
+      length(this.core.list("torque_w_nm")),
+      Math.hypot(goal[0] - felt[0], goal[1] - felt[1], goal[2] - felt[2]),
+      this.core.one("proxy_gap_m") as number,
+    );
+  }
+
+  private lamp(): void {
+    post({ kind: "lamp", checked: this.checked, total: this.recording!.ticks, differs: this.differs });
+  }
+
+  /** Computes the whole session, in portions, and keeps states to jump to. */
+  private check(): void {
+    const recording = this.recording!;
+    const samples: number[] = [];
+    const portion = () => {
+      const end = Math.min(recording.ticks, this.checked + kCheckedAtOnce);
+      while (this.checked < end) {
+        this.keep();
+        this.recordedStep(false);
+        this.sample(samples);
+        this.checked += 1;
+      }
+      this.lamp();
+      if (this.checked < recording.ticks) {
+        setTimeout(portion, 0);
+        return;
+      }
+      post({ kind: "strips", samples: new Float32Array(samples) });
+      this.seek(0);
+      this.setMode("play");
+      this.loop();
+    };
+    this.core.reset();
+    this.tick = 0;
+    portion();
+  }
+
+  /** Not while the session is computed for the first time. */
+  get takesOrders(): boolean {
+    return !this.recording || this.checked === this.recording.ticks;
+  }
+
+  /** Saves the state before the present tick where one is due; of a large scene fewer. */
+  private keep(): void {
+    if (this.tick % this.saveEvery !== 0) return;
+    this.saved.push({ tick: this.tick, state: this.core.save() });
+    if (this.saved.length * this.saved[0].state.byteLength <= kMostSavedBytes) return;
+    this.saved = this.saved.filter((_, k) => k % 2 === 0);
+    this.saveEvery *= 2;
+  }
+
+  seek(tick: number): void {
+    if (!this.recording || this.saved.length === 0) return;
+    const to = Math.max(0, Math.min(tick, this.recording.ticks - 1));
+    const from = this.saved.filter((s) => s.tick <= to).at(-1)!;
+    this.core.restore(from.state);
+    this.tick = from.tick;
+    while (this.tick <= to) this.recordedStep(this.tick === to);
+    this.samples = [];
+    this.cut = true;
+    this.dirty = true;
+  }
+
+  restart(): void {
+    if (this.recording && this.mode !== "hand") return this.seek(0);
+    this.core.reset();
+    this.tick = 0;
+    this.step(this.facts.start, 0n, true);
+    this.hand.place(this.device);
+    this.samples = [];
+    this.cut = true;
+    this.dirty = true;
+  }
+
+  want(target: Pose): void {
+    if (this.mode !== "hand") this.setMode("hand");
+    this.hand.want(target);
+  }
+
+  setMode(mode: Mode): void {
+    if (mode === "play" && !this.recording) mode = "hand";
+    if (mode === "hand" && this.mode !== "hand") {
+      this.hand.place(this.device);
+      this.cut = true;
+      this.samples = [];
+    }
+    if (mode === "play" && (this.mode === "hand" || this.tick >= this.recording!.ticks)) this.seek(0);
+    this.mode = mode;
+    this.last = performance.now();
+    this.owed = 0;
+    this.dirty = true;
+  }
+
+  private runs(): boolean {
+    return this.mode !== "pause";
+  }
+
+  private loop(): void {
+    const now = performance.now();
+    const passed = now - this.last;
+    this.last = now;
+    if (this.runs()) {
+      this.owed += passed;
+      const due = Math.min(Math.floor(this.owed), kMostLate);
+      const lost = Math.max(0, Math.floor(this.owed) - due);
+      this.owed -= due + lost;
+      if (due + lost > 0) this.pace += 0.02 * (due / (due + lost) - this.pace);
+      for (let k = 0; k < due && this.runs(); ++k) this.advance(k === due - 1);
+    }
+    if (this.dirty && now - this.pictured >= kPicture_ms) {
+      this.picture();
+      this.pictured = now;
+      this.dirty = false;
+    }
+    setTimeout(() => this.loop(), 4);
+  }
+
+  private advance(report: boolean): void {
+    if (this.mode === "play") {
+      if (this.tick >= this.recording!.ticks) {
+        this.mode = "pause";
+        this.dirty = true;
+        return;
+      }
+      this.recordedStep(report || this.tick + 1 === this.recording!.ticks);
+    } else {
+      const force = this.core.list("force_w_n"), torque = this.core.list("torque_w_nm");
+      const pose = this.hand.advance([...force] as Vec, [...torque] as Vec);
+      this.step(pose, BigInt(this.tick) * 1000000n, report);
+      this.sample(this.samples);
+    }
+    this.dirty = true;
+  }
+
+  private picture(): void {
+    const result = this.core.read("result") as Record<string, any>;
+    const samples = new Float32Array(this.samples);
+    this.samples = [];
+    post({
+      kind: "picture",
+      mode: this.mode,
+      tick: this.tick,
+      time: this.tick / 1000,
+      device: { p: result.goal_p_wa_m, q: result.goal_q_wa_xyzw },
+      felt: { p: result.proxy_p_wa_m, q: result.proxy_q_wa_xyzw },
+      deviceGrip: result.goal_grip_w_m,
+      feltGrip: result.proxy_grip_w_m,
+      force: result.force_w_n,
+      torque: result.torque_w_nm,
+      gap: result.proxy_gap_m,
+      dNear: result.d_near_m,
+      energy: result.energy_j,
+      situation: result.situation,
+      flags: result.flags,
+      status: result.status,
+      work: result.work_units,
+      feltPlanes: result.felt_planes,
+      obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
+      contacts: this.core.describe("contacts"),
+      pace: this.pace,
+      samples,
+      cut: this.cut,
+    });
+    this.cut = false;
+  }
+}
+
+let runner: Runner | undefined;
+
+async function load(message: ToWorker & { kind: "load" }): Promise<void> {
+  try {
+    const core = await Core.load(message.module);
+    core.open(message.scene);
+    runner = new Runner(core, message.recording ? new Recording(message.recording) : null);
+  } catch (error) {
+    if (error instanceof SceneRefused) {
+      post({ kind: "refused", text: `The core refuses the scene in this page: ${error.message}.` });
+    } else if (error instanceof DamagedPage) {
+      post({ kind: "refused", text: `This page cannot be shown: ${error.message}.` });
+    } else {
+      post({ kind: "refused", text: `The core could not be started in this browser: ${String(error)}` });
+    }
+  }
+}
+
+self.onmessage = (event: MessageEvent<ToWorker>) => {
+  const message = event.data;
+  if (message.kind === "load") void load(message);
+  if (!runner?.takesOrders) return;
+  if (message.kind === "hand") runner.want(message.target);
+  if (message.kind === "mode") runner.setMode(message.mode);
+  if (message.kind === "seek") runner.seek(message.tick);
+  if (message.kind === "restart") runner.restart();
+};

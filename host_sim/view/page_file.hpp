@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The page with a scene inside, and a recorded session where there is one: one HTML file that
+/// needs nothing else. The page itself is built apart (host_sim/view/README.md); a program finds it
+/// in share/haptic_view of the folder above its own.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_sim/session/core_session.hpp"
+#include "host_sim/session/motion_csv.hpp"
+
+namespace haptic::sim {
+
+/// One tick of a recorded session as the page reads it (host_sim/view/page/src/recording.ts).
+struct RecordedTick {
+  std::int64_t stamp_ns = 0;
+  double p_wa_m[3] = {};
+  double q_wa_xyzw[4] = {};  ///< unit
+  std::uint64_t state_hash = 0;
+};
+static_assert(sizeof(RecordedTick) == 72);
+
+/// The recorded tick of sample number `tick` of a motion, whose core had `state_hash` after it.
+[[nodiscard]] RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
+                                         std::uint64_t state_hash);
+
+/// Bytes as text that may stand in an HTML file.
+[[nodiscard]] std::string base64(std::span<const std::byte> bytes);
+
+/// The page that belongs to this program.
+/// @throws tools::OsError  it has not been built; the text says what to run and to install.
+[[nodiscard]] std::string read_page();
+
+/// `page` with the scene and the ticks, none for a page by hand alone.
+/// @throws tools::InputError  it is no page of this version.
+[[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
+                                      std::span<const RecordedTick> ticks);
+
+/// Runs a motion from a forgotten contact history and keeps what the page compares.
+[[nodiscard]] std::vector<RecordedTick> record_motion(CoreSession& session,
+                                                      std::span<const MotionSample> motion);
+
+}  // namespace haptic::sim

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/view/wasm/view_core.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+#include "host_sim/shapes/c_obstacle.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+/// Normals of one plane by two computations: far above rounding, far below an angle one can see.
+constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
+/// Pairs that are looked at for one picture.
+constexpr std::size_t kMostNear = 64;
+
+void put(const Vec3& from, double (&to)[3]) {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
+}
+void put(const Quat& from, double (&to)[4]) {
+  for (int k = 0; k < 4; ++k) to[k] = static_cast<double>(from.coeffs()[k]);
+}
+Vec3 vector_in(const double* v) {
+  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
+}
+
+const char* law_text(LawId law) {
+  if (law == LawId::kProxy) return "proxy";
+  return law == LawId::kPaper ? "paper" : "weighted_region";
+}
+
+void add_unique(std::vector<std::uint32_t>& list, std::uint32_t value) {
+  if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
+
+/// Type of the basic contacts of a face, or kSeveralTypes.
+std::uint32_t kind_of(const PairRecord& pair, const CFace& face) {
+  const ContactType first = contact_type(pair, face.nodes.front());
+  const bool one = std::all_of(face.nodes.begin(), face.nodes.end(), [&](std::uint32_t node) {
+    return contact_type(pair, node) == first;
+  });
+  return one ? static_cast<std::uint32_t>(first) : kSeveralTypes;
+}
+
+template <typename Number>
+constexpr const char* type_text() {
+  if constexpr (std::is_same_v<Number, double>) return "f64";
+  if constexpr (std::is_same_v<Number, std::int64_t>) return "i64";
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return "u64";
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return "u32";
+}
+
+/// The line of a member; `member` lies in `whole`.
+template <typename Whole, typename Member>
+std::string member_line(const char* structure, const Whole& whole, const char* name,
+                        const Member& member) {
+  const auto offset =
+      reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&whole);
+  const std::size_t count = sizeof(Member) / sizeof(std::remove_all_extents_t<Member>);
+  return std::string(structure) + ' ' + name + ' ' + std::to_string(offset) + ' ' +
+         type_text<std::remove_all_extents_t<Member>>() + ' ' + std::to_string(count) + '\n';
+}
+
+}  // namespace
+
+void ViewCore::Free::operator()(std::byte* bytes) const noexcept { std::free(bytes); }
+
+RtStatus ViewCore::open(std::span<const std::byte> blob) {
+  core_ = nullptr;
+  const RtStatus opened = SceneView::open(blob, view_);
+  if (opened != RtStatus::kOk) return opened;
+  const std::size_t bytes =
+      (HapticCore::state_bytes(view_) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+  memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kStateAlignment, bytes)));
+  if (memory_ == nullptr) return RtStatus::kMemoryTooSmall;
+  std::memset(memory_.get(), 0, bytes);
+  state_ = {memory_.get(), bytes};
+  const RtStatus created = HapticCore::create(state_, view_, core_);
+  if (created != RtStatus::kOk) return created;
+
+  const SceneParameters& p = view_.parameters();
+  scene = {};
+  scene.k_t_n_per_m = p.coupling.k_t_n_per_m;
+  scene.k_r_nm_per_rad = p.coupling.k_r_nm_per_rad;
+  scene.k_f_n_per_m = p.k_f_n_per_m;
+  std::copy_n(p.start_p_wa_m, 3, scene.start_p_wa_m);
+  std::copy_n(p.start_q_wa_xyzw, 4, scene.start_q_wa_xyzw);
+  std::copy_n(view_.bodies()[0].reference_m, 3, scene.grip_a_m);
+  scene.rate_hz = p.rate_hz;
+  scene.epsilon_m = p.epsilon_m;
+  scene.max_force_n = p.coupling.max_pull_n;
+  scene.max_torque_nm = p.coupling.max_turn_nm;
+  scene.content_hash = view_.header().content_hash;
+  scene.state_bytes = bytes;
+  scene.law = static_cast<std::uint32_t>(p.law);
+  scene.piece_count = static_cast<std::uint32_t>(view_.pieces().size());
+  scene.pair_count = view_.pair_count();
+  scene.body_count = static_cast<std::uint32_t>(view_.bodies().size());
+  scene.max_work_units = view_.header().capacity.max_work_units;
+  scene.scalar_bytes = sizeof(Real);
+
+  const std::uint32_t room = view_.header().capacity.largest_near;
+  corners_.resize(room);
+  ids_.resize(room);
+  contact_.polygon_w = BoundedList<Vec3>(corners_);
+  contact_.ids = BoundedList<ContactId>(ids_);
+  input = {};
+  result = {};
+  std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
+  std::copy_n(scene.start_q_wa_xyzw, 4, input.q_wa_xyzw);
+  return RtStatus::kOk;
+}
+
+void ViewCore::step() {
+  StepInput step;
+  step.sequence = input.sequence;
+  step.stamp_ns = input.stamp_ns;
+  step.pose_wa.p_wa = vector_in(input.p_wa_m);
+  const double* q = input.q_wa_xyzw;
+  step.pose_wa.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]),
+                           static_cast<Real>(q[1]), static_cast<Real>(q[2]));
+  step.twist_valid = input.twist_valid != 0;
+  if (step.twist_valid) {
+    step.twist_w.linear_w = vector_in(input.twist_w);
+    step.twist_w.angular_w = vector_in(input.twist_w + 3);
+  }
+  step.clutched = input.clutched != 0;
+  step.switches = input.switches;
+  step.report_goal_contact = input.report_goal_contact != 0;
+  take(core_->step(step));
+}
+
+void ViewCore::take(const StepResult& step) {
+  result = {};
+  result.status = static_cast<std::uint32_t>(step.status);
+  result.flags = step.flags;
+  result.state_hash = step.state_hash;
+  put(step.wrench_w.force_w, result.force_w_n);
+  put(step.wrench_w.torque_w, result.torque_w_nm);
+  put(step.goal_pose_wa.p_wa, result.goal_p_wa_m);
+  put(step.goal_pose_wa.q_wa, result.goal_q_wa_xyzw);
+  put(step.proxy_pose_wa.p_wa, result.proxy_p_wa_m);
+  put(step.proxy_pose_wa.q_wa, result.proxy_q_wa_xyzw);
+  const Vec3 grip_a = vector_in(scene.grip_a_m);
+  put(step.goal_pose_wa.p_wa + step.goal_pose_wa.q_wa * grip_a, result.goal_grip_w_m);
+  put(step.proxy_pose_wa.p_wa + step.proxy_pose_wa.q_wa * grip_a, result.proxy_grip_w_m);
+  result.proxy_gap_m = static_cast<double>(step.proxy_gap_m);
+  result.potential_j = static_cast<double>(step.potential_j);
+  result.energy_j = static_cast<double>(step.energy_j);
+  result.d_near_m = static_cast<double>(step.d_near_m);
+  result.situation = static_cast<std::uint32_t>(step.situation);
+  result.near_count = step.near_count;
+  result.nearest_pair = step.nearest_pair;
+  result.has_goal_contact = step.has_goal_contact ? 1 : 0;
+  result.behind_ticks = step.behind_ticks;
+  result.work_units = step.counters.work_units;
+  result.felt_planes = core_->felt_contact().plane_count;
+  result.felt_points = core_->felt_contact().point_count;
+  felt_wa_ = step.proxy_pose_wa;
+}
+
+void ViewCore::reset() {
+  core_->reset();
+  result = {};
+}
+
+void ViewCore::describe_scene() {
+  answer.clear();
+  const auto line = [&](std::string_view text) { answer.text.append(text).append("\n"); };
+  const SceneParameters& p = view_.parameters();
+  line(view_.text(p.name_offset, p.name_bytes));
+  line(law_text(p.law));
+  for (const BodyRecord& body : view_.bodies()) line(view_.text(body.name_offset, body.name_bytes));
+}
+
+void ViewCore::describe_pieces() {
+  answer.clear();
+  for (std::uint32_t k = 0; k < view_.pieces().size(); ++k) {
+    const PieceView piece = view_.piece(k);
+    const std::uint32_t body = piece.record->body;
+    answer.counts.insert(answer.counts.end(), {body, piece.vertex_count, piece.face_count});
+    for (std::uint32_t f = 0; f < piece.face_count; ++f) {
+      const auto corners = piece.face_vertices(f);
+      const std::int32_t source = piece.faces[f].source_face;
+      answer.counts.push_back(source < 0 ? kNone : static_cast<std::uint32_t>(source));
+      answer.counts.push_back(static_cast<std::uint32_t>(corners.size()));
+      for (const std::uint16_t v : corners) answer.counts.push_back(v);
+    }
+    const double* reference = view_.bodies()[body].reference_m;
+    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+      for (int axis = 0; axis < 3; ++axis)
+        answer.numbers.push_back(static_cast<double>(piece.vertex(v)[axis]) +
+                                 (body == 0 ? 0.0 : reference[axis]));
+    }
+  }
+}
+
+std::vector<std::uint32_t> ViewCore::held_pairs() const {
+  std::vector<std::uint32_t> pairs;
+  const FeltContact& felt = core_->felt_contact();
+  for (std::uint32_t k = 0; k < felt.plane_count; ++k) add_unique(pairs, felt.planes[k].pair);
+  return pairs;
+}
+
+std::vector<std::uint32_t> ViewCore::near_pairs() const {
+  std::vector<std::uint32_t> pairs = held_pairs();
+  if (result.has_goal_contact == 0) return pairs;
+  // The nearest pair first; those that were not searched have a bound, or nothing.
+  std::vector<std::pair<Real, std::uint32_t>> others;
+  for (std::uint32_t k = 0; k < core_->pair_count(); ++k) {
+    const Real distance = core_->pair_report(k).d_near_m;
+    others.emplace_back(std::isnan(distance) ? std::numeric_limits<Real>::max() : distance, k);
+  }
+  add_unique(pairs, result.nearest_pair);
+  std::sort(others.begin(), others.end());
+  for (std::size_t k = 0; k < others.size() && pairs.size() < kMostNear; ++k)
+    add_unique(pairs, others[k].second);
+  return pairs;
+}
+
+void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes) {
+  answer.clear();
+  answer.counts = {0, 0};
+  for (const std::uint32_t pair : near_pairs()) {
+    if (answer.counts[0] == most_pairs) break;
+    if (view_.pair_record(pair).node_count > most_nodes) continue;
+    answer.counts[0] += 1;
+    describe_obstacle(pair, felt_wa_);
+  }
+  answer.counts[1] = core_->pair_count() - answer.counts[0];
+}
+
+void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {
+  const PairRecord record = view_.pair_record(pair);
+  const CObstacle obstacle = make_c_obstacle(view_, pair, pose_wa);
+  const FeltContact& felt = core_->felt_contact();
+  const PairReport report = core_->pair_report(pair);
+  answer.counts.insert(answer.counts.end(), {pair, view_.pieces()[record.piece_b].body,
+                                             static_cast<std::uint32_t>(obstacle.faces.size())});
+  for (const CFace& face : obstacle.faces) {
+    FaceRole role = FaceRole::kOther;
+    std::uint32_t node = kNone;
+    if (report.searched && pair == result.nearest_pair) {
+      for (const NearNode& near : report.near) {
+        if (!std::binary_search(face.nodes.begin(), face.nodes.end(), near.node)) continue;
+        role = FaceRole::kNear;
+        node = std::min(node, near.node);
+      }
+    }
+    for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
+      const FeltPlane& plane = felt.planes[k];
+      if (plane.pair != pair || (plane.normal_w.cast<double>() - face.normal).norm() > kSameNormal)
+        continue;
+      role = FaceRole::kHolds;
+      node = std::min(node, face.nodes.front());
+    }
+    answer.counts.insert(answer.counts.end(),
+                         {kind_of(record, face), static_cast<std::uint32_t>(role), node,
+                          static_cast<std::uint32_t>(face.nodes.size()),
+                          static_cast<std::uint32_t>(face.polygon.size())});
+    for (const Vector& corner : face.polygon)
+      answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
+  }
+}
+
+void ViewCore::describe_contacts() {
+  answer.clear();
+  answer.counts = {0};
+  std::vector<std::uint32_t> pairs = held_pairs();
+  if (view_.parameters().law != LawId::kProxy) pairs = {result.nearest_pair};
+  for (const std::uint32_t pair : pairs) {
+    core_->contact_geometry(pair, contact_);
+    if (contact_.situation == ContactSituation::kNone) continue;
+    answer.counts[0] += 1;
+    answer.counts.insert(answer.counts.end(),
+                         {contact_.body_b, static_cast<std::uint32_t>(contact_.situation),
+                          contact_.polygon_w.size(), contact_.ids.size()});
+    for (const ContactId& id : contact_.ids.view()) {
+      answer.counts.push_back(static_cast<std::uint32_t>(id.type));
+      for (const MeshFeature& feature : {id.of_a, id.of_b}) {
+        answer.counts.push_back(static_cast<std::uint32_t>(feature.kind));
+        for (const std::int32_t source : feature.source)
+          answer.counts.push_back(static_cast<std::uint32_t>(source));
+      }
+    }
+    const auto add = [&](const Vec3& v) {
+      for (int axis = 0; axis < 3; ++axis) answer.numbers.push_back(static_cast<double>(v[axis]));
+    };
+    add(contact_.normal_w);
+    for (const Vec3& corner : contact_.polygon_w.view()) add(contact_.x0_w + corner);
+  }
+}
+
+std::string layout_text() {
+  const ViewInput in;
+  const ViewResult out;
+  const ViewScene facts;
+  std::string text;
+#define HAPTIC_VIEW_IN(member) text += member_line("input", in, #member, in.member)
+#define HAPTIC_VIEW_OUT(member) text += member_line("result", out, #member, out.member)
+#define HAPTIC_VIEW_SCENE(member) text += member_line("scene", facts, #member, facts.member)
+  HAPTIC_VIEW_IN(p_wa_m);
+  HAPTIC_VIEW_IN(q_wa_xyzw);
+  HAPTIC_VIEW_IN(twist_w);
+  HAPTIC_VIEW_IN(stamp_ns);
+  HAPTIC_VIEW_IN(sequence);
+  HAPTIC_VIEW_IN(twist_valid);
+  HAPTIC_VIEW_IN(clutched);
+  HAPTIC_VIEW_IN(switches);
+  HAPTIC_VIEW_IN(report_goal_contact);
+  HAPTIC_VIEW_OUT(force_w_n);
+  HAPTIC_VIEW_OUT(torque_w_nm);
+  HAPTIC_VIEW_OUT(goal_p_wa_m);
+  HAPTIC_VIEW_OUT(goal_q_wa_xyzw);
+  HAPTIC_VIEW_OUT(proxy_p_wa_m);
+  HAPTIC_VIEW_OUT(proxy_q_wa_xyzw);
+  HAPTIC_VIEW_OUT(goal_grip_w_m);
+  HAPTIC_VIEW_OUT(proxy_grip_w_m);
+  HAPTIC_VIEW_OUT(proxy_gap_m);
+  HAPTIC_VIEW_OUT(potential_j);
+  HAPTIC_VIEW_OUT(energy_j);
+  HAPTIC_VIEW_OUT(d_near_m);
+  HAPTIC_VIEW_OUT(state_hash);
+  HAPTIC_VIEW_OUT(status);
+  HAPTIC_VIEW_OUT(flags);
+  HAPTIC_VIEW_OUT(situation);
+  HAPTIC_VIEW_OUT(near_count);
+  HAPTIC_VIEW_OUT(nearest_pair);
+  HAPTIC_VIEW_OUT(has_goal_contact);
+  HAPTIC_VIEW_OUT(behind_ticks);
+  HAPTIC_VIEW_OUT(work_units);
+  HAPTIC_VIEW_OUT(felt_planes);
+  HAPTIC_VIEW_OUT(felt_points);
+  HAPTIC_VIEW_SCENE(k_t_n_per_m);
+  HAPTIC_VIEW_SCENE(k_r_nm_per_rad);
+  HAPTIC_VIEW_SCENE(k_f_n_per_m);
+  HAPTIC_VIEW_SCENE(start_p_wa_m);
+  HAPTIC_VIEW_SCENE(start_q_wa_xyzw);
+  HAPTIC_VIEW_SCENE(grip_a_m);
+  HAPTIC_VIEW_SCENE(rate_hz);
+  HAPTIC_VIEW_SCENE(epsilon_m);
+  HAPTIC_VIEW_SCENE(max_force_n);
+  HAPTIC_VIEW_SCENE(max_torque_nm);
+  HAPTIC_VIEW_SCENE(content_hash);
+  HAPTIC_VIEW_SCENE(state_bytes);
+  HAPTIC_VIEW_SCENE(law);
+  HAPTIC_VIEW_SCENE(piece_count);
+  HAPTIC_VIEW_SCENE(pair_count);
+  HAPTIC_VIEW_SCENE(body_count);
+  HAPTIC_VIEW_SCENE(max_work_units);
+  HAPTIC_VIEW_SCENE(scalar_bytes);
+#undef HAPTIC_VIEW_IN
+#undef HAPTIC_VIEW_OUT
+#undef HAPTIC_VIEW_SCENE
+  return text;
+}
+
+}  // namespace haptic::sim

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// One scene and one core for a page: what goes in, what comes out of a tick, and the geometry that
+/// is drawn. The page reads the structures below by the layout that this module states itself
+/// (layout_text), so no offset is written down twice.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rt_core/haptic_core.hpp"
+
+namespace haptic::sim {
+
+/// Input of one tick. Poses are of A's mesh frame in W.
+struct ViewInput {
+  double p_wa_m[3] = {};
+  double q_wa_xyzw[4] = {0, 0, 0, 1};
+  double twist_w[6] = {};  ///< at the grip point, m/s and rad/s; used where twist_valid is not 0
+  std::int64_t stamp_ns = 0;
+  std::uint64_t sequence = 0;
+  std::uint32_t twist_valid = 0, clutched = 0, switches = 0;
+  std::uint32_t report_goal_contact = 0;  ///< StepInput::report_goal_contact
+};
+
+/// What one tick gives: StepResult in plain numbers.
+struct ViewResult {
+  double force_w_n[3] = {};                              ///< on the hand
+  double torque_w_nm[3] = {};                            ///< about the grip point
+  double goal_p_wa_m[3] = {}, goal_q_wa_xyzw[4] = {};    ///< the device's part
+  double proxy_p_wa_m[3] = {}, proxy_q_wa_xyzw[4] = {};  ///< the part as it is felt
+  double goal_grip_w_m[3] = {}, proxy_grip_w_m[3] = {};  ///< the two points of C-space
+  double proxy_gap_m = 0, potential_j = 0, energy_j = 0;
+  double d_near_m = 0;  ///< not a number where the goal pose was not searched
+  std::uint64_t state_hash = 0;
+  std::uint32_t status = 0, flags = 0, situation = 0, near_count = 0;
+  std::uint32_t nearest_pair = 0, has_goal_contact = 0, behind_ticks = 0;
+  std::uint32_t work_units = 0;
+  std::uint32_t felt_planes = 0, felt_points = 0;
+};
+
+/// What the scene says of itself.
+struct ViewScene {
+  double k_t_n_per_m = 0, k_r_nm_per_rad = 0, k_f_n_per_m = 0;
+  double start_p_wa_m[3] = {}, start_q_wa_xyzw[4] = {};
+  double grip_a_m[3] = {};  ///< in A's mesh frame
+  double rate_hz = 0, epsilon_m = 0, max_force_n = 0, max_torque_nm = 0;
+  std::uint64_t content_hash = 0, state_bytes = 0;
+  std::uint32_t law = 0, piece_count = 0, pair_count = 0, body_count = 0;
+  std::uint32_t max_work_units = 0, scalar_bytes = 0;
+};
+
+/// Lists of an answer; each function below says what it puts there.
+struct ViewAnswer {
+  std::vector<double> numbers;
+  std::vector<std::uint32_t> counts;
+  std::string text;
+  void clear() {
+    numbers.clear();
+    counts.clear();
+    text.clear();
+  }
+};
+
+/// Kind of a C-obstacle's face: type of its basic contacts, or kSeveralTypes where faces or edges
+/// are parallel and contacts of different types share the plane.
+inline constexpr std::uint32_t kSeveralTypes = 3;
+/// How a face of a C-obstacle stands to the part.
+enum class FaceRole : std::uint32_t {
+  kOther = 0,
+  kNear,  ///< one of its nodes is in the near set of the goal pose
+  kHolds  ///< its plane holds the part that is felt
+};
+
+class ViewCore {
+ public:
+  /// Takes `scene`, which must stay where it is. @return as SceneView::open, HapticCore::create.
+  [[nodiscard]] RtStatus open(std::span<const std::byte> scene);
+
+  /// One tick of `input` into `result`. Only after kOk of open().
+  void step();
+  void reset();
+
+  /// All mutable memory of the core: a copy put back later continues from there.
+  [[nodiscard]] std::span<std::byte> state() noexcept { return state_; }
+
+  // The answers that follow replace the one before.
+
+  /// text: name, law, name of each body, a line each.
+  void describe_scene();
+  /// For each piece: counts body, vertices, faces, then for each face its mesh face (0xFFFFFFFF: a
+  /// cut made it), corners and their vertices; numbers its vertices, of the part in A's axes about
+  /// the grip point, of others in W [m].
+  void describe_pieces();
+  /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
+  /// then of the nearest by the search at the goal pose; of at most `most_pairs` pairs with at most
+  /// `most_nodes` basic contacts each. counts: obstacles, pairs left out; for each obstacle pair,
+  /// body, faces; for each face kind (A, B, C: 0, 1, 2; kSeveralTypes), FaceRole, its first near or
+  /// holding node (0xFFFFFFFF: none), number of nodes, corners; numbers: the corners in W [m]:
+  /// positions of the grip point.
+  void describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes);
+  /// Contacts of the pairs that hold the part, or of the nearest pair under laws that have no such
+  /// planes. counts: contacts; for each body, situation, corners, basic contacts; for each of the
+  /// latter type, then of A and of B: kind (vertex, edge, face: 0, 1, 2) and two numbers of the
+  /// user's mesh (0xFFFFFFFF: made by a cut). numbers: normal, then corners of the polygon, in W.
+  void describe_contacts();
+
+  ViewInput input;
+  ViewResult result;
+  ViewScene scene;
+  ViewAnswer answer;
+
+ private:
+  /// Pairs of the planes that hold the part.
+  [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
+  [[nodiscard]] std::vector<std::uint32_t> near_pairs() const;
+  void describe_obstacle(std::uint32_t pair, const Pose& pose_wa);
+  void take(const StepResult& step);
+
+  struct Free {
+    void operator()(std::byte* bytes) const noexcept;
+  };
+  SceneView view_;
+  std::unique_ptr<std::byte, Free> memory_;
+  std::span<std::byte> state_;
+  HapticCore* core_ = nullptr;
+  Pose felt_wa_;
+  std::vector<Vec3> corners_;
+  std::vector<ContactId> ids_;
+  ContactGeometry contact_;
+};
+
+/// A line for each member of the three structures: structure, name, offset, type (f64, i64, u64,
+/// u32), count, with blanks between.
+[[nodiscard]] std::string layout_text();
+
+}  // namespace haptic::sim

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page's own logic, without a browser: strips, hand, shapes, recording, words. Run by check_page after bundling.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
+import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
+import { bytesOf, DamagedPage, Recording } from "../../../host_sim/view/page/src/recording";
+import { contactsOf, edgesOf, kNone, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
+import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
+
+const near = (a, b, tolerance = 1e-12) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
+
+test("strips: a peak of one tick stays visible at every length", () => {
+  const pyramid = new Pyramid(2, 5000);
+  const samples = new Float32Array(2 * 4000);
+  samples[2 * 1234] = 7;
+  samples[2 * 3999 + 1] = -3;
+  pyramid.push(samples);
+  for (const most of [10, 100, 700, 4000]) {
+    const first = pyramid.range(0, 0, 4000, most);
+    assert.equal(Math.max(...first.largest), 7);
+    assert.ok(first.index.length <= most);
+    assert.equal(Math.min(...pyramid.range(1, 0, 4000, most).least), -3);
+  }
+  const at = pyramid.range(0, 0, 4000, 700);
+  const peak = at.largest.indexOf(7);
+  assert.ok(at.index[peak] <= 1234 && 1234 < (at.index[peak + 1] ?? Infinity));
+});
+
+test("strips: memory is fixed and the oldest samples go", () => {
+  const pyramid = new Pyramid(1, 1000);
+  const { capacity } = pyramid;
+  for (let k = 0; k < 3 * capacity + 17; ++k) pyramid.push(new Float32Array([k]));
+  assert.equal(pyramid.count, capacity);
+  assert.equal(pyramid.end, 3 * capacity + 17);
+  assert.equal(pyramid.at(0, pyramid.begin), pyramid.begin);
+  const all = pyramid.range(0, 0, pyramid.end, 50);
+  assert.ok(Math.min(...all.least) >= pyramid.begin);
+  assert.equal(Math.max(...all.largest), pyramid.end - 1);
+  pyramid.clear();
+  assert.equal(pyramid.range(0, 0, 10, 5).index.length, 0);
+});
+
+test("hand: rotations go there and back", () => {
+  const q = rotationOf([0.3, -0.2, 1.1]);
+  rotationVector(q).forEach((x, k) => near(x, [0.3, -0.2, 1.1][k]));
+  rotationVector(q.map((x) => -x)).forEach((x, k) => near(x, [0.3, -0.2, 1.1][k]));
+  const pose = poseOf([1, 2, 3], q, [0.01, 0.02, 0.05]);
+  gripOf(pose, [0.01, 0.02, 0.05]).forEach((x, k) => near(x, k + 1));
+});
+
+test("hand: upright is the nearest axis-aligned orientation", () => {
+  for (const base of [[0, 0, 0], [Math.PI / 2, 0, 0], [0, Math.PI, 0], [0, 0, -Math.PI / 2]]) {
+    const exact = rotationOf(base);
+    const found = upright(multiply(rotationOf([0.1, -0.15, 0.12]), exact));
+    const apart = rotationVector(multiply(found, [-exact[0], -exact[1], -exact[2], exact[3]]));
+    near(Math.hypot(...apart), 0, 1e-7);
+    rotate(found, [1, 0, 0]).forEach((x) => near(Math.abs(x - Math.round(x)), 0, 1e-9));
+  }
+});
+
+test("hand: the device comes to where it is wanted, and gives way to a force by the spring", () => {
+  for (const stiffness of [10, 800, 1e5]) {
+    const hand = new Hand(stiffness, stiffness * 0.05, [0, 0, 0.05], 1e-3);
+    const start = { p: [0, 0, 0], q: [0, 0, 0, 1] };
+    hand.place(start);
+    hand.want({ p: [0.01, 0, 0], q: rotationOf([0, 0, 0.2]) });
+    let pose = start;
+    for (let k = 0; k < 4000; ++k) pose = hand.advance([0, 0, 0], [0, 0, 0]);
+    near(pose.p[0], 0.01, 1e-9);
+    near(rotationVector(pose.q)[2], 0.2, 1e-9);
+    // A wall as stiff as the scene, at 4 mm: neither swings.
+    let largest = 0;
+    for (let k = 0; k < 4000; ++k) {
+      const x = gripOf(pose, [0, 0, 0.05])[0];
+      const force = -stiffness * Math.max(0, x - 0.004);
+      pose = hand.advance([force, 0, 0], [0, 0, 0]);
+      if (k > 3900) largest = Math.max(largest, Math.abs(gripOf(pose, [0, 0, 0.05])[0] - x));
+    }
+    near(gripOf(pose, [0, 0, 0.05])[0], 0.004 + (hand.k * 0.006) / (hand.k + stiffness), 1e-9);
+    near(largest, 0, 1e-12);
+  }
+});
+
+test("shapes: pieces, obstacles and contacts are read as they are written", () => {
+  const [piece] = piecesOf({
+    counts: new Uint32Array([1, 4, 2, 7, 3, 0, 1, 2, kNone, 3, 0, 2, 3]),
+    numbers: new Float64Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]),
+  });
+  assert.equal(piece.body, 1);
+  assert.deepEqual(piece.faces.map((face) => face.source), [7, kNone]);
+  assert.deepEqual(piece.faces[1].corners, [[0, 0, 0], [0, 1, 0], [0, 0, 1]]);
+  assert.equal(trianglesOf(piece.faces).length, 2 * 9);
+
+  const { obstacles, leftOut } = obstaclesOf({
+    counts: new Uint32Array([1, 3, 5, 1, 2, 0, 2, 44, 1, 3, 3, 0, kNone, 4, 4]),
+    numbers: new Float64Array(Array.from({ length: 21 }, (_, k) => k)),
+  });
+  assert.equal(leftOut, 3);
+  assert.equal(obstacles[0].pair, 5);
+  assert.equal(obstacles[0].faces[0].node, 44);
+  assert.deepEqual(obstacles[0].faces[1].corners[3], [18, 19, 20]);
+
+  const [contact] = contactsOf({
+    counts: new Uint32Array([1, 1, 5, 2, 2, 0, 2, 3, 3, 0, 5, 5, 2, 1, 0, 3, 1, 4, kNone]),
+    numbers: new Float64Array([0, 0, 1, 1, 2, 3, 4, 5, 6]),
+  });
+  assert.deepEqual(contact.ids, ["A:f3/v5", "C:e0-3/e4-*"]);
+  assert.deepEqual(contact.polygon, [[1, 2, 3], [4, 5, 6]]);
+  assert.deepEqual(contactsOf({ counts: new Uint32Array(), numbers: new Float64Array() }), []);
+});
+
+test("shapes: edges between coplanar faces are not drawn", () => {
+  const square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
+  const triangles = [[0, 1, 2], [0, 2, 3]].map((loop) => ({ source: 0, corners: loop.map((k) => square[k]) }));
+  assert.equal(edgesOf(triangles).length, 4 * 6);
+  triangles[1].corners = [[0, 0, 0], [1, 1, 0], [0, 1, 1]];
+  assert.equal(edgesOf(triangles).length, 5 * 6);
+});
+
+test("recording: what is damaged is refused in words", () => {
+  const bytes = new Uint8Array(16 + 72);
+  bytes.set(new TextEncoder().encode("RTVIEW1\0"));
+  const view = new DataView(bytes.buffer);
+  view.setUint32(8, 1, true);
+  view.setBigInt64(16, 5000000n, true);
+  [1, 2, 3, 0, 0, 0, 1].forEach((x, k) => view.setFloat64(24 + 8 * k, x, true));
+  view.setBigUint64(80, 0xfedcba9876543210n, true);
+  const recording = new Recording(bytes);
+  assert.equal(recording.stampNs(0), 5000000n);
+  assert.deepEqual(recording.place(0), [1, 2, 3]);
+  assert.deepEqual(recording.orientation(0), [0, 0, 0, 1]);
+  assert.equal(recording.hash(0), 0xfedcba9876543210n);
+  assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
+  assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
+  view.setUint8(0, 0);
+  assert.throws(() => new Recording(bytes), DamagedPage);
+  assert.throws(() => bytesOf("?"), DamagedPage);
+  assert.deepEqual([...bytesOf("AQIDBA==")], [1, 2, 3, 4]);
+});
+
+test("words: flags, lengths and round numbers", () => {
+  assert.deepEqual(flagTexts(0), []);
+  assert.deepEqual(flagTexts((1 << 12) | (1 << 20)).map(([name]) => name), ["saturated", "behind"]);
+  assert.equal(lengthText(0.0123), "12.3 mm");
+  assert.equal(lengthText(-1e-12), "0 µm");
+  assert.equal(lengthText(2.5e-6), "2.50 µm");
+  assert.equal(lengthText(NaN), "-");
+  assert.equal(roundBelow(0.78), 0.5);
+  near(roundBelow(25), 20);
+});
