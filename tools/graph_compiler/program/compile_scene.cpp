@@ -129,7 +129,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   };
   Stopwatch watch;
   tell("reading", 0.0);
-  const RawMesh raw = read_mesh(part.path);
+  const RawMesh raw = part.given ? *part.given : read_mesh(part.path);
   report.mesh_vertices = raw.vertices.size();
   report.mesh_faces = raw.faces.size();
   report.timing.read_s = watch.lap();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include "tools/common/file_place.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/mesh/surface.hpp"
 
 namespace haptic::tools {
 
@@ -37,6 +39,7 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
 struct ScenePart {
   std::string mesh;                           ///< as written
   std::filesystem::path path;                 ///< resolved against the scene file's folder
+  std::shared_ptr<const RawMesh> given;       ///< the mesh itself, instead of the file at `path`
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
