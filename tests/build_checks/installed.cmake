@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rule: what `cmake --install` places is enough, in any folder, for a program that finds it by find_package; such a program
 # and one that adds the source as a folder give the same bits, and neither gets flags of ours.
-# cmake -DBUILD=<build> -DSOURCE=<project> -DFOLDER=<work> -DCOMPILER=<c++> [-DLAUNCHER=<ccache>] -DVERSION=<x.y.z>
+# cmake -DBUILD=<build> -DSOURCE=<project> -DFOLDER=<work> -DCOMPILER=<c++> -DC_COMPILER=<cc> [-DLAUNCHER=<ccache>] -DVERSION=<x.y.z>
 #       [-DREAL=..] [-DARCH=..] [-DCOMPONENTS=core|hal|tools] [-DREMOVE=<installed file>] -P installed.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -100,5 +100,25 @@ build_example(added added -DHAPTIC_SOURCE=${SOURCE} -DHAPTIC_REAL=${REAL} -DHAPT
 if(NOT found STREQUAL added)
   message(FATAL_ERROR "installed: found by find_package, the core prints '${found}'; as a folder, '${added}'")
 endif()
+
+# The C interface by pkg-config alone: its example calls every function, and names each.
+set(c_example ${SOURCE}/tools/library/examples/every_call.c)
+execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${prefix}/lib/pkgconfig
+  pkg-config --cflags --libs haptic OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+execute_process(COMMAND ${C_COMPILER} -std=c99 -Wall -Wextra -Wpedantic -Werror ${c_example} ${flags} -lm
+  -Wl,-rpath,${prefix}/lib -o ${FOLDER}/every_call OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE code)
+if(code)
+  message(FATAL_ERROR "installed: every_call.c is not built\n${output}")
+endif()
+execute_process(COMMAND ${FOLDER}/every_call OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+file(READ ${c_example} text)
+file(STRINGS ${SOURCE}/tools/library/symbols_0.txt names REGEX "^haptic_")
+foreach(name IN LISTS names)
+  if(NOT text MATCHES "[^a-z_]${name}\\(")
+    message(FATAL_ERROR "installed: every_call.c does not call ${name}")
+  endif()
+endforeach()
+
 string(STRIP "${found}" found)
-message("installed: ${found}, as a package and as a folder")
+message("installed: ${found}, as a package and as a folder; and the C interface")
