@@ -143,24 +143,40 @@ SceneFile scene_of(const haptic_compile_input& input) {
   return scene;
 }
 
-/// Names that a message may begin with.
-std::vector<std::string> file_names(const SceneFile& scene) {
-  std::vector<std::string> names = {scene.file, scene.moving.mesh, scene.moving.path.string()};
-  for (const ScenePart& part : scene.statics) {
-    names.push_back(part.mesh);
-    names.push_back(part.path.string());
-  }
+/// Names that a message may begin with, as far as the scene is known.
+std::vector<std::string> file_names(const haptic_compile_input& input) {
+  if (input.scene_file != nullptr) return {input.scene_file};
+  std::vector<std::string> names;
+  const auto add = [&](const haptic_part& part, const std::string& role) {
+    names.push_back(role);
+    for (const char* name : {part.file, part.name}) {
+      if (name != nullptr) names.emplace_back(name);
+    }
+  };
+  add(*input.moving, "moving");
+  for (std::size_t k = 0; k < input.fixed_count; ++k)
+    add(input.fixed[k], "fixed " + std::to_string(k));
   return names;
+}
+void add_file_names(const SceneFile& scene, std::vector<std::string>& names) {
+  names.push_back(scene.file);
+  for (const std::span<const ScenePart> parts :
+       {std::span(&scene.moving, 1), std::span<const ScenePart>(scene.statics)}) {
+    for (const ScenePart& part : parts) {
+      names.push_back(part.mesh);
+      names.push_back(part.path.string());
+    }
+  }
 }
 
 void compile_into(const haptic_compile_input& input, haptic_compiled& out,
                   std::vector<std::string>& files) {
-  if (input.scene_file != nullptr) files = {input.scene_file};
+  files = file_names(input);
   const SceneFile scene =
       input.scene_file != nullptr ? read_scene_file(input.scene_file) : scene_of(input);
   // Nothing is written here that could replace an input.
   forget_file_roles();
-  files = file_names(scene);
+  add_file_names(scene, files);
   const CompiledScene compiled = compile_scene(scene, {});
   for (const std::string& warning : warnings_of(compiled))
     out.messages.push_back(message_record(HAPTIC_WARNING, warning, files));

@@ -245,17 +245,25 @@ HAPTIC_API int haptic_compiled_free(haptic_compiled** compiled);
 
 typedef struct haptic_session haptic_session;
 
+/// What the simulated hand does with the deadman switch. On a machine that is busy a tick comes too
+/// late now and then, which takes the force away until the switch is pressed again.
+typedef enum haptic_hold {
+  HAPTIC_RELEASE = 0,
+  HAPTIC_HOLD = 1,
+  HAPTIC_HOLD_AGAIN = 2  ///< and presses it again after a fault, but not after haptic_session_stop
+} haptic_hold;
+
 typedef struct haptic_session_options {
   uint32_t struct_size;
-  uint32_t hold_deadman;  ///< not 0: the simulated hand holds the deadman switch from the start
-  const char* device;     ///< "sim": a simulated handle and hand
-  double rate_hz;         ///< of the loop, 50 to 10 000; 0: the scene's
-  double history_s;       ///< of haptic_session_history; 0 to 3600
-  int32_t priority;       ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
+  uint32_t hold;       ///< haptic_hold, from the start
+  const char* device;  ///< "sim": a simulated handle and hand
+  double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
+  double history_s;    ///< of haptic_session_history; 0 to 3600
+  int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
   int32_t reserved;
 } haptic_session_options;
 #define HAPTIC_SESSION_OPTIONS_INIT \
-  { sizeof(haptic_session_options), 1, "sim", 0.0, 10.0, 0, 0 }
+  { sizeof(haptic_session_options), HAPTIC_HOLD_AGAIN, "sim", 0.0, 10.0, 0, 0 }
 
 /// Opens the device and begins the loop: driver, link, output guard, safety and tick are those of
 /// `run_device`, in two threads of this process instead of processes of their own. The handle
@@ -281,13 +289,15 @@ typedef struct haptic_state {
   uint32_t safety_faults;     ///< SafetyFault of rt_core/safety/arming.hpp, latched
   uint32_t device_faults;     ///< DeviceFault of rt_core/exchange/device_exchange.hpp
   uint32_t hand_held;         ///< the hand holds the deadman switch
+  uint32_t armings;           ///< so far
+  uint32_t reserved;
   uint64_t goals_reached;  ///< number of the last goal of the hand that it has come to the end of
   uint64_t late_ticks;     ///< woken a period late or more
   uint64_t missed_periods;
   double longest_tick_s;
 } haptic_state;
 #define HAPTIC_STATE_INIT \
-  { sizeof(haptic_state), 0, 0, 0, {0}, {0}, {0}, {0}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+  { sizeof(haptic_state), 0, 0, 0, {0}, {0}, {0}, {0}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 /// Never waits, for nothing and nobody. After haptic_session_close: the last one. Any thread. Cost:
 /// one copy.
@@ -325,9 +335,9 @@ typedef struct haptic_hand_goal {
 HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* goal,
                                         uint64_t* number);
 
-/// The hand holds (not 0) or releases the deadman switch. After a fault: release, then hold again.
-/// Threads and cost as haptic_session_move_hand.
-HAPTIC_API int haptic_session_hold(haptic_session* session, int held);
+/// The hand holds or releases the deadman switch: `hold` is of haptic_hold. After a fault: release,
+/// then hold again. Threads and cost as haptic_session_move_hand.
+HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
 
 /// Stop by software: the force ramps to zero at once, on both sides of the link, and stays there
 /// until the deadman switch has been released and is held again. Any thread; constant cost.

@@ -39,7 +39,7 @@ int check_options(const haptic_session_options* options) noexcept {
   if (std::strcmp(options->device, "sim") != 0) return HAPTIC_ERROR_DEVICE;
   const bool rate = options->rate_hz == 0 || is_within(options->rate_hz, 50, 10'000);
   const bool numbers = rate && is_within(options->history_s, 0, 3600) && options->priority >= 0 &&
-                       options->priority <= 99;
+                       options->priority <= 99 && options->hold <= HAPTIC_HOLD_AGAIN;
   return numbers ? HAPTIC_OK : HAPTIC_ERROR_NUMBER;
 }
 
@@ -62,7 +62,7 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
     settings.period_ns = std::llround(1e9 / rate_hz);
     settings.history_s = options->history_s;
     settings.priority = options->priority;
-    settings.hold_deadman = options->hold_deadman != 0;
+    settings.hold = static_cast<haptic_hold>(options->hold);
     auto opened = std::make_unique<haptic_session>(aligned.span(), settings);
     if (const int error = opened->loop.start(); error != HAPTIC_OK) return error;
     *session = opened.release();
@@ -107,11 +107,12 @@ int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* go
   });
 }
 
-int haptic_session_hold(haptic_session* session, int held) {
+int haptic_session_hold(haptic_session* session, int hold) {
+  if (hold < HAPTIC_RELEASE || hold > HAPTIC_HOLD_AGAIN) return HAPTIC_ERROR_NUMBER;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
     const std::lock_guard lock(session->loop.mutex);
-    session->loop.hold(held != 0);
+    session->loop.hold(static_cast<haptic_hold>(hold));
     return HAPTIC_OK;
   });
 }

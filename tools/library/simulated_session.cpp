@@ -80,6 +80,22 @@ std::array<double, 4> between(const std::array<double, 4>& a, const std::array<d
 
 }  // namespace
 
+// A fault is let go of for a moment before the next press, and a press is given one to take effect.
+bool GuidedHand::presses(std::uint64_t hold, double t_s) noexcept {
+  constexpr double kMoment_s = 0.05;
+  if (hold == HAPTIC_RELEASE) return false;
+  const bool again = hold == HAPTIC_HOLD_AGAIN && !stopped_.load(std::memory_order_relaxed);
+  if (!now_.deadman) {
+    if (t_s < released_s_ + kMoment_s) return false;
+    pressed_s_ = t_s;
+    return true;
+  }
+  if (!again || !faulted_.load(std::memory_order_relaxed) || t_s < pressed_s_ + kMoment_s)
+    return true;
+  released_s_ = t_s;
+  return false;
+}
+
 HandWish GuidedHand::wish(double t_s) noexcept {
   const HandOrder& order = reader_.newest();
   if (order.number != number_) {
@@ -87,7 +103,7 @@ HandWish GuidedHand::wish(double t_s) noexcept {
     from_ = now_;
     from_s_ = t_s;
   }
-  now_.deadman = order.held != 0;
+  now_.deadman = presses(order.hold, t_s);
   holds_.store(now_.deadman, std::memory_order_relaxed);
   if (order.number == 0) return now_;
   const double x = std::clamp((t_s - from_s_) / order.seconds, 0.0, 1.0);
@@ -143,7 +159,7 @@ int SimulatedSession::start() {
     return HAPTIC_ERROR_SYSTEM;
   }
   // A switch that is held from the start arms nothing: it is pressed once the device is ready.
-  if (settings_.hold_deadman) {
+  if (settings_.hold != HAPTIC_RELEASE) {
     constexpr std::int64_t kLongestStart_ns = 2'000'000'000;
     haptic_state now = HAPTIC_STATE_INIT;
     while (now.link != static_cast<std::uint32_t>(LinkState::kReady) &&
@@ -151,7 +167,7 @@ int SimulatedSession::start() {
       (void)hal::sleep_until(hal::monotonic_ns() + settings_.period_ns);
       state(now);
     }
-    hold(true);
+    hold(settings_.hold);
   }
   return HAPTIC_OK;
 }
@@ -192,6 +208,8 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   s.late_ticks = counters.late;
   s.missed_periods = counters.missed_periods;
   s.longest_tick_s = 1e-9 * static_cast<double>(counters.largest_tick_ns);
+  s.armings = result.command.arming;
+  hand_.note_fault(result.arming == ArmingState::kFaulted);
   newest_writer_.publish(record);
 }
 
@@ -242,12 +260,14 @@ std::uint64_t SimulatedSession::move_hand(const double* pose, double seconds) no
   return order_.number;
 }
 
-void SimulatedSession::hold(bool held) noexcept {
-  order_.held = held ? 1 : 0;
+void SimulatedSession::hold(haptic_hold hold) noexcept {
+  order_.hold = hold;
+  hand_.allow_presses();
   hand_.order(order_);
 }
 
 void SimulatedSession::stop() noexcept {
+  hand_.stop_presses();
   loop_.emergency_stop();
   link_.emergency_stop();
 }

@@ -27,7 +27,7 @@ struct HandOrder {
   std::uint64_t number = 0;  ///< of the goal; 0: none yet
   double pose_dh[7] = {0, 0, 0, 0, 0, 0, 1};
   double seconds = 0;
-  std::uint64_t held = 0;  ///< the deadman switch
+  std::uint64_t hold = HAPTIC_RELEASE;  ///< haptic_hold
 };
 
 /// Goes from where its last goal has led it to the next, without a jerk; orders and reached goals
@@ -39,9 +39,16 @@ class GuidedHand final : public SimulatedHand {
   [[nodiscard]] std::uint64_t reached() const noexcept {                   ///< any thread
     return reached_.load(std::memory_order_acquire);
   }
+  /// Servo thread, after each tick.
+  void note_fault(bool faulted) noexcept { faulted_.store(faulted, std::memory_order_relaxed); }
+  /// Any thread: presses no more by itself until `allow_presses`.
+  void stop_presses() noexcept { stopped_.store(true, std::memory_order_relaxed); }
+  void allow_presses() noexcept { stopped_.store(false, std::memory_order_relaxed); }
   [[nodiscard]] bool holds() const noexcept { return holds_.load(std::memory_order_relaxed); }
 
  private:
+  [[nodiscard]] bool presses(std::uint64_t hold, double t_s) noexcept;
+
   NewestRecord<HandOrder> orders_;
   NewestWriter<HandOrder> writer_{orders_};
   NewestReader<HandOrder> reader_{orders_};
@@ -49,14 +56,15 @@ class GuidedHand final : public SimulatedHand {
   double from_s_ = 0;
   std::uint64_t number_ = 0;
   std::atomic<std::uint64_t> reached_{0};
-  std::atomic<bool> holds_{false};
+  double pressed_s_ = 0, released_s_ = 0;  ///< since when, as the switch is
+  std::atomic<bool> holds_{false}, faulted_{false}, stopped_{false};
 };
 
 struct SessionSettings {
   std::int64_t period_ns = 1'000'000;
   double history_s = 0;
   int priority = 0;
-  bool hold_deadman = true;
+  haptic_hold hold = HAPTIC_RELEASE;
 };
 
 /// Owner: any thread; `state` from any, the others from one at a time but where they say so.
@@ -78,7 +86,7 @@ class SimulatedSession {
   [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks) const;
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
-  void hold(bool held) noexcept;
+  void hold(haptic_hold hold) noexcept;
   /// Any thread.
   void stop() noexcept;
 

@@ -253,6 +253,7 @@ void sessions_wrong(Answers& answers) {
   open_with([](auto& o) { o.device = "falcon 9"; }, HAPTIC_ERROR_DEVICE);
   open_with([](auto& o) { o.priority = -1; }, HAPTIC_ERROR_NUMBER);
   open_with([](auto& o) { o.priority = 100; }, HAPTIC_ERROR_NUMBER);
+  open_with([](auto& o) { o.hold = 3; }, HAPTIC_ERROR_NUMBER);
   for (const double bad : kBadNumbers) {
     open_with([&](auto& o) { o.rate_hz = bad; }, HAPTIC_ERROR_NUMBER);
     open_with([&](auto& o) { o.history_s = bad; }, HAPTIC_ERROR_NUMBER);
@@ -287,6 +288,8 @@ void sessions_wrong(Answers& answers) {
     }
   }
   answers.take(haptic_session_hold(nullptr, 1), HAPTIC_ERROR_NULL);
+  for (const int none : {-1, 3, 1 << 20})
+    answers.take(haptic_session_hold(session, none), HAPTIC_ERROR_NUMBER);
   answers.take(haptic_session_stop(nullptr), HAPTIC_ERROR_NULL);
   answers.take(haptic_session_close(nullptr), HAPTIC_ERROR_NULL);
   answers.take(haptic_session_free(nullptr), HAPTIC_ERROR_NULL);
