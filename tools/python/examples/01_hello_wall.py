@@ -29,6 +29,6 @@ result = scene.replay(np.column_stack([np.zeros(1000), np.zeros(1000), heights])
 for height in (0.020, 0.015, 0.0125, 0.010):
     k = np.argmin(abs(heights - height))
     print(f"hand at {1e3 * heights[k]:5.2f} mm: part at {1e3 * result.felt_poses[k, 2]:5.2f} mm, "
-          f"{result.forces[k, 2]:5.2f} N up")  # fmt: skip
+          f"{abs(result.forces[k, 2]):5.2f} N up")  # fmt: skip
 
 assert abs(result.forces[-1, 2] - 2.5) < 0.05  # 5 mm at 500 N/m

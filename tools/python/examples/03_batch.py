@@ -15,7 +15,7 @@ motions = []
 for _ in range(100):
     poses = np.tile(scene.start, (200, 1))
     poses[:, :2] += random.uniform(-0.01, 0.01, 2)
-    poses[:, 2] -= np.linspace(0, 0.06, 200)
+    poses[:, 2] -= np.linspace(0, random.uniform(0.03, 0.06), 200)
     motions.append(poses)
 
 begin = time.perf_counter()
