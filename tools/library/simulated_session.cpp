@@ -84,9 +84,11 @@ std::array<double, 4> between(const std::array<double, 4>& a, const std::array<d
 bool GuidedHand::presses(std::uint64_t hold, double t_s) noexcept {
   constexpr double kMoment_s = 0.05;
   if (hold == HAPTIC_RELEASE) return false;
-  const bool again = hold == HAPTIC_HOLD_AGAIN && !stopped_.load(std::memory_order_relaxed);
+  const bool stopped = stopped_.load(std::memory_order_relaxed);
+  const bool again = hold == HAPTIC_HOLD_AGAIN && !stopped;
   if (!now_.deadman) {
-    if (t_s < released_s_ + kMoment_s) return false;
+    // Also a press that was ordered before the stop must not undo it.
+    if (stopped || t_s < released_s_ + kMoment_s) return false;
     pressed_s_ = t_s;
     return true;
   }

@@ -41,7 +41,7 @@ class GuidedHand final : public SimulatedHand {
   }
   /// Servo thread, after each tick.
   void note_fault(bool faulted) noexcept { faulted_.store(faulted, std::memory_order_relaxed); }
-  /// Any thread: presses no more by itself until `allow_presses`.
+  /// Any thread: does not press until `allow_presses`; what is held stays held.
   void stop_presses() noexcept { stopped_.store(true, std::memory_order_relaxed); }
   void allow_presses() noexcept { stopped_.store(false, std::memory_order_relaxed); }
   [[nodiscard]] bool holds() const noexcept { return holds_.load(std::memory_order_relaxed); }

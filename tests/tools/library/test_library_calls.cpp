@@ -175,6 +175,16 @@ TEST_SUITE("tools.library") {
     CHECK(bench.state().tick > 0);
   }
 
+  TEST_CASE("session: a stop right after the begin holds, however late the first press is") {
+    SessionBench bench;
+    REQUIRE(haptic_session_stop(bench.session) == HAPTIC_OK);
+    const haptic_state begin = bench.state();
+    const haptic_state later =
+        bench.wait_for([&](const haptic_state& s) { return s.time_s > begin.time_s + 0.3; });
+    CHECK(later.arming == 4);
+    CHECK(later.sent_wrench[2] == 0);
+  }
+
   TEST_CASE("session: without the deadman nothing is sent; the history has every tick") {
     SessionBench bench(HAPTIC_RELEASE);
     const std::uint64_t down = bench.go_to(0.005, 0.2);

@@ -103,8 +103,16 @@ class Hand:
         return number.value
 
     def wait(self, number: int) -> None:
-        """Until the hand has come to the end of goal `number`."""
-        while self._session.state().goals_reached < number:
+        """Until the hand has come to the end of goal `number`. Raises RuntimeError where the loop has ended before."""
+        tick, since = 0, time.monotonic()
+        while True:
+            state = self._session.state()
+            if state.goals_reached >= number:
+                return
+            if state.tick != tick:
+                tick, since = state.tick, time.monotonic()
+            elif time.monotonic() > since + 2.0:
+                raise RuntimeError("the servo loop has ended before the hand was there; the session is closed")
             time.sleep(0.002)
 
     def hold(self, again: bool = True) -> None:
