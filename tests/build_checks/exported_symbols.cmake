@@ -5,7 +5,7 @@ cmake_minimum_required(VERSION 3.25)
 
 file(STRINGS ${LIST} listed REGEX "^haptic_")
 file(READ ${HEADER} text)
-string(REGEX MATCHALL "HAPTIC_API [^;(]*\\(" declarations "${text}")
+string(REGEX MATCHALL "\nHAPTIC_API [^;(]*\\(" declarations "${text}")
 set(declared)
 foreach(declaration IN LISTS declarations)
   string(REGEX REPLACE ".*[ *](haptic_[a-z0-9_]+)\\($" "\\1" name "${declaration}")
