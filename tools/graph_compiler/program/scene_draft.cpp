@@ -126,6 +126,13 @@ std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, double scale, 
   return ways;
 }
 
+/// To two digits, so that a person can read it.
+double rounded_up(double length_m) {
+  if (!(length_m > 0.0)) return 0.0;
+  const double step_m = std::pow(10.0, std::floor(std::log10(length_m)) - 1.0);
+  return std::ceil(length_m / step_m) * step_m;
+}
+
 std::string way_text(const std::array<int, 3>& direction) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (direction[k] != 0) return std::string(direction[k] > 0 ? "+" : "-") + "xyz"[k];
@@ -245,7 +252,7 @@ SceneDraft draft_scene(const DraftRequest& request) {
   const auto as_filed = prober.at({0.0, 0.0, 0.0});
   const WayOut way = ways_out(moving_box, fixed_box, draft.scale_to_m, prober).front();
   draft.way = way.direction;
-  const double away_m = std::max(0.0, way.apart_m + kStartMargin * size_m);
+  const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
   const auto start = prober.at(draft.start_m);
   if (!as_filed || !start) {

@@ -121,7 +121,7 @@ static void run_core(const void* scene, size_t scene_bytes) {
   }
   EXPECT(fabs(output.wrench[2] - 2.5) < 0.05);  // 5 mm at 500 N/m
   EXPECT(fabs(output.felt_pose[2] - 0.015) < 1e-5);
-  EXPECT(output.gap_m > -1e-7);
+  EXPECT(output.gap_m > -1e-6);
 
   REQUIRE(haptic_core_reset(core));
   replay.count = 1000;
