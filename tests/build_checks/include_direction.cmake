@@ -20,6 +20,8 @@ set(may_rt_core/tick rt_core/base/ rt_core/scene/ rt_core/contact/ rt_core/law/ 
 set(may_hal rt_core/ hal/)
 set(may_tools rt_core/ tools/)
 set(may_tools/run_device rt_core/ tools/ hal/)
+set(may_tools/library rt_core/ tools/ hal/)
+set(may_tools/package rt_core/ hal/)
 # Golden vectors and generated pairs are compiled by the one scene writer there is, and judged by the one budget of gains,
 # hence the folders of tools.
 set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph_compiler/coupling/ tools/common/)

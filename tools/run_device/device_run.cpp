@@ -136,6 +136,7 @@ class Run {
   hal::RealtimeProcess process_;
   LinkWatch bus_;
   RunEvents events_;
+  PressingHand hand_;  ///< of the peer
   std::unique_ptr<SimulatedPeer> peer_;
   std::unique_ptr<hal::SocketPeer> socket_;
   StopKey stop_key_;
@@ -209,7 +210,7 @@ void Run::hold() {
   hal::Driver& driver = *config_.driver;
   if (config_.simulated) {
     peer_ = std::make_unique<SimulatedPeer>(
-        SimulatedPeerSettings{config_.loop.period_ns, config_.servo.switches.deadman});
+        SimulatedPeerSettings{config_.loop.period_ns, config_.servo.switches.deadman}, hand_);
     link_ = std::make_unique<hal::LocalLink>(driver, guardian_.mailbox(), *peer_, settings);
   } else if (!config_.socket_path.empty()) {
     socket_ = std::make_unique<hal::SocketPeer>(config_.socket_path);

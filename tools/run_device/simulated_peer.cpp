@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace haptic::tools {
 namespace {
@@ -38,10 +39,28 @@ double depth_of_hand_m(double t_s) noexcept {
   return kStroke_m * share * share * (3.0 - 2.0 * share);  // comes and goes without a jerk
 }
 
+/// From orientation `a` to `b` within `step_s`, in D axes, for turns that are small.
+std::array<double, 3> turn_between(const std::array<double, 4>& a, const std::array<double, 4>& b,
+                                   double step_s) noexcept {
+  // Vector part of b times the conjugate of a, with the sign of the shorter way.
+  const double w = b[3] * a[3] + b[0] * a[0] + b[1] * a[1] + b[2] * a[2];
+  const double scale = (w < 0 ? -2.0 : 2.0) / step_s;
+  return {scale * (-b[3] * a[0] + b[0] * a[3] - b[1] * a[2] + b[2] * a[1]),
+          scale * (-b[3] * a[1] + b[1] * a[3] - b[2] * a[0] + b[0] * a[2]),
+          scale * (-b[3] * a[2] + b[2] * a[3] - b[0] * a[1] + b[1] * a[0])};
+}
+
 }  // namespace
 
+HandWish PressingHand::wish(double t_s) noexcept {
+  HandWish wish;
+  wish.position_m[2] = -depth_of_hand_m(t_s);
+  wish.deadman = std::fmod(t_s, kCycle_s) >= 0.5 * kRest_s;
+  return wish;
+}
+
 hal::HalStatus SimulatedPeer::plug(std::int64_t now_ns) noexcept {
-  *this = SimulatedPeer(settings_);
+  *this = SimulatedPeer(settings_, *hand_);
   due_ns_ = now_ns + settings_.period_ns;
   return hal::HalStatus::kOk;
 }
@@ -66,10 +85,10 @@ void SimulatedPeer::pass_period() noexcept {
   const double step_s = 1e-9 * static_cast<double>(settings_.period_ns);
   periods_ += 1;
   sequence_ += 1;
-  const double depth_m = depth_of_hand_m(static_cast<double>(periods_) * step_s);
-  const std::array<double, 3> target_m = {0.0, 0.0, -depth_m};
+  const HandWish before = std::exchange(wish_, hand_->wish(static_cast<double>(periods_) * step_s));
+  turn_rad_per_s_ = turn_between(before.q_xyzw, wish_.q_xyzw, step_s);
   for (std::size_t k = 0; k < 3; ++k) {
-    const double hand_n = kHandSpring_n_per_m * (target_m[k] - position_m_[k]) -
+    const double hand_n = kHandSpring_n_per_m * (wish_.position_m[k] - position_m_[k]) -
                           (kHandDamping_ns_per_m + kDamping_ns_per_m) * velocity_m_per_s_[k];
     const double drive_n = drives_on_ ? force_n_[k] : 0.0;
     velocity_m_per_s_[k] += step_s * (hand_n + drive_n) / kMass_kg;
@@ -100,10 +119,11 @@ std::size_t SimulatedPeer::report(std::int64_t now_ns, std::span<std::uint8_t> b
   for (std::size_t k = 0; k < 3; ++k) {
     r.position[k] = units(position_m_[k], hal::kReferencePositionUnit_m);
     r.velocity[k] = units(velocity_m_per_s_[k], hal::kReferenceVelocityUnit_m_per_s);
+    r.angular_velocity[k] = units(turn_rad_per_s_[k], hal::kReferenceTurnUnit_rad_per_s);
   }
-  const double t_s =
-      1e-9 * static_cast<double>(settings_.period_ns) * static_cast<double>(periods_);
-  r.switches = std::fmod(t_s, kCycle_s) >= 0.5 * kRest_s ? settings_.deadman : 0;
+  for (std::size_t k = 0; k < 4; ++k)
+    r.orientation[k] = units(wish_.q_xyzw[k], hal::kReferenceOrientationUnit);
+  r.switches = wish_.deadman ? settings_.deadman : 0;
   r.faults = cut_ ? std::uint32_t{kDeviceWatchdogCut} : 0u;
   r.accepted_tick = tick_;
   r.rejected = static_cast<std::uint32_t>(counters_.refused);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A handle in this process that speaks the reference protocol, with a scripted hand that presses
-/// it down and lets it up again: for trying out the loop without hardware. It is not a model of a
-/// device: a mass and a damper in three directions, no friction, encoder steps or drives, and a
-/// grip that does not turn and holds every torque.
+/// A handle in this process that speaks the reference protocol, and the hand that moves it: for
+/// trying out the loop without hardware. It is not a model of a device: a mass and a damper in
+/// three directions, no friction, encoder steps or drives, and a grip that the hand turns as it
+/// wants, which holds every torque.
 
 #include <array>
 #include <cstdint>
@@ -12,6 +12,27 @@
 #include "hal/local/local_peer.hpp"
 
 namespace haptic::tools {
+
+/// Where a hand wants the handle in D, and whether it holds the deadman switch.
+struct HandWish {
+  std::array<double, 3> position_m{};
+  std::array<double, 4> q_xyzw{0, 0, 0, 1};  ///< unit
+  bool deadman = false;
+};
+
+/// Owner: the link's thread.
+class SimulatedHand {
+ public:
+  virtual ~SimulatedHand() = default;
+  /// At `t_s` after the device was plugged in; once a period, in order. Wait-free.
+  virtual HandWish wish(double t_s) noexcept = 0;
+};
+
+/// Rests with the deadman switch released, goes down with it held, presses, comes up, and so on.
+class PressingHand final : public SimulatedHand {
+ public:
+  HandWish wish(double t_s) noexcept override;
+};
 
 struct SimulatedPeerSettings {
   std::int64_t period_ns = 1'000'000;  ///< of its reports; 0.1 to 20 ms
@@ -30,7 +51,9 @@ class SimulatedPeer final : public hal::LocalPeer {
  public:
   static constexpr int kMostPeriods = 100;
 
-  explicit SimulatedPeer(const SimulatedPeerSettings& settings) noexcept : settings_(settings) {}
+  /// `hand` outlives the peer.
+  SimulatedPeer(const SimulatedPeerSettings& settings, SimulatedHand& hand) noexcept
+      : settings_(settings), hand_(&hand) {}
 
   hal::HalStatus plug(std::int64_t now_ns) noexcept override;
   hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
@@ -45,10 +68,13 @@ class SimulatedPeer final : public hal::LocalPeer {
   void pass_period() noexcept;
 
   SimulatedPeerSettings settings_;
+  SimulatedHand* hand_;
+  HandWish wish_;
   SimulatedPeerCounters counters_;
   std::int64_t due_ns_ = 0;
   std::uint64_t periods_ = 0, fed_ = 0;  ///< fed_: period of the last command accepted
   std::array<double, 3> position_m_{}, velocity_m_per_s_{}, force_n_{};  ///< D axes
+  std::array<double, 3> turn_rad_per_s_{};
   std::uint32_t sequence_ = 0, accepted_ = 0, tick_ = 0;
   bool drives_on_ = false, cut_ = false;
   bool fresh_ = true;  ///< no command without the drives' bit since it was plugged in

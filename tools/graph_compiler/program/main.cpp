@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/common/command_line.hpp"
@@ -16,6 +17,7 @@
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/init_command.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/report.hpp"
 #include "tools/graph_compiler/program/traits_header.hpp"
@@ -134,9 +136,11 @@ int compile(const Arguments& arguments) {
 }  // namespace haptic::tools
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "init")
+    return haptic::tools::run_init(argc - 1, argv + 1);
   CLI::App app(
       "Compiles a scene (meshes, poses, stiffness) into the contact graph that the servo loop "
-      "reads.",
+      "reads. `graph_compiler init` writes a scene file to begin with.",
       "graph_compiler");
   haptic::tools::Arguments arguments;
   app.add_option("scene,--scene", arguments.scene, "scene file (TOML)")->required();

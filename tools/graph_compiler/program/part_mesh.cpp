@@ -31,6 +31,7 @@ void check_unit(const ScenePart& part, double unit_m, const std::string& scene_f
 }  // namespace
 
 PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
+  if (part.given) return {*part.given, part.scale_to_m, part.scale_to_m};
   if (part.shape) return {shape_mesh(*part.shape, part.mesh)};
   if (part.link) return {link_mesh(part.path, *part.link)};
   if (!import_format_of(part.path)) {

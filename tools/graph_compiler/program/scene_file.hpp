@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include "tools/common/file_place.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/shapes/shape.hpp"
 
 namespace haptic::tools {
@@ -48,6 +50,7 @@ struct ScenePart {
   std::optional<Shape> shape;                 ///< instead of a file
   std::optional<std::string> link;            ///< of the robot description `path`
   std::optional<FilePlace> scale_at;          ///< of scale_to_m, where it is given
+  std::shared_ptr<const RawMesh> given;       ///< the mesh itself, instead of the file at `path`
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// graph_compiler init: what it guesses, and that what it writes compiles.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/tools/compiler/part_scenes.hpp"
+#include "tools/graph_compiler/program/scene_draft.hpp"
+
+using namespace haptic::test;
+using haptic::sim::test::ProgramResult;
+using haptic::sim::test::run_program;
+using haptic::sim::test::ScratchFolder;
+using haptic::sim::test::text_of_file;
+using haptic::tools::draft_scene;
+using haptic::tools::DraftRequest;
+using haptic::tools::guessed_unit;
+using haptic::tools::SceneDraft;
+
+namespace {
+
+/// Boxes from corner to corner, as one OBJ file.
+struct Corners {
+  double low[3], high[3];
+};
+void write_boxes(const std::string& path, const std::vector<Corners>& boxes) {
+  std::ofstream file(path);
+  int first = 1;
+  for (const Corners& box : boxes) {
+    for (int k = 0; k < 8; ++k) {
+      file << "v";
+      for (int i = 0; i < 3; ++i) file << " " << ((k >> i & 1) != 0 ? box.high[i] : box.low[i]);
+      file << "\n";
+    }
+    for (const auto& f : {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4},
+                          std::array{2, 6, 7, 3}, std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}}) {
+      file << "f";
+      for (const int v : f) file << " " << first + v;
+      file << "\n";
+    }
+    first += 8;
+  }
+}
+
+/// A hole of 20 x 20, 30 deep, along an axis: four walls, open at both ends.
+std::vector<Corners> walls(int axis) {
+  std::vector<Corners> boxes;
+  for (const auto& [x0, x1, y0, y1] :
+       {std::array{-30.0, -10.0, -30.0, 30.0}, std::array{10.0, 30.0, -30.0, 30.0},
+        std::array{-10.0, 10.0, -30.0, -10.0}, std::array{-10.0, 10.0, 10.0, 30.0}}) {
+    Corners c{};
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    c.low[u] = x0;
+    c.high[u] = x1;
+    c.low[v] = y0;
+    c.high[v] = y1;
+    c.low[axis] = -15;
+    c.high[axis] = 15;
+    boxes.push_back(c);
+  }
+  return boxes;
+}
+
+struct DraftBench {
+  ScratchFolder folder{"draft"};
+  std::string peg = folder.file("peg.obj"), hole = folder.file("hole.obj");
+
+  SceneDraft draft() const {
+    DraftRequest request;
+    request.moving = peg;
+    request.fixed = {hole};
+    request.folder = folder.file("");
+    request.name = "peg";
+    return draft_scene(request);
+  }
+  static bool says(const SceneDraft& draft, const std::string& words) {
+    return std::ranges::any_of(draft.remarks, [&](const std::string& remark) {
+      return remark.find(words) != std::string::npos;
+    });
+  }
+};
+
+}  // namespace
+
+TEST_SUITE("tools.scene_draft") {
+  TEST_CASE("the unit is that in which the part is like one that a hand holds") {
+    CHECK(guessed_unit(66.0).scale_to_m == 0.001);
+    CHECK(guessed_unit(0.066).scale_to_m == 1.0);
+    CHECK(guessed_unit(5.0).scale_to_m == 0.001);
+    CHECK(guessed_unit(1.9).scale_to_m == 1.0);
+    CHECK(guessed_unit(50'000.0).scale_to_m == 1e-6);
+    CHECK(guessed_unit(1e-5).scale_to_m == 1.0);
+    CHECK(guessed_unit(1e9).scale_to_m == 1e-6);
+  }
+
+  TEST_CASE("a peg drawn in its hole starts outside of the opening, on the hole's axis") {
+    for (int axis = 0; axis < 3; ++axis) {
+      CAPTURE(axis);
+      DraftBench bench;
+      Corners peg{{-9, -9, -9}, {9, 9, 9}};
+      peg.low[axis] = -20;
+      peg.high[axis] = 20;
+      write_boxes(bench.peg, {peg});
+      write_boxes(bench.hole, walls(axis));
+      const SceneDraft draft = bench.draft();
+      CHECK(draft.scale_to_m == 0.001);
+      CHECK(draft.way[static_cast<std::size_t>(axis)] == 1);
+      for (int k = 0; k < 3; ++k)
+        CHECK((draft.start_m[static_cast<std::size_t>(k)] > 0.035) == (k == axis));
+      CHECK(bench.says(draft, "free of all fixed parts, by the exact verdict"));
+      CHECK_FALSE(bench.says(draft, "overlap"));
+      CHECK_FALSE(bench.says(draft, "no straight way"));
+    }
+  }
+
+  TEST_CASE("a peg that is larger than its hole, and one of another unit, are remarked on") {
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-10.5, -10.5, -20}, {10.5, 10.5, 20}}});
+    write_boxes(bench.hole, walls(2));
+    const SceneDraft large = bench.draft();
+    CHECK(bench.says(large, "the parts overlap by 0.5 mm"));
+    CHECK(bench.says(large, "no straight way along an axis"));
+    CHECK(bench.says(large, "free of all fixed parts"));
+    write_boxes(bench.peg, {{{-0.009, -0.009, -0.02}, {0.009, 0.009, 0.02}}});
+    const SceneDraft odd = bench.draft();
+    CHECK(odd.scale_to_m == 1.0);
+    CHECK(bench.says(odd, "are both in the same unit?"));
+  }
+
+  TEST_CASE("the program writes a scene file that compiles, and overwrites nothing") {
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
+    write_boxes(bench.hole, walls(2));
+    const std::string scene = bench.folder.file("scene.toml");
+    const std::string call = "init " + bench.peg + " " + bench.hole + " -o " + scene;
+    const ProgramResult r = run_program(HAPTIC_GRAPH_COMPILER, call + " --stiffness 500");
+    CHECK(r.exit_code == 0);
+    CHECK(r.err.empty());
+    CHECK(r.out.find("unit: millimetres, guessed") != std::string::npos);
+    const std::string text = text_of_file(scene);
+    CHECK(text.find("mesh = \"peg.obj\"") != std::string::npos);
+    CHECK(text.find("k_f_n_per_m = 500") != std::string::npos);
+    const ProgramResult compiled =
+        run_program(HAPTIC_GRAPH_COMPILER, scene + " -o " + bench.folder.file("s.rtscene"));
+    CHECK(compiled.exit_code == 0);
+    const ProgramResult again = run_program(HAPTIC_GRAPH_COMPILER, call);
+    CHECK(again.exit_code == 2);
+    CHECK(again.err.find("scene.toml: exists already") != std::string::npos);
+    CHECK(text_of_file(scene) == text);
+    const ProgramResult over =
+        run_program(HAPTIC_GRAPH_COMPILER, "init " + bench.peg + " " + bench.hole);
+    CHECK(over.exit_code == 2);
+    const ProgramResult missing = run_program(
+        HAPTIC_GRAPH_COMPILER, "init " + bench.peg + " " + bench.folder.file("none.obj") + " -o " +
+                                   bench.folder.file("t.toml"));
+    CHECK(missing.exit_code == 3);
+    CHECK(missing.err.find("none.obj") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(bench.folder.file("t.toml")));
+  }
+}

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/tools/library/block_on_plate.hpp"
+
+using namespace haptic::test;
+
+namespace {
+
+haptic_step_input input_at(double z_m, double time_s) {
+  haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
+  input.pose[2] = z_m;
+  input.time_s = time_s;
+  return input;
+}
+
+/// A session that ends with its test.
+struct SessionBench {
+  explicit SessionBench(haptic_hold hold = HAPTIC_HOLD_AGAIN) {
+    haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+    options.hold = hold;
+    REQUIRE(haptic_session_open(block_scene().data(), block_scene().size(), &options, &session) ==
+            HAPTIC_OK);
+  }
+  ~SessionBench() { (void)haptic_session_free(&session); }
+  SessionBench(const SessionBench&) = delete;
+  SessionBench& operator=(const SessionBench&) = delete;
+
+  haptic_state state() const {
+    haptic_state now = HAPTIC_STATE_INIT;
+    REQUIRE(haptic_session_state(session, &now) == HAPTIC_OK);
+    return now;
+  }
+  /// The first state that `wanted` is true of; there is none within a minute: the test fails.
+  template <class Wanted>
+  haptic_state wait_for(const Wanted& wanted) const {
+    haptic_state now = state();
+    for (int k = 0; k < 60'000 && !wanted(now); ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      now = state();
+    }
+    REQUIRE(wanted(now));
+    return now;
+  }
+  std::uint64_t go_to(double z_m, double seconds) {
+    haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
+    goal.pose[2] = z_m;
+    goal.seconds = seconds;
+    std::uint64_t number = 0;
+    REQUIRE(haptic_session_move_hand(session, &goal, &number) == HAPTIC_OK);
+    return number;
+  }
+
+  haptic_session* session = nullptr;
+};
+
+}  // namespace
+
+TEST_SUITE("tools.library") {
+  TEST_CASE("errors: each has a name and a text, and so has a number that is none") {
+    for (int k = 0; k < HAPTIC_ERROR_COUNT; ++k) {
+      CHECK(std::string(haptic_error_name(k)).starts_with("HAPTIC_"));
+      CHECK(std::strlen(haptic_error_text(k)) > 3);
+    }
+    CHECK(std::string(haptic_error_name(HAPTIC_ERROR_LIMIT)) == "HAPTIC_ERROR_LIMIT");
+    for (const int none : {-1, int{HAPTIC_ERROR_COUNT}, 1 << 30})
+      CHECK(std::string(haptic_error_name(none)) == "HAPTIC_ERROR_UNKNOWN");
+  }
+
+  TEST_CASE("core: the spring presses; a replay gives the bits of single steps") {
+    const CoreBench bench;
+    haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
+    std::vector<double> poses, wrenches(6 * 300), times;
+    std::vector<std::uint64_t> hashes(300), stepped;
+    for (int k = 0; k < 300; ++k) {
+      const haptic_step_input input = input_at(0.020 - 1e-4 * k, 0.001 * k);
+      poses.insert(poses.end(), input.pose, input.pose + 7);
+      times.push_back(input.time_s);
+      REQUIRE(haptic_core_step(bench.core(), &input, &output) == HAPTIC_OK);
+      stepped.push_back(output.state_hash);
+    }
+    CHECK(output.wrench[2] == doctest::Approx(500 * 0.0249).epsilon(0.01));
+    CHECK(output.felt_pose[2] == doctest::Approx(0.015).epsilon(1e-4));
+    CHECK(output.situation == 5);  // face on face
+    REQUIRE(haptic_core_reset(bench.core()) == HAPTIC_OK);
+    haptic_replay replay = HAPTIC_REPLAY_INIT;
+    replay.count = 300;
+    replay.poses = poses.data();
+    replay.times_s = times.data();
+    replay.wrenches = wrenches.data();
+    replay.state_hashes = hashes.data();
+    REQUIRE(haptic_core_replay(bench.core(), &replay) == HAPTIC_OK);
+    CHECK(hashes == stepped);
+    CHECK(wrenches[6 * 299 + 2] == output.wrench[2]);
+    // A pose that is refused: its index, and the ticks before it are done.
+    poses[7 * 150 + 3] = std::nan("");
+    REQUIRE(haptic_core_reset(bench.core()) == HAPTIC_OK);
+    CHECK(haptic_core_replay(bench.core(), &replay) == HAPTIC_ERROR_POSE);
+    CHECK(replay.done == 150);
+  }
+
+  TEST_CASE("compile: what is wrong with a mesh is said with part, place and remedy") {
+    BlockOnPlate scene;
+    scene.block.triangles[4] = 99;
+    haptic_compiled* handle = nullptr;
+    CHECK(haptic_compile(&scene.input, &handle) == HAPTIC_ERROR_INPUT);
+    const CompiledHandle compiled(handle);
+    std::size_t count = 0;
+    REQUIRE(haptic_compiled_message_count(handle, &count) == HAPTIC_OK);
+    REQUIRE(count == 1);
+    haptic_message message = HAPTIC_MESSAGE_INIT;
+    REQUIRE(haptic_compiled_message(handle, 0, &message) == HAPTIC_OK);
+    CHECK(message.severity == HAPTIC_SEVERE);
+    CHECK(std::string(message.file) == "moving");
+    CHECK(std::string(message.place) == "2");
+    CHECK(std::string(message.cause) == "names vertex 99 of 8");
+    CHECK(std::string(message.remedy) == "vertices are counted from 0");
+    const void* bytes = nullptr;
+    CHECK(haptic_compiled_bytes(handle, &bytes, &count) == HAPTIC_ERROR_SIZE);
+  }
+
+  TEST_CASE("compile: an open surface is refused, arrays and the same file give the same core") {
+    BlockOnPlate open;
+    open.moving.triangle_count = 11;
+    haptic_compiled* handle = nullptr;
+    CHECK(haptic_compile(&open.input, &handle) == HAPTIC_ERROR_INPUT);
+    (void)haptic_compiled_free(&handle);
+    haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
+    REQUIRE(haptic_scene_read(block_scene().data(), block_scene().size(), &info) == HAPTIC_OK);
+    CHECK(std::string(info.name) == "block on plate");
+    CHECK(info.parts == 2);
+    CHECK(info.pairs == 1);
+    CHECK(info.stiffness_n_per_m == 500);
+    CHECK(info.rate_hz == 1000);
+    CHECK(info.start_pose[2] == 0.035);
+  }
+
+  TEST_CASE("session: the hand presses the block onto the plate; a stop takes the force away") {
+    SessionBench bench;
+    const haptic_state ready = bench.wait_for([](const haptic_state& s) { return s.arming == 2; });
+    CHECK(ready.link == 2);
+    CHECK(ready.armings >= 1);
+    CHECK(ready.hand_pose[2] == doctest::Approx(0.035).epsilon(1e-3));
+    const std::uint64_t down = bench.go_to(0.005, 0.3);
+    bench.wait_for([&](const haptic_state& s) { return s.goals_reached >= down; });
+    // At rest: hand of 300 N/m and spring of 500 N/m, 10 mm apart.
+    const haptic_state pressed = bench.wait_for(
+        [](const haptic_state& s) { return std::abs(s.sent_wrench[2] - 1.875) < 0.02; });
+    CHECK(pressed.felt_pose[2] == doctest::Approx(0.015).epsilon(1e-3));
+    CHECK(pressed.gap_m > -1e-6);
+
+    REQUIRE(haptic_session_stop(bench.session) == HAPTIC_OK);
+    const haptic_state stopped =
+        bench.wait_for([](const haptic_state& s) { return s.arming == 4; });
+    CHECK((stopped.safety_faults & (1u << 6)) != 0);  // kFaultEmergencyStop
+    CHECK(stopped.sent_wrench[2] == 0);
+    // The hand does not press again by itself.
+    const haptic_state later =
+        bench.wait_for([&](const haptic_state& s) { return s.time_s > stopped.time_s + 0.3; });
+    CHECK(later.armings == stopped.armings);
+    CHECK(later.arming == 4);
+    // Released and pressed again: the force is back.
+    REQUIRE(haptic_session_hold(bench.session, HAPTIC_RELEASE) == HAPTIC_OK);
+    bench.wait_for([](const haptic_state& s) { return s.hand_held == 0; });
+    REQUIRE(haptic_session_hold(bench.session, HAPTIC_HOLD_AGAIN) == HAPTIC_OK);
+    bench.wait_for([](const haptic_state& s) { return s.arming == 2 && s.sent_wrench[2] > 1; });
+    REQUIRE(haptic_session_close(bench.session) == HAPTIC_OK);
+    CHECK(bench.state().tick > 0);
+  }
+
+  TEST_CASE("session: a stop right after the begin holds, however late the first press is") {
+    SessionBench bench;
+    REQUIRE(haptic_session_stop(bench.session) == HAPTIC_OK);
+    const haptic_state begin = bench.state();
+    const haptic_state later =
+        bench.wait_for([&](const haptic_state& s) { return s.time_s > begin.time_s + 0.3; });
+    CHECK(later.arming == 4);
+    CHECK(later.sent_wrench[2] == 0);
+  }
+
+  TEST_CASE("session: without the deadman nothing is sent; the history has every tick") {
+    SessionBench bench(HAPTIC_RELEASE);
+    const std::uint64_t down = bench.go_to(0.005, 0.2);
+    const haptic_state there =
+        bench.wait_for([&](const haptic_state& s) { return s.goals_reached >= down; });
+    CHECK(there.armings == 0);
+    CHECK(there.wrench[2] > 0.1);
+    CHECK(there.sent_wrench[2] == 0);
+    REQUIRE(haptic_session_close(bench.session) == HAPTIC_OK);
+    std::vector<haptic_tick> ticks(20'000);
+    std::size_t count = 0;
+    REQUIRE(haptic_session_history(bench.session, ticks.data(), ticks.size(), sizeof ticks[0],
+                                   &count) == HAPTIC_OK);
+    REQUIRE(count > 100);
+    CHECK(ticks[count - 1].tick == bench.state().tick);
+    for (std::size_t k = 1; k < count; ++k) CHECK(ticks[k].tick == ticks[k - 1].tick + 1);
+    CHECK(ticks[0].hand_pose[2] == doctest::Approx(0.035).epsilon(1e-3));
+  }
+
+  TEST_CASE("session: a goal turns the part") {
+    SessionBench bench;
+    haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
+    goal.pose[2] = 0.05;
+    goal.pose[5] = std::sin(0.4);
+    goal.pose[6] = std::cos(0.4);
+    goal.seconds = 0.2;
+    std::uint64_t number = 0;
+    REQUIRE(haptic_session_move_hand(bench.session, &goal, &number) == HAPTIC_OK);
+    const haptic_state there = bench.wait_for([&](const haptic_state& s) {
+      return s.goals_reached >= number && std::abs(s.hand_pose[2] - 0.05) < 1e-4;
+    });
+    CHECK(there.hand_pose[5] == doctest::Approx(std::sin(0.4)).epsilon(1e-6));
+  }
+}

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs a script with the package on its path; says `skipped` where numpy is missing.
+# cmake -DPYTHON=<python3> -DSCRIPT=<file> -DPACKAGE=<folder> -DLIBRARY=<libhaptic.so> [-DHOST_SIM=..] [-DVERSION=..]
+#       -P run_python.cmake
+cmake_minimum_required(VERSION 3.25)
+
+if(NOT PYTHON)
+  message("skipped: no python3")
+  return()
+endif()
+execute_process(COMMAND ${PYTHON} -c "import numpy" RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)
+if(code)
+  message("skipped: ${PYTHON} has no numpy; on Debian: apt-get install python3-numpy")
+  return()
+endif()
+execute_process(COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${PACKAGE} PYTHONDONTWRITEBYTECODE=1 HAPTIC_LIBRARY=${LIBRARY}
+  HAPTIC_HOST_SIM=${HOST_SIM} HAPTIC_VERSION=${VERSION} ${PYTHON} -W error ${SCRIPT} COMMAND_ERROR_IS_FATAL ANY)

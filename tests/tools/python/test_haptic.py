@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Python package against the shared library; the bits of a replay against those of host_sim."""
+
+import csv
+import gc
+import os
+import pathlib
+import subprocess
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+
+import haptic
+
+SCENES = pathlib.Path(__file__).resolve().parents[3] / "host_sim" / "scenes"
+
+
+def box(x, y, z):
+    corners = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]) * 2.0 - 1.0
+    triangles = np.array(
+        [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4]]
+        + [[2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]]
+    )
+    return corners * [x / 2, y / 2, z / 2], triangles
+
+
+def block_scene():
+    return haptic.compile(
+        box(20, 20, 20), box(100, 100, 10), unit="mm", start=(0, 0, 0.035), stiffness=500
+    )
+
+
+class Compile(unittest.TestCase):
+    def test_a_refusal_carries_file_place_cause_and_remedy(self):
+        vertices, triangles = box(20, 20, 20)
+        triangles[3, 1] = 99
+        with self.assertRaises(haptic.CompileError) as caught:
+            haptic.compile((vertices, triangles), box(1, 1, 1), unit="mm")
+        (message,) = caught.exception.messages
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_INPUT")
+        self.assertEqual(
+            (message.severity, message.file, message.place, message.cause, message.remedy),
+            ("error", "moving", "4", "names vertex 99 of 8", "vertices are counted from 0"),
+        )
+
+    def test_files_that_are_not_there(self):
+        for call in (
+            lambda: haptic.compile("/nowhere/scene.toml"),
+            lambda: haptic.compile("/nowhere/peg.stl", "/nowhere/hole.stl", unit="mm"),
+        ):
+            with self.assertRaises(haptic.CompileError) as caught:
+                call()
+            self.assertIn("/nowhere/", str(caught.exception))
+            self.assertEqual(caught.exception.messages[0].remedy, "check the path")
+
+    def test_what_cannot_be_meant(self):
+        for call, text in (
+            (lambda: haptic.compile(box(1, 1, 1), box(1, 1, 1)), "the unit of the mesh"),
+            (lambda: haptic.compile(box(1, 1, 1), box(1, 1, 1), unit="feet"), "no unit 'feet'"),
+            (lambda: haptic.compile(box(1, 1, 1)), "no fixed part"),
+            (lambda: haptic.compile((np.zeros(3), []), box(1, 1, 1), unit="m"), "n x 3"),
+            (lambda: block_scene().replay(np.zeros((3, 5))), "n x 7"),
+            (lambda: block_scene().replay(np.zeros((3, 3)), [0.0]), "3 poses"),
+        ):
+            with self.assertRaisesRegex(ValueError, text):
+                call()
+
+    def test_the_bytes_outlive_the_scene_and_are_not_copied(self):
+        scene = block_scene()
+        data = scene.bytes
+        before = data.tobytes()
+        self.assertFalse(data.flags.writeable)
+        del scene
+        gc.collect()
+        self.assertEqual(data.tobytes(), before)
+
+    def test_a_scene_that_is_saved_and_loaded_is_the_same(self):
+        scene = block_scene()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "block.rtscene"
+            scene.save(path)
+            again = haptic.Scene.load(path)
+        self.assertEqual(again.bytes.tobytes(), scene.bytes.tobytes())
+        with self.assertRaises(haptic.HapticError) as caught:
+            haptic.Scene(b"nothing")
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_SCENE")
+
+
+class Replays(unittest.TestCase):
+    def test_a_replay_gives_the_bits_of_host_sim(self):
+        program = os.environ["HAPTIC_HOST_SIM"]
+        folder = SCENES / "tetrahedron_on_box"
+        scene = haptic.compile(folder / "scene.toml")
+        with tempfile.TemporaryDirectory() as work:
+            path = pathlib.Path(work)
+            scene.save(path / "s.rtscene")
+            for arguments in (
+                ["motion", folder / "motion.toml", "--out", path / "m.csv"],
+                ["replay", path / "s.rtscene", "--motion", path / "m.csv", "--out", path / "o.csv"],
+            ):
+                subprocess.run([program, *arguments], check=True, stdout=subprocess.DEVNULL)
+            motion = np.loadtxt(path / "m.csv", delimiter=",", skiprows=1)
+            with open(path / "o.csv", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+        w, x, y, z = motion[:, 4:].T  # the program makes them of unit length
+        turns = motion[:, 4:] / np.sqrt(w * w + x * x + y * y + z * z)[:, None]
+        poses = np.hstack([motion[:, 1:4], turns[:, [1, 2, 3, 0]]])
+        result = scene.replay(poses, motion[:, 0])
+        expected = np.array([int(row["state_hash"], 16) for row in rows], dtype=np.uint64)
+        self.assertEqual(np.count_nonzero(result.hashes != expected), 0)
+        self.assertEqual(len(expected), len(motion))
+        self.assertGreater(abs(result.forces).max(), 0.1)
+
+    def test_a_refused_pose_is_named(self):
+        poses = np.zeros((5, 7))
+        poses[:, 6] = 1
+        poses[3, 0] = np.nan
+        with self.assertRaisesRegex(haptic.HapticError, "tick 3: .*HAPTIC_ERROR_POSE"):
+            block_scene().replay(poses)
+        with self.assertRaises(haptic.HapticError) as caught:
+            block_scene().replay(np.zeros((0, 7)))
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_SIZE")
+
+    def test_single_steps_give_the_bits_of_a_replay(self):
+        scene = block_scene()
+        core = scene.core()
+        heights = np.linspace(0.02, 0.01, 50)
+        hashes = [core.step((0, 0, z), 0.001 * k).hash for k, z in enumerate(heights)]
+        poses = np.column_stack([np.zeros(50), np.zeros(50), heights])
+        self.assertEqual(hashes, list(scene.replay(poses).hashes))
+        core.reset()
+        self.assertEqual(core.step((0, 0, heights[0]), 0.0).situation, "none")
+
+
+class Sessions(unittest.TestCase):
+    def test_the_hand_presses_and_the_history_has_it(self):
+        with haptic.Session(block_scene(), device="sim", history=30) as s:
+            s.hand.move_to(z=0.005, seconds=0.3)
+            state = s.state()
+            self.assertEqual(state.link, "ready")
+            self.assertGreater(state.force[2], 0.5)
+            self.assertAlmostEqual(state.felt_pose[2], 0.015, delta=1e-4)
+        ticks = s.history()
+        self.assertTrue((np.diff(ticks["tick"].astype(int)) == 1).all())
+        self.assertGreater(ticks["force"][:, 2].max(), 0.5)
+        with self.assertRaises(haptic.HapticError) as caught:
+            s.hand.move_to(z=0.0)
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_CLOSED")
+
+    def test_a_stop_from_another_thread(self):
+        with haptic.Session(block_scene()) as s:
+            thread = threading.Thread(target=s.stop)
+            thread.start()
+            thread.join()
+            begin = s.state().time
+            while s.state().arming != "faulted" and s.state().time < begin + 10:
+                pass
+            self.assertEqual(s.state().arming, "faulted")
+
+    def test_no_such_device(self):
+        with self.assertRaises(haptic.HapticError) as caught:
+            haptic.Session(block_scene(), device="falcon 9")
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_DEVICE")
+
+    def test_a_plot_or_a_sentence(self):
+        with haptic.Session(block_scene()) as s:
+            s.hand.move_to(z=0.03, seconds=0.05)
+            try:
+                import matplotlib  # noqa: F401
+            except ImportError:
+                with self.assertRaisesRegex(ImportError, "plot needs matplotlib"):
+                    s.plot()
+                return
+            with tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder) / "force.png"
+                s.plot(path)
+                self.assertGreater(path.stat().st_size, 1000)
+
+
+class Interface(unittest.TestCase):
+    def test_structures_have_the_size_of_the_header(self):
+        # Each call above would answer HAPTIC_ERROR_VERSION; the history's has no size of its own.
+        from haptic.session import TICK
+
+        self.assertEqual(TICK.itemsize, 184)
+        self.assertEqual(haptic.__version__, os.environ["HAPTIC_VERSION"])
+
+    def test_everything_public_has_a_docstring(self):
+        for name in haptic.__all__:
+            self.assertTrue(getattr(haptic, name).__doc__, name)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/init_command.hpp"
+
+#include <CLI/App.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/common/command_line.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
+#include "tools/graph_compiler/program/scene_draft.hpp"
+
+namespace haptic::tools {
+namespace {
+
+struct InitArguments {
+  std::string moving, output;
+  std::vector<std::string> fixed;
+  double scale_to_m = 0.0, stiffness_n_per_m = 800.0;
+  bool has_scale = false;
+};
+
+int init(const InitArguments& arguments) {
+  const std::filesystem::path output = arguments.output;
+  std::error_code error;
+  if (std::filesystem::exists(output, error))
+    throw UsageError(arguments.output + ": exists already; give another name, or remove it");
+  DraftRequest request;
+  request.moving = arguments.moving;
+  note_input(request.moving, "a mesh of the scene");
+  for (const std::string& mesh : arguments.fixed) {
+    request.fixed.emplace_back(mesh);
+    note_input(mesh, "a mesh of the scene");
+  }
+  claim_output(arguments.output, "--out");
+  if (arguments.has_scale) request.scale_to_m = arguments.scale_to_m;
+  request.stiffness_n_per_m = arguments.stiffness_n_per_m;
+  request.folder = output.parent_path();
+  request.name = request.moving.stem().string();
+  const SceneDraft draft = draft_scene(request);
+  write_files({{output, std::as_bytes(std::span(draft.toml))}});
+  for (const std::string& remark : draft.remarks) std::printf("%s\n", remark.c_str());
+  std::printf("next: graph_compiler %s -o %s\n", arguments.output.c_str(),
+              std::filesystem::path(output).replace_extension(".rtscene").string().c_str());
+  return kExitDone;
+}
+
+}  // namespace
+
+int run_init(int argc, const char* const* argv) {
+  CLI::App app(
+      "Writes a scene file to begin with, from meshes alone: guesses the unit from the size, and "
+      "finds a start that is free.",
+      "graph_compiler init");
+  InitArguments arguments;
+  app.add_option("moving", arguments.moving, "mesh of the part in the hand (STL, OBJ, OFF)")
+      ->required();
+  app.add_option("fixed", arguments.fixed, "meshes of the fixed parts")->required();
+  app.add_option("-o,--out", arguments.output, "scene file to write (TOML)")->required();
+  CLI::Option* scale = app.add_option("--scale", arguments.scale_to_m,
+                                      "metres per unit of the files; default: guessed")
+                           ->check(positive_number());
+  app.add_option("--stiffness", arguments.stiffness_n_per_m,
+                 "stiffness that the hand feels [N/m]; default 800")
+      ->check(positive_number());
+  const Command commands[] = {{&app,
+                               [&] {
+                                 arguments.has_scale = scale->count() > 0;
+                                 return init(arguments);
+                               },
+                               "graph_compiler init peg.stl hole.stl -o scene.toml"}};
+  return run_program(app, commands,
+                     "0 done, 2 usage, 3 a mesh cannot be used, 4 the system refused", argc, argv);
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/program/scene_draft.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "rt_core/haptic_core.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
+/// A part that differs from the other by more than this in size was made in another unit.
+constexpr double kOddRatio = 200.0;
+/// Between the boxes of the parts at the start, as a share of the moving part.
+constexpr double kStartMargin = 0.1;
+constexpr int kSamples = 200;  ///< of a way out
+
+struct Box {
+  std::array<double, 3> low{}, high{};
+
+  [[nodiscard]] double diagonal() const {
+    double square = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) square += (high[k] - low[k]) * (high[k] - low[k]);
+    return std::sqrt(square);
+  }
+};
+
+Box box_of(const std::vector<const RawMesh*>& meshes) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  for (const RawMesh* mesh : meshes) {
+    for (const Point3& v : mesh->vertices) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        box.low[k] = std::min(box.low[k], v[k]);
+        box.high[k] = std::max(box.high[k], v[k]);
+      }
+    }
+  }
+  return box;
+}
+
+/// "0.012 m", "12 mm" as people say it.
+std::string length_text(double length_m) {
+  return length_m < 1.0 ? short_number(1e3 * length_m, 3) + " mm"
+                        : short_number(length_m, 3) + " m";
+}
+
+/// Verdicts over the pairs at one pose.
+struct PlaceVerdict {
+  bool separated = false;  ///< every pair, each with its proof
+  double d_near_m = 0.0;   ///< negative: how deep they overlap
+};
+
+/// Asks the core for the exact verdict at any place of the part.
+class Prober {
+ public:
+  explicit Prober(const CompiledScene& compiled) : scene_(compiled.bytes) {
+    if (SceneView::open(scene_.span(), view_) != RtStatus::kOk)
+      throw std::logic_error("the scene just written does not open");
+    state_ = SceneBytes(HapticCore::state_bytes(view_));
+    if (HapticCore::create(state_.span(), view_, core_) != RtStatus::kOk)
+      throw std::logic_error("the core refuses the scene just written");
+  }
+
+  /// Absent: the scene has too many pairs for that.
+  [[nodiscard]] std::optional<PlaceVerdict> at(const std::array<double, 3>& p) {
+    if (!view_.lists_pairs()) return std::nullopt;
+    core_->reset();
+    StepInput input;
+    input.pose_wa.p_wa =
+        Vec3(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
+    input.report_goal_contact = true;
+    const StepResult result = core_->step(input);
+    PlaceVerdict verdict;
+    verdict.separated = result.has_goal_contact;
+    verdict.d_near_m = static_cast<double>(result.d_near_m);
+    for (std::uint32_t k = 0; k < core_->pair_count(); ++k)
+      verdict.separated &= core_->pair_report(k).verdict == Verdict::kSeparated;
+    return verdict;
+  }
+
+ private:
+  SceneBytes scene_, state_;
+  SceneView view_;
+  HapticCore* core_ = nullptr;
+};
+
+/// A straight way along an axis, until the boxes are apart.
+struct WayOut {
+  std::array<int, 3> direction{};
+  double apart_m = 0.0;  ///< at which the boxes are apart; negative: they are already
+  int collisions = 0;    ///< of kSamples places on it
+};
+
+/// All six, the best first: fewest collisions, then upwards, then the shortest.
+std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, double scale, Prober& prober) {
+  constexpr std::array<std::array<int, 3>, 6> kDirections{
+      {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}}};
+  std::vector<WayOut> ways;
+  for (const std::array<int, 3>& direction : kDirections) {
+    WayOut way;
+    way.direction = direction;
+    const auto axis = static_cast<std::size_t>(
+        std::ranges::find_if(direction, [](int x) { return x != 0; }) - direction.begin());
+    const double apart = direction[axis] > 0 ? fixed.high[axis] - moving.low[axis]
+                                             : moving.high[axis] - fixed.low[axis];
+    way.apart_m = scale * apart;
+    for (int k = 0; k < kSamples; ++k) {
+      std::array<double, 3> p{};
+      p[axis] = direction[axis] * std::max(0.0, way.apart_m) * k / kSamples;
+      const auto verdict = prober.at(p);
+      way.collisions += verdict && !verdict->separated && verdict->d_near_m < 0 ? 1 : 0;
+    }
+    ways.push_back(way);
+  }
+  std::ranges::stable_sort(
+      ways, [](const WayOut& a, const WayOut& b) { return a.collisions < b.collisions; });
+  return ways;
+}
+
+/// To two digits, so that a person can read it.
+double rounded_up(double length_m) {
+  if (!(length_m > 0.0)) return 0.0;
+  const double step_m = std::pow(10.0, std::floor(std::log10(length_m)) - 1.0);
+  return std::ceil(length_m / step_m) * step_m;
+}
+
+std::string way_text(const std::array<int, 3>& direction) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (direction[k] != 0) return std::string(direction[k] > 0 ? "+" : "-") + "xyz"[k];
+  }
+  return {};
+}
+
+/// In quotes, as TOML has it.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string mesh_path(const std::filesystem::path& mesh, const std::filesystem::path& folder) {
+  return std::filesystem::proximate(mesh, folder.empty() ? "." : folder).generic_string();
+}
+
+ScenePart part_of(const std::filesystem::path& mesh, double scale) {
+  ScenePart part;
+  part.mesh = mesh.string();
+  part.path = mesh;
+  part.scale_to_m.fill(scale);
+  return part;
+}
+
+std::string text_of(const DraftRequest& request, const SceneDraft& draft, const FileUnit& unit) {
+  const auto number = [](double x) { return short_number(x == 0.0 ? 0.0 : x, 9); };
+  const std::string scale =
+      "scale_to_m = " + number(draft.scale_to_m) +
+      (request.scale_to_m ? "\n" : std::string("  # guessed from the size: ") + unit.name + "\n");
+  std::string text =
+      "# What each key means, and the others: tools/graph_compiler/SCENE_FILE.md. Units are SI.\n"
+      "format = 1\nname = " +
+      quoted(request.name) + "\n\n[moving]                # the part in the hand\nmesh = " +
+      quoted(mesh_path(request.moving, request.folder)) + "\n" + scale + "position_m = [" +
+      number(draft.start_m[0]) + ", " + number(draft.start_m[1]) + ", " + number(draft.start_m[2]) +
+      "]  # where it starts\n"
+      "# grip_m = [0.0, 0.0, 0.0]   # where the hand holds it, in its mesh frame; default: centre "
+      "of volume\n"
+      "# simplify_m = 0.0005        # remove bevels and rounds smaller than this\n";
+  for (const std::filesystem::path& mesh : request.fixed) {
+    text += "\n[[static]]              # a fixed part\nmesh = " +
+            quoted(mesh_path(mesh, request.folder)) + "\n" + scale;
+  }
+  return text + "\n[rendering]\nk_f_n_per_m = " + number(request.stiffness_n_per_m) +
+         "     # stiffness that the hand feels\n"
+         "\n# [loop]\n# rate_hz = 1000         # ticks per second\n"
+         "\n# [[friction]]           # give the parts a `material` too\n"
+         "# materials = [\"steel\", \"pom\"]\n# mu = 0.2\n";
+}
+
+}  // namespace
+
+FileUnit guessed_unit(double diagonal) {
+  constexpr std::array<FileUnit, 3> kUnits{
+      {{"millimetres", 0.001}, {"metres", 1.0}, {"micrometres", 1e-6}}};
+  const FileUnit* best = &kUnits[0];
+  double least = std::numeric_limits<double>::infinity();
+  for (const FileUnit& unit : kUnits) {
+    const double size_m = diagonal * unit.scale_to_m;
+    const double off = size_m < kLeastHeld_m  ? kLeastHeld_m / size_m
+                       : size_m > kMostHeld_m ? size_m / kMostHeld_m
+                                              : 1.0;
+    if (off < least) {
+      least = off;
+      best = &unit;
+    }
+  }
+  return *best;
+}
+
+SceneDraft draft_scene(const DraftRequest& request) {
+  const RawMesh moving = read_mesh(request.moving);
+  std::vector<RawMesh> fixed;
+  for (const std::filesystem::path& path : request.fixed) fixed.push_back(read_mesh(path));
+  std::vector<const RawMesh*> fixed_meshes;
+  for (const RawMesh& mesh : fixed) fixed_meshes.push_back(&mesh);
+  const Box moving_box = box_of({&moving}), fixed_box = box_of(fixed_meshes);
+
+  SceneDraft draft;
+  const FileUnit unit = guessed_unit(moving_box.diagonal());
+  draft.scale_to_m = request.scale_to_m.value_or(unit.scale_to_m);
+  const double size_m = draft.scale_to_m * moving_box.diagonal();
+  const std::string size = moving.file + " is " + length_text(size_m) + " across";
+  if (!request.scale_to_m) {
+    draft.remarks.push_back("unit: " + std::string(unit.name) + ", guessed, so that " + size +
+                            "; if that is wrong, give --scale METRES_PER_UNIT");
+  }
+  if (size_m < kLeastHeld_m || size_m > kMostHeld_m) {
+    draft.remarks.push_back(size + ", which no hand holds; check the unit");
+  }
+  for (const RawMesh& mesh : fixed) {
+    const double ratio = box_of({&mesh}).diagonal() / moving_box.diagonal();
+    if (ratio > kOddRatio || ratio < 1.0 / kOddRatio) {
+      draft.remarks.push_back(mesh.file + " is " +
+                              (ratio > 1.0
+                                   ? short_number(ratio, 3) + " times as large as "
+                                   : short_number(1.0 / ratio, 3) + " times smaller than ") +
+                              moving.file + "; are both in the same unit?");
+    }
+  }
+
+  SceneFile scene;
+  scene.file = scene.name = request.name;
+  scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
+  scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
+  scene.moving = part_of(request.moving, draft.scale_to_m);
+  for (const std::filesystem::path& mesh : request.fixed)
+    scene.statics.push_back(part_of(mesh, draft.scale_to_m));
+  const CompiledScene compiled = compile_scene(scene, {});
+  Prober prober(compiled);
+
+  const auto as_filed = prober.at({0.0, 0.0, 0.0});
+  const WayOut way = ways_out(moving_box, fixed_box, draft.scale_to_m, prober).front();
+  draft.way = way.direction;
+  const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
+  for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
+  const auto start = prober.at(draft.start_m);
+  if (!as_filed || !start) {
+    draft.remarks.push_back(
+        "the parts have too many pieces for a verdict here; the start is free since their boxes "
+        "are apart");
+  } else if (!start->separated) {
+    throw std::logic_error("parts whose boxes are apart are not separated");
+  } else {
+    const std::string place =
+        away_m > 0 ? length_text(away_m) + " along " + way_text(way.direction) + " from where"
+                   : std::string("where");
+    draft.remarks.push_back("start: " + place +
+                            " the files have the part; free of all fixed parts, by the exact "
+                            "verdict of every pair");
+  }
+  if (as_filed && as_filed->d_near_m < 0) {
+    draft.remarks.push_back("where the files have them the parts overlap by " +
+                            length_text(-as_filed->d_near_m) +
+                            "; a part that is larger than its hole, or was not drawn in its place, "
+                            "cannot go there");
+  }
+  if (way.collisions > 0) {
+    draft.remarks.push_back(
+        "no straight way along an axis leads out without a collision; the best "
+        "is " +
+        way_text(way.direction) + ", with " + std::to_string(way.collisions) + " of " +
+        std::to_string(kSamples) + " places colliding");
+  }
+  draft.toml = text_of(request, draft, unit);
+  return draft;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A scene file to begin with: from meshes alone. The unit is guessed from the size, and the part
+/// in the hand starts where the exact verdict finds it free of all fixed parts.
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace haptic::tools {
+
+struct DraftRequest {
+  std::filesystem::path moving;
+  std::vector<std::filesystem::path> fixed;
+  std::optional<double> scale_to_m;  ///< absent: guessed
+  double stiffness_n_per_m = 800.0;
+  std::filesystem::path folder;  ///< of the scene file: paths of meshes count from it
+  std::string name;
+};
+
+/// A unit of length that files have.
+struct FileUnit {
+  const char* name;
+  double scale_to_m;
+};
+
+/// The unit in which a part of `diagonal` file units is most like a part that a hand holds: between
+/// 5 mm and 2 m, millimetres before metres where both are possible. A part too small or too large
+/// in every unit: the unit in which it is nearest to that.
+[[nodiscard]] FileUnit guessed_unit(double diagonal);
+
+struct SceneDraft {
+  std::string toml;
+  std::vector<std::string> remarks;  ///< for people: what was guessed, and what is odd
+  double scale_to_m = 1.0;
+  std::array<double, 3> start_m{};
+  std::array<int, 3> way{};  ///< unit vector along an axis: from the parts as filed to the start
+};
+
+/// @throws InputError as compile_scene does: a mesh that cannot be used is no scene.
+/// Cost: that of a compilation, and some thousand ticks.
+[[nodiscard]] SceneDraft draft_scene(const DraftRequest& request);
+
+}  // namespace haptic::tools

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What every function of the C interface does first and last: structures of a size that is known,
+/// numbers within their range, exceptions turned into error numbers.
+
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <new>
+
+#include "rt_core/base/pose.hpp"
+#include "tools/library/haptic.h"
+
+namespace haptic::tools {
+
+/// HAPTIC_OK, or why `given` is no structure of this interface. Version 0 knows one size of each;
+/// a member that is added later makes another size, and the first one stays known.
+template <class T>
+[[nodiscard]] int check_structure(const T* given) noexcept {
+  if (given == nullptr) return HAPTIC_ERROR_NULL;
+  return given->struct_size == sizeof(T) ? HAPTIC_OK : HAPTIC_ERROR_VERSION;
+}
+
+[[nodiscard]] inline bool is_within(double value, double low, double high) noexcept {
+  return value >= low && value <= high;  // false for NaN
+}
+
+/// Of seven numbers x y z, x y z w.
+[[nodiscard]] inline Pose pose_of_numbers(const double* p) noexcept {
+  const auto real = [](double x) { return static_cast<Real>(x); };
+  return {Vec3(real(p[0]), real(p[1]), real(p[2])),
+          Quat(real(p[6]), real(p[3]), real(p[4]), real(p[5]))};
+}
+inline void write_numbers(const Pose& pose, double* p) noexcept {
+  for (int k = 0; k < 3; ++k) p[k] = static_cast<double>(pose.p_wa[k]);
+  for (int k = 0; k < 4; ++k) p[3 + k] = static_cast<double>(pose.q_wa.coeffs()[k]);
+}
+inline void write_numbers(const Wrench& wrench, double* p) noexcept {
+  for (int k = 0; k < 3; ++k) {
+    p[k] = static_cast<double>(wrench.force_w[k]);
+    p[3 + k] = static_cast<double>(wrench.torque_w[k]);
+  }
+}
+
+/// A position within 100 km and a quaternion of unit length to 1e-3: what the core takes as one.
+[[nodiscard]] inline bool is_pose(const double* p) noexcept {
+  for (int k = 0; k < 3; ++k) {
+    if (!is_within(p[k], -1e5, 1e5)) return false;
+  }
+  const double length = std::sqrt(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6]);
+  return is_within(length, 1 - 1e-3, 1 + 1e-3);
+}
+
+/// The error number that `body` returns, or that of what it throws.
+template <class Body>
+[[nodiscard]] int guarded(const Body& body) noexcept {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return HAPTIC_ERROR_MEMORY;
+  } catch (...) {
+    return HAPTIC_ERROR_INTERNAL;
+  }
+}
+
+}  // namespace haptic::tools

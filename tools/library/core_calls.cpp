@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// Group core: a scene and a core in memory of the caller. Nothing is allocated here.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <span>
+
+#include "rt_core/haptic_core.hpp"
+#include "tools/library/call.hpp"
+
+using namespace haptic;
+using namespace haptic::tools;
+
+/// At the begin of the caller's memory; the core's own follows.
+struct alignas(kStateAlignment) haptic_core {
+  std::atomic<std::uint64_t> magic{0};
+  std::atomic<bool> busy{false};
+  SceneView view;
+  HapticCore* core = nullptr;
+  std::uint64_t ticks = 0;
+};
+
+namespace {
+
+static_assert(HAPTIC_ALIGNMENT == kStateAlignment && HAPTIC_ALIGNMENT == kSceneAlignment);
+constexpr std::uint64_t kOpenMagic = 0x636f72656f70656e, kClosedMagic = 0x73687574636f7265;
+constexpr double kMostTime_s = 9.0e9;
+
+bool is_aligned(const void* p) noexcept {
+  return reinterpret_cast<std::uintptr_t>(p) % HAPTIC_ALIGNMENT == 0;
+}
+
+/// The core of a handle for the time of one call.
+class CoreCall {
+ public:
+  explicit CoreCall(haptic_core* handle) noexcept {
+    error_ = take(handle);
+    if (error_ == HAPTIC_OK) handle_ = handle;
+  }
+  ~CoreCall() {
+    // Release: the next call finds what this one has written.
+    if (handle_ != nullptr) handle_->busy.store(false, std::memory_order_release);
+  }
+  CoreCall(const CoreCall&) = delete;
+  CoreCall& operator=(const CoreCall&) = delete;
+
+  [[nodiscard]] int error() const noexcept { return error_; }
+  [[nodiscard]] haptic_core& operator*() const noexcept { return *handle_; }
+
+ private:
+  static int open_error(const haptic_core& handle) noexcept {
+    const std::uint64_t magic = handle.magic.load(std::memory_order_relaxed);
+    if (magic == kOpenMagic) return HAPTIC_OK;
+    return magic == kClosedMagic ? HAPTIC_ERROR_CLOSED : HAPTIC_ERROR_HANDLE;
+  }
+  static int take(haptic_core* handle) noexcept {
+    if (handle == nullptr) return HAPTIC_ERROR_NULL;
+    if (!is_aligned(handle)) return HAPTIC_ERROR_HANDLE;
+    if (const int error = open_error(*handle); error != HAPTIC_OK) return error;
+    if (handle->busy.exchange(true, std::memory_order_acquire)) return HAPTIC_ERROR_BUSY;
+    const int error = open_error(*handle);  // closed meanwhile
+    if (error != HAPTIC_OK) handle->busy.store(false, std::memory_order_release);
+    return error;
+  }
+
+  haptic_core* handle_ = nullptr;
+  int error_ = HAPTIC_OK;
+};
+
+int open_scene(const void* scene, std::size_t bytes, SceneView& view, RtStatus& status) noexcept {
+  if (scene == nullptr) return HAPTIC_ERROR_NULL;
+  if (bytes == 0) return HAPTIC_ERROR_SIZE;
+  if (!is_aligned(scene)) return HAPTIC_ERROR_MEMORY;
+  status = SceneView::open({static_cast<const std::byte*>(scene), bytes}, view);
+  return status == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_SCENE;
+}
+
+std::size_t memory_bytes(const SceneView& view) noexcept {
+  return sizeof(haptic_core) + HapticCore::state_bytes(view);
+}
+
+/// @return HAPTIC_OK or HAPTIC_ERROR_POSE.
+int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool clutched,
+         StepResult& result) noexcept {
+  StepInput input;
+  input.sequence = handle.ticks;
+  input.stamp_ns = stamp_ns;
+  input.pose_wa = pose_of_numbers(pose);
+  input.clutched = clutched;
+  result = handle.core->step(input);
+  if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
+  handle.ticks += 1;
+  return HAPTIC_OK;
+}
+
+template <class T>
+void put(T* to, std::size_t index, T value) noexcept {
+  if (to != nullptr) to[index] = value;
+}
+
+int replay_ticks(haptic_core& handle, haptic_replay& replay) noexcept {
+  const double rate_hz = handle.view.parameters().rate_hz;
+  for (std::size_t k = 0; k < replay.count; ++k) {
+    replay.done = k;
+    const double time_s =
+        replay.times_s != nullptr ? replay.times_s[k] : static_cast<double>(k) / rate_hz;
+    if (!is_within(time_s, 0, kMostTime_s)) return HAPTIC_ERROR_NUMBER;
+    StepResult result;
+    const int error = step(handle, replay.poses + 7 * k, std::llround(1e9 * time_s), false, result);
+    if (error != HAPTIC_OK) return error;
+    if (replay.wrenches != nullptr) write_numbers(result.wrench_w, replay.wrenches + 6 * k);
+    if (replay.felt_poses != nullptr)
+      write_numbers(result.proxy_pose_wa, replay.felt_poses + 7 * k);
+    put(replay.gaps_m, k, static_cast<double>(result.proxy_gap_m));
+    put(replay.situations, k, static_cast<std::uint32_t>(result.situation));
+    put(replay.flags, k, result.flags);
+    put(replay.state_hashes, k, result.state_hash);
+  }
+  replay.done = replay.count;
+  return HAPTIC_OK;
+}
+
+}  // namespace
+
+int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* info) {
+  if (const int error = check_structure(info); error != HAPTIC_OK) return error;
+  *info = HAPTIC_SCENE_INFO_INIT;
+  SceneView view;
+  RtStatus status = RtStatus::kOk;
+  const int error = open_scene(scene, scene_bytes, view, status);
+  if (status != RtStatus::kOk)
+    (void)std::snprintf(info->trouble, sizeof info->trouble, "%s", to_text(status));
+  if (error != HAPTIC_OK) return error;
+  const SceneParameters& p = view.parameters();
+  info->parts = static_cast<std::uint32_t>(view.bodies().size());
+  info->pieces = static_cast<std::uint32_t>(view.pieces().size());
+  info->pairs = view.pair_count();
+  info->memory_bytes = memory_bytes(view);
+  info->rate_hz = p.rate_hz;
+  std::copy_n(p.start_p_wa_m, 3, info->start_pose);
+  std::copy_n(p.start_q_wa_xyzw, 4, info->start_pose + 3);
+  std::copy_n(view.bodies()[0].reference_m, 3, info->grip_m);
+  info->stiffness_n_per_m = p.law == LawId::kProxy ? p.coupling.k_t_n_per_m : p.k_f_n_per_m;
+  const std::string_view name = view.text(p.name_offset, p.name_bytes);
+  std::memcpy(info->name, name.data(), std::min(name.size(), sizeof info->name - 1));
+  return HAPTIC_OK;
+}
+
+int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size_t bytes,
+                       haptic_core** core) {
+  if (core == nullptr) return HAPTIC_ERROR_NULL;
+  *core = nullptr;
+  SceneView view;
+  RtStatus status = RtStatus::kOk;
+  if (const int error = open_scene(scene, scene_bytes, view, status); error != HAPTIC_OK)
+    return error;
+  if (memory == nullptr) return HAPTIC_ERROR_NULL;
+  if (!is_aligned(memory) || bytes < memory_bytes(view)) return HAPTIC_ERROR_MEMORY;
+  auto* handle = new (memory) haptic_core;  // placement, no heap
+  handle->view = view;
+  std::byte* const state = static_cast<std::byte*>(memory) + sizeof(haptic_core);
+  if (HapticCore::create({state, bytes - sizeof(haptic_core)}, handle->view, handle->core) !=
+      RtStatus::kOk)
+    return HAPTIC_ERROR_SCENE;
+  handle->magic.store(kOpenMagic, std::memory_order_release);
+  *core = handle;
+  return HAPTIC_OK;
+}
+
+int haptic_core_step(haptic_core* core, const haptic_step_input* input,
+                     haptic_step_output* output) {
+  if (const int error = check_structure(input); error != HAPTIC_OK) return error;
+  if (const int error = check_structure(output); error != HAPTIC_OK) return error;
+  *output = HAPTIC_STEP_OUTPUT_INIT;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  if (!is_within(input->time_s, 0, kMostTime_s)) return HAPTIC_ERROR_NUMBER;
+  StepResult result;
+  const int error =
+      step(*call, input->pose, std::llround(1e9 * input->time_s), input->clutched != 0, result);
+  if (error != HAPTIC_OK) return error;
+  output->situation = static_cast<std::uint32_t>(result.situation);
+  write_numbers(result.wrench_w, output->wrench);
+  write_numbers(result.proxy_pose_wa, output->felt_pose);
+  output->gap_m = static_cast<double>(result.proxy_gap_m);
+  output->flags = result.flags;
+  output->near_count = result.near_count;
+  output->state_hash = result.state_hash;
+  return HAPTIC_OK;
+}
+
+int haptic_core_replay(haptic_core* core, haptic_replay* replay) {
+  if (const int error = check_structure(replay); error != HAPTIC_OK) return error;
+  replay->done = 0;
+  if (replay->poses == nullptr) return HAPTIC_ERROR_NULL;
+  if (replay->count == 0) return HAPTIC_ERROR_SIZE;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  return replay_ticks(*call, *replay);
+}
+
+int haptic_core_reset(haptic_core* core) {
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  (*call).core->reset();
+  (*call).ticks = 0;
+  return HAPTIC_OK;
+}
+
+int haptic_core_close(haptic_core* core) {
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  (*call).magic.store(kClosedMagic, std::memory_order_relaxed);
+  return HAPTIC_OK;
+}

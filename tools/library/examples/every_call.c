@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Presses a block onto a plate, by every function of the C interface:
+//   cc -std=c99 every_call.c $(pkg-config --cflags --libs haptic) -o every_call && ./every_call
+#define _POSIX_C_SOURCE 200809L
+#include <haptic.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static void require(int error, const char* call) {
+  if (error == HAPTIC_OK) return;
+  fprintf(stderr, "every_call: %s: %s: %s\n", call, haptic_error_name(error),
+          haptic_error_text(error));
+  exit(1);
+}
+#define REQUIRE(call) require(call, #call)
+
+static void expect(int truth, const char* what) {
+  if (truth) return;
+  fprintf(stderr, "every_call: not so: %s\n", what);
+  exit(1);
+}
+#define EXPECT(truth) expect(truth, #truth)
+
+static void sleep_ms(long ms) {
+  const struct timespec time = {ms / 1000, ms % 1000 * 1000000};
+  nanosleep(&time, NULL);
+}
+
+static void* aligned(size_t bytes) {
+  void* memory = NULL;
+  if (posix_memalign(&memory, HAPTIC_ALIGNMENT, bytes) != 0) exit(1);
+  return memory;
+}
+
+// A box about its centre: half edges x, y, z.
+static const uint32_t kTriangles[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                        2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+static void box(double x, double y, double z, double* vertices) {
+  int k;
+  for (k = 0; k < 8; ++k) {
+    vertices[3 * k] = k & 1 ? x : -x;
+    vertices[3 * k + 1] = k & 2 ? y : -y;
+    vertices[3 * k + 2] = k & 4 ? z : -z;
+  }
+}
+
+// The block's underside is 20 mm above the plate.
+static haptic_compiled* compile(void) {
+  static double block[24], plate[24];
+  haptic_part moving = HAPTIC_PART_INIT, fixed = HAPTIC_PART_INIT;
+  haptic_compile_input input = HAPTIC_COMPILE_INPUT_INIT;
+  haptic_compiled* compiled = NULL;
+  box(10, 10, 10, block);
+  box(50, 50, 5, plate);
+  moving.vertices = block;
+  moving.vertex_count = 8;
+  moving.triangles = kTriangles;
+  moving.triangle_count = 12;
+  moving.scale_to_m = 0.001;
+  fixed = moving;
+  fixed.vertices = plate;
+  moving.pose[2] = 0.035;
+  input.name = "block on plate";
+  input.moving = &moving;
+  input.fixed = &fixed;
+  input.fixed_count = 1;
+  input.stiffness_n_per_m = 500;
+  input.friction = 0.2;
+  REQUIRE(haptic_compile(&input, &compiled));
+  return compiled;
+}
+
+static void explain(const haptic_compiled* compiled) {
+  size_t count = 0, k;
+  haptic_message message = HAPTIC_MESSAGE_INIT;
+  REQUIRE(haptic_compiled_message_count(compiled, &count));
+  for (k = 0; k < count; ++k) {
+    REQUIRE(haptic_compiled_message(compiled, k, &message));
+    printf("message: file '%s', place '%s', cause '%s', remedy '%s'\n", message.file, message.place,
+           message.cause, message.remedy);
+  }
+}
+
+// What a compilation that fails leaves: messages.
+static void compile_nothing(void) {
+  haptic_compile_input input = HAPTIC_COMPILE_INPUT_INIT;
+  haptic_compiled* compiled = NULL;
+  const void* bytes = NULL;
+  size_t count = 0;
+  input.scene_file = "/nowhere/scene.toml";
+  EXPECT(haptic_compile(&input, &compiled) == HAPTIC_ERROR_INPUT);
+  EXPECT(haptic_compiled_bytes(compiled, &bytes, &count) == HAPTIC_ERROR_SIZE);
+  explain(compiled);
+  REQUIRE(haptic_compiled_free(&compiled));
+}
+
+static void run_core(const void* scene, size_t scene_bytes) {
+  haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
+  haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
+  haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
+  haptic_replay replay = HAPTIC_REPLAY_INIT;
+  haptic_core* core = NULL;
+  void* memory;
+  static double poses[7 * 1000], wrenches[6 * 1000];
+  static uint64_t hashes[1000];
+  int k;
+  REQUIRE(haptic_scene_read(scene, scene_bytes, &info));
+  printf("scene '%s': %u parts, %u pairs, %.0f N/m\n", info.name, info.parts, info.pairs,
+         info.stiffness_n_per_m);
+  memory = aligned(info.memory_bytes);
+  REQUIRE(haptic_core_create(scene, scene_bytes, memory, info.memory_bytes, &core));
+  memcpy(input.pose, info.start_pose, sizeof input.pose);
+  for (k = 0; k < 1000; ++k) {  // a second: 25 mm down, 5 mm into the plate
+    input.time_s = 0.001 * k;
+    input.pose[2] = info.start_pose[2] - 0.025 * (k + 1) / 1000;
+    memcpy(poses + 7 * k, input.pose, sizeof input.pose);
+    REQUIRE(haptic_core_step(core, &input, &output));
+  }
+  EXPECT(fabs(output.wrench[2] - 2.5) < 0.05);  // 5 mm at 500 N/m
+  EXPECT(fabs(output.felt_pose[2] - 0.015) < 1e-5);
+  EXPECT(output.gap_m > -1e-6);
+
+  REQUIRE(haptic_core_reset(core));
+  replay.count = 1000;
+  replay.poses = poses;
+  replay.wrenches = wrenches;
+  replay.state_hashes = hashes;
+  REQUIRE(haptic_core_replay(core, &replay));
+  EXPECT(replay.done == 1000);
+  EXPECT(hashes[999] == output.state_hash);
+  REQUIRE(haptic_core_close(core));
+  EXPECT(haptic_core_step(core, &input, &output) == HAPTIC_ERROR_CLOSED);
+  free(memory);
+}
+
+// Until the hand has come to the end of a goal.
+static void wait_for(const haptic_session* session, uint64_t goal, haptic_state* state) {
+  int k;
+  for (k = 0; k < 10000; ++k) {
+    REQUIRE(haptic_session_state(session, state));
+    if (state->goals_reached >= goal) return;
+    sleep_ms(2);
+  }
+  EXPECT(!"the hand came to the end of its goal");
+}
+
+static void run_session(const void* scene, size_t scene_bytes) {
+  haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+  haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
+  haptic_state state = HAPTIC_STATE_INIT;
+  haptic_session* session = NULL;
+  static haptic_tick ticks[2000];
+  uint64_t number = 0;
+  size_t count = 0, k;
+  double largest_n = 0;
+  options.history_s = 2;
+  REQUIRE(haptic_session_open(scene, scene_bytes, &options, &session));
+  REQUIRE(haptic_session_state(session, &state));
+  EXPECT(fabs(state.hand_pose[2] - 0.035) < 1e-3);
+  goal.pose[2] = 0.005;
+  goal.seconds = 0.5;
+  REQUIRE(haptic_session_move_hand(session, &goal, &number));
+  wait_for(session, number, &state);
+  printf("session: %llu ticks, armed %d, %.3f N\n", (unsigned long long)state.tick,
+         state.arming == 2, state.wrench[2]);
+  REQUIRE(haptic_session_history(session, ticks, 2000, sizeof ticks[0], &count));
+  for (k = 0; k < count; ++k) largest_n = fmax(largest_n, ticks[k].wrench[2]);
+  EXPECT(count > 0);
+  EXPECT(largest_n > 0.5);
+  REQUIRE(haptic_session_stop(session));
+  REQUIRE(haptic_session_hold(session, 0));
+  REQUIRE(haptic_session_close(session));
+  EXPECT(haptic_session_hold(session, 1) == HAPTIC_ERROR_CLOSED);
+  REQUIRE(haptic_session_state(session, &state));
+  REQUIRE(haptic_session_free(&session));
+  EXPECT(session == NULL);
+}
+
+int main(void) {
+  const void* scene = NULL;
+  size_t scene_bytes = 0;
+  haptic_compiled* compiled = compile();
+  printf("haptic %s\n", haptic_version());
+  explain(compiled);
+  REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
+  run_core(scene, scene_bytes);
+  run_session(scene, scene_bytes);
+  REQUIRE(haptic_compiled_free(&compiled));
+  compile_nothing();
+  return 0;
+}

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+#ifndef HAPTIC_H_INCLUDED
+#define HAPTIC_H_INCLUDED
+/// The C interface of the haptic renderer (C99; libhaptic.so.0). Four groups: errors, core,
+/// compile, session.
+///
+/// Units are SI: m, s, N, N m, rad. Frames: W the workspace, A the part in the hand (the frame of
+/// its mesh). A pose is seven numbers: position of A's mesh frame in W, then its unit quaternion x
+/// y z w (Hamilton). A wrench is six: force on the hand, then torque on the hand about the grip
+/// point, both in W axes.
+///
+/// Every function returns an error number, HAPTIC_OK where it did what it says, and then only;
+/// nothing is printed, no exception leaves the library, and there is no global state. A structure
+/// begins with its size, which its INIT macro fills in: the library reads and writes no more than
+/// that. A size that it does not know is HAPTIC_ERROR_VERSION.
+///
+/// "Any thread" below: also while another thread is in any function with the same handle. Two
+/// threads that need the same thing: the second gets HAPTIC_ERROR_BUSY or waits, as the function
+/// says. A pointer that never was a handle, and a handle whose memory has been given back, cannot
+/// be told from a good one with certainty: do not pass them.
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define HAPTIC_API __attribute__((visibility("default")))
+#else
+#define HAPTIC_API
+#endif
+
+// Errors.
+
+typedef enum haptic_error {
+  HAPTIC_OK = 0,
+  HAPTIC_ERROR_NULL = 1,     ///< a pointer that must not be null is null
+  HAPTIC_ERROR_SIZE = 2,     ///< a size or count is 0 or too small
+  HAPTIC_ERROR_VERSION = 3,  ///< struct_size is none that this library knows
+  HAPTIC_ERROR_CLOSED = 4,   ///< the handle has been closed
+  HAPTIC_ERROR_HANDLE = 5,   ///< the pointer is not a handle of this kind
+  HAPTIC_ERROR_BUSY = 6,     ///< another thread is in a function that needs the same
+  HAPTIC_ERROR_NUMBER = 7,   ///< a number is not finite, or outside its range
+  HAPTIC_ERROR_POSE = 8,     ///< a pose is not finite, or its quaternion not of unit length
+  HAPTIC_ERROR_SCENE = 9,    ///< the bytes are no scene that this library can use: compile it again
+  HAPTIC_ERROR_MEMORY = 10,  ///< too little memory, or not aligned to HAPTIC_ALIGNMENT
+  HAPTIC_ERROR_INPUT = 11,   ///< a file or mesh cannot be used: see the messages
+  HAPTIC_ERROR_LIMIT = 12,   ///< the scene exceeds a limit of time or memory: see the messages
+  HAPTIC_ERROR_DEVICE = 13,  ///< there is no device of that name
+  HAPTIC_ERROR_SYSTEM = 14,  ///< the operating system refused: threads, files
+  HAPTIC_ERROR_INTERNAL = 15,  ///< a fault of this library; please report it with the input
+  HAPTIC_ERROR_COUNT = 16
+} haptic_error;
+
+/// "0.1.0". Static storage. Any thread; constant cost.
+HAPTIC_API const char* haptic_version(void);
+
+/// "HAPTIC_ERROR_NULL", and a sentence for people. Of a number that is none:
+/// "HAPTIC_ERROR_UNKNOWN". Never null; static storage. Any thread; constant cost.
+HAPTIC_API const char* haptic_error_name(int error);
+HAPTIC_API const char* haptic_error_text(int error);
+
+// Core: the tick, in memory of the caller. Nothing here allocates, locks or makes a system call.
+
+/// Alignment of a scene's bytes and of a core's memory.
+#define HAPTIC_ALIGNMENT 64
+
+/// What is in a scene.
+typedef struct haptic_scene_info {
+  uint32_t struct_size;
+  uint32_t parts;            ///< the part in the hand and the fixed ones
+  uint32_t pieces;           ///< convex pieces of all parts
+  uint32_t pairs;            ///< pairs of pieces that can meet
+  uint64_t memory_bytes;     ///< that a core needs
+  double rate_hz;            ///< ticks per second that it was compiled for
+  double start_pose[7];      ///< of A in W
+  double grip_m[3];          ///< grip point in A's mesh frame
+  double stiffness_n_per_m;  ///< of the spring in translation; law paper and weighted_region: k_F
+  char name[208];            ///< of the scene, cut at 207 bytes
+  char trouble[96];          ///< why the scene cannot be used, with HAPTIC_ERROR_SCENE; else empty
+} haptic_scene_info;
+#define HAPTIC_SCENE_INFO_INIT                                        \
+  {                                                                   \
+    sizeof(haptic_scene_info), 0, 0, 0, 0, 0, {0}, {0}, 0, {0}, { 0 } \
+  }
+
+/// Checks a scene and says what is in it. Any bytes are safe.
+/// Any thread. Cost: one pass over the bytes.
+HAPTIC_API int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* info);
+
+typedef struct haptic_core haptic_core;
+
+/// Builds a core for `scene` at the begin of `memory`. Both stay where they are until the core is
+/// closed, and nobody changes them. `memory_bytes`: haptic_scene_info.memory_bytes at least. Any
+/// thread. Cost: one pass over the scene.
+HAPTIC_API int haptic_core_create(const void* scene, size_t scene_bytes, void* memory,
+                                  size_t memory_bytes, haptic_core** core);
+
+/// What one tick is given.
+typedef struct haptic_step_input {
+  uint32_t struct_size;
+  uint32_t clutched;  ///< not 0: the goal stays where it is, the wrench ramps out
+  double time_s;      ///< when the pose was sensed; from a clock that only goes forward, below 9e9
+  double pose[7];     ///< of A in W, as the hand wants it
+} haptic_step_input;
+#define HAPTIC_STEP_INPUT_INIT                               \
+  {                                                          \
+    sizeof(haptic_step_input), 0, 0, { 0, 0, 0, 0, 0, 0, 1 } \
+  }
+
+/// What one tick returns.
+typedef struct haptic_step_output {
+  uint32_t struct_size;
+  uint32_t situation;   ///< 0 none, 1 face_vertex, 2 vertex_face, 3 edge_edge, 4 edge_face, 5
+                        ///< face_face, 6 several_planes
+  double wrench[6];     ///< on the hand
+  double felt_pose[7];  ///< of A in W: where the part is held, free of obstacles; law proxy
+  double gap_m;  ///< smallest gap of the felt pose to any fixed part: lower bound of its distance;
+                 ///< law proxy
+  uint32_t flags;       ///< StepFlag of rt_core/tick/step.hpp
+  uint32_t near_count;  ///< contact points
+  uint64_t state_hash;  ///< of this tick and all before it; equal runs have equal hashes
+} haptic_step_output;
+#define HAPTIC_STEP_OUTPUT_INIT \
+  { sizeof(haptic_step_output), 0, {0}, {0}, 0, 0, 0, 0 }
+
+/// One tick. HAPTIC_ERROR_POSE: the core's state is as before, `output` has a zero wrench.
+/// One thread at a time; a second one gets HAPTIC_ERROR_BUSY. Cost: bounded by the scene; see
+/// `scene_inspect`.
+HAPTIC_API int haptic_core_step(haptic_core* core, const haptic_step_input* input,
+                                haptic_step_output* output);
+
+/// Many ticks in one call. Pointers to results may be null: not wanted.
+typedef struct haptic_replay {
+  uint32_t struct_size;
+  uint32_t reserved;
+  size_t count;           ///< of ticks
+  const double* poses;    ///< 7 for each tick
+  const double* times_s;  ///< of each tick; null: 1 / rate_hz apart, from 0 on
+  double* wrenches;       ///< 6 for each tick
+  double* felt_poses;     ///< 7 for each tick
+  double* gaps_m;
+  uint32_t* situations;
+  uint32_t* flags;
+  uint64_t* state_hashes;
+  size_t done;  ///< result: ticks that were done; on an error the index of the one that was refused
+} haptic_replay;
+#define HAPTIC_REPLAY_INIT \
+  { sizeof(haptic_replay), 0, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, 0 }
+
+/// Threads as haptic_core_step. Cost: `count` ticks.
+HAPTIC_API int haptic_core_replay(haptic_core* core, haptic_replay* replay);
+
+/// Forgets all contact: the next tick is a first tick. Threads as haptic_core_step. Cost: one pass
+/// over the memory.
+HAPTIC_API int haptic_core_reset(haptic_core* core);
+
+/// The core is over: its memory may be used for something else. Until then every call gives
+/// HAPTIC_ERROR_CLOSED. Threads as haptic_core_step; constant cost.
+HAPTIC_API int haptic_core_close(haptic_core* core);
+
+// Compile: meshes to the bytes of a scene.
+
+/// One part: a mesh file, or arrays.
+typedef struct haptic_part {
+  uint32_t struct_size;
+  uint32_t reserved;
+  const char* file;        ///< path of an STL, OBJ or OFF file; null: the arrays are the mesh
+  const char* name;        ///< for messages; null: the file's, or "moving", "fixed 0", ..
+  const double* vertices;  ///< 3 for each vertex, in units of the file
+  size_t vertex_count;
+  const uint32_t* triangles;  ///< 3 indices of vertices each, counter-clockwise seen from outside
+  size_t triangle_count;
+  double scale_to_m;  ///< metres per unit: 0.001 for millimetres
+  double pose[7];     ///< of the mesh frame in W; of the part in the hand: where it starts
+  double simplify_m;  ///< bevels, fillets and small rounds below are removed; 0: none
+} haptic_part;
+#define HAPTIC_PART_INIT \
+  { sizeof(haptic_part), 0, NULL, NULL, NULL, 0, NULL, 0, 1.0, {0, 0, 0, 0, 0, 0, 1}, 0 }
+
+/// A scene: a scene file (TOML), or parts and numbers.
+typedef struct haptic_compile_input {
+  uint32_t struct_size;
+  uint32_t has_grip;       ///< not 0: grip_m is meant; 0: the centre of volume
+  const char* scene_file;  ///< path; not null: nothing else of this structure is looked at
+  const char* name;        ///< of the scene; null: "scene"
+  const haptic_part* moving;
+  const haptic_part* fixed;  ///< array of fixed_count
+  size_t fixed_count;
+  double stiffness_n_per_m;  ///< that the hand feels
+  double friction;           ///< Coulomb, between the part in the hand and all others; 0 to 2
+  double rate_hz;            ///< 1 to 100 000
+  double grip_m[3];          ///< in A's mesh frame
+} haptic_compile_input;
+#define HAPTIC_COMPILE_INPUT_INIT                                                         \
+  {                                                                                       \
+    sizeof(haptic_compile_input), 0, NULL, NULL, NULL, NULL, 0, 800.0, 0.0, 1000.0, { 0 } \
+  }
+
+typedef struct haptic_compiled haptic_compiled;
+
+/// Compiles. `*compiled` is there after success and after HAPTIC_ERROR_INPUT, _LIMIT, _SYSTEM and
+/// _INTERNAL, where it has the messages and no bytes; after any other error it is null. Any thread.
+/// Cost: milliseconds for a box, minutes for a part of hundreds of reflex edges; allocates.
+HAPTIC_API int haptic_compile(const haptic_compile_input* input, haptic_compiled** compiled);
+
+/// The scene, aligned to HAPTIC_ALIGNMENT; it lives until haptic_compiled_free. HAPTIC_ERROR_SIZE:
+/// there is none, as the compilation failed. Any thread; constant cost.
+HAPTIC_API int haptic_compiled_bytes(const haptic_compiled* compiled, const void** bytes,
+                                     size_t* count);
+
+typedef enum haptic_severity {
+  HAPTIC_NOTE = 0,
+  HAPTIC_WARNING = 1,
+  HAPTIC_SEVERE = 2  ///< why there is no scene
+} haptic_severity;
+
+/// One message in its parts. Texts live until haptic_compiled_free; one that the message does not
+/// have is empty.
+typedef struct haptic_message {
+  uint32_t struct_size;
+  uint32_t severity;  ///< haptic_severity
+  const char* file;   ///< file or part
+  const char* place;  ///< "41", "12:3" (line, column), "byte 812"
+  const char* cause;
+  const char* remedy;
+  const char* text;  ///< the whole
+} haptic_message;
+#define HAPTIC_MESSAGE_INIT \
+  { sizeof(haptic_message), 0, NULL, NULL, NULL, NULL, NULL }
+
+/// Any thread; constant cost.
+HAPTIC_API int haptic_compiled_message_count(const haptic_compiled* compiled, size_t* count);
+/// HAPTIC_ERROR_NUMBER: there is no message of that index. Any thread; constant cost.
+HAPTIC_API int haptic_compiled_message(const haptic_compiled* compiled, size_t index,
+                                       haptic_message* message);
+
+/// Gives the memory back and sets `*compiled` to null; null already: nothing happens. No other call
+/// with this handle may be running or come after.
+HAPTIC_API int haptic_compiled_free(haptic_compiled** compiled);
+
+// Session: a device, and the servo loop in a thread of the library.
+
+typedef struct haptic_session haptic_session;
+
+/// What the simulated hand does with the deadman switch. On a machine that is busy a tick comes too
+/// late now and then, which takes the force away until the switch is pressed again.
+typedef enum haptic_hold {
+  HAPTIC_RELEASE = 0,
+  HAPTIC_HOLD = 1,
+  HAPTIC_HOLD_AGAIN = 2  ///< and presses it again after a fault, but not after haptic_session_stop
+} haptic_hold;
+
+typedef struct haptic_session_options {
+  uint32_t struct_size;
+  uint32_t hold;       ///< haptic_hold, from the start
+  const char* device;  ///< "sim": a simulated handle and hand
+  double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
+  double history_s;    ///< of haptic_session_history; 0 to 3600
+  int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
+  int32_t reserved;
+} haptic_session_options;
+#define HAPTIC_SESSION_OPTIONS_INIT \
+  { sizeof(haptic_session_options), HAPTIC_HOLD_AGAIN, "sim", 0.0, 10.0, 0, 0 }
+
+/// Opens the device and begins the loop: driver, link, output guard, safety and tick are those of
+/// `run_device`, in two threads of this process instead of processes of their own. The handle
+/// stands where the scene's start pose is. The scene is copied. HAPTIC_ERROR_SYSTEM: no thread, or
+/// `priority` was not granted. Any thread. Cost: milliseconds; allocates.
+HAPTIC_API int haptic_session_open(const void* scene, size_t scene_bytes,
+                                   const haptic_session_options* options, haptic_session** session);
+
+/// The newest tick.
+typedef struct haptic_state {
+  uint32_t struct_size;
+  uint32_t link;          ///< 0 absent, 1 starting, 2 ready
+  uint64_t tick;          ///< from 1 on; 0: none yet
+  double time_s;          ///< since the session was opened
+  double hand_pose[7];    ///< of A in W, as the handle stands
+  double felt_pose[7];    ///< of A in W, free of obstacles
+  double wrench[6];       ///< rendered
+  double sent_wrench[6];  ///< after arming, limits and ramps: what the device gets
+  double gap_m;           ///< as in haptic_step_output
+  uint64_t state_hash;
+  uint32_t situation, flags;  ///< as in haptic_step_output
+  uint32_t arming;            ///< 0 disarmed, 1 arming, 2 armed, 3 disarming, 4 faulted
+  uint32_t safety_faults;     ///< SafetyFault of rt_core/safety/arming.hpp, latched
+  uint32_t device_faults;     ///< DeviceFault of rt_core/exchange/device_exchange.hpp
+  uint32_t hand_held;         ///< the hand holds the deadman switch
+  uint32_t armings;           ///< so far
+  uint32_t reserved;
+  uint64_t goals_reached;  ///< number of the last goal of the hand that it has come to the end of
+  uint64_t late_ticks;     ///< woken a period late or more
+  uint64_t missed_periods;
+  double longest_tick_s;
+} haptic_state;
+#define HAPTIC_STATE_INIT \
+  { sizeof(haptic_state), 0, 0, 0, {0}, {0}, {0}, {0}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+
+/// Never waits, for nothing and nobody. After haptic_session_close: the last one. Any thread. Cost:
+/// one copy.
+HAPTIC_API int haptic_session_state(const haptic_session* session, haptic_state* state);
+
+/// One tick of the past.
+typedef struct haptic_tick {
+  uint64_t tick;
+  double time_s;
+  double hand_pose[7];
+  double wrench[6], sent_wrench[6];
+  uint32_t situation, flags, arming, safety_faults;
+} haptic_tick;
+
+/// The newest ticks, oldest first, `capacity` of them at most and no more than options.history_s
+/// had room for; `*count` becomes how many. `tick_bytes`: sizeof(haptic_tick). Also after
+/// haptic_session_close. Any thread; a second one waits. Cost: one copy of the history; allocates.
+HAPTIC_API int haptic_session_history(const haptic_session* session, haptic_tick* ticks,
+                                      size_t capacity, size_t tick_bytes, size_t* count);
+
+/// Where the simulated hand goes.
+typedef struct haptic_hand_goal {
+  uint32_t struct_size;
+  uint32_t reserved;
+  double pose[7];  ///< of A in W
+  double seconds;  ///< that it takes, from where the last goal has led it; 0.001 to 3600
+} haptic_hand_goal;
+#define HAPTIC_HAND_GOAL_INIT \
+  { sizeof(haptic_hand_goal), 0, {0, 0, 0, 0, 0, 0, 1}, 1.0 }
+
+/// The hand sets out at once, without a jerk, also from the middle of another way; it presses where
+/// it is kept from going. `*number` becomes the number of the goal, from 1 on
+/// (haptic_state.goals_reached); it may be null. Any thread; a second one waits, the servo thread
+/// never does. Constant cost.
+HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* goal,
+                                        uint64_t* number);
+
+/// The hand holds or releases the deadman switch: `hold` is of haptic_hold. After a fault: release,
+/// then hold again. Threads and cost as haptic_session_move_hand.
+HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
+
+/// Stop by software: the force ramps to zero at once, on both sides of the link, and stays there
+/// until the deadman switch has been released and is held again. Any thread; constant cost.
+HAPTIC_API int haptic_session_stop(haptic_session* session);
+
+/// Orderly end: the force ramps to zero, the device is closed, the threads end. State and history
+/// can still be read; every other call gives HAPTIC_ERROR_CLOSED. Any thread; a second one waits.
+/// Cost: up to half a second.
+HAPTIC_API int haptic_session_close(haptic_session* session);
+
+/// Closes, gives the memory back and sets `*session` to null; null already: nothing happens. No
+/// other call with this handle may be running or come after.
+HAPTIC_API int haptic_session_free(haptic_session** session);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Group session: the loop in threads of this process.
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <mutex>
+
+#include "tools/library/call.hpp"
+#include "tools/library/simulated_session.hpp"
+
+using namespace haptic;
+using namespace haptic::tools;
+
+struct haptic_session {
+  haptic_session(std::span<const std::byte> scene, const SessionSettings& settings)
+      : loop(scene, settings) {}
+  std::uint64_t magic = kSessionMagic;
+  SimulatedSession loop;
+
+  static constexpr std::uint64_t kSessionMagic = 0x73657373696f6e21;
+};
+
+namespace {
+
+int check_handle(const haptic_session* session) noexcept {
+  if (session == nullptr) return HAPTIC_ERROR_NULL;
+  return session->magic == haptic_session::kSessionMagic ? HAPTIC_OK : HAPTIC_ERROR_HANDLE;
+}
+
+/// For a function that changes something.
+int check_open(const haptic_session* session) noexcept {
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return session->loop.closed() ? HAPTIC_ERROR_CLOSED : HAPTIC_OK;
+}
+
+int check_options(const haptic_session_options* options) noexcept {
+  if (const int error = check_structure(options); error != HAPTIC_OK) return error;
+  if (options->device == nullptr) return HAPTIC_ERROR_NULL;
+  if (std::strcmp(options->device, "sim") != 0) return HAPTIC_ERROR_DEVICE;
+  const bool rate = options->rate_hz == 0 || is_within(options->rate_hz, 50, 10'000);
+  const bool numbers = rate && is_within(options->history_s, 0, 3600) && options->priority >= 0 &&
+                       options->priority <= 99 && options->hold <= HAPTIC_HOLD_AGAIN;
+  return numbers ? HAPTIC_OK : HAPTIC_ERROR_NUMBER;
+}
+
+}  // namespace
+
+int haptic_session_open(const void* scene, size_t scene_bytes,
+                        const haptic_session_options* options, haptic_session** session) {
+  if (session == nullptr) return HAPTIC_ERROR_NULL;
+  *session = nullptr;
+  if (const int error = check_options(options); error != HAPTIC_OK) return error;
+  if (scene == nullptr) return HAPTIC_ERROR_NULL;
+  if (scene_bytes == 0) return HAPTIC_ERROR_SIZE;
+  return guarded([&]() -> int {
+    const SceneBytes aligned(std::span(static_cast<const std::byte*>(scene), scene_bytes));
+    SceneView view;
+    if (SceneView::open(aligned.span(), view) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
+    SessionSettings settings;
+    const double rate_hz = options->rate_hz > 0 ? options->rate_hz : view.parameters().rate_hz;
+    if (!is_within(rate_hz, 50, 10'000)) return HAPTIC_ERROR_NUMBER;
+    settings.period_ns = std::llround(1e9 / rate_hz);
+    settings.history_s = options->history_s;
+    settings.priority = options->priority;
+    settings.hold = static_cast<haptic_hold>(options->hold);
+    auto opened = std::make_unique<haptic_session>(aligned.span(), settings);
+    if (const int error = opened->loop.start(); error != HAPTIC_OK) return error;
+    *session = opened.release();
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_state(const haptic_session* session, haptic_state* state) {
+  if (const int error = check_structure(state); error != HAPTIC_OK) return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  session->loop.state(*state);
+  return HAPTIC_OK;
+}
+
+int haptic_session_history(const haptic_session* session, haptic_tick* ticks, size_t capacity,
+                           size_t tick_bytes, size_t* count) {
+  if (count == nullptr) return HAPTIC_ERROR_NULL;
+  *count = 0;
+  if (ticks == nullptr) return HAPTIC_ERROR_NULL;
+  if (capacity == 0) return HAPTIC_ERROR_SIZE;
+  if (tick_bytes != sizeof(haptic_tick)) return HAPTIC_ERROR_VERSION;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    *count = session->loop.history({ticks, capacity});
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* goal,
+                             uint64_t* number) {
+  if (number != nullptr) *number = 0;
+  if (const int error = check_structure(goal); error != HAPTIC_OK) return error;
+  if (!is_pose(goal->pose)) return HAPTIC_ERROR_POSE;
+  if (!is_within(goal->seconds, 0.001, 3600)) return HAPTIC_ERROR_NUMBER;
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    const std::uint64_t given = session->loop.move_hand(goal->pose, goal->seconds);
+    if (number != nullptr) *number = given;
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_hold(haptic_session* session, int hold) {
+  if (hold < HAPTIC_RELEASE || hold > HAPTIC_HOLD_AGAIN) return HAPTIC_ERROR_NUMBER;
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    session->loop.hold(static_cast<haptic_hold>(hold));
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_stop(haptic_session* session) {
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  session->loop.stop();
+  return HAPTIC_OK;
+}
+
+int haptic_session_close(haptic_session* session) {
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    if (session->loop.closed()) return HAPTIC_ERROR_CLOSED;
+    session->loop.close();
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_free(haptic_session** session) {
+  if (session == nullptr) return HAPTIC_ERROR_NULL;
+  if (*session == nullptr) return HAPTIC_OK;
+  if (const int error = check_handle(*session); error != HAPTIC_OK) return error;
+  (*session)->loop.close();
+  (*session)->magic = 0;
+  delete *session;
+  *session = nullptr;
+  return HAPTIC_OK;
+}

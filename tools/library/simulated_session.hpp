@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The servo loop in threads of this process, on a simulated handle that a simulated hand leads
+/// from goal to goal: driver, link, output guard, tick and loop are those of run_device.
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "hal/drivers/reference_driver.hpp"
+#include "hal/local/local_link.hpp"
+#include "hal/realtime/servo_loop.hpp"
+#include "hal/usb/usb_thread.hpp"
+#include "rt_core/exchange/newest_record.hpp"
+#include "rt_core/servo_tick.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/library/haptic.h"
+#include "tools/run_device/simulated_peer.hpp"
+
+namespace haptic::tools {
+
+/// What the owner wants of the hand: handle poses in D.
+struct HandOrder {
+  std::uint64_t number = 0;  ///< of the goal; 0: none yet
+  double pose_dh[7] = {0, 0, 0, 0, 0, 0, 1};
+  double seconds = 0;
+  std::uint64_t hold = HAPTIC_RELEASE;  ///< haptic_hold
+};
+
+/// Goes from where its last goal has led it to the next, without a jerk; orders and reached goals
+/// cross threads without waiting.
+class GuidedHand final : public SimulatedHand {
+ public:
+  HandWish wish(double t_s) noexcept override;                             ///< link's thread
+  void order(const HandOrder& order) noexcept { writer_.publish(order); }  ///< one thread at a time
+  [[nodiscard]] std::uint64_t reached() const noexcept {                   ///< any thread
+    return reached_.load(std::memory_order_acquire);
+  }
+  /// Servo thread, after each tick.
+  void note_fault(bool faulted) noexcept { faulted_.store(faulted, std::memory_order_relaxed); }
+  /// Any thread: does not press until `allow_presses`; what is held stays held.
+  void stop_presses() noexcept { stopped_.store(true, std::memory_order_relaxed); }
+  void allow_presses() noexcept { stopped_.store(false, std::memory_order_relaxed); }
+  [[nodiscard]] bool holds() const noexcept { return holds_.load(std::memory_order_relaxed); }
+
+ private:
+  [[nodiscard]] bool presses(std::uint64_t hold, double t_s) noexcept;
+
+  NewestRecord<HandOrder> orders_;
+  NewestWriter<HandOrder> writer_{orders_};
+  NewestReader<HandOrder> reader_{orders_};
+  HandWish from_, now_;
+  double from_s_ = 0;
+  std::uint64_t number_ = 0;
+  std::atomic<std::uint64_t> reached_{0};
+  double pressed_s_ = 0, released_s_ = 0;  ///< since when, as the switch is
+  std::atomic<bool> holds_{false}, faulted_{false}, stopped_{false};
+};
+
+struct SessionSettings {
+  std::int64_t period_ns = 1'000'000;
+  double history_s = 0;
+  int priority = 0;
+  haptic_hold hold = HAPTIC_RELEASE;
+};
+
+/// Owner: any thread; `state` from any, the others from one at a time but where they say so.
+class SimulatedSession {
+ public:
+  /// @param scene  opened before: it is one.
+  SimulatedSession(std::span<const std::byte> scene, const SessionSettings& settings);
+  ~SimulatedSession() { close(); }
+  SimulatedSession(const SimulatedSession&) = delete;
+  SimulatedSession& operator=(const SimulatedSession&) = delete;
+
+  /// HAPTIC_OK, or that the threads cannot be had.
+  [[nodiscard]] int start();
+  void close() noexcept;
+  [[nodiscard]] bool closed() const noexcept { return closed_.load(std::memory_order_acquire); }
+
+  /// Any thread, without waiting.
+  void state(haptic_state& state) const noexcept;
+  [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks) const;
+  /// `pose`: of A in W. @return the number of the goal.
+  std::uint64_t move_hand(const double* pose, double seconds) noexcept;
+  void hold(haptic_hold hold) noexcept;
+  /// Any thread.
+  void stop() noexcept;
+
+  mutable std::mutex mutex;  ///< of those that are for one thread at a time
+
+ private:
+  /// As the servo thread leaves it after a tick.
+  struct TickRecord {
+    haptic_state state;
+  };
+  static_assert(sizeof(TickRecord) % sizeof(RecordWord) == 0);
+
+  static void watch(void* self, const ServoInput& input, const ServoResult& result);
+  void note(const ServoInput& input, const ServoResult& result) noexcept;
+
+  SessionSettings settings_;
+  SceneBytes scene_, core_memory_, history_memory_;
+  SceneView view_;
+  HapticCore* core_ = nullptr;
+  hal::ReferenceDriver driver_;
+  ServoParameters parameters_;
+  hal::MailboxMemory mailbox_;
+  GuidedHand hand_;
+  HandOrder order_;
+  SimulatedPeer peer_;
+  hal::LocalLink link_;
+  hal::UsbThread link_thread_;
+  FlightRecorder recorder_;
+  ServoTick tick_;
+  hal::ServoLoop loop_;
+  NewestRecord<TickRecord> newest_;
+  NewestWriter<TickRecord> newest_writer_{newest_};
+  std::int64_t opened_ns_ = 0;
+  std::atomic<bool> stop_{false}, closed_{false};
+  std::atomic<int> begun_{-1};  ///< errno of what the servo thread asked for; -1: not yet known
+  std::thread servo_;
+};
+
+}  // namespace haptic::tools

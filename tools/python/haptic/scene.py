@@ -1,0 +1,345 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes: compiled from meshes, stored, read, and rendered without a device."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from dataclasses import dataclass
+from typing import Any, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _library as c
+
+Array = np.ndarray
+MeshArrays = Tuple[Any, Any]
+Mesh = Union[str, "os.PathLike[str]", MeshArrays]
+
+UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "inch": 0.0254}
+SITUATIONS = (
+    "none",
+    "face_vertex",
+    "vertex_face",
+    "edge_edge",
+    "edge_face",
+    "face_face",
+    "several_planes",
+)
+_SEVERITIES = ("note", "warning", "error")
+
+
+class CompileError(c.HapticError):
+    """A scene that cannot be compiled; `messages` says what is wrong, where, and how to fix it."""
+
+
+@dataclass
+class Part:
+    """One part of a scene.
+
+    mesh: path of an STL, OBJ or OFF file, or arrays (vertices n x 3, triangles m x 3, counter-clockwise seen from
+    outside). unit: "m", "cm", "mm", "um", "inch", or metres per unit; None: that of `compile`. at, turn: position [m]
+    and quaternion x y z w of the mesh frame in W. simplify: bevels, fillets and small rounds below this [m] are removed.
+    name: for messages.
+    """
+
+    mesh: Mesh
+    unit: Union[str, float, None] = None
+    at: Sequence[float] = (0.0, 0.0, 0.0)
+    turn: Sequence[float] = (0.0, 0.0, 0.0, 1.0)
+    simplify: float = 0.0
+    name: str = ""
+
+
+def _metres(unit: Union[str, float, None]) -> float:
+    if unit is None:
+        raise ValueError("the unit of the mesh is not known; give unit=\"mm\" or another one")
+    if isinstance(unit, str):
+        if unit not in UNITS_M:
+            raise ValueError(f"no unit '{unit}'; the units are: {', '.join(UNITS_M)}")
+        return UNITS_M[unit]
+    return float(unit)
+
+
+def pose_of(numbers: Sequence[float]) -> Tuple[float, ...]:
+    """Three numbers (a position) or seven (and a quaternion x y z w) as a pose."""
+    pose = tuple(float(x) for x in numbers)
+    if len(pose) == 3:
+        return pose + (0.0, 0.0, 0.0, 1.0)
+    if len(pose) != 7:
+        raise ValueError(f"a pose has 3 numbers (x y z) or 7 (x y z, x y z w), not {len(pose)}")
+    return pose
+
+
+def _part_input(part: Part, unit: Union[str, float, None], alive: list) -> c.PartInput:
+    given = c.PartInput()
+    given.scale_to_m = _metres(part.unit if part.unit is not None else unit)
+    given.pose = (ctypes.c_double * 7)(*pose_of((*part.at, *part.turn)))
+    given.simplify_m = part.simplify
+    if part.name:
+        given.name = part.name.encode()
+    if isinstance(part.mesh, (str, os.PathLike)):
+        given.file = os.fsencode(part.mesh)
+        return given
+    vertices = np.ascontiguousarray(part.mesh[0], dtype=np.float64)
+    triangles = np.ascontiguousarray(part.mesh[1], dtype=np.uint32)
+    for what, array in (("vertices", vertices), ("triangles", triangles)):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"{what} have the shape {array.shape}; give an array of n x 3")
+    alive += [vertices, triangles]
+    given.vertices = vertices.ctypes.data
+    given.vertex_count = len(vertices)
+    given.triangles = triangles.ctypes.data
+    given.triangle_count = len(triangles)
+    return given
+
+
+class _Compiled:
+    """Owns a handle of haptic_compile."""
+
+    def __init__(self, handle: ctypes.c_void_p) -> None:
+        self.handle = handle
+        self._free = c.library.haptic_compiled_free
+
+    def __del__(self) -> None:
+        self._free(ctypes.byref(self.handle))
+
+    def messages(self) -> Tuple[c.Message, ...]:
+        count = ctypes.c_size_t()
+        c.require(c.library.haptic_compiled_message_count(self.handle, ctypes.byref(count)))
+        messages = []
+        for index in range(count.value):
+            m = c.MessageOutput()
+            c.require(c.library.haptic_compiled_message(self.handle, index, ctypes.byref(m)))
+            texts = [t.decode(errors="replace") for t in (m.file, m.place, m.cause, m.remedy, m.text)]
+            messages.append(c.Message(_SEVERITIES[m.severity], *texts))
+        return tuple(messages)
+
+    def bytes(self) -> Array:
+        """A view of the scene's bytes, without a copy; it keeps the handle alive."""
+        address, count = ctypes.c_void_p(), ctypes.c_size_t()
+        c.require(
+            c.library.haptic_compiled_bytes(self.handle, ctypes.byref(address), ctypes.byref(count))
+        )
+        memory = (ctypes.c_uint8 * count.value).from_address(address.value)
+        memory.owner = self
+        view = np.frombuffer(memory, dtype=np.uint8)
+        view.flags.writeable = False
+        return view
+
+
+def compile(  # noqa: A001
+    moving: Union[Mesh, Part],
+    *fixed: Union[Mesh, Part],
+    unit: Union[str, float, None] = None,
+    start: Optional[Sequence[float]] = None,
+    stiffness: float = 800.0,
+    friction: float = 0.0,
+    grip: Optional[Sequence[float]] = None,
+    rate: float = 1000.0,
+    name: str = "scene",
+) -> Scene:
+    """Compiles a scene: the part in the hand, and one or more fixed parts.
+
+    compile("scene.toml") compiles a scene file; nothing else is given then.
+
+    unit: of meshes that have none of their own ("mm", "m", .. or metres per unit). start: where the part in the hand
+    starts, 3 or 7 numbers; None: where its Part says. stiffness [N/m]: that the hand feels. friction: coefficient
+    between the part in the hand and all others. grip [m]: grip point in its mesh frame; None: the centre of volume.
+    rate [Hz]: of the loop.
+
+    Raises CompileError, whose messages say what is wrong with which part, where, and how to fix it.
+    """
+    given = c.CompileInput()
+    alive: list = []
+    if not fixed:
+        if not isinstance(moving, (str, os.PathLike)):
+            raise ValueError("there is no fixed part; give compile(moving, fixed, ..)")
+        given.scene_file = os.fsencode(moving)
+    else:
+        parts = [p if isinstance(p, Part) else Part(p) for p in (moving, *fixed)]
+        inputs = [_part_input(part, unit, alive) for part in parts]
+        if start is not None:
+            inputs[0].pose = (ctypes.c_double * 7)(*pose_of(start))
+        given.moving = ctypes.pointer(inputs[0])
+        given.fixed = (c.PartInput * len(fixed))(*inputs[1:])
+        given.fixed_count = len(fixed)
+        given.name = name.encode()
+        given.stiffness_n_per_m = stiffness
+        given.friction = friction
+        given.rate_hz = rate
+        if grip is not None:
+            given.has_grip = 1
+            given.grip_m = (ctypes.c_double * 3)(*grip)
+    handle = ctypes.c_void_p()
+    error = c.library.haptic_compile(ctypes.byref(given), ctypes.byref(handle))
+    if not handle:
+        raise CompileError(error)
+    compiled = _Compiled(handle)
+    messages = compiled.messages()
+    if error != c.OK:
+        raise CompileError(error, "\n".join(str(m) for m in messages), messages)
+    return Scene(compiled.bytes(), messages)
+
+
+def _aligned(count: int) -> Array:
+    """`count` bytes at a multiple of the alignment that the library asks for."""
+    room = np.zeros(count + c.ALIGNMENT, dtype=np.uint8)
+    skip = -room.ctypes.data % c.ALIGNMENT
+    return room[skip : skip + count]
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What a motion gives, a row for each tick."""
+
+    times: Array  #: [s]
+    forces: Array  #: n x 3, on the hand, W axes [N]
+    torques: Array  #: n x 3, about the grip point [N m]
+    felt_poses: Array  #: n x 7: where the part is held, free of obstacles
+    gaps: Array  #: smallest gap of the felt pose to a fixed part [m]
+    situations: Array  #: index into SITUATIONS
+    flags: Array  #: StepFlag of the C++ interface
+    hashes: Array  #: equal runs have equal ones
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What one tick gives; as in Replay."""
+
+    force: Array
+    torque: Array
+    felt_pose: Array
+    gap: float
+    situation: str
+    flags: int
+    hash: int
+
+
+class Core:
+    """The tick by itself, for a loop of your own. Not for two threads at a time."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene  # its bytes stay where they are
+        self._memory = _aligned(scene.info.memory_bytes)
+        self._handle = ctypes.c_void_p()
+        c.require(
+            c.library.haptic_core_create(
+                scene.bytes.ctypes.data,
+                len(scene.bytes),
+                self._memory.ctypes.data,
+                len(self._memory),
+                ctypes.byref(self._handle),
+            )
+        )
+        self._input, self._output = c.StepInput(), c.StepOutput()
+
+    def step(self, pose: Sequence[float], time: float, clutched: bool = False) -> StepResult:
+        """One tick: the pose that the hand wants, sensed at `time` [s]."""
+        self._input.pose = (ctypes.c_double * 7)(*pose_of(pose))
+        self._input.time_s = time
+        self._input.clutched = 1 if clutched else 0
+        out = self._output
+        c.require(
+            c.library.haptic_core_step(self._handle, ctypes.byref(self._input), ctypes.byref(out))
+        )
+        wrench = np.array(out.wrench)
+        return StepResult(
+            wrench[:3],
+            wrench[3:],
+            np.array(out.felt_pose),
+            out.gap_m,
+            SITUATIONS[out.situation],
+            out.flags,
+            out.state_hash,
+        )
+
+    def reset(self) -> None:
+        """Forgets all contact: the next tick is a first tick."""
+        c.require(c.library.haptic_core_reset(self._handle))
+
+    def replay(self, poses: Any, times: Any = None) -> Replay:
+        """Many ticks in one call; goes on from the last one. See Scene.replay."""
+        poses = np.ascontiguousarray(poses, dtype=np.float64)
+        if poses.ndim != 2 or poses.shape[1] not in (3, 7):
+            raise ValueError(f"poses have the shape {poses.shape}; give n x 7 or, for positions, n x 3")
+        count = len(poses)
+        if poses.shape[1] == 3:
+            poses = np.hstack([poses, np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))])
+        if times is None:
+            times = np.arange(count) / self.scene.info.rate_hz
+        times = np.ascontiguousarray(times, dtype=np.float64)
+        if times.shape != (count,):
+            raise ValueError(f"there are {count} poses, and times have the shape {times.shape}")
+        wrenches, felt, gaps = np.empty((count, 6)), np.empty((count, 7)), np.empty(count)
+        situations, flags = np.empty(count, np.uint32), np.empty(count, np.uint32)
+        hashes = np.empty(count, np.uint64)
+        call = c.ReplayCall(
+            count=count,
+            poses=poses.ctypes.data,
+            times_s=times.ctypes.data,
+            wrenches=wrenches.ctypes.data,
+            felt_poses=felt.ctypes.data,
+            gaps_m=gaps.ctypes.data,
+            situations=situations.ctypes.data,
+            flags=flags.ctypes.data,
+            state_hashes=hashes.ctypes.data,
+        )
+        error = c.library.haptic_core_replay(self._handle, ctypes.byref(call))
+        if error != c.OK and count > 0:
+            text = c.library.haptic_error_text(error).decode()
+            raise c.HapticError(error, f"tick {call.done}: {text}")
+        c.require(error)
+        return Replay(times, wrenches[:, :3], wrenches[:, 3:], felt, gaps, situations, flags, hashes)
+
+
+class Scene:
+    """A compiled scene. `bytes` is what graph_compiler writes; `messages` what the compiler said."""
+
+    def __init__(self, data: Any, messages: Sequence[c.Message] = ()) -> None:
+        array = np.frombuffer(data, dtype=np.uint8)
+        if array.ctypes.data % c.ALIGNMENT != 0:
+            copied = _aligned(len(array))
+            copied[:] = array
+            array = copied
+        self.bytes = array
+        self.messages = tuple(messages)
+        self.info = c.SceneInfo()
+        error = c.library.haptic_scene_read(array.ctypes.data, len(array), ctypes.byref(self.info))
+        if error != c.OK:
+            raise c.HapticError(error, self.info.trouble.decode())
+
+    @staticmethod
+    def load(path: Union[str, "os.PathLike[str]"]) -> Scene:
+        """Reads a scene that was saved, or written by graph_compiler."""
+        with open(path, "rb") as file:
+            return Scene(file.read())
+
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes the scene, for example for host_sim or run_device."""
+        with open(path, "wb") as file:
+            file.write(self.bytes.tobytes())
+
+    @property
+    def name(self) -> str:
+        return self.info.name.decode(errors="replace")
+
+    @property
+    def start(self) -> Array:
+        """The pose at which the part in the hand starts, 7 numbers."""
+        return np.array(self.info.start_pose)
+
+    def core(self) -> Core:
+        """A core of its own, for a loop of your own."""
+        return Core(self)
+
+    def replay(self, poses: Any, times: Any = None) -> Replay:
+        """Runs a motion, from a forgotten history, at the speed of the C++ program.
+
+        poses: n x 7 (x y z, quaternion x y z w of A's mesh frame in W) or n x 3 (positions). times [s]: of each;
+        None: by the scene's rate. Raises HapticError with the index of a pose that is refused.
+        """
+        return Core(self).replay(poses, times)
+
+    def __repr__(self) -> str:
+        return f"<haptic.Scene '{self.name}', {self.info.parts} parts, {len(self.bytes)} bytes>"

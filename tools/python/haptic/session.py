@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A device, and the servo loop in a thread of the library."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import time
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Optional, Sequence, Type, Union
+
+import numpy as np
+
+from . import _library as c
+from .scene import SITUATIONS, Array, Scene, pose_of
+
+ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
+LINK = ("absent", "starting", "ready")
+TICK = np.dtype(
+    [
+        ("tick", np.uint64),
+        ("time", np.float64),
+        ("hand_pose", np.float64, 7),
+        ("force", np.float64, 3),
+        ("torque", np.float64, 3),
+        ("sent_force", np.float64, 3),
+        ("sent_torque", np.float64, 3),
+        ("situation", np.uint32),
+        ("flags", np.uint32),
+        ("arming", np.uint32),
+        ("safety_faults", np.uint32),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class State:
+    """The newest tick of the loop."""
+
+    tick: int
+    time: float  #: since the session was opened [s]
+    hand_pose: Array  #: as the handle stands
+    felt_pose: Array  #: where the part is held, free of obstacles
+    force: Array  #: rendered [N]
+    torque: Array  #: [N m], about the grip point
+    sent_force: Array  #: after arming, limits and ramps: what the device gets
+    sent_torque: Array
+    gap: float  #: smallest gap of the felt pose to a fixed part [m]
+    situation: str
+    flags: int
+    link: str
+    arming: str
+    armings: int  #: so far
+    safety_faults: int
+    device_faults: int
+    hand_held: bool
+    goals_reached: int
+    late_ticks: int
+    missed_periods: int
+    longest_tick: float  #: [s]
+    hash: int
+
+
+class Hand:
+    """The simulated hand of a session."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._goal = session.scene.start
+
+    def move_to(
+        self,
+        pose: Optional[Sequence[float]] = None,
+        *,
+        x: Optional[float] = None,
+        y: Optional[float] = None,
+        z: Optional[float] = None,
+        seconds: float = 1.0,
+        wait: bool = True,
+    ) -> int:
+        """The hand leads the part there: `pose` (3 or 7 numbers, in W), or some of x, y, z [m].
+
+        What is not given stays as in the last goal. The hand is a spring: where the part is kept from going, it
+        presses. wait: until the time is over. Returns the number of the goal.
+        """
+        goal = self._goal.copy()
+        if pose is not None:
+            goal[:] = pose_of(pose)
+        for k, value in enumerate((x, y, z)):
+            if value is not None:
+                goal[k] = value
+        given = c.HandGoal(pose=(ctypes.c_double * 7)(*goal), seconds=seconds)
+        number = ctypes.c_uint64()
+        c.require(
+            c.library.haptic_session_move_hand(
+                self._session._handle, ctypes.byref(given), ctypes.byref(number)
+            )
+        )
+        self._goal = goal
+        if wait:
+            self.wait(number.value)
+        return number.value
+
+    def wait(self, number: int) -> None:
+        """Until the hand has come to the end of goal `number`. Raises RuntimeError where the loop has ended before."""
+        tick, since = 0, time.monotonic()
+        while True:
+            state = self._session.state()
+            if state.goals_reached >= number:
+                return
+            if state.tick != tick:
+                tick, since = state.tick, time.monotonic()
+            elif time.monotonic() > since + 2.0:
+                raise RuntimeError("the servo loop has ended before the hand was there; the session is closed")
+            time.sleep(0.002)
+
+    def hold(self, again: bool = True) -> None:
+        """Holds the deadman switch. again: presses it again after a fault that is no stop."""
+        mode = c.HOLD_AGAIN if again else c.HOLD
+        c.require(c.library.haptic_session_hold(self._session._handle, mode))
+
+    def release(self) -> None:
+        """Lets go of the deadman switch: the force ramps to zero."""
+        c.require(c.library.haptic_session_hold(self._session._handle, c.RELEASE))
+
+
+class Session:
+    """Opens a device and runs the servo loop, until it is closed or its `with` block ends.
+
+    device: "sim", a simulated handle and hand. rate [Hz]: of the loop; None: the scene's. history [s]: of ticks that are
+    kept. priority: SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary. hold: the hand holds the deadman switch
+    from the start; without it no force is sent.
+
+    All methods may be called from any thread. State and history can be read after the end too.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        device: str = "sim",
+        *,
+        rate: Optional[float] = None,
+        history: float = 60.0,
+        priority: int = 0,
+        hold: bool = True,
+    ) -> None:
+        self._handle = ctypes.c_void_p()
+        self._free = c.library.haptic_session_free
+        self.scene = scene
+        options = c.SessionOptions(
+            hold=c.HOLD_AGAIN if hold else c.RELEASE,
+            device=device.encode(),
+            rate_hz=rate or 0.0,
+            history_s=history,
+            priority=priority,
+        )
+        c.require(
+            c.library.haptic_session_open(
+                scene.bytes.ctypes.data,
+                len(scene.bytes),
+                ctypes.byref(options),
+                ctypes.byref(self._handle),
+            )
+        )
+        self._records = int(history * (rate or scene.info.rate_hz)) + 1
+        self.hand = Hand(self)
+
+    def state(self) -> State:
+        """The newest tick; never waits."""
+        s = c.StateOutput()
+        c.require(c.library.haptic_session_state(self._handle, ctypes.byref(s)))
+        wrench, sent = np.array(s.wrench), np.array(s.sent_wrench)
+        return State(
+            s.tick,
+            s.time_s,
+            np.array(s.hand_pose),
+            np.array(s.felt_pose),
+            wrench[:3],
+            wrench[3:],
+            sent[:3],
+            sent[3:],
+            s.gap_m,
+            SITUATIONS[s.situation],
+            s.flags,
+            LINK[s.link],
+            ARMING[s.arming],
+            s.armings,
+            s.safety_faults,
+            s.device_faults,
+            s.hand_held != 0,
+            s.goals_reached,
+            s.late_ticks,
+            s.missed_periods,
+            s.longest_tick_s,
+            s.state_hash,
+        )
+
+    def history(self) -> Array:
+        """The newest ticks, oldest first: an array with the fields of TICK."""
+        ticks = np.empty(self._records, dtype=TICK)
+        count = ctypes.c_size_t()
+        c.require(
+            c.library.haptic_session_history(
+                self._handle, ticks.ctypes.data, len(ticks), TICK.itemsize, ctypes.byref(count)
+            )
+        )
+        return ticks[: count.value]
+
+    def stop(self) -> None:
+        """Stop by software: no force until hand.release() and hand.hold()."""
+        c.require(c.library.haptic_session_stop(self._handle))
+
+    def plot(self, path: Union[str, "os.PathLike[str]", None] = None) -> Any:
+        """Draws force, torque and height of the hand over time; needs matplotlib.
+
+        Writes `path` where one is given. Returns the figure.
+        """
+        try:
+            from matplotlib.figure import Figure
+        except ImportError as error:
+            raise ImportError(
+                "plot needs matplotlib; install it (Debian: apt-get install python3-matplotlib), or draw "
+                "session.history() by other means"
+            ) from error
+        ticks = self.history()
+        figure = Figure(figsize=(8, 7), layout="constrained")
+        axes = figure.subplots(3, 1, sharex=True)
+        for k, axis in enumerate("xyz"):
+            axes[0].plot(ticks["time"], ticks["sent_force"][:, k], label=axis)
+            axes[1].plot(ticks["time"], ticks["sent_torque"][:, k], label=axis)
+        axes[2].plot(ticks["time"], ticks["hand_pose"][:, 2], label="z")
+        for plot, label in zip(axes, ("force sent [N]", "torque sent [N m]", "hand [m]")):
+            plot.set_ylabel(label)
+            plot.legend(loc="upper left")
+        axes[2].set_xlabel("time [s]")
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+    def close(self) -> None:
+        """Orderly end: the force ramps to zero, the threads end. Closed already: nothing."""
+        error = c.library.haptic_session_close(self._handle)
+        if error != c.CLOSED:
+            c.require(error)
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        error: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            self._free(ctypes.byref(self._handle))
