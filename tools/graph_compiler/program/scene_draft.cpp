@@ -244,6 +244,9 @@ SceneDraft draft_scene(const DraftRequest& request) {
   scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
   scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
   scene.moving = part_of(request.moving, draft.scale_to_m);
+  // Clear of the others, as every start must be; the places asked about are others.
+  const double clear = fixed_box.high[2] - moving_box.low[2] + moving_box.diagonal();
+  scene.moving.position_m[2] = draft.scale_to_m * std::max(0.0, clear);
   for (const std::filesystem::path& mesh : request.fixed)
     scene.statics.push_back(part_of(mesh, draft.scale_to_m));
   const CompiledScene compiled = compile_scene(scene, {});
