@@ -308,14 +308,14 @@ TEST_SUITE("tools.mesh_reader") {
         {head + "element vertex 3\nproperty float x\nproperty float y\n" + face, "x, y and z"},
         {head + "element e 3\n" + vertex + face, "'e' has no property"},
         {sound, "the file ends early"},
-        {sound + "3 0 1", "part:12: the file ends early"},
-        {sound + "3 0 1 3\n", "part:12: a vertex index does not fit the file's 3 vertices"},
-        {sound + "3 0 1 -1\n", "part:12: a vertex index"},
-        {sound + "3 0 1 1.5\n", "part:12: a vertex index"},
-        {sound + "2 0 1\n", "part:12: a face with 2 corners"},
-        {sound + "-1\n", "part:12: a list of -1"},
-        {sound + "3 0 1 2\n7\n", "part:13: data after the last element"},
-        {head + vertex + face + "0 0 nan\n", "part:9: coordinate 'nan'"}};
+        {sound + "3 0 1", "part:13: the file ends early"},
+        {sound + "3 0 1 3\n", "part:13: a vertex index does not fit the file's 3 vertices"},
+        {sound + "3 0 1 -1\n", "part:13: a vertex index"},
+        {sound + "3 0 1 1.5\n", "part:13: a vertex index"},
+        {sound + "2 0 1\n", "part:13: a face with 2 corners"},
+        {sound + "-1\n", "part:13: a list of -1"},
+        {sound + "3 0 1 2\n7\n", "part:14: data after the last element"},
+        {head + vertex + face + "0 0 nan\n", "part:10: coordinate 'nan'"}};
     for (const auto& [text, says] : defects) {
       CAPTURE(text);
       const std::string said = refusal(text, MeshFormat::kPly);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -221,7 +222,7 @@ class PlyParser {
     const std::size_t place = place_of_value_;
     if (!(count >= 0.0) || count != std::floor(count) ||
         count > static_cast<double>(bytes_.size())) {
-      refuse("a list of " + std::to_string(count) + " items", "correct the count");
+      refuse("a list of " + short_number(count, 9) + " items", "correct the count");
     }
     if (corners != nullptr && count < 3.0) {
       refuse("a face with " + std::to_string(static_cast<int>(count)) + " corners",
