@@ -57,10 +57,16 @@ std::string binary_ply(const char* order) {
                       "_endian 1.0\nelement vertex 4\nproperty char x\nproperty char y\n"
                       "property char z\nelement face 4\nproperty list uchar uchar vertex_index\n"
                       "end_header\n";
-  for (const char x :
-       {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 3, 0, 2, 1, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 3, 2}) {
-    bytes += x;
-  }
+  bytes += std::string(
+      "\0\0\0"
+      "\1\0\0"
+      "\0\1\0"
+      "\0\0\1"
+      "\3\0\2\1"
+      "\3\0\1\3"
+      "\3\1\2\3"
+      "\3\0\3\2",
+      28);
   return bytes;
 }
 
