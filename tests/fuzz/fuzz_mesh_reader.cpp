@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as OBJ, STL or OFF: read, or refused with InputError; nothing else.
+/// Any bytes as OBJ, STL, OFF or PLY: read, or refused with InputError; nothing else.
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/fuzz/mesh_input.hpp"
 

@@ -35,10 +35,10 @@ std::optional<tools::RawMesh> parse_input(const std::uint8_t* data, std::size_t 
     return std::nullopt;
   }
   constexpr tools::MeshFormat kFormats[] = {tools::MeshFormat::kObj, tools::MeshFormat::kStl,
-                                            tools::MeshFormat::kOff};
+                                            tools::MeshFormat::kOff, tools::MeshFormat::kPly};
   const std::span<const char> bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
-    tools::RawMesh mesh = tools::parse_mesh(bytes, kFormats[data[0] % 3], "fuzz");
+    tools::RawMesh mesh = tools::parse_mesh(bytes, kFormats[data[0] % 4], "fuzz");
     check_raw_mesh(mesh);
     return mesh;
   } catch (const tools::InputError& error) {

@@ -11,6 +11,7 @@ namespace {
 constexpr char kObj = '\0';
 constexpr char kStl = '\1';
 constexpr char kOff = '\2';
+constexpr char kPly = '\3';
 
 std::string with_format(char format, const std::string& bytes) {
   return std::string(1, format) + bytes;
@@ -43,6 +44,31 @@ const char* const kTJunction =
 const char* const kColours =
     "COFF 4 4 6 # counts\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n"
     "0 0 1 9 9 9 255\n3 0 2 1\n3 0 1 3 7\n3 1 2 3 0.1 0.2 0.3\n3 0 3 2 1 2 3 4\n";
+
+const char* const kTextPly =
+    "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uchar red\nelement face 4\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\n"
+    "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+
+/// Corners as bytes, so that they need no swap.
+std::string binary_ply(const char* order) {
+  std::string bytes = std::string("ply\nformat binary_") + order +
+                      "_endian 1.0\nelement vertex 4\nproperty char x\nproperty char y\n"
+                      "property char z\nelement face 4\nproperty list uchar uchar vertex_index\n"
+                      "end_header\n";
+  bytes += std::string(
+      "\0\0\0"
+      "\1\0\0"
+      "\0\1\0"
+      "\0\0\1"
+      "\3\0\2\1"
+      "\3\0\1\3"
+      "\3\1\2\3"
+      "\3\0\3\2",
+      28);
+  return bytes;
+}
 
 struct Triangle {
   float corner[3][3];
@@ -97,6 +123,9 @@ std::vector<Seed> seeds() {
           {"text_stl", with_format(kStl, text_stl())},
           {"binary_stl", with_format(kStl, binary_stl())},
           {"t_junction_off", with_format(kOff, kTJunction)},
+          {"text_ply", with_format(kPly, kTextPly)},
+          {"little_ply", with_format(kPly, binary_ply("little"))},
+          {"big_ply", with_format(kPly, binary_ply("big"))},
           {"colours_coff", with_format(kOff, kColours)}};
 }
 

@@ -140,6 +140,8 @@ TEST_SUITE("tools.part_kinds") {
     const ScratchFolder folder("kinds");
     SceneFile scene = read_scene_file(scene_of_meshes(folder, cube(), open_cube(), 0.01, 0.03));
     scene.parameters.law = haptic::LawId::kPaper;
+    CHECK_THROWS_WITH_AS(compile_scene(scene, {}), doctest::Contains("open: 4 edges"), InputError);
+    scene.statics[0].kind = PartKind::kSurface;
     CHECK_THROWS_WITH_AS(compile_scene(scene, {}),
                          doctest::Contains("law paper needs the depth in a solid"), InputError);
   }

@@ -53,18 +53,6 @@ constexpr unsigned kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
 }  // namespace
 
-std::string tetrahedron_ply() {
-  std::string text =
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
-      "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const char* corner : kCorners) text += std::string(corner) + "\n";
-  for (const auto& f : kFaces) {
-    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) +
-            "\n";
-  }
-  return text;
-}
-
 std::string tetrahedron_amf(const std::string& root) {
   std::string text = "<?xml version=\"1.0\"?>\n<amf " + root + "><object id=\"0\"><mesh><vertices>";
   for (const char* c : kCorners) {

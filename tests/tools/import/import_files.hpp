@@ -9,7 +9,6 @@
 
 namespace haptic::tools::test {
 
-std::string tetrahedron_ply();
 /// `root`: more attributes of the root element, such as unit="inch".
 std::string tetrahedron_amf(const std::string& root = "");
 /// `asset`: what stands in the asset, such as <unit meter="0.01"/>; `node`: before the mesh in its

@@ -60,23 +60,21 @@ std::string scene_with(const std::string& part) {
 }  // namespace
 
 TEST_SUITE("tools.mesh_import") {
-  TEST_CASE("formats by extension, and which have units") {
-    CHECK(import_format_of("a/b.PLY") == ImportFormat::kPly);
-    CHECK(import_format_of("b.3mf") == ImportFormat::k3mf);
+  TEST_CASE("formats by extension") {
+    CHECK(import_format_of("a/b.3MF") == ImportFormat::k3mf);
     CHECK(import_format_of("b.glb") == ImportFormat::kGlb);
     CHECK(import_format_of("b.gltf") == ImportFormat::kGltf);
     CHECK(import_format_of("b.Dae") == ImportFormat::kDae);
     CHECK(import_format_of("b.amf") == ImportFormat::kAmf);
     CHECK_FALSE(import_format_of("b.stl").has_value());
-    CHECK_FALSE(import_format_of("ply").has_value());
-    CHECK(has_unit(ImportFormat::kDae));
-    CHECK_FALSE(has_unit(ImportFormat::kPly));
+    CHECK_FALSE(import_format_of("b.ply").has_value());
+    CHECK_FALSE(import_format_of("dae").has_value());
   }
 
   TEST_CASE("a build without the libraries names the packages") {
     if (can_import()) return;
     for (const std::string& text :
-         {refusal_of(tetrahedron_ply(), ImportFormat::kPly), refusal_of("", ImportFormat::k3mf)}) {
+         {refusal_of(tetrahedron_glb(), ImportFormat::kGlb), refusal_of("", ImportFormat::k3mf)}) {
       CHECK(contains(text, "part: this program was built without"));
       CHECK(contains(text, "install libassimp-dev, libtinyxml2-dev and zlib1g-dev"));
     }
@@ -84,10 +82,6 @@ TEST_SUITE("tools.mesh_import") {
 
   TEST_CASE("every format gives the same tetrahedron, in its unit") {
     if (is_skipped()) return;
-    const ImportedMesh ply = import(tetrahedron_ply(), ImportFormat::kPly);
-    CHECK_FALSE(ply.unit_m.has_value());
-    check_tetrahedron(ply, 1.0 / 6);
-
     struct Sample {
       std::string bytes;
       ImportFormat format;
@@ -105,8 +99,7 @@ TEST_SUITE("tools.mesh_import") {
     for (const Sample& sample : samples) {
       CAPTURE(static_cast<int>(sample.format));
       const ImportedMesh imported = import(sample.bytes, sample.format);
-      REQUIRE(imported.unit_m.has_value());
-      CHECK(*imported.unit_m == sample.unit_m);
+      CHECK(imported.unit_m == sample.unit_m);
       check_tetrahedron(imported, std::pow(sample.unit_m, 3) / 6);
     }
   }
@@ -141,7 +134,7 @@ TEST_SUITE("tools.mesh_import") {
 
   TEST_CASE("damaged files are refused with what is wrong and how to fix it") {
     if (is_skipped()) return;
-    const std::string ply = tetrahedron_ply(), model = model_of_3mf();
+    const std::string model = model_of_3mf();
     const auto with = [](std::string text, const std::string& from, const std::string& to) {
       return text.replace(text.find(from), from.size(), to);
     };
@@ -151,11 +144,7 @@ TEST_SUITE("tools.mesh_import") {
       const char* says;
     };
     const Damage damages[] = {
-        {"", ImportFormat::kPly, "the file is empty"},
-        {"solid x\n", ImportFormat::kPly, "no PLY file"},
-        {ply.substr(0, ply.size() - 6), ImportFormat::kPly, ""},
-        {with(ply, "3 0 2 1", "3 0 2 7"), ImportFormat::kPly, ""},
-        {with(ply, "element face 4", "element face 9"), ImportFormat::kPly, ""},
+        {"", ImportFormat::kAmf, "the file is empty"},
         {"glTF", ImportFormat::kGlb, ""},
         {"{", ImportFormat::kGltf, "no glTF file"},
         {tetrahedron_gltf("", "../buffer"), ImportFormat::kGltf, ""},
@@ -202,7 +191,7 @@ TEST_SUITE("tools.mesh_import") {
     if (is_skipped()) return;
     const ScratchFolder folder("import_scenes");
     std::ofstream(folder.file("part.amf")) << tetrahedron_amf("unit=\"meter\"");
-    std::ofstream(folder.file("part.ply")) << tetrahedron_ply();
+    std::ofstream(folder.file("part.off")) << "OFF\n";
     const auto parsed = [&](const std::string& part) {
       return parse_scene_file(scene_with(part), "scene.toml",
                               std::filesystem::path(folder.file("")));
@@ -215,9 +204,6 @@ TEST_SUITE("tools.mesh_import") {
                          "scene.toml:5:14: scale_to_m of part.amf is not 1 m, the unit that the "
                          "file states; leave scale_to_m out, or correct the file",
                          InputError);
-    CHECK_THROWS_AS(parsed("mesh = \"part.ply\""), InputError);
-    const PartMesh ply =
-        read_part_mesh(parsed("mesh = \"part.ply\"\nscale_to_m = 0.5").moving, "scene.toml");
-    CHECK(ply.scale_to_m == std::array<double, 3>{0.5, 0.5, 0.5});
+    CHECK_THROWS_AS(parsed("mesh = \"part.off\""), InputError);
   }
 }

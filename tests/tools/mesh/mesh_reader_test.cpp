@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <bit>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -230,14 +232,108 @@ TEST_SUITE("tools.mesh_reader") {
     CHECK(starts(off("OFF\n3 1 0\n0 0 0 5\n"), "part:3: a vertex line with 4 numbers"));
   }
 
+  TEST_CASE("PLY: text and both byte orders, other elements and properties skipped") {
+    const std::string header =
+        "comment c\nobj_info o\nelement vertex 3\nproperty uchar red\nproperty float x\n"
+        "property double y\nproperty float32 z\nelement edge 1\nproperty list uchar short e\n"
+        "element face 1\nproperty list uint8 int vertex_indices\nproperty short s\nend_header\n";
+    const RawMesh text = parse(
+        "ply\nformat ascii 1.0\n" + header + "9 0 0 0\n9 1.25 0 0\n9 0 1 0\n2 0 1\n3 0 1 2 -5\n",
+        MeshFormat::kPly);
+    REQUIRE(text.vertices.size() == 3);
+    CHECK(text.vertices[1] == Point3{1.25, 0, 0});
+    CHECK(text.faces.at(0).vertices == std::vector<std::uint32_t>{0, 1, 2});
+    CHECK(text.faces[0].source_place == 20);
+    CHECK(text.vertex_places[1] == 17);
+    CHECK(text.print_resolution == doctest::Approx(0.01));
+    for (const bool is_big : {false, true}) {
+      std::string body;
+      const auto put = [&](auto value) {
+        char bytes[sizeof value];
+        std::memcpy(bytes, &value, sizeof value);
+        if (is_big) std::reverse(bytes, bytes + sizeof value);
+        body.append(bytes, sizeof value);
+      };
+      for (int v = 0; v < 3; ++v) {
+        put(std::uint8_t{9});
+        put(v == 1 ? 1.25F : 0.0F);
+        put(v == 2 ? 1.0 : 0.0);
+        put(0.0F);
+      }
+      put(std::uint8_t{2});
+      put(std::int16_t{0});
+      put(std::int16_t{1});
+      put(std::uint8_t{3});
+      for (const int v : {0, 1, 2}) put(v);
+      put(std::int16_t{-5});
+      const std::string start = std::string("ply\nformat binary_") + (is_big ? "big" : "little") +
+                                "_endian 1.0\n" + header;
+      const RawMesh binary = parse(start + body, MeshFormat::kPly);
+      CHECK_FALSE(binary.places_are_lines);
+      CHECK(binary.vertices == text.vertices);
+      CHECK(binary.faces.at(0).vertices == text.faces[0].vertices);
+      CHECK(contains(refusal(start + body.substr(0, body.size() - 1), MeshFormat::kPly),
+                     "the file ends early"));
+      CHECK(contains(refusal(start + body + "x", MeshFormat::kPly), "data after the last element"));
+      // The other byte order makes indices that are not there.
+      CHECK(!refusal("ply\nformat binary_" + std::string(is_big ? "little" : "big") +
+                         "_endian 1.0\n" + header + body,
+                     MeshFormat::kPly)
+                 .empty());
+    }
+  }
+
+  TEST_CASE("PLY: defects are refused with their line") {
+    const std::string head = "ply\nformat ascii 1.0\n";
+    const std::string vertex =
+        "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string face = "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+    const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
+    const std::string sound = head + vertex + face + points;
+    CHECK(parse(sound + "3 0 1 2\n", MeshFormat::kPly).faces.size() == 1);
+    const std::pair<std::string, const char*> defects[] = {
+        {"plx\n", "part:1: the first line is not 'ply'"},
+        {"ply", "part:1: the header has no end"},
+        {"ply\nformat ebcdic 1.0\n", "part:2: the format is 'ebcdic'"},
+        {"ply\n" + vertex + face, "names no format"},
+        {head + "element vertex x\n", "part:3: count 'x'"},
+        {head + "element vertex 99999\n", "part:3: the count 99999 does not fit"},
+        {head + "element vertex -1\n", "part:3: the count -1"},
+        {head + "property float x\n", "part:3: the header says 'property'"},
+        {head + vertex + "property quad w\n", "part:7: no type 'quad'"},
+        {head + vertex + "property list float int w\n", "part:7: a list is counted by reals"},
+        {head + face, "needs one element vertex"},
+        {head + vertex + "end_header\n", "needs one element vertex and one element face"},
+        {head + vertex + "element face 1\nproperty int q\nend_header\n", "needs one list"},
+        {head + "element vertex 3\nproperty float x\nproperty float y\n" + face, "x, y and z"},
+        {head + "element e 3\n" + vertex + face, "'e' has no property"},
+        {sound, "the file ends early"},
+        {sound + "3 0 1", "part:13: the file ends early"},
+        {sound + "3 0 1 3\n", "part:13: a vertex index does not fit the file's 3 vertices"},
+        {sound + "3 0 1 -1\n", "part:13: a vertex index"},
+        {sound + "3 0 1 1.5\n", "part:13: a vertex index"},
+        {sound + "2 0 1\n", "part:13: a face with 2 corners"},
+        {sound + "-1\n", "part:13: a list of -1"},
+        {sound + "3 0 1 2\n7\n", "part:14: data after the last element"},
+        {head + vertex + face + "0 0 nan\n", "part:10: coordinate 'nan'"}};
+    for (const auto& [text, says] : defects) {
+      CAPTURE(text);
+      const std::string said = refusal(text, MeshFormat::kPly);
+      CAPTURE(said);
+      CHECK(contains(said, says));
+      CHECK(contains(said, "; "));
+    }
+  }
+
   TEST_CASE("files: extension, missing file and directory") {
+    CHECK(mesh_format_of("b.PLY") == MeshFormat::kPly);
     CHECK(mesh_format_of("a/b.OBJ") == MeshFormat::kObj);
     CHECK(mesh_format_of("b.Stl") == MeshFormat::kStl);
     CHECK(mesh_format_of("b.off") == MeshFormat::kOff);
     CHECK_THROWS_WITH_AS(
         mesh_format_of("b.max"),
         "b.max: the extension '.max' names no mesh format; give a file named .obj, "
-        ".stl or .off, or .ply, .3mf, .gltf, .glb, .dae or .amf",
+        ".stl, .off or .ply, or .3mf, .gltf, .glb, .dae or .amf",
         InputError);
     CHECK_THROWS_WITH_AS(mesh_format_of("b.STEP"),
                          "b.STEP: STEP is not read; convert the part to 3MF or STL first",

@@ -93,7 +93,7 @@ TEST_SUITE("tools.shape_scenes") {
         {"mesh = \"a.obj\"\nradius_m = 1", "5:12: ", "belongs to a part with shape"},
         {"radius_m = 1", "3:1: ", "or a shape without a file"},
         {"shape = \"box\"\nscale_to_m = 1\nsize_m = [1, 1, 1]",
-         "5:14: ", "in metres; leave it out"},
+         "5:14: ", "in metres already; leave it out"},
         {"shape = \"box\"", "3:1: ", "size_m is missing; give the lengths"},
         {"shape = \"box\"\nsize_m = [1, 0, 1]", "5:14: ", "size_m[1] is 0"},
         {"shape = \"sphere\"\nradius_m = 1\nheight_m = 1",

@@ -98,8 +98,7 @@ struct Reader {
 };
 
 const Reader& reader_of(ImportFormat format) {
-  static const std::array<Reader, 6> kReaders{{
-      {"PLY", "Stanford Polygon Library (PLY) Importer", "ply"},
+  static const std::array<Reader, 5> kReaders{{
       {"3MF", "3mf Importer", "3mf"},
       {"glTF", "glTF2 Importer", "gltf"},
       {"GLB", "glTF2 Importer", "glb"},
@@ -182,8 +181,7 @@ double unit_of_dae(std::string_view text, const std::string& file) {
   return unit_m;
 }
 
-std::optional<double> unit_of(std::span<const char> bytes, ImportFormat format,
-                              const std::string& file) {
+double unit_of(std::span<const char> bytes, ImportFormat format, const std::string& file) {
   const std::string_view text(bytes.data(), bytes.size());
   switch (format) {
     case ImportFormat::k3mf:
@@ -192,24 +190,9 @@ std::optional<double> unit_of(std::span<const char> bytes, ImportFormat format,
       return unit_of_amf(text, file);
     case ImportFormat::kDae:
       return unit_of_dae(text, file);
-    case ImportFormat::kPly:
-      return std::nullopt;
     default:
       return 1.0;  // glTF is in metres
   }
-}
-
-/// Count of an element in the header of a PLY file; nothing where there is none.
-std::optional<std::int64_t> ply_count(std::string_view text, std::string_view element,
-                                      const std::string& file) {
-  LineScanner lines(text.substr(0, text.find("end_header")), {});
-  std::vector<std::string_view> words;
-  while (lines.next(words)) {
-    if (words.size() == 3 && words[0] == "element" && words[1] == element) {
-      return parse_integer(words[2], file, lines.line(), "count");
-    }
-  }
-  return std::nullopt;
 }
 
 /// Affine map of a node, in double.
@@ -329,16 +312,7 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   mesh.file = file;
   // COLLADA comes in metres.
   const bool is_in_metres = format == ImportFormat::kDae;
-  Merge(*scene, mesh, is_in_metres ? 1.0 : imported.unit_m.value_or(1.0));
-  if (format == ImportFormat::kPly) {
-    const auto announced = ply_count({bytes.data(), bytes.size()}, "face", file);
-    if (announced && *announced != static_cast<std::int64_t>(mesh.faces.size())) {
-      refuse_file(file,
-                  "the header announces " + std::to_string(*announced) + " faces, " +
-                      std::to_string(mesh.faces.size()) + " with three corners or more were read",
-                  "complete the file, or export the part as STL");
-    }
-  }
+  Merge(*scene, mesh, is_in_metres ? 1.0 : imported.unit_m);
   return imported;
 }
 

@@ -33,7 +33,7 @@ void append_number(std::string& to, T value) {
 
 std::string message_of(const ImportedMesh& imported) {
   std::string text(1, kMesh);
-  append_number(text, imported.unit_m.value_or(0.0));
+  append_number(text, imported.unit_m);
   append_number(text, std::uint64_t{imported.mesh.vertices.size()});
   append_number(text, std::uint64_t{imported.mesh.faces.size()});
   append_bytes(text, imported.mesh.vertices.data(), imported.mesh.vertices.size() * sizeof(Point3));
@@ -81,9 +81,8 @@ ImportedMesh mesh_of(const std::string& text, const std::string& file) {
   Message message(text, file);
   message.number<char>();
   ImportedMesh imported;
-  const auto unit_m = message.number<double>();
-  if (!(std::isfinite(unit_m) && unit_m >= 0.0)) message.refuse();
-  if (unit_m > 0.0) imported.unit_m = unit_m;
+  imported.unit_m = message.number<double>();
+  if (!(std::isfinite(imported.unit_m) && imported.unit_m > 0.0)) message.refuse();
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   mesh.indexed = true;

@@ -10,7 +10,7 @@ namespace {
   refuse_file(
       file, "this program was built without the libraries that read such files",
       "install libassimp-dev, libtinyxml2-dev and zlib1g-dev, configure and build again; or "
-      "convert the part to STL, OBJ or OFF");
+      "convert the part to STL, OBJ, OFF or PLY");
 }
 
 }  // namespace

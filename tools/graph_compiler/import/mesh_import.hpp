@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Mesh formats that are read through other libraries: PLY, 3MF, glTF 2 (.gltf, .glb), COLLADA
+/// Mesh formats that are read through other libraries: 3MF, glTF 2 (.gltf, .glb), COLLADA
 /// (.dae) and AMF through assimp. Optional: a build without the libraries refuses such files and
 /// names the packages.
 
@@ -14,17 +14,15 @@
 
 namespace haptic::tools {
 
-enum class ImportFormat : std::uint8_t { kPly, k3mf, kGltf, kGlb, kDae, kAmf };
+enum class ImportFormat : std::uint8_t { k3mf, kGltf, kGlb, kDae, kAmf };
 
 struct ImportedMesh {
-  RawMesh mesh;                  ///< in metres where the unit is known, else in units of the file
-  std::optional<double> unit_m;  ///< of the file [m]; PLY has none
+  RawMesh mesh;         ///< in metres
+  double unit_m = 1.0;  ///< of the file [m]
 };
 
 /// Format by the extension of the file name (any case); nothing where it is none of these.
 std::optional<ImportFormat> import_format_of(const std::filesystem::path& path);
-/// True for the formats that state their unit: all but PLY.
-bool has_unit(ImportFormat format);
 /// Folder that names in the file count from.
 std::filesystem::path folder_of(const std::filesystem::path& path);
 /// True when this build has the libraries.

@@ -34,7 +34,7 @@ std::string_view announced_format(std::string_view text) {
     return "OBJ";
   }
   if (first.starts_with("<?xml") || first.starts_with("{") || first.starts_with("glTF")) {
-    return "no mesh format known here (OBJ, STL, OFF)";
+    return "no mesh format known here (OBJ, STL, OFF, PLY)";
   }
   return {};
 }
@@ -44,7 +44,7 @@ void check_announced(std::string_view text, std::string_view expected, const std
   if (!found.empty() && found != expected) {
     refuse_line(file, 1,
                 "read as " + std::string(expected) + " but the content is " + std::string(found),
-                "rename the file or convert it to OBJ, STL or OFF");
+                "rename the file or convert it to OBJ, STL, OFF or PLY");
   }
 }
 
@@ -61,11 +61,14 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
   if (equals_lower(extension, ".off")) {
     return MeshFormat::kOff;
   }
+  if (equals_lower(extension, ".ply")) {
+    return MeshFormat::kPly;
+  }
   if (equals_lower(extension, ".step") || equals_lower(extension, ".stp")) {
     refuse_file(path.string(), "STEP is not read", "convert the part to 3MF or STL first");
   }
   refuse_file(path.string(), "the extension " + shown_word(extension) + " names no mesh format",
-              "give a file named .obj, .stl or .off, or .ply, .3mf, .gltf, .glb, .dae or .amf");
+              "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae or .amf");
 }
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {
@@ -79,7 +82,9 @@ RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::st
                 "simplify the part");
   }
   RawMesh mesh;
-  if (format == MeshFormat::kStl) {
+  if (format == MeshFormat::kPly) {
+    mesh = parse_ply(bytes, file);
+  } else if (format == MeshFormat::kStl) {
     const std::string_view head(bytes.data(), std::min<std::size_t>(bytes.size(), 4));
     if (head.starts_with("OFF") || head.starts_with("COFF") || head.starts_with("ply")) {
       check_announced(std::string_view(bytes.data(), bytes.size()), "STL", file);

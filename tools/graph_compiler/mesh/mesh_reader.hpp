@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Reads polygon meshes: Wavefront OBJ, STL (ASCII and binary), OFF (others: import/). Strict,
-/// locale-free, in double: what cannot be read for certain is refused with its place instead of
-/// being guessed.
-/// Nothing is merged or dropped here; see cleaning.hpp for that.
+/// Reads polygon meshes: Wavefront OBJ, STL and PLY (text and binary), OFF (others: import/).
+/// Strict, locale-free, in double: what cannot be read for certain is refused with its place
+/// instead of being guessed. Nothing is merged or dropped here; see cleaning.hpp for that.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +14,7 @@
 
 namespace haptic::tools {
 
-enum class MeshFormat : std::uint8_t { kObj, kStl, kOff };
+enum class MeshFormat : std::uint8_t { kObj, kStl, kOff, kPly };
 
 /// Largest file that is read [bytes] and largest number of faces: beyond any part that can be
 /// decomposed, small enough that a hostile count cannot exhaust the memory of a workstation.
@@ -24,7 +23,7 @@ inline constexpr std::size_t kMaxMeshFaces = 20'000'000;
 inline constexpr std::size_t kMaxMeshVertices = 3 * kMaxMeshFaces;
 
 /// Format by the extension of the file name (any case).
-/// @throws InputError if the extension is none of .obj, .stl, .off.
+/// @throws InputError if the extension is none of .obj, .stl, .off, .ply.
 MeshFormat mesh_format_of(const std::filesystem::path& path);
 
 /// Reads a whole file. The format comes from the extension and is checked against the content.
@@ -36,7 +35,8 @@ RawMesh read_mesh(const std::filesystem::path& path);
 /// OBJ: `v`, `f` (all forms of corners, n-gons, negative indices, continuation lines), `o` and `g`
 /// as groups; anything else is skipped, except free-form surfaces and lines without a keyword,
 /// which are refused. STL: binary iff 84 + 50 n == size, with any header. OFF: OFF and
-/// COFF, colours skipped. Text may have LF, CRLF or CR line ends and a UTF-8 byte order mark.
+/// COFF, colours skipped. PLY: positions and faces, all else skipped. Text may have LF, CRLF or CR
+/// line ends and a UTF-8 byte order mark.
 /// @param file  name used in messages and stored in the result.
 /// @throws InputError with file:line or "file: byte N", the defect and how to fix it.
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file);

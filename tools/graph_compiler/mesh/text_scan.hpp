@@ -79,9 +79,10 @@ std::int64_t parse_integer(std::string_view word, const std::string& file, std::
 /// Case-insensitive comparison with a lower-case ASCII word.
 bool equals_lower(std::string_view word, std::string_view lower);
 
-/// Parsers of the three formats; `text` has passed checked_text.
+/// Parsers of the formats; `text` has passed checked_text.
 RawMesh parse_obj(std::string_view text, const std::string& file);
 RawMesh parse_off(std::string_view text, const std::string& file);
+RawMesh parse_ply(std::span<const char> bytes, const std::string& file);
 RawMesh parse_stl_text(std::string_view text, const std::string& file);
 RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file);
 /// Decides between the two forms of STL by the size that the triangle count announces.

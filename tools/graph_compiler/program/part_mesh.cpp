@@ -38,8 +38,7 @@ PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
     return {read_mesh(part.path), part.scale_to_m, part.scale_to_m};
   }
   ImportedMesh imported = import_mesh(part.path);
-  if (!imported.unit_m) return {std::move(imported.mesh), part.scale_to_m, part.scale_to_m};
-  const double unit_m = *imported.unit_m;
+  const double unit_m = imported.unit_m;
   check_unit(part, unit_m, scene_file);
   return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}};
 }

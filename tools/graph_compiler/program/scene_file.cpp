@@ -243,8 +243,8 @@ void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, Sce
   part.mesh = *t.text("mesh");
   find_part_file(t, "mesh", part.mesh, folder, part);
   const auto scale = t.scale3("scale_to_m", kPositive);
-  const auto format = import_format_of(part.path);
-  if (!scale && !(format && has_unit(*format))) {
+  // The other formats state their unit.
+  if (!scale && !import_format_of(part.path)) {
     t.fail_missing("scale_to_m",
                    "give metres per file unit: 0.001 for millimetres, 1.0 for metres");
   }
@@ -523,7 +523,8 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".stl" || extension == ".obj" || extension == ".off" || import_format_of(path))
+  if (extension == ".stl" || extension == ".obj" || extension == ".off" || extension == ".ply" ||
+      import_format_of(path))
     throw InputError(path.string() + ": is a mesh; give the scene file (TOML) that names it");
   const std::string text = read_text_file(path, kMaxSceneFileBytes, "the scene file");
   return parse_scene_file(text, path.string(), path.parent_path());

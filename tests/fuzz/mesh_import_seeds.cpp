@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Seeds of fuzz_mesh_import: the tetrahedron of the tests in every format.
+#include "tests/fuzz/fuzz_target.hpp"
+#include "tests/tools/import/import_files.hpp"
+
+namespace haptic::fuzz {
+
+std::vector<Seed> seeds() {
+  using namespace haptic::tools::test;
+  const std::string two_items =
+      "<item objectid=\"1\"/><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 10 20 30\"/>";
+  return {{"3mf", std::string(1, '\0') + archive_of_3mf(model_of_3mf("unit=\"inch\"", two_items))},
+          {"gltf", '\1' + tetrahedron_gltf("\"scale\":[1,1,-2],")},
+          {"glb", '\2' + tetrahedron_glb()},
+          {"dae", '\3' + tetrahedron_dae("<unit meter=\"0.5\"/><up_axis>Y_UP</up_axis>",
+                                         "<translate>10 20 30</translate>")},
+          {"amf", '\4' + tetrahedron_amf("unit=\"feet\"")}};
+}
+
+}  // namespace haptic::fuzz
