@@ -83,13 +83,11 @@ haptic_guest_packages=(qemu-system-x86 seabios cpio kmod busybox-static)
 # What users would pick instead, for the report of error against run time; built without where absent.
 haptic_peer_packages=(libccd-dev libbullet-dev)
 
-<<<<<<< HEAD
 # What the tests of the Python package need; they are skipped where it is absent.
 haptic_python_packages=(python3-numpy)
-=======
+
 # Libraries that read more mesh formats; such files are refused and their tests skipped where absent.
 haptic_import_packages=(libassimp-dev libtinyxml2-dev zlib1g-dev)
->>>>>>> shapes
 
 # Compilers and emulators of the machines that the core is compared on; their tests are skipped where absent.
 haptic_target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
