@@ -50,13 +50,13 @@ inline constexpr double kDefaultRate_hz = 1000.0;
 
 /// Share of a period that the units of work of a tick may take, and what one of them takes, rounded
 /// up (host_sim/BENCHMARKS.md) [s].
-inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 40.0e-9;
+inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 50.0e-9;
 
 /// The same of a scene with a surface, whose many facets are near at once.
 inline constexpr double kSurfaceWorkShare = 0.2;
 
-/// Units of work that a tick may spend at a rate, where the scene does not say: 1250 at 1 kHz, with
-/// `surfaces` 5000.
+/// Units of work that a tick may spend at a rate, where the scene does not say: 1000 at 1 kHz, with
+/// `surfaces` 4000.
 [[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz, bool surfaces = false) {
   const double units = (surfaces ? kSurfaceWorkShare : kWorkShare) / (rate_hz * kUnitPrice_s);
   return units < kLeastWorkUnits  ? kLeastWorkUnits
