@@ -56,7 +56,8 @@ T* section(SceneBytes& bytes, SectionId id) {
   return nullptr;
 }
 
-RtStatus opened(SceneBytes bytes, const std::function<void(SceneBytes&)>& damage) {
+RtStatus opened(const CompiledScene& compiled, const std::function<void(SceneBytes&)>& damage) {
+  SceneBytes bytes{compiled.bytes};
   damage(bytes);
   const std::uint64_t hash = scene_content_hash(bytes.span());
   std::memcpy(bytes.span().data() + offsetof(SceneHeader, content_hash), &hash, sizeof hash);
@@ -152,10 +153,10 @@ TEST_SUITE("tools.surface_scene") {
 
   TEST_CASE("damage to the cones of a facet is refused") {
     const ScratchFolder folder("sheet");
-    const SceneBytes bytes{compile_scene(sheet_scene(folder, 0.5), {}).bytes};
-    REQUIRE(opened(bytes, [](SceneBytes&) {}) == RtStatus::kOk);
+    const CompiledScene compiled = compile_scene(sheet_scene(folder, 0.5), {});
+    REQUIRE(opened(compiled, [](SceneBytes&) {}) == RtStatus::kOk);
     const auto refused = [&](const std::function<void(SceneBytes&)>& damage, RtStatus status) {
-      CHECK(opened(bytes, damage) == status);
+      CHECK(opened(compiled, damage) == status);
     };
     refused([](SceneBytes& b) { section<ConeRange>(b, SectionId::kConeRanges)[2].begin = 1000; },
             RtStatus::kBlobBadIndex);
