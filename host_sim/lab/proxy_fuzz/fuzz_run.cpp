@@ -58,8 +58,8 @@ void damage(CoreSession& session, ProxyFault fault) {
                         length(view.bodies()[b.body].reference_m) + static_cast<Real>(b.reach_m));
     }
     const ProxyScale scale = proxy_scale(radius, extent, 0);
-    replace<3>(session.state(), {scale.tolerance_m, scale.step_m, scale.turn_rad},
-               {20 * scale.tolerance_m, scale.step_m, scale.turn_rad});
+    replace<4>(session.state(), {scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad},
+               {20 * scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad});
     return;
   }
   if (fault == ProxyFault::kRestless) return;

@@ -30,7 +30,7 @@ std::vector<Row> file_rows() {
       good("a name that is not UTF-8", "cube\xFF.obj", obj),
       bad("no extension", "cube", obj, "the extension '' names no mesh format", ".obj, .stl"),
       bad("only an extension", ".obj", obj, "the extension '' names no mesh format", ".obj"),
-      bad("unknown extension", "cube.ply", "ply\n", "the extension '.ply'", "give a file named"),
+      bad("unknown extension", "cube.xyz", "0 0 0\n", "the extension '.xyz'", "give a file named"),
       bad("an extension behind the true one", "cube.obj.txt", obj, "the extension '.txt'",
           "give a file named"),
       bad("OFF named obj", "cube.obj", off, "cube.obj:1: read as OBJ but the content is OFF",
