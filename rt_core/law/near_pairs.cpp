@@ -95,6 +95,8 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
     pair.gap_m = -std::numeric_limits<Real>::max();
   }
   fill_table();
+  listed_.clear();
+  cursor_ = 0;
   const std::uint32_t of_a = scene_->bodies()[0].piece_count;
   left_m_ = std::numeric_limits<Real>::max();
   std::array<NodePair, kMostWaiting> waiting;
@@ -162,15 +164,30 @@ std::uint32_t NearPairs::slot_for(Real gap_m, Real& range_m) noexcept {
     free_.truncate(free_.size() - 1);
     return slot;
   }
-  std::uint32_t farthest = 0;
-  for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
-    if (pairs_[slot].listed != list_) return slot;
-    if (pairs_[slot].gap_m > pairs_[farthest].gap_m) farthest = slot;
+  // What lies before the cursor is in this list, and stays.
+  for (; cursor_ < pairs_.size(); ++cursor_) {
+    if (pairs_[cursor_].listed != list_) return cursor_;
   }
-  const bool has_farther = pairs_[farthest].gap_m > gap_m;
-  left_m_ = std::min(left_m_, has_farther ? pairs_[farthest].gap_m : gap_m);
-  range_m = std::min(range_m, pairs_[farthest].gap_m);
-  return has_farther ? farthest : kNoPair;
+  // The pool is full: a heap has the farthest pair, of equal ones the first, on its top.
+  const auto is_nearer = [&](std::uint32_t l, std::uint32_t r) {
+    const Real of_l = pairs_[l].gap_m, of_r = pairs_[r].gap_m;
+    return of_l < of_r || (of_l == of_r && l > r);
+  };
+  if (listed_.empty()) {
+    for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot)
+      static_cast<void>(listed_.push(slot));
+    std::make_heap(listed_.begin(), listed_.end(), is_nearer);
+  }
+  const std::uint32_t farthest = listed_[0];
+  const Real farthest_m = pairs_[farthest].gap_m;
+  const bool has_farther = farthest_m > gap_m;
+  left_m_ = std::min(left_m_, has_farther ? farthest_m : gap_m);
+  range_m = std::min(range_m, farthest_m);
+  if (!has_farther) return kNoPair;
+  pairs_[farthest].gap_m = gap_m;
+  std::pop_heap(listed_.begin(), listed_.end(), is_nearer);
+  std::push_heap(listed_.begin(), listed_.end(), is_nearer);
+  return farthest;
 }
 
 }  // namespace haptic

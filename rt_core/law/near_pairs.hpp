@@ -40,8 +40,7 @@ class NearPairs {
   /// they are more than there are slots, of the nearest. `odometer_m`: how far the part has come.
   /// Pairs of the last list that are in this one keep their slots; `changed` tells the slots that
   /// hold another pair than before, or none any more. Cost: each node of one tree with each of the
-  /// other within the range, and a search through the slots for each pair that there is no room
-  /// for.
+  /// other within the range, and a heap's height for each pair that there is no room for.
   void make(const GripPose& p, double odometer_m, Real range_m) noexcept;
   [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
   /// The pair of this slot stays in the next list, however far it is.
@@ -74,7 +73,8 @@ class NearPairs {
   PieceTree tree_a_, tree_b_;
   std::span<PieceSphere> spheres_;            ///< of all pieces
   std::span<NearPair> pairs_;                 ///< by slot
-  BoundedList<std::uint32_t> listed_, free_;  ///< slots
+  BoundedList<std::uint32_t> listed_, free_;  ///< slots; while a list is made: a heap of full ones
+  std::uint32_t cursor_ = 0;                  ///< slots before it are in the list that is made
   BoundedList<std::uint32_t> changed_;
   std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
   std::uint32_t entries_ = 0;       ///< in the table
