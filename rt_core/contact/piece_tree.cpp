@@ -18,7 +18,8 @@ struct CentreBox {
 
 }  // namespace
 
-void PieceTree::build(std::span<const PieceSphere> spheres) noexcept {
+void PieceTree::build(std::span<const PieceSphere> spheres,
+                      std::span<const PieceBox> boxes) noexcept {
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   nodes_[0] = {{}, 0, static_cast<std::uint32_t>(order_.size()), 0};
   std::uint32_t made = 1;
@@ -35,6 +36,10 @@ void PieceTree::build(std::span<const PieceSphere> spheres) noexcept {
       const Real far = std::sqrt((spheres[i].centre - node.sphere.centre).squaredNorm());
       node.sphere.radius_m =
           std::max(node.sphere.radius_m, (far + spheres[i].radius_m) * kRoundedUp);
+    }
+    if (!boxes_.empty()) {
+      boxes_[k] = boxes[pieces[0]];
+      for (const std::uint32_t i : pieces) boxes_[k].take(boxes[i]);
     }
     if (node.count == 1) continue;
     const Vec3 side = box.high - box.low;

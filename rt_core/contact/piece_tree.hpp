@@ -17,6 +17,18 @@ struct PieceSphere {
   Real radius_m = 0;
 };
 
+/// Box round a piece or a group of them, along the axes of its tree's user.
+struct PieceBox {
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
+
+  void take(const PieceBox& other) noexcept {
+    low = low.cwiseMin(other.low);
+    high = high.cwiseMax(other.high);
+  }
+  [[nodiscard]] Vec3 middle() const noexcept { return 0.5_r * (low + high); }
+  [[nodiscard]] Vec3 half() const noexcept { return 0.5_r * (high - low); }
+};
+
 /// A leaf holds one piece; any other node two children, one behind the other.
 struct PieceNode {
   PieceSphere sphere;       ///< round all pieces of the node
@@ -34,17 +46,20 @@ struct PieceNode {
 
 class PieceTree {
  public:
-  /// Room for a tree over `pieces` > 0 pieces.
-  void place(Arena& arena, std::uint32_t pieces) noexcept {
+  /// Room for a tree over `pieces` > 0 pieces; `boxed`: with a box for each node.
+  void place(Arena& arena, std::uint32_t pieces, bool boxed) noexcept {
     nodes_ = arena.take<PieceNode>(2 * std::size_t{pieces} - 1);
+    if (boxed) boxes_ = arena.take<PieceBox>(2 * std::size_t{pieces} - 1);
     order_ = arena.take<std::uint32_t>(pieces);
   }
-  /// Builds the tree over `spheres`, one by piece: halves of equal number along the longest side,
-  /// level by level. Not for the servo loop. Cost: O(n log n).
-  void build(std::span<const PieceSphere> spheres) noexcept;
+  /// Builds the tree over `spheres`, one by piece, and `boxes` where it has them: halves of equal
+  /// number along the longest side, level by level. Not for the servo loop. Cost: O(n log n).
+  void build(std::span<const PieceSphere> spheres, std::span<const PieceBox> boxes) noexcept;
 
   /// The root is node 0.
   [[nodiscard]] const PieceNode& node(std::uint32_t index) const noexcept { return nodes_[index]; }
+  /// Of a tree that has boxes.
+  [[nodiscard]] const PieceBox& box(std::uint32_t index) const noexcept { return boxes_[index]; }
   /// The piece of a leaf.
   [[nodiscard]] std::uint32_t piece(const PieceNode& leaf) const noexcept {
     return order_[leaf.begin];
@@ -52,6 +67,7 @@ class PieceTree {
 
  private:
   std::span<PieceNode> nodes_;
+  std::span<PieceBox> boxes_;       ///< by node, or none
   std::span<std::uint32_t> order_;  ///< pieces, those of each node together
 };
 

@@ -29,9 +29,11 @@ Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
 void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept {
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
-  tree_a_.place(arena, of_a);
-  tree_b_.place(arena, pieces - of_a);
+  const bool boxed = scene.has_facets();
+  tree_a_.place(arena, of_a, boxed);
+  tree_b_.place(arena, pieces - of_a, boxed);
   spheres_ = arena.take<PieceSphere>(pieces);
+  if (boxed) boxes_ = arena.take<PieceBox>(pieces);
   pairs_ = arena.take<NearPair>(slots);
   listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
@@ -47,12 +49,23 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
     PieceSphere& sphere = spheres_[i];
     sphere.centre = piece_centre(piece);
     sphere.radius_m = static_cast<Real>(piece.radius_m) * (1 + 4 * kRealEpsilon);
-    if (i < of_a) continue;
-    const BodyRecord& body = scene.bodies()[piece.body];
-    for (int k = 0; k < 3; ++k) sphere.centre[k] += static_cast<Real>(body.reference_m[k]);
+    Vec3 reference = Vec3::Zero();
+    if (i >= of_a) {
+      const BodyRecord& body = scene.bodies()[piece.body];
+      for (int k = 0; k < 3; ++k) reference[k] = static_cast<Real>(body.reference_m[k]);
+      sphere.centre += reference;
+    }
+    if (boxes_.empty()) continue;
+    const PieceView view = scene.piece(i);
+    boxes_[i] = {view.vertex(0), view.vertex(0)};
+    for (std::uint32_t v = 1; v < view.vertex_count; ++v)
+      boxes_[i].take({view.vertex(v), view.vertex(v)});
+    boxes_[i].low += reference;
+    boxes_[i].high += reference;
   }
-  tree_a_.build(spheres_.first(of_a));
-  tree_b_.build(spheres_.subspan(of_a));
+  const std::size_t boxed_a = boxes_.empty() ? 0 : of_a;
+  tree_a_.build(spheres_.first(of_a), boxes_.first(boxed_a));
+  tree_b_.build(spheres_.subspan(of_a), boxes_.subspan(boxed_a));
   reset();
 }
 
@@ -86,6 +99,30 @@ void NearPairs::fill_table() noexcept {
   }
 }
 
+/// A lower bound of the gap between the pieces of two nodes: between their spheres, and where
+/// pieces are facets, whose spheres are mostly empty, between their boxes, along the axes of
+/// either. `turn_abs`: of p.r_wa, by element.
+Real NearPairs::gap_of(const GripPose& p, const Mat3& turn_abs, std::uint32_t node_a,
+                       std::uint32_t node_b) const noexcept {
+  const PieceSphere& a = tree_a_.node(node_a).sphere;
+  const PieceSphere& b = tree_b_.node(node_b).sphere;
+  const PieceSphere a_w{p.r_wa * a.centre + p.x0_w, a.radius_m};
+  const Real gap = sphere_distance(a_w, b);
+  if (boxes_.empty()) return gap;
+  const PieceBox &box_a = tree_a_.box(node_a), &box_b = tree_b_.box(node_b);
+  const Vec3 between_w = p.r_wa * box_a.middle() + p.x0_w - box_b.middle();
+  const auto apart = [](const Vec3& between, const Vec3& half, const Vec3& half_turned) {
+    const Vec3 outside = (between.cwiseAbs() - half - half_turned).cwiseMax(Vec3::Zero());
+    return std::sqrt(outside.squaredNorm());
+  };
+  const Real boxed = std::max(
+      apart(between_w, box_b.half(), turn_abs * box_a.half()),
+      apart(p.r_wa.transpose() * between_w, box_a.half(), turn_abs.transpose() * box_b.half()));
+  const Real size = std::sqrt(a_w.centre.squaredNorm()) + std::sqrt(b.centre.squaredNorm()) +
+                    std::sqrt(p.x0_w.squaredNorm()) + a.radius_m + b.radius_m;
+  return std::max(gap, boxed - 64 * kRealEpsilon * size);
+}
+
 void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcept {
   list_ += 1;
   for (NearPair& pair : pairs_) {
@@ -99,6 +136,7 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
   cursor_ = 0;
   const std::uint32_t of_a = scene_->bodies()[0].piece_count;
   left_m_ = std::numeric_limits<Real>::max();
+  const Mat3 turn_abs = p.r_wa.cwiseAbs();
   std::array<NodePair, kMostWaiting> waiting;
   std::uint32_t count = 1;
   waiting[0] = NodePair{};
@@ -108,8 +146,7 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
     visited_ += 1;
     const PieceNode& a = tree_a_.node(next.a);
     const PieceNode& b = tree_b_.node(next.b);
-    const PieceSphere a_w{p.r_wa * a.sphere.centre + p.x0_w, a.sphere.radius_m};
-    const Real gap = sphere_distance(a_w, b.sphere);
+    const Real gap = gap_of(p, turn_abs, next.a, next.b);
     if (gap > range_m || visited_ > kMaxListVisits - kMostWaiting) {
       left_m_ = std::min(left_m_, gap);
     } else if (a.count == 1 && b.count == 1) {

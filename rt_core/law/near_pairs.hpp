@@ -68,10 +68,13 @@ class NearPairs {
   [[nodiscard]] std::uint32_t slot_for(Real gap_m, Real& range_m) noexcept;
   [[nodiscard]] std::uint32_t* entry_of(std::uint32_t pair) noexcept;
   void fill_table() noexcept;
+  [[nodiscard]] Real gap_of(const GripPose& p, const Mat3& turn_abs, std::uint32_t node_a,
+                            std::uint32_t node_b) const noexcept;
 
   const SceneView* scene_ = nullptr;
   PieceTree tree_a_, tree_b_;
   std::span<PieceSphere> spheres_;            ///< of all pieces
+  std::span<PieceBox> boxes_;                 ///< of all pieces, where some are facets
   std::span<NearPair> pairs_;                 ///< by slot
   BoundedList<std::uint32_t> listed_, free_;  ///< slots; while a list is made: a heap of full ones
   std::uint32_t cursor_ = 0;                  ///< slots before it are in the list that is made

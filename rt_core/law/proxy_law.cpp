@@ -293,6 +293,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     gap = clear;
     if (reached.exact_p && !pair.known) {
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
+      if (pair.view->skin_m > 0) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
       if (gap >= reach_m_) return false;
     }
