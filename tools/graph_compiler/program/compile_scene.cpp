@@ -273,7 +273,8 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
     } catch (const SizeError&) {
       throw;
     } catch (const InputError& refusal) {
-      // The other laws need depths: what keeps the part from being a solid is what must be repaired.
+      // The other laws need depths: what keeps the part from being a solid is what must be
+      // repaired.
       if (part.kind == PartKind::kSolid || scene.parameters.law != LawId::kProxy) throw;
       why = defect_of(refusal.what(), raw.file);
     }
