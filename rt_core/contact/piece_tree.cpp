@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt_core/scene/scene_traits.hpp"
+
 namespace haptic {
 namespace {
 
@@ -37,7 +39,7 @@ void PieceTree::build(std::span<const PieceSphere> spheres,
       node.sphere.radius_m =
           std::max(node.sphere.radius_m, (far + spheres[i].radius_m) * kRoundedUp);
     }
-    if (!boxes_.empty()) {
+    if (kSceneTraits.free_orientation && !boxes_.empty()) {
       boxes_[k] = boxes[pieces[0]];
       for (const std::uint32_t i : pieces) boxes_[k].take(boxes[i]);
     }

@@ -55,7 +55,7 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
       for (int k = 0; k < 3; ++k) reference[k] = static_cast<Real>(body.reference_m[k]);
       sphere.centre += reference;
     }
-    if (boxes_.empty()) continue;
+    if (!kSceneTraits.free_orientation || boxes_.empty()) continue;
     const PieceView view = scene.piece(i);
     boxes_[i] = {view.vertex(0), view.vertex(0)};
     for (std::uint32_t v = 1; v < view.vertex_count; ++v)
@@ -108,7 +108,7 @@ Real NearPairs::gap_of(const GripPose& p, const Mat3& turn_abs, std::uint32_t no
   const PieceSphere& b = tree_b_.node(node_b).sphere;
   const PieceSphere a_w{p.r_wa * a.centre + p.x0_w, a.radius_m};
   const Real gap = sphere_distance(a_w, b);
-  if (boxes_.empty()) return gap;
+  if (!kSceneTraits.free_orientation || boxes_.empty()) return gap;
   const PieceBox &box_a = tree_a_.box(node_a), &box_b = tree_b_.box(node_b);
   const Vec3 between_w = p.r_wa * box_a.middle() + p.x0_w - box_b.middle();
   const auto apart = [](const Vec3& between, const Vec3& half, const Vec3& half_turned) {

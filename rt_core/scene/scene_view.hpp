@@ -56,7 +56,9 @@ struct PieceView {
     return {vertex_edges + vertex_edge_begin[v], vertex_edge_begin[v + 1] - vertex_edge_begin[v]};
   }
   /// A facet of a surface.
-  [[nodiscard]] bool is_facet() const noexcept { return cones != nullptr; }
+  [[nodiscard]] bool is_facet() const noexcept {
+    return kSceneTraits.free_orientation && cones != nullptr;
+  }
   /// Calls `visit(unit direction)` for what the surface goes on along from vertex `v`, or from edge
   /// `e`, of a facet, until it returns false. @return whether it never has.
   template <typename Visit>
@@ -182,7 +184,10 @@ class SceneView {
     return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces(), facets_);
   }
   /// Some piece is a facet of a surface.
-  [[nodiscard]] bool has_facets() const noexcept { return facets_; }
+  [[nodiscard]] bool has_facets() const noexcept {
+    return kSceneTraits.free_orientation &&
+           facets_;  // beside a part that never turns there is none
+  }
   /// All of them, listed or not.
   [[nodiscard]] std::uint32_t pair_count() const noexcept {
     return lists_pairs() ? static_cast<std::uint32_t>(pairs_.size())
