@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
