@@ -335,7 +335,8 @@ TEST_SUITE("tools.library_wrong_calls") {
     second.join();
     CHECK(other == 0);
     CHECK(done + busy == 6000);
-    CHECK(done >= 3000);
+    CHECK(done >
+          0);  // how many is the scheduler's affair: one that stops inside makes the other busy
   }
 
   TEST_CASE("two threads on one session while it is closed: done or closed") {
