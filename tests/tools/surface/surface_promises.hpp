@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What must hold for every surface part, whatever the mesh.
+/// What must hold for every surface part, of any mesh.
 
 #include <string>
 
