@@ -353,6 +353,7 @@ void Proxy::forget(std::uint32_t slot) noexcept {
     list.truncate(kept);
   };
   drop(active_, [&](const ImposedPlane& plane) { return plane.pair == slot; });
+  drop(pending_, [&](const ImposedPlane& plane) { return plane.pair == slot; });
   drop(cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
   drop(last_cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
   for (PlaneRegion& region : regions_) {

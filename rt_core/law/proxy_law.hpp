@@ -99,7 +99,9 @@ struct ImposedPlane {
   SupportPair support;
   Real allowed_m = 0;
   bool at_start = false;  ///< its rows at p are in
+  bool at_step = false;   ///< and those at the step below from p
   std::uint8_t times = 0;
+  Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
 };
 
 /// A contact point with friction in the quadratic program: n.dp - mu |dp_t| >= least, with the
@@ -245,6 +247,7 @@ class Proxy {
   [[nodiscard]] PassEnd end_spent() noexcept;
   [[nodiscard]] bool is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
+  void impose_pending(const PoseError& error, ProxyTick& tick) noexcept;
   [[nodiscard]] bool meets(const ReachedPair& reached, const Step& step, ProxyTick& tick) noexcept;
   void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,

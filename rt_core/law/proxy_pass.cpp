@@ -79,6 +79,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const bool closes =
       may_close_ && gained_j > 0 && worst_gap_m_ < -kClosedShare * scale.tolerance_m;
   close_m_ = closes ? scale.tolerance_m : 0;
+  far_rows_ = false;
   impose_last(error, tick);
 
   const Real limit_j = tick.recovering ? std::numeric_limits<Real>::max()
@@ -187,14 +188,37 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
     }
   }
   choose_from_start_ = false;
-  // What a pass at this p found before it ended for want of budget.
+  impose_pending(error, tick);
+}
+
+/// Imposes what a pass at this p found before it ended for want of budget: the planes at p, and at
+/// the steps that showed them to be needed there too.
+void Proxy::impose_pending(const PoseError& error, ProxyTick& tick) noexcept {
   for (const ImposedPlane& plane : pending_) {
     if (is_imposed(plane.pair, plane.id)) continue;
     if (!imposed_.push(plane)) break;
     ImposedPlane& taken = imposed_[imposed_.size() - 1];
     taken.times = 1;
     taken.at_start = true;
+    taken.at_step = false;
     if (!add_rows_at_p(imposed_.size() - 1, error, tick)) tick.limited = true;
+  }
+  std::uint32_t steps = 0;
+  for (std::uint32_t k = pending_.size(); k-- > 0;) {
+    const ImposedPlane& plane = pending_[k];
+    if (!plane.at_step) continue;
+    if (steps >= kGrantedSteps && !has_budget(tick)) break;
+    for (std::uint32_t at = 0; at < imposed_.size(); ++at) {
+      ImposedPlane& taken = imposed_[at];
+      if (taken.pair != plane.pair || !(taken.id == plane.id)) continue;
+      steps += 1;
+      far_rows_ = taken.at_step = true;
+      taken.dx_m = plane.dx_m;
+      taken.dtheta_rad = plane.dtheta_rad;
+      taken.times = plane.times;
+      const Step step = step_by(plane.dx_m, plane.dtheta_rad);
+      if (!add_rows(at, step, error, plane.times > 1, tick)) tick.limited = true;
+    }
   }
 }
 
@@ -237,7 +261,6 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real share = 1;  // of the program's step, where its way is not certified
   Real far = 0, turn = 0;
   Real free_motion = 0;  // of the program without rows linearised at a step
-  far_rows_ = false;
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
   short_ = false;
@@ -261,6 +284,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       from_start = false;
       for (std::uint32_t k = 0; k < imposed_.size(); ++k) {
         imposed_[k].times = 0;
+        imposed_[k].at_step = false;
         if (!add_rows_at_p(k, error, tick)) break;
       }
     }
@@ -432,7 +456,9 @@ bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& 
     if (!add_rows_at_p(at, error, tick)) return false;
     if (rows_.size() > rows) return true;
   }
-  far_rows_ = true;
+  far_rows_ = plane.at_step = true;
+  plane.dx_m = step.dx_m;
+  plane.dtheta_rad = step.dtheta_rad;
   return add_rows(at, step, error, plane.times > 1, tick);
 }
 

@@ -97,7 +97,8 @@ constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces
 constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots,
                                     std::uint64_t visits, bool friction) noexcept {
   constexpr std::uint64_t kProgram = kProgramUnits + kQpStepUnits * kMaxQpIterations;
-  constexpr std::uint64_t kRegions = kMaxImposedPlanes + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
+  constexpr std::uint64_t kRegions =
+      kMaxImposedPlanes + kGrantedSteps + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
   const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.

@@ -21,7 +21,7 @@ inline constexpr std::uint32_t kMaxImposedPlanes = 32;
 inline constexpr std::uint32_t kMaxFeltPlanes = 6;
 /// Rows of one program: without friction, and the most of all; iterations after which it ends with
 /// what it has.
-inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 96;
+inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQpIterations = 64;
 /// Contact points with friction in one program, and programs that one pass solves again because
 /// their rows left one of the cones out by more than a share.
 inline constexpr std::uint32_t kMaxFrictionCones = 48, kMaxConePrograms = 12;
@@ -40,6 +40,8 @@ inline constexpr std::uint32_t kRegionUnits = 6, kProgramUnits = 2, kQpStepUnits
 /// Units that a tick may spend before it ends with what it has: the least and the most that a scene
 /// may ask for.
 inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
+/// Steps of an ended pass that the next one imposes planes at although the units are spent.
+inline constexpr std::uint32_t kGrantedSteps = 3;
 /// Programs that cones with friction may ask for although the units are spent.
 inline constexpr std::uint32_t kGrantedConePrograms = 2;
 /// Nodes of the trees that one list of near pairs may look at.

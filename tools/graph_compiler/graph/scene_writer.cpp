@@ -219,7 +219,6 @@ SceneParameters finished_parameters(const SceneDescription& description,
   }
   p.start_q_wa_xyzw[3] = static_cast<double>(q[0]);
   if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
-  if (p.work_units == 0) p.work_units = work_units_at(p.rate_hz, has_surfaces(description));
   p.envelope = envelope_parameters(description);
   p.name_offset = name_offset;
   p.name_bytes = static_cast<std::uint32_t>(description.name.size());
@@ -294,6 +293,16 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
   if (!simplified.empty()) blob.add(SectionId::kSimplified, simplified);
 }
 
+/// Units of work that a tick may have begun beyond its budget, without those of any one pair.
+std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capacity) {
+  if (capacity.max_work_units == 0) return 0;
+  const std::size_t moving = t.bodies[0].piece_count;
+  const bool friction =
+      std::ranges::any_of(t.bodies, [](const BodyRecord& body) { return body.friction > 0; });
+  return static_cast<std::uint32_t>(begun_units(
+      PairWork{}, capacity.near_slots, list_visits(moving, t.pieces.size() - moving), friction));
+}
+
 }  // namespace
 
 bool has_surfaces(const SceneDescription& description) {
@@ -343,15 +352,26 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   } else {
     add_piece_marks(t, description);
   }
-  BlobBuilder builder = sections_of(t, wide);
-  add_simplified(builder, description);
   const std::size_t moving = t.bodies[0].piece_count;
   const std::uint64_t pairs =
       lists_pairs(description) ? t.pairs.size() : moving * (t.pieces.size() - moving);
   const auto visits = static_cast<std::uint32_t>(
       std::max<std::uint64_t>(1, std::min<std::uint64_t>(description.max_pair_visits, pairs)));
-  SceneCapacity capacity =
-      scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, t.parameters[0], t.fixed_pairs);
+  SceneParameters& parameters = t.parameters[0];
+  const auto capacity_now = [&] {
+    return scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, parameters, t.fixed_pairs);
+  };
+  SceneCapacity capacity = capacity_now();
+  if (parameters.work_units == 0) {
+    // Without a budget, the bound is what may have been begun.
+    const std::uint32_t begun = capacity.max_work_units;
+    parameters.work_units =
+        work_units_at(parameters.rate_hz, capacity.near_slots, begun,
+                      begun - begun_without_pair(t, capacity), has_surfaces(description));
+    capacity = capacity_now();
+  }
+  BlobBuilder builder = sections_of(t, wide);
+  add_simplified(builder, description);
   // The state's size depends on the opened scene, so the blob is opened once without it.
   const SceneBytes provisional{builder.finish(capacity)};
   SceneView view;

@@ -5,8 +5,10 @@
 /// Needs the core and the standard library
 /// alone, so tests of the core use it too.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -48,20 +50,33 @@ inline constexpr double kDefaultEpsilon_m = 1.0e-4;
 inline constexpr double kDefaultExactBand_m = 5.0e-3;
 inline constexpr double kDefaultRate_hz = 1000.0;
 
-/// Share of a period that the units of work of a tick may take, and what one of them is assumed to
-/// take [s]; host_lab wcet measures it: 61 ns in the dearest ticks of a peg in its hole.
-inline constexpr double kWorkShare = 0.05, kUnitPrice_s = 50.0e-9;
+/// What a unit of work is assumed to take [s]; host_lab wcet measures it: 61 ns in the dearest
+/// ticks of a peg in its hole.
+inline constexpr double kUnitPrice_s = 61.0e-9;
 
-/// The same of a scene with a surface, whose many facets are near at once.
-inline constexpr double kSurfaceWorkShare = 0.2;
+/// Share of a period that the units of work of a tick may take, and the same of a scene with a
+/// surface, whose many facets are near at once.
+inline constexpr double kWorkShare = 0.061, kSurfaceWorkShare = 0.244;
 
-/// Units of work that a tick may spend at a rate, where the scene does not say: 1000 at 1 kHz, with
-/// `surfaces` 4000.
-[[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz, bool surfaces = false) {
-  const double units = (surfaces ? kSurfaceWorkShare : kWorkShare) / (rate_hz * kUnitPrice_s);
-  return units < kLeastWorkUnits  ? kLeastWorkUnits
-         : units > kMostWorkUnits ? kMostWorkUnits
-                                  : static_cast<std::uint32_t>(units);
+/// Share of a period that the bound of a tick is kept to, as long as every near pair has this many
+/// units.
+inline constexpr double kBoundShare = 0.1;
+inline constexpr std::uint32_t kUnitsOfPair = 90;
+
+/// Units of work that a tick may spend at a rate, where the scene does not say: 1000 at 1 kHz and
+/// with `surfaces` 4000, and fewer where the bound, with the `begun` units that come on top, would
+/// be more than its share; but never fewer of them than kUnitsOfPair for each of `near_slots` pairs
+/// and what the dearest pair takes for a valid set and a search, `dearest`.
+[[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz, std::uint32_t near_slots,
+                                                    std::uint32_t begun, std::uint32_t dearest,
+                                                    bool surfaces) {
+  const double of_period = 1 / (rate_hz * kUnitPrice_s);
+  const double most = (surfaces ? kSurfaceWorkShare : kWorkShare) * of_period + 0.5;
+  const double least =
+      std::min(most, std::max(double{kUnitsOfPair} * near_slots, double{1} * dearest));
+  const double units = std::clamp(kBoundShare * of_period - begun, least, most);
+  return static_cast<std::uint32_t>(
+      std::clamp(units, double{kLeastWorkUnits}, double{kMostWorkUnits}));
 }
 
 /// The proxy law with everything that can be asked of it, and the defaults above; no stiffness,
