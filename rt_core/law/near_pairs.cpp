@@ -2,7 +2,6 @@
 #include "rt_core/law/near_pairs.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -11,11 +10,6 @@
 
 namespace haptic {
 namespace {
-
-/// A node of each of the two trees.
-struct NodePair {
-  std::uint32_t a = 0, b = 0;
-};
 
 Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
   const Real between = std::sqrt((a_w.centre - b_w.centre).squaredNorm());
@@ -39,6 +33,9 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
   free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   changed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   table_ = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
+  at_ = arena.take<Place>(1);
+  waiting_ = arena.take<NodePair>(kMostWaiting);
+  found_ = BoundedList<Found>(arena.take<Found>(slots));
 }
 
 void NearPairs::read_scene(const SceneView& scene) noexcept {
@@ -78,6 +75,7 @@ void NearPairs::reset() noexcept {
     static_cast<void>(free_.push(slot - 1));
   }
   list_ = 0;
+  begun_ = false;
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
 
@@ -91,75 +89,151 @@ std::uint32_t* NearPairs::entry_of(std::uint32_t pair) noexcept {
 
 void NearPairs::fill_table() noexcept {
   std::fill(table_.begin(), table_.end(), 0u);
-  entries_ = 0;
   for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
     if (pairs_[slot].listed == 0) continue;
     *entry_of(pairs_[slot].pair) = slot + 1;
-    entries_ += 1;
   }
 }
 
 /// A lower bound of the gap between the pieces of two nodes: between their spheres, and where
 /// pieces are facets, whose spheres are mostly empty, between their boxes, along the axes of
-/// either. `turn_abs`: of p.r_wa, by element.
-Real NearPairs::gap_of(const GripPose& p, const Mat3& turn_abs, std::uint32_t node_a,
-                       std::uint32_t node_b) const noexcept {
+/// either; as far as it takes to be above the range.
+Real NearPairs::gap_of(std::uint32_t node_a, std::uint32_t node_b) const noexcept {
+  const auto& [p, turn_abs] = at_[0];
   const PieceSphere& a = tree_a_.node(node_a).sphere;
   const PieceSphere& b = tree_b_.node(node_b).sphere;
   const PieceSphere a_w{p.r_wa * a.centre + p.x0_w, a.radius_m};
-  const Real gap = sphere_distance(a_w, b);
-  if (!kSceneTraits.free_orientation || boxes_.empty()) return gap;
+  Real gap = sphere_distance(a_w, b);
+  if (!kSceneTraits.free_orientation || boxes_.empty() || gap > range_m_) return gap;
   const PieceBox &box_a = tree_a_.box(node_a), &box_b = tree_b_.box(node_b);
+  const Vec3 half_a = box_a.half(), half_b = box_b.half();
   const Vec3 between_w = p.r_wa * box_a.middle() + p.x0_w - box_b.middle();
-  const auto apart = [](const Vec3& between, const Vec3& half, const Vec3& half_turned) {
-    const Vec3 outside = (between.cwiseAbs() - half - half_turned).cwiseMax(Vec3::Zero());
-    return std::sqrt(outside.squaredNorm());
+  const Real rounding = 64 * kRealEpsilon *
+                        (p.x0_w.cwiseAbs().sum() + between_w.cwiseAbs().sum() +
+                         b.centre.cwiseAbs().sum() + half_a.sum() + half_b.sum() + 2 * a.radius_m);
+  const auto apart = [&](const Vec3& between, const Vec3& halves) {
+    const Vec3 outside = (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero());
+    return std::sqrt(outside.squaredNorm()) - rounding;
   };
-  const Real boxed = std::max(
-      apart(between_w, box_b.half(), turn_abs * box_a.half()),
-      apart(p.r_wa.transpose() * between_w, box_a.half(), turn_abs.transpose() * box_b.half()));
-  const Real size = std::sqrt(a_w.centre.squaredNorm()) + std::sqrt(b.centre.squaredNorm()) +
-                    std::sqrt(p.x0_w.squaredNorm()) + a.radius_m + b.radius_m;
-  return std::max(gap, boxed - 64 * kRealEpsilon * size);
+  gap = std::max(gap, apart(between_w, half_b + turn_abs * half_a));
+  if (gap > range_m_) return gap;
+  return std::max(gap,
+                  apart(p.r_wa.transpose() * between_w, half_a + turn_abs.transpose() * half_b));
 }
 
-void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcept {
-  list_ += 1;
-  for (NearPair& pair : pairs_) {
-    pair.changed = false;
-    if (!pair.pinned) continue;
-    pair.listed = list_;
-    pair.gap_m = -std::numeric_limits<Real>::max();
-  }
-  fill_table();
-  listed_.clear();
-  cursor_ = 0;
-  const std::uint32_t of_a = scene_->bodies()[0].piece_count;
+/// A better lower bound of the gap between two facets than `gap_m`: of the plane of each.
+Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) const noexcept {
+  if (!kSceneTraits.free_orientation || boxes_.empty()) return gap_m;
+  const PieceView a = scene_->piece(piece_a), b = scene_->piece(piece_b);
+  if (!a.is_facet() || !b.is_facet()) return gap_m;
+  const GripPose& p = at_[0].p;
+  Vec3 b_w = Vec3::Zero();
+  for (int k = 0; k < 3; ++k)
+    b_w[k] = static_cast<Real>(scene_->bodies()[b.record->body].reference_m[k]);
+  const Vec3 between_w = p.x0_w - b_w;
+  const Vec3 normal_b = b.plane_normal(0), normal_a_w = p.r_wa * a.plane_normal(0);
+  const Vec3 normal_b_a = p.r_wa.transpose() * normal_b;
+  const auto beyond = [](const PieceView& piece, const Vec3& normal, Real offset) {
+    Real least = std::numeric_limits<Real>::max(), most = -least;
+    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+      const Real at = normal.dot(piece.vertex(v)) + offset;
+      least = std::min(least, at);
+      most = std::max(most, at);
+    }
+    return std::max(least, -most);
+  };
+  const Real of_b = beyond(a, normal_b_a, normal_b.dot(between_w) - b.plane_offset(0));
+  const Real of_a = beyond(b, normal_a_w, -normal_a_w.dot(between_w) - a.plane_offset(0));
+  const Real size = p.x0_w.cwiseAbs().sum() + b_w.cwiseAbs().sum() +
+                    tree_a_.node(0).sphere.radius_m + tree_b_.node(0).sphere.radius_m +
+                    tree_a_.node(0).sphere.centre.norm() + tree_b_.node(0).sphere.centre.norm();
+  return std::max({gap_m, of_a - 64 * kRealEpsilon * size, of_b - 64 * kRealEpsilon * size});
+}
+
+void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m) noexcept {
+  begun_ = true;
+  at_[0] = {p, p.r_wa.cwiseAbs()};
+  odometer_m_ = odometer_m;
+  range_m_ = range_m;
   left_m_ = std::numeric_limits<Real>::max();
-  const Mat3 turn_abs = p.r_wa.cwiseAbs();
-  std::array<NodePair, kMostWaiting> waiting;
-  std::uint32_t count = 1;
-  waiting[0] = NodePair{};
+  waiting_[0] = NodePair{};
+  waiting_count_ = 1;
   visited_ = 0;
-  while (count > 0) {
-    const NodePair next = waiting[--count];
+  found_.clear();
+}
+
+bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
+  const std::uint32_t of_a = scene_->bodies()[0].piece_count;
+  for (std::uint32_t visits = 0; waiting_count_ > 0; ++visits) {
+    if (visits == most_visits) return false;
+    const NodePair next = waiting_[--waiting_count_];
     visited_ += 1;
     const PieceNode& a = tree_a_.node(next.a);
     const PieceNode& b = tree_b_.node(next.b);
-    const Real gap = gap_of(p, turn_abs, next.a, next.b);
-    if (gap > range_m || visited_ > kMaxListVisits - kMostWaiting) {
+    const Real gap = gap_of(next.a, next.b);
+    if (gap > range_m_) {
       left_m_ = std::min(left_m_, gap);
     } else if (a.count == 1 && b.count == 1) {
       const std::uint32_t pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
-      if (pair != kNoPair) take(pair, gap, range_m);
+      if (pair == kNoPair) continue;
+      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap);
+      if (closer > range_m_) {
+        left_m_ = std::min(left_m_, closer);
+      } else {
+        take(pair, closer);
+      }
     } else if (b.count == 1 || (a.count > 1 && a.sphere.radius_m > b.sphere.radius_m)) {
-      waiting[count++] = {a.child + 1, next.b};
-      waiting[count++] = {a.child, next.b};
+      waiting_[waiting_count_++] = {a.child + 1, next.b};
+      waiting_[waiting_count_++] = {a.child, next.b};
     } else {
-      waiting[count++] = {next.a, b.child + 1};
-      waiting[count++] = {next.a, b.child};
+      waiting_[waiting_count_++] = {next.a, b.child + 1};
+      waiting_[waiting_count_++] = {next.a, b.child};
     }
   }
+  finish();
+  return true;
+}
+
+/// Takes a pair into the list that is begun; where that is full, in place of the farthest.
+void NearPairs::take(std::uint32_t pair, Real gap_m) noexcept {
+  const auto is_nearer = [](const Found& l, const Found& r) {
+    return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair > r.pair);
+  };
+  if (found_.push({pair, gap_m})) {
+    if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+    return;
+  }
+  const Real farthest_m = found_[0].gap_m;
+  const bool has_farther = farthest_m > gap_m;
+  left_m_ = std::min(left_m_, has_farther ? farthest_m : gap_m);
+  range_m_ = std::min(range_m_, farthest_m);
+  if (!has_farther) return;
+  std::pop_heap(found_.begin(), found_.end(), is_nearer);
+  found_[found_.size() - 1] = {pair, gap_m};
+  std::push_heap(found_.begin(), found_.end(), is_nearer);
+}
+
+/// The list that was begun takes the place of the one before.
+void NearPairs::finish() noexcept {
+  begun_ = false;
+  list_ += 1;
+  for (NearPair& pair : pairs_) {
+    pair.changed = false;
+    if (pair.pinned) pair.listed = list_;
+  }
+  fill_table();
+  std::uint32_t others = 0;  // pairs that have no slot yet come first
+  for (const Found& found : found_) {
+    const std::uint32_t known = *entry_of(found.pair);
+    if (known == 0) {
+      found_[others++] = found;
+      continue;
+    }
+    pairs_[known - 1].gap_m = found.gap_m;
+    pairs_[known - 1].listed = list_;
+  }
+  std::uint32_t cursor = 0;
+  for (std::uint32_t k = 0; k < others; ++k) put(found_[k], cursor);
   listed_.clear();
   changed_.clear();
   for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
@@ -174,57 +248,24 @@ void NearPairs::make(const GripPose& p, double odometer_m, Real range_m) noexcep
     }
     if (pair.changed) static_cast<void>(changed_.push(slot));
   }
-  clear_until_m_ = odometer_m + static_cast<double>(left_m_);
+  clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
 }
 
-void NearPairs::take(std::uint32_t pair, Real gap_m, Real& range_m) noexcept {
-  const std::uint32_t known = *entry_of(pair);
-  if (known != 0) {
-    NearPair& kept = pairs_[known - 1];
-    if (!kept.pinned) kept.gap_m = gap_m;
-    kept.listed = list_;
+/// Puts a pair into a free slot, or that of a pair which is not in the list any more.
+void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
+  std::uint32_t slot = kNoPair;
+  if (!free_.empty()) {
+    slot = free_[free_.size() - 1];
+    free_.truncate(free_.size() - 1);
+  } else {
+    while (cursor < pairs_.size() && pairs_[cursor].listed == list_) ++cursor;
+    if (cursor < pairs_.size()) slot = cursor;
+  }
+  if (slot == kNoPair) {  // pairs that must stay have left no room
+    left_m_ = std::min(left_m_, found.gap_m);
     return;
   }
-  const std::uint32_t slot = slot_for(gap_m, range_m);
-  if (slot == kNoPair) return;
-  pairs_[slot] = {pair, gap_m, list_, true, false};
-  if (entries_ >= table_.size() / 2) return fill_table();
-  *entry_of(pair) = slot + 1;
-  entries_ += 1;
-}
-
-/// A slot for a pair with this gap: a free one, that of a pair which this list does not have (yet),
-/// or that of the farthest; none where there is none farther.
-std::uint32_t NearPairs::slot_for(Real gap_m, Real& range_m) noexcept {
-  if (!free_.empty()) {
-    const std::uint32_t slot = free_[free_.size() - 1];
-    free_.truncate(free_.size() - 1);
-    return slot;
-  }
-  // What lies before the cursor is in this list, and stays.
-  for (; cursor_ < pairs_.size(); ++cursor_) {
-    if (pairs_[cursor_].listed != list_) return cursor_;
-  }
-  // The pool is full: a heap has the farthest pair, of equal ones the first, on its top.
-  const auto is_nearer = [&](std::uint32_t l, std::uint32_t r) {
-    const Real of_l = pairs_[l].gap_m, of_r = pairs_[r].gap_m;
-    return of_l < of_r || (of_l == of_r && l > r);
-  };
-  if (listed_.empty()) {
-    for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot)
-      static_cast<void>(listed_.push(slot));
-    std::make_heap(listed_.begin(), listed_.end(), is_nearer);
-  }
-  const std::uint32_t farthest = listed_[0];
-  const Real farthest_m = pairs_[farthest].gap_m;
-  const bool has_farther = farthest_m > gap_m;
-  left_m_ = std::min(left_m_, has_farther ? farthest_m : gap_m);
-  range_m = std::min(range_m, farthest_m);
-  if (!has_farther) return kNoPair;
-  pairs_[farthest].gap_m = gap_m;
-  std::pop_heap(listed_.begin(), listed_.end(), is_nearer);
-  std::push_heap(listed_.begin(), listed_.end(), is_nearer);
-  return farthest;
+  pairs_[slot] = {found.pair, found.gap_m, list_, true, false};
 }
 
 }  // namespace haptic

@@ -16,13 +16,17 @@
 
 namespace haptic {
 
+/// A node of each of the two trees.
+struct NodePair {
+  std::uint32_t a = 0, b = 0;
+};
 /// Nodes of the two trees that wait to be looked at: each level of the trees leaves one behind.
 inline constexpr std::uint32_t kMostWaiting = 2 * 33 + 1;
 
 /// A pair in a slot.
 struct NearPair {
   std::uint32_t pair = 0;    ///< of the scene
-  Real gap_m = 0;            ///< between the spheres round its pieces when the list was made
+  Real gap_m = 0;            ///< a lower bound of its gap where the list was begun
   std::uint64_t listed = 0;  ///< the last list that it was in; 0: the slot is free
   bool changed = false;      ///< by the last list
   bool pinned = false;       ///< stays in the next list
@@ -36,12 +40,17 @@ class NearPairs {
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
 
-  /// Makes the list of the pairs whose spheres are within `range_m` of each other at `p`; where
-  /// they are more than there are slots, of the nearest. `odometer_m`: how far the part has come.
-  /// Pairs of the last list that are in this one keep their slots; `changed` tells the slots that
-  /// hold another pair than before, or none any more. Cost: each node of one tree with each of the
-  /// other within the range, and a heap's height for each pair that there is no room for.
-  void make(const GripPose& p, double odometer_m, Real range_m) noexcept;
+  /// Begins a list of the pairs that are within `range_m` of each other at `p`; where they are more
+  /// than there are slots, of the nearest. `odometer_m`: how far the part has come. The list before
+  /// stays until this one is finished, however far the part goes meanwhile.
+  void begin(const GripPose& p, double odometer_m, Real range_m) noexcept;
+  [[nodiscard]] bool is_begun() const noexcept { return begun_; }
+  /// Goes on with the list that is begun; true: it is finished and takes the place of the one
+  /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
+  /// hold another pair than before, or none any more. Cost: a node of one tree with one of the
+  /// other for each visit, and a heap's height for each pair that there is no room for; at the end
+  /// once all slots.
+  [[nodiscard]] bool go_on(std::uint32_t most_visits) noexcept;
   [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
   /// The pair of this slot stays in the next list, however far it is.
   void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
@@ -55,36 +64,54 @@ class NearPairs {
   [[nodiscard]] const NearPair& operator[](std::uint32_t slot) const noexcept {
     return pairs_[slot];
   }
-  /// Nodes of the two trees that the last list looked at, each with one of the other.
+  /// Nodes of the two trees that the list has looked at so far, each with one of the other.
   [[nodiscard]] std::uint32_t visited() const noexcept { return visited_; }
-  /// It ended before it had looked at all.
-  [[nodiscard]] bool was_cut() const noexcept { return visited_ > kMaxListVisits - kMostWaiting; }
   [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
     return pairs_[slot].listed == list_;
   }
 
  private:
-  void take(std::uint32_t pair, Real gap_m, Real& range_m) noexcept;
-  [[nodiscard]] std::uint32_t slot_for(Real gap_m, Real& range_m) noexcept;
+  /// A pair within the range of the list that is begun.
+  struct Found {
+    std::uint32_t pair = 0;
+    Real gap_m = 0;
+  };
+
+  struct Place {
+    GripPose p;
+    Mat3 turn_abs = Mat3::Identity();  ///< of p, by element
+  };
+
+  void take(std::uint32_t pair, Real gap_m) noexcept;
+  void finish() noexcept;
+  void put(const Found& found, std::uint32_t& cursor) noexcept;
   [[nodiscard]] std::uint32_t* entry_of(std::uint32_t pair) noexcept;
   void fill_table() noexcept;
-  [[nodiscard]] Real gap_of(const GripPose& p, const Mat3& turn_abs, std::uint32_t node_a,
-                            std::uint32_t node_b) const noexcept;
+  [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b,
+                               Real gap_m) const noexcept;
+  [[nodiscard]] Real gap_of(std::uint32_t node_a, std::uint32_t node_b) const noexcept;
 
   const SceneView* scene_ = nullptr;
   PieceTree tree_a_, tree_b_;
   std::span<PieceSphere> spheres_;            ///< of all pieces
   std::span<PieceBox> boxes_;                 ///< of all pieces, where some are facets
   std::span<NearPair> pairs_;                 ///< by slot
-  BoundedList<std::uint32_t> listed_, free_;  ///< slots; while a list is made: a heap of full ones
-  std::uint32_t cursor_ = 0;                  ///< slots before it are in the list that is made
+  BoundedList<std::uint32_t> listed_, free_;  ///< slots
   BoundedList<std::uint32_t> changed_;
   std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
-  std::uint32_t entries_ = 0;       ///< in the table
   std::uint64_t list_ = 0;          ///< counts the lists
   double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
-  std::uint32_t visited_ = 0;
+
+  // The list that is begun.
+  bool begun_ = false;
+  std::span<Place> at_;    ///< one: where
+  double odometer_m_ = 0;  ///< there
+  Real range_m_ = 0;
   Real left_m_ = 0;  ///< nearest pair that is not in it
+  std::span<NodePair> waiting_;
+  std::uint32_t waiting_count_ = 0;
+  std::uint32_t visited_ = 0;
+  BoundedList<Found> found_;  ///< once full a heap with the farthest on its top
 };
 
 }  // namespace haptic

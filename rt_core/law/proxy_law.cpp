@@ -18,9 +18,19 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
 constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
+constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 1.25_r;
+
+/// A list of near pairs that takes several ticks is begun when this share of its range is left, and
+/// is made shorter where it takes more than so many.
+constexpr Real kEarlyShare = 0.75_r;
+constexpr std::uint32_t kLongLists = 24;
+/// Near pairs beyond so many reaches are left aside together.
+constexpr Real kHotReaches = 1.5_r;
+/// Among facets a pass first looks no farther than so many of the last steps.
+constexpr Real kReachSteps = 1.5_r, kFacetMargin = 0.125_r;
 
 /// A gap that the part's motion may have taken less of than this is not computed again.
-constexpr Real kStaleShare = 0.5_r;
+constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
 
 /// Radius of the part for which the lengths below were chosen.
 constexpr Real kChosenFor_m = 0.05_r;
@@ -106,6 +116,9 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
   near_pairs_.place(arena, scene, slots);
+  if (scene.has_facets()) hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  list_visits_of_tick_ =
+      static_cast<std::uint32_t>(list_visits(moving_pieces, scene.pieces().size() - moving_pieces));
   pairs_ = arena.take<ProxyPair>(slots);
   views_ = arena.take<PairView>(slots);
   reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(slots));
@@ -153,6 +166,10 @@ void Proxy::reset() noexcept {
   active_.clear();
   pending_.clear();
   trust_m_ = list_range_m_ = kNoLimit;
+  list_is_long_ = false;
+  hot_.clear();
+  hot_until_m_ = -std::numeric_limits<double>::max();
+  last_step_m_ = 0;
   waiting_ = waited_ = false;
   behind_ticks_ = 0;
   choose_from_start_ = false;
@@ -289,7 +306,8 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     gap = pair.gap_m;
   } else if (pair.gap_version != version_) {
     const Real clear = clear_m(pair);
-    reached.exact_p = !(pair.known && clear > 0 && clear >= kStaleShare * pair.gap_m);
+    const Real stale = hot_.capacity() > 0 ? kFacetStaleShare : kStaleShare;
+    reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
     gap = clear;
     if (reached.exact_p && !pair.known) {
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
@@ -334,12 +352,16 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
                        trust_m_ < scale.reach_m ? trust_m_ + scale.margin_m : scale.reach_m});
   tick.recovering = false;
   worst_gap_m_ = std::numeric_limits<Real>::max();
+  // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
+  if (hot_.capacity() > 0) {
+    reach_m_ = std::min(reach_m_, kReachSteps * last_step_m_ + kFacetMargin * scale.margin_m);
+  }
   reach_all(tick);
 }
 
 /// Takes those pairs in too that a step of this length can meet.
 void Proxy::widen(Real motion_m, ProxyTick& tick) noexcept {
-  reach_m_ = 4 * motion_m;
+  reach_m_ = (hot_.capacity() > 0 ? kReachSteps : 4) * motion_m;
   reach_all(tick);
 }
 
@@ -377,31 +399,78 @@ void Proxy::enter(std::uint32_t slot) noexcept {
   pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
   pair.friction = static_cast<Real>(body.friction);
   pair.friction_static = static_cast<Real>(body.friction_static);
-  pair.clear_until_m = odometer_m(pair) + static_cast<double>(near.gap_m - view.skin_m);
+  pair.clear_until_m = list_path_m_ + list_turn_rad_ * static_cast<double>(pair.reach_a_m) +
+                       static_cast<double>(near.gap_m - view.skin_m);
 }
 
-/// Makes the list of the pairs within reach, and as far again so that it lasts for a while.
-void Proxy::list_pairs() noexcept {
+/// Goes on with the list of near pairs, or begins one, of those within reach and as far again so
+/// that it lasts for a while. Where one list is more than a tick has time for, the next is begun
+/// early.
+void Proxy::list_pairs(ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  const Real clear_m = unlisted_m();
+  const bool short_of = !(clear_m >= reach_m_);
+  const bool early = list_is_long_ && !(clear_m >= kEarlyShare * list_range_m_);
+  if (!short_of && !early && !near_pairs_.is_begun()) return;
+  if (!near_pairs_.is_begun()) {
+    const Real further_m = hot_.capacity() > 0 ? scale.reach_m / 2 : scale.reach_m;
+    list_range_m_ = std::min(list_range_m_, reach_m_ + further_m);
+    if (hot_.capacity() > 0) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
+    near_pairs_.begin(p_, odometer_m(), list_range_m_);
+    list_path_m_ = path_m_;
+    list_turn_rad_ = turn_rad_;
+    // A scene whose lists are never long may make another one.
+    if (list_visits_of_tick_ < kListVisitsOfTick && has_budget(tick)) {
+      list_visits_left_ = list_visits_of_tick_;
+    }
+  }
+  if (list_visits_left_ == 0) return;
   for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
-  list_range_m_ = std::min(list_range_m_, reach_m_ + parameters_.scale.reach_m);
-  near_pairs_.make(p_, odometer_m(), list_range_m_);
-  // A list that has not come to an end says nothing of the pairs that it has not seen: a shorter
-  // range makes a shorter list.
-  list_range_m_ *= near_pairs_.was_cut() ? kTrustLess : kTrustMore;
+  const std::uint32_t before = near_pairs_.visited();
+  const bool finished = near_pairs_.go_on(list_visits_left_);
+  const std::uint32_t visits = near_pairs_.visited() - before;
+  list_visits_left_ -= visits;
+  tick.list_visits += visits;
+  if (!finished) {
+    list_is_long_ = true;
+    return;
+  }
+  list_is_long_ = near_pairs_.visited() > kListVisitsOfTick;
+  list_range_m_ *= near_pairs_.visited() > kLongLists * kListVisitsOfTick ? kTrustLess : kTrustMore;
   for (const std::uint32_t slot : near_pairs_.changed()) {
     forget(slot);
     if (near_pairs_.holds(slot)) enter(slot);
   }
+  hot_until_m_ = -std::numeric_limits<double>::max();
+}
+
+/// The pairs that a pass looks at one by one: all, or of many those that are near, so that the
+/// others cost one comparison together.
+std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
+  if (hot_.capacity() == 0) return near_pairs_.slots();
+  if (cold_m() >= reach_m_) return hot_.view();
+  hot_.clear();
+  Real cold_m = std::numeric_limits<Real>::max();
+  for (const std::uint32_t slot : near_pairs_.slots()) {
+    const ProxyPair& pair = pairs_[slot];
+    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+    if (pair.inside || !(clear >= kHotReaches * reach_m_)) {
+      static_cast<void>(hot_.push(slot));
+    } else {
+      cold_m = std::min(cold_m, clear);
+    }
+  }
+  hot_until_m_ = odometer_m() + static_cast<double>(cold_m);
+  return hot_.view();
 }
 
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
-  if (!(unlisted_m() >= reach_m_)) {
-    list_pairs();
-    tick.list_visits += near_pairs_.visited();
-  }
-  tick.gap_m = nearest_m_ = unlisted_m();
-  for (const std::uint32_t slot : near_pairs_.slots()) {
+  list_pairs(tick);
+  const std::span<const std::uint32_t> slots = hot_pairs();
+  nearest_m_ = std::min(unlisted_m(), cold_m());
+  tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
+  for (const std::uint32_t slot : slots) {
     ProxyPair& pair = pairs_[slot];
     const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
     Real nearest = clear;
@@ -480,7 +549,8 @@ void Proxy::keep_found() noexcept {
   }
   pending_.clear();
   for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
-  trust_m_ = std::max(kTrustLess * std::min(trust_m_, reach_m_),
+  const Real less = hot_.capacity() > 0 ? kFacetTrustLess : kTrustLess;
+  trust_m_ = std::max(less * std::min(trust_m_, reach_m_),
                       kLastTolerances * parameters_.scale.tolerance_m);
 }
 
@@ -492,6 +562,9 @@ void Proxy::accept(const Step& step) noexcept {
                   step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
   way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
   turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
+  last_step_m_ = std::max(last_step_m_ / 2,
+                          std::sqrt(step.dx_m.squaredNorm()) +
+                              parameters_.radius_m * std::sqrt(step.dtheta_rad.squaredNorm()));
   p_ = step.q;
   version_ += 1;
   path_m_ =
@@ -538,6 +611,7 @@ bool Proxy::may_move() const noexcept {
 ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   near_scratch_ = &scratch;
   grants_ = 0;
+  list_visits_left_ = list_visits_of_tick_;
   waited_ = waiting_;
   waiting_ = false;
   if (!started_) {
@@ -578,7 +652,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     }
     pending_.clear();
     if (end == PassEnd::kMoved && trust_m_ < kNoLimit) {
-      trust_m_ *= kTrustMore;
+      trust_m_ *= hot_.capacity() > 0 ? kFacetTrustMore : kTrustMore;
       if (trust_m_ > parameters_.scale.reach_m) trust_m_ = kNoLimit;
     }
     if (end == PassEnd::kDone || !may_move()) break;

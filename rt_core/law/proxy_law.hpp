@@ -219,7 +219,13 @@ class Proxy {
   [[nodiscard]] bool may_move() const noexcept;
   void widen(Real motion_m, ProxyTick& tick) noexcept;
   void reach_all(ProxyTick& tick) noexcept;
-  void list_pairs() noexcept;
+  void list_pairs(ProxyTick& tick) noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> hot_pairs() noexcept;
+  /// What the gap of every pair that hot_pairs has left aside is at least.
+  [[nodiscard]] Real cold_m() const noexcept {
+    if (hot_.capacity() == 0) return std::numeric_limits<Real>::max();
+    return static_cast<Real>(hot_until_m_ - odometer_m());
+  }
   /// What the gap of every pair that is not in the list is at least.
   [[nodiscard]] Real unlisted_m() const noexcept {
     const Real skin_m = scene_[0].has_facets() ? parameters_.scale.skin_m : Real{0};
@@ -336,7 +342,13 @@ class Proxy {
   BoundedList<ImposedPlane> pending_;  ///< of a pass at p_ that ended for want of budget
   Real trust_m_ = std::numeric_limits<Real>::max();       ///< no step is longer
   Real list_range_m_ = std::numeric_limits<Real>::max();  ///< no list reaches farther
-  std::uint8_t grants_ = 0;                               ///< Grant, of this tick
+  double list_path_m_ = 0, list_turn_rad_ = 0;  ///< how far p_ had come where the list was begun
+  std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
+  bool list_is_long_ = false;              ///< the last list took more than one tick
+  BoundedList<std::uint32_t> hot_;         ///< slots of the pairs that are near; of facets alone
+  double hot_until_m_ = 0;                 ///< reading of the odometer at which another pair may be
+  Real last_step_m_ = 0;                   ///< motion of the last steps, fading
+  std::uint8_t grants_ = 0;                ///< Grant, of this tick
   bool waiting_ = false, waited_ = false;  ///< a pair waits for a search; one did in the last tick
   std::uint32_t behind_ticks_ = 0;
   /// The last pass was rejected: the next starts without its planes.

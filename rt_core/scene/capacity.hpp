@@ -87,9 +87,9 @@ constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
   return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};
 }
 
-/// Nodes of two trees over pieces that one list of near pairs looks at.
+/// Nodes of two trees over pieces that lists of near pairs look at in one tick.
 constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces_b) noexcept {
-  return std::min<std::uint64_t>((2 * pieces_a - 1) * (2 * pieces_b - 1), kMaxListVisits);
+  return std::min<std::uint64_t>((2 * pieces_a - 1) * (2 * pieces_b - 1), kListVisitsOfTick);
 }
 
 /// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when

@@ -44,8 +44,9 @@ inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
 inline constexpr std::uint32_t kGrantedSteps = 3;
 /// Programs that cones with friction may ask for although the units are spent.
 inline constexpr std::uint32_t kGrantedConePrograms = 2;
-/// Nodes of the trees that one list of near pairs may look at.
-inline constexpr std::uint32_t kMaxListVisits = 32768;
+/// Nodes of the trees that lists of near pairs look at in one tick, at most; longer lists take
+/// several.
+inline constexpr std::uint32_t kListVisitsOfTick = 8192;
 /// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
 /// walked but scanned for its valid set.
 inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096;
@@ -60,7 +61,7 @@ inline constexpr std::uint32_t kFewFaces = 16;
 /// Pairs near the part that a tick can follow at once, further ones bound its way: where the scene
 /// does not say, the same with surfaces, whose facets are many, and the most that a scene may ask
 /// for.
-inline constexpr std::uint32_t kMaxNearPairs = 512, kMaxNearFacets = 4096, kMostNearPairs = 32768;
+inline constexpr std::uint32_t kMaxNearPairs = 512, kMaxNearFacets = 16384, kMostNearPairs = 32768;
 /// `asked`: by the scene, 0: nothing; `facets`: it has pieces that are flat.
 [[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs, std::uint32_t asked,
                                                  bool facets) noexcept {

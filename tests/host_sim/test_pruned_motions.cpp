@@ -103,6 +103,7 @@ std::vector<Task> tasks() {
 std::vector<std::byte> compiled(const Task& task, LawId law, bool envelope, bool prune) {
   tools::SceneFile scene = task.scene;
   scene.parameters.law = law;
+  scene.parameters.work_units = 1000;  // the same with and without marks
   const auto& q = task.about_wxyz;
   if (envelope) {
     scene.orientation = tools::OrientationEnvelope{{q[1], q[2], q[3], q[0]}, kEnvelope_rad};

@@ -42,6 +42,7 @@ tools::SceneDescription cut_scene(const tools::Body* cut_block, const tools::Bod
   tools::SceneDescription d = scene_of(cut_block != nullptr ? *cut_block : block(),
                                        {cut_plate != nullptr ? *cut_plate : plate()});
   d.parameters.law = law;
+  d.parameters.work_units = 1000;  // the same for every division
   // A rotation error counts like the displacement that it gives at one and a half radii.
   const double length_m = 1.5 * 0.0412;
   d.parameters.coupling.k_r_nm_per_rad = d.parameters.k_f_n_per_m * length_m * length_m;

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// The list of near pairs among many facets, made in slices while the part moves on: against the
+// distance of every pair of facets from their corners.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "host_sim/oracle/triangle_pair.hpp"
+#include "rt_core/base/arena.hpp"
+#include "rt_core/law/near_pairs.hpp"
+#include "tests/support/shapes.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+using namespace haptic;
+using namespace haptic::sim;
+using haptic::test::LoadedScene;
+
+namespace {
+
+std::vector<std::byte> nut_on_rod() {
+  const std::string thread =
+      "shape = \"thread\"\nsize = \"M16\"\nsegments = 12\nclearance_m = 2e-4\n";
+  const std::string toml = "format = 1\nname = \"nut_on_rod\"\n[moving]\n" + thread +
+                           "internal = true\nouter_radius_m = 0.012\nturns = 2\n[[static]]\n" +
+                           thread + "turns = 4\n[rendering]\nk_f_n_per_m = 1000.0\n";
+  return tools::compile_scene(tools::parse_scene_file(toml, "scene.toml", "."), {}).bytes;
+}
+
+/// Distance of two flat facets from their corners.
+double facet_distance(const PieceView& a, const GripPose& p, const PieceView& b) {
+  const auto triangle = [](const PieceView& piece, std::uint32_t k, const auto& placed) {
+    Triangle t;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = c == 0 ? 0 : k + c;
+      const Vec3 v = placed(piece.vertex(piece.face_vertices(0)[at]));
+      t[c] = WideVec{widen(v[0]), widen(v[1]), widen(v[2])};
+    }
+    return t;
+  };
+  const auto of_a = [&](const Vec3& v) { return Vec3(p.r_wa * v + p.x0_w); };
+  const auto of_b = [](const Vec3& v) { return v; };
+  Wide least = std::numeric_limits<Wide>::max();
+  for (std::uint32_t i = 0; i + 2 < a.faces[0].loop_count; ++i) {
+    for (std::uint32_t j = 0; j + 2 < b.faces[0].loop_count; ++j) {
+      least = std::min(least, triangle_distance(triangle(a, i, of_a), triangle(b, j, of_b)));
+    }
+  }
+  return static_cast<double>(least);
+}
+
+struct ListBench {
+  explicit ListBench(std::uint32_t slots) : scene(nut_on_rod()) {
+    Arena counting;
+    NearPairs sized;
+    sized.place(counting, scene.view, slots);
+    memory.resize(counting.used() / sizeof(std::max_align_t) + 1);
+    Arena arena(reinterpret_cast<std::byte*>(memory.data()));
+    list.place(arena, scene.view, slots);
+    list.read_scene(scene.view);
+    of_a = scene.view.bodies()[0].piece_count;
+    const auto pieces = static_cast<std::uint32_t>(scene.view.pieces().size());
+    for (std::uint32_t a = 0; a < of_a; ++a) {
+      for (std::uint32_t b = of_a; b < pieces; ++b) {
+        pair.push_back(scene.view.find_pair(a, b));
+        distance_m.push_back(facet_distance(scene.view.piece(a), p, scene.view.piece(b)));
+      }
+    }
+  }
+
+  /// Makes a list in slices of `visits`; @return slices.
+  int make(Real range_m, std::uint32_t visits) {
+    list.begin(p, 1.0, range_m);
+    int slices = 1;
+    while (!list.go_on(visits)) slices += 1;
+    return slices;
+  }
+
+  /// Gap in the list of each pair, by index in `pair`; negative where it is not in it.
+  std::vector<double> gaps() const {
+    std::vector<double> by_pair(pair.size(), -1.0);
+    for (const std::uint32_t slot : list.slots()) {
+      const auto at = std::find(pair.begin(), pair.end(), list[slot].pair);
+      by_pair[static_cast<std::size_t>(at - pair.begin())] =
+          std::max(0.0, static_cast<double>(list[slot].gap_m));
+    }
+    return by_pair;
+  }
+
+  /// Pairs that are nearer than the list says.
+  int too_near(double unlisted_m) const {
+    const std::vector<double> gap = gaps();
+    int wrong = 0;
+    for (std::size_t k = 0; k < pair.size(); ++k) {
+      const double bound_m = gap[k] < 0 ? unlisted_m : gap[k];
+      wrong += distance_m[k] < bound_m - 1e-12 ? 1 : 0;
+    }
+    return wrong;
+  }
+
+  LoadedScene scene;
+  GripPose p{Vec3(1e-4_r, -5e-5_r, 2e-5_r), Quat::Identity(), Mat3::Identity()};
+  std::vector<std::max_align_t> memory;
+  NearPairs list;
+  std::uint32_t of_a = 0;
+  std::vector<std::uint32_t> pair;
+  std::vector<double> distance_m;
+};
+
+}  // namespace
+
+TEST_SUITE("host_sim.near_pair_list") {
+  TEST_CASE("every pair within the range is listed, and none is nearer than it says") {
+    ListBench bench(16384);
+    const int slices = bench.make(3e-4_r, 100);
+    CHECK(slices > 10);
+    CHECK(bench.list.unlisted_m(1.0) > 3e-4_r);
+    CHECK(bench.too_near(static_cast<double>(bench.list.unlisted_m(1.0))) == 0);
+    CHECK(bench.too_near(1e-3) > 0);  // a bound too large is seen
+    const std::vector<double> gap = bench.gaps();
+    int near = 0;
+    for (std::size_t k = 0; k < gap.size(); ++k) {
+      if (bench.distance_m[k] > 3e-4) continue;
+      near += 1;
+      CHECK(gap[k] >= 0);
+    }
+    CHECK(near > 200);
+    CHECK(bench.list.slots().size() < gap.size() / 4);
+    CHECK(bench.list.unlisted_m(1.0 + 1e-4) < bench.list.unlisted_m(1.0) - 0.9e-4_r);
+  }
+
+  TEST_CASE("slices change nothing; the list before stays until the next is finished") {
+    ListBench once(4096), sliced(4096);
+    once.make(2e-4_r, 1u << 30);
+    sliced.make(2e-4_r, 64);
+    CHECK(once.gaps() == sliced.gaps());
+    const std::vector<double> before = sliced.gaps();
+    sliced.p.x0_w[2] += 1e-4_r;
+    sliced.list.begin(sliced.p, 2.0, 2e-4_r);
+    CHECK(!sliced.list.go_on(64));
+    CHECK(sliced.gaps() == before);
+    while (!sliced.list.go_on(64)) continue;
+    CHECK(sliced.gaps() != before);
+  }
+
+  TEST_CASE("a full pool keeps the nearest and bounds the others") {
+    ListBench bench(40);
+    bench.make(3e-4_r, 100);
+    CHECK(bench.list.slots().size() == 40);
+    const Real left_m = bench.list.unlisted_m(1.0);
+    CHECK(bench.too_near(static_cast<double>(left_m)) == 0);
+    for (const std::uint32_t slot : bench.list.slots()) CHECK(bench.list[slot].gap_m <= left_m);
+  }
+}
