@@ -23,9 +23,7 @@ class StepText {
     text_ += "#" + std::to_string(++last_) + "=" + entity + ";\n";
     return "#" + std::to_string(last_);
   }
-  std::string point(const Numbers& p) {
-    return add("CARTESIAN_POINT(''," + triple(p) + ")");
-  }
+  std::string point(const Numbers& p) { return add("CARTESIAN_POINT(''," + triple(p) + ")"); }
   std::string direction(const Numbers& d) { return add("DIRECTION(''," + triple(d) + ")"); }
   std::string vertex(const std::string& at) { return add("VERTEX_POINT(''," + at + ")"); }
   std::string axes(const Numbers& at, const Numbers& z, const Numbers& x) {
@@ -60,8 +58,8 @@ class StepText {
     const std::string brep = add("MANIFOLD_SOLID_BREP(''," + shell + ")");
     const std::string context = context_of(unit);
     const std::string frame = axes({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
-    const std::string shape = add("ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + frame + "," + brep +
-                                  ")," + context + ")");
+    const std::string shape =
+        add("ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + frame + "," + brep + ")," + context + ")");
     const std::string application = add("APPLICATION_CONTEXT('automotive design')");
     const std::string product_context = add("PRODUCT_CONTEXT(''," + application + ",'mechanical')");
     const std::string product = add("PRODUCT('part','part','',(" + product_context + "))");
@@ -92,18 +90,17 @@ class StepText {
       const std::string mm =
           add(std::string("(LENGTH_UNIT() NAMED_UNIT(*) ") + kStepMillimetre + ")");
       const std::string dimensions = add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
-      const std::string measure =
-          add("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4)," + mm + ")");
+      const std::string measure = add("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4)," + mm + ")");
       length = add("(CONVERSION_BASED_UNIT('INCH'," + measure + ") LENGTH_UNIT() NAMED_UNIT(" +
                    dimensions + "))");
     } else {
       length = add("(LENGTH_UNIT() NAMED_UNIT(*) " + unit + ")");
     }
     const std::string angle = add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))");
-    const std::string solid_angle = add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())");
-    const std::string uncertainty =
-        add("UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07)," + length +
-            ",'distance_accuracy_value','')");
+    const std::string solid_angle =
+        add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())");
+    const std::string uncertainty = add("UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07)," +
+                                        length + ",'distance_accuracy_value','')");
     return add("(GEOMETRIC_REPRESENTATION_CONTEXT(3) GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((" +
                uncertainty + ")) GLOBAL_UNIT_ASSIGNED_CONTEXT((" + length + "," + angle + "," +
                solid_angle + ")) REPRESENTATION_CONTEXT('',''))");
@@ -164,8 +161,8 @@ std::string step_cylinder(double radius, double height, const std::string& unit)
   const Numbers low{radius, 0, 0}, high{radius, 0, height};
   const std::string v_low = step.vertex(step.point(low)), v_high = step.vertex(step.point(high));
   const auto circle = [&](double z) {
-    return step.add("CIRCLE(''," + step.axes({0, 0, z}, {0, 0, 1}, {1, 0, 0}) + "," +
-                    real(radius) + ")");
+    return step.add("CIRCLE(''," + step.axes({0, 0, z}, {0, 0, 1}, {1, 0, 0}) + "," + real(radius) +
+                    ")");
   };
   const std::string e_low = step.edge(v_low, v_low, circle(0));
   const std::string e_high = step.edge(v_high, v_high, circle(height));

@@ -56,8 +56,7 @@ double side_error(const RawMesh& mesh, double radius_m) {
                            std::abs(std::hypot(b[0], b[1]) - radius_m) < 1e-9;
       // Chords of the discs are no edges of the side but where they are short.
       if (!at_side || a[2] == b[2]) continue;
-      largest =
-          std::max(largest, radius_m - std::hypot(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])));
+      largest = std::max(largest, radius_m - std::hypot(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])));
     }
   }
   return largest;

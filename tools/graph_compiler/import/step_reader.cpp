@@ -183,8 +183,7 @@ class Facets {
     const std::array<gp_XY, 4> middles{(uv[0] + uv[1]) / 2, (uv[1] + uv[2]) / 2,
                                        (uv[2] + uv[0]) / 2, (uv[0] + uv[1] + uv[2]) / 3};
     for (const gp_XY& at : middles) {
-      const double distance =
-          triangle_distance(point_of(surface.Value(at.X(), at.Y())), triangle);
+      const double distance = triangle_distance(point_of(surface.Value(at.X(), at.Y())), triangle);
       if (std::isfinite(distance)) deviation_ = std::max(deviation_, distance);
     }
   }
@@ -214,9 +213,8 @@ ImportedMesh read_parts(std::span<const char> bytes, const std::string& file,
   ImportedMesh imported;
   imported.unit_m = unit_of(reader, file);
   const TopoDS_Shape shape = shape_of(reader, file);
-  const double asked =
-      options.deflection_m ? *options.deflection_m / kReaderUnit_m
-                           : kDeflectionShare * diagonal_of(shape, file);
+  const double asked = options.deflection_m ? *options.deflection_m / kReaderUnit_m
+                                            : kDeflectionShare * diagonal_of(shape, file);
   double deflection = asked, found = 0.0;
   for (int k = 0;; ++k, deflection /= 2) {
     BRepTools::Clean(shape);
@@ -237,10 +235,9 @@ ImportedMesh read(std::span<const char> bytes, const std::string& file,
     return read_parts(bytes, file, options);
   } catch (const Standard_Failure& failure) {
     const char* reason = failure.GetMessageString();
-    refuse_export(file, "Open CASCADE gives it up" +
-                            (reason != nullptr && *reason != '\0'
-                                 ? " (" + shown_word(reason) + ")"
-                                 : std::string()));
+    refuse_export(file, "Open CASCADE gives it up" + (reason != nullptr && *reason != '\0'
+                                                          ? " (" + shown_word(reason) + ")"
+                                                          : std::string()));
   }
 }
 

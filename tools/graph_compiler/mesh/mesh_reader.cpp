@@ -64,8 +64,9 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
   if (equals_lower(extension, ".ply")) {
     return MeshFormat::kPly;
   }
-  refuse_file(path.string(), "the extension " + shown_word(extension) + " names no mesh format",
-              "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae, .amf or .step");
+  refuse_file(
+      path.string(), "the extension " + shown_word(extension) + " names no mesh format",
+      "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae, .amf or .step");
 }
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {

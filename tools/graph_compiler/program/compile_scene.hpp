@@ -29,9 +29,9 @@ struct PartTiming {
 
 /// What became of one mesh.
 struct PartReport {
-  std::string mesh;            ///< as written in the scene file; of a shape its word
-  std::string file;            ///< path that messages of the steps start with
-  std::optional<Shape> shape;  ///< instead of a file
+  std::string mesh;                      ///< as written in the scene file; of a shape its word
+  std::string file;                      ///< path that messages of the steps start with
+  std::optional<Shape> shape;            ///< instead of a file
   std::optional<Deflection> deflection;  ///< of STEP
   [[nodiscard]] bool is_surface() const { return surface.has_value(); }
   std::array<double, 3> scale_to_m{1, 1, 1};

@@ -216,15 +216,15 @@ PartKind read_kind(const TomlTable& t) {
 
 /// Keys of `[moving]` and `[[static]]`.
 std::vector<std::string_view> part_keys() {
-  std::vector<std::string_view> keys{"mesh",       "link",       "scale_to_m",
-                                     "position_m", "quaternion", "material",
-                                     "simplify_m", "disjoint",   "as",
-                                     "deflection_m"};
+  std::vector<std::string_view> keys{"mesh",       "link",        "scale_to_m", "position_m",
+                                     "quaternion", "material",    "simplify_m", "disjoint",
+                                     "as",         "deflection_m"};
   keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
   return keys;
 }
 
-constexpr const char* kMeshPath = "give the path of a mesh file (STL, OBJ, OFF, PLY, 3MF, STEP, ...)";
+constexpr const char* kMeshPath =
+    "give the path of a mesh file (STL, OBJ, OFF, PLY, 3MF, STEP, ...)";
 
 /// Checks that `name` is a file; the mesh itself is read later.
 void find_part_file(const TomlTable& t, std::string_view key, const std::string& name,
