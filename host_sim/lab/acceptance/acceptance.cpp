@@ -270,7 +270,7 @@ std::string csv_of(const AcceptanceResult& result) {
       std::ranges::replace(said, '"', '\'');
       table.add({quoted(a.mesh), to_text(a.damage), a.seed, to_text(a.outcome), a.triangles,
                  a.pieces, shown_as("%.3f", a.seconds), a.scene_bytes, a.state_bytes,
-                 a.memory_bytes, quoted(a.untrue), quoted(said)});
+                 a.memory_bytes, quoted(a.untrue), sim::quoted(said)});
     }
   }
   return table.csv();
@@ -455,7 +455,7 @@ std::string acceptance_page(const AcceptanceResult& result) {
         if (a.damage != static_cast<MeshDamage>(kind)) continue;
         ++count;
         ++outcomes[static_cast<std::size_t>(a.outcome)];
-        untrue += a.untrue.empty() ? 0 : 1;
+        untrue += a.untrue.empty() ? 0u : 1u;
         longest = std::max(longest, a.seconds);
       }
       std::vector<std::string> cells{to_text(static_cast<MeshDamage>(kind)), std::to_string(count)};

@@ -210,7 +210,7 @@ std::vector<RawMesh> good_meshes() {
 MeshFacts facts_of(const RawMesh& mesh) {
   MeshFacts facts;
   for (const Point3& p : mesh.vertices) {
-    for (const double x : p) facts.not_finite += std::isfinite(x) ? 0 : 1;
+    for (const double x : p) facts.not_finite += std::isfinite(x) ? 0u : 1u;
   }
   if (facts.not_finite > 0) return facts;
   facts.diagonal = diagonal_of(mesh);
@@ -239,7 +239,7 @@ MeshFacts facts_of(const RawMesh& mesh) {
       ++uses[edge];
     }
   }
-  for (const auto& [edge, count] : uses) facts.open_edges += count == 1 ? 1 : 0;
+  for (const auto& [edge, count] : uses) facts.open_edges += count == 1 ? 1u : 0u;
   return facts;
 }
 

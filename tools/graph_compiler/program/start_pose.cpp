@@ -157,7 +157,7 @@ std::vector<std::vector<Point3>> samples_of(const std::vector<Point3>& points, P
   if (members.size() > kMostSampledParts) members.resize(kMostSampledParts);
   std::vector<std::vector<Point3>> samples;
   for (const std::vector<std::uint32_t>& part : members) {
-    const std::size_t count = std::min(part.size(), kMostSamples);
+    const std::size_t count = std::min(part.size(), kMostPartSamples);
     std::vector<Point3>& taken = samples.emplace_back();
     for (std::size_t k = 0; k < count; ++k) taken.push_back(points[part[k * part.size() / count]]);
   }

@@ -39,7 +39,7 @@ struct StartShape {
   std::array<double, 3> extent_m{0, 0, 0};  ///< along the axes of the mesh, ascending
 };
 
-inline constexpr std::size_t kMostSampledParts = 64, kMostSamples = 8;
+inline constexpr std::size_t kMostSampledParts = 64, kMostPartSamples = 8;
 
 struct StartPose {
   std::array<double, 3> position_m{0, 0, 0};
