@@ -20,6 +20,10 @@ namespace {
 constexpr double kOnShell = 1.0e-9;
 /// How far from a whole number the winding number of an open shell is that encloses a point.
 constexpr double kNearWhole = 0.1;
+/// And in the middle of an opening that nothing closes, at least.
+constexpr double kOpenMiddle = 0.25;
+/// Openings that a part passes; a shell with more has a mouth.
+constexpr std::size_t kMostMouths = 64;
 /// Of the diagonal: how well the bisection finds the end of the collision.
 constexpr double kMoveShare = 1.0e-4;
 
@@ -134,7 +138,7 @@ void close_open_sides(const std::vector<OpenSide>& sides, const std::vector<Poin
   for (const auto& [root, hole] : holes) {
     const double length = hole.box.diagonal();
     if (!(length > 0.0)) continue;
-    shape.openings.push_back({vec::norm(hole.twice_area) / length, length});
+    shape.openings.push_back({vec::norm(hole.twice_area) / length, length, hole.middle});
   }
 }
 
@@ -197,10 +201,25 @@ struct Obstacle {
   vec::Box box;
   ShellInterior interior;
   OpenShellInterior open_interior;
+  bool has_mouth = false;       ///< for the moving part
+  bool part_has_mouth = false;  ///< the moving part has one for this
 };
 
 bool passes(const StartShape& part, const StartShape::Opening& opening) {
   return part.extent_m[0] <= opening.wide_m && part.extent_m[1] <= opening.long_m;
+}
+
+/// An opening of the shell lets the part through. One that something else closes, such as a lid
+/// with a crack round it, has a whole winding number in its middle.
+bool has_mouth(const StartShape& shell, const OpenShellInterior& interior, const StartShape& part) {
+  std::size_t looked_at = 0;
+  for (const StartShape::Opening& opening : shell.openings) {
+    if (!passes(part, opening)) continue;
+    if (++looked_at > kMostMouths) return true;
+    const double winding = interior.winding_of(opening.middle_m);
+    if (std::abs(winding - std::round(winding)) > kOpenMiddle) return true;
+  }
+  return false;
 }
 
 /// The open facets of `shell` enclose most of the points, and the part that these belong to cannot
@@ -224,7 +243,11 @@ class StartSearch {
         tree_(boxes_of(moving.triangles)),
         interior_(moving.shells, kOnShell * box_.diagonal()),
         open_interior_(moving.open_facets, moving.rim, kOnShell * box_.diagonal()) {
-    for (const StartShape& shape : fixed) obstacles_.emplace_back(shape);
+    for (const StartShape& shape : fixed) {
+      Obstacle& o = obstacles_.emplace_back(shape);
+      o.has_mouth = has_mouth(shape, o.open_interior, moving);
+      o.part_has_mouth = has_mouth(moving, open_interior_, shape);
+    }
   }
 
   std::optional<StartCollision> run() {
@@ -285,16 +308,12 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
   for (const Point3& p : o.shape->probes) {
     if (interior_.place_of(vec::add(p, back)) == PointPlace::kInside) return inside(p);
   }
-  const auto has_mouth = [](const StartShape& shell, const StartShape& part) {
-    return std::any_of(shell.openings.begin(), shell.openings.end(),
-                       [&](const StartShape::Opening& opening) { return passes(part, opening); });
-  };
-  if (!o.shape->open_facets.empty() && !has_mouth(*o.shape, moving_)) {
+  if (!o.shape->open_facets.empty() && !o.has_mouth) {
     for (const std::vector<Point3>& points : moving_.samples) {
       if (lies_in_open_shell(points, by, o.open_interior)) return inside(vec::add(points[0], by));
     }
   }
-  if (!moving_.open_facets.empty() && !has_mouth(moving_, *o.shape)) {
+  if (!moving_.open_facets.empty() && !o.part_has_mouth) {
     for (const std::vector<Point3>& points : o.shape->samples) {
       if (lies_in_open_shell(points, back, open_interior_)) return inside(points[0]);
     }

@@ -32,6 +32,7 @@ struct StartShape {
   std::vector<TriangleCorners> open_facets, rim;
   struct Opening {
     double wide_m = 0.0, long_m = 0.0;  ///< nothing larger passes
+    Point3 middle_m{0, 0, 0};
   };
   std::vector<Opening> openings;
   /// Points all over parts that hang together, at most kMostSampledParts.
