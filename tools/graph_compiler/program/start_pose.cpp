@@ -105,6 +105,13 @@ std::vector<OpenSide> open_sides(const SurfacePart& part,
   return sides;
 }
 
+/// Near the middle and on no line through it that a symmetric lid would have an edge on: there the
+/// solid angle of a triangle is not defined.
+Point3 about_middle(const Point3& middle, const Point3& a, const Point3& b) {
+  return vec::add(middle, vec::add(vec::scaled(vec::sub(a, middle), 0.137),
+                                   vec::scaled(vec::sub(b, middle), 0.071)));
+}
+
 /// Cones over the open sides, a middle for all that hang together: they close the open facets. And
 /// what fits through each: its area over its length bounds the width of a crack.
 void close_open_sides(const std::vector<OpenSide>& sides, const std::vector<Point3>& points,
@@ -113,12 +120,14 @@ void close_open_sides(const std::vector<OpenSide>& sides, const std::vector<Poin
     vec::Box box;
     Point3 middle{0, 0, 0}, twice_area{0, 0, 0};
     double count = 0.0;
+    OpenSide first;
   };
   ParitySets sets(points.size());
   for (const OpenSide& side : sides) sets.unite(side.from, side.to, false);
   std::map<std::uint32_t, Hole> holes;  // by root
   for (const OpenSide& side : sides) {
     Hole& hole = holes[sets.root_of(side.from)];
+    if (!(hole.count > 0.0)) hole.first = side;
     for (const std::uint32_t v : {side.from, side.to}) {
       hole.box.include(points[v]);
       hole.middle = vec::add(hole.middle, points[v]);
@@ -138,7 +147,9 @@ void close_open_sides(const std::vector<OpenSide>& sides, const std::vector<Poin
   for (const auto& [root, hole] : holes) {
     const double length = hole.box.diagonal();
     if (!(length > 0.0)) continue;
-    shape.openings.push_back({vec::norm(hole.twice_area) / length, length, hole.middle});
+    shape.openings.push_back(
+        {vec::norm(hole.twice_area) / length, length,
+         about_middle(hole.middle, points[hole.first.from], points[hole.first.to])});
   }
 }
 
