@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   CLI::App program("Laboratory: verifies the core, times it and compares it with others.",
                    "host_lab");
   const sim::Command commands[] = {
+      sim::add_accept_command(program),
       sim::add_calm_command(program),         sim::add_compare_laws_command(program),
       sim::add_continuity_command(program),   sim::add_cost_command(program),
       sim::add_crossings_command(program),    sim::add_delay_command(program),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Seeds of fuzz_mesh_import: the tetrahedron of the tests in every format.
+/// Seeds of fuzz_mesh_import: the tetrahedron of the tests in every format, and a box in STEP.
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/tools/import/import_files.hpp"
+#include "tests/tools/import/step_files.hpp"
 
 namespace haptic::fuzz {
 
@@ -14,7 +15,8 @@ std::vector<Seed> seeds() {
           {"glb", '\2' + tetrahedron_glb()},
           {"dae", '\3' + tetrahedron_dae("<unit meter=\"0.5\"/><up_axis>Y_UP</up_axis>",
                                          "<translate>10 20 30</translate>")},
-          {"amf", '\4' + tetrahedron_amf("unit=\"feet\"")}};
+          {"amf", '\4' + tetrahedron_amf("unit=\"feet\"")},
+          {"step", '\5' + step_box({1, 2, 3})}};
 }
 
 }  // namespace haptic::fuzz

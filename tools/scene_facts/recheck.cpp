@@ -162,6 +162,8 @@ BodyRecheck recheck_body(const SceneView& view, std::uint32_t index) {
         result.largest_off_m = std::max(result.largest_off_m, std::abs(height));
       }
     }
+    // Facets of a surface share their edges and may cross: nothing is claimed of pairs of them.
+    if (piece.is_facet()) continue;
     for (std::uint32_t j = i + 1; j < body.piece_count; ++j) {
       const PieceView other = view.piece(body.piece_begin + j);
       result.piece_pairs += 1;

@@ -62,7 +62,7 @@ struct BodyRecheck {
   double tolerance_m = 0.0;    ///< 1e-12 of the body's size, or the rounding of a float scene
   bool convex = false;         ///< both within tolerance
   double volume_m3 = 0.0;      ///< of all pieces, from their vertices
-  std::uint64_t piece_pairs = 0;
+  std::uint64_t piece_pairs = 0;       ///< of solids; facets may cross
   std::uint64_t source_conflicts = 0;  ///< vertices at odds with the mesh vertex that they name
   std::uint64_t separated_pairs =
       0;  ///< within tolerance, by a face plane of one of the two or a plane along edges of both

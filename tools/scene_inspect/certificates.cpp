@@ -43,9 +43,11 @@ SceneProof disjointness(const SceneFacts& facts) {
     const BodyRecheck& r = body.recheck;
     const bool apart = r.separated_pairs == r.piece_pairs;
     proof.figures += (proof.figures.empty() ? "'" : "; '") + body.name + "': ";
-    proof.figures += r.piece_pairs == 0 ? "one piece"
-                                        : grouped(r.separated_pairs) + " of " +
-                                              grouped(r.piece_pairs) + " pairs of pieces apart";
+    proof.figures += r.piece_pairs == 0 && body.pieces.size() > 1
+                         ? "a surface: its facets have no volume"
+                     : r.piece_pairs == 0 ? "one piece"
+                                          : grouped(r.separated_pairs) + " of " +
+                                                grouped(r.piece_pairs) + " pairs of pieces apart";
     if (apart) continue;
     proof.figures +=
         " (a cover of overlapping solids: contact or not stays right, volumes count twice)";

@@ -8,6 +8,7 @@ namespace haptic::sim {
 
 using tools::Command;
 
+[[nodiscard]] Command add_accept_command(CLI::App& program);
 [[nodiscard]] Command add_calm_command(CLI::App& program);
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
 [[nodiscard]] Command add_continuity_command(CLI::App& program);

@@ -241,6 +241,87 @@ TEST_SUITE("tools.part_kinds") {
               .has_value());
   }
 
+  TEST_CASE("inside a torn shell is a collision, inside a hollow with a mouth is none") {
+    const auto shell = [](double half_z, double hole_low, double hole_high) {
+      // Walls from -5 to 5, top with a square hole.
+      MeshBuilder m;
+      m.box({-5, -5, -half_z}, {5, 5, half_z});
+      std::erase_if(m.faces, [&](const std::vector<std::uint32_t>& face) {
+        return std::ranges::all_of(face, [&](std::uint32_t v) { return m.vertices[v][2] > 0; });
+      });
+      m.groups.resize(m.faces.size());
+      const auto at = [&](double x, double y) { return m.vertex({x, y, half_z}); };
+      const double l = hole_low, h = hole_high;
+      const std::uint32_t a = at(-5, -5), b = at(5, -5), c = at(5, 5), d = at(-5, 5);
+      const std::uint32_t i = at(l, l), j = at(h, l), k = at(h, h), n = at(l, h);
+      m.face({a, b, j, i});
+      m.face({b, c, k, j});
+      m.face({c, d, n, k});
+      m.face({d, a, i, n});
+      return m;
+    };
+    const StartShape small = surface_at(cube(), {0, 0, 0});
+    const auto collides = [&](const MeshBuilder& around, const StartShape& part) {
+      return start_collision(part, {surface_at(around, {0, 0, 0})});
+    };
+    // A hole that the part cannot have come through.
+    const auto torn = collides(shell(5, -0.25, 0.25), small);
+    REQUIRE(torn.has_value());
+    CHECK(torn->inside);
+    REQUIRE(torn->free_move_m.has_value());
+    CHECK(vec::norm(*torn->free_move_m) >= 5.0);
+    const MeshBuilder around = shell(5, -0.25, 0.25);
+    CHECK_FALSE(collides(around, surface_at(cube(), *torn->free_move_m)).has_value());
+    // The torn shell round the part in the hand.
+    CHECK(start_collision(surface_at(around, {0, 0, 0}), {small}).has_value());
+    // A hole of its size, and a deep cup: at its bottom the winding number is near 1.
+    CHECK_FALSE(collides(shell(5, -1, 1), small).has_value());
+    CHECK_FALSE(collides(shell(50, -4, 4), surface_at(cube(), {0, 0, -49})).has_value());
+    // A crack across the top is no mouth.
+    MeshBuilder cracked = cube();
+    for (Point3& p : cracked.vertices) p = vec::scaled(vec::sub(p, {0.5, 0.5, 0.5}), 10.0);
+    const auto split = [&](std::size_t f) {
+      for (std::uint32_t& v : cracked.faces[f]) {
+        const Point3 p = cracked.vertices[v];
+        v = cracked.vertex(vec::scaled(p, 1.001));
+      }
+    };
+    split(0);
+    const auto behind = collides(cracked, small);
+    REQUIRE(behind.has_value());
+    CHECK(behind->inside);
+    // Beside the torn shell, and between two sheets, there is no inside.
+    CHECK_FALSE(collides(around, surface_at(cube(), {5.5, 0, 0})).has_value());
+    MeshBuilder sheets = cracked;
+    sheets.faces.resize(2);
+    sheets.groups.resize(2);
+    CHECK_FALSE(collides(sheets, small).has_value());
+  }
+
+  TEST_CASE("a part of many triangles is moved out of a small one too") {
+    MeshBuilder fine;
+    constexpr std::uint32_t kCells = 24;
+    for (std::uint32_t y = 0; y <= kCells; ++y) {
+      for (std::uint32_t x = 0; x <= kCells; ++x) {
+        fine.vertex({4.0 * x / kCells, 4.0 * y / kCells, 0.01 * std::sin(x + 2.0 * y)});
+      }
+    }
+    for (std::uint32_t y = 0; y < kCells; ++y) {
+      for (std::uint32_t x = 0; x < kCells; ++x) {
+        const std::uint32_t a = y * (kCells + 1) + x, b = a + kCells + 1;
+        fine.face({a, a + 1, b + 1});
+        fine.face({a, b + 1, b});
+      }
+    }
+    const std::vector<StartShape> fixed{surface_at(cube(), {1.5, 1.5, -0.75})};
+    const auto found = start_collision(surface_at(fine, {0, 0, 0}), fixed);
+    REQUIRE(found.has_value());
+    CHECK_FALSE(found->inside);
+    REQUIRE(found->free_move_m.has_value());
+    CHECK((*found->free_move_m)[2] == doctest::Approx(0.26).epsilon(0.02));
+    CHECK_FALSE(start_collision(surface_at(fine, *found->free_move_m), fixed).has_value());
+  }
+
   TEST_CASE("solids that start in each other give a warning, solids that touch none") {
     const ScratchFolder folder("kinds");
     const auto warnings = [&](double height_m) {

@@ -66,6 +66,8 @@ TEST_SUITE("tools.mesh_import") {
     CHECK(import_format_of("b.gltf") == ImportFormat::kGltf);
     CHECK(import_format_of("b.Dae") == ImportFormat::kDae);
     CHECK(import_format_of("b.amf") == ImportFormat::kAmf);
+    CHECK(import_format_of("b.STEP") == ImportFormat::kStep);
+    CHECK(import_format_of("b.stp") == ImportFormat::kStep);
     CHECK_FALSE(import_format_of("b.stl").has_value());
     CHECK_FALSE(import_format_of("b.ply").has_value());
     CHECK_FALSE(import_format_of("dae").has_value());

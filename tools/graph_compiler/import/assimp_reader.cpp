@@ -18,6 +18,7 @@
 
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/import/guarded_import.hpp"
+#include "tools/graph_compiler/import/import_readers.hpp"
 #include "tools/graph_compiler/import/xml_file.hpp"
 #include "tools/graph_compiler/import/zip_entry.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
@@ -320,23 +321,10 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
 
 bool can_import() { return true; }
 
-ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, const std::string& file,
-                          const std::filesystem::path& folder) {
-  if (bytes.empty()) {
-    refuse_file(file, "the file is empty (0 bytes)", "export the part again");
-  }
-  if (bytes.size() > kMaxMeshBytes) {
-    refuse_file(file,
-                "the file has " + std::to_string(bytes.size()) + " bytes, limit " +
-                    std::to_string(kMaxMeshBytes),
-                "simplify the part");
-  }
+ImportedMesh import_by_assimp(std::span<const char> bytes, ImportFormat format,
+                              const std::string& file, const std::filesystem::path& folder) {
+  check_size(bytes, file);
   return guarded(file, [&] { return read(bytes, format, file, folder); });
-}
-
-ImportedMesh import_mesh(const std::filesystem::path& path) {
-  const std::string bytes = read_text_file(path, kMaxMeshBytes, "a mesh of the scene");
-  return import_bytes(bytes, *import_format_of(path), path.string(), folder_of(path));
 }
 
 }  // namespace haptic::tools

@@ -31,20 +31,6 @@ void append_number(std::string& to, T value) {
   append_bytes(to, &value, sizeof value);
 }
 
-std::string message_of(const ImportedMesh& imported) {
-  std::string text(1, kMesh);
-  append_number(text, imported.unit_m);
-  append_number(text, std::uint64_t{imported.mesh.vertices.size()});
-  append_number(text, std::uint64_t{imported.mesh.faces.size()});
-  append_bytes(text, imported.mesh.vertices.data(), imported.mesh.vertices.size() * sizeof(Point3));
-  for (const RawFace& face : imported.mesh.faces) {
-    append_number(text, face.group);
-    append_number(text, static_cast<std::uint32_t>(face.vertices.size()));
-    append_bytes(text, face.vertices.data(), face.vertices.size() * sizeof(std::uint32_t));
-  }
-  return text;
-}
-
 /// Reads the message of a child that may have written anything.
 class Message {
  public:
@@ -77,12 +63,85 @@ class Message {
   std::size_t at_ = 0;
 };
 
-ImportedMesh mesh_of(const std::string& text, const std::string& file) {
+void write_all(int to, const std::string& text) {
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t n = ::write(to, text.data() + done, text.size() - done);
+    if (n < 0 && errno != EINTR) return;
+    if (n > 0) done += static_cast<std::size_t>(n);
+  }
+}
+
+/// Of this process at present [bytes].
+rlim_t address_space() {
+  unsigned long pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+}
+
+[[noreturn]] void run_child(int to, const std::function<ImportedMesh()>& work) {
+  for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) std::signal(number, SIG_DFL);
+  const rlimit time{kMostSeconds, kMostSeconds};
+  const rlim_t memory = address_space() + kMostMemory;
+  const rlimit space{memory, memory}, no_core{0, 0};
+  std::string text;
+  if (::setrlimit(RLIMIT_CPU, &time) == 0 && ::setrlimit(RLIMIT_AS, &space) == 0 &&
+      ::setrlimit(RLIMIT_CORE, &no_core) == 0) {
+    try {
+      text = message_of(work());
+    } catch (const InputError& error) {
+      text = kRefusal + std::string(error.what());
+    } catch (...) {
+      text.clear();  // out of memory, or an exception of the library's own
+    }
+  }
+  write_all(to, text);
+  ::_exit(0);
+}
+
+std::string read_all(int from) {
+  std::string text;
+  std::vector<char> buffer(std::size_t{1} << 16);
+  for (;;) {
+    const ssize_t n = ::read(from, buffer.data(), buffer.size());
+    if (n == 0 || (n < 0 && errno != EINTR)) return text;
+    if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+}
+
+}  // namespace
+
+std::string message_of(const ImportedMesh& imported) {
+  std::string text(1, kMesh);
+  append_number(text, imported.unit_m);
+  const Deflection deflection = imported.deflection.value_or(Deflection{});
+  append_number(text, deflection.asked_m);  // 0: none
+  append_number(text, deflection.found_m);
+  append_number(text, std::uint64_t{imported.mesh.vertices.size()});
+  append_number(text, std::uint64_t{imported.mesh.faces.size()});
+  append_bytes(text, imported.mesh.vertices.data(), imported.mesh.vertices.size() * sizeof(Point3));
+  for (const RawFace& face : imported.mesh.faces) {
+    append_number(text, face.group);
+    append_number(text, static_cast<std::uint32_t>(face.vertices.size()));
+    append_bytes(text, face.vertices.data(), face.vertices.size() * sizeof(std::uint32_t));
+  }
+  return text;
+}
+
+ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
   Message message(text, file);
-  message.number<char>();
+  if (message.number<char>() != kMesh) message.refuse();
   ImportedMesh imported;
   imported.unit_m = message.number<double>();
   if (!(std::isfinite(imported.unit_m) && imported.unit_m > 0.0)) message.refuse();
+  const auto asked_m = message.number<double>(), found_m = message.number<double>();
+  if (!(std::isfinite(asked_m) && asked_m >= 0.0 && std::isfinite(found_m) && found_m >= 0.0)) {
+    message.refuse();
+  }
+  if (asked_m > 0.0) imported.deflection = Deflection{asked_m, found_m};
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   mesh.indexed = true;
@@ -120,57 +179,6 @@ ImportedMesh mesh_of(const std::string& text, const std::string& file) {
   return imported;
 }
 
-void write_all(int to, const std::string& text) {
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t n = ::write(to, text.data() + done, text.size() - done);
-    if (n < 0 && errno != EINTR) return;
-    if (n > 0) done += static_cast<std::size_t>(n);
-  }
-}
-
-/// Of this process at present [bytes].
-rlim_t address_space() {
-  unsigned long pages = 0;
-  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
-    std::fclose(file);
-  }
-  return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
-}
-
-[[noreturn]] void run_child(int to, const std::function<ImportedMesh()>& work) {
-  for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) std::signal(number, SIG_DFL);
-  const rlimit time{kMostSeconds, kMostSeconds};
-  const rlim_t memory = address_space() + kMostMemory;
-  const rlimit space{memory, memory}, no_core{0, 0};
-  std::string text;
-  if (::setrlimit(RLIMIT_CPU, &time) == 0 && ::setrlimit(RLIMIT_AS, &space) == 0 &&
-      ::setrlimit(RLIMIT_CORE, &no_core) == 0) {
-    try {
-      text = message_of(work());
-    } catch (const InputError& error) {
-      text = kRefusal + std::string(error.what());
-    } catch (const std::exception&) {
-      text.clear();  // out of memory, or an exception of the library's own
-    }
-  }
-  write_all(to, text);
-  ::_exit(0);
-}
-
-std::string read_all(int from) {
-  std::string text;
-  std::vector<char> buffer(std::size_t{1} << 16);
-  for (;;) {
-    const ssize_t n = ::read(from, buffer.data(), buffer.size());
-    if (n == 0 || (n < 0 && errno != EINTR)) return text;
-    if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
-  }
-}
-
-}  // namespace
-
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work) {
   int ends[2];
   if (::pipe(ends) != 0) throw OsError(file + ": no pipe (" + std::strerror(errno) + ")");
@@ -201,7 +209,7 @@ ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()
     refuse_file(file, "the importer failed on it", "export the part again, or as STL");
   }
   if (text[0] == kRefusal) throw InputError(text.substr(1));
-  return mesh_of(text, file);
+  return mesh_of_message(text, file);
 }
 
 }  // namespace haptic::tools

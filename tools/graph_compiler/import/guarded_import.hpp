@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Work of libraries that may crash on hostile files, in a process of its own; not used outside
-/// this folder.
+/// this folder and its tests.
 
 #include <functional>
 #include <string>
@@ -16,5 +16,10 @@ namespace haptic::tools {
 /// @throws InputError  what `work` throws; or when the child ends in another way, or its result is
 /// no mesh. OsError: no process or pipe can be made.
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work);
+
+/// What the child says of a mesh, and the mesh that such bytes hold.
+/// @throws InputError "file: defect; fix": any bytes that are no mesh.
+std::string message_of(const ImportedMesh& imported);
+ImportedMesh mesh_of_message(const std::string& message, const std::string& file);
 
 }  // namespace haptic::tools

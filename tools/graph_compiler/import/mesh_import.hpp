@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Mesh formats that are read through other libraries: 3MF, glTF 2 (.gltf, .glb), COLLADA
-/// (.dae) and AMF through assimp. Optional: a build without the libraries refuses such files and
-/// names the packages.
+/// (.dae) and AMF through assimp, STEP (.step, .stp) through Open CASCADE. Optional: a build
+/// without the libraries refuses such files and names the packages.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,31 +14,47 @@
 
 namespace haptic::tools {
 
-enum class ImportFormat : std::uint8_t { k3mf, kGltf, kGlb, kDae, kAmf };
+enum class ImportFormat : std::uint8_t { k3mf, kGltf, kGlb, kDae, kAmf, kStep };
+
+/// How near facets are to the round faces that they stand for.
+struct Deflection {
+  double asked_m = 0.0;  ///< largest distance that is allowed
+  double found_m = 0.0;  ///< largest at the middles of all triangles and of their edges
+};
 
 struct ImportedMesh {
-  RawMesh mesh;         ///< in metres
-  double unit_m = 1.0;  ///< of the file [m]
+  RawMesh mesh;                          ///< in metres
+  double unit_m = 1.0;                   ///< of the file [m]
+  std::optional<Deflection> deflection;  ///< of STEP
+};
+
+/// Of the diagonal of the part: the deflection where none is asked for.
+inline constexpr double kDeflectionShare = 5e-4;
+
+struct ImportOptions {
+  std::optional<double> deflection_m;  ///< of STEP; absent: `kDeflectionShare` of the diagonal
 };
 
 /// Format by the extension of the file name (any case); nothing where it is none of these.
 std::optional<ImportFormat> import_format_of(const std::filesystem::path& path);
 /// Folder that names in the file count from.
 std::filesystem::path folder_of(const std::filesystem::path& path);
-/// True when this build has the libraries.
+/// True when this build has the libraries for all formats but STEP, and for robot descriptions.
 bool can_import();
+/// True when this build has Open CASCADE.
+bool can_import_step();
 
 /// Reads a file with all its meshes, each at the place of every node that uses it; the parts stay
 /// apart as groups. Lines and points are left out. The axes are those of the file.
 /// The libraries run in a process of their own with limits of time and memory, and everything that
 /// comes out of it is checked, so a file that makes them crash is refused like any other.
 /// @throws InputError "file: defect; fix".
-ImportedMesh import_mesh(const std::filesystem::path& path);
+ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
 
 /// The same from bytes, of the first `kMaxMeshBytes` at most. A .gltf may name buffers (.bin) below
 /// `folder`; nothing else is opened.
 ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, const std::string& file,
-                          const std::filesystem::path& folder);
+                          const std::filesystem::path& folder, const ImportOptions& options = {});
 
 /// The collision model of a link of a robot description (URDF), in the frame of the link and in
 /// metres: boxes, cylinders, spheres and meshes with their origins and scales. Names of meshes

@@ -64,11 +64,9 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
   if (equals_lower(extension, ".ply")) {
     return MeshFormat::kPly;
   }
-  if (equals_lower(extension, ".step") || equals_lower(extension, ".stp")) {
-    refuse_file(path.string(), "STEP is not read", "convert the part to 3MF or STL first");
-  }
-  refuse_file(path.string(), "the extension " + shown_word(extension) + " names no mesh format",
-              "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae or .amf");
+  refuse_file(
+      path.string(), "the extension " + shown_word(extension) + " names no mesh format",
+      "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae, .amf or .step");
 }
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {

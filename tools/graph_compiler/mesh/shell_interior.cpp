@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace haptic::tools {
@@ -31,6 +32,30 @@ double segment_distance(const Point3& p, const Point3& a, const Point3& b) {
   return vec::distance(p, vec::add(a, vec::scaled(along, t)));
 }
 
+/// Positive where the triangle is seen from behind. Van Oosterom and Strackee: tan(omega / 2).
+double solid_angle(const Point3& point, const ShellInterior::Triangle& triangle) {
+  const Point3 a = vec::sub(triangle[0], point);
+  const Point3 b = vec::sub(triangle[1], point);
+  const Point3 c = vec::sub(triangle[2], point);
+  const double la = vec::norm(a), lb = vec::norm(b), lc = vec::norm(c);
+  return 2.0 *
+         std::atan2(vec::dot(a, vec::cross(b, c)),
+                    la * lb * lc + vec::dot(a, b) * lc + vec::dot(b, c) * la + vec::dot(c, a) * lb);
+}
+
+/// In full turns.
+double solid_angles(const Point3& point, const std::vector<ShellInterior::Triangle>& triangles) {
+  double total = 0.0;
+  for (const ShellInterior::Triangle& t : triangles) total += solid_angle(point, t);
+  return total / (4.0 * std::numbers::pi);
+}
+
+std::vector<ShellInterior::Triangle> joined(std::vector<ShellInterior::Triangle> a,
+                                            const std::vector<ShellInterior::Triangle>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 }  // namespace
 
 double triangle_distance(const Point3& point, const ShellInterior::Triangle& t) {
@@ -50,21 +75,31 @@ ShellInterior::ShellInterior(std::vector<Triangle> triangles, double tolerance_m
     : triangles_(std::move(triangles)), tolerance_m_(tolerance_m), tree_(boxes_of(triangles_)) {}
 
 PointPlace ShellInterior::place_of(const Point3& point) const {
-  PointPlace place = PointPlace::kOutside;
   for (const Point3& direction : kRays) {
-    if (cast_ray(point, direction, place)) {
-      return place;
-    }
+    int winding = 0;
+    const Ray ray = cast_ray(point, direction, winding);
+    if (ray == Ray::kStartsOnSurface) return PointPlace::kOnSurface;
+    if (ray == Ray::kCrosses) return winding != 0 ? PointPlace::kInside : PointPlace::kOutside;
   }
   return by_solid_angle(point);
 }
 
-/// False: undecided, the ray comes too close to an edge.
-bool ShellInterior::cast_ray(const Point3& point, const Point3& direction,
-                             PointPlace& place) const {
+std::optional<int> ShellInterior::winding_of(const Point3& point) const {
+  for (const Point3& direction : kRays) {
+    int winding = 0;
+    const Ray ray = cast_ray(point, direction, winding);
+    if (ray == Ray::kStartsOnSurface) return std::nullopt;
+    if (ray == Ray::kCrosses) return winding;
+  }
+  return std::nullopt;
+}
+
+/// Undecided: the ray comes too close to an edge.
+ShellInterior::Ray ShellInterior::cast_ray(const Point3& point, const Point3& direction,
+                                           int& winding) const {
   std::vector<std::uint32_t> candidates;
   tree_.find_ray(point, direction, 2.0 * tolerance_m_, candidates);
-  int winding = 0;
+  winding = 0;
   for (const std::uint32_t index : candidates) {
     const Triangle& triangle = triangles_[index];
     const Point3 a = vec::sub(triangle[0], point);
@@ -95,20 +130,18 @@ bool ShellInterior::cast_ray(const Point3& point, const Point3& direction,
       continue;
     }
     if (close) {
-      return false;
+      return Ray::kUndecided;
     }
     const Point3 normal = vec::unit(vec::cross(vec::sub(b, a), vec::sub(c, a)));
     const double height = vec::dot(a, normal);
     if (std::abs(height) <= tolerance_m_) {
-      place = PointPlace::kOnSurface;
-      return true;
+      return Ray::kStartsOnSurface;
     }
     if ((height > 0.0) == (vec::dot(direction, normal) > 0.0)) {
       winding += sum < 0.0 ? -1 : 1;
     }
   }
-  place = winding != 0 ? PointPlace::kInside : PointPlace::kOutside;
-  return true;
+  return Ray::kCrosses;
 }
 
 PointPlace ShellInterior::by_solid_angle(const Point3& point) const {
@@ -117,18 +150,22 @@ PointPlace ShellInterior::by_solid_angle(const Point3& point) const {
     if (triangle_distance(point, triangle) <= tolerance_m_) {
       return PointPlace::kOnSurface;
     }
-    const Point3 a = vec::sub(triangle[0], point);
-    const Point3 b = vec::sub(triangle[1], point);
-    const Point3 c = vec::sub(triangle[2], point);
-    const double la = vec::norm(a);
-    const double lb = vec::norm(b);
-    const double lc = vec::norm(c);
-    // Van Oosterom and Strackee: tan(omega / 2).
-    total += 2.0 * std::atan2(vec::dot(a, vec::cross(b, c)), la * lb * lc + vec::dot(a, b) * lc +
-                                                                 vec::dot(b, c) * la +
-                                                                 vec::dot(c, a) * lb);
+    total += solid_angle(point, triangle);
   }
-  return std::abs(total) > 6.283185307179586 ? PointPlace::kInside : PointPlace::kOutside;
+  return std::abs(total) > 2.0 * std::numbers::pi ? PointPlace::kInside : PointPlace::kOutside;
+}
+
+OpenShellInterior::OpenShellInterior(std::vector<Triangle> facets, std::vector<Triangle> rim,
+                                     double tolerance_m)
+    : facets_(std::move(facets)),
+      rim_(std::move(rim)),
+      whole_(joined(facets_, rim_), tolerance_m) {}
+
+double OpenShellInterior::winding_of(const Point3& point) const {
+  if (const std::optional<int> whole = whole_.winding_of(point)) {
+    return *whole - solid_angles(point, rim_);
+  }
+  return solid_angles(point, facets_);
 }
 
 }  // namespace haptic::tools

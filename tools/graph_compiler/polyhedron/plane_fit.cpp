@@ -152,6 +152,8 @@ class PlaneGrower {
     }
   }
 
+  [[nodiscard]] std::size_t regions() const { return clusters_.size(); }
+
   void unite_all() {
     for (int pass = 0; pass < kMaxRounds; ++pass) {
       if (!unite_pass()) break;
@@ -416,6 +418,11 @@ PlaneFit PlaneGrower::finish() {
 PlaneFit fit_planes(const Surface& surface, const FaceNeighbors& neighbors) {
   PlaneGrower grower(surface, neighbors);
   grower.grow_all();
+  if (grower.regions() > kMostFlatRegions) {
+    throw LimitError(surface.file + ": " + std::to_string(grower.regions()) +
+                     " flat regions, limit " + std::to_string(kMostFlatRegions) +
+                     ": too fine for an exact decomposition; use a coarser mesh, or a surface");
+  }
   grower.unite_all();
   return grower.finish();
 }

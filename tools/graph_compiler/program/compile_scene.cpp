@@ -258,6 +258,13 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   const PartMesh source = read_part_mesh(part, scene.file);
   const RawMesh& raw = source.mesh;
   report.shape = part.shape;
+  report.deflection = source.deflection;
+  if (source.deflection && source.deflection->found_m > source.deflection->asked_m) {
+    report.warnings.push_back(
+        formatted("facets lie off the round faces by up to %.3g m, more than the deflection of "
+                  "%.3g m that was asked for",
+                  source.deflection->found_m, source.deflection->asked_m));
+  }
   report.scale_to_m = source.unit_m;
   report.file = raw.file;
   report.mesh_vertices = raw.vertices.size();

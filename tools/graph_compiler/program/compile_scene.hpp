@@ -11,6 +11,7 @@
 
 #include "tools/graph_compiler/graph/convex_piece.hpp"
 #include "tools/graph_compiler/graph/scene_account.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
@@ -28,9 +29,10 @@ struct PartTiming {
 
 /// What became of one mesh.
 struct PartReport {
-  std::string mesh;            ///< as written in the scene file; of a shape its word
-  std::string file;            ///< path that messages of the steps start with
-  std::optional<Shape> shape;  ///< instead of a file
+  std::string mesh;                      ///< as written in the scene file; of a shape its word
+  std::string file;                      ///< path that messages of the steps start with
+  std::optional<Shape> shape;            ///< instead of a file
+  std::optional<Deflection> deflection;  ///< of STEP
   [[nodiscard]] bool is_surface() const { return surface.has_value(); }
   std::array<double, 3> scale_to_m{1, 1, 1};
   std::size_t mesh_vertices = 0, mesh_faces = 0;

@@ -31,16 +31,16 @@ void check_unit(const ScenePart& part, double unit_m, const std::string& scene_f
 }  // namespace
 
 PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
-  if (part.given) return {*part.given, part.scale_to_m, part.scale_to_m};
-  if (part.shape) return {shape_mesh(*part.shape, part.mesh)};
-  if (part.link) return {link_mesh(part.path, *part.link)};
+  if (part.given) return {*part.given, part.scale_to_m, part.scale_to_m, {}};
+  if (part.shape) return {.mesh = shape_mesh(*part.shape, part.mesh)};
+  if (part.link) return {.mesh = link_mesh(part.path, *part.link)};
   if (!import_format_of(part.path)) {
-    return {read_mesh(part.path), part.scale_to_m, part.scale_to_m};
+    return {read_mesh(part.path), part.scale_to_m, part.scale_to_m, {}};
   }
-  ImportedMesh imported = import_mesh(part.path);
+  ImportedMesh imported = import_mesh(part.path, {part.deflection_m});
   const double unit_m = imported.unit_m;
   check_unit(part, unit_m, scene_file);
-  return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}};
+  return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}, imported.deflection};
 }
 
 std::string body_name(const ScenePart& part) {

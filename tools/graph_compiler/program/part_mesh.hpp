@@ -4,8 +4,10 @@
 /// or dimensions.
 
 #include <array>
+#include <optional>
 #include <string>
 
+#include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 
@@ -15,6 +17,7 @@ struct PartMesh {
   RawMesh mesh;
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< that is still to be applied
   std::array<double, 3> unit_m{1, 1, 1};      ///< of the file, for the report
+  std::optional<Deflection> deflection{};     ///< of STEP
 };
 
 /// @param scene_file  for messages about its keys.

@@ -136,6 +136,11 @@ Json shape_json(const std::optional<Shape>& shape) {
           {"chord_error_m", chord_error_m(*shape)}};
 }
 
+Json deflection_json(const std::optional<Deflection>& deflection) {
+  if (!deflection) return nullptr;
+  return {{"asked_m", deflection->asked_m}, {"found_m", deflection->found_m}};
+}
+
 Json part_json(const PartReport& part, bool moving) {
   Json steps = Json::array();
   for (const CleaningStep& step : part.steps) {
@@ -155,6 +160,7 @@ Json part_json(const PartReport& part, bool moving) {
           {"reason", part.reason},
           {"surface", surface_json(part.surface)},
           {"shape", shape_json(part.shape)},
+          {"deflection", deflection_json(part.deflection)},
           {"scale_to_m", part.scale_to_m},
           {"mesh_vertices", part.mesh_vertices},
           {"mesh_faces", part.mesh_faces},
@@ -240,6 +246,10 @@ std::string part_text(const PartReport& part, bool moving) {
   if (part.shape && segments_of(*part.shape) > 0) {
     text += formatted("    round surfaces in %u segments, facets off them by at most %.3g m\n",
                       segments_of(*part.shape), chord_error_m(*part.shape));
+  }
+  if (part.deflection) {
+    text += formatted("    deflection_m = %.3g: facets off the round faces by at most %.3g m\n",
+                      part.deflection->asked_m, part.deflection->found_m);
   }
   if (part.surface) return text + surface_text(*part.surface);
   text += formatted("    %zu vertices, %zu faces, tolerance %.3g m\n", part.mesh_vertices,

@@ -216,14 +216,15 @@ PartKind read_kind(const TomlTable& t) {
 
 /// Keys of `[moving]` and `[[static]]`.
 std::vector<std::string_view> part_keys() {
-  std::vector<std::string_view> keys{"mesh",       "link",       "scale_to_m",
-                                     "position_m", "quaternion", "material",
-                                     "simplify_m", "disjoint",   "as"};
+  std::vector<std::string_view> keys{"mesh",       "link",        "scale_to_m", "position_m",
+                                     "quaternion", "material",    "simplify_m", "disjoint",
+                                     "as",         "deflection_m"};
   keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
   return keys;
 }
 
-constexpr const char* kMeshPath = "give the path of a mesh file (STL, OBJ, OFF, PLY, 3MF, ...)";
+constexpr const char* kMeshPath =
+    "give the path of a mesh file (STL, OBJ, OFF, PLY, 3MF, STEP, ...)";
 
 /// Checks that `name` is a file; the mesh itself is read later.
 void find_part_file(const TomlTable& t, std::string_view key, const std::string& name,
@@ -303,6 +304,10 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
   if (const auto material = t.text("material")) {
     if (material->empty()) t.fail("material", "is empty; give a name, as [[friction]] has it");
     part.material = *material;
+  }
+  part.deflection_m = t.number("deflection_m", kPositive);
+  if (part.deflection_m && (part.link || import_format_of(part.path) != ImportFormat::kStep)) {
+    t.fail("deflection_m", "is for STEP files, whose round faces become facets; leave it out");
   }
   part.simplify_m = t.number("simplify_m", kPositive);
   part.disjoint = t.flag("disjoint").value_or(false);

@@ -18,6 +18,12 @@ namespace {
 
 /// Of the diagonal: points nearer to a shell are on it, neither inside nor outside.
 constexpr double kOnShell = 1.0e-9;
+/// How far from a whole number the winding number of an open shell is that encloses a point.
+constexpr double kNearWhole = 0.1;
+/// And in the middle of an opening that nothing closes, at least.
+constexpr double kOpenMiddle = 0.25;
+/// Openings that a part passes; a shell with more has a mouth.
+constexpr std::size_t kMostMouths = 64;
 /// Of the diagonal: how well the bisection finds the end of the collision.
 constexpr double kMoveShare = 1.0e-4;
 
@@ -72,6 +78,107 @@ std::vector<std::uint8_t> enclosing_facets(const SurfacePart& part, const Surfac
   return encloses;
 }
 
+/// A side of a facet that no other facet takes back.
+struct OpenSide {
+  std::uint32_t from = 0, to = 0;
+  int times = 0;
+};
+
+/// Those of the facets that enclose nothing; a seam with a T-junction has some on either side.
+std::vector<OpenSide> open_sides(const SurfacePart& part,
+                                 const std::vector<std::uint8_t>& encloses) {
+  std::vector<int> sum(part.edges.size(), 0);
+  for (std::uint32_t f = 0; f < part.facets.size(); ++f) {
+    if (encloses[f] != 0) continue;
+    const std::vector<std::uint32_t>& loop = part.facets[f].loop;
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      sum[part.edge_of[part.side_begin[f] + k]] +=
+          loop[k] < loop[k + 1 == loop.size() ? 0 : k + 1] ? 1 : -1;
+    }
+  }
+  std::vector<OpenSide> sides;
+  for (std::size_t e = 0; e < sum.size(); ++e) {
+    const auto [low, high] = part.edges[e];
+    if (sum[e] > 0) sides.push_back({low, high, sum[e]});
+    if (sum[e] < 0) sides.push_back({high, low, -sum[e]});
+  }
+  return sides;
+}
+
+/// Near the middle and on no line through it that a symmetric lid would have an edge on: there the
+/// solid angle of a triangle is not defined.
+Point3 about_middle(const Point3& middle, const Point3& a, const Point3& b) {
+  return vec::add(middle, vec::add(vec::scaled(vec::sub(a, middle), 0.137),
+                                   vec::scaled(vec::sub(b, middle), 0.071)));
+}
+
+/// Cones over the open sides, a middle for all that hang together: they close the open facets. And
+/// what fits through each: its area over its length bounds the width of a crack.
+void close_open_sides(const std::vector<OpenSide>& sides, const std::vector<Point3>& points,
+                      StartShape& shape) {
+  struct Hole {
+    vec::Box box;
+    Point3 middle{0, 0, 0}, twice_area{0, 0, 0};
+    double count = 0.0;
+    OpenSide first;
+  };
+  ParitySets sets(points.size());
+  for (const OpenSide& side : sides) sets.unite(side.from, side.to, false);
+  std::map<std::uint32_t, Hole> holes;  // by root
+  for (const OpenSide& side : sides) {
+    Hole& hole = holes[sets.root_of(side.from)];
+    if (!(hole.count > 0.0)) hole.first = side;
+    for (const std::uint32_t v : {side.from, side.to}) {
+      hole.box.include(points[v]);
+      hole.middle = vec::add(hole.middle, points[v]);
+      hole.count += 1.0;
+    }
+  }
+  for (auto& [root, hole] : holes) hole.middle = vec::scaled(hole.middle, 1.0 / hole.count);
+  for (const OpenSide& side : sides) {
+    Hole& hole = holes[sets.root_of(side.from)];
+    const Point3 &from = points[side.from], &to = points[side.to];
+    for (int k = 0; k < side.times; ++k) {
+      shape.rim.push_back({hole.middle, to, from});
+      hole.twice_area = vec::add(
+          hole.twice_area, vec::cross(vec::sub(to, hole.middle), vec::sub(from, hole.middle)));
+    }
+  }
+  for (const auto& [root, hole] : holes) {
+    const double length = hole.box.diagonal();
+    if (!(length > 0.0)) continue;
+    shape.openings.push_back(
+        {vec::norm(hole.twice_area) / length, length,
+         about_middle(hole.middle, points[hole.first.from], points[hole.first.to])});
+  }
+}
+
+std::array<double, 3> extent_of(const std::vector<Point3>& points) {
+  vec::Box box;
+  for (const Point3& p : points) box.include(p);
+  std::array<double, 3> extent = vec::sub(box.high, box.low);
+  std::sort(extent.begin(), extent.end());
+  return extent;
+}
+
+/// Evenly spread over the points of every set.
+std::vector<std::vector<Point3>> samples_of(const std::vector<Point3>& points, ParitySets& sets) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> parts;  // by root
+  for (std::uint32_t v = 0; v < points.size(); ++v) parts[sets.root_of(v)].push_back(v);
+  std::vector<std::vector<std::uint32_t>> members;
+  for (auto& [root, part] : parts) members.push_back(std::move(part));
+  std::stable_sort(members.begin(), members.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  if (members.size() > kMostSampledParts) members.resize(kMostSampledParts);
+  std::vector<std::vector<Point3>> samples;
+  for (const std::vector<std::uint32_t>& part : members) {
+    const std::size_t count = std::min(part.size(), kMostPartSamples);
+    std::vector<Point3>& taken = samples.emplace_back();
+    for (std::size_t k = 0; k < count; ++k) taken.push_back(points[part[k * part.size() / count]]);
+  }
+  return samples;
+}
+
 vec::Box box_of(const std::vector<TriangleCorners>& triangles) {
   vec::Box box;
   for (const TriangleCorners& t : triangles) {
@@ -98,20 +205,60 @@ struct Obstacle {
       : shape(&fixed),
         tree(boxes_of(fixed.triangles)),
         box(box_of(fixed.triangles)),
-        interior(fixed.shells, kOnShell * box.diagonal()) {}
+        interior(fixed.shells, kOnShell * box.diagonal()),
+        open_interior(fixed.open_facets, fixed.rim, kOnShell * box.diagonal()) {}
   const StartShape* shape;
   BoxTree tree;
   vec::Box box;
   ShellInterior interior;
+  OpenShellInterior open_interior;
+  bool has_mouth = false;       ///< for the moving part
+  bool part_has_mouth = false;  ///< the moving part has one for this
 };
+
+bool passes(const StartShape& part, const StartShape::Opening& opening) {
+  return part.extent_m[0] <= opening.wide_m && part.extent_m[1] <= opening.long_m;
+}
+
+/// An opening of the shell lets the part through. One that something else closes, such as a lid
+/// with a crack round it, has a whole winding number in its middle.
+bool has_mouth(const StartShape& shell, const OpenShellInterior& interior, const StartShape& part) {
+  std::size_t looked_at = 0;
+  for (const StartShape::Opening& opening : shell.openings) {
+    if (!passes(part, opening)) continue;
+    if (++looked_at > kMostMouths) return true;
+    const double winding = interior.winding_of(opening.middle_m);
+    if (std::abs(winding - std::round(winding)) > kOpenMiddle) return true;
+  }
+  return false;
+}
+
+/// The open facets of `shell` enclose most of the points, and the part that these belong to cannot
+/// have come in through an opening.
+bool lies_in_open_shell(const std::vector<Point3>& points, const Point3& by,
+                        const OpenShellInterior& shell) {
+  std::size_t enclosed = 0;
+  for (const Point3& p : points) {
+    const double winding = shell.winding_of(vec::add(p, by));
+    const double whole = std::round(winding);
+    if (std::abs(whole) > 0.5 && std::abs(winding - whole) <= kNearWhole) ++enclosed;
+  }
+  return 2 * enclosed > points.size();
+}
 
 class StartSearch {
  public:
   StartSearch(const StartShape& moving, const std::vector<StartShape>& fixed)
       : moving_(moving),
         box_(box_of(moving.triangles)),
-        interior_(moving.shells, kOnShell * box_.diagonal()) {
-    for (const StartShape& shape : fixed) obstacles_.emplace_back(shape);
+        tree_(boxes_of(moving.triangles)),
+        interior_(moving.shells, kOnShell * box_.diagonal()),
+        open_interior_(moving.open_facets, moving.rim, kOnShell * box_.diagonal()) {
+    for (const StartShape& shape : fixed) {
+      Obstacle& o = obstacles_.emplace_back(shape);
+      o.has_mouth = has_mouth(shape, o.open_interior, moving);
+      o.part_has_mouth = has_mouth(moving, open_interior_, shape);
+    }
   }
 
   std::optional<StartCollision> run() {
@@ -131,6 +278,7 @@ class StartSearch {
   }
 
   [[nodiscard]] std::optional<StartCollision> collision(const Point3& by, std::size_t index) const;
+  [[nodiscard]] std::optional<StartCollision> crossing(const Point3& by, std::size_t index) const;
   [[nodiscard]] bool is_free(const Point3& by) const {
     for (std::size_t i = 0; i < obstacles_.size(); ++i) {
       if (collision(by, i)) return false;
@@ -142,7 +290,9 @@ class StartSearch {
 
   const StartShape& moving_;
   vec::Box box_;
+  BoxTree tree_;
   ShellInterior interior_;
+  OpenShellInterior open_interior_;
   std::vector<Obstacle> obstacles_;
 };
 
@@ -153,30 +303,7 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
   all.low = vec::add(all.low, by);
   all.high = vec::add(all.high, by);
   if (!all.meets(o.box)) return std::nullopt;
-  const bool touching_counts = has_surface(o);
-  std::vector<std::uint32_t> near;
-  for (std::size_t i = 0; i < moving_.triangles.size(); ++i) {
-    const TriangleCorners t = shifted(moving_.triangles[i], by);
-    vec::Box box;
-    for (const Point3& p : t) box.include(p);
-    if (!box.meets(o.box)) continue;
-    o.tree.find(box, near);
-    for (const std::uint32_t k : near) {
-      const TriangleCorners& other = o.shape->triangles[k];
-      if (!(touching_counts ? triangles_meet(t, other) : triangles_cross(t, other))) continue;
-      vec::Box theirs;
-      for (const Point3& p : other) theirs.include(p);
-      StartCollision found;
-      found.fixed = index;
-      found.face = moving_.source_face[i];
-      found.fixed_face = o.shape->source_face[k];
-      for (std::size_t c = 0; c < 3; ++c) {
-        found.place_m[c] =
-            0.5 * (std::max(box.low[c], theirs.low[c]) + std::min(box.high[c], theirs.high[c]));
-      }
-      return found;
-    }
-  }
+  if (const auto crossed = crossing(by, index)) return crossed;
   const auto inside = [&](const Point3& place) {
     StartCollision found;
     found.fixed = index;
@@ -184,12 +311,75 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
     found.place_m = place;
     return found;
   };
+  const Point3 back = vec::scaled(by, -1.0);
   for (const Point3& p : moving_.probes) {
     const Point3 at = vec::add(p, by);
     if (o.interior.place_of(at) == PointPlace::kInside) return inside(at);
   }
   for (const Point3& p : o.shape->probes) {
-    if (interior_.place_of(vec::sub(p, by)) == PointPlace::kInside) return inside(p);
+    if (interior_.place_of(vec::add(p, back)) == PointPlace::kInside) return inside(p);
+  }
+  if (!o.shape->open_facets.empty() && !o.has_mouth) {
+    for (const std::vector<Point3>& points : moving_.samples) {
+      if (lies_in_open_shell(points, by, o.open_interior)) return inside(vec::add(points[0], by));
+    }
+  }
+  if (!moving_.open_facets.empty() && !o.part_has_mouth) {
+    for (const std::vector<Point3>& points : o.shape->samples) {
+      if (lies_in_open_shell(points, back, open_interior_)) return inside(points[0]);
+    }
+  }
+  return std::nullopt;
+}
+
+/// A pair of facets that meet, or of solids that cross.
+std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_t index) const {
+  const Obstacle& o = obstacles_[index];
+  const bool touching_counts = has_surface(o);
+  std::vector<std::uint32_t> near;
+  const auto meet = [&](std::size_t i, std::size_t k) -> std::optional<StartCollision> {
+    const TriangleCorners t = shifted(moving_.triangles[i], by);
+    const TriangleCorners& other = o.shape->triangles[k];
+    if (!(touching_counts ? triangles_meet(t, other) : triangles_cross(t, other))) {
+      return std::nullopt;
+    }
+    vec::Box ours, theirs;
+    for (const Point3& p : t) ours.include(p);
+    for (const Point3& p : other) theirs.include(p);
+    StartCollision found;
+    found.fixed = index;
+    found.face = moving_.source_face[i];
+    found.fixed_face = o.shape->source_face[k];
+    for (std::size_t c = 0; c < 3; ++c) {
+      found.place_m[c] =
+          0.5 * (std::max(ours.low[c], theirs.low[c]) + std::min(ours.high[c], theirs.high[c]));
+    }
+    return found;
+  };
+  // The tree of the part with more triangles is asked.
+  if (moving_.triangles.size() <= o.shape->triangles.size()) {
+    for (std::size_t i = 0; i < moving_.triangles.size(); ++i) {
+      vec::Box box;
+      for (const Point3& p : shifted(moving_.triangles[i], by)) box.include(p);
+      if (!box.meets(o.box)) continue;
+      o.tree.find(box, near);
+      for (const std::uint32_t k : near) {
+        if (const auto found = meet(i, k)) return found;
+      }
+    }
+    return std::nullopt;
+  }
+  const Point3 back = vec::scaled(by, -1.0);
+  const double rounding = kOnShell * (box_.diagonal() + vec::norm(by));
+  for (std::size_t k = 0; k < o.shape->triangles.size(); ++k) {
+    vec::Box box;
+    for (const Point3& p : shifted(o.shape->triangles[k], back)) box.include(p);
+    box = box.grown(rounding);
+    if (!box.meets(box_)) continue;
+    tree_.find(box, near);
+    for (const std::uint32_t i : near) {
+      if (const auto found = meet(i, k)) return found;
+    }
   }
   return std::nullopt;
 }
@@ -281,9 +471,12 @@ StartShape start_shape(const SurfacePart& part, const SurfaceAccount& account,
     for_fan(points, loop, [&](const TriangleCorners& t) {
       shape.triangles.push_back(t);
       shape.source_face.push_back(part.source_face[f]);
-      if (encloses[f] != 0) shape.shells.push_back(t);
+      (encloses[f] != 0 ? shape.shells : shape.open_facets).push_back(t);
     });
   }
+  close_open_sides(open_sides(part, encloses), points, shape);
+  shape.extent_m = extent_of(part.vertices_m);
+  shape.samples = samples_of(points, sets);
   for (std::uint32_t v = 0; v < points.size(); ++v) {
     if (sets.root_of(v) == v) shape.probes.push_back(points[v]);
   }
@@ -293,7 +486,9 @@ StartShape start_shape(const SurfacePart& part, const SurfaceAccount& account,
 StartShape start_shape(const Body& body, const std::array<double, 3>& origin_m,
                        const StartPose& pose) {
   StartShape shape;
+  std::vector<Point3> corners;
   for (const ConvexPiece& piece : body.pieces) {
+    corners.insert(corners.end(), piece.vertices.begin(), piece.vertices.end());
     std::vector<Point3> points;
     Point3 middle{0, 0, 0};
     for (const Point3& v : piece.vertices) {
@@ -301,6 +496,7 @@ StartShape start_shape(const Body& body, const std::array<double, 3>& origin_m,
       middle = vec::add(middle, points.back());
     }
     shape.probes.push_back(vec::scaled(middle, 1.0 / static_cast<double>(points.size())));
+    if (shape.samples.size() < kMostSampledParts) shape.samples.push_back({shape.probes.back()});
     for (const PieceFace& face : piece.faces) {
       for_fan(points, face.loop, [&](const TriangleCorners& t) {
         shape.triangles.push_back(t);
@@ -309,6 +505,7 @@ StartShape start_shape(const Body& body, const std::array<double, 3>& origin_m,
     }
   }
   shape.shells = shape.triangles;
+  shape.extent_m = extent_of(corners);
   return shape;
 }
 

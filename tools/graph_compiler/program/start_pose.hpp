@@ -2,6 +2,11 @@
 #pragma once
 /// Does the moving part start free? A part that starts across a facet or inside a shell of a
 /// surface part has no way out that the core could certify.
+///
+/// Where no facet is crossed: a part is inside a closed shell where the winding number of the shell
+/// is not 0. It is inside an open shell (torn, cracked) where the winding number is near a whole
+/// number other than 0 and no opening of the shell is as wide as the part; otherwise the shell is a
+/// hollow with a mouth (a cup, a tube), and the part may start in it.
 
 #include <array>
 #include <cstdint>
@@ -23,7 +28,19 @@ struct StartShape {
   std::vector<std::int64_t> source_face;  ///< of each triangle, from 0; -1: made by a cut
   std::vector<TriangleCorners> shells;    ///< those that enclose something
   std::vector<Point3> probes;             ///< a point of every part that hangs together
+  /// The other facets, triangles that close them, and the holes that these close.
+  std::vector<TriangleCorners> open_facets, rim;
+  struct Opening {
+    double wide_m = 0.0, long_m = 0.0;  ///< nothing larger passes
+    Point3 middle_m{0, 0, 0};
+  };
+  std::vector<Opening> openings;
+  /// Points all over parts that hang together, at most kMostSampledParts.
+  std::vector<std::vector<Point3>> samples;
+  std::array<double, 3> extent_m{0, 0, 0};  ///< along the axes of the mesh, ascending
 };
+
+inline constexpr std::size_t kMostSampledParts = 64, kMostPartSamples = 8;
 
 struct StartPose {
   std::array<double, 3> position_m{0, 0, 0};

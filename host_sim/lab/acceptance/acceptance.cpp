@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/acceptance/acceptance.hpp"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "host_sim/report/shard_run.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
+
+namespace haptic::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using tools::formatted;
+using tools::RawMesh;
+
+/// Of the size of the mesh: the box beside it, and its distance.
+constexpr double kBoxShare = 0.2;
+
+/// The mesh as the part in the hand, above it a box.
+tools::SceneFile scene_around(std::shared_ptr<const RawMesh> mesh, const std::string& name,
+                              const std::array<double, 3>& scale_to_m) {
+  double high = 0.0, largest = 0.0;
+  for (const tools::Point3& p : mesh->vertices) {
+    high = std::max(high, p[2] * scale_to_m[2]);
+    for (std::size_t k = 0; k < 3; ++k) largest = std::max(largest, std::abs(p[k]) * scale_to_m[k]);
+  }
+  if (!(std::isfinite(largest) && largest > 0.0)) largest = 1.0;
+  const double edge = kBoxShare * largest;
+  const double at = std::isfinite(high) ? high + 1.5 * edge : edge;
+  const std::string text = formatted(
+      "format = 1\nname = \"accept\"\n[moving]\nshape = \"box\"\nsize_m = [1, 1, 1]\n"
+      "[[static]]\nshape = \"box\"\nsize_m = [%.17g, %.17g, %.17g]\nposition_m = [0, 0, %.17g]\n"
+      "[rendering]\nk_f_n_per_m = 800\n",
+      edge, edge, edge, at);
+  tools::SceneFile scene = tools::parse_scene_file(text, name, ".");
+  scene.moving.shape.reset();
+  scene.moving.mesh = name;
+  scene.moving.path = mesh->file;
+  scene.moving.given = std::move(mesh);
+  scene.moving.scale_to_m = scale_to_m;
+  return scene;
+}
+
+Json statement_json(const Statement& said) {
+  return {{"outcome", static_cast<int>(said.outcome)},
+          {"said", said.said},
+          {"volume_m3", said.volume_m3},
+          {"proven", said.proven},
+          {"open_edges", said.open_edges}};
+}
+
+Json facts_json(const MeshFacts& facts) {
+  return {{"triangles", facts.triangles},
+          {"with_area", facts.with_area},
+          {"open_edges", facts.open_edges},
+          {"not_finite", facts.not_finite}};
+}
+
+MeshFacts facts_of_json(const Json& json) {
+  MeshFacts facts;
+  facts.triangles = json["triangles"].get<std::size_t>();
+  facts.with_area = json["with_area"].get<std::size_t>();
+  facts.open_edges = json["open_edges"].get<std::size_t>();
+  facts.not_finite = json["not_finite"].get<std::size_t>();
+  return facts;
+}
+
+/// What the child writes.
+Json compiled_json(const RawMesh& mesh, const std::string& name,
+                   const std::array<double, 3>& scale_to_m) {
+  Json out;
+  Statement said;
+  try {
+    const tools::CompiledScene compiled = tools::compile_scene(
+        scene_around(std::make_shared<const RawMesh>(mesh), name, scale_to_m), {});
+    const tools::PartReport& part = compiled.parts[0];
+    said.outcome = part.is_surface() ? Outcome::kSurface : Outcome::kSolid;
+    said.said = part.reason;
+    said.volume_m3 = part.volume_m3;
+    said.proven = part.is_surface() || part.certificate.holds();
+    if (part.surface) said.open_edges = part.surface->open_edges;
+    out["pieces"] = part.is_surface() ? part.surface->facets : part.pieces.size();
+    out["scene_bytes"] = compiled.bytes.size();
+    const tools::SceneBytes aligned{compiled.bytes};
+    SceneView view;
+    said.proven = said.proven && SceneView::open(aligned.span(), view) == RtStatus::kOk;
+    out["state_bytes"] = view.header().capacity.state_bytes;
+  } catch (const tools::InputError& error) {
+    said.outcome = Outcome::kRefused;
+    said.said = error.what();
+  }
+  out.update(statement_json(said));
+  return out;
+}
+
+void write_all(int to, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t n = ::write(to, text.data() + done, text.size() - done);
+    if (n < 0 && errno != EINTR) return;
+    if (n > 0) done += static_cast<std::size_t>(n);
+  }
+}
+
+std::string read_all(int from) {
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (;;) {
+    const ssize_t n = ::read(from, buffer.data(), buffer.size());
+    if (n == 0 || (n < 0 && errno != EINTR)) return text;
+    if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+}
+
+struct ChildEnd {
+  std::string text;
+  int status = 0;
+  std::uint64_t memory_bytes = 0;
+};
+
+rlim_t address_space() {
+  unsigned long pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// `work` in a process of its own.
+ChildEnd run_apart(const AcceptanceLimits& limits, const std::function<Json()>& work) {
+  std::array<int, 2> ends{};
+  if (::pipe(ends.data()) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+  std::fflush(nullptr);
+  const pid_t child = ::fork();
+  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+  if (child == 0) {
+    ::close(ends[0]);
+    for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGXCPU}) {
+      std::signal(number, SIG_DFL);
+    }
+    const rlimit time{limits.seconds, limits.seconds}, no_core{0, 0};
+    const rlim_t memory = address_space() + limits.memory_bytes;
+    const rlimit space{memory, memory};
+    ::setrlimit(RLIMIT_CPU, &time);
+    ::setrlimit(RLIMIT_AS, &space);
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    std::string text;
+    try {
+      text = work().dump(-1, ' ', false, Json::error_handler_t::replace);
+    } catch (const std::exception& error) {
+      text = Json{{"threw", error.what()}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+    }
+    write_all(ends[1], text);
+    ::_exit(0);
+  }
+  ::close(ends[1]);
+  ChildEnd end;
+  end.text = read_all(ends[0]);
+  ::close(ends[0]);
+  rusage usage{};
+  while (::wait4(child, &end.status, 0, &usage) < 0 && errno == EINTR) {
+  }
+  end.memory_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  return end;
+}
+
+void judge(const ChildEnd& end, const MeshFacts& given, const MeshFacts& good, Acceptance& out) {
+  out.memory_bytes = end.memory_bytes;
+  if (WIFSIGNALED(end.status)) {
+    const int number = WTERMSIG(end.status);
+    out.outcome = number == SIGXCPU || number == SIGKILL ? Outcome::kUnended : Outcome::kCrashed;
+    out.said = ::strsignal(number);
+    return;
+  }
+  const Json json = Json::parse(end.text, nullptr, false);
+  if (json.is_discarded() || json.contains("threw")) {
+    out.outcome = Outcome::kCrashed;
+    out.said = json.is_discarded() ? "no answer" : json["threw"].get<std::string>();
+    return;
+  }
+  Statement said;
+  said.outcome = static_cast<Outcome>(json["outcome"].get<int>());
+  said.said = json["said"].get<std::string>();
+  said.volume_m3 = json["volume_m3"].get<double>();
+  said.proven = json["proven"].get<bool>();
+  said.open_edges = json["open_edges"].get<std::size_t>();
+  out.outcome = said.outcome;
+  out.said = said.said;
+  out.pieces = json.value("pieces", std::size_t{0});
+  out.scene_bytes = json.value("scene_bytes", std::uint64_t{0});
+  out.state_bytes = json.value("state_bytes", std::uint64_t{0});
+  out.untrue = defect_of(said, out.damage, given, good);
+}
+
+class Clock {
+ public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+bool is_mesh_file(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return tools::import_format_of(path) ||
+         std::ranges::any_of(std::array{".obj", ".stl", ".off", ".ply"}, [&](const char* known) {
+           return tools::equals_lower(extension, known);
+         });
+}
+
+std::vector<std::string> mesh_files(const std::string& folder, std::vector<std::string>& skipped) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    if (!at->is_regular_file()) continue;
+    (is_mesh_file(at->path()) ? files : skipped).push_back(at->path().string());
+  }
+  if (error) {
+    throw tools::InputError(folder + ": the folder cannot be read (" + error.message() +
+                            "); check the path");
+  }
+  if (files.empty()) {
+    throw tools::InputError(folder + ": no mesh in the folder; give one with mesh files");
+  }
+  std::ranges::sort(files);
+  std::ranges::sort(skipped);
+  return files;
+}
+
+void tell(const AcceptanceSize& size, std::size_t done, std::size_t all, const Acceptance& last) {
+  if (!size.progress) return;
+  std::fprintf(stderr, "\r\033[K%zu of %zu: %s, %s", done, all, last.mesh.c_str(),
+               to_text(last.outcome));
+  if (done == all) std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+}
+
+std::string csv_of(const AcceptanceResult& result) {
+  ReportTable table(
+      "mesh,damage,seed,outcome,triangles,pieces,seconds,scene_bytes,state_bytes,memory_bytes,"
+      "untrue,said");
+  for (const auto* list : {&result.whole, &result.damaged}) {
+    for (const Acceptance& a : *list) {
+      std::string said = a.said;
+      std::ranges::replace(said, '"', '\'');
+      table.add({quoted(a.mesh), to_text(a.damage), a.seed, to_text(a.outcome), a.triangles,
+                 a.pieces, shown_as("%.3f", a.seconds), a.scene_bytes, a.state_bytes,
+                 a.memory_bytes, quoted(a.untrue), sim::quoted(said)});
+    }
+  }
+  return table.csv();
+}
+
+std::string json_of(const AcceptanceResult& result) {
+  const auto list = [](const std::vector<Acceptance>& rows) {
+    Json all = Json::array();
+    for (const Acceptance& a : rows) {
+      all.push_back({{"mesh", a.mesh},
+                     {"damage", to_text(a.damage)},
+                     {"seed", a.seed},
+                     {"outcome", to_text(a.outcome)},
+                     {"triangles", a.triangles},
+                     {"pieces", a.pieces},
+                     {"seconds", a.seconds},
+                     {"scene_bytes", a.scene_bytes},
+                     {"state_bytes", a.state_bytes},
+                     {"memory_bytes", a.memory_bytes},
+                     {"untrue", a.untrue},
+                     {"said", a.said}});
+    }
+    return all;
+  };
+  const Json json = {{"meshes", list(result.whole)},
+                     {"damaged", list(result.damaged)},
+                     {"skipped", result.skipped},
+                     {"seed", result.size.seed}};
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+const char* to_text(Outcome outcome) {
+  constexpr const char* kWords[] = {"solid", "surface", "refused", "crashed", "not ended"};
+  return kWords[static_cast<std::size_t>(outcome)];
+}
+
+std::string defect_of(const Statement& statement, MeshDamage damage, const MeshFacts& given,
+                      const MeshFacts& good) {
+  const auto says = [&](const char* words) {
+    return statement.said.find(words) != std::string::npos;
+  };
+  switch (statement.outcome) {
+    case Outcome::kSolid: {
+      if (!statement.proven) return "its certificate does not hold";
+      const double difference = std::abs(statement.volume_m3 - std::abs(good.volume));
+      // Noise and cracks that are closed move the surface by some of the plane tolerance.
+      if (damage != MeshDamage::kNone && difference > 2e-2 * std::abs(good.volume)) {
+        return formatted("its volume is %.4g m3, that of the good mesh %.4g m3",
+                         statement.volume_m3, std::abs(good.volume));
+      }
+      if (damage == MeshDamage::kHoles) return "closed, but faces were taken out";
+      return "";
+    }
+    case Outcome::kSurface: {
+      if (statement.open_edges > 0 && given.open_edges == 0) {
+        return formatted("%zu open edges, but there are none", statement.open_edges);
+      }
+      const bool exact = damage == MeshDamage::kHoles || damage == MeshDamage::kDuplicates ||
+                         damage == MeshDamage::kFlips;
+      if (exact && statement.open_edges != given.open_edges) {
+        return formatted("%zu open edges, but there are %zu", statement.open_edges,
+                         given.open_edges);
+      }
+      return "";
+    }
+    case Outcome::kRefused:
+      if (!says("; ")) return "a refusal without a way to fix it";
+      if (says("no face") || says("holds no")) {
+        return given.triangles == 0 ? "" : "there are faces";
+      }
+      if (says("no triangle has an area")) return given.with_area == 0 ? "" : "there is an area";
+      if (says("not finite")) return given.not_finite > 0 ? "" : "all numbers are finite";
+      return "a refusal that is not known here";
+    default:
+      return "";
+  }
+}
+
+std::size_t AcceptanceResult::failures() const {
+  const auto of = [](const std::vector<Acceptance>& list) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(list, [](const Acceptance& a) { return a.failed(); }));
+  };
+  return of(whole) + of(damaged);
+}
+
+Acceptance accept_file(const std::string& path, double scale_to_m, const AcceptanceLimits& limits) {
+  Acceptance result;
+  result.mesh = std::filesystem::path(path).filename().string();
+  tools::ScenePart part;
+  part.mesh = result.mesh;
+  part.path = path;
+  part.scale_to_m = {scale_to_m, scale_to_m, scale_to_m};
+  const Clock clock;
+  // The judge's own view of the file comes from the child too: reading may crash.
+  const ChildEnd end = run_apart(limits, [&] {
+    try {
+      const tools::PartMesh source = tools::read_part_mesh(part, result.mesh);
+      Json json = compiled_json(source.mesh, result.mesh, source.scale_to_m);
+      json["given"] = facts_json(facts_of(source.mesh));
+      return json;
+    } catch (const tools::InputError& error) {
+      return statement_json({.outcome = Outcome::kRefused, .said = error.what()});
+    }
+  });
+  result.seconds = clock.seconds();
+  const Json json = Json::parse(end.text, nullptr, false);
+  MeshFacts facts;
+  if (json.is_object() && json.contains("given")) facts = facts_of_json(json["given"]);
+  result.triangles = facts.triangles;
+  judge(end, facts, facts, result);
+  return result;
+}
+
+Acceptance accept_damaged(const RawMesh& good, MeshDamage damage, std::uint64_t seed,
+                          const AcceptanceLimits& limits) {
+  Acceptance result;
+  result.mesh = good.file;
+  result.damage = damage;
+  result.seed = seed;
+  const RawMesh mesh = damaged(good, damage, seed);
+  const Clock clock;
+  const ChildEnd end = run_apart(limits, [&] {
+    return compiled_json(mesh, mesh.file, {1.0, 1.0, 1.0});
+  });
+  result.seconds = clock.seconds();
+  const MeshFacts facts = facts_of(mesh);
+  result.triangles = facts.triangles;
+  judge(end, facts, facts_of(good), result);
+  return result;
+}
+
+AcceptanceResult run_acceptance(const AcceptanceSize& size) {
+  AcceptanceResult result;
+  result.size = size;
+  const std::vector<RawMesh> good = good_meshes();
+  if (size.folder.empty()) {
+    for (const RawMesh& mesh : good) {
+      result.whole.push_back(accept_damaged(mesh, MeshDamage::kNone, 0, size.limits));
+      tell(size, result.whole.size(), good.size(), result.whole.back());
+    }
+  } else {
+    const std::vector<std::string> files = mesh_files(size.folder, result.skipped);
+    for (const std::string& file : files) {
+      result.whole.push_back(accept_file(file, size.scale_to_m, size.limits));
+      tell(size, result.whole.size(), files.size(), result.whole.back());
+    }
+  }
+  for (std::uint32_t k = 0; k < size.damaged; ++k) {
+    const auto damage = static_cast<MeshDamage>(1 + k % (kMeshDamages - 1));
+    result.damaged.push_back(accept_damaged(good[k / (kMeshDamages - 1) % good.size()], damage,
+                                            seed_of(size.seed, k), size.limits));
+    tell(size, result.damaged.size(), size.damaged, result.damaged.back());
+  }
+  return result;
+}
+
+std::string acceptance_page(const AcceptanceResult& result) {
+  std::string text = table_head(
+      {"mesh", "compiled as", "triangles", "pieces", "s", "scene MB", "state MB", "because"});
+  const auto megabytes = [](std::uint64_t bytes) {
+    return formatted("%.2f", 1e-6 * static_cast<double>(bytes));
+  };
+  for (const Acceptance& a : result.whole) {
+    text += table_row({a.mesh, to_text(a.outcome), std::to_string(a.triangles),
+                       std::to_string(a.pieces), formatted("%.2f", a.seconds),
+                       megabytes(a.scene_bytes), megabytes(a.state_bytes), a.said});
+  }
+  const auto accepted = static_cast<std::size_t>(
+      std::ranges::count_if(result.whole, [](const Acceptance& a) { return a.accepted(); }));
+  tools::append_line(text, "\n%zu of %zu meshes accepted\n", accepted, result.whole.size());
+  if (!result.damaged.empty()) {
+    text += table_head({"damage", "meshes", "solid", "surface", "refused", "crashed", "not ended",
+                        "untrue", "longest s"});
+    for (std::uint32_t kind = 1; kind < kMeshDamages; ++kind) {
+      std::array<std::size_t, 5> outcomes{};
+      std::size_t count = 0, untrue = 0;
+      double longest = 0.0;
+      for (const Acceptance& a : result.damaged) {
+        if (a.damage != static_cast<MeshDamage>(kind)) continue;
+        ++count;
+        ++outcomes[static_cast<std::size_t>(a.outcome)];
+        untrue += a.untrue.empty() ? 0u : 1u;
+        longest = std::max(longest, a.seconds);
+      }
+      std::vector<std::string> cells{to_text(static_cast<MeshDamage>(kind)), std::to_string(count)};
+      for (const std::size_t n : outcomes) cells.push_back(std::to_string(n));
+      cells.push_back(std::to_string(untrue));
+      cells.push_back(formatted("%.2f", longest));
+      text += table_row(cells);
+    }
+    text += "\n";
+  }
+  for (const auto* list : {&result.whole, &result.damaged}) {
+    for (const Acceptance& a : *list) {
+      if (!a.failed()) continue;
+      tools::append_line(text, "FAILED %s, %s, seed %llu: %s: %s%s%s", a.mesh.c_str(),
+                         to_text(a.damage), static_cast<unsigned long long>(a.seed),
+                         to_text(a.outcome), a.said.c_str(),
+                         a.untrue.empty() ? "" : ": untrue: ", a.untrue.c_str());
+    }
+  }
+  return text;
+}
+
+std::vector<OutputText> acceptance_files(const AcceptanceResult& result) {
+  return {{"accept.csv", csv_of(result)},
+          {"accept.json", json_of(result)},
+          {"accept.md", acceptance_page(result)}};
+}
+
+}  // namespace haptic::sim
