@@ -156,13 +156,12 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(contains(compiled.parts[0].reason, "24 reflex edges, limit 3"));
   }
 
-  TEST_CASE("as: only two words, and neither simplify_m nor disjoint beside a surface") {
+  TEST_CASE("as: only two words, and no disjoint beside a surface") {
     const ScratchFolder folder("kinds");
     const auto refused = [&](const std::string& more) {
       return refusal_of(scene_of_meshes(folder, cube(), cube(), 0.01, 0.03, more));
     };
     CHECK(contains(refused("as = \"sheet\""), "'sheet'; give \"solid\" or \"surface\""));
-    CHECK(contains(refused("as = \"surface\"\nsimplify_m = 1e-4"), "simplify_m"));
     CHECK(contains(refused("as = \"surface\"\ndisjoint = true"), "disjoint"));
   }
 

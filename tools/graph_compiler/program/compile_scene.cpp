@@ -22,6 +22,7 @@
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/shapes/mating.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
+#include "tools/graph_compiler/simplify/surface_simplification.hpp"
 #include "tools/graph_compiler/surface/surface_body.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
@@ -128,6 +129,11 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
+/// What the command line gives is before the part's own.
+std::optional<double> tolerance_of(const ScenePart& part, const CompileOptions& options) {
+  return options.simplify_m ? options.simplify_m : part.tolerance_m;
+}
+
 /// "1 open edge", "2 306 open edges"
 std::string counted(std::size_t n, const char* what) {
   return grouped(n) + " " + what + (n == 1 ? "" : "s");
@@ -150,11 +156,10 @@ WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const S
   report.shells = surface.shells.size();
   report.timing.clean_s = watch.lap();
 
-  const std::optional<double> simplify_m =
-      options.simplify_m ? options.simplify_m : part.simplify_m;
+  const std::optional<double> tolerance_m = tolerance_of(part, options);
   report.timing.flatten_s = 0.0;
-  ExactPart exact = simplify_m ? exact_part_simplified(surface, *simplify_m, part, options, tell)
-                               : exact_part(surface, part, options, tell);
+  ExactPart exact = tolerance_m ? exact_part_simplified(surface, *tolerance_m, part, options, tell)
+                                : exact_part(surface, part, options, tell);
   FlatBody& flat = exact.flat;
   const Decomposition& pieces = exact.pieces;
   report.simplified = exact.simplified;
@@ -214,14 +219,27 @@ std::string defect_of(const std::string& refusal, const std::string& file) {
 }
 
 /// `why` is what the mesh lacks for a solid; empty where a surface was asked for.
-SurfacePart compile_surface(const PartMesh& source, const std::string& why, const Tell& tell,
+SurfacePart compile_surface(const PartMesh& source, const std::string& why,
+                            std::optional<double> tolerance_m, const Tell& tell,
                             PartReport& report) {
   Stopwatch watch;
   tell("making facets", 0.0);
   SurfaceOptions surface_options;
   surface_options.scale_to_m = source.scale_to_m;
   SurfaceAccount account;
-  SurfacePart surface = make_surface_part(source.mesh, surface_options, &account);
+  SurfacePart surface;
+  if (tolerance_m) {
+    SimplifiedPart simplified =
+        simplified_surface(source.mesh, surface_options, *tolerance_m,
+                           [&](double fraction) { tell("simplifying", fraction); });
+    surface = std::move(simplified.part);
+    account = simplified.found;
+    report.collapsed = simplified.collapsed;
+    // The scene is not that of the file: said also where no report is asked for.
+    if (report.collapsed->changed()) report.warnings.push_back(collapse_text(*report.collapsed));
+  } else {
+    surface = make_surface_part(source.mesh, surface_options, &account);
+  }
   report.diagonal_m = account.diagonal_m;
   report.shells = account.shells;
   report.reason = why.empty() ? "as the scene asks" : why;
@@ -278,13 +296,11 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
       if (part.kind == PartKind::kSolid || scene.parameters.law != LawId::kProxy) throw;
       why = defect_of(refusal.what(), raw.file);
     }
-    const bool simplified = options.simplify_m || part.simplify_m;
-    if (simplified) report.warnings.push_back("a surface part is not simplified");
     if (options.disjoint || part.disjoint) {
       report.warnings.push_back("a surface part has no solids to cut apart");
     }
   }
-  result.shape = compile_surface(source, why, tell, report);
+  result.shape = compile_surface(source, why, tolerance_of(part, options), tell, report);
   return result;
 }
 
@@ -349,6 +365,26 @@ void check_law(const SceneFile& scene, const std::vector<CompiledPart>& parts) {
   }
 }
 
+/// Two shapes that fit into each other keep half of what is between them.
+void check_clearances(const SceneFile& scene, const CompileOptions& options) {
+  for (std::size_t i = 0; i < scene.statics.size(); ++i) {
+    const ScenePart& fixed = scene.statics[i];
+    if (!scene.moving.shape || !fixed.shape) continue;
+    const auto clearance_m = fit_clearance_m(*scene.moving.shape, *fixed.shape);
+    if (!clearance_m) continue;
+    for (const ScenePart* part : {&scene.moving, &fixed}) {
+      const double tolerance_m = tolerance_of(*part, options).value_or(0.0);
+      if (!(tolerance_m > 0.5 * *clearance_m)) continue;
+      throw InputError(
+          scene.file + ": " + part->mesh +
+          formatted(": tolerance_m %.9g is more than half of the clearance of %.3g m between %s "
+                    "and %s; give tolerance_m below %.3g, or leave it out",
+                    tolerance_m, *clearance_m, scene.moving.mesh.c_str(), fixed.mesh.c_str(),
+                    0.5 * *clearance_m));
+    }
+  }
+}
+
 StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
   const StartPose pose{placed.position_m, placed.quaternion_wxyz};
   StartShape shape;
@@ -377,9 +413,13 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
 }
 
 /// The part for the scene writer. A facet has no seam.
-WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
+WrittenPart written_part(CompiledPart part, const ScenePart& placed,
+                         const std::optional<CollapseAccount>& collapsed) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
+  if (collapsed && collapsed->changed()) {
+    written.placed.simplified = {collapsed->hausdorff_m(), collapsed->volume_change_m3};
+  }
   written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
@@ -401,6 +441,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.workspace = scene.workspace;
   description.prune = options.prune;
 
+  check_clearances(scene, options);
   std::vector<CompiledPart> parts;
   parts.push_back(compile_part(scene.moving, scene, options));
   for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
@@ -408,7 +449,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
-  WrittenPart moving = written_part(std::move(parts[0]), scene.moving);
+  WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0].collapsed);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -426,7 +467,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
-    WrittenPart fixed = written_part(std::move(parts[i + 1]), part);
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1].collapsed);
     set_friction(scene, part, fixed.placed, result.notes);
     if (scene.moving.shape && part.shape) {
       append(result.parts[i + 1].warnings,

@@ -16,6 +16,7 @@
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/graph_compiler/program/steady_work.hpp"
 #include "tools/graph_compiler/pruning/pruning_account.hpp"
+#include "tools/graph_compiler/simplify/edge_collapse.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/graph_compiler/surface/surface_part.hpp"
 
@@ -40,7 +41,8 @@ struct PartReport {
   std::size_t shells = 0, solids = 0, planes = 0, reflex_edges = 0;
   double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
   std::size_t largest_bits = 0;
-  std::optional<SimplifyAccount> simplified;  ///< absent: not asked for
+  std::optional<SimplifyAccount> simplified;  ///< of a solid; absent: not asked for
+  std::optional<CollapseAccount> collapsed;   ///< of a surface; absent: not asked for
   std::size_t face_plane_only_pieces = 0;
   double thinnest_m = 0.0;
   double work = 0.0;

@@ -54,10 +54,10 @@ struct ScenePart {
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit
   std::array<double, 3> position_m{0, 0, 0};  ///< of the mesh frame in W; moving part: start pose
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
-  std::string material;              ///< of the friction table; empty: none named
-  std::optional<double> simplify_m;  ///< bevels, fillets and rounds below are removed
-  bool disjoint = false;             ///< solids that overlap are cut apart
-  PartKind kind = PartKind::kAny;    ///< `as`
+  std::string material;               ///< of the friction table; empty: none named
+  std::optional<double> tolerance_m;  ///< the part is simplified within
+  bool disjoint = false;              ///< solids that overlap are cut apart
+  PartKind kind = PartKind::kAny;     ///< `as`
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
