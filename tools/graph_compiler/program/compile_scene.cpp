@@ -18,6 +18,7 @@
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
+#include "tools/graph_compiler/program/tolerance_proposal.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/shapes/mating.hpp"
@@ -412,6 +413,58 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   parts[0].report.warnings.push_back(text);
 }
 
+std::size_t pieces_of(const PartReport& report) {
+  return report.surface ? report.surface->facets : report.pieces.size();
+}
+
+ProposalPart proposal_part(const ScenePart& part, const PartReport& report,
+                           const SceneFile& scene) {
+  ProposalPart out;
+  out.pieces = pieces_of(report);
+  out.diagonal_m = report.diagonal_m;
+  if (!report.surface) return out;
+  const PartMesh source = read_part_mesh(part, scene.file);
+  SurfaceOptions options;
+  options.scale_to_m = source.scale_to_m;
+  options.merge = false;
+  options.count_crossings = false;
+  SurfaceAccount account;
+  out.mesh = triangle_mesh(make_surface_part(source.mesh, options, &account));
+  out.weld_radius_m = account.weld_radius_m;
+  out.closed = account.tight;
+  return out;
+}
+
+/// A note on the dearest pair of parts with a surface, where contact all over exceeds the budget.
+void add_contact_cost(const SceneFile& scene, const CompileOptions& options, const SceneView& view,
+                      CompiledScene& result) {
+  const SceneParameters p = view.parameters();
+  if (p.law != LawId::kProxy) return;
+  const std::size_t moving = pieces_of(result.parts[0]);
+  std::size_t dearest = 0;
+  for (std::size_t i = 1; i < result.parts.size(); ++i) {
+    if (!result.parts[0].is_surface() && !result.parts[i].is_surface()) continue;
+    if (dearest == 0 || pieces_of(result.parts[i]) > pieces_of(result.parts[dearest])) dearest = i;
+  }
+  if (dearest == 0) return;
+  const PartReport& fixed = result.parts[dearest];
+  const std::uint32_t passes = p.coupling.passes;
+  const double units = p.work_units;
+  if (contact_cost(moving, pieces_of(fixed), passes).units <= units) return;
+  std::optional<ToleranceProposal> proposal;
+  if (options.propose_tolerance) {
+    proposal = propose_tolerance(proposal_part(scene.moving, result.parts[0], scene),
+                                 proposal_part(scene.statics[dearest - 1], fixed, scene), passes,
+                                 units, [&](double fraction) {
+                                   if (options.progress)
+                                     options.progress(scene.name, "trying tolerances", fraction);
+                                 });
+  }
+  result.notes.push_back(contact_cost_text(result.parts[0].mesh, fixed.mesh, moving,
+                                           pieces_of(fixed), passes, units,
+                                           options.propose_tolerance, proposal));
+}
+
 /// The part for the scene writer. A facet has no seam.
 WrittenPart written_part(CompiledPart part, const ScenePart& placed,
                          const std::optional<CollapseAccount>& collapsed) {
@@ -493,6 +546,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   }
   check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
+  add_contact_cost(scene, options, view, result);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);
   return result;

@@ -74,6 +74,7 @@ struct CompileOptions {
   std::optional<double> work_limit;         ///< units of exact work per part
   std::optional<double> simplify_m;         ///< before that of every part
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
+  bool propose_tolerance = false;           ///< try which one meets the budget of the rate
   bool image = false;                       ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
