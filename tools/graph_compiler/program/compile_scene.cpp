@@ -371,7 +371,7 @@ void check_clearances(const SceneFile& scene, const CompileOptions& options) {
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& fixed = scene.statics[i];
     if (!scene.moving.shape || !fixed.shape) continue;
-    const auto clearance_m = fit_clearance_m(*scene.moving.shape, *fixed.shape);
+    const auto clearance_m = least_clearance_m(*scene.moving.shape, *fixed.shape);
     if (!clearance_m) continue;
     for (const ScenePart* part : {&scene.moving, &fixed}) {
       const double tolerance_m = tolerance_of(*part, options).value_or(0.0);

@@ -111,7 +111,7 @@ std::vector<std::string> fit_warnings(const Shape& a, const Shape& b, const std:
   return warnings;
 }
 
-std::optional<double> fit_clearance_m(const Shape& a, const Shape& b) {
+std::optional<double> least_clearance_m(const Shape& a, const Shape& b) {
   // Flanks stand at 30 degrees to the radius.
   constexpr double kFlank = 0.5;
   std::optional<double> least;

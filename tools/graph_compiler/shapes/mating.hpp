@@ -20,6 +20,6 @@ std::vector<std::string> fit_warnings(const Shape& a, const Shape& b, const std:
 
 /// Smallest distance between the round surfaces of two shapes that fit into each other at one axis,
 /// absent where none do. Of threads: across the flanks, half of what it is along the radius.
-std::optional<double> fit_clearance_m(const Shape& a, const Shape& b);
+std::optional<double> least_clearance_m(const Shape& a, const Shape& b);
 
 }  // namespace haptic::tools

@@ -17,12 +17,12 @@
 namespace haptic::tools {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoIndex = 0xFFFFFFFFU;
 constexpr int kMostRounds = 6;
 /// The last proof has fewer targets than those before it, and must find its way without the others.
 constexpr std::size_t kLastEffort = 64;
 /// Roundings of a distance, as part of the largest coordinate.
-constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+constexpr double kCoordinateRounding = 64.0 * std::numeric_limits<double>::epsilon();
 /// Cosine between the normals of a triangle before and after; below, it counts as turned over.
 constexpr double kLeastTurn = 0.1;
 /// Cosine between two triangles at an edge that are folded onto each other.
@@ -32,33 +32,7 @@ constexpr double kLeastHeight = 1.0e-4;
 /// Of the length to the fourth: short edges first where the surface is flat.
 constexpr double kLengthShare = 1.0e-10;
 
-using Triangle = std::array<std::uint32_t, 3>;
-
-/// Sum of squared distances from planes: x^T A x + 2 b x + c.
-struct Quadric {
-  std::array<double, 10> q{};
-
-  void add_plane(const Point3& n, const Point3& on, double weight) {
-    const double d = -vec::dot(n, on);
-    const std::array<double, 4> p{n[0], n[1], n[2], d};
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = i; j < 4; ++j) q[k++] += weight * p[i] * p[j];
-    }
-  }
-  void add(const Quadric& other) {
-    for (std::size_t k = 0; k < q.size(); ++k) q[k] += other.q[k];
-  }
-  [[nodiscard]] double at(const Point3& x) const {
-    const std::array<double, 4> p{x[0], x[1], x[2], 1.0};
-    double sum = 0.0;
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = i; j < 4; ++j) sum += (i == j ? 1.0 : 2.0) * q[k++] * p[i] * p[j];
-    }
-    return std::max(sum, 0.0);
-  }
-};
+using IndexTriple = std::array<std::uint32_t, 3>;
 
 Point3 twice_area_of(const FaceTriangle& t) { return exact_twice_area(t.data(), 3); }
 
@@ -68,9 +42,9 @@ double height_share(const FaceTriangle& t) {
   return vec::norm(twice_area_of(t)) / (longest * longest);
 }
 
-bool has(const Triangle& t, std::uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
+bool has(const IndexTriple& t, std::uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
 
-std::size_t shared_corners(const Triangle& a, const Triangle& b) {
+std::size_t shared_corners(const IndexTriple& a, const IndexTriple& b) {
   return static_cast<std::size_t>(has(b, a[0])) + static_cast<std::size_t>(has(b, a[1])) +
          static_cast<std::size_t>(has(b, a[2]));
 }
@@ -79,15 +53,9 @@ void erase_value(std::vector<std::uint32_t>& from, std::uint32_t value) {
   from.erase(std::remove(from.begin(), from.end(), value), from.end());
 }
 
-void sort_once(std::vector<std::uint32_t>& ids) {
+void keep_each_once(std::vector<std::uint32_t>& ids) {
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
-
-vec::Box box_of(const FaceTriangle& t) {
-  vec::Box box;
-  for (const Point3& p : t) box.include(p);
-  return box;
 }
 
 BoxTree tree_of(const TriangleMesh& mesh) {
@@ -96,11 +64,6 @@ BoxTree tree_of(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) boxes.push_back(box_of(mesh.corners(i)));
   return BoxTree(std::move(boxes));
 }
-
-/// How the triangles at a point hang together.
-enum class Fan : std::uint8_t { kClosed, kOpen, kOther };
-
-enum class Verdict : std::uint8_t { kDone, kDistance, kTopology, kCrossing };
 
 }  // namespace
 
@@ -133,7 +96,7 @@ RawMesh raw_mesh(const TriangleMesh& mesh, const RawMesh& like) {
   raw.indexed = true;
   raw.vertices = mesh.points;
   raw.vertex_places.assign(mesh.points.size(), 0);
-  for (const Triangle& t : mesh.triangles) {
+  for (const IndexTriple& t : mesh.triangles) {
     RawFace face;
     face.vertices.assign(t.begin(), t.end());
     raw.faces.push_back(std::move(face));
@@ -152,6 +115,37 @@ class EdgeCollapse::Work {
   std::size_t proofs = 0;
 
  private:
+  /// How the triangles at a point hang together.
+  enum class Fan : std::uint8_t { kClosed, kOpen, kOther };
+
+  enum class Verdict : std::uint8_t { kDone, kDistance, kTopology, kCrossing };
+
+  /// Sum of squared distances from planes: x^T A x + 2 b x + c.
+  struct Quadric {
+    std::array<double, 10> q{};
+
+    void add_plane(const Point3& n, const Point3& on, double weight) {
+      const double d = -vec::dot(n, on);
+      const std::array<double, 4> p{n[0], n[1], n[2], d};
+      std::size_t k = 0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t j = i; j < 4; ++j) q[k++] += weight * p[i] * p[j];
+      }
+    }
+    void add(const Quadric& other) {
+      for (std::size_t k = 0; k < q.size(); ++k) q[k] += other.q[k];
+    }
+    [[nodiscard]] double at(const Point3& x) const {
+      const std::array<double, 4> p{x[0], x[1], x[2], 1.0};
+      double sum = 0.0;
+      std::size_t k = 0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t j = i; j < 4; ++j) sum += (i == j ? 1.0 : 2.0) * q[k++] * p[i] * p[j];
+      }
+      return std::max(sum, 0.0);
+    }
+  };
+
   struct Candidate {
     double cost = 0.0;
     std::uint32_t u = 0, v = 0;
@@ -162,7 +156,7 @@ class EdgeCollapse::Work {
     }
   };
 
-  [[nodiscard]] FaceTriangle corners_of(const Triangle& t) const {
+  [[nodiscard]] FaceTriangle corners_of(const IndexTriple& t) const {
     return {given_.points[t[0]], given_.points[t[1]], given_.points[t[2]]};
   }
   [[nodiscard]] Point3 local(std::uint32_t v) const { return vec::sub(given_.points[v], centre_); }
@@ -173,7 +167,7 @@ class EdgeCollapse::Work {
   [[nodiscard]] bool keeps_topology(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] bool keeps_shape() const;
   bool meets_others();
-  [[nodiscard]] bool may_meet(const Triangle& a, const Triangle& b) const;
+  [[nodiscard]] bool may_meet(const IndexTriple& a, const IndexTriple& b) const;
   bool within_reach(std::uint32_t u);
   void commit(std::uint32_t u, std::uint32_t v);
 
@@ -181,7 +175,7 @@ class EdgeCollapse::Work {
   BoxTree tree_;
   Point3 centre_{0, 0, 0};
   double margin_m_ = 0.0, limit_m_ = 0.0, within_m_ = 0.0;
-  std::vector<Triangle> faces_;                       // as they are now
+  std::vector<IndexTriple> faces_;                    // as they are now
   std::vector<std::uint8_t> alive_;                   // of each face
   std::vector<std::vector<std::uint32_t>> faces_at_;  // by point
   std::vector<std::vector<std::uint32_t>> answers_;   // given triangles, by face
@@ -195,7 +189,7 @@ class EdgeCollapse::Work {
   // Of the attempt: faces at u, those that go over to v as they are and as they would be, the given
   // triangles that they answer for, and which pairs the proof needs.
   std::vector<std::uint32_t> star_, moved_;
-  std::vector<Triangle> fresh_;
+  std::vector<IndexTriple> fresh_;
   std::vector<FaceTriangle> fresh_corners_;
   std::vector<std::uint32_t> involved_;
   std::vector<std::vector<std::uint32_t>> needed_;  // given triangles, by fresh face
@@ -208,7 +202,7 @@ EdgeCollapse::Work::Work(TriangleMesh given) : given_(std::move(given)), tree_(t
     box.include(p);
     for (const double x : p) largest = std::max(largest, std::abs(x));
   }
-  margin_m_ = kRounding * largest;
+  margin_m_ = kCoordinateRounding * largest;
   centre_ = vec::scaled(vec::add(box.low, box.high), 0.5);
   faces_ = given_.triangles;
   alive_count = faces_.size();
@@ -252,10 +246,10 @@ void EdgeCollapse::Work::neighbours_of(std::uint32_t v, std::vector<std::uint32_
       if (w != v) out.push_back(w);
     }
   }
-  sort_once(out);
+  keep_each_once(out);
 }
 
-Fan EdgeCollapse::Work::fan_of(std::uint32_t v) const {
+EdgeCollapse::Work::Fan EdgeCollapse::Work::fan_of(std::uint32_t v) const {
   const std::vector<std::uint32_t>& star = faces_at_[v];
   std::vector<std::uint32_t> ends;
   for (const std::uint32_t f : star) {
@@ -264,7 +258,7 @@ Fan EdgeCollapse::Work::fan_of(std::uint32_t v) const {
     }
   }
   std::sort(ends.begin(), ends.end());
-  std::uint32_t first = kNone;
+  std::uint32_t first = kNoIndex;
   std::size_t borders = 0;
   for (std::size_t i = 0; i < ends.size();) {
     std::size_t end = i;
@@ -278,7 +272,7 @@ Fan EdgeCollapse::Work::fan_of(std::uint32_t v) const {
   }
   if (borders != 0 && borders != 2) return Fan::kOther;
   // One walk around the point must come past all of its faces.
-  std::uint32_t at = borders == 0 ? ends[0] : first, face = kNone;
+  std::uint32_t at = borders == 0 ? ends[0] : first, face = kNoIndex;
   std::size_t walked = 0;
   while (walked <= star.size()) {
     const auto next = std::find_if(
@@ -363,7 +357,7 @@ bool EdgeCollapse::Work::keeps_topology(std::uint32_t u, std::uint32_t v) const 
   std::set_intersection(of_u.begin(), of_u.end(), of_v.begin(), of_v.end(),
                         std::back_inserter(both));
   if (both.size() != at_edge) return false;
-  for (const Triangle& t : fresh_) {
+  for (const IndexTriple& t : fresh_) {
     for (const std::uint32_t f : faces_at_[v]) {
       if (shared_corners(t, faces_[f]) == 3) return false;
     }
@@ -384,7 +378,7 @@ bool EdgeCollapse::Work::keeps_shape() const {
   return true;
 }
 
-bool EdgeCollapse::Work::may_meet(const Triangle& a, const Triangle& b) const {
+bool EdgeCollapse::Work::may_meet(const IndexTriple& a, const IndexTriple& b) const {
   const FaceTriangle s = corners_of(a), t = corners_of(b);
   switch (shared_corners(a, b)) {
     case 0:
@@ -429,7 +423,7 @@ bool EdgeCollapse::Work::meets_others() {
     for (const std::uint32_t g : near) {
       others.insert(others.end(), standing_[g].begin(), standing_[g].end());
     }
-    sort_once(others);
+    keep_each_once(others);
     for (const std::uint32_t f : others) {
       if (std::find(star_.begin(), star_.end(), f) != star_.end()) continue;
       if (!box.meets(box_of(corners_of(faces_[f])))) continue;
@@ -453,7 +447,7 @@ bool EdgeCollapse::Work::within_reach(std::uint32_t u) {
   for (const std::uint32_t f : star_) {
     involved_.insert(involved_.end(), answers_[f].begin(), answers_[f].end());
   }
-  sort_once(involved_);
+  keep_each_once(involved_);
   needed_.assign(fresh_.size(), {});
   std::vector<FaceTriangle> targets;
   for (const std::uint32_t g : involved_) {
@@ -477,12 +471,12 @@ bool EdgeCollapse::Work::within_reach(std::uint32_t u) {
     for (std::size_t k = 0; k < involved_.size(); ++k) {
       if (proof_.used()[k] != 0) needed_[i].push_back(involved_[k]);
     }
-    sort_once(needed_[i]);
+    keep_each_once(needed_[i]);
   }
   return true;
 }
 
-Verdict EdgeCollapse::Work::attempt(std::uint32_t u, std::uint32_t v) {
+EdgeCollapse::Work::Verdict EdgeCollapse::Work::attempt(std::uint32_t u, std::uint32_t v) {
   star_ = faces_at_[u];
   moved_.clear();
   fresh_.clear();
@@ -490,7 +484,7 @@ Verdict EdgeCollapse::Work::attempt(std::uint32_t u, std::uint32_t v) {
   for (const std::uint32_t f : star_) {
     if (has(faces_[f], v)) continue;
     moved_.push_back(f);
-    Triangle t = faces_[f];
+    IndexTriple t = faces_[f];
     std::replace(t.begin(), t.end(), u, v);
     fresh_.push_back(t);
     fresh_corners_.push_back(corners_of(t));
@@ -534,13 +528,13 @@ void EdgeCollapse::Work::commit(std::uint32_t u, std::uint32_t v) {
 
 TriangleMesh EdgeCollapse::Work::result() const {
   TriangleMesh out;
-  std::vector<std::uint32_t> number(given_.points.size(), kNone);
+  std::vector<std::uint32_t> number(given_.points.size(), kNoIndex);
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     if (alive_[f] == 0) continue;
-    Triangle t{};
+    IndexTriple t{};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = faces_[f][k];
-      if (number[v] == kNone) {
+      if (number[v] == kNoIndex) {
         number[v] = static_cast<std::uint32_t>(out.points.size());
         out.points.push_back(given_.points[v]);
         out.fixed.push_back(given_.fixed.empty() ? 0 : given_.fixed[v]);

@@ -13,7 +13,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr int kMostDepth = 60;
-constexpr int kBorderDepth = 24;  // from here on halving, which always ends
+constexpr int kDeepestBorder = 24;  // from here on halving, which always ends
 constexpr std::size_t kPartsOfTarget = 16, kLeastParts = 256;
 /// A part longer than so many targets is halved: borders of small targets cut too little off.
 constexpr double kLongPart = 4.0;
@@ -114,7 +114,7 @@ bool ReachProof::part_holds(const FaceTriangle& t, std::size_t begin, std::size_
     std::vector<FaceTriangle> cut;
     const double longest = *std::max_element(side.begin(), side.end());
     const bool is_long = longest > kLongPart * longest_side(targets_[nearest]);
-    if (is_long || depth >= kBorderDepth || !cut_at_border(t, targets_[nearest], cut)) {
+    if (is_long || depth >= kDeepestBorder || !cut_at_border(t, targets_[nearest], cut)) {
       halve(t, cut);
     }
     const std::size_t last = near_.size();

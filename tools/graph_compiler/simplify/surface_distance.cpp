@@ -18,12 +18,6 @@ constexpr double kRounding = 1.0e-13;
 constexpr int kBorderDepth = 24;
 constexpr double kSlimCut = 1.0e-9;  // of the part's size: a cut nearer to a corner is none
 
-vec::Box box_of(const FaceTriangle& t) {
-  vec::Box box;
-  for (const Point3& p : t) box.include(p);
-  return box;
-}
-
 struct Part {
   FaceTriangle t;
   int depth = 0;

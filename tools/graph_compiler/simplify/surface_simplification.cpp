@@ -23,7 +23,7 @@ namespace {
 }
 
 /// About a corner of the mesh, so that the distance from the origin costs no digits.
-double volume_of(const TriangleMesh& mesh, const Point3& apex) {
+double mesh_volume(const TriangleMesh& mesh, const Point3& apex) {
   double six = 0.0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto t = mesh.corners(i);
@@ -47,7 +47,7 @@ SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& opti
     refuse_passage(raw.file, *passage, tolerance_m);
   }
   const Point3 apex = given.points[0];
-  const double volume = read.tight ? volume_of(given, apex) : 0.0;
+  const double volume = read.tight ? mesh_volume(given, apex) : 0.0;
 
   SurfaceOptions merged = options;
   merged.count_crossings = false;
@@ -58,7 +58,7 @@ SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& opti
   out.collapsed = collapse.account();
   out.collapsed.facets_before = facets_before;
   const TriangleMesh result = collapse.result();
-  if (read.tight) out.collapsed.volume_change_m3 = volume_of(result, apex) - volume;
+  if (read.tight) out.collapsed.volume_change_m3 = mesh_volume(result, apex) - volume;
 
   SurfaceOptions again = options;
   again.scale_to_m = {1.0, 1.0, 1.0};
