@@ -233,8 +233,8 @@ TEST_SUITE("tools.surface_simplification") {
     const double r = 0.01;
     const RawMesh raw = shape_mesh(CylinderShape{r, 0.02, 256}, "cylinder");
     const Triangles given = triangles_of_part(part_of(raw));
-    std::size_t before = 257;
-    for (const double tolerance : {1.0e-6, 1.0e-5, 1.0e-4, 5.0e-4}) {
+    std::size_t before = part_of(raw).facets.size();
+    for (const double tolerance : {1.0e-5, 1.0e-4, 5.0e-4}) {
       CAPTURE(tolerance);
       const SimplifiedPart out = simplified(raw, tolerance);
       // Segments whose chords stay within the tolerance, and up to twice as many by collapses in
@@ -248,7 +248,7 @@ TEST_SUITE("tools.surface_simplification") {
       CHECK(topology_of(out.part).euler == 2);
       CHECK(topology_of(out.part).closed);
       CHECK(out.found.self_intersections == 0U);
-      CHECK(objection(given, triangles_of_part(out.part), out.collapsed, 8) == "");
+      CHECK(objection(given, triangles_of_part(out.part), out.collapsed, 2) == "");
     }
   }
 
@@ -293,7 +293,7 @@ TEST_SUITE("tools.surface_simplification") {
                       8) == "");
     }
     const RawMesh thin = shape_mesh(TubeShape{0.0096, 0.01, 0.02, 64}, "thin");
-    CHECK(contains(refusal_of(thin, 3.0e-4), "would close a wall of 0.0004"));
+    CHECK(contains(refusal_of(thin, 3.0e-4), "would close a wall of 0.000388 m near ("));
     CHECK(refusal_of(thin, 1.0e-4) == "");
   }
 
@@ -303,13 +303,13 @@ TEST_SUITE("tools.surface_simplification") {
       CAPTURE(internal);
       const RawMesh raw = shape_mesh(
           ThreadShape{diameter, pitch, 2.0, internal, internal ? 0.012 : 0.0, 0.0, 48}, "thread");
-      const SimplifiedPart out = simplified(raw, 2.0e-5);
-      CHECK(out.collapsed.triangles_after < out.collapsed.triangles_before / 2);
+      const SimplifiedPart out = simplified(raw, 1.0e-4);
+      CHECK(out.collapsed.triangles_after < out.collapsed.triangles_before * 3 / 5);
       CHECK(topology_of(out.part).euler == (internal ? 0 : 2));
       CHECK(topology_of(out.part).closed);
       CHECK(out.found.self_intersections == 0U);
       CHECK(objection(triangles_of_part(part_of(raw)), triangles_of_part(out.part), out.collapsed,
-                      3) == "");
+                      2) == "");
     }
   }
 
@@ -336,7 +336,7 @@ TEST_SUITE("tools.surface_simplification") {
     const int n = 8;
     for (int i = 0; i <= n; ++i) {
       m.vertex({0.01 * i / n, 0.0, 0.0});
-      m.vertex({0.01 * i / n, -0.005, 0.0});
+      m.vertex({0.01 * i / n, -0.005, 0.001 * (i % 2)});
     }
     for (std::uint32_t i = 0; i < n; ++i) m.face({2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2});
     const std::uint32_t first = m.vertex({0.0, 0.0, 0.0}), second = m.vertex({0.01, 0.0, 0.0});
@@ -347,24 +347,23 @@ TEST_SUITE("tools.surface_simplification") {
     SurfaceAccount account;
     make_surface_part(raw, {}, &account);
     REQUIRE(account.t_junction_edges > 0);
-    const SimplifiedPart out = simplified(raw, 1.0e-6);
-    CHECK(out.found.open_edges <= account.open_edges);
-    CHECK(out.found.t_junction_edges > 0);
-    CHECK(out.collapsed.changed());  // the far border of the strip is straight
+    const SimplifiedPart out = simplified(raw, 1.5e-3);
+    CHECK(out.collapsed.changed());
+    CHECK(out.found.t_junction_edges == account.t_junction_edges);
     CHECK(objection(triangles_of_part(part_of(raw)), triangles_of_part(out.part), out.collapsed,
                     8) == "");
   }
 
   TEST_CASE("equal input gives equal bits, and a larger tolerance goes on from a smaller one") {
     const RawMesh raw = shape_mesh(SphereShape{0.01, 24}, "sphere");
-    const SimplifiedPart first = simplified(raw, 1.0e-4), second = simplified(raw, 1.0e-4);
+    const SimplifiedPart first = simplified(raw, 8.0e-4), second = simplified(raw, 8.0e-4);
     CHECK(first.part.vertices_m == second.part.vertices_m);
     CHECK(first.collapsed.given_to_result_m == second.collapsed.given_to_result_m);
     SurfaceOptions as_triangles;
     as_triangles.merge = false;
     EdgeCollapse collapse(triangle_mesh(make_surface_part(raw, as_triangles)));
     std::size_t before = collapse.triangles();
-    for (const double tolerance : {1.0e-4, 3.0e-4, 1.0e-3}) {
+    for (const double tolerance : {4.0e-4, 8.0e-4, 2.0e-3}) {
       collapse.run(tolerance, 0, {});
       CHECK(collapse.triangles() < before);
       before = collapse.triangles();

@@ -466,13 +466,9 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
 }
 
 /// The part for the scene writer. A facet has no seam.
-WrittenPart written_part(CompiledPart part, const ScenePart& placed,
-                         const std::optional<CollapseAccount>& collapsed) {
+WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
-  if (collapsed && collapsed->changed()) {
-    written.placed.simplified = {collapsed->hausdorff_m(), collapsed->volume_change_m3};
-  }
   written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
@@ -502,7 +498,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
-  WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0].collapsed);
+  WrittenPart moving = written_part(std::move(parts[0]), scene.moving);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -520,7 +516,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
-    WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1].collapsed);
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), part);
     set_friction(scene, part, fixed.placed, result.notes);
     if (scene.moving.shape && part.shape) {
       append(result.parts[i + 1].warnings,

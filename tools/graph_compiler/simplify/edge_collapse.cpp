@@ -19,6 +19,9 @@ namespace {
 
 constexpr std::uint32_t kNoIndex = 0xFFFFFFFFU;
 constexpr int kMostRounds = 6;
+/// Of a point that goes: the middle of a fan goes when most of its spokes have gone, for then the
+/// new triangles cross few of the given ones.
+constexpr std::size_t kMostSpokes = 24;
 /// The last proof has fewer targets than those before it, and must find its way without the others.
 constexpr std::size_t kLastEffort = 64;
 /// Roundings of a distance, as part of the largest coordinate.
@@ -147,7 +150,7 @@ class EdgeCollapse::Work {
   };
 
   struct Candidate {
-    double cost = 0.0;
+    float cost = 0.0F;
     std::uint32_t u = 0, v = 0;
     std::uint32_t stamp = 0;  // of both ends together, when the cost was formed
     bool operator>(const Candidate& o) const {
@@ -170,6 +173,8 @@ class EdgeCollapse::Work {
   [[nodiscard]] bool may_meet(const IndexTriple& a, const IndexTriple& b) const;
   bool within_reach(std::uint32_t u);
   void commit(std::uint32_t u, std::uint32_t v);
+  void add_parallels(std::uint32_t u, std::uint32_t v);
+  void collapse(std::uint32_t u, std::uint32_t v);
 
   TriangleMesh given_;
   BoxTree tree_;
@@ -185,6 +190,8 @@ class EdgeCollapse::Work {
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
   CollapseAccount account_;
   ReachProof proof_;
+
+  std::vector<std::array<std::uint32_t, 2>> follow_;  // edges to be tried next
 
   // Of the attempt: faces at u, those that go over to v as they are and as they would be, the given
   // triangles that they answer for, and which pairs the proof needs.
@@ -298,7 +305,10 @@ void EdgeCollapse::Work::push(std::uint32_t u, std::uint32_t v) {
   sum.add(quadrics_[v]);
   const Point3 along = vec::sub(given_.points[v], given_.points[u]);
   const double square = vec::dot(along, along);
-  queue_.push({sum.at(local(v)) + kLengthShare * square * square, u, v, stamps_[u] + stamps_[v]});
+  // To single precision: what differs by rounding alone goes by the numbers of the points, so rings
+  // that lie over each other lose the same ones and their quads stay flat.
+  const double cost = sum.at(local(v)) + kLengthShare * square * square;
+  queue_.push({static_cast<float>(cost), u, v, stamps_[u] + stamps_[v]});
 }
 
 void EdgeCollapse::Work::run(double tolerance_m, std::size_t enough,
@@ -324,19 +334,11 @@ void EdgeCollapse::Work::run(double tolerance_m, std::size_t enough,
       }
       if (faces_at_[next.u].empty() || faces_at_[next.v].empty()) continue;
       if (next.stamp != stamps_[next.u] + stamps_[next.v]) continue;
-      switch (attempt(next.u, next.v)) {
-        case Verdict::kDone:
-          commit(next.u, next.v);
-          break;
-        case Verdict::kDistance:
-          ++account_.kept_by_distance;
-          break;
-        case Verdict::kTopology:
-          ++account_.kept_by_topology;
-          break;
-        case Verdict::kCrossing:
-          ++account_.kept_by_crossing;
-          break;
+      follow_.assign(1, {next.u, next.v});
+      while (!follow_.empty() && alive_count > enough) {
+        const auto [u, v] = follow_.back();
+        follow_.pop_back();
+        collapse(u, v);
       }
     }
     if (100 * (before - alive_count) <= before) break;
@@ -478,6 +480,7 @@ bool EdgeCollapse::Work::within_reach(std::uint32_t u) {
 
 EdgeCollapse::Work::Verdict EdgeCollapse::Work::attempt(std::uint32_t u, std::uint32_t v) {
   star_ = faces_at_[u];
+  if (star_.size() > kMostSpokes) return Verdict::kTopology;
   moved_.clear();
   fresh_.clear();
   fresh_corners_.clear();
@@ -493,6 +496,46 @@ EdgeCollapse::Work::Verdict EdgeCollapse::Work::attempt(std::uint32_t u, std::ui
   if (!keeps_shape()) return Verdict::kCrossing;
   if (!within_reach(u)) return Verdict::kDistance;
   return meets_others() ? Verdict::kCrossing : Verdict::kDone;
+}
+
+/// Edges from neighbours of u to neighbours of v in about the same direction: the next rungs of the
+/// ladder whose rung u-v goes. Where they go with it, the quads of rods and threads stay flat.
+void EdgeCollapse::Work::add_parallels(std::uint32_t u, std::uint32_t v) {
+  constexpr double kParallel = 0.9;
+  std::vector<std::uint32_t> of_u, of_v, of_w;
+  neighbours_of(u, of_u);
+  neighbours_of(v, of_v);
+  const Point3 along = vec::unit(vec::sub(given_.points[v], given_.points[u]));
+  for (const std::uint32_t w : of_u) {
+    if (w == v || (!given_.fixed.empty() && given_.fixed[w] != 0)) continue;
+    neighbours_of(w, of_w);
+    for (const std::uint32_t x : of_w) {
+      if (x == u || !std::binary_search(of_v.begin(), of_v.end(), x)) continue;
+      const Point3 other = vec::unit(vec::sub(given_.points[x], given_.points[w]));
+      if (vec::dot(along, other) > kParallel) follow_.push_back({w, x});
+    }
+  }
+}
+
+void EdgeCollapse::Work::collapse(std::uint32_t u, std::uint32_t v) {
+  const bool is_edge = std::any_of(faces_at_[u].begin(), faces_at_[u].end(),
+                                   [&](std::uint32_t f) { return has(faces_[f], v); });
+  if (!is_edge) return;  // gone with one of those before it
+  switch (attempt(u, v)) {
+    case Verdict::kDone:
+      add_parallels(u, v);
+      commit(u, v);
+      break;
+    case Verdict::kDistance:
+      ++account_.kept_by_distance;
+      break;
+    case Verdict::kTopology:
+      ++account_.kept_by_topology;
+      break;
+    case Verdict::kCrossing:
+      ++account_.kept_by_crossing;
+      break;
+  }
 }
 
 /// After a successful attempt.

@@ -43,8 +43,8 @@ struct CollapseAccount {
   std::size_t triangles_before = 0, triangles_after = 0;
   std::size_t facets_before = 0, facets_after = 0;  ///< of the parts made from them
   /// Edges that were kept at the last attempt because the distance could not be proved; because a
-  /// hole, a wall or a border would have changed; because triangles would have crossed or turned
-  /// over.
+  /// hole, a wall or a border would have changed, or too many triangles meet at a point; because
+  /// triangles would have crossed or turned over.
   std::size_t kept_by_distance = 0, kept_by_topology = 0, kept_by_crossing = 0;
   double volume_change_m3 = 0.0;  ///< of closed surfaces; else 0
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostDepth = 60;
 constexpr int kDeepestBorder = 24;  // from here on halving, which always ends
-constexpr std::size_t kPartsOfTarget = 16, kLeastParts = 256;
+constexpr std::size_t kPartsOfTarget = 4, kLeastParts = 64;
 /// A part longer than so many targets is halved: borders of small targets cut too little off.
 constexpr double kLongPart = 4.0;
 
@@ -67,63 +67,64 @@ bool ReachProof::holds(const FaceTriangle& t, std::span<const FaceTriangle> targ
   targets_ = targets;
   within_m_ = within_m;
   bound_m_ = 0.0;
-  parts_ = 0;
-  most_parts_ = effort * (kLeastParts + kPartsOfTarget * targets.size());
   used_.assign(targets.size(), 0);
   near_.resize(targets.size());
-  for (std::uint32_t k = 0; k < near_.size(); ++k) near_[k] = k;
-  return part_holds(t, 0, near_.size(), 0);
+  boxes_.resize(targets.size());
+  for (std::uint32_t k = 0; k < near_.size(); ++k) {
+    near_[k] = k;
+    boxes_[k] = box_of(targets[k]);
+  }
+  const std::size_t most = effort * (kLeastParts + kPartsOfTarget * targets.size());
+  parts_.assign(1, {t, 0, near_.size(), 0});
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (i >= most || !look_at(i)) return false;
+  }
+  return true;
 }
 
-/// The part's targets are near_[begin] .. near_[end].
-bool ReachProof::part_holds(const FaceTriangle& t, std::size_t begin, std::size_t end, int depth) {
-  if (++parts_ > most_parts_) return false;
+/// Proves the part or cuts it. False: a corner is too far, or the part is too small to be cut.
+bool ReachProof::look_at(std::size_t index) {
+  const Part part = parts_[index];
+  const FaceTriangle& t = part.t;
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const std::array<double, 3> side{vec::distance(t[0], t[1]), vec::distance(t[1], t[2]),
-                                   vec::distance(t[2], t[0])};
-  const std::array<double, 3> from{std::max(side[0], side[2]), std::max(side[0], side[1]),
-                                   std::max(side[1], side[2])};
+  const vec::Box reach = box_of(t).grown(within_m_);
   std::array<double, 3> least{kFar, kFar, kFar};
   double best = kFar;
   std::uint32_t nearest = 0;
-  const std::size_t kept = near_.size();
-  for (std::size_t i = begin; i < end; ++i) {
+  const std::size_t begin = near_.size();
+  for (std::size_t i = part.begin; i < part.end; ++i) {
     const std::uint32_t k = near_[i];
+    if (!boxes_[k].meets(reach)) continue;
     double worst = 0.0;
-    bool reaches = true;
-    for (std::size_t c = 0; c < 3 && reaches; ++c) {
+    for (std::size_t c = 0; c < 3; ++c) {
       const double d = reach_of(t[c], targets_[k]);
       least[c] = std::min(least[c], d);
       worst = std::max(worst, d);
-      // No point of the part is nearer than d less the way from the corner to it.
-      reaches = d - from[c] <= within_m_;
     }
-    if (!reaches) continue;
     near_.push_back(k);
     if (worst < best) {
       best = worst;
       nearest = k;
     }
   }
-  bool proved = best <= within_m_;
-  if (proved) {
+  if (best <= within_m_) {
     used_[nearest] = 1;
     bound_m_ = std::max(bound_m_, best);
-  } else if (depth < kMostDepth && near_.size() > kept &&
-             *std::max_element(least.begin(), least.end()) <= within_m_) {
-    std::vector<FaceTriangle> cut;
-    const double longest = *std::max_element(side.begin(), side.end());
-    const bool is_long = longest > kLongPart * longest_side(targets_[nearest]);
-    if (is_long || depth >= kDeepestBorder || !cut_at_border(t, targets_[nearest], cut)) {
-      halve(t, cut);
-    }
-    const std::size_t last = near_.size();
-    proved = std::all_of(cut.begin(), cut.end(), [&](const FaceTriangle& part) {
-      return part_holds(part, kept, last, depth + 1);
-    });
+    near_.resize(begin);
+    return true;
   }
-  near_.resize(kept);
-  return proved;
+  if (part.depth >= kMostDepth || near_.size() == begin) return false;
+  if (*std::max_element(least.begin(), least.end()) > within_m_) return false;
+  std::vector<FaceTriangle> cut;
+  const bool is_long = longest_side(t) > kLongPart * longest_side(targets_[nearest]);
+  if (is_long || part.depth >= kDeepestBorder || !cut_at_border(t, targets_[nearest], cut)) {
+    cut.clear();
+    halve(t, cut);
+  }
+  for (const FaceTriangle& piece : cut) {
+    parts_.push_back({piece, begin, near_.size(), part.depth + 1});
+  }
+  return true;
 }
 
 }  // namespace haptic::tools

@@ -17,7 +17,8 @@ double reach_of(const Point3& p, const FaceTriangle& t);
 
 /// Branch and bound. The distance from one triangle is a convex function of the point, so a part of
 /// a triangle whose three corners lie within the distance of one target lies within it as a whole.
-/// Other parts are cut, along the border of the target that is nearest or in half.
+/// Other parts are cut, along the border of the target that is nearest or in half;
+/// large parts come first, so that a corner too far is found early.
 class ReachProof {
  public:
   /// True: proved. False: some corner of a part is farther than `within_m` from all targets, or no
@@ -33,12 +34,19 @@ class ReachProof {
   [[nodiscard]] double bound_m() const { return bound_m_; }
 
  private:
-  bool part_holds(const FaceTriangle& t, std::size_t begin, std::size_t end, int depth);
+  /// A part of the triangle, and the targets that its parent could reach.
+  struct Part {
+    FaceTriangle t;
+    std::size_t begin = 0, end = 0;  ///< of near_
+    int depth = 0;
+  };
+  bool look_at(std::size_t part);
 
   std::span<const FaceTriangle> targets_;
   double within_m_ = 0.0, bound_m_ = 0.0;
-  std::size_t parts_ = 0, most_parts_ = 0;
-  std::vector<std::uint32_t> near_;  // lists of targets, those of a part behind those of its parent
+  std::vector<vec::Box> boxes_;      // of the targets
+  std::vector<Part> parts_;          // in the order in which they are looked at
+  std::vector<std::uint32_t> near_;  // targets
   std::vector<std::uint8_t> used_;
 };
 

@@ -32,6 +32,16 @@ double mesh_volume(const TriangleMesh& mesh, const Point3& apex) {
   return six / 6.0;
 }
 
+/// The part as it is without a tolerance.
+SimplifiedPart kept(const RawMesh& raw, const SurfaceOptions& options, SimplifiedPart tried) {
+  tried.part = make_surface_part(raw, options, &tried.found);
+  CollapseAccount& account = tried.collapsed;
+  account.triangles_after = account.triangles_before;
+  account.facets_after = account.facets_before;
+  account.given_to_result_m = account.result_to_given_m = account.volume_change_m3 = 0.0;
+  return tried;
+}
+
 }  // namespace
 
 SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& options,
@@ -60,6 +70,7 @@ SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& opti
   const TriangleMesh result = collapse.result();
   if (read.tight) out.collapsed.volume_change_m3 = mesh_volume(result, apex) - volume;
 
+  if (!out.collapsed.changed()) return kept(raw, options, std::move(out));
   SurfaceOptions again = options;
   again.scale_to_m = {1.0, 1.0, 1.0};
   again.weld_radius_m = read.weld_radius_m;
@@ -75,6 +86,8 @@ SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& opti
                   "%.9g; give a larger tolerance_m, or leave it out",
                   out.collapsed.hausdorff_m(), tolerance_m));
   }
+  // Triangles that are no longer in one plane with their neighbours may be more facets than before.
+  if (account.facets >= facets_before) return kept(raw, options, std::move(out));
   out.collapsed.facets_after = account.facets;
   account.faces_read = read.faces_read;
   account.triangles_read = read.triangles_read;
