@@ -263,8 +263,13 @@ TEST_SUITE("tools.scene_file") {
     CHECK_FALSE(asked.moving.disjoint);
     CHECK_FALSE(asked.statics[0].tolerance_m);
     CHECK(asked.statics[0].disjoint);
-    for (const char* wrong : {"simplify_m = 0.0\n", "simplify_m = -1e-4\n", "simplify_m = \"a\"\n",
-                              "disjoint = 1\n", "simplify = 1e-4\n"}) {
+    // The key, and its former name above.
+    const std::string named = replaced(kGood, "grip_m", "tolerance_m = 2.5e-4\ngrip_m");
+    CHECK(*parse_scene_file(named, "scene.toml", folder.file("")).moving.tolerance_m == 2.5e-4);
+    CHECK(message_of(replaced(named, "grip_m", "simplify_m = 1e-4\ngrip_m"), folder)
+              .find("former name of tolerance_m") != std::string::npos);
+    for (const char* wrong : {"tolerance_m = 0.0\n", "simplify_m = 0.0\n", "simplify_m = -1e-4\n",
+                              "simplify_m = \"a\"\n", "disjoint = 1\n", "simplify = 1e-4\n"}) {
       CAPTURE(wrong);
       const std::string bad = replaced(kGood, "grip_m", std::string(wrong) + "grip_m");
       CHECK(message_of(bad, folder).rfind("8:", 0) == 0);

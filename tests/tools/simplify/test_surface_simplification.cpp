@@ -218,15 +218,23 @@ TEST_SUITE("tools.surface_simplification") {
 
   TEST_CASE("flat sides go to one facet each at the smallest tolerance") {
     const RawMesh raw = grid_box(8);
+    SurfaceOptions as_triangles;
+    as_triangles.merge = false;
+    EdgeCollapse collapse(triangle_mesh(make_surface_part(raw, as_triangles)));
+    CHECK(collapse.triangles() == 768);
+    collapse.run(1.0e-9, 0, {});
+    CHECK(collapse.triangles() == 12);
+    const CollapseAccount account = collapse.account();
+    CHECK(account.hausdorff_m() < 1.0e-9);
+    const TriangleMesh mesh = collapse.result();
+    Triangles result;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) result.push_back(mesh.corners(i));
+    CHECK(objection(triangles_of_part(part_of(raw)), result, account, 6) == "");
+    // Merging alone leaves as few facets: nothing is simplified.
     const SimplifiedPart out = simplified(raw, 1.0e-9);
-    CHECK(out.collapsed.triangles_before == 768);
-    CHECK(out.collapsed.triangles_after == 12);
+    CHECK_FALSE(out.collapsed.changed());
     CHECK(out.part.facets.size() == 6);
     CHECK(out.part.closed);
-    CHECK(out.collapsed.hausdorff_m() < 1.0e-9);
-    CHECK(std::abs(out.collapsed.volume_change_m3) < 1.0e-15);
-    CHECK(objection(triangles_of_part(part_of(raw)), triangles_of_part(out.part), out.collapsed,
-                    6) == "");
   }
 
   TEST_CASE("a cylinder of 256 segments has the fewer the larger the tolerance") {
@@ -253,9 +261,9 @@ TEST_SUITE("tools.surface_simplification") {
   }
 
   TEST_CASE("the judge objects to a certificate of another surface") {
-    const RawMesh raw = shape_mesh(SphereShape{0.01, 32}, "sphere");
+    const RawMesh raw = shape_mesh(SphereShape{0.01, 24}, "sphere");
     const Triangles given = triangles_of_part(part_of(raw));
-    const SimplifiedPart out = simplified(raw, 2.0e-4);
+    const SimplifiedPart out = simplified(raw, 4.0e-4);
     Triangles result = triangles_of_part(out.part);
     REQUIRE(out.collapsed.changed());
     CHECK(objection(given, result, out.collapsed, 6) == "");
@@ -263,7 +271,7 @@ TEST_SUITE("tools.surface_simplification") {
     const Point3 corner = result[0][0];
     for (FaceTriangle& t : result) {
       for (Point3& p : t) {
-        if (p == corner) p = vec::add(p, vec::scaled(vec::unit(p), 4.0e-4));
+        if (p == corner) p = vec::add(p, vec::scaled(vec::unit(p), 8.0e-4));
       }
     }
     CHECK(objection(given, result, out.collapsed, 6) != "");
@@ -349,7 +357,10 @@ TEST_SUITE("tools.surface_simplification") {
     REQUIRE(account.t_junction_edges > 0);
     const SimplifiedPart out = simplified(raw, 1.5e-3);
     CHECK(out.collapsed.changed());
-    CHECK(out.found.t_junction_edges == account.t_junction_edges);
+    // No seam opens; corners that have become straight in all facets go by merging.
+    CHECK(out.found.t_junction_edges > 1);
+    CHECK(out.found.open_edges <= account.open_edges);
+    CHECK_FALSE(out.found.widest_crack_m > 0.0);
     CHECK(objection(triangles_of_part(part_of(raw)), triangles_of_part(out.part), out.collapsed,
                     8) == "");
   }

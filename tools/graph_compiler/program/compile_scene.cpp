@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -453,12 +454,17 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
   if (contact_cost(moving, pieces_of(fixed), passes).units <= units) return;
   std::optional<ToleranceProposal> proposal;
   if (options.propose_tolerance) {
-    proposal = propose_tolerance(proposal_part(scene.moving, result.parts[0], scene),
-                                 proposal_part(scene.statics[dearest - 1], fixed, scene), passes,
-                                 units, [&](double fraction) {
-                                   if (options.progress)
-                                     options.progress(scene.name, "trying tolerances", fraction);
-                                 });
+    const ScenePart& with = scene.statics[dearest - 1];
+    std::optional<double> clearance_m;
+    if (scene.moving.shape && with.shape) {
+      clearance_m = least_clearance_m(*scene.moving.shape, *with.shape);
+    }
+    proposal = propose_tolerance(
+        proposal_part(scene.moving, result.parts[0], scene), proposal_part(with, fixed, scene),
+        passes, units, clearance_m ? 0.5 * *clearance_m : std::numeric_limits<double>::infinity(),
+        [&](double fraction) {
+          if (options.progress) options.progress(scene.name, "trying tolerances", fraction);
+        });
   }
   result.notes.push_back(contact_cost_text(result.parts[0].mesh, fixed.mesh, moving,
                                            pieces_of(fixed), passes, units,

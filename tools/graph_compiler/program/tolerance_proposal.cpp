@@ -64,11 +64,12 @@ ContactCost contact_cost(std::size_t pieces_a, std::size_t pieces_b, std::uint32
 
 std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const ProposalPart& b,
                                                    std::uint32_t passes, double units,
+                                                   double most_m,
                                                    const std::function<void(double)>& tell) {
   Side of_a(a), of_b(b);
   if (!of_a.can_change() && !of_b.can_change()) return std::nullopt;
   const double size_m = std::max(a.diagonal_m, b.diagonal_m);
-  const double widest_m = of_b.widest_m(of_a.widest_m(kLastShare * size_m));
+  const double widest_m = of_b.widest_m(of_a.widest_m(std::min(most_m, kLastShare * size_m)));
   std::optional<ToleranceProposal> proposal;
   double decade_m = std::pow(10.0, std::floor(std::log10(kFirstShare * size_m)));
   for (std::size_t step = 0;; step = (step + 1) % kSteps.size()) {
@@ -96,13 +97,14 @@ std::string contact_cost_text(const std::string& a, const std::string& b, std::s
                      formatted(" a tick at %.0f ns a unit; ", 1.0e9 * kUnitPrice_s) +
                      "the budget is " + microseconds(kUnitPrice_s * budget_units);
   if (!tried) return text + "; --propose-tolerance finds the tolerance_m that meets it";
-  if (!proposal) return text + "; no tolerance_m leaves fewer";
+  if (!proposal)
+    return text + "; no tolerance_m that keeps holes, walls and the clearance leaves fewer";
   const ContactCost then = contact_cost(proposal->pieces_a, proposal->pieces_b, passes);
   text += formatted("; tolerance_m = %.2g", proposal->tolerance_m) + " leaves about " +
           grouped(proposal->pieces_a) + " and " + grouped(proposal->pieces_b) + " pieces, " +
           microseconds(then.tick_s) + " a tick";
   if (then.units > budget_units) {
-    text += ": not enough, and a larger one would close holes or walls, or leaves no fewer";
+    text += ": not enough, and a larger one would close holes, walls or the clearance";
   }
   return text;
 }

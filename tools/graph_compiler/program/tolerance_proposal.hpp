@@ -38,10 +38,12 @@ struct ToleranceProposal {
 
 /// The smallest of a row of tolerances (1, 2 and 5 times powers of ten) at which the contact of the
 /// two parts takes no more units than given; the largest that keeps holes and walls where none
-/// does; absent where none of the two can be simplified. Cost: that of simplifying both parts with
-/// the tolerance proposed.
+/// does; absent where none of the two can be simplified.
+/// @param most_m  no tolerance above this: half of the clearance, where it is known.
+/// Cost: that of simplifying both parts with the tolerance proposed.
 std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const ProposalPart& b,
                                                    std::uint32_t passes, double units,
+                                                   double most_m,
                                                    const std::function<void(double)>& tell);
 
 /// One sentence: near pairs and time, and how to meet the budget of the rate.
