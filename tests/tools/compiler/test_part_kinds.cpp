@@ -169,16 +169,16 @@ TEST_SUITE("tools.part_kinds") {
 
   TEST_CASE("tolerance_m simplifies a surface; the report and a warning say what is proved") {
     const ScratchFolder folder("kinds");
-    const std::string more = "as = \"surface\"\ntolerance_m = 0.004";
+    const std::string more = "as = \"surface\"\ntolerance_m = 0.003";
     const CompiledScene compiled = compile_scene(
         read_scene_file(scene_of_meshes(folder, ring(), cube(), 0.01, 0.05, more)), {});
     const PartReport& part = compiled.parts[0];
     REQUIRE(part.collapsed);
     CHECK(part.collapsed->changed());
     CHECK(part.collapsed->facets_after == part.surface->facets);
-    CHECK(part.collapsed->hausdorff_m() <= 0.004);
+    CHECK(part.collapsed->hausdorff_m() <= 0.003);
     REQUIRE(part.warnings.size() == 1);
-    CHECK(contains(part.warnings[0], "simplified within 0.004 m: facets "));
+    CHECK(contains(part.warnings[0], "simplified within 0.003 m: facets "));
     CHECK_FALSE(compiled.parts[1].collapsed);
     const auto json = nlohmann::json::parse(report_as_json(compiled));
     CHECK(json["parts"][0]["simplified"]["facets_after"] == part.surface->facets);
