@@ -113,7 +113,7 @@ ScenePart scene_part(const haptic_part& given, const std::string& role) {
   const double* q = given.pose + 3;
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   part.quaternion_wxyz = {q[3] / length, q[0] / length, q[1] / length, q[2] / length};
-  if (given.simplify_m > 0) part.simplify_m = given.simplify_m;
+  if (given.simplify_m > 0) part.tolerance_m = given.simplify_m;
   return part;
 }
 

@@ -13,6 +13,8 @@
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/report.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
+#include "tools/graph_compiler/program/tolerance_proposal.hpp"
+#include "tools/graph_compiler/shapes/shape.hpp"
 
 using namespace haptic::tools;
 using namespace haptic::test;
@@ -156,14 +158,74 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(contains(compiled.parts[0].reason, "24 reflex edges, limit 3"));
   }
 
-  TEST_CASE("as: only two words, and neither simplify_m nor disjoint beside a surface") {
+  TEST_CASE("as: only two words, and no disjoint beside a surface") {
     const ScratchFolder folder("kinds");
     const auto refused = [&](const std::string& more) {
       return refusal_of(scene_of_meshes(folder, cube(), cube(), 0.01, 0.03, more));
     };
     CHECK(contains(refused("as = \"sheet\""), "'sheet'; give \"solid\" or \"surface\""));
-    CHECK(contains(refused("as = \"surface\"\nsimplify_m = 1e-4"), "simplify_m"));
     CHECK(contains(refused("as = \"surface\"\ndisjoint = true"), "disjoint"));
+  }
+
+  TEST_CASE("tolerance_m simplifies a surface; the report and a warning say what is proved") {
+    const ScratchFolder folder("kinds");
+    const std::string more = "as = \"surface\"\ntolerance_m = 0.003";
+    const CompiledScene compiled = compile_scene(
+        read_scene_file(scene_of_meshes(folder, ring(), cube(), 0.01, 0.05, more)), {});
+    const PartReport& part = compiled.parts[0];
+    REQUIRE(part.collapsed);
+    CHECK(part.collapsed->changed());
+    CHECK(part.collapsed->facets_after == part.surface->facets);
+    CHECK(part.collapsed->hausdorff_m() <= 0.003);
+    REQUIRE(part.warnings.size() == 1);
+    CHECK(contains(part.warnings[0], "simplified within 0.003 m: facets "));
+    CHECK_FALSE(compiled.parts[1].collapsed);
+    const auto json = nlohmann::json::parse(report_as_json(compiled));
+    CHECK(json["parts"][0]["simplified"]["facets_after"] == part.surface->facets);
+    CHECK(json["parts"][0]["simplified"]["hausdorff_m"] == part.collapsed->hausdorff_m());
+  }
+
+  TEST_CASE("tolerance_m above half of the clearance of two shapes is refused with the numbers") {
+    SceneFile scene;
+    scene.file = "scene.toml";
+    scene.moving.mesh = "nut";
+    scene.moving.shape = NutShape{16e-3, 2e-3, 24e-3, 14.8e-3, 2e-4, 24};
+    scene.statics.resize(1);
+    scene.statics[0].mesh = "bolt";
+    scene.statics[0].shape = BoltShape{16e-3, 2e-3, 24e-3, 10e-3, 20e-3, 0.0, 24};
+    scene.statics[0].tolerance_m = 6e-5;
+    CHECK_THROWS_WITH_AS(
+        compile_scene(scene, {}),
+        "scene.toml: bolt: tolerance_m 6e-05 is more than half of the clearance of "
+        "0.0001 m between nut and bolt; give tolerance_m below 5e-05, or leave it "
+        "out",
+        InputError);
+  }
+
+  TEST_CASE("a proposed tolerance meets the units of work, or says that none does") {
+    SurfaceOptions options;
+    options.merge = false;
+    ProposalPart ball, box;
+    ball.mesh =
+        triangle_mesh(make_surface_part(shape_mesh(SphereShape{0.01, 48}, "ball"), options));
+    ball.pieces = ball.mesh.triangles.size();
+    ball.diagonal_m = 0.035;
+    ball.closed = true;
+    box.pieces = 1;
+    const double units = contact_cost(400, 1, 3).units;
+    const double none = HUGE_VAL;
+    const auto met = propose_tolerance(ball, box, 3, units, none, {});
+    REQUIRE(met);
+    CHECK(contact_cost(met->pieces_a, met->pieces_b, 3).units <= units);
+    CHECK(met->pieces_b == 1);
+    const auto bounded = propose_tolerance(ball, box, 3, units, 2.0e-6, {});
+    REQUIRE(bounded);
+    CHECK(bounded->tolerance_m <= 2.0e-6);
+    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, units, true, bounded),
+                   "not enough"));
+    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, units, false, {}),
+                   "--propose-tolerance"));
+    CHECK_FALSE(propose_tolerance(box, box, 3, units, none, {}));
   }
 
   TEST_CASE("sizes out of range are refused as a solid and not taken for a surface") {

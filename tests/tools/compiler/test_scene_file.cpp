@@ -253,18 +253,23 @@ TEST_SUITE("tools.scene_file") {
     const ScratchFolder folder("scene_file_parts");
     CHECK(message_of(kGood, folder) == "accepted");
     const SceneFile plain = parse_scene_file(kGood, "scene.toml", folder.file(""));
-    CHECK_FALSE(plain.moving.simplify_m);
+    CHECK_FALSE(plain.moving.tolerance_m);
     CHECK_FALSE(plain.moving.disjoint);
     std::string text = replaced(kGood, "grip_m", "simplify_m = 2.5e-4\ngrip_m");
     text = replaced(text, "[rendering]", "disjoint = true\n[rendering]");
     const SceneFile asked = parse_scene_file(text, "scene.toml", folder.file(""));
-    REQUIRE(asked.moving.simplify_m);
-    CHECK(*asked.moving.simplify_m == 2.5e-4);
+    REQUIRE(asked.moving.tolerance_m);
+    CHECK(*asked.moving.tolerance_m == 2.5e-4);
     CHECK_FALSE(asked.moving.disjoint);
-    CHECK_FALSE(asked.statics[0].simplify_m);
+    CHECK_FALSE(asked.statics[0].tolerance_m);
     CHECK(asked.statics[0].disjoint);
-    for (const char* wrong : {"simplify_m = 0.0\n", "simplify_m = -1e-4\n", "simplify_m = \"a\"\n",
-                              "disjoint = 1\n", "simplify = 1e-4\n"}) {
+    // The key, and its former name above.
+    const std::string named = replaced(kGood, "grip_m", "tolerance_m = 2.5e-4\ngrip_m");
+    CHECK(*parse_scene_file(named, "scene.toml", folder.file("")).moving.tolerance_m == 2.5e-4);
+    CHECK(message_of(replaced(named, "grip_m", "simplify_m = 1e-4\ngrip_m"), folder)
+              .find("former name of tolerance_m") != std::string::npos);
+    for (const char* wrong : {"tolerance_m = 0.0\n", "simplify_m = 0.0\n", "simplify_m = -1e-4\n",
+                              "simplify_m = \"a\"\n", "disjoint = 1\n", "simplify = 1e-4\n"}) {
       CAPTURE(wrong);
       const std::string bad = replaced(kGood, "grip_m", std::string(wrong) + "grip_m");
       CHECK(message_of(bad, folder).rfind("8:", 0) == 0);

@@ -247,4 +247,17 @@ TEST_SUITE("tools.shapes") {
     other.pitch_m = 1e-3;
     CHECK(warnings(bolt, other).empty());
   }
+
+  TEST_CASE("the clearance of shapes that fit: along the radius, of threads across the flanks") {
+    const TubeShape tube{0.0101, 0.02, 0.03, 32};
+    CHECK(least_clearance_m(CylinderShape{0.01, 0.03, 32}, tube).value() ==
+          doctest::Approx(1.0e-4).epsilon(1.0e-9).scale(0.0));
+    CHECK(least_clearance_m(tube, CylinderShape{0.01, 0.03, 32}).has_value());
+    CHECK_FALSE(least_clearance_m(CylinderShape{0.011, 0.03, 32}, tube).has_value());
+    CHECK_FALSE(least_clearance_m(BoxShape{{0.01, 0.01, 0.01}}, tube).has_value());
+    const BoltShape bolt{8e-3, 1.25e-3, 13e-3, 5.3e-3, 20e-3, 14e-6, 32};
+    const NutShape nut{8e-3, 1.25e-3, 13e-3, 6.8e-3, 6e-6, 32};
+    CHECK(least_clearance_m(bolt, nut).value() ==
+          doctest::Approx(1.0e-5).epsilon(1.0e-9).scale(0.0));
+  }
 }

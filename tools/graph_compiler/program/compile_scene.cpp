@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -18,10 +19,12 @@
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
+#include "tools/graph_compiler/program/tolerance_proposal.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
 #include "tools/graph_compiler/pruning/scene_pruning.hpp"
 #include "tools/graph_compiler/shapes/mating.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
+#include "tools/graph_compiler/simplify/surface_simplification.hpp"
 #include "tools/graph_compiler/surface/surface_body.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
@@ -128,6 +131,11 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
+/// What the command line gives is before the part's own.
+std::optional<double> tolerance_of(const ScenePart& part, const CompileOptions& options) {
+  return options.simplify_m ? options.simplify_m : part.tolerance_m;
+}
+
 /// "1 open edge", "2 306 open edges"
 std::string counted(std::size_t n, const char* what) {
   return grouped(n) + " " + what + (n == 1 ? "" : "s");
@@ -150,11 +158,10 @@ WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const S
   report.shells = surface.shells.size();
   report.timing.clean_s = watch.lap();
 
-  const std::optional<double> simplify_m =
-      options.simplify_m ? options.simplify_m : part.simplify_m;
+  const std::optional<double> tolerance_m = tolerance_of(part, options);
   report.timing.flatten_s = 0.0;
-  ExactPart exact = simplify_m ? exact_part_simplified(surface, *simplify_m, part, options, tell)
-                               : exact_part(surface, part, options, tell);
+  ExactPart exact = tolerance_m ? exact_part_simplified(surface, *tolerance_m, part, options, tell)
+                                : exact_part(surface, part, options, tell);
   FlatBody& flat = exact.flat;
   const Decomposition& pieces = exact.pieces;
   report.simplified = exact.simplified;
@@ -214,14 +221,27 @@ std::string defect_of(const std::string& refusal, const std::string& file) {
 }
 
 /// `why` is what the mesh lacks for a solid; empty where a surface was asked for.
-SurfacePart compile_surface(const PartMesh& source, const std::string& why, const Tell& tell,
+SurfacePart compile_surface(const PartMesh& source, const std::string& why,
+                            std::optional<double> tolerance_m, const Tell& tell,
                             PartReport& report) {
   Stopwatch watch;
   tell("making facets", 0.0);
   SurfaceOptions surface_options;
   surface_options.scale_to_m = source.scale_to_m;
   SurfaceAccount account;
-  SurfacePart surface = make_surface_part(source.mesh, surface_options, &account);
+  SurfacePart surface;
+  if (tolerance_m) {
+    SimplifiedPart simplified =
+        simplified_surface(source.mesh, surface_options, *tolerance_m,
+                           [&](double fraction) { tell("simplifying", fraction); });
+    surface = std::move(simplified.part);
+    account = simplified.found;
+    report.collapsed = simplified.collapsed;
+    // The scene is not that of the file: said also where no report is asked for.
+    if (report.collapsed->changed()) report.warnings.push_back(collapse_text(*report.collapsed));
+  } else {
+    surface = make_surface_part(source.mesh, surface_options, &account);
+  }
   report.diagonal_m = account.diagonal_m;
   report.shells = account.shells;
   report.reason = why.empty() ? "as the scene asks" : why;
@@ -285,13 +305,11 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
       if (part.kind == PartKind::kSolid || scene.parameters.law != LawId::kProxy) throw;
       why = defect_of(refusal.what(), raw.file);
     }
-    const bool simplified = options.simplify_m || part.simplify_m;
-    if (simplified) report.warnings.push_back("a surface part is not simplified");
     if (options.disjoint || part.disjoint) {
       report.warnings.push_back("a surface part has no solids to cut apart");
     }
   }
-  result.shape = compile_surface(source, why, tell, report);
+  result.shape = compile_surface(source, why, tolerance_of(part, options), tell, report);
   return result;
 }
 
@@ -356,6 +374,26 @@ void check_law(const SceneFile& scene, const std::vector<CompiledPart>& parts) {
   }
 }
 
+/// Two shapes that fit into each other keep half of what is between them.
+void check_clearances(const SceneFile& scene, const CompileOptions& options) {
+  for (std::size_t i = 0; i < scene.statics.size(); ++i) {
+    const ScenePart& fixed = scene.statics[i];
+    if (!scene.moving.shape || !fixed.shape) continue;
+    const auto clearance_m = least_clearance_m(*scene.moving.shape, *fixed.shape);
+    if (!clearance_m) continue;
+    for (const ScenePart* part : {&scene.moving, &fixed}) {
+      const double tolerance_m = tolerance_of(*part, options).value_or(0.0);
+      if (!(tolerance_m > 0.5 * *clearance_m)) continue;
+      throw InputError(
+          scene.file + ": " + part->mesh +
+          formatted(": tolerance_m %.9g is more than half of the clearance of %.3g m between %s "
+                    "and %s; give tolerance_m below %.3g, or leave it out",
+                    tolerance_m, *clearance_m, scene.moving.mesh.c_str(), fixed.mesh.c_str(),
+                    0.5 * *clearance_m));
+    }
+  }
+}
+
 StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
   const StartPose pose{placed.position_m, placed.quaternion_wxyz};
   StartShape shape;
@@ -383,6 +421,63 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   parts[0].report.warnings.push_back(text);
 }
 
+std::size_t pieces_of(const PartReport& report) {
+  return report.surface ? report.surface->facets : report.pieces.size();
+}
+
+ProposalPart proposal_part(const ScenePart& part, const PartReport& report,
+                           const SceneFile& scene) {
+  ProposalPart out;
+  out.pieces = pieces_of(report);
+  out.diagonal_m = report.diagonal_m;
+  if (!report.surface) return out;
+  const PartMesh source = read_part_mesh(part, scene.file);
+  SurfaceOptions options;
+  options.scale_to_m = source.scale_to_m;
+  options.merge = false;
+  options.count_crossings = false;
+  SurfaceAccount account;
+  out.mesh = triangle_mesh(make_surface_part(source.mesh, options, &account));
+  out.weld_radius_m = account.weld_radius_m;
+  out.closed = account.tight;
+  return out;
+}
+
+/// A note on the dearest pair of parts with a surface, where contact all over exceeds the budget.
+void add_contact_cost(const SceneFile& scene, const CompileOptions& options, const SceneView& view,
+                      CompiledScene& result) {
+  const SceneParameters p = view.parameters();
+  if (p.law != LawId::kProxy) return;
+  const std::size_t moving = pieces_of(result.parts[0]);
+  std::size_t dearest = 0;
+  for (std::size_t i = 1; i < result.parts.size(); ++i) {
+    if (!result.parts[0].is_surface() && !result.parts[i].is_surface()) continue;
+    if (dearest == 0 || pieces_of(result.parts[i]) > pieces_of(result.parts[dearest])) dearest = i;
+  }
+  if (dearest == 0) return;
+  const PartReport& fixed = result.parts[dearest];
+  const std::uint32_t passes = p.coupling.passes;
+  const double units = p.work_units;
+  if (contact_cost(moving, pieces_of(fixed), passes).units <= units) return;
+  std::optional<ToleranceProposal> proposal;
+  if (options.propose_tolerance) {
+    const ScenePart& with = scene.statics[dearest - 1];
+    std::optional<double> clearance_m;
+    if (scene.moving.shape && with.shape) {
+      clearance_m = least_clearance_m(*scene.moving.shape, *with.shape);
+    }
+    proposal = propose_tolerance(
+        proposal_part(scene.moving, result.parts[0], scene), proposal_part(with, fixed, scene),
+        passes, units, clearance_m ? 0.5 * *clearance_m : std::numeric_limits<double>::infinity(),
+        [&](double fraction) {
+          if (options.progress) options.progress(scene.name, "trying tolerances", fraction);
+        });
+  }
+  result.notes.push_back(contact_cost_text(result.parts[0].mesh, fixed.mesh, moving,
+                                           pieces_of(fixed), passes, units,
+                                           options.propose_tolerance, proposal));
+}
+
 /// The part for the scene writer. A facet has no seam.
 WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
@@ -408,6 +503,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.workspace = scene.workspace;
   description.prune = options.prune;
 
+  check_clearances(scene, options);
   std::vector<CompiledPart> parts;
   parts.push_back(compile_part(scene.moving, scene, options));
   for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
@@ -459,6 +555,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   }
   check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
+  add_contact_cost(scene, options, view, result);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);
   return result;

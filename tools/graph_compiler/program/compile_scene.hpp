@@ -17,6 +17,7 @@
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/graph_compiler/program/steady_work.hpp"
 #include "tools/graph_compiler/pruning/pruning_account.hpp"
+#include "tools/graph_compiler/simplify/edge_collapse.hpp"
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/graph_compiler/surface/surface_part.hpp"
 
@@ -42,7 +43,8 @@ struct PartReport {
   std::size_t shells = 0, solids = 0, planes = 0, reflex_edges = 0;
   double largest_move_m = 0.0;  ///< of any vertex from its cleaned position
   std::size_t largest_bits = 0;
-  std::optional<SimplifyAccount> simplified;  ///< absent: not asked for
+  std::optional<SimplifyAccount> simplified;  ///< of a solid; absent: not asked for
+  std::optional<CollapseAccount> collapsed;   ///< of a surface; absent: not asked for
   std::size_t face_plane_only_pieces = 0;
   double thinnest_m = 0.0;
   double work = 0.0;
@@ -74,6 +76,7 @@ struct CompileOptions {
   std::optional<double> work_limit;         ///< units of exact work per part
   std::optional<double> simplify_m;         ///< before that of every part
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
+  bool propose_tolerance = false;           ///< try which one meets the budget of the rate
   bool image = false;                       ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].

@@ -32,8 +32,8 @@ struct Arguments {
   double simplify_m = 0.0, work_limit = 0.0;
   std::size_t max_reflex = 0, max_pieces = 0;
   bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
-  bool has_simplify = false, disjoint = false, quiet = false, no_prune = false, certified = false,
-       progress = false;
+  bool has_simplify = false, disjoint = false, propose = false, quiet = false, no_prune = false,
+       certified = false, progress = false;
 };
 
 /// One line on a terminal, from the second second on: nothing for quick scenes, and nothing in log
@@ -90,6 +90,7 @@ int compile(const Arguments& arguments) {
   if (arguments.has_work) options.work_limit = arguments.work_limit;
   if (arguments.has_simplify) options.simplify_m = arguments.simplify_m;
   options.disjoint = arguments.disjoint;
+  options.propose_tolerance = arguments.propose;
   options.image = has_traits;
   options.progress = [&](const std::string& mesh, const char* step, double fraction) {
     line.show(mesh, step, fraction);
@@ -173,11 +174,13 @@ int main(int argc, char** argv) {
   CLI::Option* simplify =
       app.add_option(
              "--simplify", arguments.simplify_m,
-             "remove bevels, fillets and small rounds of every part; no point of the surface "
-             "is then farther than this from the other surface [m]")
+             "simplify every part: bevels, fillets and rounds of solids, edges of surfaces; no "
+             "point of the surface is then farther than this from the other surface [m]")
           ->check(haptic::tools::positive_number());
   app.add_flag("--disjoint", arguments.disjoint,
                "cut overlapping solids of a part apart instead of keeping them as a cover");
+  app.add_flag("--propose-tolerance", arguments.propose,
+               "try which tolerance_m brings contact all over surfaces into the budget of a tick");
   app.add_flag("--progress", arguments.progress,
                "show progress, also if standard error is not a terminal");
   app.add_flag("--certified", arguments.certified,

@@ -8,6 +8,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/simplify/surface_simplification.hpp"
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_facts/budget_text.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
@@ -91,6 +92,22 @@ Json simplified_json(const std::optional<SimplifyAccount>& account) {
           {"volume_after_m3", a.volume_after_m3}};
 }
 
+Json collapsed_json(const CollapseAccount& a) {
+  return {{"limit_m", a.limit_m},
+          {"changed", a.changed()},
+          {"hausdorff_m", a.hausdorff_m()},
+          {"given_to_result_m", a.given_to_result_m},
+          {"result_to_given_m", a.result_to_given_m},
+          {"triangles_before", a.triangles_before},
+          {"triangles_after", a.triangles_after},
+          {"facets_before", a.facets_before},
+          {"facets_after", a.facets_after},
+          {"kept_by_distance", a.kept_by_distance},
+          {"kept_by_topology", a.kept_by_topology},
+          {"kept_by_crossing", a.kept_by_crossing},
+          {"volume_change_m3", a.volume_change_m3}};
+}
+
 Json surface_json(const std::optional<SurfaceAccount>& account) {
   if (!account) return nullptr;
   const SurfaceAccount& a = *account;
@@ -168,7 +185,8 @@ Json part_json(const PartReport& part, bool moving) {
           {"plane_tolerance_m", part.plane_tolerance_m},
           {"cleaning", std::move(steps)},
           {"largest_move_m", part.largest_move_m},
-          {"simplified", simplified_json(part.simplified)},
+          {"simplified",
+           part.collapsed ? collapsed_json(*part.collapsed) : simplified_json(part.simplified)},
           {"warnings", part.warnings},
           {"shells", part.shells},
           {"solids", part.solids},
@@ -251,6 +269,7 @@ std::string part_text(const PartReport& part, bool moving) {
     text += formatted("    deflection_m = %.3g: facets off the round faces by at most %.3g m\n",
                       part.deflection->asked_m, part.deflection->found_m);
   }
+  if (part.collapsed) text += "    " + collapse_text(*part.collapsed) + "\n";
   if (part.surface) return text + surface_text(*part.surface);
   text += formatted("    %zu vertices, %zu faces, tolerance %.3g m\n", part.mesh_vertices,
                     part.mesh_faces, part.plane_tolerance_m);

@@ -176,7 +176,7 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
       "]  # where it starts\n"
       "# grip_m = [0.0, 0.0, 0.0]   # where the hand holds it, in its mesh frame; default: centre "
       "of volume\n"
-      "# simplify_m = 0.0005        # remove bevels and rounds smaller than this\n";
+      "# tolerance_m = 0.0005       # simplify the part; its surface moves by less than this\n";
   for (const std::filesystem::path& mesh : request.fixed) {
     text += "\n[[static]]              # a fixed part\nmesh = " +
             quoted(mesh_path(mesh, request.folder)) + "\n" + scale;

@@ -216,9 +216,9 @@ PartKind read_kind(const TomlTable& t) {
 
 /// Keys of `[moving]` and `[[static]]`.
 std::vector<std::string_view> part_keys() {
-  std::vector<std::string_view> keys{"mesh",       "link",        "scale_to_m", "position_m",
-                                     "quaternion", "material",    "simplify_m", "disjoint",
-                                     "as",         "deflection_m"};
+  std::vector<std::string_view> keys{"mesh",       "link",     "scale_to_m",  "position_m",
+                                     "quaternion", "material", "tolerance_m", "simplify_m",
+                                     "disjoint",   "as",       "deflection_m"};
   keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
   return keys;
 }
@@ -309,14 +309,16 @@ ScenePart read_part(const TomlTable& t, const std::filesystem::path& folder, boo
   if (part.deflection_m && (part.link || import_format_of(part.path) != ImportFormat::kStep)) {
     t.fail("deflection_m", "is for STEP files, whose round faces become facets; leave it out");
   }
-  part.simplify_m = t.number("simplify_m", kPositive);
+  // Scene files had simplify_m before surfaces could be simplified.
+  const char* tolerance = t.has("tolerance_m") ? "tolerance_m" : "simplify_m";
+  if (t.has("tolerance_m") && t.has("simplify_m")) {
+    t.fail("simplify_m", "is the former name of tolerance_m, which is given too; leave it out");
+  }
+  part.tolerance_m = t.number(tolerance, kPositive);
   part.disjoint = t.flag("disjoint").value_or(false);
   part.kind = read_kind(t);
-  if (part.kind == PartKind::kSurface) {
-    for (const char* key : {"simplify_m", "disjoint"}) {
-      if (t.has(key))
-        t.fail(key, "needs a solid, and as = \"surface\" makes none; keep one of them");
-    }
+  if (part.kind == PartKind::kSurface && t.has("disjoint")) {
+    t.fail("disjoint", "needs a solid, and as = \"surface\" makes none; keep one of them");
   }
   return part;
 }

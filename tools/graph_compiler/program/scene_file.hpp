@@ -56,7 +56,7 @@ struct ScenePart {
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
   std::string material;                ///< of the friction table; empty: none named
   std::optional<double> deflection_m;  ///< of STEP, see ImportOptions
-  std::optional<double> simplify_m;    ///< bevels, fillets and rounds below are removed
+  std::optional<double> tolerance_m;   ///< the part is simplified within
   bool disjoint = false;               ///< solids that overlap are cut apart
   PartKind kind = PartKind::kAny;      ///< `as`
 };

@@ -71,6 +71,15 @@ double error_with(const RoundSurface& surface, std::uint32_t segments) {
 /// Radii of one nominal size differ by the rounding of their sums.
 constexpr double kSameSize = 1e-9;
 
+/// Between a surface and a hole that it fits into, along the radius.
+std::optional<double> radial_gap_m(const RoundSurface& a, const RoundSurface& b) {
+  if (a.is_hole == b.is_hole) return std::nullopt;
+  if (std::abs(a.pitch_m - b.pitch_m) > kSameSize * a.pitch_m) return std::nullopt;
+  const double gap_m = (a.is_hole ? 1.0 : -1.0) * (a.radius_m - b.radius_m);
+  if (gap_m < -kSameSize * a.radius_m) return std::nullopt;
+  return std::max(gap_m, 0.0);
+}
+
 std::string fix_text(const RoundSurface& a, const RoundSurface& b, double clearance_m) {
   for (std::uint32_t n = 8; n <= kMaxSegments; n += 4) {
     if (error_with(a, n) + error_with(b, n) <= clearance_m) {
@@ -87,11 +96,9 @@ std::vector<std::string> fit_warnings(const Shape& a, const Shape& b, const std:
   std::vector<std::string> warnings;
   for (const RoundSurface& of_a : surfaces_of(a)) {
     for (const RoundSurface& of_b : surfaces_of(b)) {
-      if (of_a.is_hole == of_b.is_hole) continue;
-      if (std::abs(of_a.pitch_m - of_b.pitch_m) > kSameSize * of_a.pitch_m) continue;
-      const double gap_m = (of_a.is_hole ? 1.0 : -1.0) * (of_a.radius_m - of_b.radius_m);
-      if (gap_m < -kSameSize * of_a.radius_m) continue;
-      const double clearance_m = std::max(gap_m, 0.0);
+      const std::optional<double> gap_m = radial_gap_m(of_a, of_b);
+      if (!gap_m) continue;
+      const double clearance_m = *gap_m;
       const double error_m = error_with(of_a, segments_of(a)) + error_with(of_b, segments_of(b));
       if (error_m <= clearance_m) continue;
       warnings.push_back(formatted(
@@ -102,6 +109,21 @@ std::vector<std::string> fit_warnings(const Shape& a, const Shape& b, const std:
     }
   }
   return warnings;
+}
+
+std::optional<double> least_clearance_m(const Shape& a, const Shape& b) {
+  // Flanks stand at 30 degrees to the radius.
+  constexpr double kFlank = 0.5;
+  std::optional<double> least;
+  for (const RoundSurface& of_a : surfaces_of(a)) {
+    for (const RoundSurface& of_b : surfaces_of(b)) {
+      const std::optional<double> gap_m = radial_gap_m(of_a, of_b);
+      if (!gap_m) continue;
+      const double clearance_m = (of_a.pitch_m > 0.0 ? kFlank : 1.0) * *gap_m;
+      if (!least || clearance_m < *least) least = clearance_m;
+    }
+  }
+  return least;
 }
 
 }  // namespace haptic::tools

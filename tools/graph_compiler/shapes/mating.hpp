@@ -3,6 +3,7 @@
 /// Whether the facets of two round shapes that fit into each other are fine enough for the
 /// clearance between them.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,5 +17,9 @@ namespace haptic::tools {
 /// @param names  of the two shapes, for the sentences.
 std::vector<std::string> fit_warnings(const Shape& a, const Shape& b, const std::string& name_a,
                                       const std::string& name_b);
+
+/// Smallest distance between the round surfaces of two shapes that fit into each other at one axis,
+/// absent where none do. Of threads: across the flanks, half of what it is along the radius.
+std::optional<double> least_clearance_m(const Shape& a, const Shape& b);
 
 }  // namespace haptic::tools

@@ -9,11 +9,18 @@
 #include <vector>
 
 #include "tools/graph_compiler/mesh/surface.hpp"
+#include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten.hpp"
 
 namespace haptic::tools {
 
 using FaceTriangle = std::array<Point3, 3>;
+
+inline vec::Box box_of(const FaceTriangle& t) {
+  vec::Box box;
+  for (const Point3& p : t) box.include(p);
+  return box;
+}
 
 /// Triangles of one face: closed loops of corners in a plane with this outward normal, outer loops
 /// counter-clockwise seen along it, holes clockwise. Corners may repeat (loops that touch).

@@ -18,12 +18,6 @@ constexpr double kRounding = 1.0e-13;
 constexpr int kBorderDepth = 24;
 constexpr double kSlimCut = 1.0e-9;  // of the part's size: a cut nearer to a corner is none
 
-vec::Box box_of(const FaceTriangle& t) {
-  vec::Box box;
-  for (const Point3& p : t) box.include(p);
-  return box;
-}
-
 struct Part {
   FaceTriangle t;
   int depth = 0;
@@ -70,8 +64,6 @@ class OneSided {
  private:
   double nearest(const Point3& p, std::uint32_t& which);
   double bound(const FaceTriangle& t);
-  [[nodiscard]] bool cut_at_border(const FaceTriangle& t, const FaceTriangle& other,
-                                   std::vector<FaceTriangle>& out) const;
 
   const std::vector<FaceTriangle>& to_;
   const DistanceLimits& limits_;
@@ -99,10 +91,47 @@ double OneSided::bound(const FaceTriangle& t) {
   return least;
 }
 
-/// Cuts `t` along the border of `other` (the plane through one of its edges, upright on it) that
-/// leaves the most of `t` on both sides.
-bool OneSided::cut_at_border(const FaceTriangle& t, const FaceTriangle& other,
-                             std::vector<FaceTriangle>& out) const {
+void OneSided::run(const std::vector<FaceTriangle>& from, SurfaceDistance& result,
+                   std::size_t& parts) {
+  std::uint32_t which = 0;
+  const auto look_at = [&](const Point3& p) {
+    const double d = nearest(p, which);
+    if (d > result.at_least_m) result.at_least_m = d, result.farthest = p;
+  };
+  for (const FaceTriangle& t : from) {
+    for (const Point3& p : t) look_at(p);
+  }
+  std::vector<Part> open;
+  std::vector<FaceTriangle> cut;
+  for (auto t = from.rbegin(); t != from.rend(); ++t) open.push_back({*t, 0});
+  while (!open.empty()) {
+    const Part part = open.back();
+    open.pop_back();
+    ++parts;
+    radius_ = std::max(radius_, result.at_least_m);
+    const double margin = kRounding * size_;
+    const double upper = bound(part.t) + margin;
+    const double good = std::max(result.at_least_m / (1.0 - limits_.relative),
+                                 result.at_least_m + limits_.absolute_m);
+    if (upper <= good || parts > limits_.max_parts) {
+      result.complete = result.complete && upper <= good;
+      result.at_most_m = std::max(result.at_most_m, upper);
+      continue;
+    }
+    const Point3 middle =
+        vec::scaled(vec::add(part.t[0], vec::add(part.t[1], part.t[2])), 1.0 / 3.0);
+    look_at(middle);
+    cut.clear();
+    if (part.depth >= kBorderDepth || !cut_at_border(part.t, to_[which], cut)) halve(part.t, cut);
+    for (const FaceTriangle& t : cut) open.push_back({t, part.depth + 1});
+  }
+  result.at_most_m = std::max(result.at_most_m, result.at_least_m);
+}
+
+}  // namespace
+
+bool cut_at_border(const FaceTriangle& t, const FaceTriangle& other,
+                   std::vector<FaceTriangle>& out) {
   const Point3 normal =
       vec::unit(vec::cross(vec::sub(other[1], other[0]), vec::sub(other[2], other[0])));
   if (!(vec::norm(normal) > 0.0)) return false;
@@ -161,45 +190,6 @@ void halve(const FaceTriangle& t, std::vector<FaceTriangle>& out) {
   out.push_back({a, m, c});
   out.push_back({m, b, c});
 }
-
-void OneSided::run(const std::vector<FaceTriangle>& from, SurfaceDistance& result,
-                   std::size_t& parts) {
-  std::uint32_t which = 0;
-  const auto look_at = [&](const Point3& p) {
-    const double d = nearest(p, which);
-    if (d > result.at_least_m) result.at_least_m = d, result.farthest = p;
-  };
-  for (const FaceTriangle& t : from) {
-    for (const Point3& p : t) look_at(p);
-  }
-  std::vector<Part> open;
-  std::vector<FaceTriangle> cut;
-  for (auto t = from.rbegin(); t != from.rend(); ++t) open.push_back({*t, 0});
-  while (!open.empty()) {
-    const Part part = open.back();
-    open.pop_back();
-    ++parts;
-    radius_ = std::max(radius_, result.at_least_m);
-    const double margin = kRounding * size_;
-    const double upper = bound(part.t) + margin;
-    const double good = std::max(result.at_least_m / (1.0 - limits_.relative),
-                                 result.at_least_m + limits_.absolute_m);
-    if (upper <= good || parts > limits_.max_parts) {
-      result.complete = result.complete && upper <= good;
-      result.at_most_m = std::max(result.at_most_m, upper);
-      continue;
-    }
-    const Point3 middle =
-        vec::scaled(vec::add(part.t[0], vec::add(part.t[1], part.t[2])), 1.0 / 3.0);
-    look_at(middle);
-    cut.clear();
-    if (part.depth >= kBorderDepth || !cut_at_border(part.t, to_[which], cut)) halve(part.t, cut);
-    for (const FaceTriangle& t : cut) open.push_back({t, part.depth + 1});
-  }
-  result.at_most_m = std::max(result.at_most_m, result.at_least_m);
-}
-
-}  // namespace
 
 SurfaceMeasure::SurfaceMeasure(const std::vector<FaceTriangle>& triangles, double guess_m)
     : triangles_(triangles), tree_(boxes_of(triangles)), guess_(guess_m) {}

@@ -17,6 +17,13 @@ struct SurfaceDistance {
   bool complete = true;      ///< false: given up at the work limit; the bounds hold, but are wide
 };
 
+/// Cuts `t` along the border of `other` (the plane through one of its edges, upright on it) that
+/// leaves the most of `t` on both sides; the parts are appended to `out`. False: no border does.
+bool cut_at_border(const FaceTriangle& t, const FaceTriangle& other,
+                   std::vector<FaceTriangle>& out);
+/// Cuts `t` through the middle of its longest side.
+void halve(const FaceTriangle& t, std::vector<FaceTriangle>& out);
+
 /// Distances of points from one surface.
 class SurfaceMeasure {
  public:
