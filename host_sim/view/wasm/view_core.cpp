@@ -7,9 +7,15 @@
 #include <cstring>
 #include <limits>
 
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
+
+using tools::CFace;
+using tools::CObstacle;
+using tools::FlatPair;
+using tools::make_c_obstacle;
+using tools::Vector;
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -127,6 +133,11 @@ void ViewCore::step() {
   if (step.twist_valid) {
     step.twist_w.linear_w = vector_in(input.twist_w);
     step.twist_w.angular_w = vector_in(input.twist_w + 3);
+  }
+  step.accepted_valid = input.accepted_valid != 0;
+  if (step.accepted_valid) {
+    step.accepted_wrench_w.force_w = vector_in(input.accepted_w);
+    step.accepted_wrench_w.torque_w = vector_in(input.accepted_w + 3);
   }
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
@@ -258,10 +269,11 @@ void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {
       role = FaceRole::kHolds;
       node = std::min(node, face.nodes.front());
     }
-    answer.counts.insert(answer.counts.end(),
-                         {kind_of(record, face), static_cast<std::uint32_t>(role), node,
-                          static_cast<std::uint32_t>(face.nodes.size()),
-                          static_cast<std::uint32_t>(face.polygon.size())});
+    answer.counts.insert(
+        answer.counts.end(),
+        {kind_of(record, face), static_cast<std::uint32_t>(role), face.hidden ? 1u : 0u, node,
+         static_cast<std::uint32_t>(face.nodes.size()),
+         static_cast<std::uint32_t>(face.polygon.size())});
     for (const Vector& corner : face.polygon)
       answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
   }
@@ -295,6 +307,119 @@ void ViewCore::describe_contacts() {
   }
 }
 
+void ViewCore::describe_graph(std::uint32_t most_nodes) {
+  answer.clear();
+  const std::vector<std::uint32_t> held = held_pairs();
+  if (held.empty() && result.has_goal_contact == 0) return;
+  const std::uint32_t index = held.empty() ? result.nearest_pair : held.front();
+  if (index >= core_->pair_count()) return;
+  const PairView pair = view_.pair(index);
+  FlatPair flat(view_, index);
+  flat.place(tools::place_moving(view_, felt_wa_));
+
+  struct Shown {
+    std::uint32_t node;
+    GraphRole role;
+  };
+  std::vector<Shown> shown;
+  const auto add = [&](std::uint32_t node, GraphRole role) {
+    for (Shown& other : shown) {
+      if (other.node != node) continue;
+      other.role = std::max(other.role, role);
+      return true;
+    }
+    if (shown.size() >= most_nodes) return false;
+    shown.push_back({node, role});
+    return true;
+  };
+  if (!held.empty()) {
+    const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+    const FeltContact& felt = core_->felt_contact();
+    for (const CFace& face : obstacle.faces) {
+      for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
+        const FeltPlane& plane = felt.planes[k];
+        if (plane.pair != index ||
+            (plane.normal_w.cast<double>() - face.normal).norm() > kSameNormal)
+          continue;
+        for (const std::uint32_t node : face.nodes) add(node, GraphRole::kHolds);
+      }
+    }
+  }
+  const PairReport report = core_->pair_report(index);
+  if (result.has_goal_contact != 0 && report.searched) {
+    for (const NearNode& near : report.near) add(near.node, GraphRole::kNear);
+  }
+  const std::size_t active = shown.size();
+  std::uint32_t left_out = 0;
+  for (std::size_t k = 0; k < active; ++k) {
+    const NodeFeatures of = node_features(pair, shown[k].node);
+    for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
+      if (!add(neighbor, GraphRole::kNeighbor)) left_out += 1;
+    });
+  }
+  std::vector<std::uint32_t> arcs;
+  for (std::uint32_t k = 0; k < shown.size(); ++k) {
+    const NodeFeatures of = node_features(pair, shown[k].node);
+    for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
+      for (std::uint32_t other = k + 1; other < shown.size(); ++other) {
+        if (shown[other].node == neighbor) arcs.insert(arcs.end(), {k, other});
+      }
+    });
+  }
+  const std::uint32_t body = view_.pieces()[pair.record.piece_b].body;
+  answer.counts = {index, body, static_cast<std::uint32_t>(shown.size()),
+                   static_cast<std::uint32_t>(arcs.size() / 2), left_out};
+  for (const Shown& one : shown) {
+    const NodeFeatures of = node_features(pair, one.node);
+    const FlatPair::Value value = flat.evaluate(one.node);
+    const bool applies = value.violation_m <= tools::kApplicable_m;
+    answer.counts.insert(answer.counts.end(),
+                         {one.node, static_cast<std::uint32_t>(of.type), of.i, of.j,
+                          static_cast<std::uint32_t>(one.role), applies ? 1u : 0u});
+    answer.numbers.push_back(value.depth_m);
+  }
+  answer.counts.insert(answer.counts.end(), arcs.begin(), arcs.end());
+}
+
+void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
+  answer.clear();
+  if (index >= core_->pair_count() || node >= view_.pair_record(index).node_count) return;
+  const PairView pair = view_.pair(index);
+  const NodeFeatures of = node_features(pair, node);
+  const auto corners_of = [](const PieceView& piece, ContactType type, bool of_a, std::uint32_t i) {
+    std::vector<std::uint32_t> corners;
+    if (type == ContactType::kC) {
+      corners.assign(std::begin(piece.edges[i].vertex), std::end(piece.edges[i].vertex));
+    } else if ((type == ContactType::kA) == of_a) {
+      const auto loop = piece.face_vertices(i);
+      corners.assign(loop.begin(), loop.end());
+    } else {
+      corners.push_back(i);
+    }
+    return corners;
+  };
+  const auto of_a = corners_of(pair.a, of.type, true, of.i);
+  const auto of_b = corners_of(pair.b, of.type, false, of.j);
+  const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+  const CFace* const face = obstacle.face_of(node);
+  answer.counts = {static_cast<std::uint32_t>(of_a.size()), static_cast<std::uint32_t>(of_b.size()),
+                   face == nullptr ? 0u : static_cast<std::uint32_t>(face->polygon.size())};
+  const tools::PlacedMoving moving = tools::place_moving(view_, felt_wa_);
+  for (const std::uint32_t v : of_a) {
+    const Vector local = pair.a.vertex(v).cast<double>();
+    for (std::size_t k = 0; k < 3; ++k)
+      answer.numbers.push_back(moving.grip_w[k] + tools::vector_of(moving.r_wa[k]).dot(local));
+  }
+  const double* reference = view_.bodies()[pair.b.record->body].reference_m;
+  for (const std::uint32_t v : of_b) {
+    for (int k = 0; k < 3; ++k)
+      answer.numbers.push_back(reference[k] + static_cast<double>(pair.b.vertex(v)[k]));
+  }
+  if (face == nullptr) return;
+  for (const Vector& corner : face->polygon)
+    answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
+}
+
 std::string layout_text() {
   const ViewInput in;
   const ViewResult out;
@@ -306,9 +431,11 @@ std::string layout_text() {
   HAPTIC_VIEW_IN(p_wa_m);
   HAPTIC_VIEW_IN(q_wa_xyzw);
   HAPTIC_VIEW_IN(twist_w);
+  HAPTIC_VIEW_IN(accepted_w);
   HAPTIC_VIEW_IN(stamp_ns);
   HAPTIC_VIEW_IN(sequence);
   HAPTIC_VIEW_IN(twist_valid);
+  HAPTIC_VIEW_IN(accepted_valid);
   HAPTIC_VIEW_IN(clutched);
   HAPTIC_VIEW_IN(switches);
   HAPTIC_VIEW_IN(report_goal_contact);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace haptic::sim {
+#include "rt_core/contact/surface_cone.hpp"
+
+namespace haptic::tools {
 namespace {
 
 // Bodies of 0.1 m; the scene's numbers are rounded to Real, the sums here are double.
@@ -115,11 +117,19 @@ std::string node_text(const PairView& pair, std::uint32_t node) {
          ", " + letters[2] + std::to_string(features.j) + ")";
 }
 
+bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,
+                    const Vector& normal) {
+  const NodeFeatures features = node_features(pair, node);
+  if (!goes_on_behind(pair, r_wa, features, normal.cast<Real>())) return true;
+  return pair.marks.given() && !pair.marks.node(NodeScope::kLive, node);
+}
+
 CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose& pose_wa) {
   const PlacedMoving moving = place_moving(view, pose_wa);
   FlatPair flat(view, pair);
   flat.place(moving);
   const PlacedVertices placed(view, flat.view(), moving);
+  const Mat3 r_wa = pose_wa.q_wa.normalized().toRotationMatrix();
   CObstacle obstacle;
   std::vector<std::vector<Vector>> corners;
   for (const std::uint32_t node : applicable_nodes(flat, kApplicable_m)) {
@@ -135,10 +145,12 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
             std::abs(obstacle.faces[at].offset_m - offset) > kSamePoint_m))
       ++at;
     if (at == obstacle.faces.size()) {
-      obstacle.faces.push_back({{}, normal, offset, {}});
+      obstacle.faces.push_back({{}, normal, offset, {}, true});
       corners.emplace_back();
     }
     obstacle.faces[at].nodes.push_back(node);
+    obstacle.faces[at].hidden =
+        obstacle.faces[at].hidden && only_separates(flat.view(), r_wa, node, normal);
     corners[at].insert(corners[at].end(), points.begin(), points.end());
   }
   for (std::size_t f = 0; f < corners.size(); ++f)
@@ -146,4 +158,4 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
   return obstacle;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools
