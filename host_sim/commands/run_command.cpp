@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
 // [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
-// [--record FILE] [--html FILE] [--json]
+// [--record FILE] [--html FILE] [--mcap FILE] [--json]
 
 #include <cmath>
 #include <cstdio>
@@ -21,6 +21,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
+#include "host_sim/view/mcap_file.hpp"
 #include "host_sim/view/page_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -227,7 +228,8 @@ void print_stack(const StackSubject& subject, const StackTotals& t, const RestOs
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 
 struct RunArguments {
-  std::string scene, out, html, hand = "light", device, script, carrier = "none", faults, record;
+  std::string scene, out, html, mcap, hand = "light", device, script, carrier = "none", faults,
+                                      record;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
   bool report_clocked = false, json = false;
@@ -280,6 +282,7 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   std::vector<TickRecord> ticks;
   for (const LoopRecord& record : records) ticks.push_back(record.tick);
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
   if (!o.html.empty()) {
     std::vector<RecordedTick> recorded;
     for (const LoopRecord& record : records)
@@ -333,6 +336,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   const bool as_scripted = !events.empty() || (totals.faults == 0 && totals.ended_ready);
   std::vector<LoopRecord> felt;
   for (const StackRecord& record : records) felt.push_back(record.loop);
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
   const bool passed = totals.loop.finite && totals.loop.refused_poses == 0 && as_scripted &&
                       !rest.oscillates() && totals.ended_at_zero &&
@@ -349,6 +353,7 @@ int do_run(const RunArguments& o) {
   tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
   tools::claim_output(o.record, "--record");
   tools::claim_output(o.html, "--html");
+  tools::claim_output(o.mcap, "--mcap");
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
@@ -389,6 +394,8 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--html", o->html,
                   "page to write: the session to see and to move in, checked tick by tick; without "
                   "a carrier");
+  app->add_option("--mcap", o->mcap,
+                  "MCAP file to write, for Foxglove, Lichtblick and PlotJuggler");
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")

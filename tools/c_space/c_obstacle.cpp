@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "rt_core/contact/surface_cone.hpp"
 
@@ -31,6 +33,20 @@ struct PlacedVertices {
       b.emplace_back(origin + pair.b.vertex(v).cast<double>());
   }
 };
+
+/// A lower bound of the distance of the two pieces, by their spheres.
+double sphere_gap(const SceneView& view, const PairRecord& pair, const PlacedMoving& moving) {
+  const PieceRecord &a = view.pieces()[pair.piece_a], &b = view.pieces()[pair.piece_b];
+  const double* reference = view.bodies()[b.body].reference_m;
+  double square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double at = moving.grip_w[k] + moving.r_wa[k][0] * a.centre_m[0] +
+                      moving.r_wa[k][1] * a.centre_m[1] + moving.r_wa[k][2] * a.centre_m[2];
+    const double apart = at - reference[k] - b.centre_m[k];
+    square += apart * apart;
+  }
+  return std::sqrt(square) - a.radius_m - b.radius_m;
+}
 
 /// Corners of a node's C-face: b - R a over the vertices of its two features.
 void add_corners(const PairView& pair, const PlacedVertices& placed, std::uint32_t node,
@@ -156,6 +172,37 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
   for (std::size_t f = 0; f < corners.size(); ++f)
     obstacle.faces[f].polygon = planar_hull(corners[f], obstacle.faces[f].normal);
   return obstacle;
+}
+
+std::vector<NearObstacle> nearest_obstacles(const SceneView& view, const Pose& pose_wa,
+                                            const NearLimits& limits, std::size_t& too_large) {
+  const PlacedMoving moving = place_moving(view, pose_wa);
+  std::vector<std::pair<double, std::uint32_t>> by_spheres;
+  for (std::uint32_t k = 0; k < view.pair_count(); ++k)
+    by_spheres.emplace_back(sphere_gap(view, view.pair_record(k), moving), k);
+  const std::size_t tried = std::min(by_spheres.size(), limits.most_tried);
+  const auto end = by_spheres.begin() + static_cast<std::ptrdiff_t>(tried);
+  std::partial_sort(by_spheres.begin(), end, by_spheres.end());
+  const Vector point = vector_of(moving.grip_w);
+  std::vector<NearObstacle> found;
+  for (auto entry = by_spheres.begin(); entry != end; ++entry) {
+    // No pair behind is nearer than its spheres are.
+    if (found.size() >= limits.most && entry->first > found[limits.most - 1].distance_m) break;
+    if (view.pair_record(entry->second).node_count > limits.most_nodes) {
+      too_large += 1;
+      continue;
+    }
+    NearObstacle near{entry->second, make_c_obstacle(view, entry->second, pose_wa), 0};
+    near.distance_m = -std::numeric_limits<double>::infinity();
+    for (const CFace& face : near.obstacle.faces)
+      near.distance_m = std::max(near.distance_m, face.normal.dot(point) - face.offset_m);
+    const auto behind = std::find_if(found.begin(), found.end(), [&](const NearObstacle& other) {
+      return other.distance_m > near.distance_m;
+    });
+    found.insert(behind, std::move(near));
+  }
+  if (found.size() > limits.most) found.resize(limits.most);
+  return found;
 }
 
 }  // namespace haptic::tools

@@ -46,6 +46,25 @@ struct CObstacle {
 /// A node with its type and features: "44 B (v2, f0)"; of A first.
 [[nodiscard]] std::string node_text(const PairView& pair, std::uint32_t node);
 
+/// A C-obstacle near the point that stands for the part.
+struct NearObstacle {
+  std::uint32_t pair = 0;
+  CObstacle obstacle;
+  double distance_m = 0;  ///< of the point from the farthest of its planes; < 0: the pieces overlap
+};
+/// How many are looked for, and what is left out.
+struct NearLimits {
+  std::size_t most = 8;               ///< obstacles
+  std::uint32_t most_nodes = 20'000;  ///< basic contacts of one
+  std::size_t most_tried = 64;        ///< nearest by the bounding spheres of their pieces
+};
+/// Those of the nearest pairs, nearest first. `too_large`: grows by the pairs that were near and
+/// have more than `most_nodes`. Cost: spheres of all pairs, all nodes of those that are tried.
+[[nodiscard]] std::vector<NearObstacle> nearest_obstacles(const SceneView& view,
+                                                          const Pose& pose_wa,
+                                                          const NearLimits& limits,
+                                                          std::size_t& too_large);
+
 /// Whether a basic contact can only separate: one of its features lies inside its part.
 /// @param r_wa  the rotation of A; normal: of the contact, outward from B, W axes.
 [[nodiscard]] bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <optional>
+#include <utility>
 
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -13,7 +13,7 @@
 namespace haptic::tools {
 namespace {
 
-constexpr std::size_t kMostTried = 8 * kMostObstacles;
+constexpr std::size_t kMostTried = 256;
 
 /// One number, with the unit of a length where `length`. Nothing where it is none.
 std::optional<double> number_in(const std::string& word, bool length) {
@@ -55,30 +55,18 @@ void require_orientation(const SceneView& view, const Pose& pose_wa) {
       "the quaternion out");
 }
 
-/// A lower bound of the distance of the two pieces, by their spheres.
-double sphere_gap(const SceneView& view, const PairRecord& pair, const PlacedMoving& moving) {
-  const PieceRecord &a = view.pieces()[pair.piece_a], &b = view.pieces()[pair.piece_b];
-  const double* reference = view.bodies()[b.body].reference_m;
-  double square = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double at = moving.grip_w[k] + moving.r_wa[k][0] * a.centre_m[0] +
-                      moving.r_wa[k][1] * a.centre_m[1] + moving.r_wa[k][2] * a.centre_m[2];
-    const double apart = at - reference[k] - b.centre_m[k];
-    square += apart * apart;
-  }
-  return std::sqrt(square) - a.radius_m - b.radius_m;
-}
-
-DrawnObstacle drawn_obstacle(const SceneView& view, std::uint32_t index, const Pose& pose_wa,
+DrawnObstacle drawn_obstacle(const SceneView& view, NearObstacle near, const Pose& pose_wa,
                              const PlacedMoving& moving) {
   DrawnObstacle drawn;
+  const std::uint32_t index = near.pair;
   const PairView pair = view.pair(index);
   const BodyRecord& body = view.bodies()[pair.b.record->body];
   drawn.pair = index;
   drawn.piece_a = pair.record.piece_a - view.bodies()[0].piece_begin;
   drawn.piece_b = pair.record.piece_b - body.piece_begin;
   drawn.body = view.text(body.name_offset, body.name_bytes);
-  drawn.obstacle = make_c_obstacle(view, index, pose_wa);
+  drawn.obstacle = std::move(near.obstacle);
+  drawn.distance_m = near.distance_m;
   FlatPair flat(view, index);
   flat.place(moving);
   const Mat3 r_wa = pose_wa.q_wa.normalized().toRotationMatrix();
@@ -96,11 +84,8 @@ DrawnObstacle drawn_obstacle(const SceneView& view, std::uint32_t index, const P
     }
     drawn.contacts.push_back(contact);
   }
-  drawn.distance_m = -std::numeric_limits<double>::infinity();
-  const Vector point = vector_of(moving.grip_w);
   for (std::size_t f = 0; f < drawn.obstacle.faces.size(); ++f) {
     const CFace& face = drawn.obstacle.faces[f];
-    drawn.distance_m = std::max(drawn.distance_m, face.normal.dot(point) - face.offset_m);
     drawn.hidden_faces += face.hidden ? 1 : 0;
     for (const std::uint32_t node : face.nodes)
       drawn.contacts[node].face = static_cast<std::int32_t>(f);
@@ -147,28 +132,9 @@ CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa) {
   space.pose_wa = pose_wa;
   space.point = vector_of(moving.grip_w);
   space.pairs = view.pair_count();
-  std::vector<std::pair<double, std::uint32_t>> near;
-  for (std::uint32_t k = 0; k < view.pair_count(); ++k)
-    near.emplace_back(sphere_gap(view, view.pair_record(k), moving), k);
-  std::sort(near.begin(), near.end());
-  std::size_t tried = 0;
-  for (const auto& [gap, pair] : near) {
-    if (tried == kMostTried) break;
-    // No pair behind is nearer than its spheres are.
-    if (space.obstacles.size() >= kMostObstacles &&
-        gap > space.obstacles[kMostObstacles - 1].distance_m)
-      break;
-    tried += 1;
-    if (view.pair_record(pair).node_count > kMostContacts) {
-      space.too_large += 1;
-      continue;
-    }
-    space.obstacles.push_back(drawn_obstacle(view, pair, pose_wa, moving));
-    std::stable_sort(
-        space.obstacles.begin(), space.obstacles.end(),
-        [](const DrawnObstacle& l, const DrawnObstacle& r) { return l.distance_m < r.distance_m; });
-  }
-  if (space.obstacles.size() > kMostObstacles) space.obstacles.resize(kMostObstacles);
+  for (NearObstacle& near : nearest_obstacles(
+           view, pose_wa, {kMostObstacles, kMostContacts, kMostTried}, space.too_large))
+    space.obstacles.push_back(drawn_obstacle(view, std::move(near), pose_wa, moving));
   return space;
 }
 

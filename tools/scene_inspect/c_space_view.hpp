@@ -52,7 +52,7 @@ struct CSpaceView {
 [[nodiscard]] Pose pose_from_text(const SceneView& view, const std::string& text);
 
 /// @throws UsageError  the part never turns, and the pose has another orientation.
-/// Cost: bounding spheres of all pairs, all basic contacts of at most 8 kMostObstacles.
+/// Cost: as nearest_obstacles.
 [[nodiscard]] CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa);
 
 /// SVG 1.1, self-contained; the same bytes for the same scene and pose.

@@ -23,6 +23,10 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
 /// Pairs that are looked at for one picture.
 constexpr std::size_t kMostNear = 64;
+/// Where the core searches no goal pose (a scene with surfaces), the pairs to draw are found by
+/// their distance: of a large scene not for each picture.
+constexpr std::uint32_t kPairsAtEachPicture = 20'000, kPicturesBetween = 16;
+constexpr std::uint32_t kMostFacetNodes = 2'000;
 
 void put(const Vec3& from, double (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
@@ -114,6 +118,8 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   ids_.resize(room);
   contact_.polygon_w = BoundedList<Vec3>(corners_);
   contact_.ids = BoundedList<ContactId>(ids_);
+  by_distance_.clear();
+  asked_ = 0;
   input = {};
   result = {};
   std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
@@ -217,9 +223,24 @@ std::vector<std::uint32_t> ViewCore::held_pairs() const {
   return pairs;
 }
 
-std::vector<std::uint32_t> ViewCore::near_pairs() const {
+const std::vector<std::uint32_t>& ViewCore::pairs_by_distance() {
+  asked_ += 1;
+  const bool is_due = view_.pair_count() <= kPairsAtEachPicture || asked_ % kPicturesBetween == 1;
+  if (!is_due && !by_distance_.empty()) return by_distance_;
+  by_distance_.clear();
+  std::size_t too_large = 0;
+  for (const tools::NearObstacle& near :
+       tools::nearest_obstacles(view_, felt_wa_, {8, kMostFacetNodes, 128}, too_large))
+    by_distance_.push_back(near.pair);
+  return by_distance_;
+}
+
+std::vector<std::uint32_t> ViewCore::near_pairs() {
   std::vector<std::uint32_t> pairs = held_pairs();
-  if (result.has_goal_contact == 0) return pairs;
+  if (result.has_goal_contact == 0) {
+    for (const std::uint32_t pair : pairs_by_distance()) add_unique(pairs, pair);
+    return pairs;
+  }
   // The nearest pair first; those that were not searched have a bound, or nothing.
   std::vector<std::pair<Real, std::uint32_t>> others;
   for (std::uint32_t k = 0; k < core_->pair_count(); ++k) {
@@ -310,8 +331,9 @@ void ViewCore::describe_contacts() {
 void ViewCore::describe_graph(std::uint32_t most_nodes) {
   answer.clear();
   const std::vector<std::uint32_t> held = held_pairs();
-  if (held.empty() && result.has_goal_contact == 0) return;
-  const std::uint32_t index = held.empty() ? result.nearest_pair : held.front();
+  const std::vector<std::uint32_t> pairs = near_pairs();
+  if (pairs.empty()) return;
+  const std::uint32_t index = pairs.front();
   if (index >= core_->pair_count()) return;
   const PairView pair = view_.pair(index);
   FlatPair flat(view_, index);
@@ -322,13 +344,15 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
     GraphRole role;
   };
   std::vector<Shown> shown;
+  std::uint32_t left_out = 0;
+  // Two thirds of the room are for the neighbours.
   const auto add = [&](std::uint32_t node, GraphRole role) {
     for (Shown& other : shown) {
       if (other.node != node) continue;
       other.role = std::max(other.role, role);
       return true;
     }
-    if (shown.size() >= most_nodes) return false;
+    if (shown.size() >= (role == GraphRole::kNeighbor ? most_nodes : most_nodes / 3)) return false;
     shown.push_back({node, role});
     return true;
   };
@@ -341,16 +365,24 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
         if (plane.pair != index ||
             (plane.normal_w.cast<double>() - face.normal).norm() > kSameNormal)
           continue;
-        for (const std::uint32_t node : face.nodes) add(node, GraphRole::kHolds);
+        for (const std::uint32_t node : face.nodes)
+          left_out += add(node, GraphRole::kHolds) ? 0 : 1;
       }
     }
   }
   const PairReport report = core_->pair_report(index);
   if (result.has_goal_contact != 0 && report.searched) {
-    for (const NearNode& near : report.near) add(near.node, GraphRole::kNear);
+    for (const NearNode& near : report.near) left_out += add(near.node, GraphRole::kNear) ? 0 : 1;
+  }
+  if (shown.empty()) {
+    // Nothing of the core's is near: the applicable node whose plane is nearest to the part.
+    const auto nodes = tools::applicable_nodes(flat, tools::kApplicable_m);
+    const auto largest = std::max_element(nodes.begin(), nodes.end(), [&](auto l, auto r) {
+      return flat.evaluate(l).depth_m < flat.evaluate(r).depth_m;
+    });
+    if (largest != nodes.end()) add(*largest, GraphRole::kNeighbor);
   }
   const std::size_t active = shown.size();
-  std::uint32_t left_out = 0;
   for (std::size_t k = 0; k < active; ++k) {
     const NodeFeatures of = node_features(pair, shown[k].node);
     for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
@@ -358,7 +390,7 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
     });
   }
   std::vector<std::uint32_t> arcs;
-  for (std::uint32_t k = 0; k < shown.size(); ++k) {
+  for (std::uint32_t k = 0; k < active; ++k) {
     const NodeFeatures of = node_features(pair, shown[k].node);
     for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
       for (std::uint32_t other = k + 1; other < shown.size(); ++other) {

@@ -26,7 +26,7 @@ export function layoutOf(graph: Graph): [number, number][] {
       const angle = turn + (2 * Math.PI * i) / list.length;
       places[k] = [radius * Math.sin(angle), -radius * Math.cos(angle)];
     });
-  ring(inner, inner.length > 1 ? 0.42 : 0, 0);
+  ring(inner, inner.length > 12 ? 0.6 : inner.length > 1 ? 0.42 : 0, 0);
   const pull = new Map<number, number>();
   for (const k of outer) {
     let x = 0, y = 0;
@@ -109,14 +109,14 @@ export class GraphPane {
     const x = (k: number) => width / 2 + places[k][0] * (width / 2 - 22);
     const y = (k: number) => height / 2 + places[k][1] * (height / 2 - 16);
     for (const [a, b] of graph.arcs) {
-      const core = graph.nodes[a].role !== GraphRole.neighbor || graph.nodes[b].role !== GraphRole.neighbor;
-      this.svg.append(create("line", { x1: x(a), y1: y(a), x2: x(b), y2: y(b), class: core ? "arc" : "arc far" }));
+      this.svg.append(create("line", { x1: x(a), y1: y(a), x2: x(b), y2: y(b), class: "arc" }));
     }
     const crowded = graph.nodes.length > 30;
+    const crowd = graph.nodes.filter((n) => n.role !== GraphRole.neighbor).length;
     graph.nodes.forEach((node, k) => {
       const isCore = node.role !== GraphRole.neighbor;
       const chosen = this.selected?.pair === graph.pair && this.selected.node === node.node;
-      const r = isCore ? 8 : crowded ? 4 : 5.5;
+      const r = isCore ? (crowd > 12 ? 5.5 : 8) : crowded ? 3.5 : 5.5;
       const group = create("g", {
         "data-node": node.node,
         class: `node ${["neighbor", "near", "holds"][node.role]} kind${node.kind}${node.applies ? "" : " inapplicable"}${chosen ? " chosen" : ""}`,
@@ -128,7 +128,7 @@ export class GraphPane {
       if (node.kind === 0) group.append(create("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r }));
       else if (node.kind === 1) group.append(create("circle", { cx, cy, r: 1.1 * r }));
       else group.append(create("path", { d: `M${cx} ${cy - 1.3 * r}L${cx + 1.3 * r} ${cy}L${cx} ${cy + 1.3 * r}L${cx - 1.3 * r} ${cy}Z` }));
-      if (isCore || chosen) {
+      if ((isCore && crowd <= 12) || chosen) {
         const label = create("text", { x: cx, y: cy - r - 4, "text-anchor": "middle" });
         label.textContent = String(node.node);
         group.append(label);
@@ -154,7 +154,7 @@ export class GraphPane {
       } else {
         const count = (role: GraphRole) => graph.nodes.filter((n) => n.role === role).length;
         lines.push(`${count(GraphRole.holds)} hold, ${count(GraphRole.near)} near, ${count(GraphRole.neighbor)} neighbours`);
-        if (graph.leftOut > 0) lines.push(`${graph.leftOut} arcs to more are left out`);
+        if (graph.leftOut > 0) lines.push("more are left out");
         lines.push("click one for its features");
       }
     }
