@@ -43,8 +43,9 @@ constexpr GalleryScene kGallery[] = {
      "Threads are surfaces of thousands of flat facets, which are felt without any simplification. "
      "Play the recording, or turn the nut on by hand: right-hand, 1.5 mm for each turn."},
     {"two_pins", "Two pins in two sockets",
-     "A plug with two pins meets two parts at once. One pin alone slides in at an angle; both go "
-     "in only when the plug is straight."}};
+     "A plug with two pins meets two parts at once. One pin over its socket waits until the other "
+     "is "
+     "over its own: both go in only when the plug is straight."}};
 
 }  // namespace
 

@@ -184,14 +184,15 @@ const cases = {
     }
   },
 
-  async "a session of the simulated device: lamp green, the wrench that acted was given to the core"() {
+  async "a session of the simulated device: lamp green, red after one changed byte of a wrench that acted"() {
     const page = await open(run);
     await settledLamp(page);
     assert.equal(await lamp(page), "green");
     await close(page);
-    const other = await open(changed(run, "haptic-recording", 16 + 5000 * 120 + 72 + 3));
+    const other = await open(changed(run, "haptic-recording", 16 + 5000 * 120 + 72 + 16 + 5));
     await settledLamp(other);
     assert.equal(await lamp(other), "red");
+    assert.match(await other.innerText("#lamp"), /tick 5\d\d\d differs/);
     await close(other);
   },
 
@@ -276,7 +277,8 @@ const cases = {
       [, , z] = await feltAt(page);
       if (k === 8) await picture(page, "on_the_way_down");
     }
-    await drag(0, -2, []);  // presses on the floor
+    await drag(0, -4, []);  // presses on the floor
+    await page.waitForFunction(() => parseFloat(document.querySelector("#facts dd").textContent) > 0.4, null, kPatience);
     await page.waitForTimeout(800);
     const end = await feltAt(page);
     assert.ok(Math.abs(end[2] + 40) < 0.01, `not inserted: ${end[2]} mm`);

@@ -128,7 +128,7 @@ export class GraphPane {
       if (node.kind === 0) group.append(create("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r }));
       else if (node.kind === 1) group.append(create("circle", { cx, cy, r: 1.1 * r }));
       else group.append(create("path", { d: `M${cx} ${cy - 1.3 * r}L${cx + 1.3 * r} ${cy}L${cx} ${cy + 1.3 * r}L${cx - 1.3 * r} ${cy}Z` }));
-      if ((isCore && crowd <= 12) || chosen) {
+      if ((isCore && crowd <= 8) || chosen) {
         const label = create("text", { x: cx, y: cy - r - 4, "text-anchor": "middle" });
         label.textContent = String(node.node);
         group.append(label);
