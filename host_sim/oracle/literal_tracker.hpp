@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "tools/c_space/flat_pair.hpp"
 #include "rt_core/contact/contact_situation.hpp"
+#include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::sim {
 

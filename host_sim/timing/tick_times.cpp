@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/c_space/flat_pair.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/tick_clock.hpp"
+#include "tools/c_space/flat_pair.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

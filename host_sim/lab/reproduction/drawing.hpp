@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host_sim/report/picture.hpp"
+#include "host_sim/shapes/shapes.hpp"
 #include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {

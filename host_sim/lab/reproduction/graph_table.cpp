@@ -11,12 +11,12 @@
 
 namespace haptic::sim {
 
-using tools::kApplicable_m;
-using tools::vector_of;
 using tools::FlatPair;
+using tools::kApplicable_m;
 using tools::place_moving;
 using tools::PlacedMoving;
 using tools::Point;
+using tools::vector_of;
 
 namespace {
 
