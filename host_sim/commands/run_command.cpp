@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
 // [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
-// [--record FILE] [--json]
+// [--record FILE] [--html FILE] [--mcap FILE] [--json]
 
 #include <cmath>
 #include <cstdio>
@@ -21,6 +21,8 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
+#include "host_sim/view/mcap_file.hpp"
+#include "host_sim/view/page_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -226,7 +228,8 @@ void print_stack(const StackSubject& subject, const StackTotals& t, const RestOs
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 
 struct RunArguments {
-  std::string scene, out, hand = "light", device, script, carrier = "none", faults, record;
+  std::string scene, out, html, mcap, hand = "light", device, script, carrier = "none", faults,
+                                      record;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
   bool report_clocked = false, json = false;
@@ -269,6 +272,7 @@ void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
 
 bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& subject,
                const HandModel& hand) {
+  const std::string page = o.html.empty() ? std::string() : read_page();
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
   const std::vector<LoopRecord> records = run_loop(loop, hand_motion(o, session, subject.rate_hz));
   const LoopTotals totals = total(records);
@@ -278,6 +282,13 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   std::vector<TickRecord> ticks;
   for (const LoopRecord& record : records) ticks.push_back(record.tick);
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
+  if (!o.html.empty()) {
+    std::vector<RecordedTick> recorded;
+    for (const LoopRecord& record : records)
+      recorded.push_back(recorded_tick(record, subject.rate_hz));
+    write_whole_file(o.html, filled_page(page, session.view(), recorded));
+  }
   keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
        loop_account(subject, totals, rest, passed));
   if (!o.json) print_loop(subject, totals, rest, passed);
@@ -325,6 +336,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   const bool as_scripted = !events.empty() || (totals.faults == 0 && totals.ended_ready);
   std::vector<LoopRecord> felt;
   for (const StackRecord& record : records) felt.push_back(record.loop);
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
   const bool passed = totals.loop.finite && totals.loop.refused_poses == 0 && as_scripted &&
                       !rest.oscillates() && totals.ended_at_zero &&
@@ -340,6 +352,8 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
 int do_run(const RunArguments& o) {
   tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
   tools::claim_output(o.record, "--record");
+  tools::claim_output(o.html, "--html");
+  tools::claim_output(o.mcap, "--mcap");
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
@@ -357,6 +371,8 @@ int do_run(const RunArguments& o) {
 void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
     throw tools::UsageError("--report-clocked: needs --carrier direct or usb");
+  if (o.carrier != "none" && !o.html.empty())
+    throw tools::UsageError("--html: needs --carrier none: the page runs the core alone");
   if (o.carrier != "usb" && !o.faults.empty())
     throw tools::UsageError("--faults: needs --carrier usb: they are of the bus");
   if (o.carrier != "usb" && !o.record.empty())
@@ -375,6 +391,11 @@ Command add_run_command(CLI::App& program) {
       "run", "Closes the haptic loop with a simulated device and a simulated hand.");
   app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("-o,--out", o->out, "folder for run.csv, run.svg and run.json");
+  app->add_option("--html", o->html,
+                  "page to write: the session to see and to move in, checked tick by tick; without "
+                  "a carrier");
+  app->add_option("--mcap", o->mcap,
+                  "MCAP file to write, for Foxglove, Lichtblick and PlotJuggler");
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim view SCENE [MOTION] --html FILE
+// host_sim view SCENE|NUMBER [MOTION] [--html FILE] [--list]
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/view/gallery.hpp"
 #include "host_sim/view/page_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -15,18 +20,50 @@ namespace {
 
 struct ViewArguments {
   std::string scene, motion, html;
+  bool list = false;
 };
 
-int do_view(const ViewArguments& o) {
-  tools::claim_output(o.html, "--html");
-  CoreSession session(o.scene);
+/// The number of a gallery scene. A file of that name comes first.
+std::optional<unsigned> gallery_number(const std::string& scene) {
+  const bool digits = !scene.empty() && scene.size() < 4 &&
+                      std::ranges::all_of(scene, [](char c) { return c >= '0' && c <= '9'; });
+  if (!digits || std::filesystem::exists(scene)) return std::nullopt;
+  return static_cast<unsigned>(std::stoul(scene));
+}
+
+int write_view(const std::string& html, CoreSession& session, std::span<const MotionSample> motion,
+               std::string_view about) {
   std::vector<RecordedTick> ticks;
-  if (!o.motion.empty()) ticks = record_motion(session, read_played_motion(o.motion));
-  const std::string filled = filled_page(read_page(), session.view(), ticks);
-  write_whole_file(o.html, filled);
-  std::printf("%s: %zu ticks recorded, %zu kB; open it in a browser\n", o.html.c_str(),
-              ticks.size(), filled.size() / 1024);
+  if (!motion.empty()) ticks = record_motion(session, motion);
+  const std::string filled = filled_page(read_page(), session.view(), ticks, about);
+  write_whole_file(html, filled);
+  std::printf("%s: %zu ticks recorded, %zu kB; open it in a browser\n", html.c_str(), ticks.size(),
+              filled.size() / 1024);
   return tools::kExitDone;
+}
+
+int do_view(const ViewArguments& o) {
+  if (o.list) {
+    std::printf("%s", gallery_list().c_str());
+    return tools::kExitDone;
+  }
+  const std::optional<unsigned> number = gallery_number(o.scene);
+  if (!number) {
+    if (o.html.empty()) throw tools::UsageError("--html is required; example: --html peg.html");
+    tools::claim_output(o.html, "--html");
+    CoreSession session(o.scene);
+    std::vector<MotionSample> motion;
+    if (!o.motion.empty()) motion = read_played_motion(o.motion);
+    return write_view(o.html, session, motion, {});
+  }
+  const GalleryScene& scene = gallery_scene(*number);
+  const std::string html = o.html.empty() ? std::string(scene.name) + ".html" : o.html;
+  tools::claim_output(html, "--html");
+  CompiledGalleryScene compiled = compile_gallery_scene(scene);
+  if (!o.motion.empty()) compiled.motion = read_played_motion(o.motion);
+  CoreSession session(compiled.bytes.span(), std::string(scene.name));
+  return write_view(html, session, compiled.motion,
+                    std::string(scene.title) + ". " + std::string(scene.about));
 }
 
 }  // namespace
@@ -35,10 +72,17 @@ Command add_view_command(CLI::App& program) {
   const auto o = std::make_shared<ViewArguments>();
   CLI::App* app = program.add_subcommand(
       "view", "Makes a page to see a scene and move its part: one file, which runs the core.");
-  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
+  CLI::Option* list = app->add_flag("--list", o->list, "only list the scenes of the gallery");
+  CLI::Option* scene = app->add_option("scene,--scene", o->scene,
+                                       "compiled scene (.rtscene), or the number of a scene of the "
+                                       "gallery, 1 to 8");
   app->add_option("motion,--motion", o->motion,
                   "motion to record in the page: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W");
-  app->add_option("--html", o->html, "HTML file to write")->required();
+  app->add_option("--html", o->html, "HTML file to write; of the gallery: NAME.html by default");
+  app->final_callback([list, scene] {
+    if (list->count() == 0 && scene->count() == 0)
+      throw tools::UsageError("scene is required: a compiled scene, or a number of the gallery");
+  });
   return {app, [o] { return do_view(*o); }, "host_sim view peg.rtscene motion.csv --html peg.html"};
 }
 

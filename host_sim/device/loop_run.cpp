@@ -58,11 +58,14 @@ Pose ClosedLoop::mesh_pose(const HandTarget& grip) const {
   return pose_at(grip.x0_w - grip.q_wa * grip_a_, grip.q_wa);
 }
 
+std::int64_t loop_stamp_ns(std::uint64_t tick, double rate_hz) {
+  return std::llround(static_cast<double>(tick + 1) * 1e9 / rate_hz);
+}
+
 StepInput ClosedLoop::input() const {
   StepInput input;
   input.sequence = tick_;
-  // Counted from one period on: a stamp of 0 means "not stamped".
-  input.stamp_ns = std::llround(static_cast<double>(tick_ + 1) * 1e9 / rate_hz_);
+  input.stamp_ns = loop_stamp_ns(tick_, rate_hz_);
   input.pose_wa = mesh_pose(device_.sensed());
   input.accepted_wrench_w = {accepted_.force_w.cast<Real>(), accepted_.torque_w.cast<Real>()};
   input.accepted_valid = true;
@@ -84,6 +87,7 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
   out.device = device_.state();
   const StepInput sample = input();
   out.sensed_wa = sample.pose_wa;
+  out.accepted_w = sample.accepted_wrench_w;
   out.result = session_.core().step(sample);
 
   const Load command{out.result.wrench_w.force_w.cast<double>(),
@@ -106,6 +110,7 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
     LoopRecord record;
     record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.grip_in_part());
     record.device_wa = tick.sensed_wa;
+    record.accepted_w = tick.accepted_w;
     record.proxy_wa = tick.result.proxy_pose_wa;
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
     std::copy(motion[k].q_wxyz, motion[k].q_wxyz + 4, record.target_wxyz.begin());

@@ -23,10 +23,14 @@ struct LoopTick {
   double t_s = 0;
   DeviceState device;  ///< true state at the sample
   Pose sensed_wa;      ///< A's mesh frame as the core gets it
+  Wrench accepted_w;   ///< that acted before, as the core gets it
   StepResult result;   ///< of the core
   Load acting;         ///< on the device from this sample to the next, after delay and amplifier
   double delivered_j = 0;  ///< work of the rendering on the device up to the next sample
 };
+
+/// Stamp of tick number `tick`, from one period on: a stamp of 0 means "not stamped".
+[[nodiscard]] std::int64_t loop_stamp_ns(std::uint64_t tick, double rate_hz);
 
 /// Not movable; `session` must outlive it. Owner: one thread.
 class ClosedLoop {
@@ -73,6 +77,7 @@ class ClosedLoop {
 struct LoopRecord {
   TickRecord tick;
   Pose device_wa, proxy_wa;             ///< A's mesh frame: as sensed, and as shown
+  Wrench accepted_w;                    ///< that acted before the tick, as the core got it
   std::array<double, 3> target_m{};     ///< of the hand, for A's mesh frame
   std::array<double, 4> target_wxyz{};  ///< and its orientation
   double speed_m_per_s = 0, turn_rad_per_s = 0;

@@ -9,10 +9,15 @@
 #include <span>
 #include <vector>
 
-#include "host_sim/oracle/flat_pair.hpp"
 #include "rt_core/contact/contact_situation.hpp"
+#include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::sim {
+
+using tools::FlatPair;
+using tools::place_moving;
+using tools::PlacedMoving;
+using tools::Point;
 
 /// What "delta, small and related to |x_new - x_0|" (step 2) is taken to mean.
 enum class DeltaReading : std::uint8_t {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/contact_reference.hpp"
@@ -54,5 +55,7 @@ struct ReplayReport {
 
 /// Name of a bit of StepFlag, e.g. "relocalised".
 [[nodiscard]] const char* flag_name(std::size_t bit);
+/// Names of all bits that are set, lowest first.
+[[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
 
 }  // namespace haptic::sim

@@ -5,13 +5,17 @@
 #include <cmath>
 #include <limits>
 
-#include "host_sim/oracle/flat_pair.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/tick_clock.hpp"
+#include "tools/c_space/flat_pair.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
+
+using tools::FlatPair;
+using tools::place_moving;
+using tools::PlacedMoving;
 namespace {
 
 constexpr double kApplicabilityTolerance_m =

@@ -18,7 +18,8 @@ constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '1', '\0'};
 /// Head of the recording in the page; the ticks follow.
 struct RecordingHead {
   char magic[8] = {};
-  std::uint32_t ticks = 0, reserved = 0;
+  std::uint32_t ticks = 0;
+  std::uint32_t accepted = 0;  ///< 1: each tick has the accepted wrench
 };
 static_assert(sizeof(RecordingHead) == 16);
 
@@ -44,6 +45,12 @@ void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(at, mark.size(), text);
 }
 
+template <typename Plain>
+void append(std::vector<std::byte>& bytes, const Plain& value) {
+  const auto part = std::as_bytes(std::span(&value, 1));
+  bytes.insert(bytes.end(), part.begin(), part.end());
+}
+
 }  // namespace
 
 RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
@@ -56,6 +63,21 @@ RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
   for (int k = 0; k < 4; ++k)
     recorded.q_wa_xyzw[k] = static_cast<double>(input.pose_wa.q_wa.coeffs()[k]);
   recorded.state_hash = state_hash;
+  return recorded;
+}
+
+RecordedTick recorded_tick(const LoopRecord& record, double rate_hz) {
+  RecordedTick recorded;
+  recorded.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
+  for (int axis = 0; axis < 3; ++axis) {
+    recorded.p_wa_m[axis] = static_cast<double>(record.device_wa.p_wa[axis]);
+    recorded.accepted_w[axis] = static_cast<double>(record.accepted_w.force_w[axis]);
+    recorded.accepted_w[3 + axis] = static_cast<double>(record.accepted_w.torque_w[axis]);
+  }
+  for (int k = 0; k < 4; ++k)
+    recorded.q_wa_xyzw[k] = static_cast<double>(record.device_wa.q_wa.coeffs()[k]);
+  recorded.state_hash = record.tick.state_hash;
+  recorded.accepted_valid = true;
   return recorded;
 }
 
@@ -90,19 +112,27 @@ std::string read_page() {
 }
 
 std::string filled_page(const std::string& page, const SceneView& scene,
-                        std::span<const RecordedTick> ticks) {
+                        std::span<const RecordedTick> ticks, std::string_view about) {
   std::string filled = page;
   const SceneParameters& p = scene.parameters();
   fill(filled, "@TITLE@", escaped(scene.text(p.name_offset, p.name_bytes)));
+  fill(filled, "@ABOUT@", escaped(about));
   fill(filled, "@SCENE@", base64(scene.blob()));
   std::string recording;
   if (!ticks.empty()) {
     RecordingHead head;
     std::memcpy(head.magic, kRecordingMagic, sizeof kRecordingMagic);
     head.ticks = static_cast<std::uint32_t>(ticks.size());
-    std::vector<std::byte> bytes(sizeof head + ticks.size_bytes());
-    std::memcpy(bytes.data(), &head, sizeof head);
-    std::memcpy(bytes.data() + sizeof head, ticks.data(), ticks.size_bytes());
+    head.accepted = ticks.front().accepted_valid ? 1 : 0;
+    std::vector<std::byte> bytes;
+    append(bytes, head);
+    for (const RecordedTick& tick : ticks) {
+      append(bytes, tick.stamp_ns);
+      append(bytes, tick.p_wa_m);
+      append(bytes, tick.q_wa_xyzw);
+      append(bytes, tick.state_hash);
+      if (head.accepted != 0) append(bytes, tick.accepted_w);
+    }
     recording = base64(bytes);
   }
   fill(filled, "@RECORDING@", recording);

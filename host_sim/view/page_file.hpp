@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "host_sim/device/loop_run.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/motion_csv.hpp"
 
@@ -20,12 +22,16 @@ struct RecordedTick {
   double p_wa_m[3] = {};
   double q_wa_xyzw[4] = {};  ///< unit
   std::uint64_t state_hash = 0;
+  double accepted_w[6] = {};    ///< force and torque that acted on the device since the tick before
+  bool accepted_valid = false;  ///< in all ticks of a recording, or in none
 };
-static_assert(sizeof(RecordedTick) == 72);
 
 /// The recorded tick of sample number `tick` of a motion, whose core had `state_hash` after it.
 [[nodiscard]] RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
                                          std::uint64_t state_hash);
+
+/// That of a tick of a closed loop.
+[[nodiscard]] RecordedTick recorded_tick(const LoopRecord& record, double rate_hz);
 
 /// Bytes as text that may stand in an HTML file.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
@@ -34,10 +40,12 @@ static_assert(sizeof(RecordedTick) == 72);
 /// @throws tools::OsError  it has not been built; the text says what to run and to install.
 [[nodiscard]] std::string read_page();
 
-/// `page` with the scene and the ticks, none for a page by hand alone.
+/// `page` with the scene, the ticks, none for a page by hand alone, and what the scene shows in
+/// words, which may be empty.
 /// @throws tools::InputError  it is no page of this version.
 [[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
-                                      std::span<const RecordedTick> ticks);
+                                      std::span<const RecordedTick> ticks,
+                                      std::string_view about = {});
 
 /// Runs a motion from a forgotten contact history and keeps what the page compares.
 [[nodiscard]] std::vector<RecordedTick> record_motion(CoreSession& session,

@@ -17,13 +17,16 @@
 #include "host_sim/lab/reproduction/solid_union.hpp"
 #include "host_sim/lab/reproduction/timing_table.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/shapes/c_obstacle.hpp"
 #include "host_sim/shapes/coherent_path.hpp"
 #include "tests/support/program_run.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
 using namespace haptic::sim::test;
+using haptic::tools::CFace;
+using haptic::tools::CObstacle;
+using haptic::tools::make_c_obstacle;
 
 namespace {
 

@@ -63,6 +63,8 @@ for (let k = 0; k < count; ++k) {
   if (k % 16 === 0) {
     core.describe("obstacles", 8, 20000);
     core.describe("contacts");
+    core.describe("graph", 64);
+    core.describe("marked", 0, k % 7);
   }
   if (k + 1 === saved) state = core.save();
 }

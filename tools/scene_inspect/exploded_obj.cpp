@@ -20,14 +20,6 @@ std::string one_word(const std::string& name) {
   return word.empty() ? "body" : word;
 }
 
-std::string colour_line(const std::string& name, const std::array<double, 3>& colour) {
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "newmtl %s\nKa %.3f %.3f %.3f\nKd %.3f %.3f %.3f\nd 1\nillum 1\n", name.c_str(),
-                colour[0], colour[1], colour[2], colour[0], colour[1], colour[2]);
-  return text;
-}
-
 /// Static bodies stand in W; the moving one is lifted above them, by a fifth of its height.
 Point3 placement(const std::vector<ExplodedBody>& bodies, std::size_t index) {
   const ExplodedBody& body = bodies[index];
@@ -76,6 +68,14 @@ void add_piece(std::string& text, const ExplodedPiece& piece, const Point3& shif
 
 }  // namespace
 
+std::string material_line(const std::string& name, const std::array<double, 3>& colour) {
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "newmtl %s\nKa %.3f %.3f %.3f\nKd %.3f %.3f %.3f\nd 1\nillum 1\n", name.c_str(),
+                colour[0], colour[1], colour[2], colour[0], colour[1], colour[2]);
+  return text;
+}
+
 std::array<double, 3> piece_colour(std::uint32_t number) {
   static constexpr std::array<double, 3> kColours[] = {
       {0.36, 0.58, 0.80}, {0.45, 0.71, 0.48}, {0.88, 0.76, 0.36}, {0.66, 0.53, 0.76},
@@ -108,9 +108,9 @@ std::string exploded_obj(const std::vector<ExplodedBody>& bodies,
 std::string exploded_mtl(const std::vector<ExplodedBody>& bodies) {
   std::size_t most = 0;
   for (const ExplodedBody& body : bodies) most = std::max(most, body.pieces.size());
-  std::string text = "# Colours of the exploded view.\n" + colour_line("seam", kSeamColour);
+  std::string text = "# Colours of the exploded view.\n" + material_line("seam", kSeamColour);
   for (std::uint32_t i = 0; i < most; ++i) {
-    text += colour_line("piece_" + std::to_string(i), piece_colour(i));
+    text += material_line("piece_" + std::to_string(i), piece_colour(i));
   }
   return text;
 }

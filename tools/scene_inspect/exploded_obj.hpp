@@ -10,6 +10,8 @@
 
 namespace haptic::tools {
 
+/// A material of an MTL file.
+std::string material_line(const std::string& name, const std::array<double, 3>& colour);
 /// Colour of a piece, by its number within its body; components 0 to 1.
 std::array<double, 3> piece_colour(std::uint32_t number);
 /// Colour of faces that lie inside a part.

@@ -8,6 +8,7 @@
 #include "tools/common/svg.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/isometric.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -16,62 +17,25 @@ constexpr double kPanelWidth = 620, kPanelHeight = 520, kTop = 64, kMargin = 24;
 constexpr double kRow = 18;
 constexpr std::size_t kLegendRows = 12, kLegendColumns = 2;
 
-using Polygon2 = std::vector<Pixel>;
-
-std::string rgb(const std::array<double, 3>& colour, double shade) {
-  int c[3];
-  for (std::size_t k = 0; k < 3; ++k) {
-    c[k] = static_cast<int>(std::lround(255.0 * std::clamp(colour[k] * shade, 0.0, 1.0)));
-  }
-  return formatted("#%02x%02x%02x", c[0], c[1], c[2]);
+bool sees(const Isometric& view, const ExplodedFace& face) {
+  return vec::dot(face.normal, view.viewer) > 1e-9;
 }
-
-/// Orthographic view from (1, -1, 1), z upward.
-struct Isometric {
-  Point3 viewer = vec::unit({1, -1, 1});
-  Point3 right = vec::unit({1, 1, 0});
-  Point3 up = vec::cross(viewer, right);
-  double scale = 1.0;  ///< drawing units per metre
-  Pixel origin;
-  [[nodiscard]] Pixel at(const Point3& p) const {
-    return {origin.x + scale * vec::dot(p, right), origin.y - scale * vec::dot(p, up)};
-  }
-  [[nodiscard]] Polygon2 at(const std::vector<Point3>& loop) const {
-    Polygon2 polygon;
-    for (const Point3& p : loop) polygon.push_back(at(p));
-    return polygon;
-  }
-  [[nodiscard]] bool sees(const ExplodedFace& face) const {
-    return vec::dot(face.normal, viewer) > 1e-9;
-  }
-};
 
 /// Fits the body into its panel.
 Isometric fitted(const ExplodedBody& body, double left) {
-  Isometric view;
-  Pixel low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  std::vector<Point3> points;
   for (const ExplodedPiece& piece : body.pieces) {
     for (const ExplodedFace& face : piece.faces) {
-      for (const Pixel& p : view.at(face.loop)) {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-      }
+      points.insert(points.end(), face.loop.begin(), face.loop.end());
     }
   }
-  const double width = kPanelWidth - 2 * kMargin, height = kPanelHeight - 90;
-  view.scale =
-      std::min(width / std::max(high.x - low.x, 1e-300), height / std::max(high.y - low.y, 1e-300));
-  view.origin = {left + kPanelWidth / 2 - view.scale * (low.x + high.x) / 2,
-                 kTop + 40 + height / 2 - view.scale * (low.y + high.y) / 2};
-  return view;
+  return fitted_view(points, {left + kMargin, kTop + 40}, kPanelWidth - 2 * kMargin,
+                     kPanelHeight - 90);
 }
 
 /// One face: on the surface in the piece's colour, inside the part pale and hatched.
 std::string face_svg(const Isometric& view, const ExplodedPiece& piece, const ExplodedFace& face) {
-  // Light from above and from the left, so that the three faces of a box differ.
-  const Point3 light = vec::unit({0.25, -0.75, 1.2});
-  const double shade = 0.66 + 0.44 * std::max(0.0, vec::dot(face.normal, light));
-  const std::string fill = rgb(piece_colour(piece.number), shade);
+  const std::string fill = rgb(piece_colour(piece.number), shade_of(face.normal));
   const Polygon2 outline = view.at(face.loop);
   const std::string edge = "stroke=\"#222\" stroke-width=\"1\" stroke-linejoin=\"round\"";
   if (face.kind == FaceKind::kOpen) return polygon_of(outline, "fill=\"" + fill + "\" " + edge);
@@ -82,46 +46,6 @@ std::string face_svg(const Isometric& view, const ExplodedPiece& piece, const Ex
                       "fill=\"" + fill + "\" stroke=\"" + fill + "\" stroke-width=\"0.6\"");
   }
   return svg + polygon_of(outline, "fill=\"none\" " + edge);
-}
-
-bool holds(const Polygon2& polygon, const Pixel& p) {
-  bool inside = false;
-  for (std::size_t i = 0, k = polygon.size() - 1; i < polygon.size(); k = i++) {
-    const Pixel &a = polygon[i], &b = polygon[k];
-    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) {
-      inside = !inside;
-    }
-  }
-  return inside;
-}
-
-Pixel middle_of(const Polygon2& polygon) {
-  Pixel sum;
-  for (const Pixel& p : polygon) sum = {sum.x + p.x, sum.y + p.y};
-  const auto n = static_cast<double>(polygon.size());
-  return {sum.x / n, sum.y / n};
-}
-
-double area_of(const Polygon2& polygon) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Pixel &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += a.x * b.y - b.x * a.y;
-  }
-  return std::abs(twice) / 2;
-}
-
-/// Distance from a point to the outline of a polygon.
-double distance_to(const Polygon2& polygon, const Pixel& p) {
-  double nearest = HUGE_VAL;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Pixel &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
-    const double share =
-        square > 0 ? std::clamp(((p.x - a.x) * dx + (p.y - a.y) * dy) / square, 0.0, 1.0) : 0.0;
-    nearest = std::min(nearest, std::hypot(p.x - a.x - share * dx, p.y - a.y - share * dy));
-  }
-  return nearest;
 }
 
 /// Faces that the viewer sees, piece after piece in the order of painting.
@@ -138,7 +62,7 @@ std::string numbers_svg(const std::vector<const ExplodedPiece*>& painted, const 
   std::vector<PaintedFace> faces;
   for (std::size_t i = 0; i < painted.size(); ++i) {
     for (const ExplodedFace& face : painted[i]->faces) {
-      if (view.sees(face)) faces.push_back({i, view.at(face.loop)});
+      if (sees(view, face)) faces.push_back({i, view.at(face.loop)});
     }
   }
   std::string svg;
@@ -176,17 +100,6 @@ std::string numbers_svg(const std::vector<const ExplodedPiece*>& painted, const 
                 "font-weight=\"bold\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
   }
   return svg;
-}
-
-/// A bar of 1, 2 or 5 times a power of ten, about a fifth of the panel long.
-std::string scale_svg(const Isometric& view, double left) {
-  const double wanted = kPanelWidth / 5 / view.scale;
-  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
-  const double length_m = power * (wanted / power >= 5 ? 5 : wanted / power >= 2 ? 2 : 1);
-  const double x = left + kMargin, y = kTop + kPanelHeight - 14;
-  return formatted("<path d=\"M%.1f %.1fv-6v3h%.2fv-3v6\" fill=\"none\" stroke=\"#222\"/>\n", x, y,
-                   view.scale * length_m) +
-         text_at(x + view.scale * length_m + 8, y + 1, short_length(length_m), "start", 12);
 }
 
 std::string legend_svg(const ExplodedBody& body, const std::vector<bool>& shown, double left) {
@@ -230,13 +143,14 @@ std::string body_svg(const ExplodedBody& body, double left) {
   for (const ExplodedPiece* const piece : painted) {
     svg += "<g class=\"piece\">\n";
     for (const ExplodedFace& face : piece->faces) {
-      if (view.sees(face)) svg += face_svg(view, *piece, face);
+      if (sees(view, face)) svg += face_svg(view, *piece, face);
     }
     svg += "</g>\n";
   }
   std::vector<bool> shown(count, false);
   svg += numbers_svg(painted, view, shown);
-  return svg + scale_svg(view, left) + legend_svg(body, shown, left);
+  return svg + scale_svg(view, {left + kMargin, kTop + kPanelHeight - 14}, kPanelWidth / 5) +
+         legend_svg(body, shown, left);
 }
 
 }  // namespace
@@ -249,11 +163,7 @@ std::string exploded_svg(const std::string& scene, const std::vector<ExplodedBod
   }
   const double width = kPanelWidth * static_cast<double>(bodies.size());
   const double height = kTop + kPanelHeight + 24 + kRow * static_cast<double>(rows);
-  // Stripes: 45 degrees, in the colour that seams have in the OBJ file.
-  std::string svg =
-      "<defs><pattern id=\"seam\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
-      "patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" fill=\"" +
-      rgb(kSeamColour, 1.0) + "\"/></pattern></defs>\n";
+  std::string svg = seam_pattern(kSeamColour);
   svg += heading_at(kMargin, 26, scene);
   svg += rectangle_at({kMargin, 36}, 26, 14, "url(#seam)", "stroke=\"#222\"");
   svg +=

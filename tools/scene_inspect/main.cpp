@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// scene_inspect SCENE.rtscene [--json] [--explode DIR]: what is in a compiled scene, is it sound,
-/// what does it cost.
+/// scene_inspect SCENE.rtscene [--json] [--explode DIR] [--cspace POSE --cspace-dir DIR]: what is
+/// in a compiled scene, is it sound, what does it cost; its C-obstacles at a pose.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +13,7 @@
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/scene_facts/facts_text.hpp"
+#include "tools/scene_inspect/c_space_view.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
 #include "tools/scene_inspect/explanation.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
@@ -22,7 +23,7 @@ namespace haptic::tools {
 namespace {
 
 struct Arguments {
-  std::string scene, budget, explode;
+  std::string scene, budget, explode, cspace, cspace_folder;
   double explode_factor = 0.6;
   bool json = false, brief = false;
 };
@@ -74,9 +75,32 @@ void write_exploded(const SceneView& view, const Inspection& inspection,
                {folder / "exploded.mtl", std::as_bytes(std::span(mtl))}});
 }
 
+/// Writes cspace.svg, cspace.obj, cspace.mtl and cspace.csv.
+void write_c_space(const CSpaceView& space, const std::string& out) {
+  const std::filesystem::path folder(out);
+  const std::string svg = c_space_svg(space), csv = c_space_csv(space), mtl = c_space_mtl();
+  const std::string obj = c_space_obj(space, "cspace.mtl");
+  write_files({{folder / "cspace.svg", std::as_bytes(std::span(svg))},
+               {folder / "cspace.obj", std::as_bytes(std::span(obj))},
+               {folder / "cspace.mtl", std::as_bytes(std::span(mtl))},
+               {folder / "cspace.csv", std::as_bytes(std::span(csv))}});
+}
+
+/// The drawing alone: no proof is repeated.
+int draw_c_space(const Arguments& arguments, const SceneView& view) {
+  const CSpaceView space = c_space_view(view, pose_from_text(view, arguments.cspace));
+  claim_folder(arguments.cspace_folder, "--cspace-dir",
+               {"cspace.svg", "cspace.obj", "cspace.mtl", "cspace.csv"});
+  write_c_space(space, arguments.cspace_folder);
+  const std::string text = c_space_text(space);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  return kExitDone;
+}
+
 int inspect(const Arguments& arguments) {
   const SceneBytes bytes = read_scene_bytes(arguments.scene);
   const SceneView view = opened(arguments.scene, bytes);
+  if (!arguments.cspace.empty()) return draw_c_space(arguments, view);
   const Inspection inspection = inspection_of(view);
   claim_folder(arguments.explode, "--explode", {"exploded.svg", "exploded.obj", "exploded.mtl"});
   const BudgetLimits limits = limits_of(arguments.budget, inspection.facts.name);
@@ -116,6 +140,17 @@ int main(int argc, char** argv) {
                  "how far: share of a piece's way from the middle of its part (default 0.6)")
       ->check(CLI::Range(0.0, 100.0))
       ->needs(explode);
+  CLI::Option* cspace =
+      app.add_option("--cspace", arguments.cspace,
+                     "draw C-space at this pose and nothing else: start, or x,y,z[,qw,qx,qy,qz] of "
+                     "the moving part's file frame [m, or 5mm]")
+          ->excludes(json)
+          ->excludes(explode);
+  CLI::Option* folder =
+      app.add_option("--cspace-dir", arguments.cspace_folder,
+                     "folder for it: cspace.svg, cspace.obj, cspace.mtl, cspace.csv")
+          ->needs(cspace);
+  cspace->needs(folder);
   using haptic::tools::Command;
   const Command commands[] = {{&app, [&] { return haptic::tools::inspect(arguments); },
                                "scene_inspect peg.rtscene --explode drawing"}};

@@ -6,9 +6,15 @@
 #include <limits>
 #include <map>
 
-#include "host_sim/oracle/flat_pair.hpp"
+#include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::sim {
+
+using tools::operator+;
+using tools::operator-;
+using tools::cross;
+using tools::dot;
+using tools::scaled;
 namespace {
 
 /// Below this sine the plane of two edges loses digits, and the value is taken from the supports:

@@ -7,9 +7,17 @@
 #include <vector>
 
 #include "host_sim/report/picture.hpp"
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "host_sim/shapes/shapes.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
+
+using tools::CFace;
+using tools::CObstacle;
+using tools::make_c_obstacle;
+using tools::node_text;
+using tools::planar_hull;
+using tools::vector_of;
 
 /// Orthographic view: parallel to `-toward_viewer`, `up` upwards on the page.
 class Camera {

@@ -7,9 +7,16 @@
 
 #include "host_sim/oracle/node_set.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
+
+using tools::FlatPair;
+using tools::kApplicable_m;
+using tools::place_moving;
+using tools::PlacedMoving;
+using tools::Point;
+using tools::vector_of;
 
 namespace {
 

@@ -7,9 +7,15 @@
 #include <cstring>
 #include <limits>
 
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
+
+using tools::CFace;
+using tools::CObstacle;
+using tools::FlatPair;
+using tools::make_c_obstacle;
+using tools::Vector;
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -17,6 +23,10 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
 /// Pairs that are looked at for one picture.
 constexpr std::size_t kMostNear = 64;
+/// Where the core searches no goal pose (a scene with surfaces), the pairs to draw are found by
+/// their distance: of a large scene not for each picture.
+constexpr std::uint32_t kPairsAtEachPicture = 20'000, kPicturesBetween = 16;
+constexpr std::uint32_t kMostFacetNodes = 2'000;
 
 void put(const Vec3& from, double (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
@@ -108,6 +118,8 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   ids_.resize(room);
   contact_.polygon_w = BoundedList<Vec3>(corners_);
   contact_.ids = BoundedList<ContactId>(ids_);
+  by_distance_.clear();
+  asked_ = 0;
   input = {};
   result = {};
   std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
@@ -127,6 +139,11 @@ void ViewCore::step() {
   if (step.twist_valid) {
     step.twist_w.linear_w = vector_in(input.twist_w);
     step.twist_w.angular_w = vector_in(input.twist_w + 3);
+  }
+  step.accepted_valid = input.accepted_valid != 0;
+  if (step.accepted_valid) {
+    step.accepted_wrench_w.force_w = vector_in(input.accepted_w);
+    step.accepted_wrench_w.torque_w = vector_in(input.accepted_w + 3);
   }
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
@@ -206,9 +223,24 @@ std::vector<std::uint32_t> ViewCore::held_pairs() const {
   return pairs;
 }
 
-std::vector<std::uint32_t> ViewCore::near_pairs() const {
+const std::vector<std::uint32_t>& ViewCore::pairs_by_distance() {
+  asked_ += 1;
+  const bool is_due = view_.pair_count() <= kPairsAtEachPicture || asked_ % kPicturesBetween == 1;
+  if (!is_due && !by_distance_.empty()) return by_distance_;
+  by_distance_.clear();
+  std::size_t too_large = 0;
+  for (const tools::NearObstacle& near :
+       tools::nearest_obstacles(view_, felt_wa_, {8, kMostFacetNodes, 128}, too_large))
+    by_distance_.push_back(near.pair);
+  return by_distance_;
+}
+
+std::vector<std::uint32_t> ViewCore::near_pairs() {
   std::vector<std::uint32_t> pairs = held_pairs();
-  if (result.has_goal_contact == 0) return pairs;
+  if (result.has_goal_contact == 0) {
+    for (const std::uint32_t pair : pairs_by_distance()) add_unique(pairs, pair);
+    return pairs;
+  }
   // The nearest pair first; those that were not searched have a bound, or nothing.
   std::vector<std::pair<Real, std::uint32_t>> others;
   for (std::uint32_t k = 0; k < core_->pair_count(); ++k) {
@@ -258,10 +290,11 @@ void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {
       role = FaceRole::kHolds;
       node = std::min(node, face.nodes.front());
     }
-    answer.counts.insert(answer.counts.end(),
-                         {kind_of(record, face), static_cast<std::uint32_t>(role), node,
-                          static_cast<std::uint32_t>(face.nodes.size()),
-                          static_cast<std::uint32_t>(face.polygon.size())});
+    answer.counts.insert(
+        answer.counts.end(),
+        {kind_of(record, face), static_cast<std::uint32_t>(role), face.hidden ? 1u : 0u, node,
+         static_cast<std::uint32_t>(face.nodes.size()),
+         static_cast<std::uint32_t>(face.polygon.size())});
     for (const Vector& corner : face.polygon)
       answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
   }
@@ -295,6 +328,130 @@ void ViewCore::describe_contacts() {
   }
 }
 
+void ViewCore::describe_graph(std::uint32_t most_nodes) {
+  answer.clear();
+  const std::vector<std::uint32_t> held = held_pairs();
+  const std::vector<std::uint32_t> pairs = near_pairs();
+  if (pairs.empty()) return;
+  const std::uint32_t index = pairs.front();
+  if (index >= core_->pair_count()) return;
+  const PairView pair = view_.pair(index);
+  FlatPair flat(view_, index);
+  flat.place(tools::place_moving(view_, felt_wa_));
+
+  struct Shown {
+    std::uint32_t node;
+    GraphRole role;
+  };
+  std::vector<Shown> shown;
+  std::uint32_t left_out = 0;
+  // Two thirds of the room are for the neighbours.
+  const auto add = [&](std::uint32_t node, GraphRole role) {
+    for (Shown& other : shown) {
+      if (other.node != node) continue;
+      other.role = std::max(other.role, role);
+      return true;
+    }
+    if (shown.size() >= (role == GraphRole::kNeighbor ? most_nodes : most_nodes / 3)) return false;
+    shown.push_back({node, role});
+    return true;
+  };
+  if (!held.empty()) {
+    const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+    const FeltContact& felt = core_->felt_contact();
+    for (const CFace& face : obstacle.faces) {
+      for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
+        const FeltPlane& plane = felt.planes[k];
+        if (plane.pair != index ||
+            (plane.normal_w.cast<double>() - face.normal).norm() > kSameNormal)
+          continue;
+        for (const std::uint32_t node : face.nodes)
+          left_out += add(node, GraphRole::kHolds) ? 0 : 1;
+      }
+    }
+  }
+  const PairReport report = core_->pair_report(index);
+  if (result.has_goal_contact != 0 && report.searched) {
+    for (const NearNode& near : report.near) left_out += add(near.node, GraphRole::kNear) ? 0 : 1;
+  }
+  if (shown.empty()) {
+    // Nothing of the core's is near: the applicable node whose plane is nearest to the part.
+    const auto nodes = tools::applicable_nodes(flat, tools::kApplicable_m);
+    const auto largest = std::max_element(nodes.begin(), nodes.end(), [&](auto l, auto r) {
+      return flat.evaluate(l).depth_m < flat.evaluate(r).depth_m;
+    });
+    if (largest != nodes.end()) add(*largest, GraphRole::kNeighbor);
+  }
+  const std::size_t active = shown.size();
+  for (std::size_t k = 0; k < active; ++k) {
+    const NodeFeatures of = node_features(pair, shown[k].node);
+    for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
+      if (!add(neighbor, GraphRole::kNeighbor)) left_out += 1;
+    });
+  }
+  std::vector<std::uint32_t> arcs;
+  for (std::uint32_t k = 0; k < active; ++k) {
+    const NodeFeatures of = node_features(pair, shown[k].node);
+    for_each_neighbor(pair.a, pair.b, of.type, of.i, of.j, [&](std::uint32_t neighbor) {
+      for (std::uint32_t other = k + 1; other < shown.size(); ++other) {
+        if (shown[other].node == neighbor) arcs.insert(arcs.end(), {k, other});
+      }
+    });
+  }
+  const std::uint32_t body = view_.pieces()[pair.record.piece_b].body;
+  answer.counts = {index, body, static_cast<std::uint32_t>(shown.size()),
+                   static_cast<std::uint32_t>(arcs.size() / 2), left_out};
+  for (const Shown& one : shown) {
+    const NodeFeatures of = node_features(pair, one.node);
+    const FlatPair::Value value = flat.evaluate(one.node);
+    const bool applies = value.violation_m <= tools::kApplicable_m;
+    answer.counts.insert(answer.counts.end(),
+                         {one.node, static_cast<std::uint32_t>(of.type), of.i, of.j,
+                          static_cast<std::uint32_t>(one.role), applies ? 1u : 0u});
+    answer.numbers.push_back(value.depth_m);
+  }
+  answer.counts.insert(answer.counts.end(), arcs.begin(), arcs.end());
+}
+
+void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
+  answer.clear();
+  if (index >= core_->pair_count() || node >= view_.pair_record(index).node_count) return;
+  const PairView pair = view_.pair(index);
+  const NodeFeatures of = node_features(pair, node);
+  const auto corners_of = [](const PieceView& piece, ContactType type, bool of_a, std::uint32_t i) {
+    std::vector<std::uint32_t> corners;
+    if (type == ContactType::kC) {
+      corners.assign(std::begin(piece.edges[i].vertex), std::end(piece.edges[i].vertex));
+    } else if ((type == ContactType::kA) == of_a) {
+      const auto loop = piece.face_vertices(i);
+      corners.assign(loop.begin(), loop.end());
+    } else {
+      corners.push_back(i);
+    }
+    return corners;
+  };
+  const auto of_a = corners_of(pair.a, of.type, true, of.i);
+  const auto of_b = corners_of(pair.b, of.type, false, of.j);
+  const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+  const CFace* const face = obstacle.face_of(node);
+  answer.counts = {static_cast<std::uint32_t>(of_a.size()), static_cast<std::uint32_t>(of_b.size()),
+                   face == nullptr ? 0u : static_cast<std::uint32_t>(face->polygon.size())};
+  const tools::PlacedMoving moving = tools::place_moving(view_, felt_wa_);
+  for (const std::uint32_t v : of_a) {
+    const Vector local = pair.a.vertex(v).cast<double>();
+    for (std::size_t k = 0; k < 3; ++k)
+      answer.numbers.push_back(moving.grip_w[k] + tools::vector_of(moving.r_wa[k]).dot(local));
+  }
+  const double* reference = view_.bodies()[pair.b.record->body].reference_m;
+  for (const std::uint32_t v : of_b) {
+    for (int k = 0; k < 3; ++k)
+      answer.numbers.push_back(reference[k] + static_cast<double>(pair.b.vertex(v)[k]));
+  }
+  if (face == nullptr) return;
+  for (const Vector& corner : face->polygon)
+    answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
+}
+
 std::string layout_text() {
   const ViewInput in;
   const ViewResult out;
@@ -306,9 +463,11 @@ std::string layout_text() {
   HAPTIC_VIEW_IN(p_wa_m);
   HAPTIC_VIEW_IN(q_wa_xyzw);
   HAPTIC_VIEW_IN(twist_w);
+  HAPTIC_VIEW_IN(accepted_w);
   HAPTIC_VIEW_IN(stamp_ns);
   HAPTIC_VIEW_IN(sequence);
   HAPTIC_VIEW_IN(twist_valid);
+  HAPTIC_VIEW_IN(accepted_valid);
   HAPTIC_VIEW_IN(clutched);
   HAPTIC_VIEW_IN(switches);
   HAPTIC_VIEW_IN(report_goal_contact);

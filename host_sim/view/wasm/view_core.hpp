@@ -19,10 +19,11 @@ namespace haptic::sim {
 struct ViewInput {
   double p_wa_m[3] = {};
   double q_wa_xyzw[4] = {0, 0, 0, 1};
-  double twist_w[6] = {};  ///< at the grip point, m/s and rad/s; used where twist_valid is not 0
+  double twist_w[6] = {};     ///< at the grip point, m/s and rad/s; used where twist_valid is not 0
+  double accepted_w[6] = {};  ///< StepInput::accepted_wrench_w; used where accepted_valid is not 0
   std::int64_t stamp_ns = 0;
   std::uint64_t sequence = 0;
-  std::uint32_t twist_valid = 0, clutched = 0, switches = 0;
+  std::uint32_t twist_valid = 0, accepted_valid = 0, clutched = 0, switches = 0;
   std::uint32_t report_goal_contact = 0;  ///< StepInput::report_goal_contact
 };
 
@@ -75,6 +76,13 @@ enum class FaceRole : std::uint32_t {
   kHolds  ///< its plane holds the part that is felt
 };
 
+/// How a node of the graph stands to the part.
+enum class GraphRole : std::uint32_t {
+  kNeighbor = 0,  ///< next to one of the others
+  kNear,          ///< in the near set of the goal pose
+  kHolds          ///< its plane holds the part that is felt
+};
+
 class ViewCore {
  public:
   /// Takes `scene`, which must stay where it is. @return as SceneView::open, HapticCore::create.
@@ -96,17 +104,30 @@ class ViewCore {
   /// the grip point, of others in W [m].
   void describe_pieces();
   /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
-  /// then of the nearest by the search at the goal pose; of at most `most_pairs` pairs with at most
-  /// `most_nodes` basic contacts each. counts: obstacles, pairs left out; for each obstacle pair,
-  /// body, faces; for each face kind (A, B, C: 0, 1, 2; kSeveralTypes), FaceRole, its first near or
-  /// holding node (0xFFFFFFFF: none), number of nodes, corners; numbers: the corners in W [m]:
-  /// positions of the grip point.
+  /// then of the nearest by the search at the goal pose, or, where none is searched, by their
+  /// distance; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. counts:
+  /// obstacles, pairs left out; for each obstacle pair, body, faces; for each face kind (A, B, C:
+  /// 0, 1, 2; kSeveralTypes), FaceRole, whether it is hidden, its first near or holding node
+  /// (0xFFFFFFFF: none), number of nodes, corners; numbers: the corners in W [m]: positions of the
+  /// grip point.
   void describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes);
   /// Contacts of the pairs that hold the part, or of the nearest pair under laws that have no such
   /// planes. counts: contacts; for each body, situation, corners, basic contacts; for each of the
   /// latter type, then of A and of B: kind (vertex, edge, face: 0, 1, 2) and two numbers of the
   /// user's mesh (0xFFFFFFFF: made by a cut). numbers: normal, then corners of the polygon, in W.
   void describe_contacts();
+  /// The contact graph round the active pair: that of the first plane that holds the part, else the
+  /// nearest as in describe_obstacles. counts: pair, body of B, nodes, arcs, how often a node was
+  /// left out; for each node its number, type (0, 1, 2), features of A and of B, GraphRole, whether
+  /// it applies; for each arc two places in the list of nodes, one of them at least holds or is
+  /// near. Those that hold or are near come first, then their G-neighbors, at most `most_nodes` in
+  /// all. numbers: the plane value of each node [m]; empty where no pair is active. Where the part
+  /// is felt.
+  void describe_graph(std::uint32_t most_nodes);
+  /// The two features of a basic contact and its face of the C-obstacle, where the part is felt.
+  /// counts: corners of the feature of A, of that of B, of the face (0 where it does not apply);
+  /// numbers: all of these in W [m]. Empty where the scene has no such pair or node.
+  void describe_marked(std::uint32_t pair, std::uint32_t node);
 
   ViewInput input;
   ViewResult result;
@@ -116,7 +137,8 @@ class ViewCore {
  private:
   /// Pairs of the planes that hold the part.
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
-  [[nodiscard]] std::vector<std::uint32_t> near_pairs() const;
+  [[nodiscard]] std::vector<std::uint32_t> near_pairs();
+  [[nodiscard]] const std::vector<std::uint32_t>& pairs_by_distance();
   void describe_obstacle(std::uint32_t pair, const Pose& pose_wa);
   void take(const StepResult& step);
 
@@ -128,6 +150,8 @@ class ViewCore {
   std::span<std::byte> state_;
   HapticCore* core_ = nullptr;
   Pose felt_wa_;
+  std::vector<std::uint32_t> by_distance_;
+  std::uint32_t asked_ = 0;
   std::vector<Vec3> corners_;
   std::vector<ContactId> ids_;
   ContactGeometry contact_;

@@ -89,6 +89,13 @@ void view_describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes)
 HAPTIC_EXPORT(view_describe_contacts) void view_describe_contacts() {
   if (is_open) core().describe_contacts();
 }
+HAPTIC_EXPORT(view_describe_graph) void view_describe_graph(std::uint32_t most_nodes) {
+  if (is_open) core().describe_graph(most_nodes);
+}
+HAPTIC_EXPORT(view_describe_marked)
+void view_describe_marked(std::uint32_t pair, std::uint32_t node) {
+  if (is_open) core().describe_marked(pair, node);
+}
 
 HAPTIC_EXPORT(view_numbers) const double* view_numbers() { return core().answer.numbers.data(); }
 HAPTIC_EXPORT(view_number_count) std::uint32_t view_number_count() {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// page_in_browser.mjs PACKAGES BROWSER RECORDED BY_HAND [PICTURES]: the page as a person uses it, in Chromium without a
+// page_in_browser.mjs PACKAGES BROWSER RECORDED BY_HAND RUN GALLERY [PICTURES]: the page as a person uses it, in Chromium without a
 // window. PACKAGES: folder with playwright-core; RECORDED, BY_HAND: pages of the square peg with and without a recording;
+// RUN: that of a closed loop; GALLERY: folder with a page of each scene;
 // PICTURES: folder for a picture of each state. Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-const [packages, executablePath, recorded, byHand, pictures] = process.argv.slice(2);
+const [packages, executablePath, recorded, byHand, run, gallery, pictures] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
 const kPatience = { timeout: 120000 };
 const kTicks = 14601;
@@ -80,6 +81,7 @@ async function pixelsNear(page, canvas, wanted, within = 24) {
   );
 }
 const kForce = [0xd5, 0x5e, 0x00], kContact = [0xc2, 0x18, 0x7f];
+const kChosen = [0x00, 0x61, 0xa8];
 const kTypeB = [0x56, 0xb4, 0xe9];
 
 /** Part `id` of a page with one bit of one byte changed, as another file. */
@@ -117,6 +119,22 @@ const cases = {
     // In the light of the pane.
     assert.ok((await pixelsNear(page, "#cspace", kTypeB, 48)) > 1500, "no C-obstacle of type B");
     await picture(page, "walls");
+    // The graph: the planes that hold are in its middle; a click names one and marks it in both spaces, a second ends that.
+    const marked = { physical: await pixelsNear(page, "#physical", kChosen), cspace: await pixelsNear(page, "#cspace", kChosen) };
+    assert.ok((await page.locator("#graph .node.holds").count()) >= 1, "no node holds");
+    assert.ok((await page.locator("#graph .node.neighbor").count()) > 4, "no neighbours");
+    const held = page.locator("#graph .node.holds").first();
+    const name = (await held.getAttribute("aria-label")).replace("basic contact ", "");
+    await held.click();
+    await page.waitForFunction((text) => document.querySelector(".graph-words").textContent.includes(text), name, kPatience);
+    assert.match(await page.innerText(".graph-words"), /holds the part/);
+    await page.waitForTimeout(1500);
+    assert.ok((await pixelsNear(page, "#physical", kChosen)) > marked.physical + 40, "no feature marked");
+    assert.ok((await pixelsNear(page, "#cspace", kChosen)) > marked.cspace + 40, "no face marked");
+    await picture(page, "graph");
+    await held.focus();
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => /click one/.test(document.querySelector(".graph-words").textContent), null, kPatience);
     await seek(page, 9000);
     const [, , z] = await feltAt(page);
     assert.ok(Math.abs(z + 40) < 0.01, `the peg is not on the floor: ${z} mm`);
@@ -162,6 +180,36 @@ const cases = {
       await page.locator("#trouble").waitFor({ state: "visible", ...kPatience });
       assert.match(await page.innerText("#trouble"), text);
       await picture(page, `damaged_${id}_${byte}`);
+      await close(page);
+    }
+  },
+
+  async "a session of the simulated device: lamp green, red after one changed byte of a wrench that acted"() {
+    const page = await open(run);
+    await settledLamp(page);
+    assert.equal(await lamp(page), "green");
+    await close(page);
+    const other = await open(changed(run, "haptic-recording", 16 + 3473 * 120 + 72 + 7));
+    await settledLamp(other);
+    assert.equal(await lamp(other), "red");
+    assert.match(await other.innerText("#lamp"), /tick 34\d\d differs/);
+    await close(other);
+  },
+
+  async "the gallery: each scene with its two sentences, its lamp green, C-obstacles drawn"() {
+    const scenes = readdirSync(gallery).filter((name) => name.endsWith(".html"));
+    assert.equal(scenes.length, 8);
+    for (const name of scenes) {
+      const page = await open(join(gallery, name), { colorScheme: "light" });
+      await settledLamp(page);
+      assert.equal(await lamp(page), "green", name);
+      assert.match(await page.innerText("#about"), /^[^.]+\. .+\. ?.*\.$/, name);
+      await seek(page, kGalleryTick[name.replace(".html", "")]);
+      await page.waitForTimeout(1500);
+      assert.notEqual(await situation(page), "none", name);
+      assert.match(await page.innerText("#cspace-note"), /^[1-8] C-obstacle/, name);
+      assert.ok((await page.locator("#graph .node").count()) > 2, name);
+      await picture(page, `gallery_${name.replace(".html", "")}`);
       await close(page);
     }
   },
@@ -229,7 +277,8 @@ const cases = {
       [, , z] = await feltAt(page);
       if (k === 8) await picture(page, "on_the_way_down");
     }
-    await drag(0, -2, []);  // presses on the floor
+    await drag(0, -4, []);  // presses on the floor
+    await page.waitForFunction(() => parseFloat(document.querySelector("#facts dd").textContent) > 0.4, null, kPatience);
     await page.waitForTimeout(800);
     const end = await feltAt(page);
     assert.ok(Math.abs(end[2] + 40) < 0.01, `not inserted: ${end[2]} mm`);
@@ -242,6 +291,11 @@ const cases = {
   },
 };
 
+/** Ticks in contact. */
+const kGalleryTick = {
+  tetrahedron_on_box: 6000, square_peg_five: 6500, round_peg: 6500, ell_insert: 7000, dovetail: 4400, gear_on_shaft: 7400,
+  nut_on_bolt: 7000, two_pins: 4600,
+};
 let failed = 0;
 for (const [name, run] of Object.entries(cases)) {
   try {

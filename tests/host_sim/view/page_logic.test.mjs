@@ -5,7 +5,8 @@ import { test } from "node:test";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
 import { bytesOf, DamagedPage, Recording } from "../../../host_sim/view/page/src/recording";
-import { contactsOf, edgesOf, kNone, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
+import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
+import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
 
 const near = (a, b, tolerance = 1e-12) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
@@ -93,12 +94,13 @@ test("shapes: pieces, obstacles and contacts are read as they are written", () =
   assert.equal(trianglesOf(piece.faces).length, 2 * 9);
 
   const { obstacles, leftOut } = obstaclesOf({
-    counts: new Uint32Array([1, 3, 5, 1, 2, 0, 2, 44, 1, 3, 3, 0, kNone, 4, 4]),
+    counts: new Uint32Array([1, 3, 5, 1, 2, 0, 2, 0, 44, 1, 3, 3, 0, 1, kNone, 4, 4]),
     numbers: new Float64Array(Array.from({ length: 21 }, (_, k) => k)),
   });
   assert.equal(leftOut, 3);
   assert.equal(obstacles[0].pair, 5);
   assert.equal(obstacles[0].faces[0].node, 44);
+  assert.deepEqual(obstacles[0].faces.map((face) => face.hidden), [false, true]);
   assert.deepEqual(obstacles[0].faces[1].corners[3], [18, 19, 20]);
 
   const [contact] = contactsOf({
@@ -108,6 +110,37 @@ test("shapes: pieces, obstacles and contacts are read as they are written", () =
   assert.deepEqual(contact.ids, ["A:f3/v5", "C:e0-3/e4-*"]);
   assert.deepEqual(contact.polygon, [[1, 2, 3], [4, 5, 6]]);
   assert.deepEqual(contactsOf({ counts: new Uint32Array(), numbers: new Float64Array() }), []);
+});
+
+test("graph: read as written, those that hold in the middle, laid out the same way each time", () => {
+  const answer = {
+    counts: new Uint32Array([3, 1, 4, 3, 7, 44, 1, 2, 0, 2, 1, 12, 0, 1, 5, 0, 0, 60, 2, 3, 4, 0, 1, 61, 2, 3, 5, 0, 1, 0, 1, 0, 2, 2, 3]),
+    numbers: new Float64Array([0, -0.001, -0.002, -0.003]),
+  };
+  const graph = graphOf(answer);
+  assert.deepEqual([graph.pair, graph.body, graph.leftOut], [3, 1, 7]);
+  assert.equal(nodeText(graph.nodes[0]), "44 B (v2, f0)");
+  assert.equal(nodeText(graph.nodes[2]), "60 C (e3, e4)");
+  assert.equal(graph.nodes[1].applies, false);
+  assert.equal(graph.nodes[3].depth, -0.003);
+  assert.deepEqual(graph.arcs, [[0, 1], [0, 2], [2, 3]]);
+  const places = layoutOf(graph);
+  assert.deepEqual(places, layoutOf(graphOf(answer)));
+  assert.deepEqual(places[0].map(Math.abs), [0, 0]);
+  for (let k = 1; k < 4; ++k) near(Math.hypot(...places[k]), 0.9);
+  for (let k = 1; k < 4; ++k) for (let i = 1; i < k; ++i) assert.ok(Math.hypot(places[k][0] - places[i][0], places[k][1] - places[i][1]) > 0.5);
+  assert.equal(graphOf({ counts: new Uint32Array(), numbers: new Float64Array() }), null);
+  const marked = markedOf({ counts: new Uint32Array([1, 2, 0]), numbers: new Float64Array([1, 2, 3, 4, 5, 6, 7, 8, 9]) });
+  assert.deepEqual(marked, { ofA: [[1, 2, 3]], ofB: [[4, 5, 6], [7, 8, 9]], face: [] });
+});
+
+test("shapes: dashes lie on their edges and leave gaps", () => {
+  const square = { corners: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]] };
+  const dashes = dashesOf([square], 0.05);
+  assert.equal(dashes.length, 4 * 10 * 6);
+  let length = 0;
+  for (let k = 0; k < dashes.length; k += 6) length += Math.hypot(dashes[k + 3] - dashes[k], dashes[k + 4] - dashes[k + 1]);
+  near(length, 4 * 0.55, 1e-5);
 });
 
 test("shapes: edges between coplanar faces are not drawn", () => {
@@ -131,6 +164,17 @@ test("recording: what is damaged is refused in words", () => {
   assert.deepEqual(recording.place(0), [1, 2, 3]);
   assert.deepEqual(recording.orientation(0), [0, 0, 0, 1]);
   assert.equal(recording.hash(0), 0xfedcba9876543210n);
+  assert.equal(recording.hasAccepted, false);
+  const longer = new Uint8Array(16 + 2 * 120);
+  longer.set(bytes);
+  const wide = new DataView(longer.buffer);
+  wide.setUint32(8, 2, true);
+  wide.setUint32(12, 1, true);
+  [1, 2, 3, 4, 5, 6].forEach((x, k) => wide.setFloat64(16 + 120 + 72 + 8 * k, x, true));
+  wide.setBigUint64(16 + 120 + 64, 7n, true);
+  assert.deepEqual(new Recording(longer).accepted(1), [1, 2, 3, 4, 5, 6]);
+  assert.equal(new Recording(longer).hash(1), 7n);
+  assert.throws(() => new Recording(longer.slice(0, 16 + 144)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
   view.setUint8(0, 0);

@@ -2,11 +2,15 @@
 // A scene and a recording in a page, without a browser.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "host_sim/view/gallery.hpp"
 #include "host_sim/view/page_file.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tests/support/program_run.hpp"
@@ -20,7 +24,7 @@ namespace {
 
 std::string coded(const std::string& text) { return base64(std::as_bytes(std::span(text))); }
 
-constexpr const char* kPage = "<title>@TITLE@</title>[@SCENE@](@RECORDING@)";
+constexpr const char* kPage = "<title>@TITLE@</title>{@ABOUT@}[@SCENE@](@RECORDING@)";
 
 }  // namespace
 
@@ -54,7 +58,72 @@ TEST_SUITE("host_sim.page_file") {
     CHECK(page.size() - page.find('(') == 2 + (16 + 2 * 72 + 2) / 3 * 4);
     CHECK(page.find("(UlRWSUVXMQAC") != std::string::npos);  // RTVIEW1, zero, 2 ticks
     CHECK(filled_page(kPage, session.view(), {}).ends_with("()"));
+    CHECK(filled_page(kPage, session.view(), {}, "a < b").find("{a &lt; b}") != std::string::npos);
     CHECK_THROWS_AS((void)filled_page("@TITLE@ @SCENE@", session.view(), {}), tools::InputError);
+  }
+
+  TEST_CASE("a closed loop's ticks carry the wrench that acted: the core gives the hashes again") {
+    const std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
+    CoreSession session(bytes, "sample");
+    ClosedLoop loop(session, DeviceModel{}, HandModel{}, 1000.0);
+    std::vector<MotionSample> motion(200);
+    for (std::size_t k = 0; k < motion.size(); ++k) {
+      motion[k].t_s = 1e-3 * static_cast<double>(k);
+      motion[k].p[2] = 0.12 - 1e-3 * static_cast<double>(k);
+    }
+    const std::vector<LoopRecord> records = run_loop(loop, motion);
+    std::vector<RecordedTick> ticks;
+    bool acted = false;
+    for (const LoopRecord& record : records) {
+      ticks.push_back(recorded_tick(record, 1000.0));
+      acted = acted || ticks.back().accepted_w[2] != 0;
+    }
+    CHECK(acted);
+    session.core().reset();
+    for (std::size_t k = 0; k < ticks.size(); ++k) {
+      StepInput input;
+      input.sequence = k;
+      input.stamp_ns = ticks[k].stamp_ns;
+      for (int axis = 0; axis < 3; ++axis) {
+        input.pose_wa.p_wa[axis] = static_cast<Real>(ticks[k].p_wa_m[axis]);
+        input.accepted_wrench_w.force_w[axis] = static_cast<Real>(ticks[k].accepted_w[axis]);
+        input.accepted_wrench_w.torque_w[axis] = static_cast<Real>(ticks[k].accepted_w[3 + axis]);
+      }
+      for (int c = 0; c < 4; ++c)
+        input.pose_wa.q_wa.coeffs()[c] = static_cast<Real>(ticks[k].q_wa_xyzw[c]);
+      input.accepted_valid = ticks[k].accepted_valid;
+      REQUIRE(session.core().step(input).state_hash == ticks[k].state_hash);
+    }
+    // 16 bytes of head and 200 x 120 bytes.
+    const std::string page = filled_page(kPage, session.view(), ticks);
+    CHECK(page.size() - page.find('(') == 2 + (16 + 200 * 120 + 2) / 3 * 4);
+  }
+
+  TEST_CASE("the gallery: eight scenes, each with its files; a number that it has not is refused") {
+    CHECK(gallery().size() == 8);
+    for (const GalleryScene& scene : gallery()) {
+      CAPTURE(scene.name);
+      const std::filesystem::path folder = std::filesystem::path(HAPTIC_SCENES_DIR) / scene.name;
+      for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (name == "insert.toml") continue;  // another motion
+        std::ifstream file(entry.path());
+        std::stringstream text;
+        text << file.rdbuf();
+        CHECK(gallery_file(scene.name, name) == text.str());
+      }
+      CHECK_FALSE(gallery_file(scene.name, "scene.toml").empty());
+      CHECK_FALSE(gallery_file(scene.name, "motion.toml").empty());
+      CHECK(std::ranges::count(scene.about, '.') >= 2);
+    }
+    CHECK(gallery_scene(2).name == "square_peg_five");
+    CHECK_THROWS_AS((void)gallery_scene(0), tools::UsageError);
+    CHECK_THROWS_AS((void)gallery_scene(9), tools::UsageError);
+    const ProgramResult list = run_program(HAPTIC_HOST_SIM, "view --list");
+    CHECK(list.exit_code == 0);
+    CHECK(list.out.find("  7  Nut on a bolt.") != std::string::npos);
+    CHECK(run_program(HAPTIC_HOST_SIM, "view 9").exit_code == 2);
+    CHECK(run_program(HAPTIC_HOST_SIM, "view").exit_code == 2);
   }
 
   TEST_CASE("view without a built page: exit 4 and what to run and to install") {

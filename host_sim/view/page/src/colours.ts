@@ -15,6 +15,8 @@ export interface Colours {
   force: string;
   torque: string;
   contact: string;
+  /** the basic contact that was clicked */
+  chosen: string;
   /** faces of types A, B, C, and of several types */
   kinds: [string, string, string, string];
 }
@@ -34,6 +36,7 @@ export const kLight: Colours = {
   force: "#d55e00",
   torque: "#0061a8",
   contact: "#c2187f",
+  chosen: "#0061a8",
   kinds: kKinds,
 };
 
@@ -50,5 +53,6 @@ export const kDark: Colours = {
   force: "#ff8a3d",
   torque: "#7cc4ff",
   contact: "#ff7ac4",
+  chosen: "#7cc4ff",
   kinds: kKinds,
 };

@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import type { Colours } from "./colours";
 import type { Picture } from "./messages";
-import { FaceRole, kFaceKinds, kNone, obstaclesOf, outlinesOf, trianglesOf } from "./shapes";
+import { dashesOf, FaceRole, kFaceKinds, kNone, markedOf, obstaclesOf, outlinesOf, trianglesOf } from "./shapes";
 import type { ObstacleFace } from "./shapes";
 import { setPositions, Stage, vector, WideLines } from "./stage";
 import type { Side } from "./stage";
@@ -30,6 +30,8 @@ export class CSpacePane extends Stage {
   private readonly lines: THREE.LineSegments;
   private readonly lit: THREE.Mesh;
   private readonly litLines = new WideLines(3, { depthTest: false });
+  private readonly chosen: THREE.Mesh;
+  private readonly chosenLines = new WideLines(3.5, { depthTest: false });
   private readonly felt: THREE.Mesh;
   private readonly device: THREE.Mesh;
   /** round both points, which must be seen on a face of any colour */
@@ -66,6 +68,12 @@ export class CSpacePane extends Stage {
       new THREE.BufferGeometry(),
       new THREE.MeshBasicMaterial({ ...over, opacity: 0.22, side: THREE.DoubleSide }),
     );
+    this.chosen = new THREE.Mesh(
+      new THREE.BufferGeometry(),
+      new THREE.MeshBasicMaterial({ ...over, opacity: 0.5, depthTest: false, side: THREE.DoubleSide }),
+    );
+    this.chosen.renderOrder = 9;
+    this.chosenLines.renderOrder = 10;
     const ball = new THREE.SphereGeometry(1, 20, 14);
     this.felt = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
     this.device = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
@@ -82,7 +90,7 @@ export class CSpacePane extends Stage {
     this.felt.renderOrder = 20;
     this.litLines.renderOrder = 8;
     for (const { mesh, inside } of this.kinds) this.scene.add(mesh, inside);
-    this.scene.add(this.lines, this.lit, this.litLines, this.spring, this.device, this.felt);
+    this.scene.add(this.lines, this.lit, this.litLines, this.chosen, this.chosenLines, this.spring, this.device, this.felt);
     this.scene.traverse((o) => (o.frustumCulled = false));
     this.paint(colours);
   }
@@ -98,6 +106,8 @@ export class CSpacePane extends Stage {
     colour(this.lines, colours.ink);
     colour(this.lit, colours.contact);
     colour(this.litLines, colours.contact);
+    colour(this.chosen, colours.chosen);
+    colour(this.chosenLines, colours.chosen);
     colour(this.felt, colours.felt);
     colour(this.device, colours.device);
     colour(this.spring, colours.device);
@@ -113,7 +123,16 @@ export class CSpacePane extends Stage {
       setPositions(mesh.geometry, trianglesOf(faces.filter((face) => face.kind === kind)));
       mesh.geometry.computeVertexNormals();
     });
-    setPositions(this.lines.geometry, outlinesOf(faces));
+    const open = outlinesOf(faces.filter((face) => !face.hidden));
+    const dashes = dashesOf(faces.filter((face) => face.hidden), 0.02 * this.partRadius);
+    const outlines = new Float32Array(open.length + dashes.length);
+    outlines.set(open);
+    outlines.set(dashes, open.length);
+    setPositions(this.lines.geometry, outlines);
+    const { face } = markedOf(picture.marked);
+    const chosen = face.length > 2 ? [{ corners: face }] : [];
+    setPositions(this.chosen.geometry, trianglesOf(chosen));
+    this.chosenLines.set(outlinesOf(chosen));
     this.litFaces = faces.filter((face) => face.role !== FaceRole.other);
     const holds = this.litFaces.filter((face) => face.role === FaceRole.holds);
     setPositions(this.lit.geometry, trianglesOf(holds));

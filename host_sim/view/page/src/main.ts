@@ -5,6 +5,7 @@ import { kDark, kLight } from "./colours";
 import type { Colours } from "./colours";
 import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
+import { GraphPane } from "./graph_pane";
 import type { FromWorker, Lamp, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
 import { bytesOf, DamagedPage } from "./recording";
@@ -57,7 +58,9 @@ function sameView(a: Picture, b: Picture): boolean {
     a.feltPlanes === b.feltPlanes &&
     a.situation === b.situation &&
     a.obstacles.counts.length === b.obstacles.counts.length &&
-    a.contacts.counts.length === b.contacts.counts.length
+    a.contacts.counts.length === b.contacts.counts.length &&
+    a.marked.counts.join() === b.marked.counts.join() &&
+    a.marked.numbers[0] === b.marked.numbers[0]
   );
 }
 const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
@@ -69,6 +72,7 @@ class Page {
   private physical: PhysicalPane | null = null;
   private cspace: CSpacePane | null = null;
   private readonly strips: Strips;
+  private readonly graph = new GraphPane(element("graph"));
   private controls: Controls | null = null;
   private scene: SceneFacts | null = null;
   private picture: Picture | null = null;
@@ -90,6 +94,7 @@ class Page {
     this.worker.onerror = (event) => trouble(`The core has stopped: ${event.message}. Load the page again.`);
     this.setTheme(window.matchMedia("(prefers-color-scheme: dark)").matches);
     this.strips = new Strips(element("strips"), this.colours);
+    this.graph.onSelect = (selected) => this.send({ kind: "select", selected });
     this.strips.onSeek = (tick) => this.send({ kind: "seek", tick });
     try {
       this.physical = new PhysicalPane(element("physical"), element("physical-overlay"), this.colours);
@@ -100,7 +105,7 @@ class Page {
     }
     this.bind();
     const watch = new ResizeObserver(() => this.resize());
-    for (const id of ["physical", "cspace", "strips"]) watch.observe(element(id));
+    for (const id of ["physical", "cspace", "strips", "graph"]) watch.observe(element(id));
     this.resize();
     requestAnimationFrame(() => this.frame());
   }
@@ -145,6 +150,7 @@ class Page {
     this.scene = scene;
     document.title = `${scene.name}: physical space and C-space`;
     element("name").textContent = scene.name;
+    this.graph.load(scene.bodies);
     this.physical?.load(scene);
     const radius = this.physical?.partRadius ?? 0.05;
     if (this.physical && this.cspace) {
@@ -164,6 +170,9 @@ class Page {
   private setTheme(dark: boolean): void {
     document.documentElement.dataset.theme = dark ? "dark" : "light";
     this.colours = dark ? kDark : kLight;
+    const root = document.documentElement.style;
+    this.colours.kinds.forEach((colour, k) => root.setProperty(`--kind${k}`, colour));
+    root.setProperty("--contact", this.colours.contact);
     this.physical?.paint(this.colours);
     this.cspace?.paint(this.colours);
     this.strips?.paint(this.colours);
@@ -182,6 +191,7 @@ class Page {
     this.physical?.resize();
     this.cspace?.resize();
     this.strips.resize();
+    this.graph.resize();
     this.looked = true;
   }
 
@@ -322,6 +332,7 @@ class Page {
         this.viewed = picture;
       }
       this.showWords(picture, scene);
+      this.graph.show(picture.graph);
       this.showLamp();
     }
     if (this.looked) {

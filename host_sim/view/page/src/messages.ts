@@ -61,6 +61,10 @@ export interface Picture {
   feltPlanes: number;
   obstacles: Answer;
   contacts: Answer;
+  /** contact graph round the active pair */
+  graph: Answer;
+  /** features of the chosen basic contact */
+  marked: Answer;
   /** share of real time that the core keeps up with */
   pace: number;
   /** kChannels numbers for each tick since the picture before */
@@ -92,6 +96,7 @@ export type ToWorker =
   | { kind: "hand"; target: Pose }
   | { kind: "mode"; mode: Mode }
   | { kind: "seek"; tick: number }
+  | { kind: "select"; selected: { pair: number; node: number } | null }
   | { kind: "restart" };
 
 export type FromWorker =

@@ -4,7 +4,7 @@ import * as THREE from "three";
 import type { Colours } from "./colours";
 import { rotate } from "./hand";
 import type { Picture, Pose, SceneFacts, Vec } from "./messages";
-import { contactsOf, edgesOf, kNone, piecesOf, trianglesOf } from "./shapes";
+import { contactsOf, edgesOf, kNone, markedOf, outlinesOf, piecesOf, trianglesOf } from "./shapes";
 import { Arrow, CutSurface, setPositions, Stage, vector, WideLines } from "./stage";
 import type { Side } from "./stage";
 import { numberText, roundBelow } from "./words";
@@ -35,6 +35,8 @@ export class PhysicalPane extends Stage {
   private readonly polygonFill: THREE.Mesh;
   private readonly polygonLine = new WideLines(2.5, { depthTest: false });
   private readonly corners = new THREE.Group();
+  private readonly chosenLines = new WideLines(5, { depthTest: false });
+  private readonly chosenPoints: THREE.Mesh[];
   private readonly force: Arrow;
   private readonly torque: Arrow;
   /** of fixed parts and the part at its start */
@@ -52,6 +54,14 @@ export class PhysicalPane extends Stage {
     const over = { depthTest: false, transparent: true };
     this.grip = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
     this.deviceGrip = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
+    this.chosenPoints = [0, 1].map(() => {
+      const point = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
+      point.renderOrder = 14;
+      this.scene.add(point);
+      return point;
+    });
+    this.chosenLines.renderOrder = 13;
+    this.scene.add(this.chosenLines);
     this.force = new Arrow(colours.force, 1);
     this.torque = new Arrow(colours.torque, 2);
     this.polygonFill = new THREE.Mesh(
@@ -134,6 +144,8 @@ export class PhysicalPane extends Stage {
     this.link.material.color.set(colours.device);
     (this.polygonFill.material as THREE.MeshBasicMaterial).color.set(colours.contact);
     this.polygonLine.material.color.set(colours.contact);
+    this.chosenLines.material.color.set(colours.chosen);
+    for (const point of this.chosenPoints) (point.material as THREE.MeshBasicMaterial).color.set(colours.chosen);
     this.force.material.color.set(colours.force);
     this.torque.material.color.set(colours.torque);
   }
@@ -175,6 +187,13 @@ export class PhysicalPane extends Stage {
       });
     }
     this.polygonLine.set(new Float32Array(lines));
+    const marked = markedOf(picture.marked);
+    const features = [marked.ofA, marked.ofB];
+    this.chosenLines.set(outlinesOf(features.filter((f) => f.length > 1).map((corners) => ({ corners }))));
+    this.chosenPoints.forEach((point, k) => {
+      point.visible = features[k].length === 1;
+      if (point.visible) point.position.copy(vector(features[k][0]));
+    });
     while (this.corners.children.length < points.length) {
       const corner = new THREE.Mesh(this.grip.geometry, this.polygonFill.material);
       corner.renderOrder = 12;
@@ -192,6 +211,7 @@ export class PhysicalPane extends Stage {
     const pixel = this.metresPerPixel;
     this.grip.scale.setScalar(5 * pixel);
     this.deviceGrip.scale.setScalar(4 * pixel);
+    for (const point of this.chosenPoints) point.scale.setScalar(6 * pixel);
     this.corners.children.forEach((corner) => corner.scale.setScalar(3.5 * pixel));
     this.clear();
     this.draw(side);

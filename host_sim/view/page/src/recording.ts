@@ -6,6 +6,8 @@ import type { Quat, Vec } from "./messages";
 const kMagic = "RTVIEW1\0";
 const kHeaderBytes = 16;
 const kTickBytes = 72;
+/** of the wrench that acted on the device, in recordings that have it */
+const kAcceptedBytes = 48;
 
 /** A part of the page that cannot be read, in words for people. */
 export class DamagedPage extends Error {}
@@ -25,6 +27,9 @@ export function bytesOf(base64: string): Uint8Array {
 export class Recording {
   private readonly view: DataView;
   readonly ticks: number;
+  /** each tick has the wrench that acted on the device before it */
+  readonly hasAccepted: boolean;
+  private readonly tickBytes: number;
 
   constructor(bytes: Uint8Array) {
     const magic = String.fromCharCode(...bytes.slice(0, 8));
@@ -32,15 +37,21 @@ export class Recording {
     if (bytes.length < kHeaderBytes || magic !== kMagic)
       throw new DamagedPage("the recording in this page is damaged; make the page again");
     this.ticks = this.view.getUint32(8, true);
-    if (this.ticks === 0 || bytes.length !== kHeaderBytes + this.ticks * kTickBytes)
+    this.hasAccepted = this.view.getUint32(12, true) === 1;
+    this.tickBytes = kTickBytes + (this.hasAccepted ? kAcceptedBytes : 0);
+    if (this.ticks === 0 || bytes.length !== kHeaderBytes + this.ticks * this.tickBytes)
       throw new DamagedPage("the recording in this page is not whole; make the page again");
   }
 
   private double(tick: number, index: number): number {
-    return this.view.getFloat64(kHeaderBytes + tick * kTickBytes + 8 * index, true);
+    return this.view.getFloat64(kHeaderBytes + tick * this.tickBytes + 8 * index, true);
+  }
+  /** Force and torque, six numbers. */
+  accepted(tick: number): number[] {
+    return Array.from({ length: 6 }, (_, k) => this.double(tick, kTickBytes / 8 + k));
   }
   stampNs(tick: number): bigint {
-    return this.view.getBigInt64(kHeaderBytes + tick * kTickBytes, true);
+    return this.view.getBigInt64(kHeaderBytes + tick * this.tickBytes, true);
   }
   place(tick: number): Vec {
     return [this.double(tick, 1), this.double(tick, 2), this.double(tick, 3)];
@@ -49,6 +60,6 @@ export class Recording {
     return [4, 5, 6, 7].map((k) => this.double(tick, k)) as Quat;
   }
   hash(tick: number): bigint {
-    return this.view.getBigUint64(kHeaderBytes + tick * kTickBytes + 64, true);
+    return this.view.getBigUint64(kHeaderBytes + tick * this.tickBytes + 64, true);
   }
 }

@@ -65,6 +65,8 @@ export enum FaceRole {
 export interface ObstacleFace {
   kind: number;
   role: FaceRole;
+  /** the part goes on behind it: it carries no force */
+  hidden: boolean;
   /** the paper's number of a basic contact of this face that is near or holds; kNone */
   node: number;
   nodes: number;
@@ -84,13 +86,69 @@ export function obstaclesOf(answer: Answer): { obstacles: Obstacle[]; leftOut: n
   const obstacles = Array.from({ length: count }, () => {
     const pair = reader.next(), body = reader.next(), faceCount = reader.next();
     const faces = Array.from({ length: faceCount }, () => {
-      const kind = reader.next(), role = reader.next(), node = reader.next();
+      const kind = reader.next(), role = reader.next(), hidden = reader.next() === 1, node = reader.next();
       const nodes = reader.next(), corners = reader.next();
-      return { kind, role, node, nodes, corners: reader.vectors(corners) };
+      return { kind, role, hidden, node, nodes, corners: reader.vectors(corners) };
     });
     return { pair, body, faces };
   });
   return { obstacles, leftOut };
+}
+
+export enum GraphRole {
+  neighbor,
+  near,
+  holds,
+}
+
+/** A basic contact of the graph. */
+export interface GraphNode {
+  node: number;
+  /** type A, B, C */
+  kind: number;
+  ofA: number;
+  ofB: number;
+  role: GraphRole;
+  applies: boolean;
+  /** value of its plane where the part is felt [m] */
+  depth: number;
+}
+
+export interface Graph {
+  pair: number;
+  body: number;
+  nodes: GraphNode[];
+  /** places in the list of nodes */
+  arcs: [number, number][];
+  leftOut: number;
+}
+
+export function graphOf(answer: Answer): Graph | null {
+  const reader = new Reader(answer);
+  if (reader.done) return null;
+  const pair = reader.next(), body = reader.next();
+  const count = reader.next(), arcCount = reader.next(), leftOut = reader.next();
+  const nodes = Array.from({ length: count }, (_, k) => {
+    const node = reader.next(), kind = reader.next(), ofA = reader.next(), ofB = reader.next();
+    const role = reader.next(), applies = reader.next() === 1;
+    return { node, kind, ofA, ofB, role, applies, depth: answer.numbers[k] };
+  });
+  const arcs = Array.from({ length: arcCount }, (): [number, number] => [reader.next(), reader.next()]);
+  return { pair, body, nodes, arcs, leftOut };
+}
+
+/** The two features of a basic contact and its face of the C-obstacle, in W; empty lists without one. */
+export interface MarkedContact {
+  ofA: Vec[];
+  ofB: Vec[];
+  face: Vec[];
+}
+
+export function markedOf(answer: Answer): MarkedContact {
+  const reader = new Reader(answer);
+  if (reader.done) return { ofA: [], ofB: [], face: [] };
+  const a = reader.next(), b = reader.next(), face = reader.next();
+  return { ofA: reader.vectors(a), ofB: reader.vectors(b), face: reader.vectors(face) };
 }
 
 export interface Contact {
@@ -122,6 +180,22 @@ export function contactsOf(answer: Answer): Contact[] {
     const normal = reader.vector();
     return { body, situation, normal, polygon: reader.vectors(corners), ids };
   });
+}
+
+/** Outlines in dashes of about `dash` [m]. */
+export function dashesOf(faces: { corners: Vec[] }[], dash: number): Float32Array {
+  const out: number[] = [];
+  const most = 200;
+  for (const { corners } of faces) {
+    corners.forEach((from, k) => {
+      const to = corners[(k + 1) % corners.length];
+      const length = Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+      const pieces = Math.max(1, Math.min(most, Math.round(length / (2 * dash))));
+      const at = (share: number) => from.map((x, axis) => x + share * (to[axis] - x));
+      for (let i = 0; i < pieces; ++i) out.push(...at((i + 0.2) / pieces), ...at((i + 0.75) / pieces));
+    });
+  }
+  return new Float32Array(out);
 }
 
 /** Triangles of convex faces, three corners each. */

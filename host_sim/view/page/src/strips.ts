@@ -88,7 +88,7 @@ export class Strips {
       );
       const title = document.createElement("div");
       title.className = "strip-title";
-      title.textContent = `${strip.title === "distance" ? "distance of device and part" : strip.title} [${strip.unit}]`;
+      title.textContent = `${strip.title === "distance" ? "device to part" : strip.title} [${strip.unit}]`;
       box.append(title);
       plot.over.addEventListener("click", (event) => {
         if (this.showsRecorded) this.onSeek(Math.round(plot.posToVal(event.offsetX, "x") * 1000));

@@ -12,6 +12,7 @@ const kMostLate = 60;
 const kCheckedAtOnce = 400;
 const kMostObstacles = 8;
 const kMostNodes = 20000;
+const kMostGraphNodes = 64;
 const kMostSavedBytes = 64 * 2 ** 20;
 
 const post = (message: FromWorker) =>
@@ -34,6 +35,7 @@ class Runner {
   private pace = 1;
   private pictured = 0;
   private dirty = true;
+  private selected: { pair: number; node: number } | null = null;
 
   constructor(
     private readonly core: Core,
@@ -76,8 +78,10 @@ class Runner {
   }
 
   /** One tick of the device at `pose`. */
-  private step(pose: Pose, stamp: bigint, report: boolean): void {
+  private step(pose: Pose, stamp: bigint, report: boolean, accepted?: number[]): void {
     this.core.write({
+      ...(accepted ? { accepted_w: accepted } : {}),
+      accepted_valid: accepted ? 1 : 0,
       p_wa_m: pose.p,
       q_wa_xyzw: pose.q,
       stamp_ns: stamp,
@@ -92,7 +96,8 @@ class Runner {
   private recordedStep(report: boolean): void {
     const tick = this.tick;
     const r = this.recording!;
-    this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report);
+    const accepted = r.hasAccepted ? r.accepted(tick) : undefined;
+    this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report, accepted);
     if (this.core.one("state_hash") !== r.hash(tick) && (this.differs < 0 || tick < this.differs)) {
       this.differs = tick;
       this.lamp();
@@ -175,6 +180,12 @@ class Runner {
     this.hand.place(this.device);
     this.samples = [];
     this.cut = true;
+    this.dirty = true;
+  }
+
+  /** A basic contact whose features are shown; null: none. */
+  select(selected: { pair: number; node: number } | null): void {
+    this.selected = selected;
     this.dirty = true;
   }
 
@@ -263,6 +274,10 @@ class Runner {
       feltPlanes: result.felt_planes,
       obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
       contacts: this.core.describe("contacts"),
+      graph: this.core.describe("graph", kMostGraphNodes),
+      marked: this.selected
+        ? this.core.describe("marked", this.selected.pair, this.selected.node)
+        : { numbers: new Float64Array(), counts: new Uint32Array() },
       pace: this.pace,
       samples,
       cut: this.cut,
@@ -296,5 +311,6 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
   if (message.kind === "hand") runner.want(message.target);
   if (message.kind === "mode") runner.setMode(message.mode);
   if (message.kind === "seek") runner.seek(message.tick);
+  if (message.kind === "select") runner.select(message.selected);
   if (message.kind === "restart") runner.restart();
 };

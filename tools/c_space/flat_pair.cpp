@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/oracle/flat_pair.hpp"
+#include "tools/c_space/flat_pair.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 Point rotated(const std::array<Point, 3>& r, const Point& v) {
@@ -195,4 +195,4 @@ double FlatPair::largest_lever_m() const {
   return std::sqrt(largest);
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

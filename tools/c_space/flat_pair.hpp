@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "host_sim/oracle/node_set.hpp"
 #include "rt_core/base/pose.hpp"
+#include "rt_core/scene/graph_rule.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 using Point = std::array<double, 3>;
 
@@ -85,4 +85,4 @@ class FlatPair {
   Point grip_{};
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

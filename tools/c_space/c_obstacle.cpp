@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/shapes/c_obstacle.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
-namespace haptic::sim {
+#include "rt_core/contact/surface_cone.hpp"
+
+namespace haptic::tools {
 namespace {
 
 // Bodies of 0.1 m; the scene's numbers are rounded to Real, the sums here are double.
@@ -29,6 +33,20 @@ struct PlacedVertices {
       b.emplace_back(origin + pair.b.vertex(v).cast<double>());
   }
 };
+
+/// A lower bound of the distance of the two pieces, by their spheres.
+double sphere_gap(const SceneView& view, const PairRecord& pair, const PlacedMoving& moving) {
+  const PieceRecord &a = view.pieces()[pair.piece_a], &b = view.pieces()[pair.piece_b];
+  const double* reference = view.bodies()[b.body].reference_m;
+  double square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double at = moving.grip_w[k] + moving.r_wa[k][0] * a.centre_m[0] +
+                      moving.r_wa[k][1] * a.centre_m[1] + moving.r_wa[k][2] * a.centre_m[2];
+    const double apart = at - reference[k] - b.centre_m[k];
+    square += apart * apart;
+  }
+  return std::sqrt(square) - a.radius_m - b.radius_m;
+}
 
 /// Corners of a node's C-face: b - R a over the vertices of its two features.
 void add_corners(const PairView& pair, const PlacedVertices& placed, std::uint32_t node,
@@ -115,11 +133,19 @@ std::string node_text(const PairView& pair, std::uint32_t node) {
          ", " + letters[2] + std::to_string(features.j) + ")";
 }
 
+bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,
+                    const Vector& normal) {
+  const NodeFeatures features = node_features(pair, node);
+  if (!goes_on_behind(pair, r_wa, features, normal.cast<Real>())) return true;
+  return pair.marks.given() && !pair.marks.node(NodeScope::kLive, node);
+}
+
 CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose& pose_wa) {
   const PlacedMoving moving = place_moving(view, pose_wa);
   FlatPair flat(view, pair);
   flat.place(moving);
   const PlacedVertices placed(view, flat.view(), moving);
+  const Mat3 r_wa = pose_wa.q_wa.normalized().toRotationMatrix();
   CObstacle obstacle;
   std::vector<std::vector<Vector>> corners;
   for (const std::uint32_t node : applicable_nodes(flat, kApplicable_m)) {
@@ -135,10 +161,12 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
             std::abs(obstacle.faces[at].offset_m - offset) > kSamePoint_m))
       ++at;
     if (at == obstacle.faces.size()) {
-      obstacle.faces.push_back({{}, normal, offset, {}});
+      obstacle.faces.push_back({{}, normal, offset, {}, true});
       corners.emplace_back();
     }
     obstacle.faces[at].nodes.push_back(node);
+    obstacle.faces[at].hidden =
+        obstacle.faces[at].hidden && only_separates(flat.view(), r_wa, node, normal);
     corners[at].insert(corners[at].end(), points.begin(), points.end());
   }
   for (std::size_t f = 0; f < corners.size(); ++f)
@@ -146,4 +174,35 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
   return obstacle;
 }
 
-}  // namespace haptic::sim
+std::vector<NearObstacle> nearest_obstacles(const SceneView& view, const Pose& pose_wa,
+                                            const NearLimits& limits, std::size_t& too_large) {
+  const PlacedMoving moving = place_moving(view, pose_wa);
+  std::vector<std::pair<double, std::uint32_t>> by_spheres;
+  for (std::uint32_t k = 0; k < view.pair_count(); ++k)
+    by_spheres.emplace_back(sphere_gap(view, view.pair_record(k), moving), k);
+  const std::size_t tried = std::min(by_spheres.size(), limits.most_tried);
+  const auto end = by_spheres.begin() + static_cast<std::ptrdiff_t>(tried);
+  std::partial_sort(by_spheres.begin(), end, by_spheres.end());
+  const Vector point = vector_of(moving.grip_w);
+  std::vector<NearObstacle> found;
+  for (auto entry = by_spheres.begin(); entry != end; ++entry) {
+    // No pair behind is nearer than its spheres are.
+    if (found.size() >= limits.most && entry->first > found[limits.most - 1].distance_m) break;
+    if (view.pair_record(entry->second).node_count > limits.most_nodes) {
+      too_large += 1;
+      continue;
+    }
+    NearObstacle near{entry->second, make_c_obstacle(view, entry->second, pose_wa), 0};
+    near.distance_m = -std::numeric_limits<double>::infinity();
+    for (const CFace& face : near.obstacle.faces)
+      near.distance_m = std::max(near.distance_m, face.normal.dot(point) - face.offset_m);
+    const auto behind = std::find_if(found.begin(), found.end(), [&](const NearObstacle& other) {
+      return other.distance_m > near.distance_m;
+    });
+    found.insert(behind, std::move(near));
+  }
+  if (found.size() > limits.most) found.resize(limits.most);
+  return found;
+}
+
+}  // namespace haptic::tools

@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/oracle/flat_pair.hpp"
-#include "host_sim/shapes/shapes.hpp"
+#include "tools/c_space/flat_pair.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
+
+using Vector = Eigen::Vector3d;
 
 /// One face of P(R): the C-faces of basic contacts that share a plane. At a generic orientation it
 /// is the C-face of a single node; where edges or faces are parallel several nodes lie in it.
@@ -20,6 +21,8 @@ struct CFace {
   Vector normal = Vector::Zero();    ///< outward unit, W axes
   double offset_m = 0;               ///< normal . x of its points
   std::vector<Vector> polygon;       ///< counter-clockwise seen from outside, W [m]
+  /// The part goes on in other pieces there: no contact of the face carries a force.
+  bool hidden = false;
 };
 
 struct CObstacle {
@@ -43,9 +46,33 @@ struct CObstacle {
 /// A node with its type and features: "44 B (v2, f0)"; of A first.
 [[nodiscard]] std::string node_text(const PairView& pair, std::uint32_t node);
 
+/// A C-obstacle near the point that stands for the part.
+struct NearObstacle {
+  std::uint32_t pair = 0;
+  CObstacle obstacle;
+  double distance_m = 0;  ///< of the point from the farthest of its planes; < 0: the pieces overlap
+};
+/// How many are looked for, and what is left out.
+struct NearLimits {
+  std::size_t most = 8;               ///< obstacles
+  std::uint32_t most_nodes = 20'000;  ///< basic contacts of one
+  std::size_t most_tried = 64;        ///< nearest by the bounding spheres of their pieces
+};
+/// Those of the nearest pairs, nearest first. `too_large`: grows by the pairs that were near and
+/// have more than `most_nodes`. Cost: spheres of all pairs, all nodes of those that are tried.
+[[nodiscard]] std::vector<NearObstacle> nearest_obstacles(const SceneView& view,
+                                                          const Pose& pose_wa,
+                                                          const NearLimits& limits,
+                                                          std::size_t& too_large);
+
+/// Whether a basic contact can only separate: one of its features lies inside its part.
+/// @param r_wa  the rotation of A; normal: of the contact, outward from B, W axes.
+[[nodiscard]] bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,
+                                  const Vector& normal);
+
 /// Tolerance of applicability for pictures and counts: far above rounding, far below any feature.
 inline constexpr double kApplicable_m = HAPTIC_REAL_IS_FLOAT ? 1e-7 : 1e-9;
 
 [[nodiscard]] inline Vector vector_of(const Point& p) { return {p[0], p[1], p[2]}; }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/scene_inspect/c_space_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <utility>
+
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr std::size_t kMostTried = 256;
+
+/// One number, with the unit of a length where `length`. Nothing where it is none.
+std::optional<double> number_in(const std::string& word, bool length) {
+  char* end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  if (word.empty() || end == word.c_str() || !std::isfinite(value)) return std::nullopt;
+  const std::string unit(end);
+  if (unit.empty()) return value;
+  if (!length) return std::nullopt;
+  if (unit == "m") return value;
+  if (unit == "mm") return value * 1e-3;
+  if (unit == "um") return value * 1e-6;
+  return std::nullopt;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words(1);
+  for (const char c : text) {
+    if (c == ',') {
+      words.emplace_back();
+    } else if (c != ' ') {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
+/// Largest angle between two orientations that are one, as far as a scene file gives them [rad].
+constexpr double kSameTurn_rad = 1e-6;
+
+void require_orientation(const SceneView& view, const Pose& pose_wa) {
+  if (!view.is_fixed()) return;
+  const double* q = view.parameters().start_q_wa_xyzw;
+  const Quat start(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
+                   static_cast<Real>(q[2]));
+  if (static_cast<double>(start.angularDistance(pose_wa.q_wa)) <= kSameTurn_rad) return;
+  throw UsageError(
+      "--cspace: the part of this scene never turns, and the pose has another orientation; leave "
+      "the quaternion out");
+}
+
+DrawnObstacle drawn_obstacle(const SceneView& view, NearObstacle near, const Pose& pose_wa,
+                             const PlacedMoving& moving) {
+  DrawnObstacle drawn;
+  const std::uint32_t index = near.pair;
+  const PairView pair = view.pair(index);
+  const BodyRecord& body = view.bodies()[pair.b.record->body];
+  drawn.pair = index;
+  drawn.piece_a = pair.record.piece_a - view.bodies()[0].piece_begin;
+  drawn.piece_b = pair.record.piece_b - body.piece_begin;
+  drawn.body = view.text(body.name_offset, body.name_bytes);
+  drawn.obstacle = std::move(near.obstacle);
+  drawn.distance_m = near.distance_m;
+  FlatPair flat(view, index);
+  flat.place(moving);
+  const Mat3 r_wa = pose_wa.q_wa.normalized().toRotationMatrix();
+  for (std::uint32_t node = 0; node < pair.record.node_count; ++node) {
+    const NodeFeatures features = node_features(pair, node);
+    const FlatPair::Value value = flat.evaluate(node);
+    ContactAtPose contact{node, features.type, features.i, features.j};
+    contact.applicable = value.violation_m <= kApplicable_m;
+    if (contact.applicable) {
+      Point normal{}, application{};
+      flat.contact(node, normal, application);
+      contact.depth_m = value.depth_m;
+      contact.hidden = only_separates(pair, r_wa, node, vector_of(normal));
+      drawn.applicable += 1;
+    }
+    drawn.contacts.push_back(contact);
+  }
+  for (std::size_t f = 0; f < drawn.obstacle.faces.size(); ++f) {
+    const CFace& face = drawn.obstacle.faces[f];
+    drawn.hidden_faces += face.hidden ? 1 : 0;
+    for (const std::uint32_t node : face.nodes)
+      drawn.contacts[node].face = static_cast<std::int32_t>(f);
+  }
+  return drawn;
+}
+
+}  // namespace
+
+Pose pose_from_text(const SceneView& view, const std::string& text) {
+  const SceneParameters& p = view.parameters();
+  double place[3], turn[4] = {p.start_q_wa_xyzw[3], p.start_q_wa_xyzw[0], p.start_q_wa_xyzw[1],
+                              p.start_q_wa_xyzw[2]};
+  std::copy_n(p.start_p_wa_m, 3, place);
+  if (text != "start") {
+    const std::vector<std::string> words = words_of(text);
+    if (words.size() != 3 && words.size() != 7) {
+      throw UsageError("--cspace '" + text + "': has " + std::to_string(words.size()) +
+                       " numbers; give start, or x,y,z, or x,y,z,qw,qx,qy,qz");
+    }
+    for (std::size_t k = 0; k < words.size(); ++k) {
+      const std::optional<double> number = number_in(words[k], k < 3);
+      if (!number) {
+        throw UsageError("--cspace '" + text + "': '" + words[k] + "' is no " +
+                         (k < 3 ? "length; write metres, or 5mm" : "number"));
+      }
+      (k < 3 ? place[k] : turn[k - 3]) = *number;
+    }
+  }
+  const double size = std::hypot(std::hypot(turn[0], turn[1]), std::hypot(turn[2], turn[3]));
+  if (!(size > 1e-9)) throw UsageError("--cspace '" + text + "': the quaternion is zero");
+  Pose pose;
+  for (int k = 0; k < 3; ++k) pose.p_wa[k] = static_cast<Real>(place[k]);
+  pose.q_wa = Quat(static_cast<Real>(turn[0] / size), static_cast<Real>(turn[1] / size),
+                   static_cast<Real>(turn[2] / size), static_cast<Real>(turn[3] / size));
+  return pose;
+}
+
+CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa) {
+  require_orientation(view, pose_wa);
+  const PlacedMoving moving = place_moving(view, pose_wa);
+  CSpaceView space;
+  space.scene = view.text(view.parameters().name_offset, view.parameters().name_bytes);
+  space.pose_wa = pose_wa;
+  space.point = vector_of(moving.grip_w);
+  space.pairs = view.pair_count();
+  for (NearObstacle& near : nearest_obstacles(
+           view, pose_wa, {kMostObstacles, kMostContacts, kMostTried}, space.too_large))
+    space.obstacles.push_back(drawn_obstacle(view, std::move(near), pose_wa, moving));
+  return space;
+}
+
+std::string c_space_csv(const CSpaceView& space) {
+  std::string csv = "pair,piece_a,piece_b,node,type,of_a,of_b,applicable,hidden,face,depth_m\n";
+  constexpr const char* kFeatures[3][2] = {{"f", "v"}, {"v", "f"}, {"e", "e"}};
+  for (const DrawnObstacle& drawn : space.obstacles) {
+    for (const ContactAtPose& c : drawn.contacts) {
+      const auto& feature = kFeatures[static_cast<std::size_t>(c.type)];
+      append_line(csv, "%u,%u,%u,%u,%c,%s%u,%s%u,%d,%d,%s,%s", drawn.pair, drawn.piece_a,
+                  drawn.piece_b, c.node, "ABC"[static_cast<std::size_t>(c.type)], feature[0],
+                  c.of_a, feature[1], c.of_b, c.applicable ? 1 : 0, c.hidden ? 1 : 0,
+                  c.face < 0 ? "" : std::to_string(c.face).c_str(),
+                  c.applicable ? short_number(c.depth_m, 17).c_str() : "");
+    }
+  }
+  return csv;
+}
+
+std::string c_space_text(const CSpaceView& space) {
+  std::string text =
+      formatted("C-space at the point %.6g, %.6g, %.6g m: %zu of %zu pairs drawn", space.point[0],
+                space.point[1], space.point[2], space.obstacles.size(), space.pairs);
+  if (space.too_large > 0)
+    text += formatted("; %zu have more than %u basic contacts", space.too_large, kMostContacts);
+  text += "\n";
+  for (const DrawnObstacle& d : space.obstacles) {
+    append_line(text,
+                "  pair %u: piece %u of the part, piece %u of '%s': %zu of %zu basic contacts "
+                "applicable, in %zu faces, %zu of them hidden; %s %.6g mm",
+                d.pair, d.piece_a, d.piece_b, d.body.c_str(), d.applicable, d.contacts.size(),
+                d.obstacle.faces.size(), d.hidden_faces,
+                d.distance_m < 0 ? "overlap" : "largest plane distance",
+                1e3 * std::abs(d.distance_m));
+  }
+  return text;
+}
+
+}  // namespace haptic::tools
