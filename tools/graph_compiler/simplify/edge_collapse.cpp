@@ -115,7 +115,6 @@ class EdgeCollapse::Work {
   CollapseAccount account();
 
   std::size_t alive_count = 0;
-  std::size_t proofs = 0;
 
  private:
   /// How the triangles at a point hang together.
@@ -459,7 +458,6 @@ bool EdgeCollapse::Work::within_reach(std::uint32_t u) {
         targets.push_back(corners_of(faces_[f]));
       }
     }
-    ++proofs;
     if (!proof_.holds(given_.corners(g), targets, within_m_)) return false;
     for (std::size_t i = 0; i < fresh_.size(); ++i) {
       if (proof_.used()[i] != 0) needed_[i].push_back(g);
@@ -468,7 +466,6 @@ bool EdgeCollapse::Work::within_reach(std::uint32_t u) {
   targets.clear();
   for (const std::uint32_t g : involved_) targets.push_back(given_.corners(g));
   for (std::size_t i = 0; i < fresh_.size(); ++i) {
-    ++proofs;
     if (!proof_.holds(fresh_corners_[i], targets, within_m_)) return false;
     for (std::size_t k = 0; k < involved_.size(); ++k) {
       if (proof_.used()[k] != 0) needed_[i].push_back(involved_[k]);
@@ -622,7 +619,6 @@ void EdgeCollapse::run(double tolerance_m, std::size_t enough,
   work_->run(tolerance_m, enough, tell);
 }
 std::size_t EdgeCollapse::triangles() const { return work_->alive_count; }
-std::size_t EdgeCollapse::proofs() const { return work_->proofs; }
 TriangleMesh EdgeCollapse::result() const { return work_->result(); }
 CollapseAccount EdgeCollapse::account() { return work_->account(); }
 

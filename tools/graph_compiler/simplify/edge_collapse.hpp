@@ -74,8 +74,6 @@ class EdgeCollapse {
   /// @param tell  called now and then with the part of the edges that were looked at.
   void run(double tolerance_m, std::size_t enough, const std::function<void(double)>& tell);
   [[nodiscard]] std::size_t triangles() const;
-  /// Proofs that were tried: what the time is proportional to.
-  [[nodiscard]] std::size_t proofs() const;
   [[nodiscard]] TriangleMesh result() const;
   /// Proves all distances again, for the figures. Cost: one proof for each triangle of both.
   CollapseAccount account();
