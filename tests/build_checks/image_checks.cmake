@@ -132,7 +132,7 @@ haptic_closed_image_probe(image_constructor "bare metal: a static constructor or
 if(HAPTIC_THOROUGH_CHECKS)
   haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
   haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
-    MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 102400 STATE 24576)
+    MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 106496 STATE 28672)
   haptic_motion_ticks(needle ${checks}/needle/motion.toml)
   haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
     MOTION ${images}/needle.ticks WITHOUT contact_geometry)

@@ -14,7 +14,7 @@
 namespace haptic::tools {
 namespace {
 
-constexpr double kUnitsOfPair = 2.0;
+constexpr double kUnitsInPass = 2.0;
 /// Of the diagonal of the larger part: where the row of tolerances begins and ends.
 constexpr double kFirstShare = 1.0e-5, kLastShare = 0.02;
 constexpr std::array<double, 3> kSteps{1.0, 2.0, 5.0};
@@ -57,7 +57,7 @@ std::string microseconds(double x_s) { return formatted("%.0f us", 1.0e6 * x_s);
 ContactCost contact_cost(std::size_t pieces_a, std::size_t pieces_b, std::uint32_t passes) {
   ContactCost cost;
   cost.pairs = pieces_a + pieces_b;
-  cost.units = kUnitsOfPair * passes * static_cast<double>(cost.pairs);
+  cost.units = kUnitsInPass * passes * static_cast<double>(cost.pairs);
   cost.tick_s = kUnitPrice_s * cost.units;
   return cost;
 }
