@@ -6,13 +6,8 @@
 
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::sim {
-
-using tools::FlatPair;
-using tools::place_moving;
-using tools::Point;
 
 namespace {
 

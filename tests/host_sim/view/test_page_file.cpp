@@ -65,7 +65,7 @@ TEST_SUITE("host_sim.page_file") {
   TEST_CASE("a closed loop's ticks carry the wrench that acted: the core gives the hashes again") {
     const std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
     CoreSession session(bytes, "sample");
-    ClosedLoop loop(session, DeviceModel{}, HandModel{}, 1000.0);
+    ClosedLoop loop(session, DeviceModel{}, *hand_named("firm"), 1000.0);
     std::vector<MotionSample> motion(200);
     for (std::size_t k = 0; k < motion.size(); ++k) {
       motion[k].t_s = 1e-3 * static_cast<double>(k);
