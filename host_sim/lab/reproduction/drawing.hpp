@@ -14,9 +14,12 @@ namespace haptic::sim {
 
 using tools::CFace;
 using tools::CObstacle;
+using tools::FlatPair;
 using tools::make_c_obstacle;
 using tools::node_text;
+using tools::place_moving;
 using tools::planar_hull;
+using tools::Point;
 using tools::vector_of;
 
 /// Orthographic view: parallel to `-toward_viewer`, `up` upwards on the page.

@@ -7,6 +7,7 @@
 
 #include "host_sim/oracle/node_set.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "host_sim/shapes/shapes.hpp"
 #include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
