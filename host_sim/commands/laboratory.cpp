@@ -15,8 +15,7 @@ struct LaboratoryCommand {
   std::string_view name, does;
 };
 constexpr LaboratoryCommand kLaboratory[] = {
-    {"accept",
-     "Which meshes the compiler takes, as what, and whether what it says is true."},
+    {"accept", "Which meshes the compiler takes, as what, and whether what it says is true."},
     {"calm",
      "Presses, holds and withdraws by every hand and encoder: rest, and nothing in free space."},
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},

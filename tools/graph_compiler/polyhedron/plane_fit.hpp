@@ -40,10 +40,9 @@ struct PlaneFit {
 inline constexpr std::size_t kMostFlatRegions = 30'000;
 
 /// Fits planes over the whole body with the tolerance surface.plane_tolerance_m.
-/// @throws InputError for an n-gon that is further than four tolerances from flat; LimitError beyond
-/// kMostFlatRegions.
-/// Cost: near linear in faces; uniting is quadratic in the number of planes with a tiny constant
-/// (5000 planes: 30 ms).
+/// @throws InputError for an n-gon that is further than four tolerances from flat; LimitError
+/// beyond kMostFlatRegions. Cost: near linear in faces; uniting is quadratic in the number of
+/// planes with a tiny constant (5000 planes: 30 ms).
 PlaneFit fit_planes(const Surface& surface, const FaceNeighbors& neighbors);
 
 }  // namespace haptic::tools
