@@ -50,8 +50,8 @@ inline constexpr double kDefaultEpsilon_m = 1.0e-4;
 inline constexpr double kDefaultExactBand_m = 5.0e-3;
 inline constexpr double kDefaultRate_hz = 1000.0;
 
-/// What a unit of work is assumed to take [s]; host_lab wcet measures it: 61 ns in the dearest
-/// ticks of a peg in its hole.
+/// What a unit of work is assumed to take [s]; host_lab wcet measures it: 61 to 66 ns in the
+/// dearest ticks of a peg in its hole, so a bound fitted with it may be a tenth over its share.
 inline constexpr double kUnitPrice_s = 61.0e-9;
 
 /// Share of a period that the units of work of a tick may take, and the same of a scene with a
