@@ -90,7 +90,8 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
       ++t.refused_poses;
     } else {
       t.smallest_d_near_m = std::min(t.smallest_d_near_m, r.d_near_m);
-      t.contact_ticks += r.d_near_m <= 0 ? 1u : 0u;
+      const bool in_contact = r.situation != ContactSituation::kNone || r.d_near_m <= 0;
+      t.contact_ticks += in_contact ? 1u : 0u;
       ++t.situation_ticks[static_cast<std::size_t>(r.situation)];
     }
     nodes += r.nodes_evaluated;
@@ -135,17 +136,19 @@ std::string text_summary(const ReplayReport& report) {
               t.largest_force_change_n);
   append_line(text, "  largest torque        %.6g N m, change per tick %.6g N m",
               t.largest_torque_nm, t.largest_torque_change_nm);
-  append_line(text, "  smallest d_near       %.6g m", t.smallest_d_near_m);
-  append_line(text, "  nodes evaluated       mean %.1f, largest %u, bound %u%s", t.nodes_mean,
-              t.nodes_largest, t.nodes_bound,
-              t.nodes_largest <= t.nodes_bound ? "" : "  OVER ITS BOUND");
-  append_line(text, "  support pairs         largest %u, bound %u%s", t.support_pairs_largest,
-              t.support_pairs_bound,
-              t.support_pairs_largest <= t.support_pairs_bound ? "" : "  OVER ITS BOUND");
-  append_line(text,
-              "  re-localised          %llu of %llu pair-ticks after the first tick (%.4f %%)",
-              ull{t.relocalised_pair_ticks}, ull{t.pair_ticks},
-              percent(t.relocalised_pair_ticks, t.pair_ticks));
+  if (std::isfinite(t.smallest_d_near_m)) {  // the goal pose was searched
+    append_line(text, "  smallest d_near       %.6g m", t.smallest_d_near_m);
+    append_line(text, "  nodes evaluated       mean %.1f, largest %u, bound %u%s", t.nodes_mean,
+                t.nodes_largest, t.nodes_bound,
+                t.nodes_largest <= t.nodes_bound ? "" : "  OVER ITS BOUND");
+    append_line(text, "  support pairs         largest %u, bound %u%s", t.support_pairs_largest,
+                t.support_pairs_bound,
+                t.support_pairs_largest <= t.support_pairs_bound ? "" : "  OVER ITS BOUND");
+    append_line(text,
+                "  re-localised          %llu of %llu pair-ticks after the first tick (%.4f %%)",
+                ull{t.relocalised_pair_ticks}, ull{t.pair_ticks},
+                percent(t.relocalised_pair_ticks, t.pair_ticks));
+  }
   std::string flags;
   for (std::size_t bit = 0; bit < t.flag_ticks.size(); ++bit) {
     if (t.flag_ticks[bit] == 0) continue;

@@ -12,11 +12,21 @@ namespace {
 /// Radii are rounded up by this share.
 constexpr Real kRoundedUp = 1 + 16 * kRealEpsilon;
 
-/// Box round the centres of some pieces.
-struct CentreBox {
+/// The two ends of a box.
+struct BoxEnds {
   Vec3 low = Vec3::Constant(std::numeric_limits<Real>::max());
   Vec3 high = Vec3::Constant(-std::numeric_limits<Real>::max());
 };
+
+PieceBox round_boxes(std::span<const PieceBox> boxes,
+                     std::span<const std::uint32_t> pieces) noexcept {
+  BoxEnds all;
+  for (const std::uint32_t i : pieces) {
+    all.low = all.low.cwiseMin(boxes[i].middle - boxes[i].half);
+    all.high = all.high.cwiseMax(boxes[i].middle + boxes[i].half);
+  }
+  return {0.5_r * (all.low + all.high), 0.5_r * (all.high - all.low)};
+}
 
 }  // namespace
 
@@ -28,7 +38,7 @@ void PieceTree::build(std::span<const PieceSphere> spheres,
   for (std::uint32_t k = 0; k < made; ++k) {
     PieceNode& node = nodes_[k];
     const std::span<std::uint32_t> pieces = order_.subspan(node.begin, node.count);
-    CentreBox box;
+    BoxEnds box;
     for (const std::uint32_t i : pieces) {
       box.low = box.low.cwiseMin(spheres[i].centre);
       box.high = box.high.cwiseMax(spheres[i].centre);
@@ -40,8 +50,7 @@ void PieceTree::build(std::span<const PieceSphere> spheres,
           std::max(node.sphere.radius_m, (far + spheres[i].radius_m) * kRoundedUp);
     }
     if (kSceneTraits.free_orientation && !boxes_.empty()) {
-      boxes_[k] = boxes[pieces[0]];
-      for (const std::uint32_t i : pieces) boxes_[k].take(boxes[i]);
+      boxes_[k] = round_boxes(boxes, pieces);
     }
     if (node.count == 1) continue;
     const Vec3 side = box.high - box.low;

@@ -19,14 +19,7 @@ struct PieceSphere {
 
 /// Box round a piece or a group of them, along the axes of its tree's user.
 struct PieceBox {
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
-
-  void take(const PieceBox& other) noexcept {
-    low = low.cwiseMin(other.low);
-    high = high.cwiseMax(other.high);
-  }
-  [[nodiscard]] Vec3 middle() const noexcept { return 0.5_r * (low + high); }
-  [[nodiscard]] Vec3 half() const noexcept { return 0.5_r * (high - low); }
+  Vec3 middle = Vec3::Zero(), half = Vec3::Zero();
 };
 
 /// A leaf holds one piece; any other node two children, one behind the other.

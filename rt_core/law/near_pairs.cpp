@@ -27,7 +27,11 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
   tree_a_.place(arena, of_a, boxed);
   tree_b_.place(arena, pieces - of_a, boxed);
   spheres_ = arena.take<PieceSphere>(pieces);
-  if (boxed) boxes_ = arena.take<PieceBox>(pieces);
+  if (boxed) {
+    boxes_ = arena.take<PieceBox>(pieces);
+    flat_ = arena.take<FlatPiece>(pieces);
+    placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
+  }
   pairs_ = arena.take<NearPair>(slots);
   listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
@@ -54,11 +58,16 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
     }
     if (!kSceneTraits.free_orientation || boxes_.empty()) continue;
     const PieceView view = scene.piece(i);
-    boxes_[i] = {view.vertex(0), view.vertex(0)};
-    for (std::uint32_t v = 1; v < view.vertex_count; ++v)
-      boxes_[i].take({view.vertex(v), view.vertex(v)});
-    boxes_[i].low += reference;
-    boxes_[i].high += reference;
+    Vec3 low = view.vertex(0), high = low;
+    for (std::uint32_t v = 1; v < view.vertex_count; ++v) {
+      low = low.cwiseMin(view.vertex(v));
+      high = high.cwiseMax(view.vertex(v));
+    }
+    boxes_[i] = {0.5_r * (low + high) + reference, 0.5_r * (high - low)};
+    flat_[i] = FlatPiece{};
+    if (!view.is_facet()) continue;
+    flat_[i] = {view.plane_normal(0), view.plane_offset(0), view.vertices, view.vertex_count,
+                reference};
   }
   const std::size_t boxed_a = boxes_.empty() ? 0 : of_a;
   tree_a_.build(spheres_.first(of_a), boxes_.first(boxed_a));
@@ -74,7 +83,8 @@ void NearPairs::reset() noexcept {
     pairs_[slot - 1] = {};
     static_cast<void>(free_.push(slot - 1));
   }
-  list_ = 0;
+  list_ = begun_lists_ = 0;
+  for (PlacedBox& placed : placed_) placed.list = 0;
   begun_ = false;
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
@@ -95,67 +105,81 @@ void NearPairs::fill_table() noexcept {
   }
 }
 
-/// A lower bound of the gap between the pieces of two nodes: between their spheres, and where
-/// pieces are facets, whose spheres are mostly empty, between their boxes, along the axes of
-/// either; as far as it takes to be above the range.
-Real NearPairs::gap_of(std::uint32_t node_a, std::uint32_t node_b) const noexcept {
-  const auto& [p, turn_abs] = at_[0];
-  const PieceSphere& a = tree_a_.node(node_a).sphere;
-  const PieceSphere& b = tree_b_.node(node_b).sphere;
-  const PieceSphere a_w{p.r_wa * a.centre + p.x0_w, a.radius_m};
-  Real gap = sphere_distance(a_w, b);
-  if (!kSceneTraits.free_orientation || boxes_.empty() || gap > range_m_) return gap;
-  const PieceBox &box_a = tree_a_.box(node_a), &box_b = tree_b_.box(node_b);
-  const Vec3 half_a = box_a.half(), half_b = box_b.half();
-  const Vec3 between_w = p.r_wa * box_a.middle() + p.x0_w - box_b.middle();
-  const Real rounding = 64 * kRealEpsilon *
-                        (p.x0_w.cwiseAbs().sum() + between_w.cwiseAbs().sum() +
-                         b.centre.cwiseAbs().sum() + half_a.sum() + half_b.sum() + 2 * a.radius_m);
-  const auto apart = [&](const Vec3& between, const Vec3& halves) {
-    const Vec3 outside = (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero());
-    return std::sqrt(outside.squaredNorm()) - rounding;
-  };
-  gap = std::max(gap, apart(between_w, half_b + turn_abs * half_a));
-  if (gap > range_m_) return gap;
-  return std::max(gap,
-                  apart(p.r_wa.transpose() * between_w, half_a + turn_abs.transpose() * half_b));
+/// The box of a node of A, placed once in a list.
+const PieceBox& NearPairs::box_w(std::uint32_t node_a) noexcept {
+  PlacedBox& placed = placed_[node_a];
+  if (placed.list != begun_lists_) {
+    const PieceBox& box = tree_a_.box(node_a);
+    placed = {{at_[0].p.r_wa * box.middle + at_[0].p.x0_w, at_[0].turn_abs * box.half},
+              begun_lists_};
+  }
+  return placed.box_w;
 }
 
-/// A better lower bound of the gap between two facets than `gap_m`: of the plane of each.
+/// Whether the pieces of two nodes are farther apart than the range: their spheres are, or where
+/// pieces are facets, whose spheres are mostly empty, their boxes along the axes of either. Of two
+/// leaves within the range `gap_m` is the lower bound that says so.
+bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_m) noexcept {
+  const Place& at = at_[0];
+  const PieceNode &a = tree_a_.node(node_a), &b = tree_b_.node(node_b);
+  if (!kSceneTraits.free_orientation || boxes_.empty()) {
+    gap_m = sphere_distance({at.p.r_wa * a.sphere.centre + at.p.x0_w, a.sphere.radius_m}, b.sphere);
+    if (gap_m > range_m_) left_m_ = std::min(left_m_, gap_m);
+    return gap_m > range_m_;
+  }
+  const Real limit_m = range_m_ + at.rounding_m;
+  const auto squared = [](const Vec3& between, const Vec3& halves) {
+    return (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero()).squaredNorm();
+  };
+  const PieceBox &a_w = box_w(node_a), &b_w = tree_b_.box(node_b);
+  const Vec3 between_w = a_w.middle - b_w.middle;
+  Real apart2 = squared(between_w, a_w.half + b_w.half);
+  if (apart2 <= limit_m * limit_m) {
+    apart2 = std::max(apart2, squared(at.turn_back * between_w,
+                                      tree_a_.box(node_a).half + at.turn_back_abs * b_w.half));
+  }
+  if (apart2 > limit_m * limit_m) {
+    left2_ = std::min(left2_, apart2);
+    return true;
+  }
+  if (a.count == 1 && b.count == 1) gap_m = std::sqrt(apart2) - at.rounding_m;
+  return false;
+}
+
+/// A better lower bound of the gap between two facets than `gap_m`: of the plane of each; as far as
+/// it takes to be above the range.
 Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) const noexcept {
   if (!kSceneTraits.free_orientation || boxes_.empty()) return gap_m;
-  const PieceView a = scene_->piece(piece_a), b = scene_->piece(piece_b);
-  if (!a.is_facet() || !b.is_facet()) return gap_m;
-  const GripPose& p = at_[0].p;
-  Vec3 b_w = Vec3::Zero();
-  for (int k = 0; k < 3; ++k)
-    b_w[k] = static_cast<Real>(scene_->bodies()[b.record->body].reference_m[k]);
-  const Vec3 between_w = p.x0_w - b_w;
-  const Vec3 normal_b = b.plane_normal(0), normal_a_w = p.r_wa * a.plane_normal(0);
-  const Vec3 normal_b_a = p.r_wa.transpose() * normal_b;
-  const auto beyond = [](const PieceView& piece, const Vec3& normal, Real offset) {
+  const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
+  if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
+  const Place& at = at_[0];
+  const Vec3 between_w = at.p.x0_w - b.reference_m;
+  const auto beyond = [&](const FlatPiece& piece, const Vec3& normal, Real offset_m) {
     Real least = std::numeric_limits<Real>::max(), most = -least;
-    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
-      const Real at = normal.dot(piece.vertex(v)) + offset;
-      least = std::min(least, at);
-      most = std::max(most, at);
+    for (std::uint32_t v = 0; v < piece.corner_count; ++v) {
+      const Real height = normal.dot(ConstVec3Map(piece.corners + 3 * std::size_t{v})) + offset_m;
+      least = std::min(least, height);
+      most = std::max(most, height);
     }
-    return std::max(least, -most);
+    return std::max(least, -most) - at.rounding_m;
   };
-  const Real of_b = beyond(a, normal_b_a, normal_b.dot(between_w) - b.plane_offset(0));
-  const Real of_a = beyond(b, normal_a_w, -normal_a_w.dot(between_w) - a.plane_offset(0));
-  const Real size = p.x0_w.cwiseAbs().sum() + b_w.cwiseAbs().sum() +
-                    tree_a_.node(0).sphere.radius_m + tree_b_.node(0).sphere.radius_m +
-                    tree_a_.node(0).sphere.centre.norm() + tree_b_.node(0).sphere.centre.norm();
-  return std::max({gap_m, of_a - 64 * kRealEpsilon * size, of_b - 64 * kRealEpsilon * size});
+  gap_m = std::max(gap_m, beyond(a, at.turn_back * b.normal, b.normal.dot(between_w) - b.offset_m));
+  if (gap_m > range_m_) return gap_m;
+  const Vec3 normal_w = at.p.r_wa * a.normal;
+  return std::max(gap_m, beyond(b, normal_w, -normal_w.dot(between_w) - a.offset_m));
 }
 
 void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m) noexcept {
   begun_ = true;
-  at_[0] = {p, p.r_wa.cwiseAbs()};
+  begun_lists_ += 1;
+  const Mat3 back = p.r_wa.transpose();
+  const PieceSphere &all_a = tree_a_.node(0).sphere, &all_b = tree_b_.node(0).sphere;
+  const Real size_m = p.x0_w.cwiseAbs().sum() + all_a.radius_m + all_b.radius_m +
+                      std::sqrt(all_a.centre.squaredNorm()) + std::sqrt(all_b.centre.squaredNorm());
+  at_[0] = {p, p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m};
   odometer_m_ = odometer_m;
   range_m_ = range_m;
-  left_m_ = std::numeric_limits<Real>::max();
+  left_m_ = left2_ = std::numeric_limits<Real>::max();
   waiting_[0] = NodePair{};
   waiting_count_ = 1;
   visited_ = 0;
@@ -170,13 +194,12 @@ bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
     visited_ += 1;
     const PieceNode& a = tree_a_.node(next.a);
     const PieceNode& b = tree_b_.node(next.b);
-    const Real gap = gap_of(next.a, next.b);
-    if (gap > range_m_) {
-      left_m_ = std::min(left_m_, gap);
-    } else if (a.count == 1 && b.count == 1) {
+    Real gap_m = 0;
+    if (is_beyond(next.a, next.b, gap_m)) continue;
+    if (a.count == 1 && b.count == 1) {
       const std::uint32_t pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
-      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap);
+      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m);
       if (closer > range_m_) {
         left_m_ = std::min(left_m_, closer);
       } else {
@@ -247,6 +270,9 @@ void NearPairs::finish() noexcept {
       static_cast<void>(free_.push(slot));
     }
     if (pair.changed) static_cast<void>(changed_.push(slot));
+  }
+  if (left2_ < std::numeric_limits<Real>::max()) {
+    left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m);
   }
   clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
 }

@@ -80,6 +80,23 @@ class NearPairs {
   struct Place {
     GripPose p;
     Mat3 turn_abs = Mat3::Identity();  ///< of p, by element
+    Mat3 turn_back = Mat3::Identity(),
+         turn_back_abs = Mat3::Identity();  ///< the same of its inverse
+    Real rounding_m = 0;                    ///< of a gap between boxes
+  };
+  /// The box of a node of A, along the axes of W.
+  struct PlacedBox {
+    PieceBox box_w;
+    std::uint64_t list = 0;  ///< the last list that has asked for it
+  };
+
+  /// A piece that is a facet, as its plane and corners in its body's axes; no corners: it is not.
+  struct FlatPiece {
+    Vec3 normal = Vec3::Zero();
+    Real offset_m = 0;
+    const Real* corners = nullptr;
+    std::uint32_t corner_count = 0;
+    Vec3 reference_m = Vec3::Zero();  ///< of its body
   };
 
   void take(std::uint32_t pair, Real gap_m) noexcept;
@@ -89,12 +106,14 @@ class NearPairs {
   void fill_table() noexcept;
   [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b,
                                Real gap_m) const noexcept;
-  [[nodiscard]] Real gap_of(std::uint32_t node_a, std::uint32_t node_b) const noexcept;
+  [[nodiscard]] bool is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_m) noexcept;
+  [[nodiscard]] const PieceBox& box_w(std::uint32_t node_a) noexcept;
 
   const SceneView* scene_ = nullptr;
   PieceTree tree_a_, tree_b_;
   std::span<PieceSphere> spheres_;            ///< of all pieces
   std::span<PieceBox> boxes_;                 ///< of all pieces, where some are facets
+  std::span<FlatPiece> flat_;                 ///< the same
   std::span<NearPair> pairs_;                 ///< by slot
   BoundedList<std::uint32_t> listed_, free_;  ///< slots
   BoundedList<std::uint32_t> changed_;
@@ -104,10 +123,12 @@ class NearPairs {
 
   // The list that is begun.
   bool begun_ = false;
-  std::span<Place> at_;    ///< one: where
-  double odometer_m_ = 0;  ///< there
+  std::span<Place> at_;          ///< one: where
+  std::span<PlacedBox> placed_;  ///< by node of A, where some pieces are facets
+  double odometer_m_ = 0;        ///< there
   Real range_m_ = 0;
-  Real left_m_ = 0;  ///< nearest pair that is not in it
+  std::uint64_t begun_lists_ = 0;
+  Real left_m_ = 0, left2_ = 0;  ///< nearest pair that is not in it; squared, of those by boxes
   std::span<NodePair> waiting_;
   std::uint32_t waiting_count_ = 0;
   std::uint32_t visited_ = 0;

@@ -18,11 +18,15 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
 constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
-constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 1.25_r;
+constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
+/// Among facets a pass costs most, and the last one moves so many times as far.
+constexpr Real kFacetLast = 4;
+/// Among facets no step is longer than this share of the scale's reach.
+constexpr Real kFacetTrust = 0.25_r;
 
-/// A list of near pairs that takes several ticks is begun when this share of its range is left, and
-/// is made shorter where it takes more than so many.
-constexpr Real kEarlyShare = 0.75_r;
+/// A list of near pairs that takes several ticks is begun while what is left of the one before
+/// lasts for this multiple of them, and is made shorter where it takes more than so many.
+constexpr Real kEarlyTicks = 1.25_r;
 constexpr std::uint32_t kLongLists = 24;
 /// Near pairs beyond so many reaches are left aside together.
 constexpr Real kHotReaches = 1.5_r;
@@ -165,11 +169,14 @@ void Proxy::reset() noexcept {
   for (std::uint64_t& version : lanes_version_) version = 0;
   active_.clear();
   pending_.clear();
-  trust_m_ = list_range_m_ = kNoLimit;
-  list_is_long_ = false;
+  trust_m_ = most_trust_m();
+  list_range_m_ = kNoLimit;
+  list_ticks_ = 1;
   hot_.clear();
   hot_until_m_ = -std::numeric_limits<double>::max();
-  last_step_m_ = 0;
+  pass_steps_m_ = {};
+  tick_motion_m_ = 0;
+  tick_start_m_ = 0;
   waiting_ = waited_ = false;
   behind_ticks_ = 0;
   choose_from_start_ = false;
@@ -354,7 +361,8 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   worst_gap_m_ = std::numeric_limits<Real>::max();
   // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
   if (hot_.capacity() > 0) {
-    reach_m_ = std::min(reach_m_, kReachSteps * last_step_m_ + kFacetMargin * scale.margin_m);
+    reach_m_ = std::min(reach_m_,
+                        kReachSteps * pass_steps_m_[step_place()] + kFacetMargin * scale.margin_m);
   }
   reach_all(tick);
 }
@@ -410,7 +418,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Real clear_m = unlisted_m();
   const bool short_of = !(clear_m >= reach_m_);
-  const bool early = list_is_long_ && !(clear_m >= kEarlyShare * list_range_m_);
+  const Real until_made_m = kEarlyTicks * static_cast<Real>(list_ticks_) * tick_motion_m_;
+  const bool early = list_ticks_ > 1 && !(clear_m >= reach_m_ + until_made_m);
   if (!short_of && !early && !near_pairs_.is_begun()) return;
   if (!near_pairs_.is_begun()) {
     const Real further_m = hot_.capacity() > 0 ? scale.reach_m / 2 : scale.reach_m;
@@ -431,11 +440,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const std::uint32_t visits = near_pairs_.visited() - before;
   list_visits_left_ -= visits;
   tick.list_visits += visits;
-  if (!finished) {
-    list_is_long_ = true;
-    return;
-  }
-  list_is_long_ = near_pairs_.visited() > kListVisitsOfTick;
+  if (!finished) return;
+  list_ticks_ = near_pairs_.visited() / kListVisitsOfTick + 1;
   list_range_m_ *= near_pairs_.visited() > kLongLists * kListVisitsOfTick ? kTrustLess : kTrustMore;
   for (const std::uint32_t slot : near_pairs_.changed()) {
     forget(slot);
@@ -554,17 +560,39 @@ void Proxy::keep_found() noexcept {
                       kLastTolerances * parameters_.scale.tolerance_m);
 }
 
+Real Proxy::most_trust_m() const noexcept {
+  return hot_.capacity() > 0 ? kFacetTrust * parameters_.scale.reach_m : kNoLimit;
+}
+
+/// The longest step of the next pass, by how this one has ended. Among facets a step that asks for
+/// more than the planes of one place can tell is rejected, and a shorter one finds its way.
+void Proxy::adapt_trust(PassEnd end) noexcept {
+  if (hot_.capacity() > 0) {
+    if (end == PassEnd::kMoved) trust_m_ *= kFacetTrustMore;
+    if (end == PassEnd::kRejected) {
+      trust_m_ = std::max(kTrustLess * std::min(trust_m_, tried_m_),
+                          kLastTolerances * parameters_.scale.tolerance_m);
+    }
+    trust_m_ = std::min(trust_m_, most_trust_m());
+  } else if (end == PassEnd::kMoved && trust_m_ < kNoLimit) {
+    trust_m_ *= kTrustMore;
+    if (trust_m_ > parameters_.scale.reach_m) trust_m_ = kNoLimit;
+  }
+}
+
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
   const ProxyScale& scale = parameters_.scale;
-  moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
-                  step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
+  const Real last = hot_.capacity() > 0 ? kFacetLast : Real{1};
+  moved_little_ = step.dx_m.squaredNorm() <= last * scale.last_m * (last * scale.last_m) &&
+                  step.dtheta_rad.squaredNorm() <= last * scale.last_rad * (last * scale.last_rad);
   way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
   turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
-  last_step_m_ = std::max(last_step_m_ / 2,
-                          std::sqrt(step.dx_m.squaredNorm()) +
-                              parameters_.radius_m * std::sqrt(step.dtheta_rad.squaredNorm()));
+  Real& step_m = pass_steps_m_[step_place()];
+  step_m =
+      std::max(step_m / 2, std::sqrt(step.dx_m.squaredNorm()) +
+                               parameters_.radius_m * std::sqrt(step.dtheta_rad.squaredNorm()));
   p_ = step.q;
   version_ += 1;
   path_m_ =
@@ -636,6 +664,10 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   const bool chosen = choose_from_start_ || is_fixed();
   bound_move(goal);
   goal_ = goal;
+  const double odometer = odometer_m();
+  tick_motion_m_ = std::max(tick_motion_m_ / 2, static_cast<Real>(odometer - tick_start_m_));
+  tick_start_m_ = odometer;
+  longest_ = false;
   ProxyTick tick;
   tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
   tick.end_potential_j = tick.start_potential_j;
@@ -643,6 +675,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   PassEnd end = PassEnd::kMoved;
   std::uint32_t short_passes = 0;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
+    pass_of_tick_ = k;
     end = pass(goal, tick);
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
@@ -651,10 +684,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
       break;
     }
     pending_.clear();
-    if (end == PassEnd::kMoved && trust_m_ < kNoLimit) {
-      trust_m_ *= hot_.capacity() > 0 ? kFacetTrustMore : kTrustMore;
-      if (trust_m_ > parameters_.scale.reach_m) trust_m_ = kNoLimit;
-    }
+    adapt_trust(end);
     if (end == PassEnd::kDone || !may_move()) break;
     if (end == PassEnd::kMoved && held_ == 0 && moved_little_) break;
     // The planes that a short step has found may lead farther; a second one says that they do not.
@@ -682,7 +712,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   // does.
   settled_ = still_ && chosen;
   // A part that is on its way, however long that takes, is not one that looks for its place.
-  const bool gains = !may_move() || tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
+  const bool gains = !may_move() || (tick.moved && longest_) ||
+                     tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
   slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
   if (settled_) {
     settled_tick_ = tick;

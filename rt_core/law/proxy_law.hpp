@@ -11,6 +11,8 @@
 /// cannot have crossed an obstacle, however thin. After every pass p is free and the energy has not
 /// risen, so a tick may end after any of them.
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -64,6 +66,7 @@ struct ProxyPair {
   double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
   Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
+  std::uint64_t held_in = 0;     ///< the last pass that began with a plane of it
   std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
   bool known = false;
   bool inside = false;            ///< no plane had a gap: the pair is being recovered
@@ -244,6 +247,11 @@ class Proxy {
   [[nodiscard]] bool may_begin(Grant grant, ProxyTick& tick) noexcept;
   [[nodiscard]] bool may_search(ProxyPair& pair, ProxyTick& tick) noexcept;
   void keep_found() noexcept;
+  void adapt_trust(PassEnd end) noexcept;
+  [[nodiscard]] Real most_trust_m() const noexcept;
+  [[nodiscard]] std::size_t step_place() const noexcept {
+    return std::min<std::size_t>(pass_of_tick_, pass_steps_m_.size() - 1);
+  }
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] bool find_face(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
@@ -344,10 +352,16 @@ class Proxy {
   Real list_range_m_ = std::numeric_limits<Real>::max();  ///< no list reaches farther
   double list_path_m_ = 0, list_turn_rad_ = 0;  ///< how far p_ had come where the list was begun
   std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
-  bool list_is_long_ = false;              ///< the last list took more than one tick
-  BoundedList<std::uint32_t> hot_;         ///< slots of the pairs that are near; of facets alone
-  double hot_until_m_ = 0;                 ///< reading of the odometer at which another pair may be
-  Real last_step_m_ = 0;                   ///< motion of the last steps, fading
+  std::uint32_t list_ticks_ = 1;    ///< that the last list took
+  BoundedList<std::uint32_t> hot_;  ///< slots of the pairs that are near; of facets alone
+  double hot_until_m_ = 0;          ///< reading of the odometer at which another pair may be
+  /// Motion of the last steps, fading: of the first pass of a tick, and of the later ones.
+  std::array<Real, 2> pass_steps_m_{};
+  std::uint32_t pass_of_tick_ = 0;
+  Real tried_m_ = 0;                       ///< motion of the step that this pass tried last
+  bool longest_ = false;                   ///< and it was as long as any among facets
+  Real tick_motion_m_ = 0;                 ///< of the last ticks, fading
+  double tick_start_m_ = 0;                ///< reading of the odometer where this tick began
   std::uint8_t grants_ = 0;                ///< Grant, of this tick
   bool waiting_ = false, waited_ = false;  ///< a pair waits for a search; one did in the last tick
   std::uint32_t behind_ticks_ = 0;

@@ -22,6 +22,8 @@ constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
 /// it, some times, and then with what the pair has room for, or at least that share.
 constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
 constexpr std::uint32_t kMostNearer = 3;
+/// Among facets a step uses up no more than this share of what the list of near pairs leaves.
+constexpr Real kListShare = 0.9_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -157,8 +159,10 @@ Real Proxy::left_over_n(const PoseError& wish, const Vec3& dx_m,
 /// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
 /// recovery.
 void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
+  for (const ImposedPlane& last : active_) pairs_[last.pair].held_in = pass_;
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];
+    if (!pair.inside && pair.held_in != pass_) continue;
     const auto take = [&](const PlaneId& id, SupportPair support) {
       const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
       if (!region.gap.defined) return;
@@ -311,8 +315,19 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       if (s * turn > most_rad) s = most_rad / turn;
       s = std::max(s, nearest_m_ / motion);
     }
-    const bool trusted = !(s * motion > trust_m_);
-    if (!trusted) s = trust_m_ / motion;
+    Real trust_m = trust_m_;
+    if (hot_.capacity() > 0) {
+      trust_m = std::min(std::max(trust_m, nearest_m_), kListShare * unlisted_m());
+      // The list has been outrun: the part waits for the next one.
+      if (motion > trust_m && !(trust_m > scale.still_m)) {
+        tick.spent = true;
+        return false;
+      }
+    }
+    const bool trusted = !(s * motion > trust_m);
+    if (!trusted) s = trust_m / motion;
+    tried_m_ = s * motion;
+    longest_ = !trusted && !(trust_m_ < most_trust_m());
     // Place and turn are bounded each by itself, but where planes tie them together.
     const bool cut = !trusted || s * far > way_left_m_ || s * turn > turn_left_rad_;
     Real s_turn = s * turn > turn_left_rad_ ? turn_left_rad_ / turn : s;

@@ -36,7 +36,7 @@ inline constexpr std::uint32_t kMaxValidSearches = 64;
 /// search are one each; a contact region, a quadratic program and an iteration of it are several, a
 /// node of the trees is a part of one.
 inline constexpr std::uint32_t kRegionUnits = 6, kProgramUnits = 2, kQpStepUnits = 3,
-                               kListVisitsOfUnit = 4;
+                               kListVisitsOfUnit = 8;
 /// Units that a tick may spend before it ends with what it has: the least and the most that a scene
 /// may ask for.
 inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
@@ -46,7 +46,7 @@ inline constexpr std::uint32_t kGrantedSteps = 3;
 inline constexpr std::uint32_t kGrantedConePrograms = 2;
 /// Nodes of the trees that lists of near pairs look at in one tick, at most; longer lists take
 /// several.
-inline constexpr std::uint32_t kListVisitsOfTick = 8192;
+inline constexpr std::uint32_t kListVisitsOfTick = 16384;
 /// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
 /// walked but scanned for its valid set.
 inline constexpr std::uint32_t kMostScannedFaces = 512, kMostScannedPairs = 4096;

@@ -56,7 +56,7 @@ inline constexpr double kUnitPrice_s = 61.0e-9;
 
 /// Share of a period that the units of work of a tick may take, and the same of a scene with a
 /// surface, whose many facets are near at once.
-inline constexpr double kWorkShare = 0.061, kSurfaceWorkShare = 0.5;
+inline constexpr double kWorkShare = 0.061, kSurfaceWorkShare = 0.65;
 
 /// Share of a period that the bound of a tick is kept to, as long as every near pair has this many
 /// units.
