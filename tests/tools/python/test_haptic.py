@@ -183,7 +183,7 @@ class Sessions(unittest.TestCase):
             self.assertEqual(caught.exception.name, "HAPTIC_ERROR_POSE")
         ticks = s.history()
         steps = np.linalg.norm(np.diff(ticks["sent_force"], axis=0), axis=1)
-        self.assertLess(steps.max(), 1.3)  # two periods of slew, 600 N/s
+        self.assertLessEqual(steps.max(), 4.0)  # two periods of the device's slew, 2000 N/s
 
     def test_no_such_device(self):
         with self.assertRaises(haptic.HapticError) as caught:
