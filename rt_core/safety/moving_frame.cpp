@@ -57,7 +57,8 @@ Pose turned(const Pose& from, const Vec3& way_m, const Vec3& turn_rad) noexcept 
 }  // namespace
 
 // A first record is where the frame is: that it is not W is no fault of its owner's.
-void MovingFrame::take(const FrameRecord& record, std::int64_t now_ns) noexcept {
+void MovingFrame::take(const FrameRecord& record, std::int64_t now_ns,
+                       std::int64_t begin_ns) noexcept {
   const bool first = number_ == 0;
   const bool in_order = first || record.stamp_ns >= stamp_ns_;
   const std::int64_t passed_ns = first ? 0 : span_between(stamp_ns_, record.stamp_ns);
@@ -83,7 +84,7 @@ void MovingFrame::take(const FrameRecord& record, std::int64_t now_ns) noexcept 
   }
   start_ = now_;
   target_ = pose;
-  begin_ns_ = now_ns;
+  begin_ns_ = begin_ns;
   span_ns_ = std::clamp(passed_ns, kShortestSpan_ns, std::max(kShortestSpan_ns, late_ns_));
 }
 
@@ -106,7 +107,7 @@ bool MovingFrame::follow(const FrameRecord& newest, std::int64_t now_ns, bool fe
       last_ns_ == 0 ? 0 : std::min(span_between(last_ns_, now_ns), kLongestTick_ns);
   last_ns_ = now_ns;
   twist_w_ = Twist{};
-  if (newest.number != number_) take(newest, now_ns);
+  if (newest.number != number_) take(newest, now_ns, now_ns - passed_ns);
   if (!is_used()) return false;
   const bool late = !stands_ && span_between(stamp_ns_, now_ns) > late_ns_;
   const bool cause = refused_ || late;

@@ -48,7 +48,7 @@ class MovingFrame {
   [[nodiscard]] Wrench outside(const Wrench& wrench_f) const noexcept;
 
  private:
-  void take(const FrameRecord& record, std::int64_t now_ns) noexcept;
+  void take(const FrameRecord& record, std::int64_t now_ns, std::int64_t begin_ns) noexcept;
   void go_on(std::int64_t passed_ns, std::int64_t now_ns) noexcept;
 
   Pose now_, start_, target_;

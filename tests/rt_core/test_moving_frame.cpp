@@ -64,7 +64,7 @@ struct FrameBench {
 struct GoingBench : FrameBench {
   GoingBench() {
     give(0);
-    tick();
+    ticks(10);
     for (int k = 1; k <= 50; ++k) go_on();
   }
   void go_on() {
@@ -91,13 +91,13 @@ TEST_SUITE("rt_core.moving_frame") {
     CHECK_FALSE(b.cause);
     CHECK(b.x_m() == doctest::Approx(0.05).epsilon(0.01));
     CHECK(b.angle_rad() == doctest::Approx(0.25).epsilon(0.01));
-    CHECK(b.largest_step_m == doctest::Approx(1e-4).epsilon(0.15));
-    CHECK(b.largest_turn_rad == doctest::Approx(5e-4).epsilon(0.15));
+    CHECK(b.largest_step_m == doctest::Approx(1e-4).epsilon(0.02));
+    CHECK(b.largest_turn_rad == doctest::Approx(5e-4).epsilon(0.02));
     // Half of an interval after a pose was given: half of the way to it.
     const double before_m = b.x_m();
     b.give(0.051, 0.255);
     b.ticks(5);
-    CHECK(b.x_m() - before_m == doctest::Approx(0.0005).epsilon(0.15));
+    CHECK(b.x_m() - before_m == doctest::Approx(0.0005).epsilon(0.02));
   }
 
   TEST_CASE("a pose that is too fast: the frame stays until nobody feels it, then it is there") {
