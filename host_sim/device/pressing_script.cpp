@@ -89,8 +89,10 @@ struct TouchVerdict {
 };
 
 TouchVerdict touch_at(CoreSession& session, const Pose& pose) {
-  constexpr int kSettlingTicks = 8;
-  constexpr double kFollowed_m = 1.0e-6;
+  // A large scene may take many ticks to let the part follow: it touches where it stops before it
+  // is there.
+  constexpr int kMostTicks = 500, kStillTicks = 8;
+  constexpr double kFollowed_m = 1.0e-6, kStill_m = 1.0e-8;
   StepInput input;
   input.pose_wa = pose;
   if (session.view().parameters().law != LawId::kProxy) {
@@ -98,10 +100,13 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose) {
     return {d_near_m <= 0, d_near_m};
   }
   const Vec3 grip_a = grip_in_part(session.view());
-  for (int k = 0; k < kSettlingTicks; ++k) {
+  double least_m = std::numeric_limits<double>::max();
+  for (int k = 0, still = 0; k < kMostTicks && still < kStillTicks; ++k) {
     const StepResult result = session.core().step(input);
-    if (record_of(0, 0, result, grip_a).apart_m <= kFollowed_m)
-      return {false, static_cast<double>(result.proxy_gap_m)};
+    const double apart_m = record_of(0, 0, result, grip_a).apart_m;
+    if (apart_m <= kFollowed_m) return {false, static_cast<double>(result.proxy_gap_m)};
+    still = apart_m < least_m - kStill_m ? 0 : still + 1;
+    least_m = std::min(least_m, apart_m);
   }
   return {true, 0};
 }
