@@ -56,7 +56,7 @@ TEST_SUITE("host_sim.touching_script") {
       CHECK(largest_n < 8.0);
       CHECK(largest_side_n < 0.5);
       CHECK(length_of(played.ticks.front().force_n) == 0);
-      CHECK(length_of(played.ticks.back().force_n) == 0);
+      CHECK(length_of(played.ticks.back().force_n) < 1e-5);  // free, but for rounding
     }
   }
 

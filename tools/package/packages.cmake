@@ -28,6 +28,7 @@ execute_process(COMMAND ${HAPTIC_GZIP} -9nkf ${CMAKE_CURRENT_BINARY_DIR}/changel
 set(CPACK_PACKAGE_NAME haptic)
 set(CPACK_PACKAGE_CONTACT "${contact}")
 set(CPACK_PACKAGE_VENDOR "haptic")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own; one for all would be put before it
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -44,7 +45,6 @@ function(haptic_package component name section summary description)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_SECTION ${section} PARENT_SCOPE)
-  set(CPACK_COMPONENT_${key}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_DEPENDS "${given_DEPENDS}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_CONTROL_EXTRA "${given_CONTROL}" PARENT_SCOPE)
@@ -64,20 +64,20 @@ haptic_package(hal libhaptic-hal-dev libdevel "6-DOF haptic rendering of contact
   "C++20 headers and an archive: drivers, link, output guard and servo loop.\nFound by find_package(haptic COMPONENTS core hal)."
   DEPENDS "libhaptic-core-dev ${same}, libusb-1.0-0-dev, pkg-config")
 haptic_package(library libhaptic0 libs "6-DOF haptic rendering of contact: the C interface"
-  "Meshes to a compiled scene, the tick, and a servo loop in a thread of the library."
-  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/library.triggers")
+  "Meshes to a compiled scene, the tick, and a servo loop in a thread of\nthe library."
+  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/library/triggers")
 haptic_package(dev libhaptic-dev libdevel "6-DOF haptic rendering of contact: header of the C interface"
   "haptic.h (C99), for pkg-config and find_package(haptic COMPONENTS library)."
   DEPENDS "libhaptic0 ${same}, libhaptic-core-dev ${same}")
 haptic_package(tools haptic-tools science "6-DOF haptic rendering of contact: the programs"
-  "graph_compiler compiles meshes, scene_inspect explains a scene, host_sim replays\nmotions, run_device drives a device; with rules for udev and a service."
+  "graph_compiler compiles meshes, scene_inspect explains a scene, host_sim\nreplays motions, run_device drives a device; with rules for udev and a\nservice."
   DEPENDS "systemd"
-  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/tools.postinst;${CMAKE_CURRENT_SOURCE_DIR}/debian/tools.postrm")
+  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postinst;${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postrm")
 haptic_package(lab haptic-lab science "6-DOF haptic rendering of contact: the laboratory"
   "host_lab verifies the core, times it and compares it with other methods."
   DEPENDS "haptic-tools ${same}")
 haptic_package(python python3-haptic python "6-DOF haptic rendering of contact: Python package"
-  "import haptic: compile meshes, replay motions, run a servo loop; over libhaptic0."
+  "import haptic: compile meshes, replay motions, run a servo loop; over\nlibhaptic0."
   DEPENDS "python3 (>= 3.9), python3-numpy, libhaptic0 (>= ${PROJECT_VERSION})" ANY_MACHINE)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
