@@ -24,6 +24,7 @@ endfunction()
 # Options of a help, each looked for in both.
 macro(judge command)
   execute_process(COMMAND ${PROGRAM} ${command} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+  string(REPLACE ";" "," help "${help}")  # which would part a list
   string(REGEX MATCHALL "\n  -[^ \n]+" found "${help}")
   if(NOT found)
     string(APPEND violations "  ${name} ${command} --help lists no option\n")
