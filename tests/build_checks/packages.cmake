@@ -68,8 +68,9 @@ foreach(line IN LISTS starts)
   endif()
 endforeach()
 if(LINTIAN)
-  execute_process(COMMAND ${LINTIAN} --allow-root --fail-on error --tag-display-limit 0 ${files} OUTPUT_VARIABLE text
-    ERROR_VARIABLE text RESULT_VARIABLE code)
+  execute_process(COMMAND ${LINTIAN} --allow-root --fail-on error --tag-display-limit 0 ${files}
+    OUTPUT_FILE ${FOLDER}/lintian.txt ERROR_FILE ${FOLDER}/lintian.txt RESULT_VARIABLE code)
+  file(READ ${FOLDER}/lintian.txt text)
   string(REGEX MATCHALL "(^|\n)E: [^\n]+" errors "${text}")
   if(code OR errors)
     string(APPEND violations "  lintian: ${text}\n")
