@@ -201,6 +201,14 @@ std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexc
   return faults | check_time(input);
 }
 
+/// The frame of the fixed parts, of which the core knows nothing.
+std::uint32_t ServoTick::check_frame(const ServoInput& input) noexcept {
+  const bool felt = arming_.wants_force() || !is_zero(limiter_.last());
+  const bool cause = frame_.follow(input.frame, input.now_ns, felt);
+  broken_ = broken_ || frame_.has_jumped();
+  return cause ? std::uint32_t{kFaultFrame} : 0u;
+}
+
 /// Bounds of work, numbers, scene and envelope, of what has just been rendered.
 std::uint32_t ServoTick::check_rendered() noexcept {
   const StepResult& r = last_rendered_;
@@ -257,6 +265,12 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
   const Wrench accepted_d = told ? wrench_of(state.accepted_d) : limiter_.last();
   in.accepted_wrench_w = scene_wrench(map, about_handle_point(accepted_d, arm_d_));
   in.accepted_valid = true;
+  if (frame_.is_used()) {
+    const Vec3 grip_w = in.pose_wa.p_wa + in.pose_wa.q_wa * map.grip_a;
+    in.pose_wa = frame_.inside(in.pose_wa);
+    if (in.twist_valid) in.twist_w = frame_.inside(in.twist_w, grip_w);
+    in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
+  }
   in.switches = state.switches;
   in.device_faults = state.faults;
   in.report_goal_contact = input.report_goal_contact;
@@ -269,7 +283,8 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
 
 /// What the device must exert for it, at the point where it senses.
 Wrench ServoTick::exerted(const Wrench& wrench_w) const noexcept {
-  return about_sensed_point(device_wrench(parameters_.map, wrench_w), arm_d_);
+  const Wrench outside_w = frame_.is_used() ? frame_.outside(wrench_w) : wrench_w;
+  return about_sensed_point(device_wrench(parameters_.map, outside_w), arm_d_);
 }
 
 /// Who may feel the wrench; a pull that nobody should meet at once is dropped with its history.
@@ -343,6 +358,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   const bool is_new =
       linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
   std::uint32_t present = check_state(input, is_new);
+  present |= check_frame(input);
   const bool has_pose =
       usable_ && (state_faults_ & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
   if (is_new && has_pose) state_faults_ |= render(input, result);
@@ -362,6 +378,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
                     arming_.count()};
   result.rendered = last_rendered_;
+  result.frame_wf = frame_.pose();
   result.arming = arming_.state();
   result.faults = arming_.latched();
   result.limiter_flags = limited.flags;

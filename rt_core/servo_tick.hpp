@@ -3,7 +3,7 @@
 /// The tick as the device sees it: its newest state in, a command that is safe to send out. Nothing
 /// that the core renders reaches a device by any other way.
 ///
-///     state -> checks -> workspace map -> HapticCore::step -> wrench at the handle
+///     state -> checks -> workspace map -> moving frame -> HapticCore::step -> wrench at the handle
 ///           -> arming -> output limiter -> command, trace
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include "rt_core/exchange/step_trace.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/safety/arming.hpp"
+#include "rt_core/safety/moving_frame.hpp"
 #include "rt_core/safety/output_limiter.hpp"
 
 namespace haptic {
@@ -44,11 +45,13 @@ struct ServoInput {
   std::uint32_t late_periods = 0;    ///< whole periods that the loop missed before this tick
   bool emergency_stop = false;       ///< the call in addition to the device's own input; latches
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
+  FrameRecord frame;                 ///< of the fixed parts, the newest; number 0: they stand in W
 };
 
 struct ServoResult {
   DeviceCommand command;
-  StepResult rendered;
+  StepResult rendered;  ///< in the frame of the fixed parts
+  Pose frame_wf;        ///< of that frame in W
   ArmingState arming = ArmingState::kDisarmed;
   std::uint32_t faults = 0;         ///< SafetyFault, latched
   std::uint32_t limiter_flags = 0;  ///< LimiterFlag
@@ -74,6 +77,10 @@ inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 /// output's limits or the goal is out of its reach. A part that is then inside an obstacle is
 /// brought out without force (kFlagRecovery), and the core ramps its wrench in after that.
 ///
+/// The core works in the frame of the fixed parts, wherever its owner moves it (MovingFrame): the
+/// proxy and its certificate are the same as if they stood still and the hand moved. Limits of
+/// place and turn are in that frame; those of force and torque, and jumps, in the device's.
+///
 /// The limits are the parameters' own and, from the first state of a connection on, those that came
 /// with it, the tighter of each (`tighter`). A state is late by its age in periods of the loop or
 /// of the device's stated reports, the longer of the two: between two reports the wrench is held.
@@ -91,6 +98,7 @@ class ServoTick {
   [[nodiscard]] std::uint32_t check_state(const ServoInput& input, bool is_new) noexcept;
   [[nodiscard]] std::uint32_t check_pose(const DeviceState& state) noexcept;
   [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
+  [[nodiscard]] std::uint32_t check_frame(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t render(const ServoInput& input, ServoResult& result) noexcept;
   [[nodiscard]] std::uint32_t check_rendered() noexcept;
   [[nodiscard]] std::uint32_t check_envelope() noexcept;
@@ -107,6 +115,7 @@ class ServoTick {
   std::uint32_t limits_from_ = 0;     ///< connection whose limits are in force; 0: own_limits_
   std::int64_t state_period_ns_ = 0;  ///< between two states of a device on time
   OutputLimiter limiter_;
+  MovingFrame frame_;
   StepResult last_rendered_;
   DeviceState last_state_;
   std::uint64_t tick_ = 0;

@@ -20,6 +20,7 @@ const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_perio
   input_.now_ns = now_ns;
   input_.late_periods = late_periods;
   input_.report_goal_contact = settings_.report_goal_contact;
+  if (frames_) input_.frame = frames_->newest();
   input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
   result_ = tick_.step(input_);
   mailbox_.publish(result_.command);

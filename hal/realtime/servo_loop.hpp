@@ -5,9 +5,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/device_mailbox.hpp"
+#include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
 
 namespace haptic::hal {
@@ -23,6 +25,8 @@ struct ServoLoopSettings {
   std::int64_t (*clock)(void* context) = nullptr;
   void* clock_context = nullptr;
   bool report_goal_contact = false;  ///< as in StepInput, of every tick
+  /// Frames of the fixed parts, by the clock of the ticks; null: these stand still.
+  const NewestRecord<FrameRecord>* frames = nullptr;
 };
 
 /// Ticks by what was found, since the start. Written by the servo thread alone.
@@ -45,7 +49,9 @@ class ServoLoop {
  public:
   ServoLoop(ServoTick& tick, const DeviceMailbox& mailbox,
             const ServoLoopSettings& settings) noexcept
-      : tick_(tick), mailbox_(mailbox), settings_(settings) {}
+      : tick_(tick), mailbox_(mailbox), settings_(settings) {
+    if (settings.frames != nullptr) frames_.emplace(*settings.frames);
+  }
 
   void watch(TickWatch called, void* context) noexcept {
     watch_ = called;
@@ -78,6 +84,7 @@ class ServoLoop {
   ServoTick& tick_;
   ServoSide mailbox_;
   ServoLoopSettings settings_;
+  std::optional<NewestReader<FrameRecord>> frames_;
   ServoInput input_;
   ServoResult result_;
   ServoLoopCounters counters_;

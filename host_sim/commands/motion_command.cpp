@@ -1,36 +1,89 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim motion SCRIPT.toml --out M.csv
+// host_sim motion SCRIPT.toml -o M.csv; host_sim motion --for SCENE.rtscene -o M.csv
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/device/pressing_script.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/motion_script.hpp"
+#include "host_sim/session/replay.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
+namespace {
+
+struct MotionArguments {
+  std::string script, scene, out;
+};
+
+void say_samples(const std::string& out, const std::vector<MotionSample>& motion, double rate_hz) {
+  std::printf("%s: %zu samples, %.3f s at %g Hz\n", out.c_str(), motion.size(),
+              motion.back().t_s - motion.front().t_s, rate_hz);
+}
+
+/// What the hand does, and what the core makes of it.
+void say_touching(const TouchingScript& touching, const std::vector<TickRecord>& ticks) {
+  double force_n = 0, torque_nm = 0;
+  std::size_t in_contact = 0;
+  for (const TickRecord& tick : ticks) {
+    force_n = std::max(force_n, length_of(tick.force_n));
+    torque_nm = std::max(torque_nm, length_of(tick.torque_nm));
+    in_contact += tick.situation != ContactSituation::kNone ? 1 : 0;
+  }
+  std::printf("  approach  %.4g mm along %s until the part touches\n", 1e3 * touching.way_m,
+              way_text(touching.along_w).c_str());
+  std::printf("  press     %.3g mm further\n", 1e3 * touching.press_m);
+  std::printf("  slide     %.3g mm to four sides\n", 1e3 * touching.slide_m);
+  std::printf("  tilt      %.3g rad\n", touching.tilt_rad);
+  std::printf("  leave     back to the start\n");
+  std::printf("played once: in contact in %.3g %% of the ticks, up to %.3g N and %.3g N m\n",
+              100.0 * static_cast<double>(in_contact) / static_cast<double>(ticks.size()), force_n,
+              torque_nm);
+}
+
+int motion_of_script(const MotionArguments& o) {
+  const MotionScript script = read_motion_script(o.script);
+  const std::vector<MotionSample> motion = make_motion(script);
+  write_motion_csv(o.out, motion);
+  say_samples(o.out, motion, script.rate_hz);
+  return tools::kExitDone;
+}
+
+int motion_for_scene(const MotionArguments& o) {
+  CoreSession session(o.scene);
+  const TouchingScript touching = touching_script(session, o.scene);
+  const std::vector<MotionSample> motion = make_motion(touching.script);
+  const ReplayResult played = replay(session, motion, {});
+  write_motion_csv(o.out, motion);
+  say_samples(o.out, motion, touching.script.rate_hz);
+  say_touching(touching, played.ticks);
+  return tools::kExitDone;
+}
+
+}  // namespace
 
 Command add_motion_command(CLI::App& program) {
-  struct MotionArguments {
-    std::string script, out;
-  };
-  const auto options = std::make_shared<MotionArguments>();
-  CLI::App* app = program.add_subcommand("motion", "Makes a motion from a script of way points.");
-  app->add_option("script", options->script, "motion script (TOML)")->required();
-  app->add_option("-o,--out", options->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();
+  const auto o = std::make_shared<MotionArguments>();
+  CLI::App* app = program.add_subcommand(
+      "motion",
+      "Makes a motion: from a script of way points, or one that touches a scene's parts.");
+  app->add_option("script", o->script, "motion script (TOML)");
+  app->add_option("--for", o->scene,
+                  "compiled scene (.rtscene), instead of a script: approach along an axis, press, "
+                  "slide, tilt, leave");
+  app->add_option("-o,--out", o->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();
   return {app,
-          [options] {
-            tools::claim_output(options->out, "--out");
-            const MotionScript script = read_motion_script(options->script);
-            const std::vector<MotionSample> motion = make_motion(script);
-            write_motion_csv(options->out, motion);
-            std::printf("%s: %zu samples, %.3f s at %g Hz\n", options->out.c_str(), motion.size(),
-                        motion.back().t_s - motion.front().t_s, script.rate_hz);
-            return static_cast<int>(tools::kExitDone);
+          [o] {
+            if (o->script.empty() == o->scene.empty())
+              throw tools::UsageError("give a motion script, or --for SCENE.rtscene");
+            tools::claim_output(o->out, "--out");
+            return o->scene.empty() ? motion_of_script(*o) : motion_for_scene(*o);
           },
-          "host_sim motion host_sim/scenes/square_peg_five/motion.toml --out motion.csv"};
+          "host_sim motion --for peg.rtscene -o motion.csv"};
 }
 
 }  // namespace haptic::sim

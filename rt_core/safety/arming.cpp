@@ -20,9 +20,10 @@ const char* fault_text(std::uint32_t fault) noexcept {
       "the part is outside its workspace",
       "the device's pose jumped",
       "states of the device are out of order",
+      "the frame of the fixed parts is too fast, late or not finite",
   };
   constexpr int kCount = sizeof(kTexts) / sizeof(kTexts[0]);
-  static_assert(1u << (kCount - 1) == kFaultSequence);
+  static_assert(1u << (kCount - 1) == kFaultFrame);
   if (fault == 0) return "no fault";
   const int lowest = std::countr_zero(fault);
   return lowest < kCount ? kTexts[lowest] : "unknown fault";

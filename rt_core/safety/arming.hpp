@@ -21,7 +21,8 @@ enum SafetyFault : std::uint32_t {
   kFaultEnvelope = 1u << 9,       ///< orientation outside the declared envelope
   kFaultWorkspace = 1u << 10,     ///< position outside the declared workspace
   kFaultJump = 1u << 11,          ///< the pose moved farther than any hand can in that time
-  kFaultSequence = 1u << 12       ///< states came with the sequence not advancing
+  kFaultSequence = 1u << 12,      ///< states came with the sequence not advancing
+  kFaultFrame = 1u << 13          ///< the frame of the fixed parts: too fast, late, or no pose
 };
 
 /// Text of the lowest bit set, for people. Never null; static storage.

@@ -31,3 +31,39 @@ if(HAPTIC_BUILD_TOOLS)
   haptic_build_probe(exported_symbols.probe_gone "haptic_gone: listed, but not exported" ${exported}
     -DLIST=${samples}/more_symbols.txt -P ${checks}/exported_symbols.cmake)
 endif()
+
+if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  find_program(HAPTIC_BASH bash)
+  find_program(HAPTIC_DPKG_DEB dpkg-deb)
+  find_program(HAPTIC_LINTIAN lintian)
+  mark_as_advanced(HAPTIC_BASH HAPTIC_DPKG_DEB HAPTIC_LINTIAN)
+  set(pages ${PROJECT_BINARY_DIR}/tools/package)
+  if(HAPTIC_BASH)
+    set(graph_compiler_also -DALSO=init)
+    foreach(program graph_compiler scene_inspect run_device host_sim host_lab)
+      haptic_build_check(program_pages.${program} ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${program}> -DPAGES=${pages}
+        -DBASH=${HAPTIC_BASH} ${${program}_also} -P ${checks}/program_pages.cmake)
+    endforeach()
+    # A page and a completion that lack all but one option.
+    file(WRITE ${samples}/few_pages/man/scene_inspect.1 ".B -h,--help\n")
+    file(WRITE ${samples}/few_pages/completions/scene_inspect "_scene_inspect() { COMPREPLY=(-h --help); }\n")
+    set(few ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:scene_inspect> -DPAGES=${samples}/few_pages -DBASH=${HAPTIC_BASH}
+      -P ${checks}/program_pages.cmake)
+    haptic_build_probe(program_pages.probe_page "man scene_inspect: lacks '--json'" ${few})
+    haptic_build_probe(program_pages.probe_completion "completion of scene_inspect : lacks --json" ${few})
+  endif()
+  # Made once; the probes look at the same ones.
+  set(packages ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DCPACK=${CMAKE_CPACK_COMMAND}
+    -DDPKG_DEB=${HAPTIC_DPKG_DEB} -DFOLDER=${samples}/packages)
+  haptic_build_check(packages ${packages} -DLINTIAN=${HAPTIC_LINTIAN} -DVERSION=${PROJECT_VERSION}
+    -P ${checks}/packages.cmake)
+  set_tests_properties(build_checks.packages PROPERTIES TIMEOUT 600 FIXTURES_SETUP packages)
+  if(HAPTIC_DPKG_DEB)
+    haptic_build_probe(packages.probe_file "haptic-tools: lacks /usr/bin/host_lab" ${packages} -DMADE=ON
+      -DVERSION=${PROJECT_VERSION} -DLACKS=bin/host_lab -P ${checks}/packages.cmake)
+    haptic_build_probe(packages.probe_version "there is no package libhaptic0 of version 0.0.1" ${packages} -DMADE=ON
+      -DVERSION=0.0.1 -P ${checks}/packages.cmake)
+    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_version
+      PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
+  endif()
+endif()

@@ -2,11 +2,11 @@
 # Rule: what `cmake --install` places is enough, in any folder, for a program that finds it by find_package; such a program
 # and one that adds the source as a folder give the same bits, and neither gets flags of ours.
 # cmake -DBUILD=<build> -DSOURCE=<project> -DFOLDER=<work> -DCOMPILER=<c++> -DC_COMPILER=<cc> [-DLAUNCHER=<ccache>] -DVERSION=<x.y.z>
-#       [-DREAL=..] [-DARCH=..] [-DCOMPONENTS=core|hal|tools] [-DREMOVE=<installed file>] -P installed.cmake
+#       [-DREAL=..] [-DARCH=..] [-DCOMPONENTS=core|hal|..] [-DREMOVE=<installed file>] -P installed.cmake
 cmake_minimum_required(VERSION 3.25)
 
 if(NOT DEFINED COMPONENTS)
-  set(COMPONENTS "core|hal|tools|dev")
+  set(COMPONENTS "core|hal|library|dev|tools")
 endif()
 string(REPLACE "|" ";" components "${COMPONENTS}")
 file(REMOVE_RECURSE ${FOLDER})

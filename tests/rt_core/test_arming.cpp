@@ -202,15 +202,15 @@ TEST_SUITE("rt_core.arming") {
 
   TEST_CASE("every fault has a text of its own, and so have none and an unknown one") {
     std::string all;
-    for (std::uint32_t bit = 1; bit <= kFaultSequence; bit <<= 1) {
+    for (std::uint32_t bit = 1; bit <= kFaultFrame; bit <<= 1) {
       const std::string text = fault_text(bit);
       CHECK(text.size() > 8);
       CHECK(all.find(text) == std::string::npos);
-      CHECK(fault_text(bit | kFaultSequence) == text);  // the lowest
+      CHECK(fault_text(bit | kFaultFrame) == text);  // the lowest
       all += text + "\n";
     }
     CHECK(std::string(fault_text(0)) == "no fault");
-    CHECK(std::string(fault_text(kFaultSequence << 1)) == "unknown fault");
+    CHECK(std::string(fault_text(kFaultFrame << 1)) == "unknown fault");
     CHECK(std::string(fault_text(1u << 31)) == "unknown fault");
   }
 }

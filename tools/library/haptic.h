@@ -280,7 +280,7 @@ typedef struct haptic_state {
   double time_s;          ///< since the session was opened
   double hand_pose[7];    ///< of A in W, as the handle stands
   double felt_pose[7];    ///< of A in W, free of obstacles
-  double wrench[6];       ///< rendered
+  double wrench[6];       ///< rendered, in W axes
   double sent_wrench[6];  ///< after arming, limits and ramps: what the device gets
   double gap_m;           ///< as in haptic_step_output
   uint64_t state_hash;
@@ -308,7 +308,8 @@ typedef struct haptic_tick {
   uint64_t tick;
   double time_s;
   double hand_pose[7];
-  double wrench[6], sent_wrench[6];
+  double wrench[6];  ///< rendered, in the axes of the fixed parts (haptic_session_frame)
+  double sent_wrench[6];
   uint32_t situation, flags, arming, safety_faults;
 } haptic_tick;
 
@@ -338,6 +339,28 @@ HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_ha
 /// The hand holds or releases the deadman switch: `hold` is of haptic_hold. After a fault: release,
 /// then hold again. Threads and cost as haptic_session_move_hand.
 HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
+
+/// Where the fixed parts are: the pose in W of the frame in which the scene has them. They are
+/// moved by the caller: a robot, or a simulator.
+typedef struct haptic_frame {
+  uint32_t struct_size;
+  uint32_t stands;  ///< not 0: they stay there, and no newer pose is waited for
+  double pose[7];
+  double fastest_m_per_s;    ///< the caller moves the frame's origin no faster; 0.001 to 2
+  double fastest_rad_per_s;  ///< nor turns it; 0.001 to 20
+  double late_s;             ///< a newer pose comes within this time; 0.005 to 0.5
+} haptic_frame;
+#define HAPTIC_FRAME_INIT \
+  { sizeof(haptic_frame), 0, {0, 0, 0, 0, 0, 0, 1}, 0.25, 1.0, 0.1 }
+
+/// Moves the fixed parts; to be called 30 to 200 times a second, from the time of the first call
+/// on. Between two poses the frame is interpolated, an interval behind. A pose that is too fast,
+/// late, or none (then also HAPTIC_ERROR_POSE) never makes the force jump: the parts stay where
+/// they are, the force ramps to zero (haptic_state.safety_faults, 1 << 13), and once it is zero
+/// they are at the newest pose; the deadman switch must be pressed again. A first pose that is far
+/// from W does the same where the hand is held: give it before, with options.hold HAPTIC_RELEASE.
+/// Any thread; a second one waits, the servo thread never does. Constant cost.
+HAPTIC_API int haptic_session_frame(haptic_session* session, const haptic_frame* frame);
 
 /// Stop by software: the force ramps to zero at once, on both sides of the link, and stays there
 /// until the deadman switch has been released and is held again. Any thread; constant cost.

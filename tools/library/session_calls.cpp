@@ -117,6 +117,19 @@ int haptic_session_hold(haptic_session* session, int hold) {
   });
 }
 
+int haptic_session_frame(haptic_session* session, const haptic_frame* frame) {
+  if (const int error = check_structure(frame); error != HAPTIC_OK) return error;
+  if (!is_within(frame->fastest_m_per_s, 0.001, 2) ||
+      !is_within(frame->fastest_rad_per_s, 0.001, 20) || !is_within(frame->late_s, 0.005, 0.5))
+    return HAPTIC_ERROR_NUMBER;
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    session->loop.move_fixed(*frame);
+    return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
+  });
+}
+
 int haptic_session_stop(haptic_session* session) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   session->loop.stop();

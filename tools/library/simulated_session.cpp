@@ -65,9 +65,11 @@ hal::UsbThreadSettings thread_settings(const SessionSettings& settings) {
   return thread;
 }
 
-hal::ServoLoopSettings loop_settings(const SessionSettings& settings) {
+hal::ServoLoopSettings loop_settings(const SessionSettings& settings,
+                                     const NewestRecord<FrameRecord>& frames) {
   hal::ServoLoopSettings loop;
   loop.period_ns = settings.period_ns;
+  loop.frames = &frames;
   return loop;
 }
 
@@ -133,7 +135,7 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
       link_thread_(link_, thread_settings(settings)),
       recorder_(history_memory_.span()),
       tick_(*core_, parameters_, view_.header().capacity, &recorder_),
-      loop_(tick_, mailbox_, loop_settings(settings)) {
+      loop_(tick_, mailbox_, loop_settings(settings, frames_)) {
   loop_.watch(&SimulatedSession::watch, this);
 }
 
@@ -195,8 +197,12 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   s.tick = counters.ticks;
   s.time_s = 1e-9 * static_cast<double>(input.now_ns - opened_ns_);
   write_numbers(mesh_pose(parameters_.map, pose_of(input.state.pose_dh)), s.hand_pose);
-  write_numbers(rendered.proxy_pose_wa, s.felt_pose);
-  write_numbers(rendered.wrench_w, s.wrench);
+  const Pose& frame = result.frame_wf;
+  const Pose& felt = rendered.proxy_pose_wa;
+  write_numbers(Pose{frame.p_wa + frame.q_wa * felt.p_wa, frame.q_wa * felt.q_wa}, s.felt_pose);
+  write_numbers(
+      Wrench{frame.q_wa * rendered.wrench_w.force_w, frame.q_wa * rendered.wrench_w.torque_w},
+      s.wrench);
   write_numbers(scene_wrench(parameters_.map, wrench_of(result.command.wrench_d)), s.sent_wrench);
   s.gap_m = static_cast<double>(rendered.proxy_gap_m);
   s.state_hash = rendered.state_hash;
@@ -266,6 +272,18 @@ void SimulatedSession::hold(haptic_hold hold) noexcept {
   order_.hold = hold;
   hand_.allow_presses();
   hand_.order(order_);
+}
+
+void SimulatedSession::move_fixed(const haptic_frame& frame) noexcept {
+  frame_.number += 1;
+  frame_.stamp_ns = hal::monotonic_ns();
+  std::copy_n(frame.pose, 3, frame_.p_m);
+  std::copy_n(frame.pose + 3, 4, frame_.q_xyzw);
+  frame_.fastest_m_per_s = frame.fastest_m_per_s;
+  frame_.fastest_rad_per_s = frame.fastest_rad_per_s;
+  frame_.late_ns = std::llround(1e9 * frame.late_s);
+  frame_.stands = frame.stands;
+  frame_writer_.publish(frame_);
 }
 
 void SimulatedSession::stop() noexcept {

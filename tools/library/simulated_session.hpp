@@ -87,6 +87,8 @@ class SimulatedSession {
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
   void hold(haptic_hold hold) noexcept;
+  /// The fixed parts are there; a pose that is none takes the force away.
+  void move_fixed(const haptic_frame& frame) noexcept;
   /// Any thread.
   void stop() noexcept;
 
@@ -111,6 +113,9 @@ class SimulatedSession {
   hal::MailboxMemory mailbox_;
   GuidedHand hand_;
   HandOrder order_;
+  FrameRecord frame_;
+  NewestRecord<FrameRecord> frames_;
+  NewestWriter<FrameRecord> frame_writer_{frames_};
   SimulatedPeer peer_;
   hal::LocalLink link_;
   hal::UsbThread link_thread_;

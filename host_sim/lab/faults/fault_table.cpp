@@ -209,19 +209,13 @@ constexpr FaultRule kRules[] = {
 using Names = std::span<const std::pair<std::uint32_t, const char*>>;
 
 constexpr std::pair<std::uint32_t, const char*> kSafetyNames[] = {
-    {kFaultNotFinite, "kFaultNotFinite"},
-    {kFaultBadPose, "kFaultBadPose"},
-    {kFaultStaleState, "kFaultStaleState"},
-    {kFaultLateTick, "kFaultLateTick"},
-    {kFaultDeviceLost, "kFaultDeviceLost"},
-    {kFaultDevice, "kFaultDevice"},
-    {kFaultEmergencyStop, "kFaultEmergencyStop"},
-    {kFaultScene, "kFaultScene"},
-    {kFaultInternal, "kFaultInternal"},
-    {kFaultEnvelope, "kFaultEnvelope"},
-    {kFaultWorkspace, "kFaultWorkspace"},
-    {kFaultJump, "kFaultJump"},
-    {kFaultSequence, "kFaultSequence"}};
+    {kFaultNotFinite, "kFaultNotFinite"},         {kFaultBadPose, "kFaultBadPose"},
+    {kFaultStaleState, "kFaultStaleState"},       {kFaultLateTick, "kFaultLateTick"},
+    {kFaultDeviceLost, "kFaultDeviceLost"},       {kFaultDevice, "kFaultDevice"},
+    {kFaultEmergencyStop, "kFaultEmergencyStop"}, {kFaultScene, "kFaultScene"},
+    {kFaultInternal, "kFaultInternal"},           {kFaultEnvelope, "kFaultEnvelope"},
+    {kFaultWorkspace, "kFaultWorkspace"},         {kFaultJump, "kFaultJump"},
+    {kFaultSequence, "kFaultSequence"},           {kFaultFrame, "kFaultFrame"}};
 
 constexpr std::pair<std::uint32_t, const char*> kDeviceNames[] = {
     {kDeviceEmergencyStop, "kDeviceEmergencyStop"},

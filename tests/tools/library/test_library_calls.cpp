@@ -208,6 +208,99 @@ TEST_SUITE("tools.library") {
     CHECK(ticks[0].hand_pose[2] == doctest::Approx(0.035).epsilon(1e-3));
   }
 
+  TEST_CASE(
+      "session: the plate moves; its owner is blocked for a second: the force ramps to zero") {
+    constexpr std::uint32_t kFaultFrame = 1u << 13;
+    SessionBench bench;
+    const std::uint64_t down = bench.go_to(0.005, 0.3);
+    bench.wait_for([&](const haptic_state& s) {
+      return s.goals_reached >= down && s.arming == 2 && s.sent_wrench[2] > 1.5;
+    });
+    // A pose every 10 ms, until `wanted`: the plate goes up and down by a millimetre.
+    haptic_frame frame = HAPTIC_FRAME_INIT;
+    frame.fastest_m_per_s = 0.05;
+    frame.late_s = 0.2;
+    int poses = 0;
+    const auto move_until = [&](const auto& wanted) {
+      haptic_state now = bench.state();
+      for (int k = 0; k < 6000 && !wanted(now); ++k) {
+        frame.pose[2] = 0.001 * std::sin(0.1 * poses++);
+        REQUIRE(haptic_session_frame(bench.session, &frame) == HAPTIC_OK);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        now = bench.state();
+      }
+      REQUIRE(wanted(now));
+      return now;
+    };
+    double lowest_m = 1, highest_m = 0;
+    move_until([&](const haptic_state& s) {
+      lowest_m = std::min(lowest_m, s.felt_pose[2]);
+      highest_m = std::max(highest_m, s.felt_pose[2]);
+      return poses > 100 && s.arming == 2 && s.sent_wrench[2] > 1;
+    });
+    CHECK(lowest_m < 0.0143);  // the block lies on the plate, 15 mm high in its middle
+    CHECK(highest_m > 0.0157);
+    // Blocked: no pose for a second of the session's time.
+    const haptic_state before = bench.state();
+    const haptic_state late = bench.wait_for([](const haptic_state& s) {
+      return (s.safety_faults & kFaultFrame) != 0 && s.sent_wrench[2] == 0;
+    });
+    const haptic_state still =
+        bench.wait_for([&](const haptic_state& s) { return s.time_s > before.time_s + 1.0; });
+    CHECK(still.sent_wrench[2] == 0);
+    CHECK(still.armings == late.armings);
+    // Poses again: the hand presses the switch again, and the force is back.
+    move_until([&](const haptic_state& s) {
+      return s.armings > still.armings && s.arming == 2 && s.sent_wrench[2] > 1;
+    });
+    REQUIRE(haptic_session_close(bench.session) == HAPTIC_OK);
+    // The profile of all of it: no step over the device's slew limit, and none of the old force.
+    std::vector<haptic_tick> ticks(20'000);
+    std::size_t count = 0;
+    REQUIRE(haptic_session_history(bench.session, ticks.data(), ticks.size(), sizeof ticks[0],
+                                   &count) == HAPTIC_OK);
+    constexpr double kSlew_n_per_s = 2000, kLongestStep_s = 0.002;
+    double largest_over_n = -1;
+    std::size_t silent = 0;
+    for (std::size_t k = 1; k < count; ++k) {
+      const double passed_s = ticks[k].time_s - ticks[k - 1].time_s;
+      const double step_n = std::abs(ticks[k].sent_wrench[2] - ticks[k - 1].sent_wrench[2]);
+      largest_over_n =
+          std::max(largest_over_n, step_n - kSlew_n_per_s * std::min(passed_s, kLongestStep_s));
+      if (ticks[k].time_s <= late.time_s || ticks[k].time_s > still.time_s) continue;
+      silent += 1;
+      CHECK(ticks[k].sent_wrench[2] == 0);
+    }
+    CHECK(largest_over_n < 1e-9);
+    CHECK(silent > 10);
+  }
+
+  TEST_CASE("session: a plate that jumps takes the force away, and so does a pose that is none") {
+    SessionBench bench;
+    const std::uint64_t down = bench.go_to(0.005, 0.3);
+    const auto pressed = [&](const haptic_state& s) {
+      return s.goals_reached >= down && s.arming == 2 && s.sent_wrench[2] > 1.5;
+    };
+    const haptic_state first = bench.wait_for(pressed);
+    haptic_frame frame = HAPTIC_FRAME_INIT;
+    frame.stands = 1;
+    frame.pose[2] = 0.003;  // at once, as a first pose: nobody has moved it there
+    REQUIRE(haptic_session_frame(bench.session, &frame) == HAPTIC_OK);
+    // Let go of by that, the hand presses again: against the plate where it is now.
+    const haptic_state lifted = bench.wait_for([&](const haptic_state& s) {
+      return s.armings > first.armings && pressed(s) && s.felt_pose[2] > 0.0179;
+    });
+    CHECK(lifted.felt_pose[2] == doctest::Approx(0.018).epsilon(1e-3));
+    frame.pose[0] = std::nan("");
+    CHECK(haptic_session_frame(bench.session, &frame) == HAPTIC_ERROR_POSE);
+    bench.wait_for([](const haptic_state& s) {
+      return (s.safety_faults & (1u << 13)) != 0 && s.sent_wrench[2] == 0;
+    });
+    frame.pose[0] = 0;
+    REQUIRE(haptic_session_frame(bench.session, &frame) == HAPTIC_OK);
+    bench.wait_for([&](const haptic_state& s) { return s.armings > lifted.armings && pressed(s); });
+  }
+
   TEST_CASE("session: a goal turns the part") {
     SessionBench bench;
     haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;

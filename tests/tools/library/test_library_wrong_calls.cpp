@@ -287,6 +287,25 @@ void sessions_wrong(Answers& answers) {
       answers.take(haptic_session_move_hand(session, &wrong, nullptr), HAPTIC_ERROR_POSE);
     }
   }
+  haptic_frame frame = HAPTIC_FRAME_INIT;
+  answers.take(haptic_session_frame(nullptr, &frame), HAPTIC_ERROR_NULL);
+  answers.take(haptic_session_frame(session, nullptr), HAPTIC_ERROR_NULL);
+  for (const haptic_frame& wrong : of_unknown_sizes(frame))
+    answers.take(haptic_session_frame(session, &wrong), HAPTIC_ERROR_VERSION);
+  for (const double bad : kBadNumbers) {
+    for (double haptic_frame::*member : {&haptic_frame::fastest_m_per_s,
+                                         &haptic_frame::fastest_rad_per_s, &haptic_frame::late_s}) {
+      haptic_frame wrong = frame;
+      wrong.*member = bad;
+      answers.take(haptic_session_frame(session, &wrong), HAPTIC_ERROR_NUMBER);
+    }
+    if (bad == -1.0) continue;
+    for (int k = 0; k < 7; ++k) {
+      haptic_frame wrong = frame;
+      wrong.pose[k] = bad;
+      answers.take(haptic_session_frame(session, &wrong), HAPTIC_ERROR_POSE);
+    }
+  }
   answers.take(haptic_session_hold(nullptr, 1), HAPTIC_ERROR_NULL);
   for (const int none : {-1, 3, 1 << 20})
     answers.take(haptic_session_hold(session, none), HAPTIC_ERROR_NUMBER);
@@ -297,6 +316,7 @@ void sessions_wrong(Answers& answers) {
   for (int k = 0; k < 10; ++k) {
     answers.take(haptic_session_move_hand(session, &goal, nullptr), HAPTIC_ERROR_CLOSED);
     answers.take(haptic_session_hold(session, 1), HAPTIC_ERROR_CLOSED);
+    answers.take(haptic_session_frame(session, &frame), HAPTIC_ERROR_CLOSED);
     answers.take(haptic_session_stop(session), HAPTIC_ERROR_CLOSED);
     answers.take(haptic_session_close(session), HAPTIC_ERROR_CLOSED);
   }
@@ -352,12 +372,14 @@ TEST_SUITE("tools.library_wrong_calls") {
     const auto work = [&] {
       haptic_state state = HAPTIC_STATE_INIT;
       haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
+      const haptic_frame frame = HAPTIC_FRAME_INIT;
       std::vector<haptic_tick> ticks(50);
       std::size_t count = 0;
       for (int k = 0; refused == 0 || k < 200; ++k) {
         goal.pose[2] = 0.01 + 1e-5 * (k % 100);
         note(haptic_session_move_hand(session, &goal, nullptr));
         note(haptic_session_hold(session, k % 2));
+        note(haptic_session_frame(session, &frame));
         note(haptic_session_history(session, ticks.data(), 50, sizeof ticks[0], &count));
         note(haptic_session_state(session, &state));
         note(haptic_session_stop(session));

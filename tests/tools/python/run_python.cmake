@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Runs a script with the package on its path; says `skipped` where numpy is missing.
+# Runs a script or a notebook with the package on its path; says `skipped` where numpy is missing.
 # cmake -DPYTHON=<python3> -DSCRIPT=<file> -DPACKAGE=<folder> -DLIBRARY=<libhaptic.so> [-DHOST_SIM=..] [-DVERSION=..]
 #       -P run_python.cmake
 cmake_minimum_required(VERSION 3.25)
@@ -12,6 +12,9 @@ execute_process(COMMAND ${PYTHON} -c "import numpy" RESULT_VARIABLE code OUTPUT_
 if(code)
   message("skipped: ${PYTHON} has no numpy; on Debian: apt-get install python3-numpy")
   return()
+endif()
+if(SCRIPT MATCHES "\\.ipynb$")
+  list(PREPEND SCRIPT ${CMAKE_CURRENT_LIST_DIR}/run_notebook.py)
 endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${PACKAGE} PYTHONDONTWRITEBYTECODE=1 HAPTIC_LIBRARY=${LIBRARY}
   HAPTIC_HOST_SIM=${HOST_SIM} HAPTIC_VERSION=${VERSION} ${PYTHON} -W error ${SCRIPT} COMMAND_ERROR_IS_FATAL ANY)

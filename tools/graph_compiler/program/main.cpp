@@ -139,6 +139,10 @@ int compile(const Arguments& arguments) {
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "init")
     return haptic::tools::run_init(argc - 1, argv + 1);
+  if (argc > 2 && std::string_view(argv[1]) == "help" && std::string_view(argv[2]) == "init") {
+    const char* const asks[] = {"init", "--help"};
+    return haptic::tools::run_init(2, asks);
+  }
   CLI::App app(
       "Compiles a scene (meshes, poses, stiffness) into the contact graph that the servo loop "
       "reads. `graph_compiler init` writes a scene file to begin with.",

@@ -147,6 +147,24 @@ static void wait_for(const haptic_session* session, uint64_t goal, haptic_state*
   EXPECT(!"the hand came to the end of its goal");
 }
 
+// The plate rises by 2 mm in 0.4 s, a pose every 20 ms, and stands there.
+static void move_plate(haptic_session* session) {
+  haptic_frame frame = HAPTIC_FRAME_INIT;
+  haptic_state state = HAPTIC_STATE_INIT;
+  int k;
+  for (k = 0; k <= 20; ++k) {
+    frame.pose[2] = 0.0001 * k;
+    frame.stands = k == 20;
+    REQUIRE(haptic_session_frame(session, &frame));
+    sleep_ms(20);
+  }
+  for (k = 0; k < 10000 && !(state.felt_pose[2] > 0.0165); ++k) {
+    REQUIRE(haptic_session_state(session, &state));
+    sleep_ms(2);
+  }
+  EXPECT(fabs(state.felt_pose[2] - 0.017) < 0.0005);
+}
+
 static void run_session(const void* scene, size_t scene_bytes) {
   haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
   haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
@@ -170,6 +188,7 @@ static void run_session(const void* scene, size_t scene_bytes) {
   for (k = 0; k < count; ++k) largest_n = fmax(largest_n, ticks[k].wrench[2]);
   EXPECT(count > 0);
   EXPECT(largest_n > 0.5);
+  move_plate(session);
   REQUIRE(haptic_session_stop(session));
   REQUIRE(haptic_session_hold(session, 0));
   REQUIRE(haptic_session_close(session));

@@ -18,10 +18,11 @@ by the system's loader.
 
 from ._library import HapticError, Message, version
 from .scene import CompileError, Core, Part, Replay, Scene, StepResult, compile
-from .session import Hand, Session, State
+from .session import FAULT_FRAME, Hand, Session, State
 
 __version__ = version()
 __all__ = [
+    "FAULT_FRAME",
     "CompileError",
     "Core",
     "Hand",

@@ -181,6 +181,17 @@ class HandGoal(_Sized):
     ]
 
 
+class Frame(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("stands", c_uint32),
+        ("pose", c_double * 7),
+        ("fastest_m_per_s", c_double),
+        ("fastest_rad_per_s", c_double),
+        ("late_s", c_double),
+    ]
+
+
 _HANDLE, _OUT = c_void_p, POINTER(c_void_p)
 _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_version": (c_char_p, []),
@@ -205,6 +216,7 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     ),
     "haptic_session_move_hand": (c_int, [_HANDLE, POINTER(HandGoal), POINTER(c_uint64)]),
     "haptic_session_hold": (c_int, [_HANDLE, c_int]),
+    "haptic_session_frame": (c_int, [_HANDLE, POINTER(Frame)]),
     "haptic_session_stop": (c_int, [_HANDLE]),
     "haptic_session_close": (c_int, [_HANDLE]),
     "haptic_session_free": (c_int, [_OUT]),

@@ -17,6 +17,8 @@ from .scene import SITUATIONS, Array, Scene, pose_of
 
 ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
 LINK = ("absent", "starting", "ready")
+#: A bit of State.safety_faults: the fixed parts move too fast, or their pose is late or none.
+FAULT_FRAME = 1 << 13
 TICK = np.dtype(
     [
         ("tick", np.uint64),
@@ -206,6 +208,32 @@ class Session:
             )
         )
         return ticks[: count.value]
+
+    def move_fixed(
+        self,
+        pose: Sequence[float],
+        *,
+        fastest: float = 0.25,
+        fastest_turn: float = 1.0,
+        late: float = 0.1,
+        stands: bool = False,
+    ) -> None:
+        """The fixed parts are at `pose` (3 or 7 numbers): of the frame in W in which the scene has them.
+
+        For a robot or simulator that gives it 30 to 200 times a second; the library interpolates, an interval behind.
+        fastest [m/s], fastest_turn [rad/s]: the caller moves them no faster. late [s]: a newer pose comes within it.
+        stands: they stay there, and none is waited for. A pose that is too fast, late or not finite ramps the force to zero
+        (FAULT_FRAME in State.safety_faults); the deadman switch must be pressed again. While a session's parts have moved,
+        `force` of its history is in their axes, `sent_force` in those of W.
+        """
+        given = c.Frame(
+            stands=stands,
+            pose=(ctypes.c_double * 7)(*pose_of(pose)),
+            fastest_m_per_s=fastest,
+            fastest_rad_per_s=fastest_turn,
+            late_s=late,
+        )
+        c.require(c.library.haptic_session_frame(self._handle, ctypes.byref(given)))
 
     def stop(self) -> None:
         """Stop by software: no force until hand.release() and hand.hold()."""

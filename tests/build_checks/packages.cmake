@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+# Rule: the Debian packages are made, are of the project's version, have their files and no others', and lintian finds no
+# error in them.
+# cmake -DBUILD=<build> -DFOLDER=<work> -DVERSION=<x.y.z> -DCPACK=<cpack> [-DDPKG_DEB=<dpkg-deb>] [-DLINTIAN=<lintian>] [-DLACKS=<path>]
+#       [-DMADE=ON] -P packages.cmake; LACKS: a path that is wanted in haptic-tools too; MADE: they are in FOLDER already
+cmake_minimum_required(VERSION 3.25)
+
+if(NOT DPKG_DEB)
+  message("skipped: no dpkg-deb; packages are made on Debian alone")
+  return()
+endif()
+if(NOT MADE)
+  file(REMOVE_RECURSE ${FOLDER})
+  file(MAKE_DIRECTORY ${FOLDER})
+  execute_process(COMMAND ${CPACK} -G DEB --config ${BUILD}/CPackConfig.cmake -B ${FOLDER} OUTPUT_VARIABLE output
+    ERROR_VARIABLE output RESULT_VARIABLE code)
+  if(code)
+    message(FATAL_ERROR "packages: cpack fails\n${output}")
+  endif()
+endif()
+
+set(violations)
+set(seen)
+# package(<name> <path>..): what the package must have, below /usr.
+macro(package name)
+  file(GLOB file ${FOLDER}/${name}_${VERSION}_*.deb)
+  if(NOT file)
+    string(APPEND violations "  there is no package ${name} of version ${VERSION}\n")
+  else()
+    execute_process(COMMAND ${DPKG_DEB} --contents ${file} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+    foreach(path share/doc/${name}/copyright share/doc/${name}/changelog.gz ${ARGN})
+      string(FIND "${text}" " ./usr/${path}" at)
+      if(at LESS 0)
+        string(APPEND violations "  ${name}: lacks /usr/${path}\n")
+      endif()
+    endforeach()
+    string(REGEX MATCHALL "\n-[^\n]* \\./[^ \n]+" rows "\n${text}")
+    foreach(row IN LISTS rows)
+      string(REGEX REPLACE "^.* \\./" "" path "${row}")
+      if(path IN_LIST seen)
+        string(APPEND violations "  ${name}: has /${path}, which another package has\n")
+      endif()
+      list(APPEND seen ${path})
+    endforeach()
+    list(APPEND files ${file})
+  endif()
+endmacro()
+
+set(files)
+package(libhaptic-core-dev include/haptic/rt_core/haptic_core.hpp lib/haptic/librt_core.a)
+package(libhaptic-hal-dev include/haptic/hal/drivers/driver.hpp lib/haptic/libhal.a)
+package(libhaptic0 lib/libhaptic.so.0)
+package(libhaptic-dev include/haptic.h lib/libhaptic.so lib/pkgconfig/haptic.pc)
+package(haptic-tools bin/graph_compiler bin/scene_inspect bin/host_sim bin/run_device share/man/man1/host_sim.1.gz
+  share/bash-completion/completions/run_device lib/udev/rules.d/60-haptic.rules lib/systemd/system/haptic-run.service
+  lib/sysusers.d/haptic.conf lib/tmpfiles.d/haptic.conf ${LACKS})
+package(haptic-lab bin/host_lab share/man/man1/host_lab.1.gz)
+package(python3-haptic lib/python3/dist-packages/haptic/__init__.py lib/python3/dist-packages/haptic/py.typed)
+
+# The unit starts the program that the package has.
+file(GLOB tools ${FOLDER}/haptic-tools_*.deb)
+file(REMOVE_RECURSE ${FOLDER}/tools)
+execute_process(COMMAND ${DPKG_DEB} --extract ${tools} ${FOLDER}/tools COMMAND_ERROR_IS_FATAL ANY)
+file(STRINGS ${FOLDER}/tools/usr/lib/systemd/system/haptic-run.service starts REGEX "^ExecStart")
+foreach(line IN LISTS starts)
+  if(NOT line MATCHES "=/usr/bin/run_device ")
+    string(APPEND violations "  haptic-run.service: ${line}\n")
+  endif()
+endforeach()
+if(LINTIAN)
+  execute_process(COMMAND ${LINTIAN} --allow-root --fail-on error --tag-display-limit 0 ${files}
+    OUTPUT_FILE ${FOLDER}/lintian.txt ERROR_FILE ${FOLDER}/lintian.txt RESULT_VARIABLE code)
+  file(READ ${FOLDER}/lintian.txt text)
+  string(REGEX MATCHALL "(^|\n)E: [^\n]+" errors "${text}")
+  if(code OR errors)
+    string(APPEND violations "  lintian: ${text}\n")
+  endif()
+endif()
+if(violations)
+  message(FATAL_ERROR "packages:\n${violations}")
+endif()
+list(LENGTH files count)
+message("packages: ${count} of version ${VERSION}")

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim motion --for: a motion that touches, found from the scene; and the way from two meshes
+// to a force in four commands.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host_sim/device/pressing_script.hpp"
+#include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/replay.hpp"
+#include "host_sim/shapes/shapes.hpp"
+#include "tests/support/program_run.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+
+using namespace haptic;
+using namespace haptic::sim;
+using haptic::sim::test::ProgramResult;
+using haptic::sim::test::run_program;
+
+namespace {
+
+/// A cube of 20 mm at the origin of W, and a block.
+std::vector<std::byte> cube_and_block(const Vector& low, const Vector& high, LawId law) {
+  const Solid block = box_solid("block", low, high);
+  return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&block, 1}, 800, 1e-4, law);
+}
+
+}  // namespace
+
+TEST_SUITE("host_sim.touching_script") {
+  TEST_CASE("the approach goes along the axis that touches soonest, as far as the touch") {
+    for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
+      CAPTURE(law_name(law));
+      CoreSession session(cube_and_block({-0.1, -0.1, -0.08}, {0.1, 0.1, -0.03}, law), "block");
+      const TouchingScript touching = touching_script(session, "block");
+      CHECK(way_text(touching.along_w) == "-z");
+      CHECK(touching.way_m >= 0.02);
+      CHECK(touching.way_m <= 0.02 + kTouchStep_m);
+      const std::vector<MotionSample> motion = make_motion(touching.script);
+      CHECK(motion.front().p[2] == doctest::Approx(0));
+      CHECK(motion.back().p[2] == doctest::Approx(0));
+      const ReplayResult played = replay(session, motion, {});
+      double largest_n = 0, largest_side_n = 0;
+      for (const TickRecord& tick : played.ticks) {
+        largest_n = std::max(largest_n, length_of(tick.force_n));
+        largest_side_n = std::max(largest_side_n, std::hypot(tick.force_n[0], tick.force_n[1]));
+      }
+      // Presses by 3 mm and what a step of the search goes too far; no friction, so no side force.
+      CHECK(largest_n > 0.99 * 800 * touching.press_m);
+      CHECK(largest_n < 8.0);
+      CHECK(largest_side_n < 0.5);
+      CHECK(length_of(played.ticks.front().force_n) == 0);
+      CHECK(length_of(played.ticks.back().force_n) < 1e-5);  // free, but for rounding
+    }
+  }
+
+  TEST_CASE("no axis touches: towards the nearest piece") {
+    CoreSession session(cube_and_block({0.05, 0.05, 0.05}, {0.09, 0.09, 0.09}, LawId::kProxy),
+                        "block");
+    const TouchingScript touching = touching_script(session, "block");
+    CHECK(way_text(touching.along_w) == "(0.577, 0.577, 0.577)");
+    CHECK(touching.way_m >= 0.04 * std::sqrt(3.0));
+    CHECK(touching.way_m <= 0.04 * std::sqrt(3.0) + kTouchStep_m);
+  }
+
+  TEST_CASE("a part that starts metres away is refused with the keys to look at") {
+    CoreSession session(cube_and_block({-0.1, -0.1, -5.1}, {0.1, 0.1, -5.0}, LawId::kProxy),
+                        "far.rtscene");
+    CHECK_THROWS_WITH_AS(
+        (void)touching_script(session, "far.rtscene"),
+        doctest::Contains("far.rtscene: the part starts 4.99 m away from the first touch; give"),
+        tools::InputError);
+  }
+
+  TEST_CASE("two meshes to a force in four commands: init, compile, motion, replay") {
+    const test::ScratchFolder folder("chain");
+    const auto at = [&](const char* name) { return "'" + folder.file(name) + "'"; };
+    for (const char* mesh : {"peg.off", "socket.obj"}) {
+      std::filesystem::copy(std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/" + mesh,
+                            folder.file(mesh));
+    }
+    const auto done = [](const char* program, const std::string& arguments) {
+      ProgramResult result = run_program(program, arguments);
+      CAPTURE(arguments);
+      CAPTURE(result.err);
+      REQUIRE(result.exit_code == 0);
+      return result.out;
+    };
+    done(HAPTIC_GRAPH_COMPILER,
+         "init " + at("peg.off") + " " + at("socket.obj") + " -o " + at("scene.toml"));
+    done(HAPTIC_GRAPH_COMPILER, at("scene.toml") + " -o " + at("peg.rtscene"));
+    const std::string said =
+        done(HAPTIC_HOST_SIM, "motion --for " + at("peg.rtscene") + " -o " + at("m.csv"));
+    CHECK(said.find("mm along -z until the part touches") != std::string::npos);
+    CHECK(said.find("played once: in contact in") != std::string::npos);
+    const auto summary = nlohmann::json::parse(done(
+        HAPTIC_HOST_SIM, "replay " + at("peg.rtscene") + " --motion " + at("m.csv") + " --json"));
+    CHECK(summary.at("contact_ticks").get<int>() > 1000);
+    const double force_n = summary.at("largest_force_n").get<double>();
+    CHECK(force_n > 1.0);
+    CHECK(force_n < 10.0);
+    CHECK(summary.at("largest_torque_nm").get<double>() > 0.01);
+    // What it says is what a replay finds.
+    CHECK(said.find("up to " + tools::short_number(force_n, 3) + " N") != std::string::npos);
+  }
+
+  TEST_CASE("neither a script nor a scene, and both, are usage") {
+    for (const char* words : {"motion -o m.csv", "motion a.toml --for b.rtscene -o m.csv"}) {
+      const ProgramResult result = run_program(HAPTIC_HOST_SIM, words);
+      CHECK(result.exit_code == 2);
+      CHECK(result.err.find("give a motion script, or --for SCENE") != std::string::npos);
+    }
+  }
+}
