@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "tools/common/error.hpp"
@@ -49,6 +50,18 @@ template <typename Plain>
 void append(std::vector<std::byte>& bytes, const Plain& value) {
   const auto part = std::as_bytes(std::span(&value, 1));
   bytes.insert(bytes.end(), part.begin(), part.end());
+}
+
+constexpr const char* kConnect = "@CONNECT@";
+
+std::string page_with_scene(const std::string& page, const SceneView& scene,
+                            std::string_view about) {
+  std::string filled = page;
+  const SceneParameters& p = scene.parameters();
+  fill(filled, "@TITLE@", escaped(scene.text(p.name_offset, p.name_bytes)));
+  fill(filled, "@ABOUT@", escaped(about));
+  fill(filled, "@SCENE@", base64(scene.blob()));
+  return filled;
 }
 
 }  // namespace
@@ -113,11 +126,9 @@ std::string read_page() {
 
 std::string filled_page(const std::string& page, const SceneView& scene,
                         std::span<const RecordedTick> ticks, std::string_view about) {
-  std::string filled = page;
-  const SceneParameters& p = scene.parameters();
-  fill(filled, "@TITLE@", escaped(scene.text(p.name_offset, p.name_bytes)));
-  fill(filled, "@ABOUT@", escaped(about));
-  fill(filled, "@SCENE@", base64(scene.blob()));
+  std::string filled = page_with_scene(page, scene, about);
+  fill(filled, kConnect, "'none'");
+  fill(filled, "@LIVE@", "");
   std::string recording;
   if (!ticks.empty()) {
     RecordingHead head;
@@ -137,6 +148,21 @@ std::string filled_page(const std::string& page, const SceneView& scene,
   }
   fill(filled, "@RECORDING@", recording);
   return filled;
+}
+
+std::string live_page(const std::string& page, const SceneView& scene, const LivePage& live) {
+  std::string filled = page_with_scene(page, scene, {});
+  const nlohmann::json facts = {{"takesHand", live.takes_hand},
+                                {"whyNotCompared", live.why_not_compared}};
+  fill(filled, "@LIVE@", facts.dump());
+  fill(filled, "@RECORDING@", "");
+  return filled;
+}
+
+std::string connected_page(const std::string& live_page, const std::string& host) {
+  std::string page = live_page;
+  fill(page, kConnect, "'self' ws://" + host);
+  return page;
 }
 
 std::vector<RecordedTick> record_motion(CoreSession& session,

@@ -41,11 +41,26 @@ struct RecordedTick {
 [[nodiscard]] std::string read_page();
 
 /// `page` with the scene, the ticks, none for a page by hand alone, and what the scene shows in
-/// words, which may be empty.
+/// words, which may be empty. It connects to nothing.
 /// @throws tools::InputError  it is no page of this version.
 [[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
                                       std::span<const RecordedTick> ticks,
                                       std::string_view about = {});
+
+/// How a page follows a session that runs (host_sim/view/server).
+struct LivePage {
+  bool takes_hand = false;  ///< the session follows the hand of a page
+  /// Why the ticks cannot be computed again from what the page gets; empty: they can.
+  std::string why_not_compared;
+};
+
+/// The page of a live session; connected_page makes it whole.
+/// @throws tools::InputError  it is no page of this version.
+[[nodiscard]] std::string live_page(const std::string& page, const SceneView& scene,
+                                    const LivePage& live);
+
+/// A live page that may connect to the server at `host` (name or address, and port) alone.
+[[nodiscard]] std::string connected_page(const std::string& live_page, const std::string& host);
 
 /// Runs a motion from a forgotten contact history and keeps what the page compares.
 [[nodiscard]] std::vector<RecordedTick> record_motion(CoreSession& session,
