@@ -24,7 +24,7 @@ namespace {
 
 std::string coded(const std::string& text) { return base64(std::as_bytes(std::span(text))); }
 
-constexpr const char* kPage = "<title>@TITLE@</title>{@ABOUT@}[@SCENE@](@RECORDING@)";
+constexpr const char* kPage = "<@CONNECT@><title>@TITLE@</title>{@ABOUT@}[@SCENE@]|@LIVE@|(@RECORDING@)";
 
 }  // namespace
 
@@ -59,6 +59,13 @@ TEST_SUITE("host_sim.page_file") {
     CHECK(page.find("(UlRWSUVXMQAC") != std::string::npos);  // RTVIEW1, zero, 2 ticks
     CHECK(filled_page(kPage, session.view(), {}).ends_with("()"));
     CHECK(filled_page(kPage, session.view(), {}, "a < b").find("{a &lt; b}") != std::string::npos);
+    // It may connect to nothing; that of a live session to its server alone.
+    CHECK(page.starts_with("<'none'>"));
+    CHECK(page.find("||") != std::string::npos);
+    const std::string live = live_page(kPage, session.view(), {true, "why"});
+    CHECK(live.find(R"(|{"takesHand":true,"whyNotCompared":"why"}|())") != std::string::npos);
+    CHECK(connected_page(live, "localhost:80").starts_with("<'self' ws://localhost:80>"));
+    CHECK_THROWS_AS((void)connected_page(page, "localhost:80"), tools::InputError);
     CHECK_THROWS_AS((void)filled_page("@TITLE@ @SCENE@", session.view(), {}), tools::InputError);
   }
 
