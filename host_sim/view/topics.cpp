@@ -185,8 +185,8 @@ std::string tick_message(Topic topic, const LoopRecord& record) {
     case Topic::kFeltPose:
       return text_of(pose_message(record.proxy_wa, ns));
     case Topic::kWrench:
-      return text_of({{"force_n", vector_json(tick.force_n)},
-                      {"torque_nm", vector_json(tick.torque_nm)}});
+      return text_of(
+          {{"force_n", vector_json(tick.force_n)}, {"torque_nm", vector_json(tick.torque_nm)}});
     case Topic::kContact:
       return text_of({{"situation", to_text(tick.situation)},
                       {"flags", flag_names(tick.flags)},

@@ -5,14 +5,13 @@
 ///
 /// | topic      | schema                  | |
 /// |---|---|---|
-/// | /scene     | foxglove.SceneUpdate    | once: fixed parts in frame "w", the moving one in "part" |
-/// | /tf        | foxglove.FrameTransform | "part" in "w", where the part is felt |
-/// | /pose      | foxglove.PoseInFrame    | where the device has the part |
-/// | /felt_pose | foxglove.PoseInFrame    | |
-/// | /wrench    | haptic.Wrench           | on the hand, about the grip point, W axes |
-/// | /contact   | haptic.Contact          | situation, flags, distance of device and part, D_near |
-/// | /counters  | haptic.Counters         | work of the tick, state hash |
-/// | /log       | foxglove.Log            | each flag that appears, each new situation |
+/// | /scene     | foxglove.SceneUpdate    | once: fixed parts in frame "w", the moving one in
+/// "part" | | /tf        | foxglove.FrameTransform | "part" in "w", where the part is felt | |
+/// /pose      | foxglove.PoseInFrame    | where the device has the part | | /felt_pose |
+/// foxglove.PoseInFrame    | | | /wrench    | haptic.Wrench           | on the hand, about the grip
+/// point, W axes | | /contact   | haptic.Contact          | situation, flags, distance of device
+/// and part, D_near | | /counters  | haptic.Counters         | work of the tick, state hash | |
+/// /log       | foxglove.Log            | each flag that appears, each new situation |
 
 #include <array>
 #include <cstdint>

@@ -15,8 +15,7 @@ using haptic::fuzz::require;
 
 /// Lines: target, Host, Origin, subprotocols; a first character each for what they are.
 void check_request(std::string_view text) {
-  static const AccessRules rules{
-      "0123456789abcdef", "127.0.0.1", 8080, {"https://viewer.example"}};
+  static const AccessRules rules{"0123456789abcdef", "127.0.0.1", 8080, {"https://viewer.example"}};
   std::string_view lines[4];
   for (std::string_view& line : lines) {
     line = text.substr(0, text.find('\n'));

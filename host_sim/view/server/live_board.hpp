@@ -22,7 +22,8 @@ enum LiveMark : std::uint64_t {
   kMarkAccepted = 2  ///< accepted_w is valid
 };
 
-/// Input of one tick and the state hash after it, as the page gets it (host_sim/view/page/src/live.ts).
+/// Input of one tick and the state hash after it, as the page gets it
+/// (host_sim/view/page/src/live.ts).
 struct LiveTick {
   std::int64_t stamp_ns = 0;
   double p_wa_m[3] = {};
@@ -97,7 +98,8 @@ class LiveReader {
     return board_.written.load(std::memory_order_acquire);
   }
   /// Copies ticks `first`, `first + 1`, .. into `out`, as far as they are there; where `first` has
-  /// been overwritten, those from the oldest on. @return how many; `first` is that of the first copied.
+  /// been overwritten, those from the oldest on. @return how many; `first` is that of the first
+  /// copied.
   [[nodiscard]] std::size_t copy(std::uint64_t& first, std::span<LiveTick> out) const noexcept;
 
  private:

@@ -134,7 +134,8 @@ Judgement judge(const RequestFacts& request, const AccessRules& rules) {
     const bool own = request.origin == "http://" + std::string(request.host);
     const bool allowed = std::ranges::find(rules.origins, request.origin) != rules.origins.end();
     if (!own && !allowed)
-      return refused(403, "pages of this origin may not connect; --allow-origin names those that may");
+      return refused(403,
+                     "pages of this origin may not connect; --allow-origin names those that may");
   }
   if (rules.token.empty() || !same_secret(query_value(request.target, "token"), rules.token))
     return refused(403, "open the address with the token that the program has printed");
@@ -147,7 +148,9 @@ Judgement judge(const RequestFacts& request, const AccessRules& rules) {
     return refused(400,
                    "a connection names one of the subprotocols haptic.live.v1, foxglove.sdk.v1 and "
                    "foxglove.websocket.v1");
-  return {protocol == kPageProtocol ? RequestKind::kLive : RequestKind::kFoxglove, 101, {},
+  return {protocol == kPageProtocol ? RequestKind::kLive : RequestKind::kFoxglove,
+          101,
+          {},
           std::string(protocol)};
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a request to the live server may be, and what its clients may say: pure functions over bytes
-/// from anyone, apart from all sockets.
+/// What a request to the live server may be, and what its clients may say: pure functions over
+/// bytes from anyone, apart from all sockets.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,13 +17,14 @@ namespace haptic::sim {
 
 /// Subprotocol of the page, and the two names of one protocol of Foxglove.
 inline constexpr std::string_view kPageProtocol = "haptic.live.v1";
-inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
+inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1",
+                                                          "foxglove.websocket.v1"};
 
 // Who may ask.
 
 struct AccessRules {
-  std::string token;                 ///< of the URL that was printed; hexadecimal digits
-  std::string address;               ///< that the server listens on, as digits
+  std::string token;    ///< of the URL that was printed; hexadecimal digits
+  std::string address;  ///< that the server listens on, as digits
   std::uint16_t port = 0;
   std::vector<std::string> origins;  ///< of pages of others that may connect
 };
@@ -44,13 +45,13 @@ enum class RequestKind : std::uint8_t {
 };
 struct Judgement {
   RequestKind kind = RequestKind::kRefused;
-  unsigned status = 403;     ///< of HTTP, where refused
-  std::string why;           ///< for the person who sees it
-  std::string protocol;      ///< that was chosen
+  unsigned status = 403;  ///< of HTTP, where refused
+  std::string why;        ///< for the person who sees it
+  std::string protocol;   ///< that was chosen
 };
 
-/// A foreign Host (another name than localhost or the address, which a page of another site may lead
-/// here), a foreign Origin or a wrong token: 403, before anything else is looked at.
+/// A foreign Host (another name than localhost or the address, which a page of another site may
+/// lead here), a foreign Origin or a wrong token: 403, before anything else is looked at.
 [[nodiscard]] Judgement judge(const RequestFacts& request, const AccessRules& rules);
 
 /// Whether a Host field names this server by its address or as localhost.

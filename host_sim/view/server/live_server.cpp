@@ -81,9 +81,8 @@ ListeningSocket::ListeningSocket(const std::string& address, std::uint16_t port)
   if (descriptor_ < 0) refuse("");
   const int yes = 1;
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  const int bound =
-      v6_ ? ::bind(descriptor_, reinterpret_cast<const sockaddr*>(&v6), sizeof v6)
-          : ::bind(descriptor_, reinterpret_cast<const sockaddr*>(&v4), sizeof v4);
+  const int bound = v6_ ? ::bind(descriptor_, reinterpret_cast<const sockaddr*>(&v6), sizeof v6)
+                        : ::bind(descriptor_, reinterpret_cast<const sockaddr*>(&v4), sizeof v4);
   if (bound != 0)
     refuse(errno == EADDRINUSE ? "; give another --port, or none for one that is free" : "");
   if (::listen(descriptor_, SOMAXCONN) != 0) refuse("");
@@ -371,11 +370,11 @@ class ViewerClient final : public Client {
       at_ = subscribed_.size();
     }
     for (const Subscription& asked : request->subscribe) {
-      const bool known = asked.channel >= 1 && asked.channel <= kTopics &&
-                         (shared_.offer.knows_felt ||
-                          static_cast<Topic>(asked.channel - 1) != Topic::kFeltPose);
-      const bool taken = std::ranges::any_of(
-          subscribed_, [&](const Subscribed& s) { return s.id == asked.id; });
+      const bool known =
+          asked.channel >= 1 && asked.channel <= kTopics &&
+          (shared_.offer.knows_felt || static_cast<Topic>(asked.channel - 1) != Topic::kFeltPose);
+      const bool taken =
+          std::ranges::any_of(subscribed_, [&](const Subscribed& s) { return s.id == asked.id; });
       if (!known || taken || subscribed_.size() >= kMostSubscriptions) {
         complaint_ = "subscription " + std::to_string(asked.id) + " to channel " +
                      std::to_string(asked.channel) + " is refused";
@@ -408,9 +407,8 @@ class Visitor : public std::enable_shared_from_this<Visitor> {
     parser_.header_limit(kMostHeader_bytes);
     parser_.body_limit(0);
     stream_.expires_after(kPatience);
-    http::async_read(stream_, in_, parser_, [self = shared_from_this()](Error error, std::size_t) {
-      self->take(error);
-    });
+    http::async_read(stream_, in_, parser_,
+                     [self = shared_from_this()](Error error, std::size_t) { self->take(error); });
   }
 
  private:
@@ -530,7 +528,7 @@ struct LiveServer::Core {
     });
   }
 
-  Shared shared;           ///< goes last: what the context still holds refers to it
+  Shared shared;  ///< goes last: what the context still holds refers to it
   net::io_context context{1};
   tcp::acceptor acceptor;
   net::steady_timer timer;

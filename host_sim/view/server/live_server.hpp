@@ -46,7 +46,8 @@ class ListeningSocket {
 struct LiveOffer {
   const SceneView* scene = nullptr;
   const LiveBoard* board = nullptr;
-  HandBoard* hand = nullptr;  ///< nullptr: the session takes no hand, and a client that sends one is cut off
+  HandBoard* hand =
+      nullptr;  ///< nullptr: the session takes no hand, and a client that sends one is cut off
   bool knows_felt = true;
   std::string page;     ///< filled_page of a live session; empty: `no_page` is said
   std::string no_page;  ///< why there is no page

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A session of a device, as its flight recorder has it: read from a process of its own, which the
-/// servo process does not know of. The recorder holds where the handle was and what was rendered, not
-/// all that the core was given, so a page shows the picture and compares nothing.
+/// servo process does not know of. The recorder holds where the handle was and what was rendered,
+/// not all that the core was given, so a page shows the picture and compares nothing.
 
 #include <cstdint>
 #include <span>
@@ -10,6 +10,7 @@
 
 #include "host_sim/view/server/live_session.hpp"
 #include "rt_core/base/workspace_map.hpp"
+#include "rt_core/exchange/device_exchange.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 
 namespace haptic::sim {

@@ -116,8 +116,7 @@ inline Answer ask(std::uint16_t port, const Asked& asked) {
 class TestClient {
  public:
   /// `why`: empty where it is connected; else what the server answered.
-  TestClient(const ServedBoard& served, const std::string& protocol,
-             const std::string& origin = {})
+  TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin = {})
       : TestClient(served, protocol, origin, served.target(), served.host()) {}
   TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin,
              const std::string& target, const std::string& host)

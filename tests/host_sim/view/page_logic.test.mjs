@@ -3,6 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
+import { DelayMeter } from "../../../host_sim/view/page/src/delay";
+import { Account, askMessage, Chunk, handMessage, Next } from "../../../host_sim/view/page/src/live";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
 import { bytesOf, DamagedPage, Recording } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
@@ -192,4 +194,103 @@ test("words: flags, lengths and round numbers", () => {
   assert.equal(lengthText(NaN), "-");
   assert.equal(roundBelow(0.78), 0.5);
   near(roundBelow(25), 20);
+});
+
+/** A message of the live server with `count` ticks from `first` on; those in `resets` begin anew. */
+function chunkOf(first, count, written, resets = []) {
+  const view = new DataView(new ArrayBuffer(24 + 248 + 136 * count));
+  view.setUint32(0, 0x31564c48, true);
+  view.setUint32(4, count, true);
+  view.setBigUint64(8, BigInt(first), true);
+  view.setBigUint64(16, BigInt(written), true);
+  view.setFloat64(24 + 128, 5, true);  // force along x
+  view.setUint32(24 + 224, 3, true);  // situation
+  for (let k = 0; k < count; ++k) {
+    const at = 24 + 248 + 136 * k;
+    [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
+    view.setBigUint64(at + 112, BigInt(first + k), true);
+    view.setBigUint64(at + 128, resets.includes(first + k) ? 3n : 2n, true);
+  }
+  return view.buffer;
+}
+
+test("live: a message is read, one that is cut or foreign is not", () => {
+  const chunk = new Chunk(chunkOf(4, 2, 9));
+  assert.deepEqual([chunk.ticks, chunk.first, chunk.written], [2, 4, 9]);
+  assert.deepEqual(chunk.state.force, [5, 0, 0]);
+  assert.equal(chunk.state.situation, 3);
+  assert.deepEqual(chunk.pose(1), { p: [1, 2, 3], q: [0, 0, 0, 1] });
+  assert.deepEqual(chunk.accepted(0), [7, 0, 0, 0, 0, 0]);
+  assert.equal(chunk.hash(1), 5n);
+  assert.equal(chunk.resets(0), false);
+  assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400)), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(10)), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(272)), /load the page again/);
+  assert.equal(new DataView(askMessage(7)).getBigUint64(8, true), 7n);
+  const hand = new DataView(handMessage({ p: [1, 2, 3], q: [0, 0, 0.6, 0.8] }, 99));
+  assert.deepEqual([8, 24, 56, 64].map((at) => hand.getFloat64(at, true)), [1, 3, 0.8, 99]);
+});
+
+test("live: compared from the first tick on; a gap ends that until the next begin, and says why", () => {
+  const account = new Account("");
+  assert.equal(account.tick(0, true), Next.reset);
+  account.compare(true);
+  assert.equal(account.tick(1, false), Next.step);
+  account.compare(true);
+  assert.deepEqual([account.checked, account.differs, account.why], [2, -1, ""]);
+  assert.equal(account.tick(5, false), Next.lost);
+  account.compare(false);
+  assert.match(account.why, /ticks 2 to 4 did not get here/);
+  assert.deepEqual([account.checked, account.differs], [2, -1]);
+  assert.equal(account.tick(6, true), Next.reset);
+  assert.equal(account.why, "");
+  account.compare(true);
+  account.tick(7, false);
+  account.compare(false);
+  account.tick(8, false);
+  account.compare(false);
+  assert.deepEqual([account.checked, account.differs], [3, 7]);
+  const held = new Account("a device");
+  held.tick(0, true);
+  assert.equal(held.why, "a device");
+  held.compare(false);
+  assert.deepEqual([held.checked, held.differs], [0, -1]);
+});
+
+test("live: who attaches late, or falls behind, goes to the newest tick; a begin on the way is taken", () => {
+  const account = new Account("");
+  const late = new Chunk(chunkOf(5000, 3, 70000));
+  assert.ok(account.skips(late));
+  assert.ok(!account.skips(new Chunk(chunkOf(69990, 3, 70000))));
+  assert.ok(!account.skips(new Chunk(chunkOf(5000, 3, 70000, [5001]))));
+  assert.ok(!account.skips(new Chunk(chunkOf(0, 3, 70000, [0]))));
+  assert.equal(account.tick(70000, false), Next.lost);
+  assert.match(account.why, /attached at tick 70000/);
+  // Catching up with the last minute is no reason to skip; falling behind later is.
+  const slow = new Account("");
+  slow.tick(0, true);
+  assert.equal(slow.ask(60000), 1);
+  assert.equal(slow.ask(50), 1);
+  assert.equal(slow.ask(1500), 1);
+  assert.equal(slow.ask(5000), 4999);
+});
+
+test("delay: of the page's own moves, each once", () => {
+  const meter = new DelayMeter();
+  assert.equal(meter.text, "-");
+  for (let k = 1; k <= 100; ++k) {
+    meter.sent(1000 * k);
+    meter.shown(1000 * k, 1000 * k + k);
+    meter.shown(1000 * k, 1000 * k + 500);
+    meter.shown(1000 * k + 1, 1000 * k + 500);
+  }
+  assert.equal(meter.count, 100);
+  assert.equal(meter.quantile(0.5), 51);
+  assert.equal(meter.text, "51 ms, p99 100 ms");
+  // One that no picture has shown is left behind.
+  meter.sent(1e6);
+  meter.sent(1e6 + 1);
+  meter.shown(1e6 + 1, 1e6 + 3);
+  meter.shown(1e6, 1e6 + 9);
+  assert.equal(meter.count, 101);
 });

@@ -215,10 +215,13 @@ TEST_SUITE("host_sim.live_server") {
     served.publish(1);
     NewestReader<HandOrder> order(*served.hand);
     const double nan = std::nan("");
-    const std::vector<std::vector<double>> poses = {
-        {nan, 0, 0, 0, 0, 0, 1, 0}, {0, 0, 0, 0, 0, 0, nan, 0}, {0, 0, 0, 0, 0, 0, 2, 0},
-        {1e9, 0, 0, 0, 0, 0, 1, 0}, {0, 0, 0, 0, 0, 0, 1, INFINITY}, {0, 0, 0, 0, 0, 0, 1},
-        {0, 0, 0}};
+    const std::vector<std::vector<double>> poses = {{nan, 0, 0, 0, 0, 0, 1, 0},
+                                                    {0, 0, 0, 0, 0, 0, nan, 0},
+                                                    {0, 0, 0, 0, 0, 0, 2, 0},
+                                                    {1e9, 0, 0, 0, 0, 0, 1, 0},
+                                                    {0, 0, 0, 0, 0, 0, 1, INFINITY},
+                                                    {0, 0, 0, 0, 0, 0, 1},
+                                                    {0, 0, 0}};
     for (const std::vector<double>& pose : poses) {
       TestClient page(served, kPage);
       page.move(pose);
@@ -265,9 +268,10 @@ TEST_SUITE("host_sim.live_server") {
         CHECK(channel["schema"] == topics()[k].schema);
         CHECK(channel["encoding"] == "json");
       }
-      viewer.send(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1},{"id":8,"channelId":5},
+      viewer.send(
+          R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1},{"id":8,"channelId":5},
         {"id":9,"channelId":8},{"id":10,"channelId":7}]})",
-                  true);
+          true);
       std::set<std::uint32_t> seen;
       while (seen.size() < 4) {
         const std::string frame = viewer.read();
@@ -326,8 +330,8 @@ TEST_SUITE("host_sim.live_server") {
     TestClient full(served, "foxglove.websocket.v1");
     std::string all = R"({"op":"subscribe","subscriptions":[)";
     for (int k = 0; k < 60; ++k)
-      all += std::string(k == 0 ? "" : ",") + R"({"id":)" + std::to_string(k) +
-             R"(,"channelId":)" + std::to_string(1 + k % 8) + "}";
+      all += std::string(k == 0 ? "" : ",") + R"({"id":)" + std::to_string(k) + R"(,"channelId":)" +
+             std::to_string(1 + k % 8) + "}";
     full.send(all + "]}", true);
     std::vector<std::unique_ptr<TestClient>> pages;
     std::vector<std::uint64_t> next(6, 0);
@@ -355,7 +359,8 @@ TEST_SUITE("host_sim.live_server") {
     CHECK(chunk_of(asleep.read()).head.written == served.published);
   }
 
-  TEST_CASE("more connections than there are seats are turned away, and a free seat is given again") {
+  TEST_CASE(
+      "more connections than there are seats are turned away, and a free seat is given again") {
     ServedBoard served(false);
     served.publish(1);
     {
@@ -411,8 +416,8 @@ TEST_SUITE("host_sim.live_server") {
       while (!error) socket.read_some(boost::asio::buffer(room), error);
     }
     // Headers beyond their limit.
-    const Answer large = ask(served.port, {served.target() + "&" + std::string(100000, 'a'),
-                                           served.host(), ""});
+    const Answer large =
+        ask(served.port, {served.target() + "&" + std::string(100000, 'a'), served.host(), ""});
     CHECK(large.status != 200);
     CHECK(order.newest().wanted == 0);
     CHECK(order.newest().restarts == 0);
@@ -421,7 +426,8 @@ TEST_SUITE("host_sim.live_server") {
     check_alive(served);
   }
 
-  TEST_CASE("listening: a port that is taken and an address that is none are refused with the fix") {
+  TEST_CASE(
+      "listening: a port that is taken and an address that is none are refused with the fix") {
     const ListeningSocket first("127.0.0.1", 0);
     CHECK_THROWS_WITH_AS(ListeningSocket("127.0.0.1", first.port()),
                          doctest::Contains("give another --port"), tools::OsError);

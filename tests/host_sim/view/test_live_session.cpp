@@ -148,14 +148,14 @@ TEST_SUITE("host_sim.live_session") {
     CHECK(served.out.find("ws://127.0.0.1:") != std::string::npos);
     CHECK(served.out.find("served ") != std::string::npos);
     CHECK(served.out.find("whoever reaches") == std::string::npos);
-    const ProgramResult open = run_program(
-        HAPTIC_HOST_SIM, "serve " + scene + " --seconds 0.1 --bind 0.0.0.0");
+    const ProgramResult open =
+        run_program(HAPTIC_HOST_SIM, "serve " + scene + " --seconds 0.1 --bind 0.0.0.0");
     CHECK(open.exit_code == 0);
     CHECK(open.out.find("whoever reaches this machine and has the token") != std::string::npos);
 
     const ListeningSocket taken("127.0.0.1", 0);
-    const ProgramResult busy = run_program(
-        HAPTIC_HOST_SIM, "serve " + scene + " --port " + std::to_string(taken.port()));
+    const ProgramResult busy =
+        run_program(HAPTIC_HOST_SIM, "serve " + scene + " --port " + std::to_string(taken.port()));
     CHECK(busy.exit_code == 4);
     CHECK(busy.err.find("give another --port") != std::string::npos);
     CHECK(run_program(HAPTIC_HOST_SIM, "serve " + scene + " --bind localhost").exit_code == 2);

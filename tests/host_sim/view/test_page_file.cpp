@@ -24,7 +24,8 @@ namespace {
 
 std::string coded(const std::string& text) { return base64(std::as_bytes(std::span(text))); }
 
-constexpr const char* kPage = "<@CONNECT@><title>@TITLE@</title>{@ABOUT@}[@SCENE@]|@LIVE@|(@RECORDING@)";
+constexpr const char* kPage =
+    "<@CONNECT@><title>@TITLE@</title>{@ABOUT@}[@SCENE@]|@LIVE@|(@RECORDING@)";
 
 }  // namespace
 

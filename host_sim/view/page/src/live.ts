@@ -174,7 +174,7 @@ export class Account {
   ask(written: number): number {
     const behind = written - this.expected;
     if (behind < kUpToDate) this.upToDate = true;
-    return this.upToDate && behind > kMostBehind ? written : this.expected;
+    return this.upToDate && behind > kMostBehind ? written - 1 : this.expected;
   }
   /** Whether the ticks of a message are worth nothing: they do not go on from those before, and none is a new begin. */
   skips(chunk: Chunk): boolean {

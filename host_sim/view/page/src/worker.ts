@@ -143,7 +143,7 @@ class Runner {
     const take = (chunk: Chunk) => {
       this.takeLive(chunk);
       lamp();
-      return this.account.skips(chunk) ? chunk.written : this.account.ask(chunk.written);
+      return this.account.skips(chunk) ? chunk.written - 1 : this.account.ask(chunk.written);
     };
     this.link = new LiveLink(live.url, () => this.account.expected, take, lamp);
   }
