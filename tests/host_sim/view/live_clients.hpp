@@ -55,7 +55,7 @@ class ServedBoard {
     for (std::uint64_t k = 0; k < count; ++k) {
       LiveTick tick;
       tick.state_hash = tick.sequence = published;
-      tick.marks = published == 0 ? kMarkReset : 0;
+      tick.marks = published == 0 ? std::uint64_t{kMarkReset} : 0;
       LiveState state;
       state.t_s = 1e-3 * static_cast<double>(published);
       state.force_n[2] = static_cast<double>(published);

@@ -9,7 +9,7 @@ import { pathToFileURL } from "node:url";
 
 const [packages, executablePath, hostSim, runDevice, scene, pictures] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
-const kPatience = { timeout: 120000 };
+const kPatience = { timeout: 60000 };
 
 const browser = await chromium.launch({
   executablePath,
@@ -53,15 +53,20 @@ async function picture(page, name) {
   if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`) });
 }
 
-const lampIs = (page, state, text) =>
-  page.waitForFunction(
-    ([state, text]) => {
-      const box = document.getElementById("lamp");
-      return box.dataset.state === state && new RegExp(text).test(box.textContent);
-    },
-    [state, text],
-    kPatience,
-  );
+async function lampIs(page, state, text) {
+  try {
+    await page.waitForFunction(
+      ([state, text]) => {
+        const box = document.getElementById("lamp");
+        return box.dataset.state === state && new RegExp(text).test(box.textContent);
+      },
+      [state, text],
+      kPatience,
+    );
+  } catch (error) {
+    throw new Error(`the lamp is not ${state} (${text}) but '${await page.innerText("#lamp")}'`, { cause: error });
+  }
+}
 const checked = async (page) => Number((await page.innerText("#lamp")).match(/all (\d+) ticks equal/)[1]);
 const feltAt = async (page) => (await page.innerText("#felt-position")).split(/\s+/).slice(0, 3).map(Number);
 const hold = async (page, key, until) => {
@@ -136,11 +141,12 @@ const cases = {
   async "run --serve: watched alone; from its first tick on the lamp is green"() {
     const served = await serving(hostSim, ["run", scene, "--serve", "--seconds", "4"]);
     const page = await open(served.address);
-    await lampIs(page, "green", "live: all \\d+ ticks equal");
+    await lampIs(page, "green", ": all \\d+ ticks equal");
     assert.ok(await page.locator("#restart").isDisabled());
     await page.locator("#physical").focus();
     await page.keyboard.press("ArrowRight");
     await lampIs(page, "green", "the session is over: all 4001 ticks equal");
+    await page.waitForFunction(() => document.body.dataset.tick === "4001", null, kPatience);
     const [x] = await feltAt(page);
     await page.keyboard.press("ArrowRight");
     await page.waitForTimeout(500);

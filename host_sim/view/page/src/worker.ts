@@ -141,18 +141,19 @@ class Runner {
       post({ kind: "lamp", checked, total: checked + this.behind, differs, live: state });
     };
     const take = (chunk: Chunk) => {
-      this.takeLive(chunk);
+      const skips = this.account.skips(chunk);
+      this.takeLive(chunk, skips);
       lamp();
-      return this.account.skips(chunk) ? chunk.written - 1 : this.account.ask(chunk.written);
+      return skips ? chunk.written - 1 : this.account.ask(chunk.written);
     };
     this.link = new LiveLink(live.url, () => this.account.expected, take, lamp);
   }
 
-  private takeLive(chunk: Chunk): void {
+  private takeLive(chunk: Chunk, skips: boolean): void {
     this.said = chunk.state;
     this.handAt = this.said.handStamp;
     this.dirty = true;
-    if (this.account.skips(chunk)) return;
+    if (skips) return;
     for (let k = 0; k < chunk.ticks; ++k) {
       const next = this.account.tick(chunk.first + k, chunk.resets(k));
       if (next !== Next.step) {
