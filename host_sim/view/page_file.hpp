@@ -36,6 +36,15 @@ struct RecordedTick {
 /// Bytes as text that may stand in an HTML file.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
 
+/// The same, zipped before (gzip) where zlib was there when this was built; the page reads both.
+[[nodiscard]] std::string packed_text(std::span<const std::byte> bytes);
+
+/// The recording of ticks as the page reads it: by columns of 64-bit words (stamp, position,
+/// orientation, hash, and the accepted wrench where there is one), each but the hash as the
+/// difference to what goes on straight from the two ticks before, its sign in the lowest bit; of a
+/// column first all lowest bytes, then the next. Motions become small numbers, which zip well.
+[[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks);
+
 /// The page that belongs to this program.
 /// @throws tools::OsError  it has not been built; the text says what to run and to install.
 [[nodiscard]] std::string read_page();

@@ -9,7 +9,7 @@ import { pathToFileURL } from "node:url";
 
 const [packages, executablePath, hostSim, runDevice, scene, pictures] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
-const kPatience = { timeout: 60000 };
+const kPatience = { timeout: 240000 };
 
 const browser = await chromium.launch({
   executablePath,

@@ -2,11 +2,12 @@
 // The page's own logic, without a browser: strips, hand, shapes, recording, words. Run by check_page after bundling.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { gzipSync } from "node:zlib";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
 import { DelayMeter } from "../../../host_sim/view/page/src/delay";
 import { Account, askMessage, Chunk, handMessage, Next } from "../../../host_sim/view/page/src/live";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
-import { bytesOf, DamagedPage, Recording } from "../../../host_sim/view/page/src/recording";
+import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
 import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
@@ -153,36 +154,62 @@ test("shapes: edges between coplanar faces are not drawn", () => {
   assert.equal(edgesOf(triangles).length, 5 * 6);
 });
 
-test("recording: what is damaged is refused in words", () => {
-  const bytes = new Uint8Array(16 + 72);
-  bytes.set(new TextEncoder().encode("RTVIEW1\0"));
-  const view = new DataView(bytes.buffer);
-  view.setUint32(8, 1, true);
-  view.setBigInt64(16, 5000000n, true);
-  [1, 2, 3, 0, 0, 0, 1].forEach((x, k) => view.setFloat64(24 + 8 * k, x, true));
-  view.setBigUint64(80, 0xfedcba9876543210n, true);
+/** A recording of rows of words (bigint): stamp, position, orientation, hash, and six more where there are. */
+function recordingOf(rows) {
+  const columns = rows[0].length, ticks = rows.length;
+  const bytes = new Uint8Array(16 + 8 * columns * ticks);
+  bytes.set(new TextEncoder().encode("RTVIEW2\0"));
+  const head = new DataView(bytes.buffer);
+  head.setUint32(8, ticks, true);
+  head.setUint32(12, columns > 9 ? 1 : 0, true);
+  for (let column = 0; column < columns; ++column) {
+    rows.forEach((row, k) => {
+      const before = rows[k - 1]?.[column] ?? 0n, beforeThat = rows[k - 2]?.[column] ?? 0n;
+      const difference = BigInt.asIntN(64, row[column] - 2n * before + beforeThat);
+      const folded = difference < 0n ? -2n * difference - 1n : 2n * difference;
+      const word = BigInt.asUintN(64, column === 8 ? row[column] : folded);
+      for (let byte = 0; byte < 8; ++byte)
+        bytes[16 + (8 * column + byte) * ticks + k] = Number((word >> BigInt(8 * byte)) & 255n);
+    });
+  }
+  return bytes;
+}
+const wordOf = (x) => new BigUint64Array(new Float64Array([x]).buffer)[0];
+
+test("recording: every bit comes back; what is damaged is refused in words", () => {
+  const rows = [0, 1, 2, 3, 4].map((k) => [
+    BigInt(5000000 * (k + 1)), wordOf(0.1 * k), wordOf(-3 + k * k), wordOf(k % 2 ? -1e-300 : 1e300), wordOf(0), wordOf(-0),
+    wordOf(0.6), wordOf(Math.cos(k)), 0xfedcba9876543210n + BigInt(k),
+  ]);
+  const bytes = recordingOf(rows);
   const recording = new Recording(bytes);
-  assert.equal(recording.stampNs(0), 5000000n);
-  assert.deepEqual(recording.place(0), [1, 2, 3]);
-  assert.deepEqual(recording.orientation(0), [0, 0, 0, 1]);
-  assert.equal(recording.hash(0), 0xfedcba9876543210n);
+  assert.equal(recording.ticks, 5);
+  for (let k = 0; k < 5; ++k) {
+    assert.equal(recording.stampNs(k), rows[k][0]);
+    assert.deepEqual(recording.place(k).map(wordOf), rows[k].slice(1, 4));
+    assert.deepEqual(recording.orientation(k).map(wordOf), rows[k].slice(4, 8));
+    assert.equal(recording.hash(k), rows[k][8]);
+  }
   assert.equal(recording.hasAccepted, false);
-  const longer = new Uint8Array(16 + 2 * 120);
-  longer.set(bytes);
-  const wide = new DataView(longer.buffer);
-  wide.setUint32(8, 2, true);
-  wide.setUint32(12, 1, true);
-  [1, 2, 3, 4, 5, 6].forEach((x, k) => wide.setFloat64(16 + 120 + 72 + 8 * k, x, true));
-  wide.setBigUint64(16 + 120 + 64, 7n, true);
-  assert.deepEqual(new Recording(longer).accepted(1), [1, 2, 3, 4, 5, 6]);
-  assert.equal(new Recording(longer).hash(1), 7n);
-  assert.throws(() => new Recording(longer.slice(0, 16 + 144)), DamagedPage);
+  const longer = recordingOf(rows.map((row, k) => [...row, ...[1, 2, 3, 4, 5, 6].map((x) => wordOf(x * (k - 2)))]));
+  assert.deepEqual(new Recording(longer).accepted(1), [-1, -2, -3, -4, -5, -6]);
+  assert.equal(new Recording(longer).hash(4), 0xfedcba9876543214n);
+  assert.throws(() => new Recording(longer.slice(0, -1)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
-  view.setUint8(0, 0);
+  bytes[0] = 0;
   assert.throws(() => new Recording(bytes), DamagedPage);
   assert.throws(() => bytesOf("?"), DamagedPage);
   assert.deepEqual([...bytesOf("AQIDBA==")], [1, 2, 3, 4]);
+});
+
+test("parts of a page: zipped or not", async () => {
+  const bytes = new Uint8Array([1, 2, 3, 4, 5]);
+  assert.deepEqual(await unzipped(bytes), bytes);
+  const zipped = new Uint8Array(gzipSync(bytes));
+  assert.deepEqual(await unzipped(zipped), bytes);
+  zipped[zipped.length - 6] ^= 1;
+  await assert.rejects(unzipped(zipped));
 });
 
 test("words: flags, lengths and round numbers", () => {

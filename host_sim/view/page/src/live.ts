@@ -160,8 +160,8 @@ export class Account {
 
   private lose(number: number): void {
     this.why = this.whyNotCompared || (this.begun
-      ? `ticks ${this.expected} to ${number - 1} did not get here in time; green again after the next restart`
-      : `attached at tick ${number}: what the core had met before is not known here; green after the next restart`);
+      ? `ticks ${this.expected} to ${number - 1} did not get here in time`
+      : `attached at tick ${number}: what the core had met before is not known here`);
   }
 
   compare(equal: boolean): void {

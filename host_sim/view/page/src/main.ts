@@ -10,7 +10,7 @@ import { GraphPane } from "./graph_pane";
 import type { LiveFacts } from "./live";
 import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
-import { bytesOf, DamagedPage } from "./recording";
+import { bytesOf, DamagedPage, unzipped } from "./recording";
 import { contactsOf } from "./shapes";
 import type { Side } from "./stage";
 import { vector } from "./stage";
@@ -40,9 +40,13 @@ function part(id: string): string {
   return text;
 }
 
-async function unpacked(bytes: Uint8Array): Promise<ArrayBuffer> {
-  const stream = new Blob([bytes as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).arrayBuffer();
+/** The bytes of an embedded part, unzipped. `name`: what is damaged where they are. */
+async function unpacked(id: string, name: string): Promise<Uint8Array> {
+  try {
+    return await unzipped(bytesOf(part(id)));
+  } catch {
+    throw new DamagedPage(`the ${name} in this file is damaged; make the page again`);
+  }
 }
 
 /** How to follow the session that the page was made for; null: there is none. */
@@ -130,15 +134,10 @@ class Page {
   }
 
   async load(): Promise<void> {
-    const recording = part("haptic-recording");
-    const scene = bytesOf(part("haptic-scene"));
-    let module: ArrayBuffer;
-    try {
-      module = await unpacked(bytesOf(part("haptic-module")));
-    } catch {
-      throw new DamagedPage("the core in this file is damaged; make the page again");
-    }
-    this.send({ kind: "load", module, scene, recording: recording === "" ? null : bytesOf(recording), live: this.live });
+    const recording = part("haptic-recording") === "" ? null : await unpacked("haptic-recording", "recording");
+    const scene = await unpacked("haptic-scene", "scene");
+    const module = (await unpacked("haptic-module", "core")).buffer as ArrayBuffer;
+    this.send({ kind: "load", module, scene, recording, live: this.live });
   }
 
   private send(message: ToWorker): void {
@@ -388,7 +387,7 @@ class Page {
       const end = isOver ? "the session is over: " : "live: ";
       if (lamp.differs >= 0) set("red", `tick ${lamp.differs} differs from the one that ran`);
       else if (!isOpen && !isOver) set("grey", "the connection to the session is lost; trying again");
-      else if (why) set("grey", `${end}not compared: ${why}`);
+      else if (why) set("grey", `${end}not compared: ${why}${this.takesHand ? "; green after the next restart" : ""}`);
       else if (lamp.checked === 0) set("busy", "live: no tick yet");
       else if (lamp.total - lamp.checked > kCatchingUp) set("busy", `live: ${lamp.checked} of ${lamp.total} ticks compared`);
       else set("green", `${end}all ${lamp.checked} ticks equal, bit for bit`);
