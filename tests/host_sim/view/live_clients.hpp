@@ -95,6 +95,8 @@ struct Answer {
 struct Asked {
   std::string target, host, origin;
   http::verb verb = http::verb::get;
+  bool upgrades = false;  ///< to a WebSocket of subprotocol `protocol`
+  std::string protocol;
 };
 inline Answer ask(std::uint16_t port, const Asked& asked) {
   boost::asio::io_context context;
@@ -102,6 +104,13 @@ inline Answer ask(std::uint16_t port, const Asked& asked) {
   http::request<http::string_body> request(asked.verb, asked.target, 11);
   request.set(http::field::host, asked.host);
   if (!asked.origin.empty()) request.set(http::field::origin, asked.origin);
+  if (asked.upgrades) {
+    request.set(http::field::connection, "Upgrade");
+    request.set(http::field::upgrade, "websocket");
+    request.set(http::field::sec_websocket_version, "13");
+    request.set(http::field::sec_websocket_key, "dGhlIHNhbXBsZSBub25jZQ==");
+    if (!asked.protocol.empty()) request.set(http::field::sec_websocket_protocol, asked.protocol);
+  }
   beast::error_code error;
   http::write(socket, request, error);
   beast::flat_buffer buffer;
@@ -115,7 +124,7 @@ inline Answer ask(std::uint16_t port, const Asked& asked) {
 /// A WebSocket client that waits for what it reads.
 class TestClient {
  public:
-  /// `why`: empty where it is connected; else what the server answered.
+  /// `status`: 101 where it is connected.
   TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin = {})
       : TestClient(served, protocol, origin, served.target(), served.host()) {}
   TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin,
@@ -128,7 +137,11 @@ class TestClient {
     beast::error_code error;
     websocket::response_type response;
     socket.handshake(response, host, target, error);
-    status = response.result_int();
+    // Where it is declined this client says no more than that.
+    status =
+        error ? sim::test::ask(served.port, {target, host, origin, http::verb::get, true, protocol})
+                    .status
+              : response.result_int();
     chosen = std::string(response[http::field::sec_websocket_protocol]);
   }
 

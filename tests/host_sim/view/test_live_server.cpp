@@ -88,7 +88,7 @@ TEST_SUITE("host_sim.live_server") {
       CHECK(answer.body.find(served.token) == std::string::npos);
       CHECK(TestClient(served, kPage, origin, target, host).status == 403);
     }
-    CHECK(served.server->counts().refused == 2 * std::size(strangers));
+    CHECK(served.server->counts().refused == 3 * std::size(strangers));
     CHECK(served.server->counts().clients == 0);
     CHECK(TestClient(served, kPage, own).status == 101);
     CHECK(TestClient(served, "foxglove.websocket.v1", "https://viewer.example").status == 101);
