@@ -96,7 +96,7 @@ struct Asked {
   std::string target, host, origin;
   http::verb verb = http::verb::get;
   bool upgrades = false;  ///< to a WebSocket of subprotocol `protocol`
-  std::string protocol;
+  std::string protocol = {};
 };
 inline Answer ask(std::uint16_t port, const Asked& asked) {
   boost::asio::io_context context;
