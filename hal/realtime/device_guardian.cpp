@@ -3,6 +3,7 @@
 
 #include <linux/futex.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -104,6 +105,7 @@ int DeviceGuardian::start(const ServoBody& body) {
   if (error == 0) begin_seat(0);
   for (unsigned k = 0; error == 0 && k < seats_.size(); ++k)
     error = seats_[k]->process.start([this, k, &body] { return sit(k, body); });
+  if (error == 0 && settings_.watcher) error = watcher_.start([this] { return watch(); });
   if (error != 0) {
     seats_.clear();  // kills those that were forked
     keeper_.stop();
@@ -149,6 +151,25 @@ int DeviceGuardian::sit(unsigned number, const ServoBody& body) {
   seat.down.enter();
   return body(
       {number, seat.mailbox, seat.flight, seat.report, seat.orders->stop, seat.orders->order});
+}
+
+/// In the child that watches. It can write to none of the others' memory.
+int DeviceGuardian::watch() {
+  leave_signals_to_holder();
+  sigset_t none;
+  sigemptyset(&none);
+  pthread_sigmask(SIG_SETMASK, &none, nullptr);
+  prctl(PR_SET_NAME, "haptic-watcher");
+  const sched_param ordinary{};
+  if (sched_setscheduler(0, SCHED_IDLE, &ordinary) != 0) return kGuardianOsRefused;
+  keeper_.leave();
+  std::vector<std::span<const std::byte>> flights;
+  for (const auto& seat : seats_) {
+    seat->down.leave();
+    if (seat->up.protect() != 0) return kGuardianOsRefused;
+    flights.emplace_back(seat->flight);
+  }
+  return settings_.watcher(flights);
 }
 
 int DeviceGuardian::pid() const noexcept {
@@ -260,6 +281,7 @@ bool DeviceGuardian::stop() {
     if (!known && (end.signal != 0 || end.exit_code != 0)) orderly_ = false;
   }
   keeper_.stop();
+  static_cast<void>(watcher_.finish(0));
   return orderly_;
 }
 

@@ -33,6 +33,10 @@ namespace haptic::hal {
 /// Exit codes of a program that is a guardian.
 inline constexpr int kGuardianDone = 0, kGuardianServoFailed = 1, kGuardianOsRefused = 4;
 
+/// Body of a watching process. It may read the flight recorders of the servo processes, by their
+/// numbers, and has nothing else of them; nobody waits for it, and its end changes nothing.
+using WatcherBody = std::function<int(std::span<const std::span<const std::byte>> flights)>;
+
 struct GuardianSettings {
   /// Processes forked after the first, asleep until one of them has to take over. A fork after the
   /// USB thread has begun would copy its locks, and the device's descriptor.
@@ -45,6 +49,8 @@ struct GuardianSettings {
   /// process looked counts. Before its first tick, which comes after its set-up, it has longer.
   int hung_ms = 250, first_tick_ms = 10'000;
   UsbThreadSettings thread;
+  /// Runs in a process of its own, in time that nobody else wants (SCHED_IDLE); empty: none does.
+  WatcherBody watcher;
 };
 
 /// What a servo process works with, all in shared memory and its own alone: what a killed one has
@@ -108,6 +114,7 @@ class DeviceGuardian {
   /// For LinkSettings::zero_holder.
   [[nodiscard]] ZeroHolder& keeper() noexcept { return keeper_; }
   [[nodiscard]] int keeper_pid() const noexcept { return keeper_.pid(); }
+  [[nodiscard]] int watcher_pid() const noexcept { return watcher_.pid(); }  ///< -1: there is none
 
   /// Starts the USB thread over `link`, which was made over mailbox() and outlives this object.
   UsbThreadGrant hold(DeviceLink& link);
@@ -152,6 +159,7 @@ class DeviceGuardian {
   };
   [[nodiscard]] int make_seats();
   [[nodiscard]] int sit(unsigned number, const ServoBody& body);
+  [[nodiscard]] int watch();
   void begin_seat(unsigned number) noexcept;
   void look_at_ticks() noexcept;
   [[nodiscard]] bool look_for_end();
@@ -175,6 +183,7 @@ class DeviceGuardian {
   std::uint64_t tick_ = 0;
   std::int64_t looked_ns_ = 0, silence_ns_ = 0;
   bool hung_ = false;
+  ServoProcess watcher_;
 };
 
 }  // namespace haptic::hal

@@ -12,6 +12,7 @@ using tools::Command;
 [[nodiscard]] Command add_play_command(CLI::App& program);
 [[nodiscard]] Command add_replay_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);
+[[nodiscard]] Command add_serve_command(CLI::App& program);
 [[nodiscard]] Command add_usb_device_command(CLI::App& program);
 [[nodiscard]] Command add_view_command(CLI::App& program);
 

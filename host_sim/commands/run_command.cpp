@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
 // [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
-// [--record FILE] [--html FILE] [--mcap FILE] [--json]
+// [--record FILE] [--html FILE] [--mcap FILE] [--serve [--port N] [--bind ADDRESS]
+// [--allow-origin ORIGIN]] [--json]
 
 #include <cmath>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <string>
 #include <system_error>
 
+#include "hal/clock/servo_clock.hpp"
 #include "hal/usb/bus_recorder.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/device_fault.hpp"
@@ -23,6 +25,7 @@
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/view/mcap_file.hpp"
 #include "host_sim/view/page_file.hpp"
+#include "host_sim/view/server/live_session.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -232,7 +235,8 @@ struct RunArguments {
                                       record;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
-  bool report_clocked = false, json = false;
+  bool report_clocked = false, json = false, serve = false;
+  ServeOptions live;
 };
 
 /// The hand's motion at the loop's rate, `seconds` long when that is given: cut, or held at its
@@ -270,11 +274,29 @@ void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
 
+/// The loop in real time, for those who watch. Stopped, it goes on as fast as it can.
+std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSample> motion,
+                                    LiveSession& live, double rate_hz) {
+  live.begin();
+  const std::int64_t begin_ns = hal::monotonic_ns();
+  std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
+    live.publish(record, rate_hz);
+    const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
+    if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
+  });
+  live.finish();
+  return records;
+}
+
 bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& subject,
                const HandModel& hand) {
   const std::string page = o.html.empty() ? std::string() : read_page();
+  std::optional<LiveSession> live;
+  if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
-  const std::vector<LoopRecord> records = run_loop(loop, hand_motion(o, session, subject.rate_hz));
+  const std::vector<MotionSample> motion = hand_motion(o, session, subject.rate_hz);
+  const std::vector<LoopRecord> records =
+      live ? run_watched(loop, motion, *live, subject.rate_hz) : run_loop(loop, motion);
   const LoopTotals totals = total(records);
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
@@ -292,6 +314,11 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
        loop_account(subject, totals, rest, passed));
   if (!o.json) print_loop(subject, totals, rest, passed);
+  if (live) {
+    std::fflush(stdout);
+    std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
+    live->wait_for_stop();
+  }
   return passed;
 }
 
@@ -371,6 +398,10 @@ int do_run(const RunArguments& o) {
 void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
     throw tools::UsageError("--report-clocked: needs --carrier direct or usb");
+  if (o.carrier != "none" && o.serve)
+    throw tools::UsageError("--serve: needs --carrier none: the page runs the core alone");
+  if (o.serve && o.json)
+    throw tools::UsageError("--json: not with --serve, which says its address on stdout");
   if (o.carrier != "none" && !o.html.empty())
     throw tools::UsageError("--html: needs --carrier none: the page runs the core alone");
   if (o.carrier != "usb" && !o.faults.empty())
@@ -396,6 +427,10 @@ Command add_run_command(CLI::App& program) {
                   "a carrier");
   app->add_option("--mcap", o->mcap,
                   "MCAP file to write, for Foxglove, Lichtblick and PlotJuggler");
+  app->add_flag("--serve", o->serve,
+                "run in real time, to be watched in a browser or viewer; stays until it is stopped "
+                "(^C); without a carrier");
+  add_serve_options(*app, o->live);
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim view SCENE|NUMBER [MOTION] [--html FILE] [--list]
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,14 +19,6 @@ struct ViewArguments {
   std::string scene, motion, html;
   bool list = false;
 };
-
-/// The number of a gallery scene. A file of that name comes first.
-std::optional<unsigned> gallery_number(const std::string& scene) {
-  const bool digits = !scene.empty() && scene.size() < 4 &&
-                      std::ranges::all_of(scene, [](char c) { return c >= '0' && c <= '9'; });
-  if (!digits || std::filesystem::exists(scene)) return std::nullopt;
-  return static_cast<unsigned>(std::stoul(scene));
-}
 
 int write_view(const std::string& html, CoreSession& session, std::span<const MotionSample> motion,
                std::string_view about) {

@@ -98,7 +98,20 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
   return out;
 }
 
-std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample> motion) {
+LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick) {
+  LoopRecord record;
+  record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.grip_in_part());
+  record.device_wa = tick.sensed_wa;
+  record.accepted_w = tick.accepted_w;
+  record.proxy_wa = tick.result.proxy_pose_wa;
+  record.speed_m_per_s = tick.device.velocity_w.norm();
+  record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
+  record.delivered_j = tick.delivered_j;
+  return record;
+}
+
+std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample> motion,
+                                 const std::function<void(const LoopRecord&)>& after_tick) {
   std::vector<LoopRecord> records;
   if (motion.empty()) return records;
   records.reserve(motion.size());
@@ -106,18 +119,11 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
   loop.place({stroke.from.x0_w, stroke.from.q_wa, Vector::Zero(), Vector::Zero()});
   for (std::size_t k = 0; k < motion.size(); ++k) {
     if (k + 1 < motion.size()) stroke.to = loop.grip_of(motion[k + 1]);
-    const LoopTick tick = loop.step(stroke);
-    LoopRecord record;
-    record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.grip_in_part());
-    record.device_wa = tick.sensed_wa;
-    record.accepted_w = tick.accepted_w;
-    record.proxy_wa = tick.result.proxy_pose_wa;
+    LoopRecord record = loop_record(loop, loop.step(stroke));
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
     std::copy(motion[k].q_wxyz, motion[k].q_wxyz + 4, record.target_wxyz.begin());
-    record.speed_m_per_s = tick.device.velocity_w.norm();
-    record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
-    record.delivered_j = tick.delivered_j;
     records.push_back(record);
+    if (after_tick) after_tick(record);
     stroke.from = stroke.to;
   }
   return records;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -84,10 +85,14 @@ struct LoopRecord {
   double delivered_j = 0;  ///< work of the rendering on the device so far
 };
 
+/// What is kept of a tick, without the hand's target.
+[[nodiscard]] LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick);
+
 /// Runs the hand's targets through the loop, one sample per tick, the device at rest at the first.
-/// `motion` has the loop's rate. Cost: the ticks.
-[[nodiscard]] std::vector<LoopRecord> run_loop(ClosedLoop& loop,
-                                               std::span<const MotionSample> motion);
+/// `motion` has the loop's rate. `after_tick` is called after each. Cost: the ticks.
+[[nodiscard]] std::vector<LoopRecord> run_loop(
+    ClosedLoop& loop, std::span<const MotionSample> motion,
+    const std::function<void(const LoopRecord&)>& after_tick = {});
 
 /// Header of the run's CSV, without the end of line: the replay's columns, then proxy, device, hand
 /// and energy.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/view/gallery.hpp"
 
+#include <algorithm>
+#include <filesystem>
+
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "tools/common/error.hpp"
@@ -50,6 +53,13 @@ constexpr GalleryScene kGallery[] = {
 }  // namespace
 
 std::span<const GalleryScene> gallery() { return kGallery; }
+
+std::optional<unsigned> gallery_number(const std::string& word) {
+  const bool digits = !word.empty() && word.size() < 4 &&
+                      std::ranges::all_of(word, [](char c) { return c >= '0' && c <= '9'; });
+  if (!digits || std::filesystem::exists(word)) return std::nullopt;
+  return static_cast<unsigned>(std::stoul(word));
+}
 
 std::string gallery_list() {
   std::string text;

@@ -4,6 +4,7 @@
 /// files are part of the program, so that it works wherever it lies; graph_compiler, next to it,
 /// compiles them.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,9 @@ struct GalleryScene {
 
 /// The scene of a number. @throws tools::UsageError  there is none; the text lists all.
 [[nodiscard]] const GalleryScene& gallery_scene(unsigned number);
+
+/// The number that `word` is; nothing: it is none, or a file of that name exists.
+[[nodiscard]] std::optional<unsigned> gallery_number(const std::string& word);
 
 /// The list of all, a line each.
 [[nodiscard]] std::string gallery_list();

@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A session as an MCAP file (mcap.dev/spec), which Foxglove, Lichtblick and PlotJuggler open: JSON
-/// messages with their schemas, without chunks and index.
-///
-///     /scene      foxglove.SceneUpdate, once: the fixed parts in frame "w", the moving one in
-///     "part" /tf         foxglove.FrameTransform: "part" in "w", where the part is felt /pose
-///     foxglove.PoseInFrame: where the device has the part /felt_pose  foxglove.PoseInFrame /wrench
-///     haptic.Wrench: force and torque on the hand, about the grip point, W axes /contact
-///     haptic.Contact: situation, flags, distance of device and part, D_near /counters
-///     haptic.Counters: work of the tick /log        foxglove.Log: each flag that appears, and each
-///     new situation
+/// messages with their schemas (topics.hpp), without chunks and index.
 
 #include <cstdint>
 #include <map>

@@ -2,20 +2,26 @@
 #include "host_sim/view/page_file.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 
+#if HAPTIC_HAS_ZLIB
+#include <zlib.h>
+#endif
+
 namespace haptic::sim {
 namespace {
 
 constexpr std::size_t kLargestPage_bytes = std::size_t{64} << 20;
-constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '1', '\0'};
+constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '2', '\0'};
 
-/// Head of the recording in the page; the ticks follow.
+/// Head of the recording in the page; the columns follow.
 struct RecordingHead {
   char magic[8] = {};
   std::uint32_t ticks = 0;
@@ -45,10 +51,55 @@ void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(at, mark.size(), text);
 }
 
-template <typename Plain>
-void append(std::vector<std::byte>& bytes, const Plain& value) {
-  const auto part = std::as_bytes(std::span(&value, 1));
-  bytes.insert(bytes.end(), part.begin(), part.end());
+/// Columns of a tick: stamp, position, orientation, hash, and the accepted wrench where there is
+/// one.
+constexpr std::size_t kHashColumn = 8, kColumns = 9, kAcceptedColumns = 6;
+
+std::uint64_t column_of(const RecordedTick& tick, std::size_t column) {
+  if (column == 0) return static_cast<std::uint64_t>(tick.stamp_ns);
+  if (column < 4) return std::bit_cast<std::uint64_t>(tick.p_wa_m[column - 1]);
+  if (column < kHashColumn) return std::bit_cast<std::uint64_t>(tick.q_wa_xyzw[column - 4]);
+  if (column == kHashColumn) return tick.state_hash;
+  return std::bit_cast<std::uint64_t>(tick.accepted_w[column - kColumns]);
+}
+
+/// Small numbers of either sign as small ones.
+std::uint64_t unsigned_of(std::uint64_t difference) {
+  return difference << 1 ^ (difference >> 63 != 0 ? ~std::uint64_t{0} : 0);
+}
+
+/// As gzip, where zlib is there.
+std::vector<std::byte> zipped(std::span<const std::byte> bytes) {
+#if HAPTIC_HAS_ZLIB
+  z_stream stream{};
+  constexpr int kGzip = 15 + 16, kMemory = 9;
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzip, kMemory, Z_DEFAULT_STRATEGY) ==
+      Z_OK) {
+    std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())));
+    // zlib only reads it.
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));
+    stream.avail_in = static_cast<uInt>(bytes.size());
+    stream.next_out = reinterpret_cast<Bytef*>(out.data());
+    stream.avail_out = static_cast<uInt>(out.size());
+    const int ended = deflate(&stream, Z_FINISH);
+    out.resize(stream.total_out);
+    deflateEnd(&stream);
+    if (ended == Z_STREAM_END) return out;
+  }
+#endif
+  return {bytes.begin(), bytes.end()};
+}
+
+constexpr const char* kConnect = "@CONNECT@";
+
+std::string page_with_scene(const std::string& page, const SceneView& scene,
+                            std::string_view about) {
+  std::string filled = page;
+  const SceneParameters& p = scene.parameters();
+  fill(filled, "@TITLE@", escaped(scene.text(p.name_offset, p.name_bytes)));
+  fill(filled, "@ABOUT@", escaped(about));
+  fill(filled, "@SCENE@", packed_text(scene.blob()));
+  return filled;
 }
 
 }  // namespace
@@ -96,6 +147,34 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
+std::string packed_text(std::span<const std::byte> bytes) { return base64(zipped(bytes)); }
+
+std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks) {
+  RecordingHead head;
+  std::memcpy(head.magic, kRecordingMagic, sizeof kRecordingMagic);
+  head.ticks = static_cast<std::uint32_t>(ticks.size());
+  head.accepted = !ticks.empty() && ticks.front().accepted_valid ? 1 : 0;
+  const auto head_bytes = std::as_bytes(std::span(&head, 1));
+  std::vector<std::byte> bytes(head_bytes.begin(), head_bytes.end());
+  const std::size_t columns = kColumns + (head.accepted != 0 ? kAcceptedColumns : 0);
+  bytes.reserve(bytes.size() + 8 * columns * ticks.size());
+  std::vector<std::uint64_t> values(ticks.size());
+  for (std::size_t column = 0; column < columns; ++column) {
+    std::uint64_t before = 0, before_that = 0;
+    for (std::size_t k = 0; k < ticks.size(); ++k) {
+      const std::uint64_t value = column_of(ticks[k], column);
+      // A motion goes on as it did; a hash does not.
+      values[k] = column == kHashColumn ? value : unsigned_of(value - (2 * before - before_that));
+      before_that = before;
+      before = value;
+    }
+    for (unsigned byte = 0; byte < 8; ++byte)
+      for (const std::uint64_t value : values)
+        bytes.push_back(static_cast<std::byte>(value >> (8 * byte)));
+  }
+  return bytes;
+}
+
 std::string read_page() {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -113,30 +192,26 @@ std::string read_page() {
 
 std::string filled_page(const std::string& page, const SceneView& scene,
                         std::span<const RecordedTick> ticks, std::string_view about) {
-  std::string filled = page;
-  const SceneParameters& p = scene.parameters();
-  fill(filled, "@TITLE@", escaped(scene.text(p.name_offset, p.name_bytes)));
-  fill(filled, "@ABOUT@", escaped(about));
-  fill(filled, "@SCENE@", base64(scene.blob()));
-  std::string recording;
-  if (!ticks.empty()) {
-    RecordingHead head;
-    std::memcpy(head.magic, kRecordingMagic, sizeof kRecordingMagic);
-    head.ticks = static_cast<std::uint32_t>(ticks.size());
-    head.accepted = ticks.front().accepted_valid ? 1 : 0;
-    std::vector<std::byte> bytes;
-    append(bytes, head);
-    for (const RecordedTick& tick : ticks) {
-      append(bytes, tick.stamp_ns);
-      append(bytes, tick.p_wa_m);
-      append(bytes, tick.q_wa_xyzw);
-      append(bytes, tick.state_hash);
-      if (head.accepted != 0) append(bytes, tick.accepted_w);
-    }
-    recording = base64(bytes);
-  }
-  fill(filled, "@RECORDING@", recording);
+  std::string filled = page_with_scene(page, scene, about);
+  fill(filled, kConnect, "'none'");
+  fill(filled, "@LIVE@", "");
+  fill(filled, "@RECORDING@", ticks.empty() ? "" : packed_text(recording_bytes(ticks)));
   return filled;
+}
+
+std::string live_page(const std::string& page, const SceneView& scene, const LivePage& live) {
+  std::string filled = page_with_scene(page, scene, {});
+  const nlohmann::json facts = {{"takesHand", live.takes_hand},
+                                {"whyNotCompared", live.why_not_compared}};
+  fill(filled, "@LIVE@", facts.dump());
+  fill(filled, "@RECORDING@", "");
+  return filled;
+}
+
+std::string connected_page(const std::string& live_page, const std::string& host) {
+  std::string page = live_page;
+  fill(page, kConnect, "'self' ws://" + host);
+  return page;
 }
 
 std::vector<RecordedTick> record_motion(CoreSession& session,

@@ -36,16 +36,40 @@ struct RecordedTick {
 /// Bytes as text that may stand in an HTML file.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
 
+/// The same, zipped before (gzip) where zlib was there when this was built; the page reads both.
+[[nodiscard]] std::string packed_text(std::span<const std::byte> bytes);
+
+/// The recording of ticks as the page reads it: by columns of 64-bit words (stamp, position,
+/// orientation, hash, and the accepted wrench where there is one), each but the hash as the
+/// difference to what goes on straight from the two ticks before, its sign in the lowest bit; of a
+/// column first all lowest bytes, then the next. Motions become small numbers, which zip well.
+[[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks);
+
 /// The page that belongs to this program.
 /// @throws tools::OsError  it has not been built; the text says what to run and to install.
 [[nodiscard]] std::string read_page();
 
 /// `page` with the scene, the ticks, none for a page by hand alone, and what the scene shows in
-/// words, which may be empty.
+/// words, which may be empty. It connects to nothing.
 /// @throws tools::InputError  it is no page of this version.
 [[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
                                       std::span<const RecordedTick> ticks,
                                       std::string_view about = {});
+
+/// How a page follows a session that runs (host_sim/view/server).
+struct LivePage {
+  bool takes_hand = false;  ///< the session follows the hand of a page
+  /// Why the ticks cannot be computed again from what the page gets; empty: they can.
+  std::string why_not_compared;
+};
+
+/// The page of a live session; connected_page makes it whole.
+/// @throws tools::InputError  it is no page of this version.
+[[nodiscard]] std::string live_page(const std::string& page, const SceneView& scene,
+                                    const LivePage& live);
+
+/// A live page that may connect to the server at `host` (name or address, and port) alone.
+[[nodiscard]] std::string connected_page(const std::string& live_page, const std::string& host);
 
 /// Runs a motion from a forgotten contact history and keeps what the page compares.
 [[nodiscard]] std::vector<RecordedTick> record_motion(CoreSession& session,

@@ -19,7 +19,8 @@ set(may_rt_core/exchange rt_core/base/ rt_core/exchange/)
 set(may_rt_core/tick rt_core/base/ rt_core/scene/ rt_core/contact/ rt_core/law/ rt_core/safety/ rt_core/tick/)
 set(may_hal rt_core/ hal/)
 set(may_tools rt_core/ tools/)
-set(may_tools/run_device rt_core/ tools/ hal/)
+# run_device lets its session be watched by the server that the simulator has too.
+set(may_tools/run_device rt_core/ tools/ hal/ host_sim/view/server/)
 set(may_tools/library rt_core/ tools/ hal/)
 set(may_tools/package rt_core/ hal/)
 # Golden vectors and generated pairs are compiled by the one scene writer there is, and judged by the one budget of gains,

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a servo process can do to its guardian, and what it cannot.
 #include <doctest/doctest.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <functional>
@@ -12,6 +15,7 @@
 #include "hal/clock/linux_process.hpp"
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/device_guardian.hpp"
+#include "hal/realtime/shared_memory.hpp"
 #include "tests/support/signal_process.hpp"
 
 using namespace haptic;
@@ -77,6 +81,68 @@ TEST_SUITE("hal.device_guardian") {
     for (const std::byte b : guardian.report(0)) REQUIRE(b == std::byte{1});
     for (const std::byte b : guardian.report(1)) REQUIRE(b == std::byte{2});
     CHECK(guardian.stop());
+  }
+
+  TEST_CASE(
+      "a watcher reads the recorders in idle time; a write is its own end, and nobody's else") {
+    struct Seen {
+      std::atomic<int> policy{-1};
+      std::atomic<std::uint64_t> tick{0};
+    };
+    SharedMemory memory(sizeof(Seen));
+    Seen& seen = *new (memory.bytes().data()) Seen;
+    GuardianSettings settings = settings_of(1);
+    settings.watcher = [&seen](std::span<const std::span<const std::byte>> flights) {
+      if (flights.size() != 2) return 1;
+      StepTrace newest;
+      while (newest.tick < 5)
+        static_cast<void>(FlightRecorder::copy_newest(flights[0], std::span(&newest, 1)));
+      seen.policy = sched_getscheduler(0);
+      seen.tick = newest.tick;
+      const_cast<std::byte&>(flights[0].front()) = std::byte{0x41};
+      seen.tick = 0;
+      return 0;
+    };
+    DeviceGuardian guardian(settings);
+    REQUIRE(guardian.start([](const ServoSeat& seat) {
+      FlightRecorder recorder(seat.flight);
+      ServoSide side(seat.mailbox);
+      DeviceCommand command;
+      StepTrace trace;
+      while (!seat.stop.load()) {
+        trace.tick = ++command.tick;
+        recorder.write(trace);
+        side.publish(command);
+        usleep(1000);
+      }
+      return 0;
+    }) == 0);
+    const pid_t watcher = guardian.watcher_pid();
+    REQUIRE(watcher > 0);
+    const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+    while (seen.tick == 0 && monotonic_ns() < end_ns)
+      REQUIRE(guardian.wait(10) == GuardianNews::kNone);
+    CHECK(seen.policy == SCHED_IDLE);
+    CHECK(seen.tick >= 5);
+    // Its end is no news, and the servo goes on.
+    CHECK(guardian.wait(200) == GuardianNews::kNone);
+    CHECK(seen.tick >= 5);
+    CHECK(guardian.stop());
+  }
+
+  TEST_CASE("a watcher that never ends is killed with the guardian's end") {
+    GuardianSettings settings = settings_of(0);
+    settings.watcher = [](std::span<const std::span<const std::byte>>) {
+      for (;;) pause();
+      return 0;
+    };
+    DeviceGuardian guardian(settings);
+    REQUIRE(guardian.start(tick_on) == 0);
+    CHECK(guardian.wait(100) == GuardianNews::kNone);
+    const pid_t watcher = guardian.watcher_pid();
+    CHECK(guardian.stop());
+    CHECK(kill(watcher, 0) != 0);
+    CHECK(errno == ESRCH);
   }
 
   TEST_CASE("a process that no longer ticks is killed; one that does is left alone") {

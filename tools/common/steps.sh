@@ -95,7 +95,7 @@ haptic_target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-
 
 # What the page needs: the core as WebAssembly, and the page's own packages by npm. Its tests are skipped where absent.
 haptic_page_packages=(clang-16 llvm-16 lld-16 wasi-libc libc++-16-dev-wasm32 libc++abi-16-dev-wasm32
-  libclang-rt-16-dev-wasm32)
+  libclang-rt-16-dev-wasm32 zlib1g-dev)
 # node and npm may come from elsewhere than Debian, whose packages would not go with them.
 command -v npm >/dev/null || haptic_page_packages+=(nodejs npm)
 

@@ -32,12 +32,14 @@ constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
 constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
 
-hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLength& length) {
+hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLength& length,
+                                        const RunWatch& watch) {
   hal::GuardianSettings settings;
   settings.spares = kSpares;
   settings.recorded_ticks = flight_records(config);
   settings.report_bytes = sizeof(ServoBoard);
   settings.order = length.ticks;
+  settings.watcher = watch.watcher;
   settings.thread.period_ns = config.loop.period_ns;
   settings.thread.priority = config.loop.usb_priority;
   settings.thread.cpu = config.loop.usb_cpu;
@@ -100,7 +102,7 @@ class Run {
         bus_(config.servo.limits, config.loop.period_ns),
         events_(watch.event),
         limits_(config.servo.limits),
-        guardian_(guardian_settings(config, length)) {}
+        guardian_(guardian_settings(config, length, watch)) {}
 
   RunAccount go();
 

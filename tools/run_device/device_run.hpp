@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/device_link.hpp"
+#include "hal/realtime/device_guardian.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/link_watch.hpp"
@@ -85,6 +86,7 @@ struct RunWatch {
   std::function<void(const RunEvent&)> event;
   /// Called once the processes are forked: threads may be made.
   std::function<void()> forked;
+  hal::WatcherBody watcher;  ///< GuardianSettings::watcher
 };
 
 /// Runs until a signal (StopSignals), the `length` asked for or the end of the servo; then ramps

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// run_device run CONFIG.toml [--seconds N] [--ticks N] [--device NAME] [--status-every S] [--json]
+// run_device run CONFIG.toml [--seconds N] [--ticks N] [--device NAME] [--status-every S]
+// [--serve [--port N] [--bind ADDRESS] [--allow-origin ORIGIN]] [--json]
 
 #include <pthread.h>
 #include <unistd.h>
@@ -13,6 +14,8 @@
 #include <vector>
 
 #include "hal/realtime/flight_report.hpp"
+#include "hal/realtime/process_hardening.hpp"
+#include "host_sim/view/server/live_trace.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
@@ -244,7 +247,8 @@ struct RunOptions {
   std::string config, device;
   RunLength length;
   double status_every_s = 1.0;
-  bool json = false, allow_degraded = false, accept_unbudgeted = false;
+  bool json = false, allow_degraded = false, accept_unbudgeted = false, serve = false;
+  sim::ServeOptions live;
 };
 
 constexpr std::size_t kTicksShown = 20;
@@ -267,17 +271,51 @@ std::filesystem::path crash_path(const std::filesystem::path& file, unsigned num
   return numbered;
 }
 
+/// A run that is watched. The watcher has the scene, the address and the flight recorders, and no
+/// way to the device.
+struct LiveView {
+  LiveView(const sim::ServeOptions& options, const SceneBytes& scene) : door(options) {
+    // It was opened before: read_usable_scene.
+    if (SceneView::open(scene.span(), view) != RtStatus::kOk) view = {};
+  }
+
+  /// In the watching process.
+  int serve(const DeviceConfig& config, std::span<const std::span<const std::byte>> flights) {
+    const int kept[] = {STDERR_FILENO, door.descriptor()};
+    (void)hal::close_inherited_descriptors(kept);
+    (void)hal::drop_capabilities({});
+    sim::serve_trace(door, view, config.servo.map, {flights.begin(), flights.end()});
+    return kExitDone;
+  }
+
+  sim::LiveDoor door;
+  SceneView view;
+};
+
 /// What a run tells: by threads of their own, which begin once the processes are forked.
 class RunTeller {
  public:
-  RunTeller(const RunOptions& options, const DeviceConfig& config)
-      : options_(options), config_(config) {}
+  /// `view`: of a run that is watched, or nullptr.
+  RunTeller(const RunOptions& options, const DeviceConfig& config, LiveView* view)
+      : options_(options), config_(config), view_(view) {}
 
   [[nodiscard]] RunWatch watch() {
     RunWatch watch;
     const bool told = options_.json || isatty(STDERR_FILENO) == 1;
     watch.status_every_s = told ? options_.status_every_s : 0.0;
-    watch.forked = [this] { teller_ = std::make_unique<Teller>(); };
+    watch.forked = [this] {
+      teller_ = std::make_unique<Teller>();
+      if (view_ == nullptr) return;
+      view_->door.leave();
+      for (const std::string& line : view_->door.words()) {
+        if (options_.json) say(line_of({{"kind", "note"}, {"text", line}}));
+        complain("run_device: " + line, LineLevel::kNotice);
+      }
+    };
+    if (view_ != nullptr)
+      watch.watcher = [this](std::span<const std::span<const std::byte>> flights) {
+        return view_->serve(config_, flights);
+      };
     watch.status = [this](const RunStatus& s) {
       options_.json ? say(line_of(status_json(s))) : complain(status_text(s), LineLevel::kPlain);
     };
@@ -326,6 +364,7 @@ class RunTeller {
 
   const RunOptions& options_;
   const DeviceConfig& config_;
+  LiveView* view_;
   std::unique_ptr<Teller> teller_;
   unsigned crashes_ = 0;
 };
@@ -348,7 +387,9 @@ int run(const RunOptions& o) {
   if (o.allow_degraded) config.loop.strict = false;
   config.accept_unbudgeted = o.accept_unbudgeted;
   const SceneBytes scene = read_usable_scene(config);
-  RunTeller teller(o, config);
+  std::unique_ptr<LiveView> view;
+  if (o.serve) view = std::make_unique<LiveView>(o.live, scene);
+  RunTeller teller(o, config, view.get());
   const RunAccount account = run_device_of(config, scene, o.length, teller.watch());
   return teller.finish(account);
 }
@@ -385,6 +426,9 @@ Command add_run_command(CLI::App& program) {
   app->add_flag("--accept-unbudgeted", o->accept_unbudgeted,
                 "run a scene whose gains are beyond the device's passivity budget, or for which "
                 "none can be computed");
+  app->add_flag("--serve", o->serve,
+                "let the session be watched in a browser or viewer; nobody there moves anything");
+  sim::add_serve_options(*app, o->live);
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
       "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before\n"

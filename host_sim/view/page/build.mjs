@@ -24,6 +24,7 @@ const workerSource = {
   },
 };
 const main = await build({ ...common, entryPoints: ["src/main.ts"], format: "iife", plugins: [workerSource] });
+const unpack = await build({ ...common, entryPoints: ["src/unpack.ts"], format: "iife" });
 const style = await build({ ...common, entryPoints: ["src/style.css"], loader: { ".css": "css" } });
 const uplot = readFileSync(join(here, "node_modules/uplot/dist/uPlot.min.css"), "utf8");
 
@@ -39,8 +40,9 @@ const parts = {
       "Parts of libc++ 16 (Apache-2.0 with LLVM exceptions), wasi-libc (MIT, Apache-2.0 with LLVM exceptions) and Eigen 3.4 (MPL-2.0, https://eigen.tuxfamily.org)."].join("\n\n"),
   ),
   MODULE: gzipSync(readFileSync(modulePath), { level: 9 }).toString("base64"),
+  PROGRAM: gzipSync(main.outputFiles[0].text, { level: 9 }).toString("base64"),
   // The end of a script inside a script would end it.
-  SCRIPT: main.outputFiles[0].text.replaceAll("</script", "<\\/script"),
+  SCRIPT: unpack.outputFiles[0].text.replaceAll("</script", "<\\/script"),
 };
 let page = readFileSync(join(here, "page.html"), "utf8");
 for (const [name, text] of Object.entries(parts)) page = page.replace(`@${name}@`, () => text);

@@ -2,9 +2,12 @@
 // The page's own logic, without a browser: strips, hand, shapes, recording, words. Run by check_page after bundling.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { gzipSync } from "node:zlib";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
+import { DelayMeter } from "../../../host_sim/view/page/src/delay";
+import { Account, askMessage, Chunk, handMessage, Next } from "../../../host_sim/view/page/src/live";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
-import { bytesOf, DamagedPage, Recording } from "../../../host_sim/view/page/src/recording";
+import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
 import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
@@ -151,36 +154,62 @@ test("shapes: edges between coplanar faces are not drawn", () => {
   assert.equal(edgesOf(triangles).length, 5 * 6);
 });
 
-test("recording: what is damaged is refused in words", () => {
-  const bytes = new Uint8Array(16 + 72);
-  bytes.set(new TextEncoder().encode("RTVIEW1\0"));
-  const view = new DataView(bytes.buffer);
-  view.setUint32(8, 1, true);
-  view.setBigInt64(16, 5000000n, true);
-  [1, 2, 3, 0, 0, 0, 1].forEach((x, k) => view.setFloat64(24 + 8 * k, x, true));
-  view.setBigUint64(80, 0xfedcba9876543210n, true);
+/** A recording of rows of words (bigint): stamp, position, orientation, hash, and six more where there are. */
+function recordingOf(rows) {
+  const columns = rows[0].length, ticks = rows.length;
+  const bytes = new Uint8Array(16 + 8 * columns * ticks);
+  bytes.set(new TextEncoder().encode("RTVIEW2\0"));
+  const head = new DataView(bytes.buffer);
+  head.setUint32(8, ticks, true);
+  head.setUint32(12, columns > 9 ? 1 : 0, true);
+  for (let column = 0; column < columns; ++column) {
+    rows.forEach((row, k) => {
+      const before = rows[k - 1]?.[column] ?? 0n, beforeThat = rows[k - 2]?.[column] ?? 0n;
+      const difference = BigInt.asIntN(64, row[column] - 2n * before + beforeThat);
+      const folded = difference < 0n ? -2n * difference - 1n : 2n * difference;
+      const word = BigInt.asUintN(64, column === 8 ? row[column] : folded);
+      for (let byte = 0; byte < 8; ++byte)
+        bytes[16 + (8 * column + byte) * ticks + k] = Number((word >> BigInt(8 * byte)) & 255n);
+    });
+  }
+  return bytes;
+}
+const wordOf = (x) => new BigUint64Array(new Float64Array([x]).buffer)[0];
+
+test("recording: every bit comes back; what is damaged is refused in words", () => {
+  const rows = [0, 1, 2, 3, 4].map((k) => [
+    BigInt(5000000 * (k + 1)), wordOf(0.1 * k), wordOf(-3 + k * k), wordOf(k % 2 ? -1e-300 : 1e300), wordOf(0), wordOf(-0),
+    wordOf(0.6), wordOf(Math.cos(k)), 0xfedcba9876543210n + BigInt(k),
+  ]);
+  const bytes = recordingOf(rows);
   const recording = new Recording(bytes);
-  assert.equal(recording.stampNs(0), 5000000n);
-  assert.deepEqual(recording.place(0), [1, 2, 3]);
-  assert.deepEqual(recording.orientation(0), [0, 0, 0, 1]);
-  assert.equal(recording.hash(0), 0xfedcba9876543210n);
+  assert.equal(recording.ticks, 5);
+  for (let k = 0; k < 5; ++k) {
+    assert.equal(recording.stampNs(k), rows[k][0]);
+    assert.deepEqual(recording.place(k).map(wordOf), rows[k].slice(1, 4));
+    assert.deepEqual(recording.orientation(k).map(wordOf), rows[k].slice(4, 8));
+    assert.equal(recording.hash(k), rows[k][8]);
+  }
   assert.equal(recording.hasAccepted, false);
-  const longer = new Uint8Array(16 + 2 * 120);
-  longer.set(bytes);
-  const wide = new DataView(longer.buffer);
-  wide.setUint32(8, 2, true);
-  wide.setUint32(12, 1, true);
-  [1, 2, 3, 4, 5, 6].forEach((x, k) => wide.setFloat64(16 + 120 + 72 + 8 * k, x, true));
-  wide.setBigUint64(16 + 120 + 64, 7n, true);
-  assert.deepEqual(new Recording(longer).accepted(1), [1, 2, 3, 4, 5, 6]);
-  assert.equal(new Recording(longer).hash(1), 7n);
-  assert.throws(() => new Recording(longer.slice(0, 16 + 144)), DamagedPage);
+  const longer = recordingOf(rows.map((row, k) => [...row, ...[1, 2, 3, 4, 5, 6].map((x) => wordOf(x * (k - 2)))]));
+  assert.deepEqual(new Recording(longer).accepted(1), [-1, -2, -3, -4, -5, -6]);
+  assert.equal(new Recording(longer).hash(4), 0xfedcba9876543214n);
+  assert.throws(() => new Recording(longer.slice(0, -1)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
-  view.setUint8(0, 0);
+  bytes[0] = 0;
   assert.throws(() => new Recording(bytes), DamagedPage);
   assert.throws(() => bytesOf("?"), DamagedPage);
   assert.deepEqual([...bytesOf("AQIDBA==")], [1, 2, 3, 4]);
+});
+
+test("parts of a page: zipped or not", async () => {
+  const bytes = new Uint8Array([1, 2, 3, 4, 5]);
+  assert.deepEqual(await unzipped(bytes), bytes);
+  const zipped = new Uint8Array(gzipSync(bytes));
+  assert.deepEqual(await unzipped(zipped), bytes);
+  zipped[zipped.length - 6] ^= 1;
+  await assert.rejects(unzipped(zipped));
 });
 
 test("words: flags, lengths and round numbers", () => {
@@ -192,4 +221,103 @@ test("words: flags, lengths and round numbers", () => {
   assert.equal(lengthText(NaN), "-");
   assert.equal(roundBelow(0.78), 0.5);
   near(roundBelow(25), 20);
+});
+
+/** A message of the live server with `count` ticks from `first` on; those in `resets` begin anew. */
+function chunkOf(first, count, written, resets = []) {
+  const view = new DataView(new ArrayBuffer(24 + 248 + 136 * count));
+  view.setUint32(0, 0x31564c48, true);
+  view.setUint32(4, count, true);
+  view.setBigUint64(8, BigInt(first), true);
+  view.setBigUint64(16, BigInt(written), true);
+  view.setFloat64(24 + 128, 5, true);  // force along x
+  view.setUint32(24 + 224, 3, true);  // situation
+  for (let k = 0; k < count; ++k) {
+    const at = 24 + 248 + 136 * k;
+    [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
+    view.setBigUint64(at + 112, BigInt(first + k), true);
+    view.setBigUint64(at + 128, resets.includes(first + k) ? 3n : 2n, true);
+  }
+  return view.buffer;
+}
+
+test("live: a message is read, one that is cut or foreign is not", () => {
+  const chunk = new Chunk(chunkOf(4, 2, 9));
+  assert.deepEqual([chunk.ticks, chunk.first, chunk.written], [2, 4, 9]);
+  assert.deepEqual(chunk.state.force, [5, 0, 0]);
+  assert.equal(chunk.state.situation, 3);
+  assert.deepEqual(chunk.pose(1), { p: [1, 2, 3], q: [0, 0, 0, 1] });
+  assert.deepEqual(chunk.accepted(0), [7, 0, 0, 0, 0, 0]);
+  assert.equal(chunk.hash(1), 5n);
+  assert.equal(chunk.resets(0), false);
+  assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400)), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(10)), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(272)), /load the page again/);
+  assert.equal(new DataView(askMessage(7)).getBigUint64(8, true), 7n);
+  const hand = new DataView(handMessage({ p: [1, 2, 3], q: [0, 0, 0.6, 0.8] }, 99));
+  assert.deepEqual([8, 24, 56, 64].map((at) => hand.getFloat64(at, true)), [1, 3, 0.8, 99]);
+});
+
+test("live: compared from the first tick on; a gap ends that until the next begin, and says why", () => {
+  const account = new Account("");
+  assert.equal(account.tick(0, true), Next.reset);
+  account.compare(true);
+  assert.equal(account.tick(1, false), Next.step);
+  account.compare(true);
+  assert.deepEqual([account.checked, account.differs, account.why], [2, -1, ""]);
+  assert.equal(account.tick(5, false), Next.lost);
+  account.compare(false);
+  assert.match(account.why, /ticks 2 to 4 did not get here/);
+  assert.deepEqual([account.checked, account.differs], [2, -1]);
+  assert.equal(account.tick(6, true), Next.reset);
+  assert.equal(account.why, "");
+  account.compare(true);
+  account.tick(7, false);
+  account.compare(false);
+  account.tick(8, false);
+  account.compare(false);
+  assert.deepEqual([account.checked, account.differs], [3, 7]);
+  const held = new Account("a device");
+  held.tick(0, true);
+  assert.equal(held.why, "a device");
+  held.compare(false);
+  assert.deepEqual([held.checked, held.differs], [0, -1]);
+});
+
+test("live: who attaches late, or falls behind, goes to the newest tick; a begin on the way is taken", () => {
+  const account = new Account("");
+  const late = new Chunk(chunkOf(5000, 3, 70000));
+  assert.ok(account.skips(late));
+  assert.ok(!account.skips(new Chunk(chunkOf(69990, 3, 70000))));
+  assert.ok(!account.skips(new Chunk(chunkOf(5000, 3, 70000, [5001]))));
+  assert.ok(!account.skips(new Chunk(chunkOf(0, 3, 70000, [0]))));
+  assert.equal(account.tick(70000, false), Next.lost);
+  assert.match(account.why, /attached at tick 70000/);
+  // Catching up with the last minute is no reason to skip; falling behind later is.
+  const slow = new Account("");
+  slow.tick(0, true);
+  assert.equal(slow.ask(60000), 1);
+  assert.equal(slow.ask(50), 1);
+  assert.equal(slow.ask(1500), 1);
+  assert.equal(slow.ask(5000), 4999);
+});
+
+test("delay: of the page's own moves, each once", () => {
+  const meter = new DelayMeter();
+  assert.equal(meter.text, "-");
+  for (let k = 1; k <= 100; ++k) {
+    meter.sent(1000 * k);
+    meter.shown(1000 * k, 1000 * k + k);
+    meter.shown(1000 * k, 1000 * k + 500);
+    meter.shown(1000 * k + 1, 1000 * k + 500);
+  }
+  assert.equal(meter.count, 100);
+  assert.equal(meter.quantile(0.5), 51);
+  assert.equal(meter.text, "51 ms, p99 100 ms");
+  // One that no picture has shown is left behind.
+  meter.sent(1e6);
+  meter.sent(1e6 + 1);
+  meter.shown(1e6 + 1, 1e6 + 3);
+  meter.shown(1e6, 1e6 + 9);
+  assert.equal(meter.count, 101);
 });

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -24,7 +25,37 @@ namespace {
 
 std::string coded(const std::string& text) { return base64(std::as_bytes(std::span(text))); }
 
-constexpr const char* kPage = "<title>@TITLE@</title>{@ABOUT@}[@SCENE@](@RECORDING@)";
+constexpr const char* kPage =
+    "<@CONNECT@><title>@TITLE@</title>{@ABOUT@}[@SCENE@]|@LIVE@|(@RECORDING@)";
+
+/// The recording by its description: columns of words, of each byte plane by plane, folded second
+/// differences but for the hash.
+void check_columns(const std::vector<RecordedTick>& ticks) {
+  const std::vector<std::byte> bytes = recording_bytes(ticks);
+  const std::size_t n = ticks.size();
+  REQUIRE(bytes.size() == 16 + 8 * 15 * n);
+  for (std::size_t column = 0; column < 15; ++column) {
+    std::uint64_t before = 0, before_that = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      std::uint64_t word = 0;
+      for (std::size_t byte = 0; byte < 8; ++byte)
+        word |= std::to_integer<std::uint64_t>(bytes[16 + (8 * column + byte) * n + k])
+                << (8 * byte);
+      std::uint64_t value = word;
+      if (column != 8)
+        value = ((word & 1) != 0 ? ~(word >> 1) : word >> 1) + 2 * before - before_that;
+      before_that = before;
+      before = value;
+      const RecordedTick& t = ticks[k];
+      const double as_double = std::bit_cast<double>(value);
+      if (column == 0) REQUIRE(value == static_cast<std::uint64_t>(t.stamp_ns));
+      if (column >= 1 && column < 4) REQUIRE(as_double == t.p_wa_m[column - 1]);
+      if (column >= 4 && column < 8) REQUIRE(as_double == t.q_wa_xyzw[column - 4]);
+      if (column == 8) REQUIRE(value == t.state_hash);
+      if (column >= 9) REQUIRE(as_double == t.accepted_w[column - 9]);
+    }
+  }
+}
 
 }  // namespace
 
@@ -53,12 +84,18 @@ TEST_SUITE("host_sim.page_file") {
     CHECK(ticks[0].state_hash != ticks[1].state_hash);
 
     const std::string page = filled_page(kPage, session.view(), ticks);
-    CHECK(page.find('[' + base64(session.view().blob()) + ']') != std::string::npos);
-    // 16 bytes of head and 2 x 72 bytes, in groups of three.
-    CHECK(page.size() - page.find('(') == 2 + (16 + 2 * 72 + 2) / 3 * 4);
-    CHECK(page.find("(UlRWSUVXMQAC") != std::string::npos);  // RTVIEW1, zero, 2 ticks
+    CHECK(page.find('[' + packed_text(session.view().blob()) + ']') != std::string::npos);
+    CHECK(page.ends_with('(' + packed_text(recording_bytes(ticks)) + ')'));
+    CHECK(base64(recording_bytes(ticks)).starts_with("UlRWSUVXMgAC"));  // RTVIEW2, zero, 2 ticks
     CHECK(filled_page(kPage, session.view(), {}).ends_with("()"));
     CHECK(filled_page(kPage, session.view(), {}, "a < b").find("{a &lt; b}") != std::string::npos);
+    // It may connect to nothing; that of a live session to its server alone.
+    CHECK(page.starts_with("<'none'>"));
+    CHECK(page.find("||") != std::string::npos);
+    const std::string live = live_page(kPage, session.view(), {true, "why"});
+    CHECK(live.find(R"(|{"takesHand":true,"whyNotCompared":"why"}|())") != std::string::npos);
+    CHECK(connected_page(live, "localhost:80").starts_with("<'self' ws://localhost:80>"));
+    CHECK_THROWS_AS((void)connected_page(page, "localhost:80"), tools::InputError);
     CHECK_THROWS_AS((void)filled_page("@TITLE@ @SCENE@", session.view(), {}), tools::InputError);
   }
 
@@ -94,9 +131,7 @@ TEST_SUITE("host_sim.page_file") {
       input.accepted_valid = ticks[k].accepted_valid;
       REQUIRE(session.core().step(input).state_hash == ticks[k].state_hash);
     }
-    // 16 bytes of head and 200 x 120 bytes.
-    const std::string page = filled_page(kPage, session.view(), ticks);
-    CHECK(page.size() - page.find('(') == 2 + (16 + 200 * 120 + 2) / 3 * 4);
+    check_columns(ticks);
   }
 
   TEST_CASE("the gallery: eight scenes, each with its files; a number that it has not is refused") {

@@ -5,10 +5,12 @@ import { kDark, kLight } from "./colours";
 import type { Colours } from "./colours";
 import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
+import { DelayMeter } from "./delay";
 import { GraphPane } from "./graph_pane";
-import type { FromWorker, Lamp, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
+import type { LiveFacts } from "./live";
+import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
-import { bytesOf, DamagedPage } from "./recording";
+import { bytesOf, DamagedPage, unzipped } from "./recording";
 import { contactsOf } from "./shapes";
 import type { Side } from "./stage";
 import { vector } from "./stage";
@@ -38,10 +40,25 @@ function part(id: string): string {
   return text;
 }
 
-async function unpacked(bytes: Uint8Array): Promise<ArrayBuffer> {
-  const stream = new Blob([bytes as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).arrayBuffer();
+/** The bytes of an embedded part, unzipped. `name`: what is damaged where they are. */
+async function unpacked(id: string, name: string): Promise<Uint8Array> {
+  try {
+    return await unzipped(bytesOf(part(id)));
+  } catch {
+    throw new DamagedPage(`the ${name} in this file is damaged; make the page again`);
+  }
 }
+
+/** How to follow the session that the page was made for; null: there is none. */
+function liveOrder(): LiveOrder | null {
+  const text = part("haptic-live");
+  if (text === "") return null;
+  const facts = JSON.parse(text) as LiveFacts;
+  return { ...facts, url: `ws://${location.host}/${location.search}` };
+}
+
+/** Ticks that a live page may lag without saying so. */
+const kCatchingUp = 200;
 
 /** From one picture to the next on a machine that is fast enough. */
 const kFrame_ms = 34;
@@ -63,6 +80,8 @@ function sameView(a: Picture, b: Picture): boolean {
     a.marked.numbers[0] === b.marked.numbers[0]
   );
 }
+/** The hand holds the part for so long after its last move. */
+const kHeld_ms = 1000;
 const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
 
 class Page {
@@ -77,6 +96,10 @@ class Page {
   private scene: SceneFacts | null = null;
   private picture: Picture | null = null;
   private lamp: Lamp | null = null;
+  private readonly live = liveOrder();
+  private readonly delay = new DelayMeter();
+  /** when the hand was last moved here */
+  private movedAt = -Infinity;
   /** drawn last */
   private viewed: Picture | null = null;
   private fresh = false;
@@ -111,15 +134,10 @@ class Page {
   }
 
   async load(): Promise<void> {
-    const recording = part("haptic-recording");
-    const scene = bytesOf(part("haptic-scene"));
-    let module: ArrayBuffer;
-    try {
-      module = await unpacked(bytesOf(part("haptic-module")));
-    } catch {
-      throw new DamagedPage("the core in this file is damaged; make the page again");
-    }
-    this.send({ kind: "load", module, scene, recording: recording === "" ? null : bytesOf(recording) });
+    const recording = part("haptic-recording") === "" ? null : await unpacked("haptic-recording", "recording");
+    const scene = await unpacked("haptic-scene", "scene");
+    const module = (await unpacked("haptic-module", "core")).buffer as ArrayBuffer;
+    this.send({ kind: "load", module, scene, recording, live: this.live });
   }
 
   private send(message: ToWorker): void {
@@ -158,13 +176,21 @@ class Page {
       element("arrow-scale").textContent = this.physical.scaleText;
     }
     this.controls = new Controls(this.side, scene.grip, radius, (target) => {
-      this.wanted = { kind: "hand", target };
+      if (!this.takesHand) return;
+      this.movedAt = performance.now();
+      this.wanted = { kind: "hand", target, at: this.movedAt };
     });
+    element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     const time = element<HTMLInputElement>("time");
     time.max = String(Math.max(0, scene.recordedTicks - 1));
     time.disabled = element<HTMLButtonElement>("play").disabled = scene.recordedTicks === 0;
     this.looked = true;
     document.body.dataset.state = "loaded";
+  }
+
+  /** Whether a hand here moves the part. A session of a device is only watched. */
+  private get takesHand(): boolean {
+    return this.live === null || this.live.takesHand;
   }
 
   private setTheme(dark: boolean): void {
@@ -278,7 +304,7 @@ class Page {
       canvas.focus();
       x = event.clientX;
       y = event.clientY;
-      moves = event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
+      moves = this.takesHand && event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
     });
     canvas.addEventListener("pointermove", (event) => {
       if (!canvas.hasPointerCapture(event.pointerId)) return;
@@ -308,6 +334,7 @@ class Page {
     this.last = now;
     if (now >= this.notBefore) this.strips.render(now);
     if (this.wanted) {
+      if (this.wanted.kind === "hand") this.delay.sent(this.wanted.at);
       this.send(this.wanted);
       this.wanted = null;
     }
@@ -318,6 +345,7 @@ class Page {
     if (this.picture && this.scene && (this.fresh || this.looked) && now >= this.notBefore) {
       this.show(this.picture, this.scene);
       this.drawn = now;
+      this.delay.shown(this.picture.handAt, performance.now());
     }
     requestAnimationFrame(() => this.frame());
   }
@@ -325,7 +353,9 @@ class Page {
   private show(picture: Picture, scene: SceneFacts): void {
     if (this.fresh) {
       this.looked ||= !this.viewed || !sameView(picture, this.viewed);
-      this.controls?.follow(picture.device, picture.feltGrip, picture.mode === "hand");
+      // A live session may be moved by others too: a hand here takes the part up where it then is.
+      const byHand = picture.mode === "hand" || (picture.mode === "live" && performance.now() - this.movedAt < kHeld_ms);
+      this.controls?.follow(picture.device, picture.feltGrip, byHand);
       if (this.looked) {
         this.physical?.show(picture);
         this.cspace?.show(picture);
@@ -352,7 +382,18 @@ class Page {
       box.dataset.state = state;
       if (box.textContent !== text) box.textContent = text;
     };
-    if (!lamp) {
+    if (lamp?.live) {
+      const { isOpen, isOver, why } = lamp.live;
+      const end = isOver ? "the session is over: " : "live: ";
+      if (lamp.differs >= 0) set("red", `tick ${lamp.differs} differs from the one that ran`);
+      else if (!isOpen && !isOver) set("grey", "the connection to the session is lost; trying again");
+      else if (why) set("grey", `${end}not compared: ${why}${this.takesHand ? "; green after the next restart" : ""}`);
+      else if (lamp.checked === 0) set("busy", "live: no tick yet");
+      else if (lamp.total - lamp.checked > kCatchingUp) set("busy", `live: ${lamp.checked} of ${lamp.total} ticks compared`);
+      else set("green", `${end}all ${lamp.checked} ticks equal, bit for bit`);
+    } else if (this.live) {
+      set("busy", "connecting");
+    } else if (!lamp) {
       set("none", this.scene && !this.scene.recordedTicks ? "by hand: no recording to compare with" : "starting");
     } else if (lamp.differs >= 0) {
       set("red", `tick ${lamp.differs} differs from the recorded one`);
@@ -388,7 +429,8 @@ class Page {
       ["planes that hold", String(picture.feltPlanes)],
       ["work of the tick", scene.maxWork > 0 ? `${((100 * picture.work) / scene.maxWork).toFixed(1)} % of budget` : String(picture.work)],
       ["tick", String(picture.tick)],
-      ["pace", `${(100 * picture.pace).toFixed(0)} % of real time`],
+      ["pace", this.live ? `${picture.behind} ticks behind` : `${(100 * picture.pace).toFixed(0)} % of real time`],
+      ["input to picture", this.delay.text, "delay"],
       ["stiffness", `${numberText(scene.kT)} N/m`],
       ["in rotation", `${numberText(scene.kR)} N m/rad`],
       ["spring of the hand", `${numberText(scene.hand.k)} N/m`],
@@ -435,10 +477,10 @@ class Page {
     const note = [count === 1 ? "1 C-obstacle" : `${count} C-obstacles`];
     if (this.cspace?.leftOut) note.push(`${this.cspace.leftOut} more are not drawn`);
     set("cspace-note", note.join("; "));
-    const clock = scene.recordedTicks && picture.mode !== "hand" ? `${(Math.max(0, picture.tick - 1) / 1000).toFixed(3)} s` : "by hand";
+    const clock = this.live ? (this.live.takesHand ? "live" : "live, view only") : scene.recordedTicks && picture.mode !== "hand" ? `${(Math.max(0, picture.tick - 1) / 1000).toFixed(3)} s` : "by hand";
     set("clock", clock);
     set("play", picture.mode === "play" ? "Hold" : "Play");
-    if (picture.mode !== "hand") element<HTMLInputElement>("time").value = String(Math.max(0, picture.tick - 1));
+    if (picture.mode !== "hand" && scene.recordedTicks) element<HTMLInputElement>("time").value = String(Math.max(0, picture.tick - 1));
     document.body.dataset.mode = picture.mode;
   }
 }

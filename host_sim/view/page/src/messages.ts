@@ -2,6 +2,8 @@
 // What the page and the worker that runs the core say to each other. The newest picture replaces the one before: there is
 // no queue.
 
+import type { LiveFacts } from "./live";
+
 export type Vec = [number, number, number];
 /** x, y, z, w */
 export type Quat = [number, number, number, number];
@@ -36,7 +38,7 @@ export interface SceneFacts {
   recordedTicks: number;
 }
 
-export type Mode = "hand" | "play" | "pause";
+export type Mode = "hand" | "play" | "pause" | "live";
 
 /** What is drawn: the newest tick. */
 export interface Picture {
@@ -67,6 +69,10 @@ export interface Picture {
   marked: Answer;
   /** share of real time that the core keeps up with */
   pace: number;
+  /** when the page had the hand's move that this tick followed, by its own clock [ms]; 0: there was none */
+  handAt: number;
+  /** of a live session: ticks that are there and not yet computed */
+  behind: number;
   /** kChannels numbers for each tick since the picture before */
   samples: Float32Array;
   /** the samples before are of another time: after a jump */
@@ -89,11 +95,18 @@ export interface Lamp {
   total: number;
   /** first tick whose state hash is not the recorded one; -1: none */
   differs: number;
+  /** of a live session */
+  live?: { isOpen: boolean; isOver: boolean; why: string };
+}
+
+/** How to follow a session that runs. */
+export interface LiveOrder extends LiveFacts {
+  url: string;
 }
 
 export type ToWorker =
-  | { kind: "load"; module: ArrayBuffer; scene: Uint8Array; recording: Uint8Array | null }
-  | { kind: "hand"; target: Pose }
+  | { kind: "load"; module: ArrayBuffer; scene: Uint8Array; recording: Uint8Array | null; live: LiveOrder | null }
+  | { kind: "hand"; target: Pose; at: number }
   | { kind: "mode"; mode: Mode }
   | { kind: "seek"; tick: number }
   | { kind: "select"; selected: { pair: number; node: number } | null }

@@ -3,11 +3,13 @@
 // (host_sim/view/page_file.hpp).
 import type { Quat, Vec } from "./messages";
 
-const kMagic = "RTVIEW1\0";
+const kMagic = "RTVIEW2\0";
 const kHeaderBytes = 16;
-const kTickBytes = 72;
+/** Columns of a tick: stamp, position, orientation, hash. */
+const kColumns = 9;
+const kHashColumn = 8;
 /** of the wrench that acted on the device, in recordings that have it */
-const kAcceptedBytes = 48;
+const kAcceptedColumns = 6;
 
 /** A part of the page that cannot be read, in words for people. */
 export class DamagedPage extends Error {}
@@ -24,42 +26,73 @@ export function bytesOf(base64: string): Uint8Array {
   return bytes;
 }
 
+/** What was zipped, unzipped; other bytes as they are. */
+export async function unzipped(bytes: Uint8Array): Promise<Uint8Array> {
+  if (bytes[0] !== 0x1f || bytes[1] !== 0x8b) return bytes;
+  const stream = new Blob([bytes as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
 export class Recording {
-  private readonly view: DataView;
   readonly ticks: number;
   /** each tick has the wrench that acted on the device before it */
   readonly hasAccepted: boolean;
-  private readonly tickBytes: number;
+  /** by columns */
+  private readonly words: BigUint64Array;
+  private readonly doubles: Float64Array;
 
   constructor(bytes: Uint8Array) {
     const magic = String.fromCharCode(...bytes.slice(0, 8));
-    this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     if (bytes.length < kHeaderBytes || magic !== kMagic)
       throw new DamagedPage("the recording in this page is damaged; make the page again");
-    this.ticks = this.view.getUint32(8, true);
-    this.hasAccepted = this.view.getUint32(12, true) === 1;
-    this.tickBytes = kTickBytes + (this.hasAccepted ? kAcceptedBytes : 0);
-    if (this.ticks === 0 || bytes.length !== kHeaderBytes + this.ticks * this.tickBytes)
+    const head = new DataView(bytes.buffer, bytes.byteOffset, kHeaderBytes);
+    this.ticks = head.getUint32(8, true);
+    this.hasAccepted = head.getUint32(12, true) === 1;
+    const columns = kColumns + (this.hasAccepted ? kAcceptedColumns : 0);
+    if (this.ticks === 0 || bytes.length !== kHeaderBytes + 8 * columns * this.ticks)
       throw new DamagedPage("the recording in this page is not whole; make the page again");
+    this.words = new BigUint64Array(columns * this.ticks);
+    this.doubles = new Float64Array(this.words.buffer);
+    // The bytes of a word lie apart.
+    const scattered = new Uint8Array(this.words.buffer);
+    for (let column = 0; column < columns; ++column) {
+      for (let byte = 0; byte < 8; ++byte) {
+        const from = kHeaderBytes + (8 * column + byte) * this.ticks;
+        for (let k = 0; k < this.ticks; ++k) scattered[8 * (column * this.ticks + k) + byte] = bytes[from + k];
+      }
+      if (column !== kHashColumn) this.add(column);
+    }
   }
 
-  private double(tick: number, index: number): number {
-    return this.view.getFloat64(kHeaderBytes + tick * this.tickBytes + 8 * index, true);
+  /** Makes the values of a column of their differences to what goes on straight. */
+  private add(column: number): void {
+    let before = 0n, beforeThat = 0n;
+    for (let at = column * this.ticks; at < (column + 1) * this.ticks; ++at) {
+      const word = this.words[at];
+      const difference = (word & 1n) === 1n ? ~(word >> 1n) : word >> 1n;
+      this.words[at] = difference + 2n * before - beforeThat;
+      beforeThat = before;
+      before = this.words[at];
+    }
+  }
+
+  private list(tick: number, column: number, count: number): number[] {
+    return Array.from({ length: count }, (_, k) => this.doubles[(column + k) * this.ticks + tick]);
   }
   /** Force and torque, six numbers. */
   accepted(tick: number): number[] {
-    return Array.from({ length: 6 }, (_, k) => this.double(tick, kTickBytes / 8 + k));
+    return this.list(tick, kColumns, kAcceptedColumns);
   }
   stampNs(tick: number): bigint {
-    return this.view.getBigInt64(kHeaderBytes + tick * this.tickBytes, true);
+    return BigInt.asIntN(64, this.words[tick]);
   }
   place(tick: number): Vec {
-    return [this.double(tick, 1), this.double(tick, 2), this.double(tick, 3)];
+    return this.list(tick, 1, 3) as Vec;
   }
   orientation(tick: number): Quat {
-    return [4, 5, 6, 7].map((k) => this.double(tick, k)) as Quat;
+    return this.list(tick, 4, 4) as Quat;
   }
   hash(tick: number): bigint {
-    return this.view.getBigUint64(kHeaderBytes + tick * this.tickBytes + 64, true);
+    return this.words[kHashColumn * this.ticks + tick];
   }
 }

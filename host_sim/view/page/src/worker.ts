@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the core, a tick a millisecond, apart from the drawing: by hand, or over the recorded session, whose ticks are
-// all computed once first and their state hashes compared.
+// Runs the core, a tick a millisecond, apart from the drawing: by hand; or over the recorded session, whose ticks are
+// all computed once first and their state hashes compared; or along a live session, tick by tick as they come.
 import { Core, SceneRefused } from "./core.mjs";
 import { Hand } from "./hand";
-import type { FromWorker, Mode, Pose, SceneFacts, ToWorker, Vec } from "./messages";
+import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
+import type { Chunk, LiveState } from "./live";
+import type { FromWorker, LiveOrder, Mode, Pose, SceneFacts, ToWorker, Vec } from "./messages";
 import { DamagedPage, Recording } from "./recording";
 
 const kPicture_ms = 15;
@@ -36,10 +38,16 @@ class Runner {
   private pictured = 0;
   private dirty = true;
   private selected: { pair: number; node: number } | null = null;
+  private handAt = 0;
+  private link: LiveLink | null = null;
+  private account = new Account("");
+  private said: LiveState | null = null;
+  private behind = 0;
 
   constructor(
     private readonly core: Core,
     private readonly recording: Recording | null,
+    private readonly live: LiveOrder | null,
   ) {
     const scene = core.read("scene") as Record<string, any>;
     const period = 1 / (scene.rate_hz || 1000);
@@ -70,6 +78,10 @@ class Runner {
     post({ kind: "loaded", scene: this.facts });
     if (recording) {
       this.check();
+    } else if (live) {
+      this.restart();
+      this.follow(live);
+      this.loop();
     } else {
       this.restart();
       this.setMode("hand");
@@ -117,6 +129,46 @@ class Runner {
 
   private lamp(): void {
     post({ kind: "lamp", checked: this.checked, total: this.recording!.ticks, differs: this.differs });
+  }
+
+  /** Computes each tick of a session elsewhere as it comes. */
+  private follow(live: LiveOrder): void {
+    this.mode = "live";
+    this.account = new Account(live.whyNotCompared);
+    const lamp = () => {
+      const { checked, differs, why } = this.account;
+      const state = { isOpen: this.link?.isOpen ?? false, isOver: this.said?.isOver ?? false, why };
+      post({ kind: "lamp", checked, total: checked + this.behind, differs, live: state });
+    };
+    const take = (chunk: Chunk) => {
+      const skips = this.account.skips(chunk);
+      this.takeLive(chunk, skips);
+      lamp();
+      return skips ? chunk.written - 1 : this.account.ask(chunk.written);
+    };
+    this.link = new LiveLink(live.url, () => this.account.expected, take, lamp);
+  }
+
+  private takeLive(chunk: Chunk, skips: boolean): void {
+    this.said = chunk.state;
+    this.handAt = this.said.handStamp;
+    this.dirty = true;
+    if (skips) return;
+    for (let k = 0; k < chunk.ticks; ++k) {
+      const next = this.account.tick(chunk.first + k, chunk.resets(k));
+      if (next !== Next.step) {
+        this.core.reset();
+        this.samples = [];
+        this.cut = true;
+        // A part that is pressed onto another must have been outside before.
+        if (next === Next.lost && this.said.knowsFelt) this.step(this.said.felt, 0n, false);
+      }
+      this.tick = Number(chunk.sequence(k));
+      this.step(chunk.pose(k), chunk.stampNs(k), k === chunk.ticks - 1, chunk.accepted(k));
+      this.account.compare(this.core.one("state_hash") === chunk.hash(k));
+      this.sample(this.samples);
+    }
+    this.behind = Math.max(0, chunk.written - this.account.expected);
   }
 
   /** Computes the whole session, in portions, and keeps states to jump to. */
@@ -173,6 +225,10 @@ class Runner {
   }
 
   restart(): void {
+    if (this.link) {
+      if (this.live!.takesHand) this.link.send(restartMessage());
+      return;
+    }
     if (this.recording && this.mode !== "hand") return this.seek(0);
     this.core.reset();
     this.tick = 0;
@@ -189,12 +245,18 @@ class Runner {
     this.dirty = true;
   }
 
-  want(target: Pose): void {
+  want(target: Pose, at: number): void {
+    if (this.link) {
+      if (this.live!.takesHand) this.link.send(handMessage(target, at));
+      return;
+    }
+    this.handAt = at;
     if (this.mode !== "hand") this.setMode("hand");
     this.hand.want(target);
   }
 
   setMode(mode: Mode): void {
+    if (this.live) return;
     if (mode === "play" && !this.recording) mode = "hand";
     if (mode === "hand" && this.mode !== "hand") {
       this.hand.place(this.device);
@@ -209,7 +271,7 @@ class Runner {
   }
 
   private runs(): boolean {
-    return this.mode !== "pause";
+    return this.mode === "hand" || this.mode === "play";
   }
 
   private loop(): void {
@@ -251,6 +313,11 @@ class Runner {
 
   private picture(): void {
     const result = this.core.read("result") as Record<string, any>;
+    // What is not computed from all that the session's core was given is shown in that core's own words.
+    if (this.said && this.account.why) {
+      const { force, torque, situation, flags, status, work } = this.said;
+      Object.assign(result, { force_w_n: force, torque_w_nm: torque, situation, flags, status, work_units: work });
+    }
     const samples = new Float32Array(this.samples);
     this.samples = [];
     post({
@@ -279,6 +346,8 @@ class Runner {
         ? this.core.describe("marked", this.selected.pair, this.selected.node)
         : { numbers: new Float64Array(), counts: new Uint32Array() },
       pace: this.pace,
+      handAt: this.handAt,
+      behind: this.behind,
       samples,
       cut: this.cut,
     });
@@ -292,7 +361,7 @@ async function load(message: ToWorker & { kind: "load" }): Promise<void> {
   try {
     const core = await Core.load(message.module);
     core.open(message.scene);
-    runner = new Runner(core, message.recording ? new Recording(message.recording) : null);
+    runner = new Runner(core, message.recording ? new Recording(message.recording) : null, message.live);
   } catch (error) {
     if (error instanceof SceneRefused) {
       post({ kind: "refused", text: `The core refuses the scene in this page: ${error.message}.` });
@@ -308,7 +377,7 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
   if (message.kind === "load") void load(message);
   if (!runner?.takesOrders) return;
-  if (message.kind === "hand") runner.want(message.target);
+  if (message.kind === "hand") runner.want(message.target, message.at);
   if (message.kind === "mode") runner.setMode(message.mode);
   if (message.kind === "seek") runner.seek(message.tick);
   if (message.kind === "select") runner.select(message.selected);

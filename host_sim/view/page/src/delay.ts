@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a move of the hand to the picture that shows the tick which followed it, by the page's own clock.
+
+const kKept = 512;
+
+export class DelayMeter {
+  private readonly waiting: number[] = [];
+  private readonly delays: number[] = [];
+
+  /** A move of this time was sent. */
+  sent(at: number): void {
+    this.waiting.push(at);
+    if (this.waiting.length > kKept) this.waiting.shift();
+  }
+
+  /** A picture of the tick that followed the move of time `at` is drawn; moves of others, and one that was shown, do not count. */
+  shown(at: number, now: number): void {
+    const place = this.waiting.indexOf(at);
+    if (place < 0) return;
+    this.waiting.splice(0, place + 1);
+    this.delays.push(now - at);
+    if (this.delays.length > kKept) this.delays.shift();
+  }
+
+  get count(): number {
+    return this.delays.length;
+  }
+  /** [ms]; not a number where nothing was measured. */
+  quantile(share: number): number {
+    const sorted = [...this.delays].sort((a, b) => a - b);
+    return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] ?? NaN;
+  }
+  get text(): string {
+    return this.count === 0 ? "-" : `${this.quantile(0.5).toFixed(0)} ms, p99 ${this.quantile(0.99).toFixed(0)} ms`;
+  }
+}

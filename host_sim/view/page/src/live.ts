@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session that runs while the page is open: the messages of the live server (host_sim/view/server/live_protocol.hpp,
+// live_board.hpp), and what of the ticks can be computed again and compared.
+import type { Pose, Quat, Vec } from "./messages";
+
+export const kLiveProtocol = "haptic.live.v1";
+
+const kMagic = 0x31564c48;
+const kHeadBytes = 24;
+const kStateBytes = 248;
+const kTickBytes = 136;
+const kMarkReset = 1n, kMarkAccepted = 2n;
+/** A page that was up to date and is so far behind gives up the ticks between. */
+const kMostBehind = 2000;
+const kUpToDate = 100;
+
+/** How the page follows a session, as host_sim wrote it into the page (host_sim/view/page_file.hpp). */
+export interface LiveFacts {
+  takesHand: boolean;
+  whyNotCompared: string;
+}
+
+/** The newest tick in the words of the core that ran it. */
+export interface LiveState {
+  felt: Pose;
+  knowsFelt: boolean;
+  force: Vec;
+  torque: Vec;
+  situation: number;
+  flags: number;
+  status: number;
+  work: number;
+  handStamp: number;
+  isOver: boolean;
+}
+
+export class Chunk {
+  readonly ticks: number;
+  readonly first: number;
+  /** ticks of the session so far */
+  readonly written: number;
+  private readonly view: DataView;
+
+  constructor(bytes: ArrayBuffer) {
+    this.view = new DataView(bytes);
+    const whole = bytes.byteLength >= kHeadBytes + kStateBytes && this.view.getUint32(0, true) === kMagic;
+    this.ticks = whole ? this.view.getUint32(4, true) : -1;
+    if (bytes.byteLength !== kHeadBytes + kStateBytes + this.ticks * kTickBytes)
+      throw new Error("the server sent what this page cannot read; load the page again");
+    this.first = Number(this.view.getBigUint64(8, true));
+    this.written = Number(this.view.getBigUint64(16, true));
+  }
+
+  private doubles(at: number, count: number): number[] {
+    return Array.from({ length: count }, (_, k) => this.view.getFloat64(at + 8 * k, true));
+  }
+  get state(): LiveState {
+    const at = kHeadBytes;
+    const word = (k: number) => this.view.getUint32(at + 224 + 4 * k, true);
+    return {
+      felt: { p: this.doubles(at + 72, 3) as Vec, q: this.doubles(at + 96, 4) as Quat },
+      force: this.doubles(at + 128, 3) as Vec,
+      torque: this.doubles(at + 152, 3) as Vec,
+      handStamp: this.view.getFloat64(at + 216, true),
+      situation: word(0),
+      flags: word(1),
+      status: word(2),
+      work: word(3),
+      isOver: word(4) !== 0,
+      knowsFelt: word(5) !== 0,
+    };
+  }
+
+  private at(k: number): number {
+    return kHeadBytes + kStateBytes + k * kTickBytes;
+  }
+  stampNs(k: number): bigint {
+    return this.view.getBigInt64(this.at(k), true);
+  }
+  pose(k: number): Pose {
+    return { p: this.doubles(this.at(k) + 8, 3) as Vec, q: this.doubles(this.at(k) + 32, 4) as Quat };
+  }
+  /** Force and torque that acted before the tick; undefined: not known. */
+  accepted(k: number): number[] | undefined {
+    return (this.marks(k) & kMarkAccepted) !== 0n ? this.doubles(this.at(k) + 64, 6) : undefined;
+  }
+  hash(k: number): bigint {
+    return this.view.getBigUint64(this.at(k) + 112, true);
+  }
+  sequence(k: number): bigint {
+    return this.view.getBigUint64(this.at(k) + 120, true);
+  }
+  private marks(k: number): bigint {
+    return this.view.getBigUint64(this.at(k) + 128, true);
+  }
+  /** The core forgot before this tick all that was. */
+  resets(k: number): boolean {
+    return (this.marks(k) & kMarkReset) !== 0n;
+  }
+}
+
+function message(kind: number, bytes: number): DataView {
+  const view = new DataView(new ArrayBuffer(bytes));
+  view.setUint32(0, kind, true);
+  return view;
+}
+/** Asks for the ticks from `first` on. */
+export function askMessage(first: number): ArrayBuffer {
+  const view = message(1, 16);
+  view.setBigUint64(8, BigInt(first), true);
+  return view.buffer as ArrayBuffer;
+}
+/** `stamp`: of the page's clock; it comes back with the tick that followed. */
+export function handMessage(pose: Pose, stamp: number): ArrayBuffer {
+  const view = message(2, 72);
+  [...pose.p, ...pose.q, stamp].forEach((value, k) => view.setFloat64(8 + 8 * k, value, true));
+  return view.buffer as ArrayBuffer;
+}
+export function restartMessage(): ArrayBuffer {
+  return message(3, 8).buffer as ArrayBuffer;
+}
+
+/** What is to be done with a tick. */
+export enum Next {
+  /** it goes on from the tick before */
+  step,
+  /** the core forgets, then takes it */
+  reset,
+  /** it does not go on from the tick before: the core begins anew where the part is felt now */
+  lost,
+}
+
+/** Keeps account of which ticks came, and whether what the core knows is all that the session's core knew. */
+export class Account {
+  /** number of the tick that is to come */
+  expected = 0;
+  /** since the last reset */
+  checked = 0;
+  differs = -1;
+  /** why nothing is compared; empty: all is */
+  why = "";
+  private begun = false;
+  private upToDate = false;
+
+  constructor(private readonly whyNotCompared: string) {}
+
+  tick(number: number, resets: boolean): Next {
+    const goesOn = number === this.expected && (this.begun || resets);
+    if (resets) {
+      this.why = this.whyNotCompared;
+      this.checked = 0;
+      this.differs = -1;
+    } else if (!goesOn) {
+      this.lose(number);
+    }
+    this.begun = true;
+    this.expected = number + 1;
+    return resets ? Next.reset : goesOn ? Next.step : Next.lost;
+  }
+
+  private lose(number: number): void {
+    this.why = this.whyNotCompared || (this.begun
+      ? `ticks ${this.expected} to ${number - 1} did not get here in time`
+      : `attached at tick ${number}: what the core had met before is not known here`);
+  }
+
+  compare(equal: boolean): void {
+    if (this.why) return;
+    if (!equal && this.differs < 0) this.differs = this.expected - 1;
+    this.checked += 1;
+  }
+
+  /** The tick to ask for next, when `written` are there. A page that cannot keep up goes to the newest one. */
+  ask(written: number): number {
+    const behind = written - this.expected;
+    if (behind < kUpToDate) this.upToDate = true;
+    return this.upToDate && behind > kMostBehind ? written - 1 : this.expected;
+  }
+  /** Whether the ticks of a message are worth nothing: they do not go on from those before, and none is a new begin. */
+  skips(chunk: Chunk): boolean {
+    if (chunk.ticks === 0 || (this.begun && chunk.first === this.expected)) return false;
+    for (let k = 0; k < chunk.ticks; ++k) if (chunk.resets(k)) return false;
+    return chunk.written - chunk.first > kMostBehind / 4;
+  }
+}
+
+/** The connection; it is made again where it is lost. */
+export class LiveLink {
+  private socket: WebSocket | null = null;
+  isOpen = false;
+
+  constructor(
+    private readonly url: string,
+    private readonly first: () => number,
+    private readonly take: (chunk: Chunk) => number,
+    private readonly tell: (isOpen: boolean) => void,
+  ) {
+    this.connect();
+  }
+
+  private connect(): void {
+    const socket = new WebSocket(this.url, kLiveProtocol);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => {
+      this.isOpen = true;
+      this.tell(true);
+      socket.send(askMessage(this.first()));
+    };
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => socket.send(askMessage(this.take(new Chunk(event.data))));
+    socket.onclose = () => {
+      this.isOpen = false;
+      this.tell(false);
+      setTimeout(() => this.connect(), kAgain_ms);
+    };
+  }
+
+  send(message: ArrayBuffer): void {
+    if (this.isOpen) this.socket!.send(message);
+  }
+}
+const kAgain_ms = 1000;

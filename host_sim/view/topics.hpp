@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What other viewers (Foxglove, Lichtblick, PlotJuggler) are told of a session: topics, their JSON
+/// schemas, and the messages. The MCAP file and the live server have them from here.
+///
+/// | topic      | schema                  | |
+/// |---|---|---|
+/// | /scene     | foxglove.SceneUpdate    | once: fixed parts in frame "w", the moving one in
+/// "part" | | /tf        | foxglove.FrameTransform | "part" in "w", where the part is felt | |
+/// /pose      | foxglove.PoseInFrame    | where the device has the part | | /felt_pose |
+/// foxglove.PoseInFrame    | | | /wrench    | haptic.Wrench           | on the hand, about the grip
+/// point, W axes | | /contact   | haptic.Contact          | situation, flags, distance of device
+/// and part, D_near | | /counters  | haptic.Counters         | work of the tick, state hash | |
+/// /log       | foxglove.Log            | each flag that appears, each new situation |
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host_sim/device/loop_run.hpp"
+
+namespace haptic::sim {
+
+enum class Topic : std::uint8_t {
+  kScene = 0,
+  kFrames,
+  kPose,
+  kFeltPose,
+  kWrench,
+  kContact,
+  kCounters,
+  kLog
+};
+inline constexpr std::size_t kTopics = 8;
+/// Those with one message a tick.
+inline constexpr Topic kTickTopics[] = {Topic::kFrames, Topic::kPose,    Topic::kFeltPose,
+                                        Topic::kWrench, Topic::kContact, Topic::kCounters};
+
+struct TopicFacts {
+  const char* name;
+  const char* schema_name;
+  std::string schema;  ///< JSON schema
+};
+
+/// By Topic.
+[[nodiscard]] const std::array<TopicFacts, kTopics>& topics();
+
+/// Time of a tick's messages, from the session's begin on.
+[[nodiscard]] std::uint64_t topic_time_ns(const LoopRecord& record);
+
+/// The message of Topic::kScene.
+[[nodiscard]] std::string scene_message(const SceneView& scene);
+
+/// The message of one of kTickTopics; numbers have 17 digits.
+[[nodiscard]] std::string tick_message(Topic topic, const LoopRecord& record);
+
+/// Topic::kLog of a session: what is new since the record before.
+class LogTopic {
+ public:
+  [[nodiscard]] std::vector<std::string> messages(const LoopRecord& record);
+
+ private:
+  std::uint32_t flags_ = 0;
+  ContactSituation situation_ = ContactSituation::kNone;
+};
+
+}  // namespace haptic::sim

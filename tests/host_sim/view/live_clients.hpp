@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A live server in this process, and what connects to it: requests, WebSockets, bare bytes.
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host_sim/view/server/live_server.hpp"
+#include "tests/host_sim/sample_scenes.hpp"
+#include "tools/common/scene_bytes.hpp"
+
+namespace haptic::sim::test {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = boost::asio::ip::tcp;
+
+/// Serves a board that the test fills.
+class ServedBoard {
+ public:
+  explicit ServedBoard(bool takes_hand, std::vector<std::string> origins = {})
+      : board(std::make_unique<LiveBoard>()),
+        hand(takes_hand ? std::make_unique<HandBoard>() : nullptr),
+        writer(*board),
+        bytes_(scene_of(tetrahedron(), box(0.1, 0.06, 0.05))) {
+    if (SceneView::open(bytes_.span(), scene) != RtStatus::kOk) std::abort();
+    ListeningSocket socket("127.0.0.1", 0);
+    port = socket.port();
+    LiveOffer offer;
+    offer.scene = &scene;
+    offer.board = board.get();
+    offer.hand = hand.get();
+    offer.page = "<meta connect-src @CONNECT@>";
+    server = std::make_unique<LiveServer>(
+        socket, AccessRules{token, "127.0.0.1", port, std::move(origins)}, std::move(offer));
+    thread_ = std::thread([this] { server->run(); });
+  }
+  ~ServedBoard() {
+    server->stop();
+    thread_.join();
+  }
+
+  /// Ticks whose numbers are their hashes.
+  void publish(std::uint64_t count) {
+    for (std::uint64_t k = 0; k < count; ++k) {
+      LiveTick tick;
+      tick.state_hash = tick.sequence = published;
+      tick.marks = published == 0 ? std::uint64_t{kMarkReset} : 0;
+      LiveState state;
+      state.t_s = 1e-3 * static_cast<double>(published);
+      state.force_n[2] = static_cast<double>(published);
+      state.situation = published % 1000 < 500 ? 0 : 5;
+      writer.publish(tick, state);
+      ++published;
+    }
+  }
+
+  [[nodiscard]] std::string host() const { return "127.0.0.1:" + std::to_string(port); }
+  [[nodiscard]] std::string target() const { return "/?token=" + token; }
+
+  const std::string token = new_token();
+  std::unique_ptr<LiveBoard> board;
+  std::unique_ptr<HandBoard> hand;
+  LiveWriter writer;
+  SceneView scene;
+  std::uint64_t published = 0;
+  std::uint16_t port = 0;
+  std::unique_ptr<LiveServer> server;
+
+ private:
+  tools::SceneBytes bytes_;
+  std::thread thread_;
+};
+
+inline tcp::socket connection(boost::asio::io_context& context, std::uint16_t port) {
+  tcp::socket socket(context);
+  socket.connect({boost::asio::ip::address_v4::loopback(), port});
+  return socket;
+}
+
+struct Answer {
+  unsigned status = 0;  ///< 0: the connection was closed without one
+  std::string body, policy;
+};
+struct Asked {
+  std::string target, host, origin;
+  http::verb verb = http::verb::get;
+  bool upgrades = false;  ///< to a WebSocket of subprotocol `protocol`
+  std::string protocol = {};
+};
+inline Answer ask(std::uint16_t port, const Asked& asked) {
+  boost::asio::io_context context;
+  tcp::socket socket = connection(context, port);
+  http::request<http::string_body> request(asked.verb, asked.target, 11);
+  request.set(http::field::host, asked.host);
+  if (!asked.origin.empty()) request.set(http::field::origin, asked.origin);
+  if (asked.upgrades) {
+    request.set(http::field::connection, "Upgrade");
+    request.set(http::field::upgrade, "websocket");
+    request.set(http::field::sec_websocket_version, "13");
+    request.set(http::field::sec_websocket_key, "dGhlIHNhbXBsZSBub25jZQ==");
+    if (!asked.protocol.empty()) request.set(http::field::sec_websocket_protocol, asked.protocol);
+  }
+  beast::error_code error;
+  http::write(socket, request, error);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> response;
+  http::read(socket, buffer, response, error);
+  if (error) return {};
+  return {response.result_int(), response.body(),
+          std::string(response[http::field::x_frame_options])};
+}
+
+/// A WebSocket client that waits for what it reads.
+class TestClient {
+ public:
+  /// `status`: 101 where it is connected.
+  TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin = {})
+      : TestClient(served, protocol, origin, served.target(), served.host()) {}
+  TestClient(const ServedBoard& served, const std::string& protocol, const std::string& origin,
+             const std::string& target, const std::string& host)
+      : socket(connection(context, served.port)) {
+    socket.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
+      if (!protocol.empty()) request.set(http::field::sec_websocket_protocol, protocol);
+      if (!origin.empty()) request.set(http::field::origin, origin);
+    }));
+    beast::error_code error;
+    websocket::response_type response;
+    socket.handshake(response, host, target, error);
+    // Where it is declined this client says no more than that.
+    status =
+        error ? sim::test::ask(served.port, {target, host, origin, http::verb::get, true, protocol})
+                    .status
+              : response.result_int();
+    chosen = std::string(response[http::field::sec_websocket_protocol]);
+  }
+
+  void send(std::string_view bytes, bool is_text = false) {
+    socket.text(is_text);
+    beast::error_code error;
+    socket.write(boost::asio::buffer(bytes.data(), bytes.size()), error);
+  }
+  /// Empty: the server has closed; `closed` says how.
+  std::string read() {
+    beast::flat_buffer buffer;
+    beast::error_code error;
+    socket.read(buffer, error);
+    if (error) {
+      closed = socket.reason().code;
+      return {};
+    }
+    return beast::buffers_to_string(buffer.data());
+  }
+
+  void ask(std::uint64_t first) {
+    std::string message(16, '\0');
+    message[0] = 1;
+    std::memcpy(&message[8], &first, 8);
+    send(message);
+  }
+  /// x, y, z, q x, y, z, w, stamp.
+  void move(const std::vector<double>& values) {
+    std::string message(8, '\0');
+    message[0] = 2;
+    message.append(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+    send(message);
+  }
+
+  boost::asio::io_context context;
+  websocket::stream<tcp::socket> socket;
+  unsigned status = 0;
+  std::string chosen;
+  std::uint16_t closed = 0;
+};
+
+/// What a page is sent.
+struct TestChunk {
+  ChunkHead head;
+  LiveState state;
+  std::vector<LiveTick> ticks;
+};
+inline TestChunk chunk_of(const std::string& message) {
+  TestChunk chunk;
+  if (message.size() < sizeof chunk.head + sizeof chunk.state) return chunk;
+  std::memcpy(&chunk.head, message.data(), sizeof chunk.head);
+  std::memcpy(&chunk.state, message.data() + sizeof chunk.head, sizeof chunk.state);
+  chunk.ticks.resize(chunk.head.ticks);
+  const std::size_t at = sizeof chunk.head + sizeof chunk.state;
+  if (message.size() != at + chunk.ticks.size() * sizeof(LiveTick)) return {};
+  std::memcpy(chunk.ticks.data(), message.data() + at, message.size() - at);
+  return chunk;
+}
+
+}  // namespace haptic::sim::test
