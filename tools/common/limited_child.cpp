@@ -26,7 +26,7 @@ constexpr rlim_t kGrace_s = 5;
 /// Time in all over processor time: a child that waits ends too.
 constexpr unsigned kWaiting = 10;
 
-bool write_all(int to, const std::string& text) {
+bool send_all(int to, const std::string& text) {
   for (std::size_t done = 0; done < text.size();) {
     const ::ssize_t n = ::write(to, text.data() + done, text.size() - done);
     if (n < 0 && errno != EINTR) return false;
@@ -36,7 +36,7 @@ bool write_all(int to, const std::string& text) {
 }
 
 /// Up to the end, or to more than `most` bytes.
-std::string read_all(int from, std::size_t most) {
+std::string receive_all(int from, std::size_t most) {
   std::string text;
   std::vector<char> buffer(std::size_t{1} << 16);
   while (text.size() <= most) {
@@ -84,7 +84,7 @@ std::string answer_of(const std::function<std::string()>& work) {
 
 [[noreturn]] void run_child(int to, const ChildLimits& limits,
                             const std::function<std::string()>& work) {
-  const bool told = set_limits(limits) && write_all(to, answer_of(work));
+  const bool told = set_limits(limits) && send_all(to, answer_of(work));
   ::_exit(told ? 0 : 1);
 }
 
@@ -132,7 +132,7 @@ ChildResult run_in_child(const std::string& name, const ChildLimits& limits,
   }
   ::close(ends[1]);
   ChildResult result;
-  result.text = read_all(ends[0], limits.answer_bytes);
+  result.text = receive_all(ends[0], limits.answer_bytes);
   const bool too_long = result.text.size() > limits.answer_bytes;
   if (too_long) ::kill(child, SIGKILL);
   ::close(ends[0]);

@@ -183,6 +183,13 @@ TEST_SUITE("tools.part_kinds") {
     const auto json = nlohmann::json::parse(report_as_json(compiled));
     CHECK(json["parts"][0]["simplified"]["facets_after"] == part.surface->facets);
     CHECK(json["parts"][0]["simplified"]["hausdorff_m"] == part.collapsed->hausdorff_m());
+    // Who loads the scene is told too.
+    const SceneBytes bytes{compiled.bytes};
+    SceneView view;
+    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    REQUIRE(view.simplified_bodies().size() == 1);
+    CHECK(view.simplified_bodies()[0].body == 0);
+    CHECK(view.simplified_bodies()[0].distance_m == part.collapsed->hausdorff_m());
   }
 
   TEST_CASE("tolerance_m above half of the clearance of two shapes is refused with the numbers") {

@@ -17,9 +17,9 @@ constexpr char kMesh = 'm', kRefusal = 'r';
 /// Of the largest mesh of triangles that a reader gives.
 constexpr std::size_t kMostMessageBytes =
     1024 + kMaxMeshVertices * sizeof(Point3) + kMaxMeshFaces * 5 * sizeof(std::uint32_t);
-constexpr ChildLimits kLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
-constexpr const char* kExport = "export the part again, or as STL";
-constexpr const char* kSimplify = "simplify the part, or export it as STL";
+constexpr ChildLimits kChildLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
+constexpr const char* kExportAgain = "export the part again, or as STL";
+constexpr const char* kMakeSmaller = "simplify the part, or export it as STL";
 
 void append_bytes(std::string& to, const void* from, std::size_t size) {
   to.append(static_cast<const char*>(from), size);
@@ -52,7 +52,7 @@ class Message {
   }
   [[nodiscard]] bool at_end() const { return at_ == text_.size(); }
   [[noreturn]] void refuse() const {
-    refuse_file(file_, "the importer gave no mesh", kExport);
+    refuse_file(file_, "the importer gave no mesh", kExportAgain);
   }
 
  private:
@@ -66,25 +66,25 @@ class Message {
   switch (child.end) {
     case ChildEnd::kOutOfTime:
       refuse_file(file,
-                  "the importer needs more than " + std::to_string(kLimits.seconds) +
+                  "the importer needs more than " + std::to_string(kChildLimits.seconds) +
                       " s of processor time",
-                  kSimplify);
+                  kMakeSmaller);
     case ChildEnd::kOutOfMemory:
       refuse_file(file,
-                  "the importer needs more than " + std::to_string(kLimits.memory_bytes >> 30) +
+                  "the importer needs more than " + std::to_string(kChildLimits.memory_bytes >> 30) +
                       " GiB of memory",
-                  kSimplify);
+                  kMakeSmaller);
     case ChildEnd::kTooLong:
       refuse_file(file, "its mesh is larger than " + std::to_string(kMaxMeshFaces) + " triangles",
-                  kSimplify);
+                  kMakeSmaller);
     case ChildEnd::kSignal:
       refuse_file(file,
                   std::string("the importer crashed on it (") + ::strsignal(child.number) + ")",
-                  kExport);
+                  kExportAgain);
     case ChildEnd::kThrew:
-      refuse_file(file, "the importer failed on it (" + shown_word(child.text) + ")", kExport);
+      refuse_file(file, "the importer failed on it (" + shown_word(child.text) + ")", kExportAgain);
     default:
-      refuse_file(file, "the importer failed on it", kExport);
+      refuse_file(file, "the importer failed on it", kExportAgain);
   }
 }
 
@@ -156,7 +156,7 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
 }
 
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work) {
-  const ChildResult child = run_in_child(file, kLimits, [&]() -> std::string {
+  const ChildResult child = run_in_child(file, kChildLimits, [&]() -> std::string {
     try {
       return message_of(work());
     } catch (const InputError& error) {

@@ -282,7 +282,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   if (source.deflection && source.deflection->found_m > source.deflection->asked_m) {
     report.warnings.push_back(
         formatted("facets lie off the round faces by up to %.3g m, more than the deflection of "
-                  "%.3g m that was asked for",
+                  "%.3g m that was asked for; a smaller deflection_m makes finer facets",
                   source.deflection->found_m, source.deflection->asked_m));
   }
   report.scale_to_m = source.unit_m;
@@ -479,13 +479,16 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
 }
 
 /// The part for the scene writer. A facet has no seam.
-WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
+WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartReport& report) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
   written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
   written.exposure.resize(written.placed.body.pieces.size());
+  if (report.collapsed && report.collapsed->changed()) {
+    written.placed.simplified = {report.collapsed->hausdorff_m(), 0.0};
+  }
   return written;
 }
 
@@ -511,7 +514,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
-  WrittenPart moving = written_part(std::move(parts[0]), scene.moving);
+  WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -529,7 +532,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
-    WrittenPart fixed = written_part(std::move(parts[i + 1]), part);
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1]);
     set_friction(scene, part, fixed.placed, result.notes);
     if (scene.moving.shape && part.shape) {
       append(result.parts[i + 1].warnings,
