@@ -23,8 +23,6 @@ namespace {
 constexpr char kAnswer = 'a', kException = 'e', kNoMemory = 'm';
 /// Between the signal that the time is up and the end in any case [s].
 constexpr rlim_t kGrace_s = 5;
-/// Time in all over processor time: a child that waits ends too.
-constexpr unsigned kWaiting = 10;
 
 bool send_all(int to, const std::string& text) {
   for (std::size_t done = 0; done < text.size();) {
@@ -65,7 +63,7 @@ bool set_limits(const ChildLimits& limits) {
   const rlimit time{limits.seconds, limits.seconds + kGrace_s}, no_core{0, 0};
   const rlim_t memory = address_space() + limits.memory_bytes;
   const rlimit space{memory, memory};
-  ::alarm(kWaiting * limits.seconds);
+  ::alarm(limits.waiting_seconds);
   return ::setrlimit(RLIMIT_CPU, &time) == 0 && ::setrlimit(RLIMIT_AS, &space) == 0 &&
          ::setrlimit(RLIMIT_CORE, &no_core) == 0;
 }
@@ -132,8 +130,9 @@ ChildResult run_in_child(const std::string& name, const ChildLimits& limits,
   }
   ::close(ends[1]);
   ChildResult result;
-  result.text = receive_all(ends[0], limits.answer_bytes);
-  const bool too_long = result.text.size() > limits.answer_bytes;
+  const std::size_t most = limits.answer_bytes + 1;  // with the mark
+  result.text = receive_all(ends[0], most);
+  const bool too_long = result.text.size() > most;
   if (too_long) ::kill(child, SIGKILL);
   ::close(ends[0]);
   int status = 0;

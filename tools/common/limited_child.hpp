@@ -11,9 +11,10 @@
 namespace haptic::tools {
 
 struct ChildLimits {
-  std::uint32_t seconds = 120;  ///< of processor time, and ten times as long in all
+  std::uint32_t seconds = 120;                          ///< of processor time
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;  ///< more than this process has
-  std::size_t answer_bytes = std::numeric_limits<std::size_t>::max();  ///< longest that is read
+  std::size_t answer_bytes = std::numeric_limits<std::size_t>::max() - 1;  ///< longest answer
+  std::uint32_t waiting_seconds = 1200;  ///< in all: ends a child that waits for ever
 };
 
 enum class ChildEnd : std::uint8_t {

@@ -113,9 +113,8 @@ Json compiled_json(const RawMesh& mesh, const std::string& name,
 
 ChildResult run_apart(const std::string& mesh, const tools::ChildLimits& limits,
                       const std::function<Json()>& work) {
-  return tools::run_in_child(mesh, limits, [&] {
-    return work().dump(-1, ' ', false, Json::error_handler_t::replace);
-  });
+  return tools::run_in_child(
+      mesh, limits, [&] { return work().dump(-1, ' ', false, Json::error_handler_t::replace); });
 }
 
 /// What a child says that has not answered.
@@ -136,8 +135,7 @@ std::string end_text(const ChildResult& end) {
 
 void judge(const ChildResult& end, const MeshFacts& given, const MeshFacts& good, Acceptance& out) {
   out.memory_bytes = end.memory_bytes;
-  const Json json =
-      end.end == ChildEnd::kAnswered ? Json::parse(end.text, nullptr, false) : Json();
+  const Json json = end.end == ChildEnd::kAnswered ? Json::parse(end.text, nullptr, false) : Json();
   if (!json.is_object()) {
     out.outcome = end.end == ChildEnd::kOutOfTime ? Outcome::kUnended : Outcome::kCrashed;
     out.said = end_text(end);
@@ -350,25 +348,21 @@ AcceptanceResult run_acceptance(const AcceptanceSize& size) {
                        const std::function<Acceptance(std::size_t)>& accept) {
     list.resize(count);
     run_shards(
-        count, options, name, [] { return 0; },
-        [&](int, std::size_t k) { list[k] = accept(k); });
+        count, options, name, [] { return 0; }, [&](int, std::size_t k) { list[k] = accept(k); });
   };
   const std::vector<RawMesh> good = good_meshes();
   if (size.folder.empty()) {
-    run(result.whole, good.size(), "meshes", [&](std::size_t k) {
-      return accept_damaged(good[k], MeshDamage::kNone, 0, size.limits);
-    });
+    run(result.whole, good.size(), "meshes",
+        [&](std::size_t k) { return accept_damaged(good[k], MeshDamage::kNone, 0, size.limits); });
   } else {
     const std::vector<std::string> files = mesh_files(size.folder, result.skipped);
-    run(result.whole, files.size(), "meshes", [&](std::size_t k) {
-      return accept_file(files[k], size.scale_to_m, size.limits);
-    });
+    run(result.whole, files.size(), "meshes",
+        [&](std::size_t k) { return accept_file(files[k], size.scale_to_m, size.limits); });
   }
   constexpr std::uint32_t kKinds = kMeshDamages - 1;
   run(result.damaged, size.damaged, "damaged meshes", [&](std::size_t k) {
-    return accept_damaged(good[k / kKinds % good.size()],
-                          static_cast<MeshDamage>(1 + k % kKinds), seed_of(size.seed, k),
-                          size.limits);
+    return accept_damaged(good[k / kKinds % good.size()], static_cast<MeshDamage>(1 + k % kKinds),
+                          seed_of(size.seed, k), size.limits);
   });
   return result;
 }

@@ -22,6 +22,7 @@ int do_accept(const AcceptArguments& o) {
   tools::claim_folder(o.out, "--out", {"accept.*"});
   AcceptanceSize size = o.size;
   size.progress = true;
+  size.limits.waiting_seconds = 10 * size.limits.seconds;
   const AcceptanceResult result = run_acceptance(size);
   std::fputs(acceptance_page(result).c_str(), stdout);
   if (!o.out.empty()) {

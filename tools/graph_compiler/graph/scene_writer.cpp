@@ -142,9 +142,8 @@ void add_piece_marks(SceneTables& t, const SceneDescription& description) {
   const PieceRecord b = largest_counts(pieces.subspan(moving));
   if (basic_contacts(a, b) >= kGraphNotStored) {
     throw InputError("scene '" + description.name + "' has pairs of pieces with up to " +
-                     std::to_string(basic_contacts(a, b)) +
-                     " basic contacts, the format numbers " + std::to_string(kGraphNotStored) +
-                     "; use coarser meshes");
+                     std::to_string(basic_contacts(a, b)) + " basic contacts, the format numbers " +
+                     std::to_string(kGraphNotStored) + "; use coarser meshes");
   }
   for (std::size_t i = 0; i < description.open.size(); ++i) {
     const OpenFeatures& open = description.open[i];

@@ -71,8 +71,8 @@ class Message {
                   kMakeSmaller);
     case ChildEnd::kOutOfMemory:
       refuse_file(file,
-                  "the importer needs more than " + std::to_string(kChildLimits.memory_bytes >> 30) +
-                      " GiB of memory",
+                  "the importer needs more than " +
+                      std::to_string(kChildLimits.memory_bytes >> 30) + " GiB of memory",
                   kMakeSmaller);
     case ChildEnd::kTooLong:
       refuse_file(file, "its mesh is larger than " + std::to_string(kMaxMeshFaces) + " triangles",
