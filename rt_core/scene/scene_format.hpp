@@ -253,9 +253,8 @@ struct BodyRecord {
   std::uint32_t name_offset, name_bytes;  ///< in kText
 };
 
-/// A body that is not the solid or surface of its mesh: bevels, fillets and rounds gave way, or
-/// edges were collapsed. For people, to whom it is reported when the scene is loaded; no tick reads
-/// it.
+/// A body that is not that of its mesh: bevels, fillets and rounds gave way, or edges collapsed.
+/// For people, to whom it is reported when the scene is loaded; no tick reads it.
 struct SimplifiedBody {
   std::uint32_t body;
   std::uint32_t reserved;
