@@ -236,7 +236,7 @@ TEST_SUITE("tools.part_kinds") {
     const PartReport& surface = toothed.parts[0];
     CAPTURE(surface.reason);
     CHECK(surface.is_surface());
-    CHECK(contains(surface.reason, "310 reflex edges, limit 300; "));
+    CHECK(contains(surface.reason, "310 reflex edges, limit 300: too curved"));
     CHECK(contains(surface.reason,
                    "; contact all over takes 187 % of the work of a tick with about "
                    "311 convex pieces, "));

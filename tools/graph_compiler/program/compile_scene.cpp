@@ -161,9 +161,12 @@ KindCost cost_of_kinds(std::size_t pieces, std::size_t facets, const SceneFile& 
 
 /// "contact all over takes 3 % of the work of a tick with 5 convex pieces, 84 % with 1 152 facets"
 std::string cost_text(const KindCost& cost, const char* about) {
-  return "contact all over takes " + formatted("%.3g", 100.0 * cost.solid) +
-         " % of the work of a tick with " + about + counted(cost.pieces, "convex piece") + ", " +
-         formatted("%.3g", 100.0 * cost.surface) + " % with " + counted(cost.facets, "facet");
+  const auto percent = [](double share) {
+    return grouped(static_cast<std::uint64_t>(std::llround(100.0 * share))) + " %";
+  };
+  return "contact all over takes " + percent(cost.solid) + " of the work of a tick with " + about +
+         counted(cost.pieces, "convex piece") + ", " + percent(cost.surface) + " with " +
+         counted(cost.facets, "facet");
 }
 
 /// The mesh as a solid: the part's report, and what goes into the scene.
