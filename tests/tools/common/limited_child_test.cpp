@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <stdexcept>
 
@@ -53,8 +54,7 @@ TEST_SUITE("tools.limited_child") {
     CHECK(left.number == 7);
     CHECK(run([]() -> std::string { ::_exit(0); }).end == ChildEnd::kEnded);
     CHECK(run([]() -> std::string {
-            for (volatile unsigned k = 0;; k = k + 1) {
-            }
+            for (std::atomic<unsigned> k = 0;;) ++k;
           }).end == ChildEnd::kOutOfTime);
     ChildLimits waiting;
     waiting.waiting_seconds = 1;

@@ -68,6 +68,7 @@ TEST_SUITE("tools.simplified_bodies") {
 
   TEST_CASE("a surface is named with its distance alone, and has no change of a volume") {
     SceneDescription scene = two_statics();
+    scene.parameters.law = LawId::kProxy;
     scene.parameters.goal_contact = 0;
     ConvexPiece facet;
     facet.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

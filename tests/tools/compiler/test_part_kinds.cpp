@@ -10,6 +10,7 @@
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tests/tools/mesh/mesh_builder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/report.hpp"
@@ -269,8 +270,8 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(json["parts"][0]["simplified"]["hausdorff_m"] == part.collapsed->hausdorff_m());
     // Who loads the scene is told too.
     const SceneBytes bytes{compiled.bytes};
-    SceneView view;
-    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    haptic::SceneView view;
+    REQUIRE(haptic::SceneView::open(bytes.span(), view) == haptic::RtStatus::kOk);
     REQUIRE(view.simplified_bodies().size() == 1);
     CHECK(view.simplified_bodies()[0].body == 0);
     CHECK(view.simplified_bodies()[0].distance_m == part.collapsed->hausdorff_m());
