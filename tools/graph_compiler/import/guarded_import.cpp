@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/import/guarded_import.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -60,6 +63,14 @@ class Message {
   const std::string& file_;
   std::size_t at_ = 0;
 };
+
+/// Libraries print what they find, before the one message that this program gives.
+void be_quiet() {
+  const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nothing < 0) return;
+  ::dup2(nothing, STDOUT_FILENO);
+  ::dup2(nothing, STDERR_FILENO);
+}
 
 /// The end of a child that gave no answer.
 [[noreturn]] void refuse_end(const std::string& file, const ChildResult& child) {
@@ -157,6 +168,7 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
 
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work) {
   const ChildResult child = run_in_child(file, kChildLimits, [&]() -> std::string {
+    be_quiet();
     try {
       return message_of(work());
     } catch (const InputError& error) {
