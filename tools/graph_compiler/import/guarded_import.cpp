@@ -45,6 +45,7 @@ class Message {
   }
   void take(void* to, std::size_t size) {
     if (size > text_.size() - at_) refuse();
+    if (size == 0) return;  // `to` may be null
     std::memcpy(to, text_.data() + at_, size);
     at_ += size;
   }
