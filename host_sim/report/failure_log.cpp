@@ -48,4 +48,10 @@ std::string failure_text(const std::string& pair, const Pose& pose_wa, const std
   return text + defect;
 }
 
+std::string tick_failure_text(const std::string& run, std::uint64_t tick, const Pose& part_wa,
+                              const Pose& goal_wa, const std::string& defect) {
+  return failure_text(run + ", tick " + std::to_string(tick) + ", part", part_wa,
+                      failure_text("goal", goal_wa, defect));
+}
+
 }  // namespace haptic::sim

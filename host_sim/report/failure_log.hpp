@@ -4,6 +4,7 @@
 /// be run again, and what was wrong there.
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,5 +38,10 @@ class FailureLog {
 /// "pair at p = (x, y, z), q wxyz = (w, x, y, z): defect", 17 digits.
 [[nodiscard]] std::string failure_text(const std::string& pair, const Pose& pose_wa,
                                        const std::string& defect);
+
+/// "run, tick N, part at p = ..: goal at p = ..: defect".
+[[nodiscard]] std::string tick_failure_text(const std::string& run, std::uint64_t tick,
+                                            const Pose& part_wa, const Pose& goal_wa,
+                                            const std::string& defect);
 
 }  // namespace haptic::sim

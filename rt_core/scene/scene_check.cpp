@@ -25,6 +25,9 @@ constexpr bool in_range(double x, double low, double high) noexcept {
   return x >= low && x <= high;
 }
 
+/// Bit by bit: squares of the smallest numbers are zero too.
+bool is_zero(double x) noexcept { return std::bit_cast<std::uint64_t>(x) == 0; }
+
 /// Largest absolute coordinate of the piece, the scale of its rounding; negative when a coordinate
 /// is out of range.
 double coordinate_scale(const PieceView& p) noexcept {
@@ -271,8 +274,6 @@ RtStatus check::envelope(const EnvelopeParameters& e) noexcept {
   constexpr double kPi = 3.141592653589794;  // rounded up
   if ((e.given & ~(kOrientationGiven | kWorkspaceGiven)) != 0 || e.reserved != 0)
     return RtStatus::kBlobBadNumber;
-  // Bit by bit: squares of the smallest numbers are zero too.
-  const auto is_zero = [](double x) { return std::bit_cast<std::uint64_t>(x) == 0; };
   double q2 = 0.0;
   bool q_zero = true;
   for (const double x : e.q_wa_xyzw) {
@@ -298,8 +299,11 @@ RtStatus check::simplified(std::span<const SimplifiedBody> simplified,
   index = 0;
   for (const SimplifiedBody& s : simplified) {
     if (s.body < least || s.body >= bodies.size()) return RtStatus::kBlobBadIndex;
-    if (s.reserved != 0 || !in_range(s.distance_m, 0.0, kMaxSceneLength_m) ||
-        !finite(s.volume_change_m3) || !(s.volume_change_m3 < bodies[s.body].volume_m3)) {
+    const double volume_m3 = bodies[s.body].volume_m3;
+    const bool change_fits = volume_m3 > 0.0
+                                 ? finite(s.volume_change_m3) && s.volume_change_m3 < volume_m3
+                                 : is_zero(s.volume_change_m3);
+    if (s.reserved != 0 || !in_range(s.distance_m, 0.0, kMaxSceneLength_m) || !change_fits) {
       return RtStatus::kBlobBadNumber;
     }
     least = s.body + 1;

@@ -45,9 +45,9 @@ template <typename T>
 /// empty; the rest is zero. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;
 
-/// Bodies ascending and in range, distances up to kMaxSceneLength_m, a mesh of
-/// positive volume. Answers kOk,
-/// kBlobBadIndex or kBlobBadNumber; `index`: where it stopped.
+/// Bodies ascending and in range, distances up to kMaxSceneLength_m; of a solid a mesh of positive
+/// volume, of a surface no change of its volume, which is zero. Answers kOk, kBlobBadIndex or
+/// kBlobBadNumber; `index`: where it stopped.
 [[nodiscard]] RtStatus simplified(std::span<const SimplifiedBody> simplified,
                                   std::span<const BodyRecord> bodies,
                                   std::uint32_t& index) noexcept;

@@ -253,13 +253,13 @@ struct BodyRecord {
   std::uint32_t name_offset, name_bytes;  ///< in kText
 };
 
-/// A body that is not the solid of its mesh: bevels, fillets and rounds gave way. For people, who
-/// are reported when the scene is loaded; no tick reads it.
+/// A body that is not that of its mesh: bevels, fillets and rounds gave way, or edges collapsed.
+/// For people, to whom it is reported when the scene is loaded; no tick reads it.
 struct SimplifiedBody {
   std::uint32_t body;
   std::uint32_t reserved;
   double distance_m;        ///< proved: no point of either surface is farther from the other
-  double volume_change_m3;  ///< volume of the body minus that of the mesh
+  double volume_change_m3;  ///< volume of the body minus that of the mesh; 0 of a surface
 };
 
 struct PlaneRecord {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/fuzz/fuzz_target.hpp"
+#include "tests/fuzz/mesh_judge.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/guarded_import.hpp"
 
@@ -13,26 +13,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   try {
     const haptic::tools::ImportedMesh imported = haptic::tools::mesh_of_message(text, "fuzz");
-    const haptic::tools::RawMesh& mesh = imported.mesh;
+    haptic::fuzz::check_raw_mesh(imported.mesh);
     require(std::isfinite(imported.unit_m) && imported.unit_m > 0.0, "the unit is a length");
-    require(!mesh.faces.empty(), "an accepted mesh has a face");
-    for (const haptic::tools::Point3& p : mesh.vertices) {
-      require(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]),
-              "coordinates are finite");
-    }
-    for (const haptic::tools::RawFace& face : mesh.faces) {
-      require(face.vertices.size() >= 3, "a face has three corners");
-      for (const std::uint32_t v : face.vertices) {
-        require(v < mesh.vertices.size(), "corners refer to vertices");
-      }
-    }
     const std::string again = haptic::tools::message_of(imported);
     require(again.size() == text.size(), "a mesh says as much as was read");
     if (imported.deflection) require(again == text, "a mesh says what was read");
   } catch (const haptic::tools::InputError& error) {
-    const std::string refusal = error.what();
-    require(refusal.starts_with("fuzz:"), "a refusal begins with the file");
-    require(refusal.find("; ") != std::string::npos, "a refusal names the fix");
+    haptic::fuzz::check_refusal(error.what());
   }
   return 0;
 }

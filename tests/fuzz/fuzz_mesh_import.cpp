@@ -4,14 +4,12 @@
 /// the child says is checked in this process.
 #include <cmath>
 #include <span>
-#include <string_view>
 
-#include "tests/fuzz/fuzz_target.hpp"
+#include "tests/fuzz/mesh_judge.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using haptic::fuzz::require;
   using haptic::tools::ImportFormat;
   if (size == 0) {
     return 0;
@@ -23,24 +21,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     const haptic::tools::ImportedMesh imported =
         haptic::tools::import_bytes(bytes, kFormats[data[0] % 6], "fuzz", {});
-    const haptic::tools::RawMesh& mesh = imported.mesh;
-    require(std::isfinite(imported.unit_m) && imported.unit_m > 0.0, "the unit is a length");
-    require(!mesh.faces.empty(), "an accepted mesh has a face");
-    require(mesh.vertex_places.size() == mesh.vertices.size(), "each vertex has a place");
-    for (const haptic::tools::Point3& p : mesh.vertices) {
-      require(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]),
-              "coordinates are finite");
-    }
-    for (const haptic::tools::RawFace& face : mesh.faces) {
-      require(face.vertices.size() >= 3, "a face has three corners");
-      for (const std::uint32_t v : face.vertices) {
-        require(v < mesh.vertices.size(), "corners refer to vertices");
-      }
-    }
+    haptic::fuzz::check_raw_mesh(imported.mesh);
+    haptic::fuzz::require(std::isfinite(imported.unit_m) && imported.unit_m > 0.0,
+                          "the unit is a length");
   } catch (const haptic::tools::InputError& error) {
-    const std::string_view text = error.what();
-    require(text.starts_with("fuzz:"), "a refusal begins with the file");
-    require(text.find("; ") != std::string_view::npos, "a refusal names the fix");
+    haptic::fuzz::check_refusal(error.what());
   }
   return 0;
 }

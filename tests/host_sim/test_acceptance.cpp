@@ -90,7 +90,7 @@ TEST_SUITE("host_sim.acceptance") {
                        good);
     };
     CHECK(has(refused("box: bad", good), "without a way to fix it"));
-    CHECK(has(refused("box: strange; mend", good), "not known here"));
+    CHECK(has(refused("box: face 3 is green; paint it", good), "not known here"));
     CHECK(has(refused("box: the mesh has no face; export", good), "there are faces"));
     CHECK(refused("box: the mesh has no face; export", MeshFacts{}) == "");
     CHECK(has(refused("box: no triangle has an area; export", good), "there is an area"));
@@ -109,7 +109,7 @@ TEST_SUITE("host_sim.acceptance") {
   }
 
   TEST_CASE("a mesh that takes too long is not ended, and ends nothing") {
-    AcceptanceLimits limits;
+    haptic::tools::ChildLimits limits = kAcceptanceLimits;
     limits.seconds = 1;
     const haptic::tools::RawMesh fine = haptic::tools::shape_mesh(
         haptic::tools::ThreadShape{0.016, 0.002, 40, false, 0, 5e-5, 128}, "long thread");
@@ -135,6 +135,7 @@ TEST_SUITE("host_sim.acceptance") {
     for (const char* name : {"/accept.csv", "/accept.json", "/accept.md"}) {
       CHECK(std::filesystem::exists(out + name));
     }
+    CHECK(has(run.err, "meshes: 2 / 2"));
     CHECK(run_program(HAPTIC_HOST_SIM, "accept --parts " + folder.file("absent")).exit_code == 3);
     CHECK(run_program(HAPTIC_HOST_SIM, "accept --damaged -1").exit_code == 2);
   }

@@ -149,7 +149,7 @@ TEST_SUITE("host_sim.report") {
         "| name | count | force_n | rounded | note |\n|---|---|---|---|---|\n| a | 3 |"));
   }
 
-  TEST_CASE("picture: a band shows what is rare, text is well-formed whatever its bytes") {
+  TEST_CASE("picture: a band shows what is rare, text is well-formed for any bytes") {
     const Panel panel{0, 0, 4, 10, 0, 4, 0, 1};
     const std::vector<double> times{0.0, 0.1, 0.2, 1.0, 2.0, 3.0};
     const std::vector<std::size_t> values{0, 1, 1, 0, 2, 0};

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <mutex>
 #include <set>
+#include <utility>
 
 #include "tools/common/formatted.hpp"
 
@@ -14,11 +15,15 @@ std::vector<std::string> simplification_texts(const SceneView& view) {
   for (const SimplifiedBody& s : view.simplified_bodies()) {
     const BodyRecord& body = view.bodies()[s.body];
     const std::string name(view.text(body.name_offset, body.name_bytes));
-    texts.push_back(formatted(
-        "'%s' was simplified: the surface is up to %.3g m from that of the mesh, the "
-        "volume changed by %+.3g %% (%+.3g m3)",
-        name.c_str(), s.distance_m,
-        100.0 * s.volume_change_m3 / (body.volume_m3 - s.volume_change_m3), s.volume_change_m3));
+    std::string text =
+        formatted("'%s' was simplified: the surface is up to %.3g m from that of the mesh",
+                  name.c_str(), s.distance_m);
+    if (body.volume_m3 > 0) {
+      text += formatted(", the volume changed by %+.3g %% (%+.3g m3)",
+                        100.0 * s.volume_change_m3 / (body.volume_m3 - s.volume_change_m3),
+                        s.volume_change_m3);
+    }
+    texts.push_back(std::move(text));
   }
   return texts;
 }

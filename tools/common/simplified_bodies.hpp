@@ -9,7 +9,8 @@
 
 namespace haptic::tools {
 
-/// Sentences, one for each simplified body: its name, distance of the surfaces, change of volume.
+/// Sentences, one for each simplified body: its name, distance of the surfaces, of a solid
+/// the change of volume.
 std::vector<std::string> simplification_texts(const SceneView& view);
 
 /// Says them on standard error, "program: warning: scene: ...": once for each scene in a process.

@@ -99,7 +99,7 @@ haptic_page_packages=(clang-16 llvm-16 lld-16 wasi-libc libc++-16-dev-wasm32 lib
 # node and npm may come from elsewhere than Debian, whose packages would not go with them.
 command -v npm >/dev/null || haptic_page_packages+=(nodejs npm)
 
-# configure <preset> [cmake options]: a build folder that was made for another place is made anew.
+# configure <preset> [cmake options]: a build folder that was made for another place is made again.
 configure() {
   local preset="$1" cache="build/$1/CMakeCache.txt" fresh=()
   shift

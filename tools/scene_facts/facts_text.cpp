@@ -46,9 +46,12 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
   if (body.simplified) {
-    text +=
-        formatted("    SIMPLIFIED: surface within %.6g m of that of the mesh, volume %+.6g m3\n",
-                  body.simplified->distance_m, body.simplified->volume_change_m3);
+    text += formatted("    SIMPLIFIED: surface within %.6g m of that of the mesh",
+                      body.simplified->distance_m);
+    if (body.volume_m3 > 0) {
+      text += formatted(", volume %+.6g m3", body.simplified->volume_change_m3);
+    }
+    text += "\n";
   }
   if (index > 0) {
     text += formatted("    friction %.9g against the moving part, %.9g while it sticks\n",

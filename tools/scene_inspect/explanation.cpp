@@ -261,10 +261,13 @@ std::string counted(std::uint64_t n, const std::string& one) {
 std::string simplified_sentence(const BodyFacts& body) {
   if (!body.simplified) return "";
   const SimplifiedBody& s = *body.simplified;
-  return "It is NOT the solid of its mesh but was simplified: no point of either surface is "
-         "farther than " +
-         short_number(1e3 * s.distance_m, 4) + " mm from the other, the volume changed by " +
-         short_number(1e6 * s.volume_change_m3, 4) + " cm3. ";
+  const bool is_solid = body.volume_m3 > 0;
+  const std::string text = std::string("It is NOT the ") + (is_solid ? "solid" : "surface") +
+                           " of its mesh but was simplified: no point of either surface is "
+                           "farther than " +
+                           short_number(1e3 * s.distance_m, 4) + " mm from the other";
+  if (!is_solid) return text + ". ";
+  return text + ", the volume changed by " + short_number(1e6 * s.volume_change_m3, 4) + " cm3. ";
 }
 
 /// `first_piece` of the body within the scene.

@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/acceptance/acceptance.hpp"
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <csignal>
-#include <cstdio>
 #include <cstring>
-#include <exception>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -22,6 +15,7 @@
 #include "host_sim/report/shard_run.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/common/limited_child.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -32,6 +26,8 @@ namespace haptic::sim {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using tools::ChildEnd;
+using tools::ChildResult;
 using tools::formatted;
 using tools::RawMesh;
 
@@ -115,89 +111,34 @@ Json compiled_json(const RawMesh& mesh, const std::string& name,
   return out;
 }
 
-void write_all(int to, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t n = ::write(to, text.data() + done, text.size() - done);
-    if (n < 0 && errno != EINTR) return;
-    if (n > 0) done += static_cast<std::size_t>(n);
+ChildResult run_apart(const std::string& mesh, const tools::ChildLimits& limits,
+                      const std::function<Json()>& work) {
+  return tools::run_in_child(
+      mesh, limits, [&] { return work().dump(-1, ' ', false, Json::error_handler_t::replace); });
+}
+
+/// What a child says that has not answered.
+std::string end_text(const ChildResult& end) {
+  switch (end.end) {
+    case ChildEnd::kSignal:
+      return ::strsignal(end.number);
+    case ChildEnd::kThrew:
+      return end.text;
+    case ChildEnd::kOutOfTime:
+      return "more time than allowed";
+    case ChildEnd::kOutOfMemory:
+      return "more memory than allowed";
+    default:
+      return "no answer";
   }
 }
 
-std::string read_all(int from) {
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (;;) {
-    const ssize_t n = ::read(from, buffer.data(), buffer.size());
-    if (n == 0 || (n < 0 && errno != EINTR)) return text;
-    if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
-  }
-}
-
-struct ChildEnd {
-  std::string text;
-  int status = 0;
-  std::uint64_t memory_bytes = 0;
-};
-
-rlim_t address_space() {
-  unsigned long pages = 0;
-  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
-    std::fclose(file);
-  }
-  return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
-}
-
-/// `work` in a process of its own.
-ChildEnd run_apart(const AcceptanceLimits& limits, const std::function<Json()>& work) {
-  std::array<int, 2> ends{};
-  if (::pipe(ends.data()) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
-  std::fflush(nullptr);
-  const pid_t child = ::fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (child == 0) {
-    ::close(ends[0]);
-    for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGXCPU}) {
-      std::signal(number, SIG_DFL);
-    }
-    const rlimit time{limits.seconds, limits.seconds}, no_core{0, 0};
-    const rlim_t memory = address_space() + limits.memory_bytes;
-    const rlimit space{memory, memory};
-    ::setrlimit(RLIMIT_CPU, &time);
-    ::setrlimit(RLIMIT_AS, &space);
-    ::setrlimit(RLIMIT_CORE, &no_core);
-    std::string text;
-    try {
-      text = work().dump(-1, ' ', false, Json::error_handler_t::replace);
-    } catch (const std::exception& error) {
-      text = Json{{"threw", error.what()}}.dump(-1, ' ', false, Json::error_handler_t::replace);
-    }
-    write_all(ends[1], text);
-    ::_exit(0);
-  }
-  ::close(ends[1]);
-  ChildEnd end;
-  end.text = read_all(ends[0]);
-  ::close(ends[0]);
-  rusage usage{};
-  while (::wait4(child, &end.status, 0, &usage) < 0 && errno == EINTR) {
-  }
-  end.memory_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-  return end;
-}
-
-void judge(const ChildEnd& end, const MeshFacts& given, const MeshFacts& good, Acceptance& out) {
+void judge(const ChildResult& end, const MeshFacts& given, const MeshFacts& good, Acceptance& out) {
   out.memory_bytes = end.memory_bytes;
-  if (WIFSIGNALED(end.status)) {
-    const int number = WTERMSIG(end.status);
-    out.outcome = number == SIGXCPU || number == SIGKILL ? Outcome::kUnended : Outcome::kCrashed;
-    out.said = ::strsignal(number);
-    return;
-  }
-  const Json json = Json::parse(end.text, nullptr, false);
-  if (json.is_discarded() || json.contains("threw")) {
-    out.outcome = Outcome::kCrashed;
-    out.said = json.is_discarded() ? "no answer" : json["threw"].get<std::string>();
+  const Json json = end.end == ChildEnd::kAnswered ? Json::parse(end.text, nullptr, false) : Json();
+  if (!json.is_object()) {
+    out.outcome = end.end == ChildEnd::kOutOfTime ? Outcome::kUnended : Outcome::kCrashed;
+    out.said = end_text(end);
     return;
   }
   Statement said;
@@ -250,14 +191,6 @@ std::vector<std::string> mesh_files(const std::string& folder, std::vector<std::
   std::ranges::sort(files);
   std::ranges::sort(skipped);
   return files;
-}
-
-void tell(const AcceptanceSize& size, std::size_t done, std::size_t all, const Acceptance& last) {
-  if (!size.progress) return;
-  std::fprintf(stderr, "\r\033[K%zu of %zu: %s, %s", done, all, last.mesh.c_str(),
-               to_text(last.outcome));
-  if (done == all) std::fputs("\r\033[K", stderr);
-  std::fflush(stderr);
 }
 
 std::string csv_of(const AcceptanceResult& result) {
@@ -359,7 +292,8 @@ std::size_t AcceptanceResult::failures() const {
   return of(whole) + of(damaged);
 }
 
-Acceptance accept_file(const std::string& path, double scale_to_m, const AcceptanceLimits& limits) {
+Acceptance accept_file(const std::string& path, double scale_to_m,
+                       const tools::ChildLimits& limits) {
   Acceptance result;
   result.mesh = std::filesystem::path(path).filename().string();
   tools::ScenePart part;
@@ -368,7 +302,7 @@ Acceptance accept_file(const std::string& path, double scale_to_m, const Accepta
   part.scale_to_m = {scale_to_m, scale_to_m, scale_to_m};
   const Clock clock;
   // The judge's own view of the file comes from the child too: reading may crash.
-  const ChildEnd end = run_apart(limits, [&] {
+  const ChildResult end = run_apart(result.mesh, limits, [&] {
     try {
       const tools::PartMesh source = tools::read_part_mesh(part, result.mesh);
       Json json = compiled_json(source.mesh, result.mesh, source.scale_to_m);
@@ -388,14 +322,14 @@ Acceptance accept_file(const std::string& path, double scale_to_m, const Accepta
 }
 
 Acceptance accept_damaged(const RawMesh& good, MeshDamage damage, std::uint64_t seed,
-                          const AcceptanceLimits& limits) {
+                          const tools::ChildLimits& limits) {
   Acceptance result;
   result.mesh = good.file;
   result.damage = damage;
   result.seed = seed;
   const RawMesh mesh = damaged(good, damage, seed);
   const Clock clock;
-  const ChildEnd end = run_apart(limits, [&] {
+  const ChildResult end = run_apart(result.mesh, limits, [&] {
     return compiled_json(mesh, mesh.file, {1.0, 1.0, 1.0});
   });
   result.seconds = clock.seconds();
@@ -408,25 +342,28 @@ Acceptance accept_damaged(const RawMesh& good, MeshDamage damage, std::uint64_t 
 AcceptanceResult run_acceptance(const AcceptanceSize& size) {
   AcceptanceResult result;
   result.size = size;
+  // One thread: every mesh is compiled in a process that is forked from this one.
+  const RunOptions options{1, size.progress};
+  const auto run = [&](std::vector<Acceptance>& list, std::size_t count, const char* name,
+                       const std::function<Acceptance(std::size_t)>& accept) {
+    list.resize(count);
+    run_shards(
+        count, options, name, [] { return 0; }, [&](int, std::size_t k) { list[k] = accept(k); });
+  };
   const std::vector<RawMesh> good = good_meshes();
   if (size.folder.empty()) {
-    for (const RawMesh& mesh : good) {
-      result.whole.push_back(accept_damaged(mesh, MeshDamage::kNone, 0, size.limits));
-      tell(size, result.whole.size(), good.size(), result.whole.back());
-    }
+    run(result.whole, good.size(), "meshes",
+        [&](std::size_t k) { return accept_damaged(good[k], MeshDamage::kNone, 0, size.limits); });
   } else {
     const std::vector<std::string> files = mesh_files(size.folder, result.skipped);
-    for (const std::string& file : files) {
-      result.whole.push_back(accept_file(file, size.scale_to_m, size.limits));
-      tell(size, result.whole.size(), files.size(), result.whole.back());
-    }
+    run(result.whole, files.size(), "meshes",
+        [&](std::size_t k) { return accept_file(files[k], size.scale_to_m, size.limits); });
   }
-  for (std::uint32_t k = 0; k < size.damaged; ++k) {
-    const auto damage = static_cast<MeshDamage>(1 + k % (kMeshDamages - 1));
-    result.damaged.push_back(accept_damaged(good[k / (kMeshDamages - 1) % good.size()], damage,
-                                            seed_of(size.seed, k), size.limits));
-    tell(size, result.damaged.size(), size.damaged, result.damaged.back());
-  }
+  constexpr std::uint32_t kKinds = kMeshDamages - 1;
+  run(result.damaged, size.damaged, "damaged meshes", [&](std::size_t k) {
+    return accept_damaged(good[k / kKinds % good.size()], static_cast<MeshDamage>(1 + k % kKinds),
+                          seed_of(size.seed, k), size.limits);
+  });
   return result;
 }
 

@@ -11,6 +11,7 @@
 
 #include "host_sim/lab/acceptance/mesh_damage.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "tools/common/limited_child.hpp"
 
 namespace haptic::sim {
 
@@ -37,10 +38,8 @@ struct Acceptance {
   }
 };
 
-struct AcceptanceLimits {
-  std::uint32_t seconds = 120;              ///< of processor time, a mesh
-  std::uint64_t memory_bytes = 8ull << 30;  ///< more than this process has
-};
+/// Of the process of one mesh.
+inline constexpr tools::ChildLimits kAcceptanceLimits{120, std::uint64_t{8} << 30};
 
 /// What the compiler said of a mesh, as the judge sees it.
 struct Statement {
@@ -57,17 +56,17 @@ struct Statement {
 
 /// A mesh file in `scale_to_m` (where the file has no unit).
 [[nodiscard]] Acceptance accept_file(const std::string& path, double scale_to_m,
-                                     const AcceptanceLimits& limits);
+                                     const tools::ChildLimits& limits);
 [[nodiscard]] Acceptance accept_damaged(const tools::RawMesh& good, MeshDamage damage,
-                                        std::uint64_t seed, const AcceptanceLimits& limits);
+                                        std::uint64_t seed, const tools::ChildLimits& limits);
 
 struct AcceptanceSize {
   std::string folder;  ///< of mesh files; empty: the good meshes of our own
   double scale_to_m = 1.0;
   std::uint32_t damaged = 100;  ///< damaged meshes, by turns of all kinds and good meshes
   std::uint64_t seed = 1;
-  AcceptanceLimits limits;
-  bool progress = false;
+  tools::ChildLimits limits = kAcceptanceLimits;
+  bool progress = false;  ///< lines on stderr, of run_shards
 };
 
 struct AcceptanceResult {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim accept [--parts DIR] [--scale METRES_PER_UNIT] [--damaged N] [--seed S] [--seconds S]
 //                 [--out DIR]
-#include <unistd.h>
-
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -23,7 +21,8 @@ struct AcceptArguments {
 int do_accept(const AcceptArguments& o) {
   tools::claim_folder(o.out, "--out", {"accept.*"});
   AcceptanceSize size = o.size;
-  size.progress = ::isatty(STDERR_FILENO) == 1;
+  size.progress = true;
+  size.limits.waiting_seconds = 10 * size.limits.seconds;
   const AcceptanceResult result = run_acceptance(size);
   std::fputs(acceptance_page(result).c_str(), stdout);
   if (!o.out.empty()) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -31,9 +32,7 @@ int do_crossings(const CrossingArguments& o) {
   const CrossingResult result = run_crossings(size, {o.threads, true});
   std::printf("%s", crossings_page(result).c_str());
   if (!o.out.empty()) write_crossings(o.out, result);
-  const bool passed = result.totals().failed() == 0;
-  if (passed && size.fault) std::printf("  the fault was not caught\n");
-  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+  return campaign_exit(result.totals().failed() == 0, size.fault.has_value());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/proxy_fuzz/flight.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -26,9 +27,7 @@ int do_flight(const FlightArguments& o) {
   const FlightResult result = run_flight(size, {o.threads, true});
   std::printf("%s", flight_page(result).c_str());
   if (!o.out.empty()) write_flight(o.out, result);
-  const bool passed = result.failed() == 0;
-  if (passed && size.fault) std::printf("  the fault was not caught\n");
-  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+  return campaign_exit(result.failed() == 0, size.fault.has_value());
 }
 
 }  // namespace

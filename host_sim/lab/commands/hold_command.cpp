@@ -9,6 +9,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/proxy_fuzz/hold_campaign.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -30,9 +31,7 @@ int do_hold(const HoldArguments& o) {
   const HoldResult result = run_hold(size, {o.threads, true});
   std::printf("%s", hold_page(result).c_str());
   if (!o.out.empty()) write_hold(o.out, result);
-  const bool passed = result.totals().failed() == 0;
-  if (passed && size.fault) std::printf("  the fault was not caught\n");
-  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+  return campaign_exit(result.totals().failed() == 0, size.fault.has_value());
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
-#include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -26,16 +25,8 @@ struct ProxyFuzzArguments {
 void print(const ProxyFuzzResult& result, double seconds) {
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   const ProxyFuzzTotals t = result.totals();
-  std::printf("seed %llu: %llu ticks (%llu held), %.0f ticks/s\n", number(result.size.seed),
-              number(t.ticks), number(t.held), static_cast<double>(t.ticks) / seconds);
-  std::printf(
-      "not free %llu, on the way %llu, energy rises %llu, stalled %llu, invisible walls %llu, "
-      "through plates %llu, "
-      "wrong wrenches %llu, "
-      "wrong goals %llu, over caps %llu, recoveries %llu, not arrived %llu\n",
-      number(t.deep), number(t.dips), number(t.rises), number(t.stalls), number(t.walls),
-      number(t.crossings), number(t.wrenches), number(t.goals), number(t.over_caps),
-      number(t.recoveries), number(t.stuck));
+  std::printf("%s\n%s\n", campaign_line(result.size.seed, t.ticks, t.held, seconds).c_str(),
+              zero_line(counts_of(kProxyMustBeZero, t)).c_str());
   std::printf(
       "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of "
       "rounding), longest stall %llu, all "
@@ -65,9 +56,7 @@ int do_proxy_fuzz(const ProxyFuzzArguments& o) {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   print(result, elapsed.count());
   if (!o.out.empty()) write_proxy_fuzz(o.out, result);
-  const bool passed = result.totals().failed() == 0;
-  if (passed && size.fault) std::printf("  the fault was not caught\n");
-  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+  return campaign_exit(result.totals().failed() == 0, size.fault.has_value());
 }
 
 }  // namespace

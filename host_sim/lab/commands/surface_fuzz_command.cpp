@@ -13,7 +13,6 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/surface_fuzz/surface_campaign.hpp"
 #include "host_sim/lab/surface_fuzz/surface_comparison.hpp"
-#include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -33,13 +32,8 @@ struct SurfaceFuzzArguments {
 void print(const SurfaceFuzzResult& result, double seconds) {
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   const SurfaceTotals t = result.totals();
-  std::printf("seed %llu: %llu ticks (%llu held), %.0f ticks/s\n", number(result.size.seed),
-              number(t.ticks), number(t.held), static_cast<double>(t.ticks) / seconds);
-  std::printf(
-      "not free %llu, on the way %llu, energy rises %llu, not arrived %llu, invisible walls %llu, "
-      "not finite %llu, over caps %llu, recoveries %llu\n",
-      number(t.deep), number(t.passages), number(t.rises), number(t.unarrived), number(t.walls),
-      number(t.infinite), number(t.over_caps), number(t.recoveries));
+  std::printf("%s\n%s\n", campaign_line(result.size.seed, t.ticks, t.held, seconds).c_str(),
+              zero_line(counts_of(kSurfaceMustBeZero, t)).c_str());
   std::printf(
       "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um (%llu parts unproven), triangles "
       "met in %llu ticks, largest rise %.3Lg J\n",
@@ -50,18 +44,13 @@ void print(const SurfaceFuzzResult& result, double seconds) {
   for (const std::string& line : t.failures.lines()) std::printf("  %s\n", line.c_str());
 }
 
-int exit_code_of(bool passed, bool faulty) {
-  if (passed && faulty) std::printf("  the fault was not caught\n");
-  return passed ? tools::kExitDone : tools::kExitCheckFailed;
-}
-
 int do_comparison(const SurfaceFuzzArguments& o) {
   tools::claim_folder(o.out, "--out", {"surface_compare.*"});
   const SurfaceComparison comparison =
       compare_surfaces(o.size.as, !o.fault.empty(), {o.threads, true});
   std::printf("%s", surface_comparison_page(comparison).c_str());
   if (!o.out.empty()) write_surface_comparison(o.out, comparison);
-  return exit_code_of(!comparison.failed(), !o.fault.empty());
+  return campaign_exit(!comparison.failed(), !o.fault.empty());
 }
 
 int do_surface_fuzz(const SurfaceFuzzArguments& o) {
@@ -78,7 +67,7 @@ int do_surface_fuzz(const SurfaceFuzzArguments& o) {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   print(result, elapsed.count());
   if (!o.out.empty()) write_surface_fuzz(o.out, result);
-  return exit_code_of(result.totals().failed() == 0, size.fault.has_value());
+  return campaign_exit(result.totals().failed() == 0, size.fault.has_value());
 }
 
 }  // namespace

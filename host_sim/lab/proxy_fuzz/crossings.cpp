@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
@@ -258,10 +259,7 @@ std::string crossings_page(const CrossingResult& result) {
           ": rods, blades and sheets of 10 um to 1 mm at 0.01 to 2 m/s that turn through parallel. "
           "The straight way of every pass is judged; gaps are for a part of 50 mm and must be at "
           "least -0.1 um. Through: a way sinks in by a tenth of the thinner one.\n\n";
-  text += crossing_table(result, false).markdown();
-  if (!t.failures.empty()) text += "\n## Failures\n\n";
-  for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";
-  return text;
+  return text + crossing_table(result, false).markdown() + failure_section(t.failures);
 }
 
 void write_crossings(const std::string& folder, const CrossingResult& result) {

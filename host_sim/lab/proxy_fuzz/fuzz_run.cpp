@@ -160,10 +160,8 @@ ProxyFuzzTotals FuzzRun::run(FuzzMotionKind kind, std::uint64_t ticks, std::uint
 void FuzzRun::fail(const Tick& tick, const char* kind, const std::string& what,
                    std::uint64_t& count, ProxyFuzzTotals& totals) const {
   ++count;
-  totals.failures.add(kind,
-                      failure_text(label_ + ", tick " + std::to_string(tick.number) + ", proxy",
-                                   tick.result.proxy_pose_wa,
-                                   failure_text("goal", tick.result.goal_pose_wa, what)));
+  totals.failures.add(kind, tick_failure_text(label_, tick.number, tick.result.proxy_pose_wa,
+                                              tick.result.goal_pose_wa, what));
 }
 
 void FuzzRun::check_free(const Tick& tick, ProxyFuzzTotals& totals) {

@@ -32,30 +32,16 @@ constexpr std::uint64_t kShardTicks = 1000;
 
 // proxy_fuzz.csv, .json and .md.
 
-struct Count {
-  const char* name;
-  std::uint64_t ProxyFuzzTotals::*field;
-};
-constexpr Count kMustBeZero[] = {{"not_free", &ProxyFuzzTotals::deep},
-                                 {"dips", &ProxyFuzzTotals::dips},
-                                 {"energy_rises", &ProxyFuzzTotals::rises},
-                                 {"stalled_ticks", &ProxyFuzzTotals::stalls},
-                                 {"invisible_walls", &ProxyFuzzTotals::walls},
-                                 {"crossings", &ProxyFuzzTotals::crossings},
-                                 {"wrong_wrenches", &ProxyFuzzTotals::wrenches},
-                                 {"wrong_goals", &ProxyFuzzTotals::goals},
-                                 {"over_caps", &ProxyFuzzTotals::over_caps},
-                                 {"recoveries", &ProxyFuzzTotals::recoveries},
-                                 {"stuck", &ProxyFuzzTotals::stuck}};
-constexpr Count kFigures[] = {{"longest_still", &ProxyFuzzTotals::longest_still},
-                              {"longest_stall", &ProxyFuzzTotals::longest_stall},
-                              {"longest_rejected", &ProxyFuzzTotals::longest_rejected},
-                              {"rejected_passes", &ProxyFuzzTotals::rejected_passes},
-                              {"limited_ticks", &ProxyFuzzTotals::limited},
-                              {"anchored_ticks", &ProxyFuzzTotals::anchored},
-                              {"behind_ticks", &ProxyFuzzTotals::behind},
-                              {"longest_behind", &ProxyFuzzTotals::longest_behind},
-                              {"longest_arrival", &ProxyFuzzTotals::longest_arrival}};
+constexpr NamedCount<ProxyFuzzTotals> kFigures[] = {
+    {"longest_still", &ProxyFuzzTotals::longest_still},
+    {"longest_stall", &ProxyFuzzTotals::longest_stall},
+    {"longest_rejected", &ProxyFuzzTotals::longest_rejected},
+    {"rejected_passes", &ProxyFuzzTotals::rejected_passes},
+    {"limited_ticks", &ProxyFuzzTotals::limited},
+    {"anchored_ticks", &ProxyFuzzTotals::anchored},
+    {"behind_ticks", &ProxyFuzzTotals::behind},
+    {"longest_behind", &ProxyFuzzTotals::longest_behind},
+    {"longest_arrival", &ProxyFuzzTotals::longest_arrival}};
 constexpr struct {
   const char* name;
   std::uint32_t StepCounters::*field;
@@ -69,8 +55,8 @@ std::string csv(const ProxyFuzzResult& result) {
   std::string columns =
       "scene,friction,motion,passes,budget,ticks,held,worst_gap_m,worst_path_m,largest_rise_j,rise_"
       "share";
-  for (const Count& c : kMustBeZero) columns += std::string(",") + c.name;
-  for (const Count& c : kFigures) columns += std::string(",") + c.name;
+  columns += column_names(counts_of(kProxyMustBeZero, {}));
+  columns += column_names(counts_of(kFigures, {}));
   for (const auto& p : kPeaks) columns += std::string(",peak_") + p.name;
   ReportTable table(columns);
   for (const ProxyFuzzRow& row : result.rows) {
@@ -86,8 +72,8 @@ std::string csv(const ProxyFuzzResult& result) {
                             number_text(t.worst_path_m),
                             number_text(t.largest_rise_j),
                             number_text(t.largest_rise_share)};
-    for (const Count& c : kMustBeZero) cells.emplace_back(t.*c.field);
-    for (const Count& c : kFigures) cells.emplace_back(t.*c.field);
+    append_cells(cells, counts_of(kProxyMustBeZero, t));
+    append_cells(cells, counts_of(kFigures, t));
     for (const auto& p : kPeaks) cells.emplace_back(t.peaks.*p.field);
     table.add(std::move(cells));
   }
@@ -101,14 +87,14 @@ std::string json(const ProxyFuzzResult& result) {
   j["ticks"] = t.ticks;
   j["held_ticks"] = t.held;
   j["passed"] = t.failed() == 0;
-  for (const Count& c : kMustBeZero) j["must_be_zero"][c.name] = t.*c.field;
+  for (const auto& [name, count] : counts_of(kProxyMustBeZero, t)) j["must_be_zero"][name] = count;
   j["worst_gap_m"] = static_cast<double>(t.worst_gap_m);
   j["worst_path_gap_m"] = static_cast<double>(t.worst_path_m);
   j["judged_paths"] = t.paths;
   j["largest_rise_j"] = static_cast<double>(t.largest_rise_j);
   j["largest_rise_share_of_bound"] = static_cast<double>(t.largest_rise_share);
   j["largest_wrench_error_of_rounding"] = static_cast<double>(t.largest_wrench_error);
-  for (const Count& c : kFigures) j[c.name] = t.*c.field;
+  for (const auto& [name, count] : counts_of(kFigures, t)) j[name] = count;
   for (const auto& p : kPeaks) j["peaks"][p.name] = t.peaks.*p.field;
   j["failures"] = t.failures.lines();
   return j.dump(2) + "\n";
@@ -291,10 +277,8 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
   std::string text = "# Invariants of the proxy\n\n";
   text += std::to_string(t.ticks) + " ticks, seed " + std::to_string(result.size.seed) +
           "; every tick judged in long double from poses and vertices alone. Lengths are for a "
-          "part of 50 mm.\n\n| must be zero | count |\n|---|---|\n";
-  for (const Count& c : kMustBeZero) {
-    text += std::string("| ") + c.name + " | " + std::to_string(t.*c.field) + " |\n";
-  }
+          "part of 50 mm.\n\n";
+  text += zero_table(counts_of(kProxyMustBeZero, t));
   text +=
       "\nWorst gap " + number_text(t.worst_gap_m * 1e6L) + " um at the ends of ticks, " +
       number_text(t.worst_path_m * 1e6L) + " um on the straight ways of " +
@@ -310,10 +294,7 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
             " in a row at most. Where the device stood still the part had arrived after " +
             std::to_string(t.longest_arrival) + " ticks at most.\n\n";
   }
-  text += scene_table(result);
-  if (!t.failures.empty()) text += "\n## Failures\n\n";
-  for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";
-  return text;
+  return text + scene_table(result) + failure_section(t.failures);
 }
 
 void write_proxy_fuzz(const std::string& folder, const ProxyFuzzResult& result) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host_sim/lab/proxy_fuzz/fuzz_scene.hpp"
-#include "host_sim/report/failure_log.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "rt_core/haptic_core.hpp"
 
@@ -110,6 +110,19 @@ struct ProxyFuzzTotals {
   }
   void add(const ProxyFuzzTotals& other);
 };
+
+inline constexpr NamedCount<ProxyFuzzTotals> kProxyMustBeZero[] = {
+    {"not_free", &ProxyFuzzTotals::deep},
+    {"dips", &ProxyFuzzTotals::dips},
+    {"energy_rises", &ProxyFuzzTotals::rises},
+    {"stalled_ticks", &ProxyFuzzTotals::stalls},
+    {"invisible_walls", &ProxyFuzzTotals::walls},
+    {"crossings", &ProxyFuzzTotals::crossings},
+    {"wrong_wrenches", &ProxyFuzzTotals::wrenches},
+    {"wrong_goals", &ProxyFuzzTotals::goals},
+    {"over_caps", &ProxyFuzzTotals::over_caps},
+    {"recoveries", &ProxyFuzzTotals::recoveries},
+    {"stuck", &ProxyFuzzTotals::stuck}};
 
 struct ProxyFuzzRow {
   std::string scene, motion;

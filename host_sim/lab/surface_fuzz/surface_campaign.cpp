@@ -17,27 +17,19 @@ constexpr std::uint64_t kShardTicks = 2000;
 /// With one pass in a tick the way of the tick is the way of the pass.
 constexpr std::uint32_t kPasses[] = {kDefaultProxyPasses, 1};
 
-struct Count {
-  const char* name;
-  std::uint64_t SurfaceTotals::*field;
-};
-constexpr Count kMustBeZero[] = {
-    {"not_free", &SurfaceTotals::deep},         {"passages", &SurfaceTotals::passages},
-    {"energy_rises", &SurfaceTotals::rises},    {"not_arrived", &SurfaceTotals::unarrived},
-    {"invisible_walls", &SurfaceTotals::walls}, {"not_finite", &SurfaceTotals::infinite},
-    {"over_caps", &SurfaceTotals::over_caps},   {"recoveries", &SurfaceTotals::recoveries}};
-constexpr Count kFigures[] = {{"ways", &SurfaceTotals::ways},
-                              {"unproven_parts", &SurfaceTotals::unproven},
-                              {"meeting_ticks", &SurfaceTotals::meeting},
-                              {"behind_ticks", &SurfaceTotals::behind},
-                              {"longest_arrival", &SurfaceTotals::longest_arrival}};
+constexpr NamedCount<SurfaceTotals> kFigures[] = {
+    {"ways", &SurfaceTotals::ways},
+    {"unproven_parts", &SurfaceTotals::unproven},
+    {"meeting_ticks", &SurfaceTotals::meeting},
+    {"behind_ticks", &SurfaceTotals::behind},
+    {"longest_arrival", &SurfaceTotals::longest_arrival}};
 
 std::string csv(const SurfaceFuzzResult& result) {
   std::string columns =
       "scene,moving_triangles,fixed_triangles,friction,motion,passes,ticks,held,worst_gap_m,worst_"
       "way_m,largest_rise_j,largest_rest_gap_m";
-  for (const Count& c : kMustBeZero) columns += std::string(",") + c.name;
-  for (const Count& c : kFigures) columns += std::string(",") + c.name;
+  columns += column_names(counts_of(kSurfaceMustBeZero, {}));
+  columns += column_names(counts_of(kFigures, {}));
   ReportTable table(columns);
   for (const SurfaceFuzzRow& row : result.rows) {
     const SurfaceTotals& t = row.totals;
@@ -53,8 +45,8 @@ std::string csv(const SurfaceFuzzResult& result) {
                             number_text(t.worst_way_m),
                             number_text(t.largest_rise_j),
                             number_text(t.largest_rest_gap_m)};
-    for (const Count& c : kMustBeZero) cells.emplace_back(t.*c.field);
-    for (const Count& c : kFigures) cells.emplace_back(t.*c.field);
+    append_cells(cells, counts_of(kSurfaceMustBeZero, t));
+    append_cells(cells, counts_of(kFigures, t));
     table.add(std::move(cells));
   }
   return table.csv();
@@ -67,12 +59,13 @@ std::string json(const SurfaceFuzzResult& result) {
   j["ticks"] = t.ticks;
   j["held_ticks"] = t.held;
   j["passed"] = t.failed() == 0;
-  for (const Count& c : kMustBeZero) j["must_be_zero"][c.name] = t.*c.field;
+  for (const auto& [name, count] : counts_of(kSurfaceMustBeZero, t))
+    j["must_be_zero"][name] = count;
   j["worst_gap_m"] = static_cast<double>(t.worst_gap_m);
   j["worst_way_gap_m"] = static_cast<double>(t.worst_way_m);
   j["largest_rise_j"] = static_cast<double>(t.largest_rise_j);
   j["largest_rest_gap_m"] = static_cast<double>(t.largest_rest_gap_m);
-  for (const Count& c : kFigures) j[c.name] = t.*c.field;
+  for (const auto& [name, count] : counts_of(kFigures, t)) j[name] = count;
   j["failures"] = t.failures.lines();
   return j.dump(2) + "\n";
 }
@@ -216,10 +209,8 @@ std::string surface_fuzz_page(const SurfaceFuzzResult& result) {
   text += std::to_string(t.ticks) + " ticks, " + std::to_string(t.held) + " held, seed " +
           std::to_string(result.size.seed) +
           "; every felt pose judged triangle against triangle in long double. Lengths are for a "
-          "part of 50 mm.\n\n| must be zero | count |\n|---|---|\n";
-  for (const Count& c : kMustBeZero) {
-    text += std::string("| ") + c.name + " | " + std::to_string(t.*c.field) + " |\n";
-  }
+          "part of 50 mm.\n\n";
+  text += zero_table(counts_of(kSurfaceMustBeZero, t));
   text += "\nWorst gap " + number_text(t.worst_gap_m * 1e6L) + " um at the ends of ticks, " +
           number_text(t.worst_way_m * 1e6L) + " um on the straight ways of " +
           std::to_string(t.ways) + " passes (allowed: the tolerance, -0.1); " +
@@ -230,10 +221,7 @@ std::string surface_fuzz_page(const SurfaceFuzzResult& result) {
           number_text(t.largest_rise_j) + " J. At rest at most " +
           number_text(t.largest_rest_gap_m * 1e6L) + " um off what holds the part, after at most " +
           std::to_string(t.longest_arrival) + " ticks.\n\n";
-  text += scene_table(result);
-  if (!t.failures.empty()) text += "\n## Failures\n\n";
-  for (const std::string& line : t.failures.lines()) text += "- " + line + "\n";
-  return text;
+  return text + scene_table(result) + failure_section(t.failures);
 }
 
 void write_surface_fuzz(const std::string& folder, const SurfaceFuzzResult& result) {

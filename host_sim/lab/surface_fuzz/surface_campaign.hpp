@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_sim/lab/surface_fuzz/surface_run.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/shard_run.hpp"
 
@@ -25,6 +26,12 @@ struct SurfaceFuzzSize {
   std::optional<std::uint64_t> only;  ///< the run of this number alone, as a failure names it
   std::optional<SurfaceFault> fault;
 };
+
+inline constexpr NamedCount<SurfaceTotals> kSurfaceMustBeZero[] = {
+    {"not_free", &SurfaceTotals::deep},         {"passages", &SurfaceTotals::passages},
+    {"energy_rises", &SurfaceTotals::rises},    {"not_arrived", &SurfaceTotals::unarrived},
+    {"invisible_walls", &SurfaceTotals::walls}, {"not_finite", &SurfaceTotals::infinite},
+    {"over_caps", &SurfaceTotals::over_caps},   {"recoveries", &SurfaceTotals::recoveries}};
 
 struct SurfaceFuzzRow {
   std::string scene, motion;

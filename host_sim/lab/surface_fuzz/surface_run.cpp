@@ -313,10 +313,8 @@ SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::
 void SurfaceRun::fail(const Tick& tick, const char* kind, const std::string& what,
                       std::uint64_t& count, SurfaceTotals& totals) const {
   ++count;
-  totals.failures.add(kind,
-                      failure_text(label_ + ", tick " + std::to_string(tick.number) + ", part",
-                                   tick.result.proxy_pose_wa,
-                                   failure_text("goal", tick.result.goal_pose_wa, what)));
+  totals.failures.add(kind, tick_failure_text(label_, tick.number, tick.result.proxy_pose_wa,
+                                              tick.result.goal_pose_wa, what));
 }
 
 void SurfaceRun::check_free(const Tick& tick, SurfaceTotals& totals) {

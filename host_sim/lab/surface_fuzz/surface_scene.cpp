@@ -11,8 +11,8 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "tools/common/error.hpp"
-#include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -138,9 +138,11 @@ FuzzMesh drawn_mesh(Seeded& random, double size, bool closed_only) {
 
 bool usable(const SurfaceScene& scene, bool closed_only) { return scene.closed() || !closed_only; }
 
-/// Fans over the polygons of a mesh file, placed.
-void add_triangles(const tools::ScenePart& part, bool placed, std::vector<Triangle>& out) {
-  const tools::RawMesh raw = tools::read_mesh(part.path);
+/// Fans over the polygons of a part as given, placed.
+void add_triangles(const tools::ScenePart& part, const std::string& scene_file, bool placed,
+                   std::vector<Triangle>& out) {
+  const tools::PartMesh source = tools::read_part_mesh(part, scene_file);
+  const tools::RawMesh& raw = source.mesh;
   const auto& q = part.quaternion_wxyz;
   const WideRotation r = rotation_of(widen(q[0]), widen(q[1]), widen(q[2]), widen(q[3]));
   const auto& at = part.position_m;
@@ -148,8 +150,9 @@ void add_triangles(const tools::ScenePart& part, bool placed, std::vector<Triang
   const auto corner = [&](std::uint32_t v) {
     const tools::Point3& file = raw.vertices[v];
     // As the compiler scales: in double.
-    const WideVec x{widen(file[0] * part.scale_to_m[0]), widen(file[1] * part.scale_to_m[1]),
-                    widen(file[2] * part.scale_to_m[2])};
+    const auto& scale = source.scale_to_m;
+    const WideVec x{widen(file[0] * scale[0]), widen(file[1] * scale[1]),
+                    widen(file[2] * scale[2])};
     return placed ? p + r * x : x;
   };
   for (const tools::RawFace& face : raw.faces) {
@@ -160,12 +163,16 @@ void add_triangles(const tools::ScenePart& part, bool placed, std::vector<Triang
   }
 }
 
-/// The largest move of a corner that the compiler reports for a part, but for its shift of origin.
+/// The largest move of the surface that the compiler reports for a part, but for its shift of
+/// origin.
 double moved_m(const tools::PartReport& report) {
   double moved = report.largest_move_m;
   for (const tools::CleaningStep& step : report.steps) {
     if (step.name == "weld") moved += step.largest_move_m;
   }
+  if (report.surface) moved += report.surface->largest_weld_move_m;
+  if (report.collapsed) moved += report.collapsed->hausdorff_m();
+  if (report.simplified) moved += report.simplified->hausdorff_m;
   return moved;
 }
 
@@ -177,14 +184,14 @@ CompiledSurface compiled(const tools::SceneFile& file) {
   CompiledSurface result;
   result.name = file.name;
   result.blob = scene.bytes;
-  add_triangles(file.moving, false, result.moving);
+  add_triangles(file.moving, file.file, false, result.moving);
   double largest_fixed = 0;
   for (std::size_t k = 0; k < scene.parts.size(); ++k) {
     if (k == 0) {
       result.moved_m = moved_m(scene.parts[0]);
       continue;
     }
-    add_triangles(file.statics[k - 1], true, result.fixed);
+    add_triangles(file.statics[k - 1], file.file, true, result.fixed);
     largest_fixed = std::max(largest_fixed, moved_m(scene.parts[k]));
   }
   result.moved_m += largest_fixed;

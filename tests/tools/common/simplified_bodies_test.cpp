@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// That a body is not the solid of its mesh: written, checked, and said to people.
+/// That a body is not that of its mesh: written, checked, and said to people.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -64,6 +64,35 @@ TEST_SUITE("tools.simplified_bodies") {
           "'gear.obj' was simplified: the surface is up to 0.0003 m from that of the mesh, the "
           "volume changed by -0.99 % (-0.06 m3)");
     CHECK(view.header().capacity.state_bytes == opened(plain).header().capacity.state_bytes);
+  }
+
+  TEST_CASE("a surface is named with its distance alone, and has no change of a volume") {
+    SceneDescription scene = two_statics();
+    scene.parameters.law = LawId::kProxy;
+    scene.parameters.goal_contact = 0;
+    ConvexPiece facet;
+    facet.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    facet.faces = {{0, 1, {0, 1, 2}, 0}, {0, -1, {2, 1, 0}, 0}};
+    facet.vertex_cones.resize(3);
+    facet.side_cones.resize(3);
+    Body sheet;
+    sheet.name = "sheet.obj";
+    sheet.planes = {{{0, 0, 1}, 0}};
+    sheet.pieces = {facet};
+    scene.statics[1].body = sheet;
+    scene.statics[1].simplified = {3.0e-4, 0.0};
+    const SceneBytes good{write_scene(scene)};
+    const std::vector<std::string> texts = simplification_texts(opened(good));
+    REQUIRE(texts.size() == 1);
+    CHECK(texts[0] ==
+          "'sheet.obj' was simplified: the surface is up to 0.0003 m from that of the mesh");
+    SceneFault fault;
+    for (const double change : {1.0e-9, -1.0e-9, std::nan("")}) {
+      CHECK(after(
+                good, [&](SimplifiedBody* s) { s->volume_change_m3 = change; }, fault) ==
+            RtStatus::kBlobBadNumber);
+      CHECK(fault.section == SectionId::kSimplified);
+    }
   }
 
   TEST_CASE("the section is checked like every other") {

@@ -2,6 +2,7 @@
 // Solid or surface: what the compiler chooses and says, at any size, and where a part may start.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tests/tools/mesh/mesh_builder.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/report.hpp"
@@ -69,6 +71,61 @@ MeshBuilder ring() {
       m.face({here + k, next + k, next + up, here + up});
     }
   }
+  return m;
+}
+
+/// A turned part: cylinders of these radii and of length 1 on each other.
+MeshBuilder shaft(const std::vector<double>& radii, std::uint32_t segments) {
+  MeshBuilder m;
+  const auto circle = [&](double radius, double z) {
+    std::vector<std::uint32_t> loop;
+    for (std::uint32_t k = 0; k < segments; ++k) {
+      const double a = 2 * std::numbers::pi * k / segments;
+      loop.push_back(m.vertex({radius * std::cos(a), radius * std::sin(a), z}));
+    }
+    return loop;
+  };
+  const auto strip = [&](const std::vector<std::uint32_t>& from,
+                         const std::vector<std::uint32_t>& to) {
+    for (std::uint32_t k = 0; k < segments; ++k) {
+      const std::uint32_t next = (k + 1) % segments;
+      m.face({from[k], from[next], to[next], to[k]});
+    }
+  };
+  std::vector<std::uint32_t> last = circle(radii[0], 0.0), first = last;
+  std::reverse(first.begin(), first.end());
+  m.face(first);
+  for (std::size_t k = 0; k < radii.size(); ++k) {
+    const auto z = static_cast<double>(k);
+    if (k > 0) {
+      const std::vector<std::uint32_t> begin = circle(radii[k], z);
+      strip(last, begin);
+      last = begin;
+    }
+    const std::vector<std::uint32_t> end = circle(radii[k], z + 1.0);
+    strip(last, end);
+    last = end;
+  }
+  m.face(last);
+  return m;
+}
+
+/// A straight star: every second corner of its outline is reflex.
+MeshBuilder star(std::uint32_t teeth) {
+  MeshBuilder m;
+  std::vector<std::uint32_t> low, high;
+  for (std::uint32_t k = 0; k < 2 * teeth; ++k) {
+    const double a = std::numbers::pi * k / teeth, r = k % 2 == 0 ? 1.0 : 0.9;
+    low.push_back(m.vertex({r * std::cos(a), r * std::sin(a), 0.0}));
+    high.push_back(m.vertex({r * std::cos(a), r * std::sin(a), 0.2}));
+  }
+  for (std::uint32_t k = 0; k < 2 * teeth; ++k) {
+    const std::uint32_t next = (k + 1) % (2 * teeth);
+    m.face({low[k], low[next], high[next], high[k]});
+  }
+  m.face(high);
+  std::reverse(low.begin(), low.end());
+  m.face(low);
   return m;
 }
 
@@ -158,6 +215,34 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(contains(compiled.parts[0].reason, "24 reflex edges, limit 3"));
   }
 
+  TEST_CASE("beyond 300 reflex edges the cheaper kind is taken, and what both cost is said") {
+    const ScratchFolder folder("kinds");
+    // Four rings of reflex edges, each in one plane: five pieces, and hundreds of facets.
+    const CompiledScene turned =
+        compile_scene(read_scene_file(scene_of_meshes(folder, shaft({1.0, 0.6, 1.0, 0.6, 1.0}, 80),
+                                                      cube(), 0.01, 0.2)),
+                      {});
+    const PartReport& solid = turned.parts[0];
+    CAPTURE(solid.reason);
+    CHECK_FALSE(solid.is_surface());
+    CHECK(solid.reflex_edges == 320);
+    CHECK(solid.pieces.size() == 5);
+    CHECK(solid.certificate.holds());
+    CHECK(contains(solid.reason, "closed, 320 reflex edges; "));
+    CHECK(contains(solid.reason,
+                   "; contact all over takes 3 % of the work of a tick with 5 convex pieces, "));
+    // No two reflex edges in one plane.
+    const CompiledScene toothed =
+        compile_scene(read_scene_file(scene_of_meshes(folder, star(310), cube(), 0.01, 0.2)), {});
+    const PartReport& surface = toothed.parts[0];
+    CAPTURE(surface.reason);
+    CHECK(surface.is_surface());
+    CHECK(contains(surface.reason, "310 reflex edges, limit 300: too curved"));
+    CHECK(contains(surface.reason,
+                   "; contact all over takes 187 % of the work of a tick with about "
+                   "311 convex pieces, "));
+  }
+
   TEST_CASE("as: only two words, and no disjoint beside a surface") {
     const ScratchFolder folder("kinds");
     const auto refused = [&](const std::string& more) {
@@ -183,6 +268,13 @@ TEST_SUITE("tools.part_kinds") {
     const auto json = nlohmann::json::parse(report_as_json(compiled));
     CHECK(json["parts"][0]["simplified"]["facets_after"] == part.surface->facets);
     CHECK(json["parts"][0]["simplified"]["hausdorff_m"] == part.collapsed->hausdorff_m());
+    // Who loads the scene is told too.
+    const SceneBytes bytes{compiled.bytes};
+    haptic::SceneView view;
+    REQUIRE(haptic::SceneView::open(bytes.span(), view) == haptic::RtStatus::kOk);
+    REQUIRE(view.simplified_bodies().size() == 1);
+    CHECK(view.simplified_bodies()[0].body == 0);
+    CHECK(view.simplified_bodies()[0].distance_m == part.collapsed->hausdorff_m());
   }
 
   TEST_CASE("tolerance_m above half of the clearance of two shapes is refused with the numbers") {

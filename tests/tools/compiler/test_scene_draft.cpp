@@ -3,11 +3,14 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "tests/tools/compiler/part_scenes.hpp"
+#include "tests/tools/import/import_files.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/program/scene_draft.hpp"
 
 using namespace haptic::test;
@@ -128,6 +131,29 @@ TEST_SUITE("tools.scene_draft") {
     const SceneDraft odd = bench.draft();
     CHECK(odd.scale_to_m == 1.0);
     CHECK(bench.says(odd, "are both in the same unit?"));
+  }
+
+  TEST_CASE("a file that states its unit is not scaled; the unit of the others is guessed") {
+    if (!haptic::tools::can_import()) {
+      MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
+      return;
+    }
+    DraftBench bench;
+    bench.peg = bench.folder.file("peg.amf");
+    std::ofstream(bench.peg) << haptic::tools::test::tetrahedron_amf("unit=\"inch\"");
+    write_boxes(bench.hole, {{{-30, -30, -5}, {30, 30, 0}}});
+    const SceneDraft draft = bench.draft();
+    CHECK(draft.scale_to_m == 0.001);
+    CHECK(bench.says(draft, "guessed, so that " + bench.hole));
+    // Of the two tables only the second has a scale.
+    const std::size_t scale = draft.toml.find("scale_to_m");
+    CHECK(scale > draft.toml.find("[[static]]"));
+    CHECK(draft.toml.find("scale_to_m", scale + 1) == std::string::npos);
+    // Above the plate: a tetrahedron of 25.4 mm, and a tenth of its size between them.
+    CHECK(draft.way == std::array<int, 3>{0, 0, 1});
+    CHECK(draft.start_m[2] == doctest::Approx(0.1 * 0.0254 * std::sqrt(3.0)).epsilon(0.1));
+    write_boxes(bench.hole, {{{-300, -300, -5}, {300, 300, 0}}});
+    CHECK_FALSE(bench.says(bench.draft(), "are both in the same unit?"));
   }
 
   TEST_CASE("the program writes a scene file that compiles, and overwrites nothing") {

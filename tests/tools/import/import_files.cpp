@@ -101,8 +101,8 @@ std::string model_of_3mf(const std::string& root, const std::string& build) {
   return text + "</triangles></mesh></object></resources><build>" + build + "</build></model>\n";
 }
 
-std::string archive_of_3mf(const std::string& model) {
-  return stored_zip(
+std::string archive_of_3mf(const std::string& model, Packing packing) {
+  return zip_of(
       {{"[Content_Types].xml",
         "<?xml version=\"1.0\"?><Types "
         "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
@@ -115,7 +115,8 @@ std::string archive_of_3mf(const std::string& model) {
         "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
         "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
         "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
-       {"3D/3dmodel.model", model}});
+       {"3D/3dmodel.model", model}},
+      packing);
 }
 
 std::string gltf_buffer() {
@@ -148,17 +149,22 @@ std::string tetrahedron_glb() {
          "JSON" + json + number(size(buffer), 4) + std::string("BIN\0", 4) + buffer;
 }
 
-std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files) {
+std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files, Packing packing) {
   std::string archive, index;
+  const bool is_deflated = packing == Packing::kDeflated;
   for (const auto& [name, text] : files) {
     const auto size = static_cast<std::uint32_t>(text.size());
+    // The last block, without compression: its length, and that inverted.
+    const std::string content =
+        is_deflated ? "\1" + number(size, 2) + number(~size, 2) + text : text;
     // Version, flags, method, time, date, check sum, sizes, lengths of name and extra field.
-    const std::string common = number(20, 2) + number(0, 8) + number(check_sum(text), 4) +
-                               number(size, 4) + number(size, 4) +
-                               number(static_cast<std::uint32_t>(name.size()), 2) + number(0, 2);
+    const std::string common =
+        number(20, 2) + number(0, 2) + number(is_deflated ? 8 : 0, 2) + number(0, 4) +
+        number(check_sum(text), 4) + number(static_cast<std::uint32_t>(content.size()), 4) +
+        number(size, 4) + number(static_cast<std::uint32_t>(name.size()), 2) + number(0, 2);
     index += "PK\1\2" + number(20, 2) + common + number(0, 6) + number(0, 4) +
              number(static_cast<std::uint32_t>(archive.size()), 4) + name;
-    archive += "PK\3\4" + common + name + text;
+    archive += "PK\3\4" + common + name + content;
   }
   const auto count = static_cast<std::uint32_t>(files.size());
   return archive + index + "PK\5\6" + number(0, 4) + number(count, 2) + number(count, 2) +

@@ -9,6 +9,9 @@
 
 namespace haptic::tools::test {
 
+/// How files stand in a ZIP archive: as they are, or by deflate (in one block without compression).
+enum class Packing : unsigned char { kStored, kDeflated };
+
 /// `root`: more attributes of the root element, such as unit="inch".
 std::string tetrahedron_amf(const std::string& root = "");
 /// `asset`: what stands in the asset, such as <unit meter="0.01"/>; `node`: before the mesh in its
@@ -17,14 +20,15 @@ std::string tetrahedron_dae(const std::string& asset = "", const std::string& no
 /// `build`: the items.
 std::string model_of_3mf(const std::string& root = "",
                          const std::string& build = "<item objectid=\"1\"/>");
-std::string archive_of_3mf(const std::string& model);
+std::string archive_of_3mf(const std::string& model, Packing packing = Packing::kStored);
 /// The node's keys, such as "\"scale\":[1,1,-1],"; buffer as data in the text, or `buffer`.bin.
 std::string tetrahedron_gltf(const std::string& node = "", const std::string& buffer = "");
 std::string tetrahedron_glb();
 /// What the buffer of a .gltf holds.
 std::string gltf_buffer();
 
-/// ZIP archive of files that are stored as they are.
-std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files);
+/// ZIP archive of files.
+std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files,
+                   Packing packing = Packing::kStored);
 
 }  // namespace haptic::tools::test

@@ -97,6 +97,7 @@ TEST_SUITE("tools.mesh_import") {
         {tetrahedron_dae(), ImportFormat::kDae, 1.0},
         {tetrahedron_dae("<unit name=\"inch\" meter=\"0.0254\"/>"), ImportFormat::kDae, 0.0254},
         {archive_of_3mf(model_of_3mf()), ImportFormat::k3mf, 1e-3},
+        {archive_of_3mf(model_of_3mf(), Packing::kDeflated), ImportFormat::k3mf, 1e-3},
         {archive_of_3mf(model_of_3mf("unit=\"centimeter\"")), ImportFormat::k3mf, 1e-2}};
     for (const Sample& sample : samples) {
       CAPTURE(static_cast<int>(sample.format));
@@ -140,6 +141,13 @@ TEST_SUITE("tools.mesh_import") {
     const auto with = [](std::string text, const std::string& from, const std::string& to) {
       return text.replace(text.find(from), from.size(), to);
     };
+    // The last entry of an archive states another size.
+    const auto claiming = [](std::string archive, std::uint32_t size) {
+      const std::size_t at = archive.rfind("PK\1\2") + 24;
+      for (unsigned k = 0; k < 4; ++k) archive[at + k] = static_cast<char>(size >> (8 * k));
+      return archive;
+    };
+    const std::string packed = archive_of_3mf(model, Packing::kDeflated);
     struct Damage {
       std::string bytes;
       ImportFormat format;
@@ -160,7 +168,11 @@ TEST_SUITE("tools.mesh_import") {
         {with(tetrahedron_dae(), "0 2 1 0 1 3", "0 2 1 0 1 9"), ImportFormat::kDae, ""},
         {model, ImportFormat::k3mf, "no ZIP archive"},
         {archive_of_3mf(model).substr(9), ImportFormat::k3mf, ""},
-        {stored_zip({{"a.txt", "x"}}), ImportFormat::k3mf, "holds no file '*.model'"},
+        {zip_of({{"a.txt", "x"}}), ImportFormat::k3mf, "holds no file '*.model'"},
+        {claiming(packed, 1u << 30), ImportFormat::k3mf, "the ZIP archive is damaged"},
+        {claiming(packed, 99), ImportFormat::k3mf, "the ZIP archive is damaged"},
+        {claiming(packed, (1u << 30) + 1), ImportFormat::k3mf,
+         "unpacks to 1073741825 bytes, limit 1073741824"},
         {archive_of_3mf(model_of_3mf("unit=\"yard\"")), ImportFormat::k3mf, "the unit is 'yard'"},
         {archive_of_3mf(model_of_3mf("requiredextensions=\"p\"")), ImportFormat::k3mf,
          "needs extensions of 3MF that are not read: 'p'"},

@@ -116,7 +116,7 @@ TEST_SUITE("tools.step_import") {
     }
   }
 
-  TEST_CASE("the default deflection is a share of the size, whatever the size") {
+  TEST_CASE("the default deflection is a share of the size at any size") {
     if (is_skipped()) return;
     std::size_t faces = 0;
     for (const double size : {0.1, 1.0, 100.0, 1e4}) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "tests/tools/mesh/mesh_builder.hpp"
 #include "tools/common/error.hpp"
@@ -303,6 +304,36 @@ TEST_SUITE("tools.surface_simplification") {
     const RawMesh thin = shape_mesh(TubeShape{0.0096, 0.01, 0.02, 64}, "thin");
     CHECK(contains(refusal_of(thin, 3.0e-4), "would close a wall of 0.000388 m near ("));
     CHECK(refusal_of(thin, 1.0e-4) == "");
+  }
+
+  TEST_CASE("a passage is found where two facets overlap a little, far from their middles") {
+    // Sheets of two triangles, one above the other; they share a tenth of their width.
+    MeshBuilder m;
+    const auto sheet = [&](double x, double y, double z) {
+      const std::uint32_t a = m.vertex({x, y, z}), b = m.vertex({x + 1.0, y, z}),
+                          c = m.vertex({x + 1.0, y + 1.0, z}), d = m.vertex({x, y + 1.0, z});
+      m.face({a, b, c, d});
+    };
+    sheet(0.0, 0.0, 0.0);
+    sheet(0.9, 0.8, 0.01);
+    SurfaceOptions as_triangles;
+    as_triangles.merge = false;
+    const TriangleMesh mesh = triangle_mesh(make_surface_part(m.raw(), as_triangles));
+    const auto passage = narrowest_passage(mesh, false, 1.0e-6, 0.02);
+    REQUIRE(passage);
+    CHECK(passage->width_m == doctest::Approx(0.01));
+    CHECK(passage->at[0] > 0.9 - 1e-9);
+    CHECK(passage->at[1] > 0.8 - 1e-9);
+    CHECK(passage->at[2] == doctest::Approx(0.005));
+    CHECK_FALSE(narrowest_passage(mesh, false, 1.0e-6, 0.0099));
+    CHECK_FALSE(narrowest_passage(mesh, false, 0.011, 0.02));
+    // Side by side, not above each other.
+    MeshBuilder apart;
+    std::swap(m, apart);
+    sheet(0.0, 0.0, 0.0);
+    sheet(1.0, 0.0, 0.01);
+    const TriangleMesh steps = triangle_mesh(make_surface_part(m.raw(), as_triangles));
+    CHECK_FALSE(narrowest_passage(steps, false, 1.0e-6, 0.02));
   }
 
   TEST_CASE("a thread keeps its shape: closed, one ball or ring, no triangles that cross") {

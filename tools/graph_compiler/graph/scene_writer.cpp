@@ -134,18 +134,16 @@ std::vector<WrittenPair> written_pairs(const SceneTables& t, const SceneDescript
 }
 
 /// Where pairs are not listed: the marks of each piece that has a feature hidden.
-/// @throws InputError when the pieces are too many or too large for the format.
+/// @throws InputError when the pieces are too large for the format.
 void add_piece_marks(SceneTables& t, const SceneDescription& description) {
   const std::uint32_t moving = t.bodies[0].piece_count;
   const std::span<const PieceRecord> pieces(t.pieces);
   const PieceRecord a = largest_counts(pieces.first(moving));
   const PieceRecord b = largest_counts(pieces.subspan(moving));
-  const std::uint64_t pairs = std::uint64_t{moving} * (pieces.size() - moving);
-  if (pairs >= kNoPair || basic_contacts(a, b) >= kGraphNotStored) {
-    throw InputError("scene '" + description.name + "' has " + std::to_string(pairs) +
-                     " pairs of pieces with up to " + std::to_string(basic_contacts(a, b)) +
-                     " basic contacts, the format numbers " + std::to_string(kGraphNotStored) +
-                     " of either; use coarser meshes");
+  if (basic_contacts(a, b) >= kGraphNotStored) {
+    throw InputError("scene '" + description.name + "' has pairs of pieces with up to " +
+                     std::to_string(basic_contacts(a, b)) + " basic contacts, the format numbers " +
+                     std::to_string(kGraphNotStored) + "; use coarser meshes");
   }
   for (std::size_t i = 0; i < description.open.size(); ++i) {
     const OpenFeatures& open = description.open[i];

@@ -24,7 +24,7 @@
 
 namespace haptic::tools {
 
-/// Result of a simplification of a body; as in SimplifiedBody.
+/// Result of a simplification of a body; as in SimplifiedBody: no change of volume of a surface.
 struct BodySimplification {
   double distance_m = 0.0, volume_change_m3 = 0.0;
 };
@@ -42,7 +42,7 @@ struct PlacedBody {
   /// Static: Coulomb coefficient against the moving body; moving: 0.
   double friction = 0.0;
   double friction_static = 0.0;  ///< the same while the parts stick; below `friction`: that
-  std::optional<BodySimplification> simplified{};  ///< absent: the body is the solid of its mesh
+  std::optional<BodySimplification> simplified{};  ///< absent: the body is that of its mesh
 };
 
 /// Width of the near set [m], band of exact separations [m] and loop [Hz] where nothing is said.

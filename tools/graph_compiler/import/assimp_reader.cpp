@@ -323,7 +323,7 @@ bool can_import() { return true; }
 
 ImportedMesh import_by_assimp(std::span<const char> bytes, ImportFormat format,
                               const std::string& file, const std::filesystem::path& folder) {
-  check_size(bytes, file);
+  check_mesh_bytes(bytes.size(), file);
   return guarded(file, [&] { return read(bytes, format, file, folder); });
 }
 

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/import/guarded_import.hpp"
 
-#include <sys/resource.h>
-#include <sys/wait.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
-#include <cstdio>
 #include <cstring>
-#include <exception>
 
 #include "tools/common/error.hpp"
+#include "tools/common/limited_child.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
 namespace haptic::tools {
 namespace {
 
-constexpr rlim_t kMostSeconds = 120, kMostMemory = rlim_t{4} << 30;
 constexpr char kMesh = 'm', kRefusal = 'r';
+/// Of the largest mesh of triangles that a reader gives.
+constexpr std::size_t kMostMessageBytes =
+    1024 + kMaxMeshVertices * sizeof(Point3) + kMaxMeshFaces * 5 * sizeof(std::uint32_t);
+constexpr ChildLimits kChildLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
+constexpr const char* kExportAgain = "export the part again, or as STL";
+constexpr const char* kMakeSmaller = "simplify the part, or export it as STL";
 
 void append_bytes(std::string& to, const void* from, std::size_t size) {
   to.append(static_cast<const char*>(from), size);
@@ -44,6 +45,7 @@ class Message {
   }
   void take(void* to, std::size_t size) {
     if (size > text_.size() - at_) refuse();
+    if (size == 0) return;  // `to` may be null
     std::memcpy(to, text_.data() + at_, size);
     at_ += size;
   }
@@ -54,7 +56,7 @@ class Message {
   }
   [[nodiscard]] bool at_end() const { return at_ == text_.size(); }
   [[noreturn]] void refuse() const {
-    refuse_file(file_, "the importer gave no mesh", "export the part again, or as STL");
+    refuse_file(file_, "the importer gave no mesh", kExportAgain);
   }
 
  private:
@@ -63,52 +65,38 @@ class Message {
   std::size_t at_ = 0;
 };
 
-void write_all(int to, const std::string& text) {
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t n = ::write(to, text.data() + done, text.size() - done);
-    if (n < 0 && errno != EINTR) return;
-    if (n > 0) done += static_cast<std::size_t>(n);
-  }
+/// Libraries print what they find, before the one message that this program gives.
+void be_quiet() {
+  const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nothing < 0) return;
+  ::dup2(nothing, STDOUT_FILENO);
+  ::dup2(nothing, STDERR_FILENO);
 }
 
-/// Of this process at present [bytes].
-rlim_t address_space() {
-  unsigned long pages = 0;
-  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
-    std::fclose(file);
-  }
-  return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
-}
-
-[[noreturn]] void run_child(int to, const std::function<ImportedMesh()>& work) {
-  for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) std::signal(number, SIG_DFL);
-  const rlimit time{kMostSeconds, kMostSeconds};
-  const rlim_t memory = address_space() + kMostMemory;
-  const rlimit space{memory, memory}, no_core{0, 0};
-  std::string text;
-  if (::setrlimit(RLIMIT_CPU, &time) == 0 && ::setrlimit(RLIMIT_AS, &space) == 0 &&
-      ::setrlimit(RLIMIT_CORE, &no_core) == 0) {
-    try {
-      text = message_of(work());
-    } catch (const InputError& error) {
-      text = kRefusal + std::string(error.what());
-    } catch (...) {
-      text.clear();  // out of memory, or an exception of the library's own
-    }
-  }
-  write_all(to, text);
-  ::_exit(0);
-}
-
-std::string read_all(int from) {
-  std::string text;
-  std::vector<char> buffer(std::size_t{1} << 16);
-  for (;;) {
-    const ssize_t n = ::read(from, buffer.data(), buffer.size());
-    if (n == 0 || (n < 0 && errno != EINTR)) return text;
-    if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
+/// The end of a child that gave no answer.
+[[noreturn]] void refuse_end(const std::string& file, const ChildResult& child) {
+  switch (child.end) {
+    case ChildEnd::kOutOfTime:
+      refuse_file(file,
+                  "the importer needs more than " + std::to_string(kChildLimits.seconds) +
+                      " s of processor time",
+                  kMakeSmaller);
+    case ChildEnd::kOutOfMemory:
+      refuse_file(file,
+                  "the importer needs more than " +
+                      std::to_string(kChildLimits.memory_bytes >> 30) + " GiB of memory",
+                  kMakeSmaller);
+    case ChildEnd::kTooLong:
+      refuse_file(file, "its mesh is larger than " + std::to_string(kMaxMeshFaces) + " triangles",
+                  kMakeSmaller);
+    case ChildEnd::kSignal:
+      refuse_file(file,
+                  std::string("the importer crashed on it (") + ::strsignal(child.number) + ")",
+                  kExportAgain);
+    case ChildEnd::kThrew:
+      refuse_file(file, "the importer failed on it (" + shown_word(child.text) + ")", kExportAgain);
+    default:
+      refuse_file(file, "the importer failed on it", kExportAgain);
   }
 }
 
@@ -180,36 +168,17 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
 }
 
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work) {
-  int ends[2];
-  if (::pipe(ends) != 0) throw OsError(file + ": no pipe (" + std::strerror(errno) + ")");
-  std::fflush(nullptr);
-  const pid_t child = ::fork();
-  if (child < 0) {
-    const int reason = errno;
-    ::close(ends[0]);
-    ::close(ends[1]);
-    throw OsError(file + ": no process for the importer (" + std::strerror(reason) + ")");
-  }
-  if (child == 0) {
-    ::close(ends[0]);
-    run_child(ends[1], work);
-  }
-  ::close(ends[1]);
-  const std::string text = read_all(ends[0]);
-  ::close(ends[0]);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFSIGNALED(status)) {
-    refuse_file(file,
-                std::string("the importer crashed on it (") + ::strsignal(WTERMSIG(status)) + ")",
-                "export the part again, or as STL");
-  }
-  if (text.empty()) {
-    refuse_file(file, "the importer failed on it", "export the part again, or as STL");
-  }
-  if (text[0] == kRefusal) throw InputError(text.substr(1));
-  return mesh_of_message(text, file);
+  const ChildResult child = run_in_child(file, kChildLimits, [&]() -> std::string {
+    be_quiet();
+    try {
+      return message_of(work());
+    } catch (const InputError& error) {
+      return kRefusal + std::string(error.what());
+    }
+  });
+  if (child.end != ChildEnd::kAnswered) refuse_end(file, child);
+  if (child.text.starts_with(kRefusal)) throw InputError(child.text.substr(1));
+  return mesh_of_message(child.text, file);
 }
 
 }  // namespace haptic::tools

@@ -10,9 +10,9 @@
 
 namespace haptic::tools {
 
-/// Runs `work` in a child process and hands its result over. The child may use 120 s of processor
-/// time and 4 GiB more memory than this process. What comes back is taken for hostile: every count,
-/// index and number is checked.
+/// Runs `work` in a child process (tools/common/limited_child.hpp) and hands its result over. The
+/// child may use 120 s of processor time and 4 GiB more memory than this process. What comes back
+/// is taken for hostile: every count, index and number is checked.
 /// @throws InputError  what `work` throws; or when the child ends in another way, or its result is
 /// no mesh. OsError: no process or pipe can be made.
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work);

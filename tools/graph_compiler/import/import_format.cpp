@@ -28,18 +28,6 @@ void refuse_unbuilt(const std::string& file, const std::string& fix) {
   refuse_file(file, "this program was built without the libraries that read such files", fix);
 }
 
-void check_size(std::span<const char> bytes, const std::string& file) {
-  if (bytes.empty()) {
-    refuse_file(file, "the file is empty (0 bytes)", "export the part again");
-  }
-  if (bytes.size() > kMaxMeshBytes) {
-    refuse_file(file,
-                "the file has " + std::to_string(bytes.size()) + " bytes, limit " +
-                    std::to_string(kMaxMeshBytes),
-                "simplify the part");
-  }
-}
-
 ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, const std::string& file,
                           const std::filesystem::path& folder, const ImportOptions& options) {
   if (format == ImportFormat::kStep) return import_step(bytes, file, options);

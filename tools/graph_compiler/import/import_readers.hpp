@@ -14,7 +14,5 @@ ImportedMesh import_step(std::span<const char> bytes, const std::string& file,
 
 /// @throws InputError  the library is absent; `fix` names the packages.
 [[noreturn]] void refuse_unbuilt(const std::string& file, const std::string& fix);
-/// @throws InputError  empty, or more than `kMaxMeshBytes`.
-void check_size(std::span<const char> bytes, const std::string& file);
 
 }  // namespace haptic::tools

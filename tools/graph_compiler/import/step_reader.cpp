@@ -42,7 +42,7 @@
 namespace haptic::tools {
 namespace {
 
-/// Open CASCADE gives lengths in millimetres, whatever the unit of the file.
+/// Open CASCADE converts lengths to millimetres from any unit of the file.
 constexpr double kReaderUnit_m = 1e-3;
 /// Between the normals of neighbouring facets of a round face [rad]: a small round gets as many.
 constexpr double kMostTurn_rad = 0.5;
@@ -157,7 +157,11 @@ class Facets {
       mesh_.vertices.push_back(point_of(facets->Node(k).Transformed(location.Transformation())));
     }
     const BRepAdaptor_Surface surface(face);
-    const bool round = surface.GetType() != GeomAbs_Plane && facets->HasUVNodes();
+    const bool round = surface.GetType() != GeomAbs_Plane;
+    if (round && !facets->HasUVNodes()) {
+      refuse_export(mesh_.file, "the deflection of face " + std::to_string(faces_) +
+                                    " of the part cannot be measured");
+    }
     for (Standard_Integer k = 1; k <= facets->NbTriangles(); ++k) {
       std::array<Standard_Integer, 3> corner{};
       facets->Triangle(k).Get(corner[0], corner[1], corner[2]);
@@ -247,7 +251,7 @@ bool can_import_step() { return true; }
 
 ImportedMesh import_step(std::span<const char> bytes, const std::string& file,
                          const ImportOptions& options) {
-  check_size(bytes, file);
+  check_mesh_bytes(bytes.size(), file);
   const std::string_view text(bytes.data(), bytes.size());
   if (text.substr(0, kHeaderBytes).find("ISO-10303-21") == std::string_view::npos) {
     refuse_file(file, "it does not begin with ISO-10303-21, as a STEP file does",

@@ -18,7 +18,8 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr std::size_t kMaxUrdfBytes = std::size_t{64} << 20;
+/// The tree of the XML takes some thirty times as much.
+constexpr std::size_t kMaxUrdfBytes = std::size_t{16} << 20;
 
 class LinkReader {
  public:

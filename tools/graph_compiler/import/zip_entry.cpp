@@ -12,6 +12,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr const char* kExport = "export the file again";
+constexpr const char* kDamaged = "the ZIP archive is damaged";
 
 /// Little-endian numbers of an archive, each within its bytes.
 class ZipBytes {
@@ -46,7 +47,11 @@ bool ends_with_any_case(std::string_view name, std::string_view ending) {
                             [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
 }
 
+/// Deflate unpacks a byte to no more than these.
+constexpr std::size_t kMostOfByte = 1032;
+
 std::string inflated(std::span<const char> packed, std::size_t size, const std::string& file) {
+  if (size / kMostOfByte > packed.size()) refuse_file(file, kDamaged, kExport);
   std::string text(size, '\0');
   z_stream stream{};
   // Raw deflate, without a header of zlib's.
@@ -61,7 +66,7 @@ std::string inflated(std::span<const char> packed, std::size_t size, const std::
   const int status = inflate(&stream, Z_FINISH);
   const bool whole = status == Z_STREAM_END && stream.total_out == size;
   inflateEnd(&stream);
-  if (!whole) refuse_file(file, "the ZIP archive is damaged", kExport);
+  if (!whole) refuse_file(file, kDamaged, kExport);
   return text;
 }
 
@@ -82,7 +87,7 @@ std::string zip_entry(std::span<const char> archive, std::string_view ending, st
   const std::uint32_t count = bytes.number(end + 10, 2);
   std::size_t at = bytes.number(end + 16, 4);
   for (std::uint32_t k = 0; k < count; ++k) {
-    if (bytes.number(at, 4) != kEntry) refuse_file(file, "the ZIP archive is damaged", kExport);
+    if (bytes.number(at, 4) != kEntry) refuse_file(file, kDamaged, kExport);
     const std::size_t name_size = bytes.number(at + 28, 2);
     const std::span<const char> name = bytes.piece(at + 46, name_size);
     if (!ends_with_any_case({name.data(), name.size()}, ending)) {
@@ -99,7 +104,7 @@ std::string zip_entry(std::span<const char> archive, std::string_view ending, st
                       std::to_string(limit),
                   "simplify the part");
     }
-    if (bytes.number(local, 4) != kLocal) refuse_file(file, "the ZIP archive is damaged", kExport);
+    if (bytes.number(local, 4) != kLocal) refuse_file(file, kDamaged, kExport);
     const std::size_t begin =
         local + 30 + bytes.number(local + 26, 2) + bytes.number(local + 28, 2);
     const std::span<const char> content = bytes.piece(begin, packed);

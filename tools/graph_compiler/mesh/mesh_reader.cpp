@@ -33,10 +33,13 @@ std::string_view announced_format(std::string_view text) {
   if (first == "v" || first == "mtllib" || first == "vn") {
     return "OBJ";
   }
-  if (first.starts_with("<?xml") || first.starts_with("{") || first.starts_with("glTF")) {
-    return "no mesh format known here (OBJ, STL, OFF, PLY)";
+  if (first.starts_with("glTF")) {
+    return "binary glTF (.glb)";
   }
-  return {};
+  if (first.starts_with("<?xml")) {
+    return "XML (as COLLADA and AMF are)";
+  }
+  return first.starts_with("{") ? "JSON (as glTF is)" : std::string_view{};
 }
 
 void check_announced(std::string_view text, std::string_view expected, const std::string& file) {
@@ -49,6 +52,16 @@ void check_announced(std::string_view text, std::string_view expected, const std
 }
 
 }  // namespace
+
+void check_mesh_bytes(std::uintmax_t bytes, const std::string& file) {
+  if (bytes == 0) refuse_file(file, "the file is empty (0 bytes)", "export the part again");
+  if (bytes > kMaxMeshBytes) {
+    refuse_file(
+        file,
+        "the file has " + std::to_string(bytes) + " bytes, limit " + std::to_string(kMaxMeshBytes),
+        "simplify the part");
+  }
+}
 
 MeshFormat mesh_format_of(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
@@ -70,15 +83,7 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
 }
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {
-  if (bytes.empty()) {
-    refuse_file(file, "the file is empty (0 bytes)", "export the part again");
-  }
-  if (bytes.size() > kMaxMeshBytes) {
-    refuse_file(file,
-                "the file has " + std::to_string(bytes.size()) + " bytes, limit " +
-                    std::to_string(kMaxMeshBytes),
-                "simplify the part");
-  }
+  check_mesh_bytes(bytes.size(), file);
   RawMesh mesh;
   if (format == MeshFormat::kPly) {
     mesh = parse_ply(bytes, file);
@@ -110,12 +115,7 @@ RawMesh read_mesh(const std::filesystem::path& path) {
   if (error) {
     refuse_file(file, "the size cannot be read (" + error.message() + ")", "check the permissions");
   }
-  if (size > kMaxMeshBytes) {
-    refuse_file(
-        file,
-        "the file has " + std::to_string(size) + " bytes, limit " + std::to_string(kMaxMeshBytes),
-        "simplify the part");
-  }
+  check_mesh_bytes(size, file);
   std::vector<char> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(path, std::ios::binary);
   stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -23,6 +23,9 @@ namespace haptic::tools {
 [[noreturn]] void refuse_file(const std::string& file, const std::string& defect,
                               const std::string& fix);
 
+/// @throws InputError  a mesh file that is empty or larger than `kMaxMeshBytes`.
+void check_mesh_bytes(std::uintmax_t bytes, const std::string& file);
+
 /// A word of the file, quoted for a message: cut to a readable length, unprintable bytes replaced.
 std::string shown_word(std::string_view word);
 

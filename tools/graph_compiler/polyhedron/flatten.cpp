@@ -386,11 +386,12 @@ FlatBody flatten(const Surface& surface, PlaneFit fit, MergedSurface merged,
   FlatBody body;
   body.reflex_edge_count = count_reflex(surface, fit, merged);
   if (body.reflex_edge_count > limits.max_reflex_edges) {
-    throw LimitError(
+    throw ReflexLimitError(
         surface.file + ": " + std::to_string(body.reflex_edge_count) + " reflex edges, limit " +
-        std::to_string(limits.max_reflex_edges) +
-        ": too curved for an exact decomposition; --simplify DISTANCE removes bevels, fillets and "
-        "small rounds, or raise --max-reflex (time grows about with its square)");
+            std::to_string(limits.max_reflex_edges) +
+            ": too curved for an exact decomposition; --simplify DISTANCE removes bevels, fillets "
+            "and small rounds, or raise --max-reflex (time grows about with its square)",
+        body.reflex_edge_count, planes_through_reflex(surface, fit, merged));
   }
   body.world.centre_m = surface.centre_m;
   body.world.scale = std::ldexp(1.0, -std::ilogb(surface.diagonal_m));

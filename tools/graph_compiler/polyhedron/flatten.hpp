@@ -6,12 +6,22 @@
 
 #include <optional>
 
+#include "tools/common/error.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/exact.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
 #include "tools/graph_compiler/polyhedron/plane_fit.hpp"
 
 namespace haptic::tools {
+
+/// More reflex edges than a limit allows.
+class ReflexLimitError : public LimitError {
+ public:
+  ReflexLimitError(const std::string& text, std::size_t edge_count, std::size_t plane_count)
+      : LimitError(text), edges(edge_count), planes(plane_count) {}
+  std::size_t edges;   ///< count_reflex
+  std::size_t planes;  ///< planes_through_reflex
+};
 
 struct FlattenLimits {
   std::size_t max_reflex_edges =
@@ -39,7 +49,8 @@ struct FlatBody {
   std::vector<std::string> warnings;
 };
 
-/// @throws InputError with file, element, place in metres (file frame) and fix (METHOD section 9).
+/// @throws InputError with file, element, place in metres (file frame) and fix (METHOD section 9);
+/// ReflexLimitError.
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits);
 
 /// The same with planes and polygons that were found already. Vertices, `merged.vertex_planes` and

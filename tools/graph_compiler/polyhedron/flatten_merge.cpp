@@ -2,9 +2,11 @@
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <queue>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -180,6 +182,18 @@ void FaceMerger::straighten() {
   }
 }
 
+/// Edge (u, v) of faces f (runs it) and g is reflex iff (N_f x N_g).(x_v - x_u) < 0 (METHOD section
+/// 5).
+bool is_reflex(const Surface& s, const PlaneFit& fit, const MergedSurface& merged,
+               const MergedEdge& e) {
+  const auto normal = [&](std::uint32_t face) {
+    const MergedFace& f = merged.faces[face];
+    return vec::scaled(fit.planes[f.plane].normal, f.sign);
+  };
+  const Point3 along = vec::sub(s.vertices[e.v], s.vertices[e.u]);
+  return vec::dot(vec::cross(normal(e.left), normal(e.right)), along) < 0.0;
+}
+
 }  // namespace
 
 FaceNeighbors::FaceNeighbors(const Surface& surface) {
@@ -222,18 +236,47 @@ MergedSurface merge_faces(const Surface& surface, const FaceNeighbors& neighbors
   return FaceMerger(surface, neighbors, fit).run();
 }
 
-/// Edge (u, v) of faces f (runs it) and g is reflex iff (N_f x N_g).(x_v - x_u) < 0 (METHOD section
-/// 5).
 std::size_t count_reflex(const Surface& s, const PlaneFit& fit, const MergedSurface& merged) {
-  const auto normal = [&](std::uint32_t face) {
-    const MergedFace& f = merged.faces[face];
-    return vec::scaled(fit.planes[f.plane].normal, f.sign);
-  };
   return static_cast<std::size_t>(
-      std::count_if(merged.edges.begin(), merged.edges.end(), [&](const MergedEdge& e) {
-        const Point3 along = vec::sub(s.vertices[e.v], s.vertices[e.u]);
-        return vec::dot(vec::cross(normal(e.left), normal(e.right)), along) < 0.0;
-      }));
+      std::count_if(merged.edges.begin(), merged.edges.end(),
+                    [&](const MergedEdge& e) { return is_reflex(s, fit, merged, e); }));
+}
+
+std::size_t planes_through_reflex(const Surface& s, const PlaneFit& fit,
+                                  const MergedSurface& merged) {
+  std::vector<std::array<std::uint32_t, 2>> open;  // planes of each reflex edge
+  std::vector<std::vector<std::uint32_t>> edges_of(fit.planes.size());  // indices into `open`
+  for (const MergedEdge& e : merged.edges) {
+    if (!is_reflex(s, fit, merged, e)) continue;
+    for (const std::uint32_t face : {e.left, e.right}) {
+      edges_of[merged.faces[face].plane].push_back(static_cast<std::uint32_t>(open.size()));
+    }
+    open.push_back({merged.faces[e.left].plane, merged.faces[e.right].plane});
+  }
+  std::vector<std::uint8_t> cut(open.size(), 0);
+  std::vector<std::size_t> left(fit.planes.size());
+  std::priority_queue<std::pair<std::size_t, std::uint32_t>> queue;  // edges left when put in
+  for (std::uint32_t p = 0; p < left.size(); ++p) {
+    left[p] = edges_of[p].size();
+    if (left[p] > 0) queue.push({left[p], p});
+  }
+  std::size_t planes = 0;
+  while (!queue.empty()) {
+    const auto [count, plane] = queue.top();
+    queue.pop();
+    if (left[plane] == 0) continue;
+    if (count != left[plane]) {
+      queue.push({left[plane], plane});
+      continue;
+    }
+    ++planes;
+    for (const std::uint32_t e : edges_of[plane]) {
+      if (cut[e] != 0) continue;
+      cut[e] = 1;
+      for (const std::uint32_t p : open[e]) --left[p];
+    }
+  }
+  return planes;
 }
 
 void refuse_thin(const Surface& s, const Point3& local_m) {

@@ -66,6 +66,12 @@ MergedSurface merge_faces(const Surface& surface, const FaceNeighbors& neighbors
 /// Edges where the solid fills more than half a turn.
 std::size_t count_reflex(const Surface& surface, const PlaneFit& fit, const MergedSurface& merged);
 
+/// Planes of faces such that each reflex edge lies in one of them, the one with the most edges
+/// first each time: cuts along them leave no reflex edge. The convex pieces of a solid are about
+/// one more. Cost: O(n log n).
+std::size_t planes_through_reflex(const Surface& surface, const PlaneFit& fit,
+                                  const MergedSurface& merged);
+
 /// @throws InputError "thinner than the plane tolerance".
 [[noreturn]] void refuse_thin(const Surface& surface, const Point3& local_m);
 

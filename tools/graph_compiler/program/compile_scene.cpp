@@ -141,6 +141,34 @@ std::string counted(std::size_t n, const char* what) {
   return grouped(n) + " " + what + (n == 1 ? "" : "s");
 }
 
+/// Solids with more reflex edges than the default limit are tried up to so many, and with so many
+/// units of exact work; beyond these, cutting takes longer than it is worth.
+constexpr std::size_t kMostTriedReflex = 3000;
+constexpr double kTriedWork = 5.0e7;
+
+/// What contact all over a part costs as a solid and as a surface.
+struct KindCost {
+  std::size_t pieces = 0, facets = 0;
+  double solid = 0.0, surface = 0.0;  ///< of the work of a tick
+};
+
+KindCost cost_of_kinds(std::size_t pieces, std::size_t facets, const SceneFile& scene) {
+  const double rate_hz = scene.parameters.rate_hz;
+  const std::uint32_t passes = scene.coupling.passes.value_or(kDefaultProxyPasses);
+  return {pieces, facets, contact_share(pieces, false, rate_hz, passes),
+          contact_share(facets, true, rate_hz, passes)};
+}
+
+/// "contact all over takes 3 % of the work of a tick with 5 convex pieces, 84 % with 1 152 facets"
+std::string cost_text(const KindCost& cost, const char* about) {
+  const auto percent = [](double share) {
+    return grouped(static_cast<std::uint64_t>(std::llround(100.0 * share))) + " %";
+  };
+  return "contact all over takes " + percent(cost.solid) + " of the work of a tick with " + about +
+         counted(cost.pieces, "convex piece") + ", " + percent(cost.surface) + " with " +
+         counted(cost.facets, "facet");
+}
+
 /// The mesh as a solid: the part's report, and what goes into the scene.
 WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const SceneFile& scene,
                           const CompileOptions& options, const Tell& tell, PartReport& report) {
@@ -282,7 +310,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   if (source.deflection && source.deflection->found_m > source.deflection->asked_m) {
     report.warnings.push_back(
         formatted("facets lie off the round faces by up to %.3g m, more than the deflection of "
-                  "%.3g m that was asked for",
+                  "%.3g m that was asked for; a smaller deflection_m makes finer facets",
                   source.deflection->found_m, source.deflection->asked_m));
   }
   report.scale_to_m = source.unit_m;
@@ -291,25 +319,54 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   report.mesh_faces = raw.faces.size();
   report.timing.read_s = watch.lap();
   std::string why;
+  std::optional<std::size_t> planes;  // along which a solid with many reflex edges is cut
   if (part.kind != PartKind::kSurface) {
     PartReport solid = report;
+    // The other laws need depths: what keeps the part from being a solid is what must be repaired.
+    const bool must = part.kind == PartKind::kSolid || scene.parameters.law != LawId::kProxy;
     try {
       result.shape = compile_solid(source, part, scene, options, tell, solid);
       report = std::move(solid);
       return result;
     } catch (const SizeError&) {
       throw;
+    } catch (const ReflexLimitError& refusal) {
+      if (must) throw;
+      why = defect_of(refusal.what(), raw.file);
+      if (!options.max_reflex && refusal.edges <= kMostTriedReflex) planes = refusal.planes;
     } catch (const InputError& refusal) {
-      // The other laws need depths: what keeps the part from being a solid is what must be
-      // repaired.
-      if (part.kind == PartKind::kSolid || scene.parameters.law != LawId::kProxy) throw;
+      if (must) throw;
       why = defect_of(refusal.what(), raw.file);
     }
-    if (options.disjoint || part.disjoint) {
-      report.warnings.push_back("a surface part has no solids to cut apart");
-    }
+  }
+  PartReport solid = report;
+  const bool is_cut_apart = options.disjoint || part.disjoint;
+  if (part.kind != PartKind::kSurface && is_cut_apart) {
+    report.warnings.push_back("a surface part has no solids to cut apart");
   }
   result.shape = compile_surface(source, why, tolerance_of(part, options), tell, report);
+  if (!planes) return result;
+  KindCost cost = cost_of_kinds(*planes + 1, report.surface->facets, scene);
+  const char* about = "about ";
+  if (cost.solid < cost.surface) {
+    CompileOptions more = options;
+    more.max_reflex = kMostTriedReflex;
+    if (!more.work_limit) more.work_limit = kTriedWork;
+    try {
+      WrittenPart written = compile_solid(source, part, scene, more, tell, solid);
+      cost = cost_of_kinds(solid.pieces.size(), report.surface->facets, scene);
+      about = "";
+      if (cost.solid < cost.surface) {
+        solid.reason += "; " + cost_text(cost, about);
+        result.shape = std::move(written);
+        report = std::move(solid);
+        return result;
+      }
+    } catch (const InputError& refusal) {
+      report.reason += "; cutting: " + defect_of(refusal.what(), raw.file);
+    }
+  }
+  report.reason += "; " + cost_text(cost, about);
   return result;
 }
 
@@ -479,13 +536,16 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
 }
 
 /// The part for the scene writer. A facet has no seam.
-WrittenPart written_part(CompiledPart part, const ScenePart& placed) {
+WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartReport& report) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
   written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
   written.exposure.resize(written.placed.body.pieces.size());
+  if (report.collapsed && report.collapsed->changed()) {
+    written.placed.simplified = {report.collapsed->hausdorff_m(), 0.0};
+  }
   return written;
 }
 
@@ -511,7 +571,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_start(scene, parts);
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
-  WrittenPart moving = written_part(std::move(parts[0]), scene.moving);
+  WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
@@ -529,7 +589,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   result.notes = std::move(choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
-    WrittenPart fixed = written_part(std::move(parts[i + 1]), part);
+    WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1]);
     set_friction(scene, part, fixed.placed, result.notes);
     if (scene.moving.shape && part.shape) {
       append(result.parts[i + 1].warnings,

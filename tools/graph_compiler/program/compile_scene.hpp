@@ -70,7 +70,7 @@ struct CompiledScene {
 
 struct CompileOptions {
   std::optional<double> plane_tolerance_m;  ///< before that of the scene file
-  std::optional<std::size_t> max_reflex;    ///< reflex edges per part
+  std::optional<std::size_t> max_reflex;    ///< reflex edges per part; absent: by cost beyond 300
   bool prune = true;                        ///< false: keep every basic contact
   std::optional<std::size_t> max_pieces;    ///< convex pieces per part
   std::optional<double> work_limit;         ///< units of exact work per part

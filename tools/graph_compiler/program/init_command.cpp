@@ -57,12 +57,13 @@ int run_init(int argc, const char* const* argv) {
       "finds a start that is free.",
       "graph_compiler init");
   InitArguments arguments;
-  app.add_option("moving", arguments.moving, "mesh of the part in the hand (STL, OBJ, OFF)")
+  app.add_option("moving", arguments.moving,
+                 "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...)")
       ->required();
   app.add_option("fixed", arguments.fixed, "meshes of the fixed parts")->required();
   app.add_option("-o,--out", arguments.output, "scene file to write (TOML)")->required();
   CLI::Option* scale = app.add_option("--scale", arguments.scale_to_m,
-                                      "metres per unit of the files; default: guessed")
+                                      "metres per unit of files that state none; default: guessed")
                            ->check(positive_number());
   app.add_option("--stiffness", arguments.stiffness_n_per_m,
                  "stiffness that the hand feels [N/m]; default 800")

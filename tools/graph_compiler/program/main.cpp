@@ -166,9 +166,11 @@ int main(int argc, char** argv) {
       app.add_option("--plane-tolerance", arguments.plane_tolerance_m,
                      "distance [m] within which a vertex lies on a plane; default: from the mesh")
           ->check(haptic::tools::positive_number());
-  CLI::Option* reflex = app.add_option("--max-reflex", arguments.max_reflex,
-                                       "reflex edges up to which a part is a solid (default 300)")
-                            ->check(haptic::tools::number_not_negative());
+  CLI::Option* reflex =
+      app.add_option("--max-reflex", arguments.max_reflex,
+                     "reflex edges up to which a part is a solid (default: 300, and beyond where "
+                     "its pieces are cheaper than its facets)")
+          ->check(haptic::tools::number_not_negative());
   CLI::Option* pieces = app.add_option("--max-pieces", arguments.max_pieces,
                                        "convex pieces allowed per part (default 4000)")
                             ->check(haptic::tools::positive_number());

@@ -10,6 +10,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
@@ -101,7 +102,7 @@ struct WayOut {
 };
 
 /// All six, the best first: fewest collisions, then upwards, then the shortest.
-std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, double scale, Prober& prober) {
+std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Prober& prober) {
   constexpr std::array<std::array<int, 3>, 6> kDirections{
       {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}}};
   std::vector<WayOut> ways;
@@ -110,9 +111,8 @@ std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, double scale, 
     way.direction = direction;
     const auto axis = static_cast<std::size_t>(
         std::ranges::find_if(direction, [](int x) { return x != 0; }) - direction.begin());
-    const double apart = direction[axis] > 0 ? fixed.high[axis] - moving.low[axis]
-                                             : moving.high[axis] - fixed.low[axis];
-    way.apart_m = scale * apart;
+    way.apart_m = direction[axis] > 0 ? fixed.high[axis] - moving.low[axis]
+                                      : moving.high[axis] - fixed.low[axis];
     for (int k = 0; k < kSamples; ++k) {
       std::array<double, 3> p{};
       p[axis] = direction[axis] * std::max(0.0, way.apart_m) * k / kSamples;
@@ -154,32 +154,48 @@ std::string mesh_path(const std::filesystem::path& mesh, const std::filesystem::
   return std::filesystem::proximate(mesh, folder.empty() ? "." : folder).generic_string();
 }
 
-ScenePart part_of(const std::filesystem::path& mesh, double scale) {
+/// A mesh of the draft, in metres once the unit of all is known.
+struct DraftMesh {
+  std::filesystem::path path;
+  RawMesh mesh;
+  bool has_unit = false;  ///< the file states it
+};
+
+DraftMesh read_draft_mesh(const std::filesystem::path& path) {
+  if (import_format_of(path)) return {path, import_mesh(path).mesh, true};
+  return {path, read_mesh(path), false};
+}
+
+ScenePart part_of(const DraftMesh& mesh, double scale) {
   ScenePart part;
-  part.mesh = mesh.string();
-  part.path = mesh;
-  part.scale_to_m.fill(scale);
+  part.mesh = mesh.path.string();
+  part.path = mesh.path;
+  part.scale_to_m.fill(mesh.has_unit ? 1.0 : scale);
   return part;
 }
 
-std::string text_of(const DraftRequest& request, const SceneDraft& draft, const FileUnit& unit) {
+std::string text_of(const DraftRequest& request, const SceneDraft& draft, const FileUnit& unit,
+                    const std::vector<DraftMesh>& meshes) {
   const auto number = [](double x) { return short_number(x == 0.0 ? 0.0 : x, 9); };
-  const std::string scale =
-      "scale_to_m = " + number(draft.scale_to_m) +
-      (request.scale_to_m ? "\n" : std::string("  # guessed from the size: ") + unit.name + "\n");
+  const auto lines_of = [&](const DraftMesh& mesh) {
+    const std::string line = "mesh = " + quoted(mesh_path(mesh.path, request.folder)) + "\n";
+    if (mesh.has_unit) return line;
+    return line + "scale_to_m = " + number(draft.scale_to_m) +
+           (request.scale_to_m ? "\n"
+                               : std::string("  # guessed from the size: ") + unit.name + "\n");
+  };
   std::string text =
       "# What each key means, and the others: tools/graph_compiler/SCENE_FILE.md. Units are SI.\n"
       "format = 1\nname = " +
-      quoted(request.name) + "\n\n[moving]                # the part in the hand\nmesh = " +
-      quoted(mesh_path(request.moving, request.folder)) + "\n" + scale + "position_m = [" +
-      number(draft.start_m[0]) + ", " + number(draft.start_m[1]) + ", " + number(draft.start_m[2]) +
+      quoted(request.name) + "\n\n[moving]                # the part in the hand\n" +
+      lines_of(meshes[0]) + "position_m = [" + number(draft.start_m[0]) + ", " +
+      number(draft.start_m[1]) + ", " + number(draft.start_m[2]) +
       "]  # where it starts\n"
       "# grip_m = [0.0, 0.0, 0.0]   # where the hand holds it, in its mesh frame; default: centre "
       "of volume\n"
       "# tolerance_m = 0.0005       # simplify the part; its surface moves by less than this\n";
-  for (const std::filesystem::path& mesh : request.fixed) {
-    text += "\n[[static]]              # a fixed part\nmesh = " +
-            quoted(mesh_path(mesh, request.folder)) + "\n" + scale;
+  for (std::size_t k = 1; k < meshes.size(); ++k) {
+    text += "\n[[static]]              # a fixed part\n" + lines_of(meshes[k]);
   }
   return text + "\n[rendering]\nk_f_n_per_m = " + number(request.stiffness_n_per_m) +
          "     # stiffness that the hand feels\n"
@@ -209,29 +225,43 @@ FileUnit guessed_unit(double diagonal) {
 }
 
 SceneDraft draft_scene(const DraftRequest& request) {
-  const RawMesh moving = read_mesh(request.moving);
-  std::vector<RawMesh> fixed;
-  for (const std::filesystem::path& path : request.fixed) fixed.push_back(read_mesh(path));
-  std::vector<const RawMesh*> fixed_meshes;
-  for (const RawMesh& mesh : fixed) fixed_meshes.push_back(&mesh);
-  const Box moving_box = box_of({&moving}), fixed_box = box_of(fixed_meshes);
+  std::vector<DraftMesh> meshes{read_draft_mesh(request.moving)};
+  for (const std::filesystem::path& path : request.fixed) meshes.push_back(read_draft_mesh(path));
+  const auto size_text = [](const DraftMesh& mesh) {
+    return mesh.mesh.file + " is " + length_text(box_of({&mesh.mesh}).diagonal()) + " across";
+  };
 
   SceneDraft draft;
-  const FileUnit unit = guessed_unit(moving_box.diagonal());
+  FileUnit unit{"", 1.0};
+  const auto guessed = std::ranges::find(meshes, false, &DraftMesh::has_unit);
+  if (guessed != meshes.end()) unit = guessed_unit(box_of({&guessed->mesh}).diagonal());
   draft.scale_to_m = request.scale_to_m.value_or(unit.scale_to_m);
-  const double size_m = draft.scale_to_m * moving_box.diagonal();
-  const std::string size = moving.file + " is " + length_text(size_m) + " across";
-  if (!request.scale_to_m) {
-    draft.remarks.push_back("unit: " + std::string(unit.name) + ", guessed, so that " + size +
+  for (DraftMesh& mesh : meshes) {
+    if (mesh.has_unit) continue;
+    for (Point3& p : mesh.mesh.vertices) {
+      for (double& x : p) x *= draft.scale_to_m;
+    }
+  }
+  if (guessed != meshes.end() && !request.scale_to_m) {
+    draft.remarks.push_back("unit: " + std::string(unit.name) + ", guessed, so that " +
+                            size_text(*guessed) +
                             "; if that is wrong, give --scale METRES_PER_UNIT");
   }
-  if (size_m < kLeastHeld_m || size_m > kMostHeld_m) {
-    draft.remarks.push_back(size + ", which no hand holds; check the unit");
+  if (guessed == meshes.end() && request.scale_to_m) {
+    draft.remarks.push_back("--scale has no use: every file states its unit");
   }
-  for (const RawMesh& mesh : fixed) {
-    const double ratio = box_of({&mesh}).diagonal() / moving_box.diagonal();
+  const RawMesh& moving = meshes[0].mesh;
+  std::vector<const RawMesh*> fixed_meshes;
+  for (std::size_t k = 1; k < meshes.size(); ++k) fixed_meshes.push_back(&meshes[k].mesh);
+  const Box moving_box = box_of({&moving}), fixed_box = box_of(fixed_meshes);
+  const double size_m = moving_box.diagonal();
+  if (size_m < kLeastHeld_m || size_m > kMostHeld_m) {
+    draft.remarks.push_back(size_text(meshes[0]) + ", which no hand holds; check the unit");
+  }
+  for (const RawMesh* mesh : fixed_meshes) {
+    const double ratio = box_of({mesh}).diagonal() / size_m;
     if (ratio > kOddRatio || ratio < 1.0 / kOddRatio) {
-      draft.remarks.push_back(mesh.file + " is " +
+      draft.remarks.push_back(mesh->file + " is " +
                               (ratio > 1.0
                                    ? short_number(ratio, 3) + " times as large as "
                                    : short_number(1.0 / ratio, 3) + " times smaller than ") +
@@ -243,17 +273,16 @@ SceneDraft draft_scene(const DraftRequest& request) {
   scene.file = scene.name = request.name;
   scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
   scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
-  scene.moving = part_of(request.moving, draft.scale_to_m);
+  scene.moving = part_of(meshes[0], draft.scale_to_m);
   // Clear of the others, as every start must be; the places asked about are others.
-  const double clear = fixed_box.high[2] - moving_box.low[2] + moving_box.diagonal();
-  scene.moving.position_m[2] = draft.scale_to_m * std::max(0.0, clear);
-  for (const std::filesystem::path& mesh : request.fixed)
-    scene.statics.push_back(part_of(mesh, draft.scale_to_m));
+  scene.moving.position_m[2] = std::max(0.0, fixed_box.high[2] - moving_box.low[2] + size_m);
+  for (std::size_t k = 1; k < meshes.size(); ++k)
+    scene.statics.push_back(part_of(meshes[k], draft.scale_to_m));
   const CompiledScene compiled = compile_scene(scene, {});
   Prober prober(compiled);
 
   const auto as_filed = prober.at({0.0, 0.0, 0.0});
-  const WayOut way = ways_out(moving_box, fixed_box, draft.scale_to_m, prober).front();
+  const WayOut way = ways_out(moving_box, fixed_box, prober).front();
   draft.way = way.direction;
   const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
@@ -285,7 +314,7 @@ SceneDraft draft_scene(const DraftRequest& request) {
         way_text(way.direction) + ", with " + std::to_string(way.collisions) + " of " +
         std::to_string(kSamples) + " places colliding");
   }
-  draft.toml = text_of(request, draft, unit);
+  draft.toml = text_of(request, draft, unit, meshes);
   return draft;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A scene file to begin with: from meshes alone. The unit is guessed from the size, and the part
-/// in the hand starts where the exact verdict finds it free of all fixed parts.
+/// A scene file to begin with: from meshes alone. The unit of files that state none is guessed from
+/// the size, and the part in the hand starts where the exact verdict finds it free of all fixed
+/// parts.
 
 #include <array>
 #include <filesystem>
@@ -14,7 +15,7 @@ namespace haptic::tools {
 struct DraftRequest {
   std::filesystem::path moving;
   std::vector<std::filesystem::path> fixed;
-  std::optional<double> scale_to_m;  ///< absent: guessed
+  std::optional<double> scale_to_m;  ///< of files that state no unit; absent: guessed
   double stiffness_n_per_m = 800.0;
   std::filesystem::path folder;  ///< of the scene file: paths of meshes count from it
   std::string name;

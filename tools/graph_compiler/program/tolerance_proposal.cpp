@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "tools/common/formatted.hpp"
@@ -60,6 +61,13 @@ ContactCost contact_cost(std::size_t pieces_a, std::size_t pieces_b, std::uint32
   cost.units = kUnitsInPass * passes * static_cast<double>(cost.pairs);
   cost.tick_s = kUnitPrice_s * cost.units;
   return cost;
+}
+
+double contact_share(std::size_t pieces, bool surface, double rate_hz, std::uint32_t passes) {
+  // Where every piece has a pair, the pairs raise the budget to its largest.
+  const auto slots = static_cast<std::uint32_t>(
+      std::min<std::size_t>(pieces, std::numeric_limits<std::uint32_t>::max()));
+  return contact_cost(pieces, 0, passes).units / work_units_at(rate_hz, slots, 0, 0, surface);
 }
 
 std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const ProposalPart& b,

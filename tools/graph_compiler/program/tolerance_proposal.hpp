@@ -23,6 +23,10 @@ struct ContactCost {
 };
 ContactCost contact_cost(std::size_t pieces_a, std::size_t pieces_b, std::uint32_t passes);
 
+/// The part of a tick's work at a rate that contact all over `pieces` takes, each with one piece of
+/// another part next to it: of a solid, or of a surface, whose ticks have more work.
+double contact_share(std::size_t pieces, bool surface, double rate_hz, std::uint32_t passes);
+
 /// A surface that may be simplified; empty `mesh`: a part that stays as it is, of `pieces` pieces.
 struct ProposalPart {
   TriangleMesh mesh;

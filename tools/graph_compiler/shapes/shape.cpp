@@ -128,6 +128,9 @@ std::optional<ShapeDefect> find_defect(const TubeShape& s) {
                                            "; give a smaller hole, or more segments"};
 }
 std::optional<ShapeDefect> find_defect(const ThreadShape& s) {
+  if (s.internal) {
+    if (const auto defect = length_defect("outer_radius_m", s.outer_radius_m)) return defect;
+  }
   if (const auto defect = profile_defect(
           s.diameter_m, s.pitch_m, s.clearance_m, s.segments,
           s.internal ? std::optional(s.outer_radius_m * facet_share(s.segments)) : std::nullopt,

@@ -24,8 +24,9 @@ constexpr int kMostRounds = 6;
 constexpr std::size_t kMostSpokes = 24;
 /// The last proof has fewer targets than those before it, and must find its way without the others.
 constexpr std::size_t kLastEffort = 64;
-/// Roundings of a distance, as part of the largest coordinate.
-constexpr double kCoordinateRounding = 64.0 * std::numeric_limits<double>::epsilon();
+/// Roundings of a distance and of the 60 cuts above it, four of each cut, as part of the largest
+/// coordinate; counted twice.
+constexpr double kCoordinateRounding = 160.0 * std::numeric_limits<double>::epsilon();
 /// Cosine between the normals of a triangle before and after; below, it counts as turned over.
 constexpr double kLeastTurn = 0.1;
 /// Cosine between two triangles at an edge that are folded onto each other.
@@ -622,11 +623,52 @@ std::size_t EdgeCollapse::triangles() const { return work_->alive_count; }
 TriangleMesh EdgeCollapse::result() const { return work_->result(); }
 CollapseAccount EdgeCollapse::account() { return work_->account(); }
 
+namespace {
+
+/// The lowest point of the part of a triangle that stands over another one, and its height.
+struct Overhang {
+  double height = 0.0;
+  Point3 at{0, 0, 0};
+};
+
+/// Keeps what lies at least `inset` inside of the upright plane through a-b.
+void cut_upright(std::vector<Point3>& polygon, const Point3& a, const Point3& b,
+                 const Point3& normal, double inset, std::vector<Point3>& scratch) {
+  const Point3 inward = vec::unit(vec::cross(normal, vec::sub(b, a)));
+  const auto depth = [&](const Point3& p) { return vec::dot(inward, vec::sub(p, a)) - inset; };
+  scratch.clear();
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Point3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
+    const double at_p = depth(p), at_q = depth(q);
+    if (at_p >= 0.0) scratch.push_back(p);
+    if ((at_p > 0.0 && at_q < 0.0) || (at_p < 0.0 && at_q > 0.0)) {
+      scratch.push_back(vec::add(p, vec::scaled(vec::sub(q, p), at_p / (at_p - at_q))));
+    }
+  }
+  polygon.swap(scratch);
+}
+
+/// Of `other` over the inside of `t`, `up` being a unit normal of it; absent where there is none.
+std::optional<Overhang> overhang_of(const FaceTriangle& other, const FaceTriangle& t,
+                                    const Point3& normal, const Point3& up, double inset) {
+  std::vector<Point3> polygon(other.begin(), other.end()), scratch;
+  for (std::size_t k = 0; k < 3 && polygon.size() >= 3; ++k) {
+    cut_upright(polygon, t[k], t[(k + 1) % 3], normal, inset, scratch);
+  }
+  if (polygon.size() < 3) return std::nullopt;
+  Overhang lowest{std::numeric_limits<double>::infinity(), {0, 0, 0}};
+  for (const Point3& p : polygon) {
+    const double height = vec::dot(up, vec::sub(p, t[0]));
+    if (height < lowest.height) lowest = {height, p};
+  }
+  return lowest;
+}
+
+}  // namespace
+
 std::optional<NarrowPassage> narrowest_passage(const TriangleMesh& mesh, bool closed,
                                                double touching_m, double reach_m) {
   constexpr double kOpposite = 0.94;  // cosine of 20 degrees
-  constexpr std::array<std::array<double, 3>, 4> kSamples{
-      {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {0.9, 0.05, 0.05}, {0.05, 0.9, 0.05}, {0.05, 0.05, 0.9}}};
   const BoxTree tree = tree_of(mesh);
   std::vector<Point3> normals;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -636,26 +678,21 @@ std::optional<NarrowPassage> narrowest_passage(const TriangleMesh& mesh, bool cl
   std::vector<std::uint32_t> near;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const FaceTriangle t = mesh.corners(i);
-    for (const auto& share : kSamples) {
-      Point3 p{0, 0, 0};
-      for (std::size_t k = 0; k < 3; ++k) p = vec::add(p, vec::scaled(t[k], share[k]));
-      for (const double sign : {1.0, -1.0}) {
-        const double reach = found ? std::min(found->width_m, reach_m) : reach_m;
-        const Point3 end = vec::add(p, vec::scaled(normals[i], sign * reach));
-        tree.find_segment(p, end, touching_m, near);
-        for (const std::uint32_t k : near) {
-          if (shared_corners(mesh.triangles[i], mesh.triangles[k]) > 0) continue;
-          const double turn = vec::dot(normals[i], normals[k]);
-          if ((closed ? -turn : std::abs(turn)) < kOpposite) continue;
-          const FaceTriangle other = mesh.corners(k);
-          const double height = vec::dot(vec::sub(other[0], p), normals[k]);
-          const double width = sign * height / turn;
-          if (!(width > touching_m) || !(width < reach)) continue;
-          const Point3 foot = vec::add(p, vec::scaled(normals[i], sign * width));
-          if (reach_of(foot, other) > touching_m) continue;
-          if (found && width >= found->width_m) continue;
-          found = {width, vec::scaled(vec::add(p, foot), 0.5), closed && sign < 0.0};
-        }
+    for (const double sign : {1.0, -1.0}) {
+      const double reach = found ? std::min(found->width_m, reach_m) : reach_m;
+      const Point3 up = vec::scaled(normals[i], sign);
+      vec::Box box = box_of(t);
+      for (const Point3& p : t) box.include(vec::add(p, vec::scaled(up, reach)));
+      tree.find(box, near);
+      for (const std::uint32_t k : near) {
+        if (shared_corners(mesh.triangles[i], mesh.triangles[k]) > 0) continue;
+        const double turn = vec::dot(normals[i], normals[k]);
+        if ((closed ? -turn : std::abs(turn)) < kOpposite) continue;
+        const auto over = overhang_of(mesh.corners(k), t, normals[i], up, touching_m);
+        if (!over || !(over->height > touching_m) || !(over->height < reach)) continue;
+        if (found && over->height >= found->width_m) continue;
+        found = {over->height, vec::sub(over->at, vec::scaled(up, 0.5 * over->height)),
+                 closed && sign < 0.0};
       }
     }
   }

@@ -85,15 +85,17 @@ class EdgeCollapse {
 
 /// Two facets opposite each other.
 struct NarrowPassage {
-  double width_m = 0.0;
-  Point3 at{0, 0, 0};    ///< in its middle
+  double width_m = 0.0;  ///< where it is narrowest
+  Point3 at{0, 0, 0};    ///< in its middle there
   bool is_wall = false;  ///< material between them, of a closed surface; else a hole or gap
 };
 
 /// The narrowest passage below `reach_m` between facets that look at each other (normals less than
-/// 20 degrees from opposite) and have no corner in common; looked for from four points of each
-/// triangle. Those below `touching_m` are closed already.
+/// 20 degrees from opposite) and have no corner in common: the least height over a triangle, along
+/// its normal, of what stands over it. Facets that come as near as `touching_m` there are closed
+/// already.
 /// @param closed  the normals are those of a solid.
+/// Cost: the pairs of triangles nearer than the reach.
 std::optional<NarrowPassage> narrowest_passage(const TriangleMesh& mesh, bool closed,
                                                double touching_m, double reach_m);
 

@@ -198,13 +198,13 @@ std::vector<std::uint32_t> far_vertices(const Surface& surface, const SurfaceMea
 }
 
 [[noreturn]] void refuse_reflex(const Surface& surface, const SimplifyAccount& account,
-                                std::size_t limit) {
-  throw LimitError(surface.file + ": " + std::to_string(account.reflex_after) +
-                   " reflex edges are left of " + std::to_string(account.reflex_before) +
-                   " by --simplify " + formatted("%.9g", account.limit_m) + ", limit " +
-                   std::to_string(limit) +
-                   ": give a larger distance, or raise --max-reflex (time grows about with its "
-                   "square)");
+                                std::size_t limit, std::size_t planes) {
+  throw ReflexLimitError(
+      surface.file + ": " + std::to_string(account.reflex_after) + " reflex edges are left of " +
+          std::to_string(account.reflex_before) + " by --simplify " +
+          formatted("%.9g", account.limit_m) + ", limit " + std::to_string(limit) +
+          ": give a larger distance, or raise --max-reflex (time grows about with its square)",
+      account.reflex_after, planes);
 }
 
 /// One round: regions merged, corners taken apart, and the vertices where that went wrong.
@@ -282,7 +282,8 @@ class Simplifier {
     account.reflex_after = count_reflex(attempt.surface, attempt.fit, attempt.merged);
     // Less allowed leaves more of them.
     if (account.reflex_after > limits_.max_reflex_edges) {
-      refuse_reflex(surface_, account, limits_.max_reflex_edges);
+      refuse_reflex(surface_, account, limits_.max_reflex_edges,
+                    planes_through_reflex(attempt.surface, attempt.fit, attempt.merged));
     }
     if (tighten(surface_, attempt.bad, allowance_m_) && !last) return false;
     out_.body = account.changed ? flatten(attempt.surface, std::move(attempt.fit),

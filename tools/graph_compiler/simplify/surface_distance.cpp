@@ -7,6 +7,7 @@
 
 #include "tools/graph_compiler/mesh/shell_interior.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
+#include "tools/graph_compiler/simplify/reach_proof.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -77,14 +78,15 @@ double OneSided::nearest(const Point3& p, std::uint32_t& which) {
   return nearest_of(to_, tree_, p, radius_, found_, which);
 }
 
-/// Any subset of the other surface gives an upper bound.
+/// Any subset of the other surface gives an upper bound. A sliver's normal is uncertain: reach_of()
+/// is never below the distance.
 double OneSided::bound(const FaceTriangle& t) {
   tree_.find(box_of(t).grown(radius_), found_);
   double least = kInfinity;
   for (const std::uint32_t k : found_) {
     double worst = 0.0;
     for (std::size_t i = 0; i < 3 && worst < least; ++i) {
-      worst = std::max(worst, triangle_distance(t[i], to_[k]));
+      worst = std::max(worst, reach_of(t[i], to_[k]));
     }
     least = std::min(least, worst);
   }

@@ -80,11 +80,12 @@ SimplifiedPart simplified_surface(const RawMesh& raw, const SurfaceOptions& opti
   out.collapsed.given_to_result_m += account.largest_weld_move_m;
   out.collapsed.result_to_given_m += account.largest_weld_move_m;
   if (!(out.collapsed.hausdorff_m() <= tolerance_m)) {
+    const double proved_m = out.collapsed.hausdorff_m();
     throw InputError(
-        raw.file + ": " +
-        formatted("the simplified surface is proved within %.3g m only, tolerance_m is "
-                  "%.9g; give a larger tolerance_m, or leave it out",
-                  out.collapsed.hausdorff_m(), tolerance_m));
+        raw.file + ": the simplified surface is " +
+        (std::isfinite(proved_m) ? formatted("proved within %.3g m only", proved_m)
+                                 : std::string("not proved within any distance")) +
+        formatted(", tolerance_m is %.9g; give another tolerance_m, or leave it out", tolerance_m));
   }
   // Triangles that are no longer in one plane with their neighbours may be more facets than before.
   if (account.facets >= facets_before) return kept(raw, options, std::move(out));
@@ -109,8 +110,7 @@ std::string collapse_text(const CollapseAccount& a) {
   return formatted(
       "simplified within %.3g m: facets %zu to %zu (triangles %zu to %zu); proved: no point of the "
       "given surface is farther than %.4g m from the result, none of the result farther than %.4g "
-      "m "
-      "from the given one",
+      "m from the given one",
       a.limit_m, a.facets_before, a.facets_after, a.triangles_before, a.triangles_after,
       a.given_to_result_m, a.result_to_given_m);
 }

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/report/campaign_text.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+
+namespace haptic::sim {
+
+std::string column_names(const Counts& counts) {
+  std::string names;
+  for (const auto& [name, count] : counts) names += "," + name;
+  return names;
+}
+
+void append_cells(std::vector<Cell>& cells, const Counts& counts) {
+  for (const auto& [name, count] : counts) cells.emplace_back(count);
+}
+
+std::string zero_table(const Counts& must_be_zero) {
+  std::string text = table_head({"must be zero", "count"});
+  for (const auto& [name, count] : must_be_zero) text += table_row({name, std::to_string(count)});
+  return text;
+}
+
+std::string zero_line(const Counts& must_be_zero) {
+  std::string line;
+  for (const auto& [name, count] : must_be_zero) {
+    line += (line.empty() ? "" : ", ") + name + " " + std::to_string(count);
+  }
+  std::ranges::replace(line, '_', ' ');
+  return line;
+}
+
+std::string failure_section(const FailureLog& failures) {
+  if (failures.empty()) return "";
+  std::string text = "\n## Failures\n\n";
+  for (const std::string& line : failures.lines()) text += "- " + line + "\n";
+  return text;
+}
+
+std::string campaign_line(std::uint64_t seed, std::uint64_t ticks, std::uint64_t held,
+                          double seconds) {
+  return tools::formatted(
+      "seed %llu: %llu ticks (%llu held), %.0f ticks/s", static_cast<unsigned long long>(seed),
+      static_cast<unsigned long long>(ticks), static_cast<unsigned long long>(held),
+      static_cast<double>(ticks) / seconds);
+}
+
+int campaign_exit(bool passed, bool faulty) {
+  if (passed && faulty) std::printf("  the fault was not caught\n");
+  return passed ? tools::kExitDone : tools::kExitCheckFailed;
+}
+
+}  // namespace haptic::sim
