@@ -45,7 +45,7 @@ struct ServoInput {
   std::uint32_t late_periods = 0;    ///< whole periods that the loop missed before this tick
   bool emergency_stop = false;       ///< the call in addition to the device's own input; latches
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
-  FrameRecord frame;                 ///< of the fixed parts, the newest; number 0: they stand in W
+  FrameRecord frame;  ///< of the fixed parts, the newest; number 0: none yet, they stand in W
 };
 
 struct ServoResult {

@@ -74,6 +74,10 @@ void print_motion(const LoopTotals& t) {
       t.largest_delivered_j, t.delivered_j, t.least_energy_j);
   std::printf("  in the last tenth %.4g m/s, %.4g rad/s at most\n", t.rest_speed_m_per_s,
               t.rest_turn_rad_per_s);
+  if (t.runs_away()) {
+    std::printf("  RUNS AWAY        %.4g m/s, %.4g rad/s: this hand cannot hold the loop stable\n",
+                t.largest_speed_m_per_s, t.largest_turn_rad_per_s);
+  }
 }
 
 /// Whether the loop comes to rest where the hand does.
@@ -134,6 +138,9 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   json["rest_speed_m_per_s"] = t.rest_speed_m_per_s;
   json["rest_turn_rad_per_s"] = t.rest_turn_rad_per_s;
   json["smallest_proxy_gap_m"] = t.smallest_gap_m;
+  json["largest_speed_m_per_s"] = t.largest_speed_m_per_s;
+  json["largest_turn_rad_per_s"] = t.largest_turn_rad_per_s;
+  json["runs_away"] = t.runs_away();
   json["rest"] = rest_account(rest);
   json["passed"] = passed;
   return json;
@@ -300,7 +307,8 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   const LoopTotals totals = total(records);
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
-  const bool passed = totals.finite && totals.refused_poses == 0 && !rest.oscillates() &&
+  const bool passed = totals.finite && !totals.runs_away() && totals.refused_poses == 0 &&
+                      !rest.oscillates() &&
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   std::vector<TickRecord> ticks;
   for (const LoopRecord& record : records) ticks.push_back(record.tick);
@@ -365,8 +373,9 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   for (const StackRecord& record : records) felt.push_back(record.loop);
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
-  const bool passed = totals.loop.finite && totals.loop.refused_poses == 0 && as_scripted &&
-                      !rest.oscillates() && totals.ended_at_zero &&
+  const bool passed = totals.loop.finite && !totals.loop.runs_away() &&
+                      totals.loop.refused_poses == 0 && as_scripted && !rest.oscillates() &&
+                      totals.ended_at_zero &&
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;

@@ -169,7 +169,9 @@ LoopTotals total(std::span<const LoopRecord> records) {
     t.largest_force_n = std::max(t.largest_force_n, force.norm());
     t.largest_torque_nm = std::max(t.largest_torque_nm, torque.norm());
     t.refused_poses += r.tick.status != RtStatus::kOk ? 1u : 0u;
-    t.contact_ticks += r.tick.status == RtStatus::kOk && r.tick.d_near_m <= 0 ? 1u : 0u;
+    t.contact_ticks += is_in_contact(r.tick) ? 1u : 0u;
+    t.largest_speed_m_per_s = std::max(t.largest_speed_m_per_s, r.speed_m_per_s);
+    t.largest_turn_rad_per_s = std::max(t.largest_turn_rad_per_s, r.turn_rad_per_s);
     t.largest_delivered_j = std::max(t.largest_delivered_j, r.delivered_j);
     t.least_energy_j = std::min(t.least_energy_j, r.tick.energy_j);
     t.smallest_gap_m = std::min(t.smallest_gap_m, r.tick.proxy_gap_m);

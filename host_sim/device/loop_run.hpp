@@ -102,6 +102,9 @@ void append_loop_row(std::string& csv, const LoopRecord& record);
 /// CSV of a run; LF.
 [[nodiscard]] std::string loop_csv(std::span<const LoopRecord> records);
 
+/// Speeds that no hand moves a device at.
+inline constexpr double kRunawaySpeed_m_per_s = 10, kRunawayTurn_rad_per_s = 200;
+
 struct LoopTotals {
   std::uint64_t ticks = 0, contact_ticks = 0, refused_poses = 0;
   double duration_s = 0;
@@ -113,7 +116,13 @@ struct LoopTotals {
   double least_energy_j = 0;                               ///< of the core's observer
   double rest_speed_m_per_s = 0, rest_turn_rad_per_s = 0;  ///< largest in the last tenth
   double smallest_gap_m = 0;                               ///< of the proxy
-  bool finite = true;                                      ///< no NaN or infinity came out
+  double largest_speed_m_per_s = 0, largest_turn_rad_per_s = 0;
+  bool finite = true;  ///< no NaN or infinity came out
+  /// The device was faster than any hand moves one: the loop has blown up.
+  [[nodiscard]] bool runs_away() const {
+    return largest_speed_m_per_s > kRunawaySpeed_m_per_s ||
+           largest_turn_rad_per_s > kRunawayTurn_rad_per_s;
+  }
 };
 [[nodiscard]] LoopTotals total(std::span<const LoopRecord> records);
 

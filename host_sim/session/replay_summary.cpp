@@ -90,8 +90,7 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
       ++t.refused_poses;
     } else {
       t.smallest_d_near_m = std::min(t.smallest_d_near_m, r.d_near_m);
-      const bool in_contact = r.situation != ContactSituation::kNone || r.d_near_m <= 0;
-      t.contact_ticks += in_contact ? 1u : 0u;
+      t.contact_ticks += is_in_contact(r) ? 1u : 0u;
       ++t.situation_ticks[static_cast<std::size_t>(r.situation)];
     }
     nodes += r.nodes_evaluated;

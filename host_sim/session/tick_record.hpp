@@ -41,6 +41,11 @@ struct TickRecord {
   double apart_m = 0;
 };
 
+/// Whether contact is felt, or the goal lies in the material.
+[[nodiscard]] inline bool is_in_contact(const TickRecord& r) noexcept {
+  return r.status == RtStatus::kOk && (r.situation != ContactSituation::kNone || r.d_near_m <= 0);
+}
+
 /// The record of tick number `tick` from the core's result. `grip_a`: grip point in A's mesh frame
 /// [m].
 [[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result,

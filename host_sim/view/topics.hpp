@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What other viewers (Foxglove, Lichtblick, PlotJuggler) are told of a session: topics, their JSON
-/// schemas, and the messages. The MCAP file and the live server have them from here.
+/// Topics, JSON schemas and messages for other viewers (Foxglove, Lichtblick, PlotJuggler). The
+/// MCAP file and the live server have them from here.
 ///
-/// | topic      | schema                  | |
-/// |---|---|---|
-/// | /scene     | foxglove.SceneUpdate    | once: fixed parts in frame "w", the moving one in
-/// "part" | | /tf        | foxglove.FrameTransform | "part" in "w", where the part is felt | |
-/// /pose      | foxglove.PoseInFrame    | where the device has the part | | /felt_pose |
-/// foxglove.PoseInFrame    | | | /wrench    | haptic.Wrench           | on the hand, about the grip
-/// point, W axes | | /contact   | haptic.Contact          | situation, flags, distance of device
-/// and part, D_near | | /counters  | haptic.Counters         | work of the tick, state hash | |
-/// /log       | foxglove.Log            | each flag that appears, each new situation |
+/// /scene, foxglove.SceneUpdate, once: the fixed parts in frame "w", the moving one in "part".
+/// /tf, foxglove.FrameTransform: "part" in "w", where the part is felt.
+/// /pose, foxglove.PoseInFrame: where the device has the part.
+/// /felt_pose, foxglove.PoseInFrame: where it is felt.
+/// /wrench, haptic.Wrench: on the hand, about the grip point, W axes.
+/// /contact, haptic.Contact: situation, flags, distance of device and part, D_near.
+/// /counters, haptic.Counters: work of the tick, state hash.
+/// /log, foxglove.Log: each flag that appears, each new situation.
 
 #include <array>
 #include <cstdint>

@@ -77,13 +77,15 @@ void MovingFrame::take(const FrameRecord& record, std::int64_t now_ns,
       robust_length(pose.p_wa - target_.p_wa) <= fastest_m_per_s_ * passed_s + kFrameFloor_m &&
       robust_length(turn_between(target_.q_wa, pose.q_wa)) <=
           fastest_rad_per_s_ * passed_s + kFrameFloor_rad;
-  if (first) {
-    lost_ = !near;
-  } else {
-    refused_ = !near;
-  }
   start_ = now_;
   target_ = pose;
+  // An owner no faster than stated is never farther ahead than what he may move until he is late.
+  const Real late_s = seconds_between(0, late_ns_);
+  const bool followed =
+      robust_length(target_.p_wa - now_.p_wa) <= fastest_m_per_s_ * late_s + 2 * kFrameFloor_m &&
+      robust_length(turn_between(now_.q_wa, target_.q_wa)) <=
+          fastest_rad_per_s_ * late_s + 2 * kFrameFloor_rad;
+  lost_ = lost_ || !near || !followed;
   begin_ns_ = begin_ns;
   span_ns_ = std::clamp(passed_ns, kShortestSpan_ns, std::max(kShortestSpan_ns, late_ns_));
 }
@@ -107,7 +109,8 @@ bool MovingFrame::follow(const FrameRecord& newest, std::int64_t now_ns, bool fe
       last_ns_ == 0 ? 0 : std::min(span_between(last_ns_, now_ns), kLongestTick_ns);
   last_ns_ = now_ns;
   twist_w_ = Twist{};
-  if (newest.number != number_) take(newest, now_ns, now_ns - passed_ns);
+  // 0 after others: the owner has fallen silent, and the frame is not W for that.
+  if (newest.number != 0 && newest.number != number_) take(newest, now_ns, now_ns - passed_ns);
   if (!is_used()) return false;
   const bool late = !stands_ && span_between(stamp_ns_, now_ns) > late_ns_;
   const bool cause = refused_ || late;

@@ -181,7 +181,38 @@ TEST_SUITE("rt_core.moving_frame") {
     CHECK(felt.x_m() == 0);
   }
 
-  TEST_CASE("whatever its owner does, the frame goes no faster than stated while it is felt") {
+  TEST_CASE("an owner a little faster than stated is told before the frame lags behind him") {
+    FrameBench b;
+    b.give(0);
+    b.tick();
+    b.felt = true;
+    // 1.35 mm every 5 ms: less than what one record may be off by, more than the frame may go.
+    double lag_m = 0;
+    bool told = false;
+    for (int k = 1; k <= 400 && !told; ++k) {
+      b.give(1.35e-3 * k);
+      told = b.ticks(5);
+      lag_m = 1.35e-3 * k - b.x_m();
+    }
+    CHECK(told);
+    CHECK(lag_m < 0.05);
+  }
+
+  TEST_CASE("an owner who falls silent with an empty record does not move the frame to W") {
+    FrameBench b;
+    b.give(0.3);
+    b.tick();
+    b.felt = false;
+    b.tick();
+    CHECK(b.x_m() == doctest::Approx(0.3));
+    b.record = FrameRecord{};
+    b.felt = true;
+    for (int k = 0; k < 300; ++k) b.tick();
+    CHECK(b.cause);
+    CHECK(b.x_m() == doctest::Approx(0.3));
+  }
+
+  TEST_CASE("for any input of its owner the frame goes no faster than stated while it is felt") {
     FrameBench b;
     b.give(0);
     b.tick();

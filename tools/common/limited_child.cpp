@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/common/limited_child.hpp"
 
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -55,17 +57,26 @@ rlim_t address_space() {
   return static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
 }
 
+/// Lowers a limit; one that is lower already stays.
+template <typename Resource>
+bool lower(Resource which, rlim_t soft, rlim_t hard) {
+  rlimit now{};
+  if (::getrlimit(which, &now) != 0) return false;
+  const rlim_t most = std::min(hard, now.rlim_max);
+  const rlimit limit{std::min(soft, most), most};
+  return ::setrlimit(which, &limit) == 0;
+}
+
 bool set_limits(const ChildLimits& limits) {
   // Handlers of this process (a test's, a sanitizer's) would hide how the child ends.
   for (const int number : {SIGABRT, SIGALRM, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU}) {
     std::signal(number, SIG_DFL);
   }
-  const rlimit time{limits.seconds, limits.seconds + kGrace_s}, no_core{0, 0};
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // it ends with the process that asked
   const rlim_t memory = address_space() + limits.memory_bytes;
-  const rlimit space{memory, memory};
   ::alarm(limits.waiting_seconds);
-  return ::setrlimit(RLIMIT_CPU, &time) == 0 && ::setrlimit(RLIMIT_AS, &space) == 0 &&
-         ::setrlimit(RLIMIT_CORE, &no_core) == 0;
+  return lower(RLIMIT_CPU, limits.seconds, limits.seconds + kGrace_s) &&
+         lower(RLIMIT_AS, memory, memory) && lower(RLIMIT_CORE, 0, 0);
 }
 
 std::string answer_of(const std::function<std::string()>& work) {
@@ -80,8 +91,10 @@ std::string answer_of(const std::function<std::string()>& work) {
   }
 }
 
+/// Nothing of the parent's stack is unwound in the child, not even where no memory is left to say
+/// why.
 [[noreturn]] void run_child(int to, const ChildLimits& limits,
-                            const std::function<std::string()>& work) {
+                            const std::function<std::string()>& work) noexcept {
   const bool told = set_limits(limits) && send_all(to, answer_of(work));
   ::_exit(told ? 0 : 1);
 }

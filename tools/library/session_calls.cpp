@@ -124,7 +124,7 @@ int haptic_session_frame(haptic_session* session, const haptic_frame* frame) {
     return HAPTIC_ERROR_NUMBER;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
+    const std::lock_guard lock(session->loop.frame_mutex);
     session->loop.move_fixed(*frame);
     return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
   });

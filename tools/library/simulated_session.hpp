@@ -93,6 +93,7 @@ class SimulatedSession {
   void stop() noexcept;
 
   mutable std::mutex mutex;  ///< of those that are for one thread at a time
+  std::mutex frame_mutex;    ///< of move_fixed alone: a long history must not make a frame late
 
  private:
   /// As the servo thread leaves it after a tick.

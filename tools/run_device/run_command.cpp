@@ -3,6 +3,7 @@
 // [--serve [--port N] [--bind ADDRESS] [--allow-origin ORIGIN]] [--json]
 
 #include <pthread.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -282,8 +283,11 @@ struct LiveView {
   /// In the watching process.
   int serve(const DeviceConfig& config, std::span<const std::span<const std::byte>> flights) {
     const int kept[] = {STDERR_FILENO, door.descriptor()};
-    (void)hal::close_inherited_descriptors(kept);
-    (void)hal::drop_capabilities({});
+    const rlimit none{0, 0};
+    if (hal::close_inherited_descriptors(kept) != 0 || hal::drop_capabilities({}).error != 0 ||
+        setrlimit(RLIMIT_RTPRIO, &none) != 0 || setrlimit(RLIMIT_MEMLOCK, &none) != 0) {
+      return kExitDeviceOrOs;
+    }
     sim::serve_trace(door, view, config.servo.map, {flights.begin(), flights.end()});
     return kExitDone;
   }

@@ -91,7 +91,7 @@ Command add_cost_command(CLI::App& program) {
   app->add_option("-o,--out", o->plan.folder, "folder for the files below")->required();
   app->add_option("--scenes", o->scenes,
                   "separated by commas: peg, ell, field, peg32, peg64_r10, peg64_r5, assembly, "
-                  "pieces1000\n(default: all but the last)")
+                  "pieces1000, thread24, sphere100k\n(default: all but the last three)")
       ->delimiter(',');
   app->add_option("--compare", o->compare, "folder of an earlier report of the same scenes")
       ->check(CLI::ExistingDirectory);

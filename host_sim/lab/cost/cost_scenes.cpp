@@ -222,12 +222,61 @@ CostScene pieces1000() {
   return scene;
 }
 
+/// A scene of shapes by their dimensions, held as surfaces.
+std::string surface_scene_text(const CostScene& scene, const char* moving, const char* fixed) {
+  return "# SPDX-License-Identifier: Apache-2.0\n# " + scene.words + "\nformat = 1\nname = \"" +
+         scene.name + "\"\n\n[moving]\n" + moving + "as = \"surface\"\n\n[[static]]\n" + fixed +
+         "as = \"surface\"\n\n[rendering]\nk_f_n_per_m = 1000.0\n\n[loop]\nrate_hz = 1000\n";
+}
+
+/// A nut runs down its rod, pressed on the flanks, at 1.8 rad/s and up to 3.4.
+CostScene thread24() {
+  constexpr double kPitch_mm = 2, kTurn_rad = 2.9, kTime_s = 1.6, kPress_mm = 1;
+  std::vector<Station> stations{{"start", 0.0, {0, 0, 0}, {0, 0, 0}, 0},
+                                {"press", 0.3, {0, 0, -kPress_mm}, {0, 0, 0}, 0}};
+  for (int k = 1; k <= 3; ++k) {
+    stations.push_back({"turn",
+                        0.3 + kTime_s * k,
+                        {0, 0, -kPress_mm - kPitch_mm * kTurn_rad * k / (2 * std::numbers::pi)},
+                        {0, 0, 1},
+                        -kTurn_rad * k});
+  }
+  CostScene scene{"thread24", "M16 nut of six turns on a rod, 24 segments a turn", {}};
+  scene.files = {
+      {"scene.toml", surface_scene_text(scene,
+                                        "shape = \"thread\"\nsize = \"M16\"\ninternal = true\n"
+                                        "outer_radius_m = 0.012\nturns = 6\nsegments = 24\n"
+                                        "clearance_m = 0.0002\n",
+                                        "shape = \"thread\"\nsize = \"M16\"\nturns = 16\n"
+                                        "segments = 24\n")},
+      {"motion.toml", script_text(scene.words + ": runs down.", 48, stations)}};
+  return scene;
+}
+
+/// A box goes over a sphere.
+CostScene sphere100k() {
+  const std::vector<Station> stations{{"above", 0.0, {0, 0, 66}, {0, 0, 0}, 0},
+                                      {"press", 0.5, {0, 0, 59}, {0, 0, 0}, 0},
+                                      {"slide", 1.5, {12, 8, 57}, {1, 1, 0}, 0.1},
+                                      {"turn", 2.5, {-10, 5, 57}, {0, 1, 1}, 0.5},
+                                      {"away", 3.0, {0, 0, 70}, {0, 0, 0}, 0}};
+  CostScene scene{"sphere100k", "box on a sphere of 100 352 triangles", {}};
+  scene.files = {
+      {"scene.toml", surface_scene_text(scene,
+                                        "shape = \"box\"\nsize_m = [0.02, 0.02, 0.02]\n"
+                                        "position_m = [0.0, 0.0, 0.066]\n",
+                                        "shape = \"sphere\"\nradius_m = 0.05\nsegments = 448\n")},
+      {"motion.toml", script_text(scene.words + ": pressed and slid.", 49, stations)}};
+  return scene;
+}
+
 }  // namespace
 
 const std::vector<CostSceneName>& cost_scene_names() {
   static const std::vector<CostSceneName> names{
-      {"peg", true},       {"ell", true},      {"field", true},    {"peg32", true},
-      {"peg64_r10", true}, {"peg64_r5", true}, {"assembly", true}, {"pieces1000", false}};
+      {"peg", true},       {"ell", true},        {"field", true},    {"peg32", true},
+      {"peg64_r10", true}, {"peg64_r5", true},   {"assembly", true}, {"pieces1000", false},
+      {"thread24", false}, {"sphere100k", false}};
   return names;
 }
 
@@ -241,6 +290,8 @@ CostScene cost_scene(const std::string& name) {
   if (name == "peg64_r5") return round_peg(name, 64, 5);
   if (name == "assembly") return assembly();
   if (name == "pieces1000") return pieces1000();
+  if (name == "thread24") return thread24();
+  if (name == "sphere100k") return sphere100k();
   std::string known;
   for (const CostSceneName& each : cost_scene_names())
     known += (known.empty() ? "" : ", ") + std::string(each.name);

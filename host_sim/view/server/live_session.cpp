@@ -3,6 +3,7 @@
 
 #include <poll.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "hal/realtime/process_hardening.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {
@@ -96,6 +98,9 @@ void LiveSession::begin() {
     error = server_.start([this] {
       hal::leave_signals_to_holder();
       prctl(PR_SET_NAME, "haptic-live");
+      const int kept[] = {STDERR_FILENO, door_.descriptor()};
+      if (hal::close_inherited_descriptors(kept) != 0 || hal::drop_capabilities({}).error != 0)
+        return 4;
       if (down_.protect() != 0) return 4;
       LiveOffer offer;
       offer.scene = &scene_;

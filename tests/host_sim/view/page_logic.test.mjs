@@ -223,7 +223,7 @@ test("words: flags, lengths and round numbers", () => {
   near(roundBelow(25), 20);
 });
 
-/** A message of the live server with `count` ticks from `first` on; those in `resets` begin anew. */
+/** A message of the live server with `count` ticks from `first` on; those in `resets` start again. */
 function chunkOf(first, count, written, resets = []) {
   const view = new DataView(new ArrayBuffer(24 + 248 + 136 * count));
   view.setUint32(0, 0x31564c48, true);

@@ -126,7 +126,7 @@ export enum Next {
   step,
   /** the core forgets, then takes it */
   reset,
-  /** it does not go on from the tick before: the core begins anew where the part is felt now */
+  /** it does not go on from the tick before: the core starts again where the part is felt now */
   lost,
 }
 
