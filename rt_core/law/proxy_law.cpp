@@ -19,10 +19,8 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 /// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
 constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
 constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
-/// Among facets a pass costs most, and the last one moves so many times as far.
-constexpr Real kFacetLast = 4;
 /// Among facets no step is longer than this share of the scale's reach.
-constexpr Real kFacetTrust = 0.25_r;
+constexpr Real kFacetTrust = 0.5_r;
 
 /// A list of near pairs that takes several ticks is begun while what is left of the one before
 /// lasts for this multiple of them, and is made shorter where it takes more than so many.
@@ -584,9 +582,8 @@ void Proxy::adapt_trust(PassEnd end) noexcept {
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
   const ProxyScale& scale = parameters_.scale;
-  const Real last = hot_.capacity() > 0 ? kFacetLast : Real{1};
-  moved_little_ = step.dx_m.squaredNorm() <= last * scale.last_m * (last * scale.last_m) &&
-                  step.dtheta_rad.squaredNorm() <= last * scale.last_rad * (last * scale.last_rad);
+  moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
+                  step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
   way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
   turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
   Real& step_m = pass_steps_m_[step_place()];

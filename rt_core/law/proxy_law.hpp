@@ -353,13 +353,12 @@ class Proxy {
   double list_path_m_ = 0, list_turn_rad_ = 0;  ///< how far p_ had come where the list was begun
   std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
   std::uint32_t list_ticks_ = 1;    ///< that the last list took
+  std::uint32_t pass_of_tick_ = 0;  ///< of this pass
   BoundedList<std::uint32_t> hot_;  ///< slots of the pairs that are near; of facets alone
   double hot_until_m_ = 0;          ///< reading of the odometer at which another pair may be
   /// Motion of the last steps, fading: of the first pass of a tick, and of the later ones.
   std::array<Real, 2> pass_steps_m_{};
-  std::uint32_t pass_of_tick_ = 0;
   Real tried_m_ = 0;                       ///< motion of the step that this pass tried last
-  bool longest_ = false;                   ///< and it was as long as any among facets
   Real tick_motion_m_ = 0;                 ///< of the last ticks, fading
   double tick_start_m_ = 0;                ///< reading of the odometer where this tick began
   std::uint8_t grants_ = 0;                ///< Grant, of this tick
@@ -402,6 +401,7 @@ class Proxy {
   NearScratch* near_scratch_ = nullptr;
   Spring secant_;  ///< whose energy the pass lowers
   QpResult last_qp_;
+  bool longest_ = false;       ///< the step that this pass tried was as long as any among facets
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
   bool short_ = false;         ///< the steps of this try are a few times the tolerance

@@ -146,7 +146,7 @@ TEST_SUITE("host_sim.proxy_fuzz") {
       CHECK(damaged.exit_code == 1);
       CHECK(damaged.out.find(", seed ") != std::string::npos);
       CHECK(damaged.out.find(", tick ") != std::string::npos);
-      CHECK(damaged.out.find("proxy at p = (") != std::string::npos);
+      CHECK(damaged.out.find("part at p = (") != std::string::npos);
       CHECK(damaged.out.find("goal at p = (") != std::string::npos);
     }
     CHECK(run_program(HAPTIC_HOST_SIM, "proxy-fuzz --ticks 0").exit_code == 2);

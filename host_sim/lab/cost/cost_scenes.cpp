@@ -239,7 +239,7 @@ CostScene thread24() {
                         0.3 + kTime_s * k,
                         {0, 0, -kPress_mm - kPitch_mm * kTurn_rad * k / (2 * std::numbers::pi)},
                         {0, 0, 1},
-                        -kTurn_rad * k});
+                        -std::fmod(kTurn_rad * k, 2 * std::numbers::pi)});
   }
   CostScene scene{"thread24", "M16 nut of six turns on a rod, 24 segments a turn", {}};
   scene.files = {
