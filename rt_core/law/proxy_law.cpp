@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proxy's tick: memory, which pairs a pass can reach, and the passes.
+// The proxy's tick: memory, the passes, and how far they may go.
 
 #include "rt_core/law/proxy_law.hpp"
 
@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
-#include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -16,23 +14,10 @@ namespace {
 
 constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
-/// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
-constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
+/// kTrustLess and kTrustMore among facets.
 constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
 /// Among facets no step is longer than this share of the scale's reach.
 constexpr Real kFacetTrust = 0.5_r;
-
-/// A list of near pairs that takes several ticks is begun while what is left of the one before
-/// lasts for this multiple of them, and is made shorter where it takes more than so many.
-constexpr Real kEarlyTicks = 1.25_r;
-constexpr std::uint32_t kLongLists = 24;
-/// Near pairs beyond so many reaches are left aside together.
-constexpr Real kHotReaches = 1.5_r;
-/// Among facets a pass first looks no farther than so many of the last steps.
-constexpr Real kReachSteps = 1.5_r, kFacetMargin = 0.125_r;
-
-/// A gap that the part's motion may have taken less of than this is not computed again.
-constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
 
 /// Radius of the part for which the lengths below were chosen.
 constexpr Real kChosenFor_m = 0.05_r;
@@ -57,16 +42,6 @@ constexpr std::uint32_t kMostShortPasses = 2;
 constexpr std::uint32_t kChoicePeriod = 4;
 /// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.
 constexpr std::uint32_t kLeastHeld = 4;
-
-/// Gap between the spheres round the two pieces, a lower bound of their distance [m].
-Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexcept {
-  const PieceRecord& a = *pair.a.record;
-  const PieceRecord& b = *pair.b.record;
-  const Vec3 between = (y_w - piece_centre(b)) + p.r_wa * piece_centre(a);
-  return std::sqrt(between.squaredNorm()) -
-         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(pair, y_w) -
-         pair.skin_m;
-}
 
 std::uint32_t largest_loop(const PieceView& piece) noexcept {
   std::uint32_t largest = 0;
@@ -188,73 +163,6 @@ void Proxy::reset() noexcept {
   version_ = 1;
 }
 
-/// The pair's pose at p_; turns the vertices of its piece of A if no pair before it has.
-PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
-  const std::uint32_t piece = pair.view->record.piece_a;
-  Real* const lanes = lanes_.data() + lanes_begin_[piece];
-  if (lanes_version_[piece] != version_) {
-    turn_vertices(pair.view->a, p_.r_wa, lanes);
-    lanes_version_[piece] = version_;
-  }
-  return make_pair_pose(*pair.view, lanes, p_.r_wa, p_.x0_w - pair.reference_w);
-}
-
-/// Nearest C-face of a pair at p_, by an exact search without history.
-void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
-  if (is_fixed()) return search_fixed(pair, tick);
-  const PairPose pose = pose_of(pair);
-  Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
-  FeatureBounds bounds;
-  bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
-  bounds.reset(pair.view->marks);
-  const NearResult found = find_nearest(pose, bounds, *near_scratch_);
-  tick.full_searches += 1;
-  tick.search_work +=
-      found.feature_evaluations + found.edge_pairs / kEdgePairsOfUnit + found.support_pairs;
-  const NearNode& best = found.best;
-  pair.plane = PlaneId{};
-  pair.plane.type = best.type;
-  if (best.type != ContactType::kB) pair.plane.i = best.i;
-  if (best.type != ContactType::kA) pair.plane.j = best.j;
-  if (best.type == ContactType::kC) {
-    const Vec3 v = ConstVec3Map(pair.view->b.edge_directions[best.j].unit);
-    pair.plane.flipped = best.normal_w.dot(pose.direction_a(best.i).cross(v)) < 0;
-  }
-  pair.support = found.support;
-  pair.gap_m = std::min(found.d_near_m, best.f_m) - pair.view->skin_m;
-  pair.gap_version = version_;
-  pair.known = true;
-  pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
-}
-
-/// Finds the face along which a pair has the largest gap at p_; false: it has none along any.
-bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
-  if (is_fixed()) return false;
-  const Vec3 y_w = p_.x0_w - pair.reference_w;
-  PlaneGap best;
-  for_each_face(*pair.view, [&](const PlaneId& id) {
-    const Real least = best.defined ? std::max(best.gap_m, Real{0}) : Real{0};
-    if (face_bound(*pair.view, p_.r_wa, y_w, id, pair.support) < least) return true;
-    tick.plane_gaps += 1;
-    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, id, pair.support);
-    if (!best.defined || gap.gap_m > best.gap_m) best = gap;
-    return true;
-  });
-  if (!best.defined || best.gap_m < 0) return false;
-  pair.plane = best.id;
-  pair.support = best.support;
-  pair.gap_m = best.gap_m;
-  pair.gap_version = version_;
-  pair.known = true;
-  pair.inside = false;
-  return true;
-}
-
-/// What the gap of a pair at p_ is at least, from when it was last looked at.
-Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
-  return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
-}
-
 /// Whether a tick may begin something that costs more than a gap. The first of its kind it always
 /// may.
 bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
@@ -265,239 +173,6 @@ bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
   return false;
 }
 
-/// The same for the search of a pair; pairs that have waited come before others.
-bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
-  const bool first = (grants_ & kSearchGrant) == 0 && (!waited_ || pair.waits);
-  if (first) grants_ |= kSearchGrant;
-  pair.waits = !first && !has_budget(tick);
-  waiting_ = waiting_ || pair.waits;
-  return !pair.waits;
-}
-
-/// Computes the gap of a pair at p_ along its plane; where it has none left, or no plane yet, finds
-/// one. False: for want of budget it has none still.
-bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
-  const Vec3 y_w = p_.x0_w - pair.reference_w;
-  if (pair.known) {
-    const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
-    tick.plane_gaps += 1;
-    pair.support = gap.support;
-    pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
-    pair.gap_version = version_;
-  }
-  const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
-  if (lost && !may_search(pair, tick)) return false;
-  if (lost && !find_face(pair, tick)) search_fully(pair, tick);
-  pair.clear_until_m =
-      odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(*pair.view, y_w));
-  return true;
-}
-
-/// Whether a pass can bring the pair into contact; then `reached` tells where it stands: by a lower
-/// bound of its gap while that is at least half of what it was, when it was last computed.
-bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
-  Real gap = pair.gap_m;
-  if (pair.inside) {
-    // Recovery: the plane that leads out may change; where it cannot be searched for, it is held.
-    if (may_search(pair, tick)) {
-      search_fully(pair, tick);
-    } else {
-      const PlaneGap held = plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w),
-                                      pair.plane, pair.support);
-      tick.plane_gaps += 1;
-      if (held.defined) pair.gap_m = held.gap_m;
-      pair.gap_version = version_;
-    }
-    gap = pair.gap_m;
-  } else if (pair.gap_version != version_) {
-    const Real clear = clear_m(pair);
-    const Real stale = hot_.capacity() > 0 ? kFacetStaleShare : kStaleShare;
-    reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
-    gap = clear;
-    if (reached.exact_p && !pair.known) {
-      gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
-      if (pair.view->skin_m > 0) gap = std::max(gap, clear);  // boxes know more of a facet
-      pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
-      if (gap >= reach_m_) return false;
-    }
-    if (reached.exact_p) {
-      reached.unsure = !measure(pair, tick);
-      if (!reached.unsure) gap = pair.gap_m;
-      if (!reached.unsure && clear_m(pair) >= reach_m_) return false;
-    }
-  }
-  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = gap;
-  reached.plane = pair.plane;
-  reached.support = pair.support;
-  reached.allowed_m =
-      pair.inside ? std::max(-pair.gap_m - parameters_.scale.recovery_step_m, Real{0}) : Real{0};
-  return true;
-}
-
-/// The gap itself where a bound of it does not do.
-void Proxy::look_closer(ReachedPair& reached, ProxyTick& tick) noexcept {
-  ProxyPair& pair = pairs_[reached.pair];
-  reached.unsure = !measure(pair, tick);
-  if (reached.unsure) return;
-  reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = pair.gap_m;
-  reached.plane = pair.plane;
-  reached.support = pair.support;
-  reached.exact_p = true;
-}
-
-/// The pairs that a pass can bring into contact.
-void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
-  reached_.clear();
-  valid_.clear();
-  pass_ += 1;
-  const ProxyScale& scale = parameters_.scale;
-  const Real pull_m = std::sqrt(error.translation_m.squaredNorm()) +
-                      parameters_.radius_m * std::sqrt(error.rotation_rad.squaredNorm());
-  reach_m_ = std::min({scale.reach_m, pull_m + scale.margin_m,
-                       trust_m_ < scale.reach_m ? trust_m_ + scale.margin_m : scale.reach_m});
-  tick.recovering = false;
-  worst_gap_m_ = std::numeric_limits<Real>::max();
-  // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
-  if (hot_.capacity() > 0) {
-    reach_m_ = std::min(reach_m_,
-                        kReachSteps * pass_steps_m_[step_place()] + kFacetMargin * scale.margin_m);
-  }
-  reach_all(tick);
-}
-
-/// Takes those pairs in too that a step of this length can meet.
-void Proxy::widen(Real motion_m, ProxyTick& tick) noexcept {
-  reach_m_ = (hot_.capacity() > 0 ? kReachSteps : 4) * motion_m;
-  reach_all(tick);
-}
-
-/// A pair has left its slot: nothing may name it any more.
-void Proxy::forget(std::uint32_t slot) noexcept {
-  const auto drop = [&](auto& list, const auto& is_of) {
-    std::uint32_t kept = 0;
-    for (const auto& item : list) {
-      if (!is_of(item)) list[kept++] = item;
-    }
-    list.truncate(kept);
-  };
-  drop(active_, [&](const ImposedPlane& plane) { return plane.pair == slot; });
-  drop(pending_, [&](const ImposedPlane& plane) { return plane.pair == slot; });
-  drop(cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
-  drop(last_cones_, [&](const FrictionCone& cone) { return cone.pair == slot; });
-  for (PlaneRegion& region : regions_) {
-    if (region.pair == slot) region.version = 0;
-  }
-}
-
-/// A pair has come to a slot.
-void Proxy::enter(std::uint32_t slot) noexcept {
-  const NearPair& near = near_pairs_[slot];
-  const SceneView& scene = scene_[0];
-  PairView& view = views_[slot];
-  view = scene.pair(near.pair);
-  if (view.a.is_facet() || view.b.is_facet()) view.skin_m = parameters_.scale.skin_m;
-  const BodyRecord& body = scene.bodies()[view.b.record->body];
-  ProxyPair& pair = pairs_[slot];
-  pair = ProxyPair{};
-  pair.view = &view;
-  pair.index = near.pair;
-  for (int k = 0; k < 3; ++k) pair.reference_w[k] = static_cast<Real>(body.reference_m[k]);
-  pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
-  pair.friction = static_cast<Real>(body.friction);
-  pair.friction_static = static_cast<Real>(body.friction_static);
-  pair.clear_until_m = list_path_m_ + list_turn_rad_ * static_cast<double>(pair.reach_a_m) +
-                       static_cast<double>(near.gap_m - view.skin_m);
-}
-
-/// Goes on with the list of near pairs, or begins one, of those within reach and as far again so
-/// that it lasts for a while. Where one list is more than a tick has time for, the next is begun
-/// early.
-void Proxy::list_pairs(ProxyTick& tick) noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  const Real clear_m = unlisted_m();
-  const bool short_of = !(clear_m >= reach_m_);
-  const Real until_made_m = kEarlyTicks * static_cast<Real>(list_ticks_) * tick_motion_m_;
-  const bool early = list_ticks_ > 1 && !(clear_m >= reach_m_ + until_made_m);
-  if (!short_of && !early && !near_pairs_.is_begun()) return;
-  if (!near_pairs_.is_begun()) {
-    const Real further_m = hot_.capacity() > 0 ? scale.reach_m / 2 : scale.reach_m;
-    list_range_m_ = std::min(list_range_m_, reach_m_ + further_m);
-    if (hot_.capacity() > 0) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
-    near_pairs_.begin(p_, odometer_m(), list_range_m_);
-    list_path_m_ = path_m_;
-    list_turn_rad_ = turn_rad_;
-    // A scene whose lists are never long may make another one.
-    if (list_visits_of_tick_ < kListVisitsOfTick && has_budget(tick)) {
-      list_visits_left_ = list_visits_of_tick_;
-    }
-  }
-  if (list_visits_left_ == 0) return;
-  for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
-  const std::uint32_t before = near_pairs_.visited();
-  const bool finished = near_pairs_.go_on(list_visits_left_);
-  const std::uint32_t visits = near_pairs_.visited() - before;
-  list_visits_left_ -= visits;
-  tick.list_visits += visits;
-  if (!finished) return;
-  list_ticks_ = near_pairs_.visited() / kListVisitsOfTick + 1;
-  list_range_m_ *= near_pairs_.visited() > kLongLists * kListVisitsOfTick ? kTrustLess : kTrustMore;
-  for (const std::uint32_t slot : near_pairs_.changed()) {
-    forget(slot);
-    if (near_pairs_.holds(slot)) enter(slot);
-  }
-  hot_until_m_ = -std::numeric_limits<double>::max();
-}
-
-/// The pairs that a pass looks at one by one: all, or of many those that are near, so that the
-/// others cost one comparison together.
-std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
-  if (hot_.capacity() == 0) return near_pairs_.slots();
-  if (cold_m() >= reach_m_) return hot_.view();
-  hot_.clear();
-  Real cold_m = std::numeric_limits<Real>::max();
-  for (const std::uint32_t slot : near_pairs_.slots()) {
-    const ProxyPair& pair = pairs_[slot];
-    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-    if (pair.inside || !(clear >= kHotReaches * reach_m_)) {
-      static_cast<void>(hot_.push(slot));
-    } else {
-      cold_m = std::min(cold_m, clear);
-    }
-  }
-  hot_until_m_ = odometer_m() + static_cast<double>(cold_m);
-  return hot_.view();
-}
-
-/// Appends the pairs within the pass's reach that are not in its list yet.
-void Proxy::reach_all(ProxyTick& tick) noexcept {
-  list_pairs(tick);
-  const std::span<const std::uint32_t> slots = hot_pairs();
-  nearest_m_ = std::min(unlisted_m(), cold_m());
-  tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
-  for (const std::uint32_t slot : slots) {
-    ProxyPair& pair = pairs_[slot];
-    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-    Real nearest = clear;
-    if (pair.reached_in != pass_) {
-      ReachedPair reached;
-      if (!pair.inside && clear >= reach_m_) {
-        tick.gap_m = std::min(tick.gap_m, clear);
-      } else if (reach_pair(pair, reached, tick)) {
-        reached.pair = slot;
-        pair.reached_in = pass_;
-        nearest = reached.gap_m;
-        worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
-        static_cast<void>(reached_.push(reached));
-        tick.recovering = tick.recovering || pair.inside;
-      } else {
-        nearest = clear_m(pair);
-        tick.gap_m = std::min(tick.gap_m, nearest);
-      }
-    }
-    nearest_m_ = std::min(nearest_m_, nearest);
-  }
-}
-
 /// What a pass must lower the energy by to be worth a step: what rounding makes of it, and where
 /// the goal has stayed the same for long more and more, so that every search ends.
 Real Proxy::least_fall_j(Real potential_j) const noexcept {
@@ -506,34 +181,6 @@ Real Proxy::least_fall_j(Real potential_j) const noexcept {
       parameters_.spring.k_t_n_per_m * still_m * still_m / 2 + 32 * kRealEpsilon * potential_j;
   for (std::uint32_t k = kPatience; k < std::min(slow_, kMostHeld); k += 2) fall_j *= 2;
   return fall_j;
-}
-
-/// The valid set of a pair at p_, once in a pass.
-void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
-  ProxyPair& pair = pairs_[reached.pair];
-  reached.searched = true;
-  reached.valid_begin = valid_.size();
-  if (valid_.size() == valid_.capacity()) return;  // its certificate stays its only plane
-  const auto only = [&] {
-    reached.exposed_count = 0;
-    if (valid_.push({pair.plane, pair.support, pair.gap_m})) reached.valid_count = 1;
-  };
-  if (pair.inside) return only();
-  std::array<ValidPlane, kMaxValidPlanes> planes;
-  const Real least = -valid_depth(parameters_.scale);
-  const ValidResult found =
-      is_fixed() ? find_valid_fixed_planes(*pair.view, p_.x0_w - pair.reference_w, least, planes)
-                 : find_valid_planes(pose_of(pair), pair.plane, pair.support, least, valid_scratch_,
-                                     planes);
-  tick.valid_nodes += found.visited;
-  for (std::uint32_t k = 0; k < found.count; ++k) {
-    if (!valid_.push(planes[k])) break;
-  }
-  reached.valid_count = valid_.size() - reached.valid_begin;
-  reached.exposed_count = std::min(found.exposed, reached.valid_count);
-  if (reached.valid_count > 0) return;
-  search_fully(pair, tick);  // the plane has ceased to be a C-face and none is beside it
-  only();
 }
 
 /// A pass has ended for want of budget: p_ stays, the next one goes on with what this has found, no

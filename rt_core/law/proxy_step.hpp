@@ -25,6 +25,8 @@ struct Proxy::Check {
 /// A pair with at least so many basic contacts is certified by a face, if one does, before its
 /// valid set is asked for.
 inline constexpr std::uint32_t kManyNodes = 700;
+/// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
+inline constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
 /// The shortest of the longest steps, in tolerances.
 inline constexpr Real kLastTolerances = 2;
 
