@@ -25,7 +25,7 @@ Judgement refused(unsigned status, std::string why) {
   return {RequestKind::kRefused, status, std::move(why), {}};
 }
 
-/// The same time whatever the place of the first difference.
+/// Takes the same time wherever the first difference is.
 bool same_secret(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned char differs = 0;
