@@ -38,7 +38,7 @@ DeviceState pressing(std::uint64_t sequence) {
   state.sequence = sequence;
   state.stamp_ns = hal::monotonic_ns();
   state.link = LinkState::kReady;
-  state.pose_dh.p_m[2] = 0.02;
+  state.pose_dh.p_m[2] = 0.02_r;
   state.switches = sequence < 50 ? 0u : 1u;
   return state;
 }

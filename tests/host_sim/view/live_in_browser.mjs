@@ -6,6 +6,7 @@ import { spawn } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
+import { runCases } from "./browser_cases.mjs";
 
 const [packages, executablePath, hostSim, runDevice, scene, pictures] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
@@ -203,15 +204,6 @@ const cases = {
   },
 };
 
-let failed = 0;
-for (const [name, run] of Object.entries(cases)) {
-  try {
-    await run();
-    console.log(`passed: ${name}`);
-  } catch (error) {
-    failed += 1;
-    console.log(`FAILED: ${name}\n${error.stack}`);
-  }
-}
+const code = await runCases(cases);
 await browser.close();
-process.exit(failed > 0 ? 1 : 0);
+process.exit(code);

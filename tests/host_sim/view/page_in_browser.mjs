@@ -9,6 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { gunzipSync, gzipSync } from "node:zlib";
+import { runCases } from "./browser_cases.mjs";
 
 const [packages, executablePath, recorded, byHand, run, gallery, pictures] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
@@ -307,15 +308,6 @@ const kGalleryTick = {
   tetrahedron_on_box: 6000, square_peg_five: 6500, round_peg: 6500, ell_insert: 7000, dovetail: 4400, gear_on_shaft: 7400,
   nut_on_bolt: 7000, two_pins: 4600,
 };
-let failed = 0;
-for (const [name, run] of Object.entries(cases)) {
-  try {
-    await run();
-    console.log(`passed: ${name}`);
-  } catch (error) {
-    failed += 1;
-    console.log(`FAILED: ${name}\n${error.stack}`);
-  }
-}
+const code = await runCases(cases);
 await browser.close();
-process.exit(failed > 0 ? 1 : 0);
+process.exit(code);
