@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mouse, keys and gamepad, turned into where the hand wants the part. A page moves this simulated hand alone.
+// Mouse, keys, gamepad and SpaceMouse, turned into where the hand wants the part. A page moves this simulated hand alone.
 import * as THREE from "three";
 import { gripOf, multiply, normalised, poseOf, rotationOf, upright } from "./hand";
 import type { Pose, Quat, Vec } from "./messages";
+import type { SixAxes } from "./space_mouse";
 import { rightOf, towardsEye } from "./stage";
 import type { Side } from "./stage";
 
@@ -45,6 +46,8 @@ export class Controls {
   private turning: { from: THREE.Quaternion; to: THREE.Quaternion; done: number } | null = null;
   private felt: Vec = [0, 0, 0];
   gamepad = "";
+  /** a SpaceMouse that the user has chosen */
+  sixAxes: SixAxes | null = null;
 
   constructor(
     private readonly side: Side,
@@ -132,6 +135,13 @@ export class Controls {
     }
     this.tapped.clear();
     this.readGamepad(shift, rotation, axes, speed, angle);
+    if (this.sixAxes) {
+      const { push, turn } = this.sixAxes.cap;
+      axes.forEach((axis, k) => {
+        shift.addScaledVector(axis, push[k] * speed);
+        rotation.addScaledVector(axis, turn[k] * angle);
+      });
+    }
     if (rotation.lengthSq() > 0) this.turn(rotation);
     if (shift.lengthSq() > 0) this.move(shift);
     if (this.turning) {

@@ -1,7 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a move of the hand to the picture that shows the tick which followed it, by the page's own clock.
+// How fast the page draws, by its own clock: pictures a second, and the time from a move of the hand to the picture that
+// shows the tick which followed it.
 
 const kKept = 512;
+const kCounted_ms = 2000;
+
+/** Pictures drawn in the last two seconds. */
+export class FrameMeter {
+  private times: number[] = [];
+
+  drawn(now: number): void {
+    this.times.push(now);
+    this.forget(now);
+  }
+  private forget(now: number): void {
+    while (this.times.length > 0 && this.times[0] < now - kCounted_ms) this.times.shift();
+  }
+  /** A second, while it moves; 0: it stands still. */
+  rate(now: number): number {
+    this.forget(now);
+    const span = this.times.length > 1 ? this.times[this.times.length - 1] - this.times[0] : 0;
+    return span > 0 ? (1000 * (this.times.length - 1)) / span : 0;
+  }
+}
 
 export class DelayMeter {
   private readonly waiting: number[] = [];

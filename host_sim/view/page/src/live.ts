@@ -8,8 +8,8 @@ export const kLiveProtocol = "haptic.live.v1";
 const kMagic = 0x31564c48;
 const kHeadBytes = 24;
 const kStateBytes = 248;
-const kTickBytes = 136;
-const kMarkReset = 1n, kMarkAccepted = 2n;
+const kTickBytes = 184;
+const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n;
 /** A page that was up to date and is so far behind gives up the ticks between. */
 const kMostBehind = 2000;
 const kUpToDate = 100;
@@ -84,14 +84,21 @@ export class Chunk {
   accepted(k: number): number[] | undefined {
     return (this.marks(k) & kMarkAccepted) !== 0n ? this.doubles(this.at(k) + 64, 6) : undefined;
   }
-  hash(k: number): bigint {
-    return this.view.getBigUint64(this.at(k) + 112, true);
+  /** Six numbers; undefined: the device did not say it. */
+  twist(k: number): number[] | undefined {
+    return (this.marks(k) & kMarkTwist) !== 0n ? this.doubles(this.at(k) + 112, 6) : undefined;
   }
-  sequence(k: number): bigint {
-    return this.view.getBigUint64(this.at(k) + 120, true);
+  clutched(k: number): boolean {
+    return (this.marks(k) & kMarkClutched) !== 0n;
+  }
+  hash(k: number): bigint {
+    return this.view.getBigUint64(this.at(k) + 160, true);
   }
   private marks(k: number): bigint {
-    return this.view.getBigUint64(this.at(k) + 128, true);
+    return this.view.getBigUint64(this.at(k) + 168, true);
+  }
+  sequence(k: number): bigint {
+    return this.view.getBigUint64(this.at(k) + 176, true);
   }
   /** The core forgot before this tick all that was. */
   resets(k: number): boolean {

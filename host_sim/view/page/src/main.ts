@@ -5,13 +5,17 @@ import { kDark, kLight } from "./colours";
 import type { Colours } from "./colours";
 import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
-import { DelayMeter } from "./delay";
+import { DelayMeter, FrameMeter } from "./delay";
 import { GraphPane } from "./graph_pane";
 import type { LiveFacts } from "./live";
 import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
+import { placeOf, placeText } from "./place";
 import { bytesOf, DamagedPage, unzipped } from "./recording";
+import { savePicture } from "./saved_picture";
 import { contactsOf } from "./shapes";
+import { openSpaceMouse } from "./space_mouse";
+import type { Hid } from "./space_mouse";
 import type { Side } from "./stage";
 import { vector } from "./stage";
 import { Strips } from "./strips";
@@ -98,6 +102,9 @@ class Page {
   private lamp: Lamp | null = null;
   private readonly live = liveOrder();
   private readonly delay = new DelayMeter();
+  private readonly frames = new FrameMeter();
+  /** what was put into the address here */
+  private ownAddress = "";
   /** when the hand was last moved here */
   private movedAt = -Infinity;
   /** drawn last */
@@ -147,7 +154,10 @@ class Page {
   private take(message: FromWorker): void {
     if (message.kind === "refused") refuse(message.text);
     if (message.kind === "loaded") this.start(message.scene);
-    if (message.kind === "strips") this.strips.setRecorded(message.samples);
+    if (message.kind === "strips") {
+      this.strips.setRecorded(message.samples);
+      this.goToAddress();
+    }
     if (message.kind === "lamp") {
       this.lamp = message;
       this.showLamp();
@@ -186,6 +196,60 @@ class Page {
     time.disabled = element<HTMLButtonElement>("play").disabled = scene.recordedTicks === 0;
     this.looked = true;
     document.body.dataset.state = "loaded";
+    // A recording is computed first.
+    if (scene.recordedTicks === 0) this.goToAddress();
+  }
+
+  /** Shows what the address of the page says: a view, and a tick or a pose of the hand. */
+  private goToAddress(): void {
+    const { tick, pose, side } = placeOf(location.hash);
+    if (side) Object.assign(this.side, side);
+    this.looked = true;
+    if (pose && this.takesHand) {
+      this.controls?.forget();
+      this.send({ kind: "hand", target: pose, at: performance.now() });
+    } else if (tick !== undefined && this.scene?.recordedTicks) {
+      this.seek(tick);
+    }
+  }
+
+  /** Puts what is shown into the address. */
+  private writeAddress(): void {
+    if (!this.picture) return;
+    const { mode, tick, device } = this.picture;
+    const place = this.byHand(mode) ? { pose: device } : { tick: Math.max(0, tick - 1) };
+    this.ownAddress = `#${placeText({ ...place, side: this.side })}`;
+    location.hash = this.ownAddress;
+  }
+
+  private seek(tick: number): void {
+    this.send({ kind: "mode", mode: "pause" });
+    this.send({ kind: "seek", tick });
+  }
+
+  private savePicture(): void {
+    const { picture, scene, physical, cspace } = this;
+    if (!picture || !scene || !physical || !cspace) return;
+    physical.render(this.side, vector(picture.feltGrip));
+    cspace.render(this.side);
+    const situation = situationText(scene.situations[picture.situation] ?? "none");
+    const force = Math.hypot(...picture.force);
+    const words = `${scene.name}, tick ${picture.tick}: ${situation}, ${numberText(force)} N; ${element("arrow-scale").textContent}`;
+    savePicture([physical.canvas, cspace.canvas], words, this.colours, `${scene.name}_${picture.tick}.png`);
+  }
+
+  private async useSpaceMouse(hid: Hid): Promise<void> {
+    const button = element("space-mouse");
+    try {
+      const found = await openSpaceMouse(hid);
+      if (!found) return;
+      if (!found.axes.isComplete) throw new Error(`${found.name} does not say that it has six axes`);
+      if (this.controls) this.controls.sixAxes = found.axes;
+      button.setAttribute("aria-pressed", "true");
+      button.title = `${found.name} moves the part`;
+    } catch (error) {
+      button.title = `The SpaceMouse cannot be used: ${error instanceof Error ? error.message : String(error)}`;
+    }
   }
 
   /** Whether a hand here moves the part. A session of a device is only watched. */
@@ -259,15 +323,22 @@ class Page {
     element("theme").onclick = () => this.setTheme(document.documentElement.dataset.theme !== "dark");
     const help = element<HTMLDialogElement>("help-text");
     element("help").onclick = () => help.showModal();
-    element<HTMLInputElement>("time").oninput = (event) => {
-      this.send({ kind: "mode", mode: "pause" });
-      this.send({ kind: "seek", tick: Number((event.target as HTMLInputElement).value) });
-    };
+    element<HTMLInputElement>("time").oninput = (event) => this.seek(Number((event.target as HTMLInputElement).value));
+    element("picture").onclick = () => this.savePicture();
+    element("link").onclick = () => this.writeAddress();
+    window.addEventListener("hashchange", () => {
+      if (location.hash !== this.ownAddress) this.goToAddress();
+    });
+    const { hid } = navigator as Navigator & { hid?: Hid };
+    element("space-mouse").hidden = !hid || !this.takesHand;
+    if (hid) element("space-mouse").onclick = () => void this.useSpaceMouse(hid);
     const keys: Record<string, () => void> = {
       Space: () => this.togglePlay(),
       Home: () => this.restart(),
       KeyU: () => this.controls?.makeUpright(),
       KeyC: () => this.toggleCut(),
+      KeyP: () => this.savePicture(),
+      KeyL: () => this.writeAddress(),
       KeyT: () => this.setTheme(document.documentElement.dataset.theme !== "dark"),
     };
     const signs: Record<string, () => void> = {
@@ -345,6 +416,7 @@ class Page {
     if (this.picture && this.scene && (this.fresh || this.looked) && now >= this.notBefore) {
       this.show(this.picture, this.scene);
       this.drawn = now;
+      this.frames.drawn(now);
       this.delay.shown(this.picture.handAt, performance.now());
     }
     requestAnimationFrame(() => this.frame());
@@ -431,6 +503,7 @@ class Page {
       ["tick", String(picture.tick)],
       ["pace", this.live ? `${picture.behind} ticks behind` : `${(100 * picture.pace).toFixed(0)} % of real time`],
       ["input to picture", this.delay.text, "delay"],
+      ["pictures", `${this.frames.rate(performance.now()).toFixed(0)} a second`, "frames"],
       ["stiffness", `${numberText(scene.kT)} N/m`],
       ["in rotation", `${numberText(scene.kR)} N m/rad`],
       ["spring of the hand", `${numberText(scene.hand.k)} N/m`],

@@ -3,13 +3,17 @@
 // (host_sim/view/page_file.hpp).
 import type { Quat, Vec } from "./messages";
 
-const kMagic = "RTVIEW2\0";
+const kMagic = "RTVIEW3\0";
 const kHeaderBytes = 16;
 /** Columns of a tick: stamp, position, orientation, hash. */
 const kColumns = 9;
 const kHashColumn = 8;
 /** of the wrench that acted on the device, in recordings that have it */
 const kAcceptedColumns = 6;
+/** twist and marks, of a device that has more to say than where it is */
+const kDeviceColumns = 7;
+const kHasAccepted = 1, kHasDevice = 2;
+const kMarkReset = 1n, kMarkTwist = 4n, kMarkClutched = 8n;
 
 /** A part of the page that cannot be read, in words for people. */
 export class DamagedPage extends Error {}
@@ -37,6 +41,7 @@ export class Recording {
   readonly ticks: number;
   /** each tick has the wrench that acted on the device before it */
   readonly hasAccepted: boolean;
+  private readonly deviceColumn: number;
   /** by columns */
   private readonly words: BigUint64Array;
   private readonly doubles: Float64Array;
@@ -47,8 +52,11 @@ export class Recording {
       throw new DamagedPage("the recording in this page is damaged; make the page again");
     const head = new DataView(bytes.buffer, bytes.byteOffset, kHeaderBytes);
     this.ticks = head.getUint32(8, true);
-    this.hasAccepted = head.getUint32(12, true) === 1;
-    const columns = kColumns + (this.hasAccepted ? kAcceptedColumns : 0);
+    const has = head.getUint32(12, true);
+    this.hasAccepted = (has & kHasAccepted) !== 0;
+    const before = kColumns + (this.hasAccepted ? kAcceptedColumns : 0);
+    this.deviceColumn = (has & kHasDevice) !== 0 ? before : 0;
+    const columns = before + (this.deviceColumn > 0 ? kDeviceColumns : 0);
     if (this.ticks === 0 || bytes.length !== kHeaderBytes + 8 * columns * this.ticks)
       throw new DamagedPage("the recording in this page is not whole; make the page again");
     this.words = new BigUint64Array(columns * this.ticks);
@@ -76,6 +84,20 @@ export class Recording {
     }
   }
 
+  private marks(tick: number): bigint {
+    return this.deviceColumn > 0 ? this.words[(this.deviceColumn + kDeviceColumns - 1) * this.ticks + tick] : 0n;
+  }
+  /** The core forgot before this tick all that was. */
+  resets(tick: number): boolean {
+    return (this.marks(tick) & kMarkReset) !== 0n;
+  }
+  clutched(tick: number): boolean {
+    return (this.marks(tick) & kMarkClutched) !== 0n;
+  }
+  /** Six numbers; undefined: the device did not say it. */
+  twist(tick: number): number[] | undefined {
+    return (this.marks(tick) & kMarkTwist) !== 0n ? this.list(tick, this.deviceColumn, 6) : undefined;
+  }
   private list(tick: number, column: number, count: number): number[] {
     return Array.from({ length: count }, (_, k) => this.doubles[(column + k) * this.ticks + tick]);
   }

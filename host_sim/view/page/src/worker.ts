@@ -20,6 +20,14 @@ const kMostSavedBytes = 64 * 2 ** 20;
 const post = (message: FromWorker) =>
   (self as unknown as { postMessage(message: FromWorker): void }).postMessage(message);
 
+/** What a device says of a tick in addition to where it is. */
+interface DeviceWords {
+  /** force and torque that acted since the tick before */
+  accepted?: number[];
+  twist?: number[];
+  clutched?: boolean;
+}
+
 class Runner {
   private mode: Mode = "pause";
   private tick = 0;
@@ -90,10 +98,13 @@ class Runner {
   }
 
   /** One tick of the device at `pose`. */
-  private step(pose: Pose, stamp: bigint, report: boolean, accepted?: number[]): void {
+  private step(pose: Pose, stamp: bigint, report: boolean, { accepted, twist, clutched }: DeviceWords = {}): void {
     this.core.write({
       ...(accepted ? { accepted_w: accepted } : {}),
       accepted_valid: accepted ? 1 : 0,
+      ...(twist ? { twist_w: twist } : {}),
+      twist_valid: twist ? 1 : 0,
+      clutched: clutched ? 1 : 0,
       p_wa_m: pose.p,
       q_wa_xyzw: pose.q,
       stamp_ns: stamp,
@@ -109,7 +120,9 @@ class Runner {
     const tick = this.tick;
     const r = this.recording!;
     const accepted = r.hasAccepted ? r.accepted(tick) : undefined;
-    this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report, accepted);
+    const words = { accepted, twist: r.twist(tick), clutched: r.clutched(tick) };
+    if (r.resets(tick)) this.core.reset();
+    this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report, words);
     if (this.core.one("state_hash") !== r.hash(tick) && (this.differs < 0 || tick < this.differs)) {
       this.differs = tick;
       this.lamp();
@@ -164,7 +177,11 @@ class Runner {
         if (next === Next.lost && this.said.knowsFelt) this.step(this.said.felt, 0n, false);
       }
       this.tick = Number(chunk.sequence(k));
-      this.step(chunk.pose(k), chunk.stampNs(k), k === chunk.ticks - 1, chunk.accepted(k));
+      this.step(chunk.pose(k), chunk.stampNs(k), k === chunk.ticks - 1, {
+        accepted: chunk.accepted(k),
+        twist: chunk.twist(k),
+        clutched: chunk.clutched(k),
+      });
       this.account.compare(this.core.one("state_hash") === chunk.hash(k));
       this.sample(this.samples);
     }
