@@ -75,6 +75,26 @@ void copy(const Vec3& from, double (&to)[3]) noexcept {
 
 }  // namespace
 
+StepInput core_input(const DeviceState& state, const ServoParameters& parameters, const Vec3& arm_d,
+                     const Wrench& sent_d) noexcept {
+  const WorkspaceMap& map = parameters.map;
+  StepInput in;
+  in.sequence = state.sequence;
+  in.stamp_ns = state.stamp_ns;
+  in.pose_wa = mesh_pose(map, at_handle_point(pose_of(state.pose_dh), arm_d));
+  in.twist_valid = state.twist_valid;
+  if (state.twist_valid)
+    in.twist_w = scene_twist(map, at_handle_point(twist_of(state.twist_d), arm_d));
+  in.clutched = (state.switches & parameters.switches.clutch) != 0;
+  // A device that does not say what it was handed: what left here, which may be held back.
+  const Wrench accepted_d = state.accepted_tick != 0 ? wrench_of(state.accepted_d) : sent_d;
+  in.accepted_wrench_w = scene_wrench(map, about_handle_point(accepted_d, arm_d));
+  in.accepted_valid = true;
+  in.switches = state.switches;
+  in.device_faults = state.faults;
+  return in;
+}
+
 ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
                      const SceneCapacity& bounds, FlightRecorder* recorder) noexcept
     : core_(core),
@@ -250,29 +270,14 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     broken_ = false;
   }
   const WorkspaceMap& map = parameters_.map;
-  StepInput in;
-  in.sequence = state.sequence;
-  in.stamp_ns = state.stamp_ns;
-  const Pose sensed_dh = pose_of(state.pose_dh);
-  arm_d_ = handle_arm(map, sensed_dh.q_wa);
-  in.pose_wa = mesh_pose(map, at_handle_point(sensed_dh, arm_d_));
-  in.twist_valid = state.twist_valid;
-  if (state.twist_valid)
-    in.twist_w = scene_twist(map, at_handle_point(twist_of(state.twist_d), arm_d_));
-  in.clutched = (state.switches & parameters_.switches.clutch) != 0;
-  // A device that does not say what it was handed: what left here, which may be held back.
-  const bool told = state.accepted_tick != 0;
-  const Wrench accepted_d = told ? wrench_of(state.accepted_d) : limiter_.last();
-  in.accepted_wrench_w = scene_wrench(map, about_handle_point(accepted_d, arm_d_));
-  in.accepted_valid = true;
+  arm_d_ = handle_arm(map, pose_of(state.pose_dh).q_wa);
+  StepInput in = core_input(state, parameters_, arm_d_, limiter_.last());
   if (frame_.is_used()) {
     const Vec3 grip_w = in.pose_wa.p_wa + in.pose_wa.q_wa * map.grip_a;
     in.pose_wa = frame_.inside(in.pose_wa);
     if (in.twist_valid) in.twist_w = frame_.inside(in.twist_w, grip_w);
     in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
   }
-  in.switches = state.switches;
-  in.device_faults = state.faults;
   in.report_goal_contact = input.report_goal_contact;
   last_rendered_ = core_.step(in);
   result.rendered_new = true;

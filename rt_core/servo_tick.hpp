@@ -58,6 +58,12 @@ struct ServoResult {
   bool rendered_new = false;        ///< a new state was rendered; else the last wrench was kept
 };
 
+/// What the core is given for a new state of the device, in the frame W. `arm_d`: handle_arm at the
+/// state's orientation; `sent_d`: the last command, which counts as accepted by a device that does
+/// not say what it was handed.
+[[nodiscard]] StepInput core_input(const DeviceState& state, const ServoParameters& parameters,
+                                   const Vec3& arm_d, const Wrench& sent_d) noexcept;
+
 /// A pose may differ from the last by this much after any time: stamps jitter, encoders
 /// have steps.
 inline constexpr Real kJumpFloor_m = 2.0e-3_r, kJumpFloor_rad = 0.05_r;

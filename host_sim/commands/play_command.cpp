@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim play FILE --scene S.rtscene [--json]
+// host_sim play FILE --scene S.rtscene [--html FILE] [--json]
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/bus_player.hpp"
+#include "host_sim/report/part_report.hpp"
+#include "host_sim/view/core_tape.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
 namespace {
 
 struct PlayArguments {
-  std::string file, scene;
+  std::string file, scene, html;
   bool json = false;
 };
 
@@ -54,8 +58,19 @@ void print(const PlayArguments& o, const PlayResult& played) {
 }
 
 int do_play(const PlayArguments& o) {
+  tools::claim_output(o.html, "--html");
+  const std::string page = o.html.empty() ? std::string() : read_page();
   CoreSession session(o.scene);
-  const PlayResult played = play_session(session, read_recording(o.file), o.file);
+  std::optional<CoreTape> tape;
+  PlayWatch watch;
+  if (!o.html.empty())
+    watch = [&](const ServoParameters& parameters, const ServoInput& input,
+                const ServoResult& result) {
+      if (!tape) tape.emplace(session.view(), parameters);
+      (void)tape->take(input, result);
+    };
+  const PlayResult played = play_session(session, read_recording(o.file), o.file, watch);
+  if (tape) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
   if (o.json) {
     std::printf("%s\n", account(o, played).dump(2).c_str());
   } else {
@@ -77,6 +92,8 @@ Command add_play_command(CLI::App& program) {
       ->required();
   app->add_option("--scene", o->scene, "compiled scene (.rtscene) that it was recorded with")
       ->required();
+  app->add_option("--html", o->html,
+                  "page to write: the ticks of its core to see, computed again in the browser");
   app->add_flag("--json", o->json, "account as JSON on stdout");
   return {app, [o] { return do_play(*o); }, "host_sim play session.hrec --scene peg.rtscene"};
 }

@@ -23,6 +23,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
+#include "host_sim/view/core_tape.hpp"
 #include "host_sim/view/mcap_file.hpp"
 #include "host_sim/view/page_file.hpp"
 #include "host_sim/view/server/live_session.hpp"
@@ -281,6 +282,12 @@ void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
 
+void stay(LiveSession& live) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
+  live.wait_for_stop();
+}
+
 /// The loop in real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSample> motion,
                                     LiveSession& live, double rate_hz) {
@@ -322,23 +329,55 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
        loop_account(subject, totals, rest, passed));
   if (!o.json) print_loop(subject, totals, rest, passed);
-  if (live) {
-    std::fflush(stdout);
-    std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
-    live->wait_for_stop();
-  }
+  if (live) stay(*live);
   return passed;
+}
+
+/// Everyone who looks at the servo ticks of a run.
+struct StackWatchers {
+  hal::BusRecorder* recorder = nullptr;
+  CoreTape* tape = nullptr;
+  std::optional<RecordedTick> newest;  ///< of the tape, since it was last taken away
+
+  static void watch(void* self, const ServoInput& input, const ServoResult& result) {
+    auto& watchers = *static_cast<StackWatchers*>(self);
+    if (watchers.recorder != nullptr) hal::BusRecorder::watch(watchers.recorder, input, result);
+    if (watchers.tape == nullptr) return;
+    const std::optional<RecordedTick> tick = watchers.tape->take(input, result);
+    if (tick) watchers.newest = tick;
+  }
+};
+
+/// In real time, for those who watch. Stopped, it goes on as fast as it can.
+std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const MotionSample> motion,
+                                           LiveSession& live, StackWatchers& watchers) {
+  const std::int64_t begin_ns = hal::monotonic_ns();
+  std::vector<StackRecord> records = run_stack(stack, motion, [&](const StackRecord& record) {
+    if (watchers.newest) live.publish(*watchers.newest, record.loop);
+    watchers.newest.reset();
+    const double due_s = static_cast<double>(record.loop.tick.tick + 1) * stack.period_s();
+    if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
+  });
+  live.finish();
+  return records;
 }
 
 /// The run, and its session in a file where that is asked for.
 std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
-                                      std::span<const MotionSample> motion) {
-  if (o.record.empty()) return run_stack(stack, motion);
-  hal::BusRecorder recorder(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
-  stack.record(&recorder, &hal::BusRecorder::watch, &recorder);
-  std::vector<StackRecord> records =
-      run_stack(stack, motion, [&recorder] { static_cast<void>(recorder.drain()); });
+                                      std::span<const MotionSample> motion, StackWatchers& watchers,
+                                      LiveSession* live) {
+  std::optional<hal::BusRecorder> kept;
+  if (!o.record.empty())
+    watchers.recorder = &kept.emplace(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
+  stack.record(watchers.recorder, &StackWatchers::watch, &watchers);
+  std::vector<StackRecord> records = live != nullptr
+                                         ? run_stack_watched(stack, motion, *live, watchers)
+                                         : run_stack(stack, motion, [&kept](const StackRecord&) {
+                                             if (kept) static_cast<void>(kept->drain());
+                                           });
   stack.record(nullptr, nullptr, nullptr);
+  if (!kept) return records;
+  hal::BusRecorder& recorder = *kept;
   const hal::RecorderEnd end = recorder.finish();
   if (end.status != hal::HalStatus::kOk)
     throw std::system_error(end.os_error, std::generic_category(), o.record);
@@ -362,9 +401,21 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
   const std::vector<MotionSample> motion = hand_motion(o, session, run.rate_hz);
+  const std::string page = o.html.empty() ? std::string() : read_page();
+  std::optional<LiveSession> live;
+  if (o.serve) {
+    live.emplace(o.live, session.view(), false);
+    live->begin();
+  }
   DeviceStack stack(session, settings, scripted_hand(session, motion, run.rate_hz));
   for (const DeviceFaultEvent& event : events) stack.bus().add(event);
-  const std::vector<StackRecord> records = run_recorded(o, stack, motion);
+  std::optional<CoreTape> tape;
+  StackWatchers watchers;
+  if (live || !o.html.empty())
+    watchers.tape = &tape.emplace(session.view(), stack.bus_session().servo);
+  const std::vector<StackRecord> records =
+      run_recorded(o, stack, motion, watchers, live ? &*live : nullptr);
+  if (!o.html.empty()) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
 
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
@@ -382,6 +433,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   keep(o, stack_csv(records), stack_plot(records, title),
        stack_account(subject, totals, rest, link, passed));
   if (!o.json) print_stack(subject, totals, rest, link, passed);
+  if (live) stay(*live);
   return passed;
 }
 
@@ -407,12 +459,10 @@ int do_run(const RunArguments& o) {
 void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
     throw tools::UsageError("--report-clocked: needs --carrier direct or usb");
-  if (o.carrier != "none" && o.serve)
-    throw tools::UsageError("--serve: needs --carrier none: the page runs the core alone");
   if (o.serve && o.json)
     throw tools::UsageError("--json: not with --serve, which says its address on stdout");
-  if (o.carrier != "none" && !o.html.empty())
-    throw tools::UsageError("--html: needs --carrier none: the page runs the core alone");
+  if (o.serve && !o.record.empty())
+    throw tools::UsageError("--record: not with --serve, whose waiting it would record");
   if (o.carrier != "usb" && !o.faults.empty())
     throw tools::UsageError("--faults: needs --carrier usb: they are of the bus");
   if (o.carrier != "usb" && !o.record.empty())
@@ -432,13 +482,12 @@ Command add_run_command(CLI::App& program) {
   app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("-o,--out", o->out, "folder for run.csv, run.svg and run.json");
   app->add_option("--html", o->html,
-                  "page to write: the session to see and to move in, checked tick by tick; without "
-                  "a carrier");
+                  "page to write: the session to see and to move in, checked tick by tick");
   app->add_option("--mcap", o->mcap,
                   "MCAP file to write, for Foxglove, Lichtblick and PlotJuggler");
   app->add_flag("--serve", o->serve,
                 "run in real time, to be watched in a browser or viewer; stays until it is stopped "
-                "(^C); without a carrier");
+                "(^C)");
   add_serve_options(*app, o->live);
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));

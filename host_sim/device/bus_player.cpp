@@ -6,6 +6,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/reference_driver.hpp"
@@ -33,8 +34,11 @@ bool is_same(const LinkEvent& a, const LinkEvent& b) {
 class BusPlayer final : private hal::LinkTape, private UsbFunction, private hal::SwitchSource {
  public:
   BusPlayer(CoreSession& session, const hal::BusSession& header, std::span<const std::uint8_t> file,
-            std::size_t first)
-      : file_(file), first_(first), servo_(session, header, file, first), track_(file, first) {
+            std::size_t first, PlayWatch watch)
+      : file_(file),
+        first_(first),
+        servo_(session, header, file, first, std::move(watch)),
+        track_(file, first) {
     hal::LinkSettings settings = header.link;
     settings.address = {};
     settings.clock = &BusPlayer::clock;
@@ -348,7 +352,7 @@ std::string place_text(const std::string& name, const hal::RecordDefect& defect)
 }  // namespace
 
 PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file,
-                        const std::string& name) {
+                        const std::string& name, PlayWatch watch) {
   hal::BusSession header;
   std::size_t first = 0;
   const hal::RecordDefect bad_header = hal::read_header(file, header, first);
@@ -368,7 +372,7 @@ PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file
                             std::to_string(end->dropped_ticks) +
                             " ticks were dropped while recording; record again on a machine "
                             "with less load");
-  BusPlayer player(session, header, file, first);
+  BusPlayer player(session, header, file, first, std::move(watch));
   return player.play(end.has_value(),
                      defect.cut ? place_text(name, defect) : name + ": the last record is missing");
 }

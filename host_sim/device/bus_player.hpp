@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/device/played_servo.hpp"
 #include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
@@ -29,11 +30,12 @@ struct PlayResult {
 /// Plays `file`, named `name` in messages. Its servo loop may have run in any thread; the link's
 /// tape and the ticks are each played in their own order, and a tick waits for the state that it
 /// saw, a send for the command that it took. A file that ends early is played to its last whole
-/// record. A program that plays links haptic_usbfs. Changes the history of the session's core.
+/// record. `watch`: called after each servo tick that was equal. A program that plays links
+/// haptic_usbfs. Changes the history of the session's core.
 /// @throws tools::InputError  no recording, a damaged one (record and byte), one that dropped
 ///         something, another scene, an unknown driver.
 [[nodiscard]] PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file,
-                                      const std::string& name);
+                                      const std::string& name, PlayWatch watch = {});
 
 /// The bytes of a file. @throws tools::InputError.
 [[nodiscard]] std::vector<std::uint8_t> read_recording(const std::string& path);

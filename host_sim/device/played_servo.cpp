@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstdio>
+#include <utility>
 
 #include "tools/common/formatted.hpp"
 
@@ -182,8 +183,8 @@ std::string reports_around(std::span<const std::uint8_t> file, std::size_t first
 }
 
 PlayedServo::PlayedServo(CoreSession& session, const hal::BusSession& header,
-                         std::span<const std::uint8_t> file, std::size_t first)
-    : session_(session), parameters_(header.servo), track_(file, first) {
+                         std::span<const std::uint8_t> file, std::size_t first, PlayWatch watch)
+    : session_(session), parameters_(header.servo), track_(file, first), watch_(std::move(watch)) {
   states_.emplace_back();  // what a mailbox holds before the first
   restart();
 }
@@ -213,6 +214,7 @@ bool PlayedServo::step() {
     difference_ = difference(expected, found);
     return false;
   }
+  if (watch_) watch_(parameters_, input, result);
   commands_.push_back(result.command);
   ++ticks_;
   track_.advance();

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,6 +23,11 @@ namespace haptic::sim {
 struct TrackPlace {
   std::uint64_t record = 0, offset = 0;
 };
+
+/// A servo tick of a recorded session that was equal: what it saw and made, and by which
+/// parameters.
+using PlayWatch =
+    std::function<void(const ServoParameters&, const ServoInput&, const ServoResult&)>;
 
 /// Over a file that was checked before and outlives it. Copied to look ahead.
 class EventTrack {
@@ -90,7 +96,7 @@ class TickTrack {
 class PlayedServo {
  public:
   PlayedServo(CoreSession& session, const hal::BusSession& header,
-              std::span<const std::uint8_t> file, std::size_t first);
+              std::span<const std::uint8_t> file, std::size_t first, PlayWatch watch);
 
   /// The link published it.
   void publish(const haptic::DeviceState& state) { states_.push_back(state); }
@@ -117,6 +123,7 @@ class PlayedServo {
   CoreSession& session_;
   ServoParameters parameters_;
   TickTrack track_;
+  PlayWatch watch_;
   std::unique_ptr<ServoTick> tick_;
   std::deque<haptic::DeviceState> states_;  ///< published, from the one last seen on
   std::deque<DeviceCommand> commands_;      ///< made, from the one last taken on

@@ -224,7 +224,7 @@ std::function<HandAction(double)> scripted_hand(const CoreSession& session,
 }
 
 std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSample> motion,
-                                   const std::function<void()>& after_step) {
+                                   const std::function<void(const StackRecord&)>& after_step) {
   std::vector<StackRecord> records;
   records.reserve(motion.size());
   bool was_rendered = false;
@@ -234,7 +234,7 @@ std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSam
         stack.bus().with_model([](const ReferenceModel& model) { return model.delivered_j(); });
     was_rendered = was_rendered || tick.servo.rendered_new;
     records.push_back(record_of(tick, was_rendered, delivered_j, motion[k]));
-    if (after_step) after_step();
+    if (after_step) after_step(records.back());
   }
   return records;
 }

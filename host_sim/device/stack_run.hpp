@@ -47,9 +47,9 @@ struct StackRecord {
 
 /// One record per sample of `motion` after the first, which the device starts at. `after_step` is
 /// called after each. Cost: the ticks.
-[[nodiscard]] std::vector<StackRecord> run_stack(DeviceStack& stack,
-                                                 std::span<const MotionSample> motion,
-                                                 const std::function<void()>& after_step = {});
+[[nodiscard]] std::vector<StackRecord> run_stack(
+    DeviceStack& stack, std::span<const MotionSample> motion,
+    const std::function<void(const StackRecord&)>& after_step = {});
 
 /// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering; LF.
 [[nodiscard]] std::string stack_csv(std::span<const StackRecord> records);

@@ -19,14 +19,15 @@ namespace haptic::sim {
 namespace {
 
 constexpr std::size_t kLargestPage_bytes = std::size_t{64} << 20;
-constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '2', '\0'};
+constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '3', '\0'};
 
 /// Head of the recording in the page; the columns follow.
 struct RecordingHead {
   char magic[8] = {};
   std::uint32_t ticks = 0;
-  std::uint32_t accepted = 0;  ///< 1: each tick has the accepted wrench
+  std::uint32_t has = 0;  ///< kHasAccepted, kHasDevice
 };
+constexpr std::uint32_t kHasAccepted = 1, kHasDevice = 2;
 static_assert(sizeof(RecordingHead) == 16);
 
 std::string escaped(std::string_view text) {
@@ -51,16 +52,31 @@ void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(at, mark.size(), text);
 }
 
-/// Columns of a tick: stamp, position, orientation, hash, and the accepted wrench where there is
-/// one.
-constexpr std::size_t kHashColumn = 8, kColumns = 9, kAcceptedColumns = 6;
+/// Columns of a tick: stamp, position, orientation, hash; the accepted wrench and what a device
+/// adds where they are there.
+constexpr std::size_t kHashColumn = 8, kColumns = 9, kAcceptedColumns = 6, kDeviceColumns = 7;
 
-std::uint64_t column_of(const RecordedTick& tick, std::size_t column) {
+std::uint64_t column_of(const RecordedTick& tick, std::size_t column, std::uint32_t has) {
   if (column == 0) return static_cast<std::uint64_t>(tick.stamp_ns);
   if (column < 4) return std::bit_cast<std::uint64_t>(tick.p_wa_m[column - 1]);
   if (column < kHashColumn) return std::bit_cast<std::uint64_t>(tick.q_wa_xyzw[column - 4]);
   if (column == kHashColumn) return tick.state_hash;
-  return std::bit_cast<std::uint64_t>(tick.accepted_w[column - kColumns]);
+  std::size_t k = column - kColumns;
+  if ((has & kHasAccepted) != 0) {
+    if (k < kAcceptedColumns) return std::bit_cast<std::uint64_t>(tick.accepted_w[k]);
+    k -= kAcceptedColumns;
+  }
+  return k < 6 ? std::bit_cast<std::uint64_t>(tick.twist_w[k]) : tick.marks;
+}
+
+/// What its ticks have that others lack. A page forgets all before the first tick in any case.
+std::uint32_t kinds_of(std::span<const RecordedTick> ticks) {
+  if (ticks.empty()) return 0;
+  std::uint64_t later = 0;
+  for (const RecordedTick& tick : ticks.subspan(1)) later |= tick.marks & kMarkReset;
+  for (const RecordedTick& tick : ticks) later |= tick.marks & (kMarkTwist | kMarkClutched);
+  const bool accepted = (ticks.front().marks & kMarkAccepted) != 0;
+  return (accepted ? kHasAccepted : 0) | (later != 0 ? kHasDevice : 0);
 }
 
 /// Small numbers of either sign as small ones.
@@ -104,31 +120,43 @@ std::string page_with_scene(const std::string& page, const SceneView& scene,
 
 }  // namespace
 
-RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
-                           std::uint64_t state_hash) {
-  const StepInput input = input_of(sample, tick);
+RecordedTick recorded_tick(const StepInput& input, std::uint64_t state_hash) {
+  const auto put = [](const Vec3& from, double* to) {
+    for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<double>(from[axis]);
+  };
   RecordedTick recorded;
   recorded.stamp_ns = input.stamp_ns;
-  for (int axis = 0; axis < 3; ++axis)
-    recorded.p_wa_m[axis] = static_cast<double>(input.pose_wa.p_wa[axis]);
+  put(input.pose_wa.p_wa, recorded.p_wa_m);
   for (int k = 0; k < 4; ++k)
     recorded.q_wa_xyzw[k] = static_cast<double>(input.pose_wa.q_wa.coeffs()[k]);
+  if (input.accepted_valid) {
+    put(input.accepted_wrench_w.force_w, recorded.accepted_w);
+    put(input.accepted_wrench_w.torque_w, recorded.accepted_w + 3);
+    recorded.marks |= kMarkAccepted;
+  }
+  if (input.twist_valid) {
+    put(input.twist_w.linear_w, recorded.twist_w);
+    put(input.twist_w.angular_w, recorded.twist_w + 3);
+    recorded.marks |= kMarkTwist;
+  }
+  if (input.clutched) recorded.marks |= kMarkClutched;
   recorded.state_hash = state_hash;
   return recorded;
 }
 
+RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
+                           std::uint64_t state_hash) {
+  return recorded_tick(input_of(sample, tick), state_hash);
+}
+
 RecordedTick recorded_tick(const LoopRecord& record, double rate_hz) {
-  RecordedTick recorded;
-  recorded.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
-  for (int axis = 0; axis < 3; ++axis) {
-    recorded.p_wa_m[axis] = static_cast<double>(record.device_wa.p_wa[axis]);
-    recorded.accepted_w[axis] = static_cast<double>(record.accepted_w.force_w[axis]);
-    recorded.accepted_w[3 + axis] = static_cast<double>(record.accepted_w.torque_w[axis]);
-  }
-  for (int k = 0; k < 4; ++k)
-    recorded.q_wa_xyzw[k] = static_cast<double>(record.device_wa.q_wa.coeffs()[k]);
-  recorded.state_hash = record.tick.state_hash;
-  recorded.accepted_valid = true;
+  StepInput input;
+  input.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
+  input.pose_wa = record.device_wa;
+  input.accepted_wrench_w = record.accepted_w;
+  input.accepted_valid = true;
+  RecordedTick recorded = recorded_tick(input, record.tick.state_hash);
+  if (record.tick.tick == 0) recorded.marks |= kMarkReset;
   return recorded;
 }
 
@@ -153,16 +181,17 @@ std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks) {
   RecordingHead head;
   std::memcpy(head.magic, kRecordingMagic, sizeof kRecordingMagic);
   head.ticks = static_cast<std::uint32_t>(ticks.size());
-  head.accepted = !ticks.empty() && ticks.front().accepted_valid ? 1 : 0;
+  head.has = kinds_of(ticks);
   const auto head_bytes = std::as_bytes(std::span(&head, 1));
   std::vector<std::byte> bytes(head_bytes.begin(), head_bytes.end());
-  const std::size_t columns = kColumns + (head.accepted != 0 ? kAcceptedColumns : 0);
+  const std::size_t columns = kColumns + ((head.has & kHasAccepted) != 0 ? kAcceptedColumns : 0) +
+                              ((head.has & kHasDevice) != 0 ? kDeviceColumns : 0);
   bytes.reserve(bytes.size() + 8 * columns * ticks.size());
   std::vector<std::uint64_t> values(ticks.size());
   for (std::size_t column = 0; column < columns; ++column) {
     std::uint64_t before = 0, before_that = 0;
     for (std::size_t k = 0; k < ticks.size(); ++k) {
-      const std::uint64_t value = column_of(ticks[k], column);
+      const std::uint64_t value = column_of(ticks[k], column, head.has);
       // A motion goes on as it did; a hash does not.
       values[k] = column == kHashColumn ? value : unsigned_of(value - (2 * before - before_that));
       before_that = before;

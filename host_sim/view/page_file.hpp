@@ -16,15 +16,28 @@
 
 namespace haptic::sim {
 
-/// One tick of a recorded session as the page reads it (host_sim/view/page/src/recording.ts).
+/// What of a tick is given to a page that computes it again: in a recording
+/// (host_sim/view/page/src/recording.ts) and while it runs (live.ts).
+enum TickMark : std::uint64_t {
+  kMarkReset = 1,     ///< the core forgot all that was before this tick
+  kMarkAccepted = 2,  ///< accepted_w is valid: in all ticks of a recording, or in none
+  kMarkTwist = 4,     ///< twist_w is valid
+  kMarkClutched = 8   ///< StepInput::clutched
+};
+
+/// Input of one tick of the core, and its state hash after it.
 struct RecordedTick {
   std::int64_t stamp_ns = 0;
   double p_wa_m[3] = {};
-  double q_wa_xyzw[4] = {};  ///< unit
+  double q_wa_xyzw[4] = {0, 0, 0, 1};  ///< unit
+  double accepted_w[6] = {};  ///< force and torque that acted on the device since the tick before
+  double twist_w[6] = {};     ///< of the grip point, m/s and rad/s
   std::uint64_t state_hash = 0;
-  double accepted_w[6] = {};    ///< force and torque that acted on the device since the tick before
-  bool accepted_valid = false;  ///< in all ticks of a recording, or in none
+  std::uint64_t marks = 0;  ///< TickMark
 };
+
+/// That of an input of the core; marked for nothing that is before it.
+[[nodiscard]] RecordedTick recorded_tick(const StepInput& input, std::uint64_t state_hash);
 
 /// The recorded tick of sample number `tick` of a motion, whose core had `state_hash` after it.
 [[nodiscard]] RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
@@ -40,9 +53,10 @@ struct RecordedTick {
 [[nodiscard]] std::string packed_text(std::span<const std::byte> bytes);
 
 /// The recording of ticks as the page reads it: by columns of 64-bit words (stamp, position,
-/// orientation, hash, and the accepted wrench where there is one), each but the hash as the
-/// difference to what goes on straight from the two ticks before, its sign in the lowest bit; of a
-/// column first all lowest bytes, then the next. Motions become small numbers, which zip well.
+/// orientation, hash; the accepted wrench where there is one; twist and marks where a tick is
+/// marked for a reset after the first, a twist or a clutch), each but the hash as the difference to
+/// what goes on straight from the two ticks before, its sign in the lowest bit; of a column first
+/// all lowest bytes, then the next. Motions become small numbers, which zip well.
 [[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks);
 
 /// The page that belongs to this program.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "host_sim/device/bus_player.hpp"
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/shapes/shapes.hpp"
+#include "host_sim/view/core_tape.hpp"
+#include "tests/host_sim/view/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
@@ -106,9 +109,9 @@ Recorded record_stack(const std::string& path, double seconds, bool report_clock
   return result;
 }
 
-PlayResult play(std::span<const std::uint8_t> file) {
+PlayResult play(std::span<const std::uint8_t> file, const PlayWatch& watch = {}) {
   CoreSession session(scene_bytes(), "wall");
-  return play_session(session, file, "session.hrec");
+  return play_session(session, file, "session.hrec", watch);
 }
 
 std::string refusal(std::span<const std::uint8_t> file) {
@@ -161,10 +164,28 @@ TEST_SUITE("host_sim.bus_record") {
       CHECK(recorded.armed);
       CHECK(recorded.pushed);
       CHECK(!std::filesystem::exists(folder.file("day.hrec.part")));
-      const PlayResult played = play(recorded.file);
+      CoreSession own(scene_bytes(), "wall");
+      std::optional<CoreTape> tape;
+      const PlayResult played =
+          play(recorded.file, [&](const ServoParameters& parameters, const ServoInput& input,
+                                  const ServoResult& result) {
+            if (!tape) tape.emplace(own.view(), parameters);
+            (void)tape->take(input, result);
+          });
       INFO(played.text);
       CHECK(!played.diverged);
       CHECK(played.complete);
+      // What a page gets of it gives every state hash of the core again.
+      REQUIRE(tape.has_value());
+      CHECK(tape->unmet() == 0);
+      CHECK(tape->ticks().size() > 15000);
+      std::size_t resets = 0, unequal = 0;
+      for (const RecordedTick& tick : tape->ticks()) {
+        resets += (tick.marks & kMarkReset) != 0 ? 1u : 0u;
+        unequal += test::hash_after(own.core(), tick) == tick.state_hash ? 0u : 1u;
+      }
+      CHECK(unequal == 0);
+      CHECK(resets >= 8);
       CHECK(played.ticks == recorded.ticks);
       CHECK(played.sends == recorded.sends);
       CHECK(played.connects == 4);

@@ -59,19 +59,7 @@ std::size_t LiveReader::copy(std::uint64_t& first, std::span<LiveTick> out) cons
   return copied;
 }
 
-LiveTick live_tick(const LoopRecord& record, double rate_hz) {
-  LiveTick tick;
-  tick.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
-  put(record.device_wa, tick.p_wa_m, tick.q_wa_xyzw);
-  for (int axis = 0; axis < 3; ++axis) {
-    tick.accepted_w[axis] = static_cast<double>(record.accepted_w.force_w[axis]);
-    tick.accepted_w[3 + axis] = static_cast<double>(record.accepted_w.torque_w[axis]);
-  }
-  tick.state_hash = record.tick.state_hash;
-  tick.sequence = record.tick.tick;
-  tick.marks = kMarkAccepted | (record.tick.tick == 0 ? kMarkReset : std::uint64_t{0});
-  return tick;
-}
+LiveTick live_tick(const RecordedTick& tick, std::uint64_t sequence) { return {tick, sequence}; }
 
 LiveState live_state(const LoopRecord& record, double hand_stamp) {
   const TickRecord& tick = record.tick;

@@ -10,30 +10,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "host_sim/device/loop_run.hpp"
+#include "host_sim/view/page_file.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/exchange/stamped_record.hpp"
 
 namespace haptic::sim {
 
-enum LiveMark : std::uint64_t {
-  kMarkReset = 1,    ///< the core forgot all that was before this tick
-  kMarkAccepted = 2  ///< accepted_w is valid
-};
-
 /// Input of one tick and the state hash after it, as the page gets it
 /// (host_sim/view/page/src/live.ts).
-struct LiveTick {
-  std::int64_t stamp_ns = 0;
-  double p_wa_m[3] = {};
-  double q_wa_xyzw[4] = {0, 0, 0, 1};
-  double accepted_w[6] = {};  ///< force and torque that acted on the device since the tick before
-  std::uint64_t state_hash = 0;
+struct LiveTick : RecordedTick {
   std::uint64_t sequence = 0;
-  std::uint64_t marks = 0;  ///< LiveMark
 };
-static_assert(sizeof(LiveTick) == 136);
+static_assert(sizeof(LiveTick) == 184 && std::is_trivially_copyable_v<LiveTick>);
 
 /// The newest tick in the words of the core that ran it, as the page gets it.
 struct LiveState {
@@ -108,7 +99,7 @@ class LiveReader {
 };
 
 /// What a closed loop says of a tick, and back. `hand_stamp`: of the order that it followed.
-[[nodiscard]] LiveTick live_tick(const LoopRecord& record, double rate_hz);
+[[nodiscard]] LiveTick live_tick(const RecordedTick& tick, std::uint64_t sequence);
 [[nodiscard]] LiveState live_state(const LoopRecord& record, double hand_stamp = 0);
 [[nodiscard]] LoopRecord record_of(const LiveState& state);
 

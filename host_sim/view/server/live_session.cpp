@@ -116,7 +116,11 @@ void LiveSession::begin() {
 }
 
 void LiveSession::publish(const LoopRecord& record, double rate_hz, double hand_stamp) {
-  writer_.publish(live_tick(record, rate_hz), live_state(record, hand_stamp));
+  publish(recorded_tick(record, rate_hz), record, hand_stamp);
+}
+
+void LiveSession::publish(const RecordedTick& tick, const LoopRecord& record, double hand_stamp) {
+  writer_.publish(live_tick(tick, record.tick.tick), live_state(record, hand_stamp));
 }
 
 HandOrder LiveSession::order() { return hand_ ? hand_->newest() : HandOrder{}; }

@@ -56,6 +56,8 @@ class LiveSession {
   /// Forks the server and prints where it is. Before any thread. @throws tools::OsError.
   void begin();
   void publish(const LoopRecord& record, double rate_hz, double hand_stamp = 0);
+  /// `tick`: what the core was given, where it is not what `record` says.
+  void publish(const RecordedTick& tick, const LoopRecord& record, double hand_stamp = 0);
   /// No further tick comes.
   void finish() { writer_.finish(); }
   [[nodiscard]] HandOrder order();  ///< the newest of a page; wanted 0: none yet

@@ -8,6 +8,7 @@
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/view/server/live_trace.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
+#include "tests/host_sim/view/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 
 using namespace haptic;
@@ -52,7 +53,8 @@ TEST_SUITE("host_sim.live_session") {
     LiveWriter writer(*board);
     LiveReader reader(*board);
     const std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
-      writer.publish(live_tick(record, 1000.0), live_state(record, 7));
+      writer.publish(live_tick(recorded_tick(record, 1000.0), record.tick.tick),
+                     live_state(record, 7));
       const LoopRecord back = record_of(reader.newest());
       CHECK(back.tick.force_n[2] == record.tick.force_n[2]);
       CHECK(back.tick.situation == record.tick.situation);
@@ -62,25 +64,13 @@ TEST_SUITE("host_sim.live_session") {
     std::uint64_t first = 0;
     std::vector<LiveTick> ticks(1000);
     REQUIRE(reader.copy(first, ticks) == records.size());
-    session.core().reset();
     bool touched = false;
     for (std::size_t k = 0; k < records.size(); ++k) {
       const LiveTick& tick = ticks[k];
+      CHECK(tick.sequence == k);
       CHECK(tick.marks == (k == 0 ? kMarkAccepted | kMarkReset : kMarkAccepted));
-      StepInput input;
-      input.sequence = tick.sequence;
-      input.stamp_ns = tick.stamp_ns;
-      for (int axis = 0; axis < 3; ++axis) {
-        input.pose_wa.p_wa[axis] = static_cast<Real>(tick.p_wa_m[axis]);
-        input.accepted_wrench_w.force_w[axis] = static_cast<Real>(tick.accepted_w[axis]);
-        input.accepted_wrench_w.torque_w[axis] = static_cast<Real>(tick.accepted_w[3 + axis]);
-      }
-      for (int c = 0; c < 4; ++c)
-        input.pose_wa.q_wa.coeffs()[c] = static_cast<Real>(tick.q_wa_xyzw[c]);
-      input.accepted_valid = true;
-      const StepResult result = session.core().step(input);
-      REQUIRE(result.state_hash == tick.state_hash);
-      touched = touched || result.situation != ContactSituation::kNone;
+      REQUIRE(hash_after(session.core(), tick) == tick.state_hash);
+      touched = touched || records[k].tick.situation != ContactSituation::kNone;
     }
     CHECK(touched);
   }
@@ -162,7 +152,9 @@ TEST_SUITE("host_sim.live_session") {
     CHECK(run_program(HAPTIC_HOST_SIM, "serve " + scene + " --port 70000").exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, "serve " + scene + " --hand none").exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, "serve no.rtscene").exit_code == 3);
-    CHECK(run_program(HAPTIC_HOST_SIM, "run " + scene + " --serve --carrier usb").exit_code == 2);
+    CHECK(run_program(HAPTIC_HOST_SIM,
+                      "run " + scene + " --serve --carrier usb --record " + folder.file("s.hrec"))
+              .exit_code == 2);
     CHECK(run_program(HAPTIC_HOST_SIM, "run " + scene + " --serve --json").exit_code == 2);
   }
 }

@@ -14,6 +14,7 @@
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/page_file.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
+#include "tests/host_sim/view/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
@@ -30,11 +31,12 @@ constexpr const char* kPage =
 
 /// The recording by its description: columns of words, of each byte plane by plane, folded second
 /// differences but for the hash.
-void check_columns(const std::vector<RecordedTick>& ticks) {
+void check_columns(const std::vector<RecordedTick>& ticks, std::size_t columns) {
   const std::vector<std::byte> bytes = recording_bytes(ticks);
   const std::size_t n = ticks.size();
-  REQUIRE(bytes.size() == 16 + 8 * 15 * n);
-  for (std::size_t column = 0; column < 15; ++column) {
+  REQUIRE(bytes.size() == 16 + 8 * columns * n);
+  CHECK(std::to_integer<unsigned>(bytes[12]) == (columns > 15 ? 3u : 1u));
+  for (std::size_t column = 0; column < columns; ++column) {
     std::uint64_t before = 0, before_that = 0;
     for (std::size_t k = 0; k < n; ++k) {
       std::uint64_t word = 0;
@@ -52,7 +54,9 @@ void check_columns(const std::vector<RecordedTick>& ticks) {
       if (column >= 1 && column < 4) REQUIRE(as_double == t.p_wa_m[column - 1]);
       if (column >= 4 && column < 8) REQUIRE(as_double == t.q_wa_xyzw[column - 4]);
       if (column == 8) REQUIRE(value == t.state_hash);
-      if (column >= 9) REQUIRE(as_double == t.accepted_w[column - 9]);
+      if (column >= 9 && column < 15) REQUIRE(as_double == t.accepted_w[column - 9]);
+      if (column >= 15 && column < 21) REQUIRE(as_double == t.twist_w[column - 15]);
+      if (column == 21) REQUIRE(value == t.marks);
     }
   }
 }
@@ -86,7 +90,7 @@ TEST_SUITE("host_sim.page_file") {
     const std::string page = filled_page(kPage, session.view(), ticks);
     CHECK(page.find('[' + packed_text(session.view().blob()) + ']') != std::string::npos);
     CHECK(page.ends_with('(' + packed_text(recording_bytes(ticks)) + ')'));
-    CHECK(base64(recording_bytes(ticks)).starts_with("UlRWSUVXMgAC"));  // RTVIEW2, zero, 2 ticks
+    CHECK(base64(recording_bytes(ticks)).starts_with("UlRWSUVXMwAC"));  // RTVIEW3, zero, 2 ticks
     CHECK(filled_page(kPage, session.view(), {}).ends_with("()"));
     CHECK(filled_page(kPage, session.view(), {}, "a < b").find("{a &lt; b}") != std::string::npos);
     // It may connect to nothing; that of a live session to its server alone.
@@ -117,21 +121,16 @@ TEST_SUITE("host_sim.page_file") {
     }
     CHECK(acted);
     session.core().reset();
-    for (std::size_t k = 0; k < ticks.size(); ++k) {
-      StepInput input;
-      input.sequence = k;
-      input.stamp_ns = ticks[k].stamp_ns;
-      for (int axis = 0; axis < 3; ++axis) {
-        input.pose_wa.p_wa[axis] = static_cast<Real>(ticks[k].p_wa_m[axis]);
-        input.accepted_wrench_w.force_w[axis] = static_cast<Real>(ticks[k].accepted_w[axis]);
-        input.accepted_wrench_w.torque_w[axis] = static_cast<Real>(ticks[k].accepted_w[3 + axis]);
-      }
-      for (int c = 0; c < 4; ++c)
-        input.pose_wa.q_wa.coeffs()[c] = static_cast<Real>(ticks[k].q_wa_xyzw[c]);
-      input.accepted_valid = ticks[k].accepted_valid;
-      REQUIRE(session.core().step(input).state_hash == ticks[k].state_hash);
+    for (const RecordedTick& tick : ticks)
+      REQUIRE(hash_after(session.core(), tick) == tick.state_hash);
+    check_columns(ticks, 15);
+    // What a device adds, from the first tick on that has any of it.
+    for (const TickMark mark : {kMarkTwist, kMarkClutched, kMarkReset}) {
+      std::vector<RecordedTick> more = ticks;
+      more[100].marks |= mark;
+      more[100].twist_w[4] = 0.25;
+      check_columns(more, 22);
     }
-    check_columns(ticks);
   }
 
   TEST_CASE("the gallery: eight scenes, each with its files; a number that it has not is refused") {
