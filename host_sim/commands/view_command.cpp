@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim view SCENE|NUMBER [MOTION] [--html FILE] [--list]
+// host_sim view SCENE|NUMBER [MOTION] [--html FILE] [--seconds N] [--list]
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -17,8 +18,19 @@ namespace {
 
 struct ViewArguments {
   std::string scene, motion, html;
+  std::optional<double> seconds;
   bool list = false;
 };
+
+/// The samples of the first `seconds`; all where that is not given.
+std::span<const MotionSample> begin_of(std::span<const MotionSample> motion,
+                                       std::optional<double> seconds) {
+  if (!seconds || motion.empty()) return motion;
+  const double end_s = motion.front().t_s + *seconds;
+  const auto end =
+      std::ranges::find_if(motion, [&](const MotionSample& s) { return s.t_s > end_s; });
+  return motion.first(static_cast<std::size_t>(end - motion.begin()));
+}
 
 int write_view(const std::string& html, CoreSession& session, std::span<const MotionSample> motion,
                std::string_view about) {
@@ -43,7 +55,7 @@ int do_view(const ViewArguments& o) {
     CoreSession session(o.scene);
     std::vector<MotionSample> motion;
     if (!o.motion.empty()) motion = read_played_motion(o.motion);
-    return write_view(o.html, session, motion, {});
+    return write_view(o.html, session, begin_of(motion, o.seconds), {});
   }
   const GalleryScene& scene = gallery_scene(*number);
   const std::string html = o.html.empty() ? std::string(scene.name) + ".html" : o.html;
@@ -51,7 +63,7 @@ int do_view(const ViewArguments& o) {
   CompiledGalleryScene compiled = compile_gallery_scene(scene);
   if (!o.motion.empty()) compiled.motion = read_played_motion(o.motion);
   CoreSession session(compiled.bytes.span(), std::string(scene.name));
-  return write_view(html, session, compiled.motion,
+  return write_view(html, session, begin_of(compiled.motion, o.seconds),
                     std::string(scene.title) + ". " + std::string(scene.about));
 }
 
@@ -68,6 +80,9 @@ Command add_view_command(CLI::App& program) {
   app->add_option("motion,--motion", o->motion,
                   "motion to record in the page: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W");
   app->add_option("--html", o->html, "HTML file to write; of the gallery: NAME.html by default");
+  app->add_option("--seconds", o->seconds,
+                  "record the begin of the motion alone; default: all of it")
+      ->check(CLI::Range(0.001, 3600.0));
   app->final_callback([list, scene] {
     if (list->count() == 0 && scene->count() == 0)
       throw tools::UsageError("scene is required: a compiled scene, or a number of the gallery");

@@ -9,6 +9,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -28,7 +29,9 @@ using tcp = boost::asio::ip::tcp;
 /// Serves a board that the test fills.
 class ServedBoard {
  public:
-  explicit ServedBoard(bool takes_hand, std::vector<std::string> origins = {})
+  /// `look`: before each look of the server at the board, in its thread.
+  explicit ServedBoard(bool takes_hand, std::vector<std::string> origins = {},
+                       const std::function<void(LiveBoard&)>& look = {})
       : board(std::make_unique<LiveBoard>()),
         hand(takes_hand ? std::make_unique<HandBoard>() : nullptr),
         writer(*board),
@@ -40,6 +43,7 @@ class ServedBoard {
     offer.scene = &scene;
     offer.board = board.get();
     offer.hand = hand.get();
+    if (look) offer.before_look = [this, look] { look(*board); };
     offer.page = "<meta connect-src @CONNECT@>";
     server = std::make_unique<LiveServer>(
         socket, AccessRules{token, "127.0.0.1", port, std::move(origins)}, std::move(offer));

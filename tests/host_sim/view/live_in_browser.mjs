@@ -2,57 +2,14 @@
 // live_in_browser.mjs PACKAGES BROWSER HOST_SIM RUN_DEVICE SCENE [PICTURES]: live sessions of a scene as a person watches and moves
 // them, in Chromium without a window. RUN_DEVICE: empty where it is not built. Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { writeFileSync } from "node:fs";
-import { join, resolve } from "node:path";
+import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { runCases } from "./browser_cases.mjs";
+import { feltAt, kPatience, Pages, situation } from "./browser_page.mjs";
+import { serving } from "./live_session.mjs";
 
 const [packages, executablePath, hostSim, runDevice, scene, pictures] = process.argv.slice(2);
-const { chromium } = await import(pathToFileURL(join(packages, "playwright-core", "index.mjs")));
-const kPatience = { timeout: 240000 };
-
-const browser = await chromium.launch({
-  executablePath,
-  args: ["--headless", "--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking",
-    "--disable-component-update", "--disable-default-apps", "--disable-sync", "--no-first-run"],
-});
-
-/** A program that serves; `address` once it says so. */
-async function serving(program, words) {
-  const child = spawn(program, words, { stdio: ["ignore", "pipe", "pipe"] });
-  const served = { child, said: "", ended: new Promise((done) => child.on("exit", (code, signal) => done({ code, signal }))) };
-  const patience = Date.now() + 60000;
-  for (const stream of [child.stdout, child.stderr]) stream.on("data", (data) => (served.said += data));
-  while (!/http:\S+/.test(served.said)) {
-    assert.ok(Date.now() < patience && child.exitCode === null, `${program} serves nothing: ${served.said}`);
-    await new Promise((next) => setTimeout(next, 20));
-  }
-  served.address = served.said.match(/http:\S+/)[0];
-  return served;
-}
-
-async function open(address, options = {}) {
-  const page = await browser.newPage({ viewport: { width: 1100, height: 700 }, colorScheme: "light", ...options });
-  page.setDefaultTimeout(kPatience.timeout);
-  const { host } = new URL(address);
-  page.foreign = [];
-  page.on("request", (request) => {
-    if (!/^(blob|data):/.test(request.url()) && new URL(request.url()).host !== host) page.foreign.push(request.url());
-  });
-  page.faults = [];
-  page.on("pageerror", (error) => page.faults.push(error.message));
-  page.answer = await page.goto(address);
-  return page;
-}
-async function close(page) {
-  assert.deepEqual(page.foreign, [], "the page asks others");
-  assert.deepEqual(page.faults, [], "the page has faults");
-  await page.close();
-}
-async function picture(page, name) {
-  if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`) });
-}
+const pages = await Pages.start(packages, executablePath, pictures);
 
 async function lampIs(page, state, text) {
   try {
@@ -69,7 +26,6 @@ async function lampIs(page, state, text) {
   }
 }
 const checked = async (page) => Number((await page.innerText("#lamp")).match(/all (\d+) ticks equal/)[1]);
-const feltAt = async (page) => (await page.innerText("#felt-position")).split(/\s+/).slice(0, 3).map(Number);
 const hold = async (page, key, until) => {
   await page.locator("#physical").focus();
   await page.keyboard.down(key);
@@ -80,11 +36,11 @@ const hold = async (page, key, until) => {
 const cases = {
   async "serve: the lamp is green from the first tick on, and a hand in one page is felt in all"() {
     const served = await serving(hostSim, ["serve", scene]);
-    const page = await open(served.address);
+    const page = await pages.open(served.address);
     await lampIs(page, "green", "live: all \\d+ ticks equal, bit for bit");
     const before = await checked(page);
     await page.waitForFunction((from) => Number(document.getElementById("lamp").textContent.match(/\d+/)?.[0]) > from + 500, before, kPatience);
-    const other = await open(served.address);
+    const other = await pages.open(served.address);
     await lampIs(other, "green", "all");
     const [, , z] = await feltAt(page);
     // Down until the part presses on what is below it.
@@ -93,34 +49,34 @@ const cases = {
     await page.waitForTimeout(300);
     const down = await feltAt(page);
     assert.ok(down[2] < z - 1, `the part has not moved: ${z} to ${down[2]} mm`);
-    assert.notEqual(await page.locator("#situation").getAttribute("data-situation"), "none");
+    assert.notEqual(await situation(page), "none");
     await other.waitForFunction(() => document.getElementById("situation").dataset.situation !== "none", null, kPatience);
     await lampIs(other, "green", "all");
     const delay = (await page.innerText("#delay")).match(/^(\d+) ms, p99 (\d+) ms$/);
     assert.ok(delay, "no delay from input to picture is shown");
     console.log(`input to picture: ${delay[0]}`);
-    await picture(page, "live_pressing");
+    await pages.picture(page, "live_pressing");
     // Restart: both go back, and go on being compared.
     await page.locator("#restart").click();
     await page.waitForFunction((top) => Math.abs(Number(document.getElementById("felt-position").textContent.split(/\s+/)[2]) - top) < 0.01, z, kPatience);
     await lampIs(other, "green", "all");
     await lampIs(page, "green", "all");
-    await close(other);
+    await pages.close(other);
     // The session's end while it is watched.
     served.child.kill("SIGKILL");
     await lampIs(page, "grey", "the connection to the session is lost");
-    await picture(page, "live_lost");
+    await pages.picture(page, "live_lost");
     await page.close();
     await served.ended;
   },
 
   async "strangers: no token, a foreign page"() {
     const served = await serving(hostSim, ["serve", scene]);
-    const page = await open(served.address.replace(/token=.*/, "token=0"));
+    const page = await pages.open(served.address.replace(/token=.*/, "token=0"));
     assert.equal(page.answer.status(), 403);
-    await close(page);
+    await pages.close(page);
     // A page of another site knows the token and the address, and still gets nothing.
-    const foreign = await browser.newPage();
+    const foreign = await pages.browser.newPage();
     const file = resolve("foreign.html");
     writeFileSync(file, "<!doctype html><title>foreign</title>");
     await foreign.goto(pathToFileURL(file).href);
@@ -141,7 +97,7 @@ const cases = {
 
   async "run --serve: watched alone; from its first tick on the lamp is green"() {
     const served = await serving(hostSim, ["run", scene, "--serve", "--seconds", "4"]);
-    const page = await open(served.address);
+    const page = await pages.open(served.address);
     await lampIs(page, "green", ": all \\d+ ticks equal");
     assert.ok(await page.locator("#restart").isDisabled());
     await page.locator("#physical").focus();
@@ -154,10 +110,20 @@ const cases = {
     assert.equal((await feltAt(page))[0], x, "a watched part was moved");
     assert.match(await page.innerText("#clock"), /view only/);
     // Opened after the end: all ticks are still there.
-    const after = await open(served.address);
+    const after = await pages.open(served.address);
     await lampIs(after, "green", "the session is over: all 4001 ticks equal");
-    await close(after);
-    await close(page);
+    await pages.close(after);
+    await pages.close(page);
+    served.child.kill("SIGINT");
+    assert.deepEqual(await served.ended, { code: 0, signal: null });
+  },
+
+  async "run --serve --carrier usb: the whole stack of a device, its core computed again: green"() {
+    const served = await serving(hostSim, ["run", scene, "--serve", "--carrier", "usb", "--seconds", "3"]);
+    const page = await pages.open(served.address);
+    await lampIs(page, "green", "the session is over: all \\d+ ticks equal");
+    assert.ok((await checked(page)) > 2900);
+    await pages.close(page);
     served.child.kill("SIGINT");
     assert.deepEqual(await served.ended, { code: 0, signal: null });
   },
@@ -170,10 +136,10 @@ const cases = {
       assert.ok(Date.now() < patience, served.said);
       await new Promise((next) => setTimeout(next, 50));
     }
-    const late = await open(served.address);
+    const late = await pages.open(served.address);
     await lampIs(late, "grey", "attached at tick \\d+: what the core had met before is not known here");
-    await picture(late, "live_late");
-    await close(late);
+    await pages.picture(late, "live_late");
+    await pages.close(late);
     served.child.kill("SIGINT");
     await served.ended;
   },
@@ -183,12 +149,12 @@ const cases = {
     const config = resolve("live_device.toml");
     writeFileSync(config, `scene = "${resolve(scene)}"\n[device]\ndriver = "sim"\n`);
     const served = await serving(runDevice, ["run", config, "--serve", "--allow-degraded"]);
-    const page = await open(served.address);
+    const page = await pages.open(served.address);
     await lampIs(page, "grey", "a device is held");
     assert.ok(await page.locator("#restart").isDisabled());
     // The scripted hand presses: what the device's core says of it is shown.
     await page.waitForFunction(() => document.getElementById("situation").dataset.situation !== "none", null, kPatience);
-    await picture(page, "live_device");
+    await pages.picture(page, "live_device");
     const outcome = await page.evaluate(
       () =>
         new Promise((done) => {
@@ -198,12 +164,10 @@ const cases = {
         }),
     );
     assert.equal(outcome, 1008, "a restart of a device was not refused");
-    await close(page);
+    await pages.close(page);
     served.child.kill("SIGINT");
     assert.deepEqual(await served.ended, { code: 0, signal: null });
   },
 };
 
-const code = await runCases(cases);
-await browser.close();
-process.exit(code);
+await pages.run(cases);

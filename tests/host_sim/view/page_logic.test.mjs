@@ -4,11 +4,13 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { gzipSync } from "node:zlib";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
-import { DelayMeter } from "../../../host_sim/view/page/src/delay";
+import { DelayMeter, FrameMeter } from "../../../host_sim/view/page/src/delay";
 import { Account, askMessage, Chunk, handMessage, Next } from "../../../host_sim/view/page/src/live";
+import { placeOf, placeText } from "../../../host_sim/view/page/src/place";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
 import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
+import { SixAxes } from "../../../host_sim/view/page/src/space_mouse";
 import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
 
@@ -158,10 +160,10 @@ test("shapes: edges between coplanar faces are not drawn", () => {
 function recordingOf(rows) {
   const columns = rows[0].length, ticks = rows.length;
   const bytes = new Uint8Array(16 + 8 * columns * ticks);
-  bytes.set(new TextEncoder().encode("RTVIEW2\0"));
+  bytes.set(new TextEncoder().encode("RTVIEW3\0"));
   const head = new DataView(bytes.buffer);
   head.setUint32(8, ticks, true);
-  head.setUint32(12, columns > 9 ? 1 : 0, true);
+  head.setUint32(12, columns > 15 ? 3 : columns > 9 ? 1 : 0, true);
   for (let column = 0; column < columns; ++column) {
     rows.forEach((row, k) => {
       const before = rows[k - 1]?.[column] ?? 0n, beforeThat = rows[k - 2]?.[column] ?? 0n;
@@ -194,6 +196,14 @@ test("recording: every bit comes back; what is damaged is refused in words", () 
   const longer = recordingOf(rows.map((row, k) => [...row, ...[1, 2, 3, 4, 5, 6].map((x) => wordOf(x * (k - 2)))]));
   assert.deepEqual(new Recording(longer).accepted(1), [-1, -2, -3, -4, -5, -6]);
   assert.equal(new Recording(longer).hash(4), 0xfedcba9876543214n);
+  assert.deepEqual([recording.twist(1), recording.resets(1), recording.clutched(1)], [undefined, false, false]);
+  const device = new Recording(recordingOf(rows.map((row, k) => [
+    ...row, ...[1, 2, 3, 4, 5, 6].map((x) => wordOf(x * (k - 2))), ...[7, 8, 9, 10, 11, 12].map((x) => wordOf(x + k)), [2n, 3n, 6n, 10n, 14n][k]])));
+  assert.deepEqual(device.accepted(0), [-2, -4, -6, -8, -10, -12]);
+  assert.deepEqual([0, 1, 2, 3, 4].map((k) => device.resets(k)), [false, true, false, false, false]);
+  assert.deepEqual([0, 1, 2, 3, 4].map((k) => device.clutched(k)), [false, false, false, true, true]);
+  assert.deepEqual(device.twist(2), [9, 10, 11, 12, 13, 14]);
+  assert.equal(device.twist(3), undefined);
   assert.throws(() => new Recording(longer.slice(0, -1)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
@@ -225,7 +235,7 @@ test("words: flags, lengths and round numbers", () => {
 
 /** A message of the live server with `count` ticks from `first` on; those in `resets` start again. */
 function chunkOf(first, count, written, resets = []) {
-  const view = new DataView(new ArrayBuffer(24 + 248 + 136 * count));
+  const view = new DataView(new ArrayBuffer(24 + 248 + 184 * count));
   view.setUint32(0, 0x31564c48, true);
   view.setUint32(4, count, true);
   view.setBigUint64(8, BigInt(first), true);
@@ -233,10 +243,12 @@ function chunkOf(first, count, written, resets = []) {
   view.setFloat64(24 + 128, 5, true);  // force along x
   view.setUint32(24 + 224, 3, true);  // situation
   for (let k = 0; k < count; ++k) {
-    const at = 24 + 248 + 136 * k;
+    const at = 24 + 248 + 184 * k;
     [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
-    view.setBigUint64(at + 112, BigInt(first + k), true);
-    view.setBigUint64(at + 128, resets.includes(first + k) ? 3n : 2n, true);
+    view.setFloat64(at + 112 + 40, 9, true);  // turn about z
+    view.setBigUint64(at + 160, BigInt(first + k), true);
+    view.setBigUint64(at + 168, resets.includes(first + k) ? 7n : 2n, true);
+    view.setBigUint64(at + 176, BigInt(100 + k), true);
   }
   return view.buffer;
 }
@@ -250,6 +262,8 @@ test("live: a message is read, one that is cut or foreign is not", () => {
   assert.deepEqual(chunk.accepted(0), [7, 0, 0, 0, 0, 0]);
   assert.equal(chunk.hash(1), 5n);
   assert.equal(chunk.resets(0), false);
+  assert.deepEqual([chunk.sequence(1), chunk.twist(0), chunk.clutched(0)], [101n, undefined, false]);
+  assert.deepEqual(new Chunk(chunkOf(4, 2, 9, [5])).twist(1), [0, 0, 0, 0, 0, 9]);
   assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400)), /load the page again/);
   assert.throws(() => new Chunk(new ArrayBuffer(10)), /load the page again/);
   assert.throws(() => new Chunk(new ArrayBuffer(272)), /load the page again/);
@@ -320,4 +334,65 @@ test("delay: of the page's own moves, each once", () => {
   meter.shown(1e6 + 1, 1e6 + 3);
   meter.shown(1e6, 1e6 + 9);
   assert.equal(meter.count, 101);
+});
+
+test("address: tick, pose and view go there and back; what makes no sense is left out", () => {
+  const place = { tick: 6500, side: { azimuth: 0.5, elevation: -0.25 } };
+  assert.deepEqual(placeOf(`#${placeText(place)}`), place);
+  const pose = { p: [0.01, -0.02, 0.035], q: [0, 0, 0.6, 0.8] };
+  assert.deepEqual(placeOf(placeText({ pose })), { pose });
+  assert.deepEqual(placeOf(""), {});
+  for (const text of ["#tick=-1", "#tick=1e3", "#tick=", "#pose=1,2,3", "#pose=0,0,0,0,0,0,2", "#pose=1e9,0,0,0,0,0,1", "#pose=,,,,,,",
+    "#view=1", "#view=a,b", "#view=NaN,0", "#%", "#tick=99999999999"]) assert.deepEqual(placeOf(text), {}, text);
+  near(placeOf("#view=0,9").side.elevation, 1.5);
+});
+
+test("pictures: counted over the last two seconds", () => {
+  const meter = new FrameMeter();
+  assert.equal(meter.rate(0), 0);
+  for (let k = 0; k < 300; ++k) meter.drawn(20 * k);
+  near(meter.rate(20 * 299), 50, 1e-9);
+  assert.equal(meter.rate(20 * 299 + 5000), 0);
+});
+
+const axisItem = (first, count, bits, most) => ({
+  isRange: false, usages: Array.from({ length: count }, (_, k) => 0x10030 + first + k), reportSize: bits, reportCount: count,
+  logicalMinimum: -most, logicalMaximum: most,
+});
+const filling = (bits) => ({ isConstant: true, usages: [], reportSize: bits, reportCount: 1, logicalMinimum: 0, logicalMaximum: 0 });
+const shorts = (...values) => {
+  const view = new DataView(new ArrayBuffer(2 * values.length));
+  values.forEach((value, k) => view.setInt16(2 * k, value, true));
+  return view;
+};
+
+test("SpaceMouse: axes in one report or in two, where the descriptor says", () => {
+  const two = new SixAxes([{ usagePage: 1, usage: 8, inputReports: [
+    { reportId: 1, items: [axisItem(0, 3, 16, 350)] }, { reportId: 2, items: [axisItem(3, 3, 16, 350)] },
+    { reportId: 3, items: [{ isRange: true, usageMinimum: 0x90001, usageMaximum: 0x90002, reportSize: 1, reportCount: 2, logicalMinimum: 0, logicalMaximum: 1 }] }] }]);
+  assert.ok(two.isComplete);
+  two.take(1, shorts(350, -175, 0));
+  two.take(2, shorts(0, 0, -350));
+  assert.deepEqual(two.axes, [1, -0.5, 0, 0, 0, -1]);
+  // Right, up and away: the device counts y towards the operator and z down.
+  assert.deepEqual(two.cap.push.map((x) => +x.toFixed(3)), [1, 0, 0.474]);
+  assert.deepEqual(two.cap.turn.map((x) => +x.toFixed(3)), [0, 1, 0]);
+  two.take(1, new DataView(new ArrayBuffer(3)));
+  two.take(9, shorts(1, 1, 1));
+  assert.equal(two.axes[0], 1);
+  two.take(1, shorts(10, 900, 0));  // at rest, within its dead zone; beyond its range
+  assert.deepEqual([two.cap.push[0], two.axes[1]], [0, 1]);
+  two.release();
+  assert.deepEqual(two.axes, [0, 0, 0, 0, 0, 0]);
+
+  // Six of 12 bits behind 4 bits that mean nothing; the collection is within another.
+  const joined = new SixAxes([{ usagePage: 1, usage: 8, inputReports: [{ reportId: 7, items: [filling(4), axisItem(0, 6, 12, 1000)] }] }]);
+  assert.ok(joined.isComplete);
+  const bits = [250, -500, 1000, -1000, 0, 100].flatMap((value) => Array.from({ length: 12 }, (_, k) => ((value & 0xfff) >> k) & 1));
+  const data = new DataView(new ArrayBuffer(10));
+  [0, 0, 0, 0, ...bits].forEach((bit, k) => data.setUint8(k >> 3, data.getUint8(k >> 3) | (bit << (k & 7))));
+  joined.take(7, data);
+  assert.deepEqual(joined.axes, [0.25, -0.5, 1, -1, 0, 0.1]);
+  assert.ok(!new SixAxes([{ usagePage: 1, usage: 8, inputReports: [{ reportId: 1, items: [axisItem(0, 3, 16, 350)] }] }]).isComplete);
+  assert.ok(!new SixAxes([{ usagePage: 1, usage: 8 }]).isComplete);
 });

@@ -379,54 +379,6 @@ TEST_SUITE("host_sim.live_server") {
     }));
   }
 
-  TEST_CASE("bytes of all kinds, before and after the upgrade: refused, nothing lost") {
-    ServedBoard served(true);
-    served.publish(10);
-    NewestReader<HandOrder> order(*served.hand);
-    TestClient witness(served, kPage);
-    Random random(20);
-    const auto noise = [&random](std::size_t size) {
-      std::string text(size, '\0');
-      for (char& c : text) c = static_cast<char>(256 * random.next());
-      return text;
-    };
-    const std::string request = "GET " + served.target() + " HTTP/1.1\r\nHost: " + served.host() +
-                                "\r\nUpgrade: websocket\r\nConnection: upgrade\r\n"
-                                "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                                "Sec-WebSocket-Version: 13\r\n"
-                                "Sec-WebSocket-Protocol: haptic.live.v1\r\n\r\n";
-    for (int k = 0; k < 300; ++k) {
-      boost::asio::io_context context;
-      tcp::socket socket = connection(context, served.port);
-      std::string bytes;
-      if (k % 3 == 0) {
-        bytes = noise(1 + static_cast<std::size_t>(500 * random.next()));
-      } else if (k % 3 == 1) {
-        bytes = request;
-        for (int n = 0; n < 3; ++n)
-          bytes[static_cast<std::size_t>(random.next() * static_cast<double>(bytes.size()))] =
-              static_cast<char>(256 * random.next());
-      } else {
-        bytes = request + noise(1 + static_cast<std::size_t>(200 * random.next()));
-      }
-      beast::error_code error;
-      boost::asio::write(socket, boost::asio::buffer(bytes), error);
-      socket.shutdown(tcp::socket::shutdown_send, error);
-      // Reads to the end: the server closes it.
-      char room[4096];
-      while (!error) socket.read_some(boost::asio::buffer(room), error);
-    }
-    // Headers beyond their limit.
-    const Answer large =
-        ask(served.port, {served.target() + "&" + std::string(100000, 'a'), served.host(), ""});
-    CHECK(large.status != 200);
-    CHECK(order.newest().wanted == 0);
-    CHECK(order.newest().restarts == 0);
-    witness.ask(0);
-    CHECK(chunk_of(witness.read()).ticks.size() == 10);
-    check_alive(served);
-  }
-
   TEST_CASE(
       "listening: a port that is taken and an address that is none are refused with the fix") {
     const ListeningSocket first("127.0.0.1", 0);

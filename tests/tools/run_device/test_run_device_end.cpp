@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <thread>
@@ -44,7 +45,8 @@ std::string absent(const std::string& file) {
 /// it is still there, after any failure.
 class RunningProgram {
  public:
-  RunningProgram(const Bench& bench, const char* ticks, const char* terminal = nullptr)
+  RunningProgram(const Bench& bench, const char* ticks, const char* terminal = nullptr,
+                 bool is_watched = false)
       : out_(absent(bench.folder.file("out"))),
         err_(absent(bench.folder.file("err"))),
         pid_(fork()) {
@@ -57,7 +59,11 @@ class RunningProgram {
     if (dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) _exit(126);
     // The list ends with the first null.
     execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
-          "0.05", "--seconds", "60", ticks != nullptr ? "--ticks" : nullptr, ticks, nullptr);
+          "0.05", "--seconds", "60",
+          is_watched         ? "--serve"
+          : ticks != nullptr ? "--ticks"
+                             : nullptr,
+          is_watched ? nullptr : ticks, nullptr);
     _exit(127);
   }
   ~RunningProgram() {
@@ -139,6 +145,47 @@ std::map<std::string, std::string> descriptors_of(pid_t pid) {
   return found;
 }
 
+/// A thread of a program and its processes: where it is, and how it is scheduled.
+struct ThreadOf {
+  std::string process, policy;
+  long priority = 0;
+  auto operator<=>(const ThreadOf&) const = default;
+};
+
+/// How a thread is scheduled, by /proc/PID/task/TID/stat.
+ThreadOf thread_in(const std::filesystem::path& task, const std::string& process) {
+  std::string stat;
+  std::getline(std::ifstream(task / "stat"), stat);
+  // The name may hold anything; behind its last parenthesis come the fields from the third on.
+  std::istringstream fields(stat.substr(stat.rfind(')') + 1));
+  std::vector<std::string> words{"", "", ""};
+  for (std::string word; fields >> word;) words.push_back(word);
+  constexpr std::size_t kPriority = 40, kPolicy = 41;
+  if (words.size() <= kPolicy) return {process, "gone", 0};
+  static const std::map<std::string, std::string> kPolicies = {
+      {"0", "other"}, {"1", "fifo"}, {"2", "rr"}, {"3", "batch"}, {"5", "idle"}, {"6", "deadline"}};
+  return {process, kPolicies.at(words[kPolicy]), std::stol(words[kPriority])};
+}
+
+/// All threads of a program and of the processes that it has forked, in order.
+std::vector<ThreadOf> threads_of(pid_t program) {
+  std::vector<ThreadOf> threads;
+  std::vector<pid_t> processes{program};
+  for (std::size_t k = 0; k < processes.size(); ++k) {
+    const std::filesystem::path folder = "/proc/" + std::to_string(processes[k]);
+    std::string name;
+    std::getline(std::ifstream(folder / "comm"), name);
+    std::error_code ended;
+    for (const auto& task : std::filesystem::directory_iterator(folder / "task", ended)) {
+      threads.push_back(thread_in(task.path(), name));
+      std::ifstream children(task.path() / "children");
+      for (pid_t child = 0; children >> child;) processes.push_back(child);
+    }
+  }
+  std::ranges::sort(threads);
+  return threads;
+}
+
 void kill_servo_of(pid_t pid) { signal_process(child_named(pid, "haptic-servo"), SIGKILL); }
 
 }  // namespace
@@ -194,6 +241,39 @@ TEST_SUITE("tools.run_device.end") {
     REQUIRE(comes_true(std::chrono::seconds(90), [&] { return program.has_ended(); }));
     CHECK(program.ended().exit_code == 0);
     ::close(user);
+  }
+
+  TEST_CASE("watched: the same threads, and a process more, all of whose threads are idle ones") {
+    const Bench bench;
+    std::vector<ThreadOf> threads[2];
+    std::map<std::string, std::string> descriptors[2];
+    for (const bool is_watched : {false, true}) {
+      CAPTURE(is_watched);
+      RunningProgram program(bench, nullptr, nullptr, is_watched);
+      REQUIRE(comes_true(std::chrono::seconds(55), [&] {
+        const std::vector<json> lines = program.lines();
+        return program.has_ended() || (!lines.empty() && presses(lines.back()));
+      }));
+      REQUIRE_FALSE(program.has_ended());
+      threads[is_watched] = threads_of(program.pid());
+      descriptors[is_watched] = descriptors_of(child_named(program.pid(), "haptic-servo"));
+      signal_process(program.pid(), SIGINT);
+      REQUIRE(comes_true(std::chrono::seconds(90), [&] { return program.has_ended(); }));
+      CHECK(program.ended().exit_code == 0);
+    }
+    std::vector<ThreadOf> more, fewer;
+    std::ranges::set_difference(threads[1], threads[0], std::back_inserter(more));
+    std::ranges::set_difference(threads[0], threads[1], std::back_inserter(fewer));
+    CHECK(fewer.empty());
+    REQUIRE_FALSE(more.empty());
+    for (const ThreadOf& thread : more) {
+      CAPTURE(thread.process);
+      CHECK(thread.process == "haptic-watcher");
+      CHECK(thread.policy == "idle");
+      CHECK(thread.priority == 0);
+    }
+    // The servo process has nothing in its hands that it had not before.
+    CHECK(descriptors[1].size() == descriptors[0].size());
   }
 
   TEST_CASE("a killed servo process: reported, written down, and a spare goes on until the end") {

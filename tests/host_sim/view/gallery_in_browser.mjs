@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// gallery_in_browser.mjs PACKAGES BROWSER HOST_SIM WHOLE [PICTURES]: the eight scenes of the gallery, each as `host_sim view NUMBER`
+// makes its page, in the present folder. WHOLE: "whole" for all of each motion, "begin" for as much of it as shows a contact.
+// Exit code 1 where something is not as it should be.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { kPatience, lamp, Pages, seek, settledLamp, situation } from "./browser_page.mjs";
+
+const [packages, executablePath, hostSim, whole, pictures] = process.argv.slice(2);
+const isWhole = whole === "whole";
+
+/** Ticks in contact: one of the whole motion that shows the scene's idea, and the first in which something happens. */
+const kScenes = [
+  ["tetrahedron_on_box", 6000, 2400],
+  ["square_peg_five", 6500, 2500],
+  ["round_peg", 6500, 3600],
+  ["ell_insert", 7000, 2500],
+  ["dovetail", 4400, 4400],
+  ["gear_on_shaft", 7400, 2000],
+  ["nut_on_bolt", 7000, 6700],
+  ["two_pins", 4600, 1500],
+];
+const pages = await Pages.start(packages, executablePath, pictures);
+
+const cases = {};
+kScenes.forEach(([name, later, soon], k) => {
+  cases[`gallery ${k + 1}, ${name}: its two sentences, its lamp green, its C-obstacles drawn`] = async () => {
+    const tick = isWhole ? later : soon;
+    execFileSync(hostSim, ["view", String(k + 1), ...(isWhole ? [] : ["--seconds", String((tick + 1) / 1000)])]);
+    const page = await pages.open(`${name}.html`);
+    await settledLamp(page);
+    assert.equal(await lamp(page), "green");
+    assert.match(await page.innerText("#about"), /^[^.]+\. .+\. ?.*\.$/);
+    await seek(page, tick);
+    assert.notEqual(await situation(page), "none");
+    await page.waitForFunction(() => /^[1-8] C-obstacle/.test(document.getElementById("cspace-note").textContent), null, kPatience);
+    assert.ok((await page.locator("#graph .node").count()) > 2);
+    await pages.picture(page, `gallery_${k + 1}_${name}`);
+    await pages.close(page);
+  };
+});
+await pages.run(cases);

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// hand_in_browser.mjs PACKAGES BROWSER BY_HAND [PICTURES]: the square peg moved with the mouse, in its page without a recording.
+// PACKAGES: folder with playwright-core. Exit code 1 where something is not as it should be.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { pathToFileURL } from "node:url";
+import {
+  feltAt, forceAbove, kForce, kPatience, lamp, Pages, partAt, pixelsAbove, pixelsNear, situation,
+} from "./browser_page.mjs";
+
+const [packages, executablePath, byHand, pictures] = process.argv.slice(2);
+const pages = await Pages.start(packages, executablePath, pictures);
+
+const cases = {
+  async "by hand: the peg is dragged over the hole and down, and is in by the core's word"() {
+    const page = await pages.open(byHand);
+    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    assert.equal(await lamp(page), "none");
+    const box = await page.locator("#physical").boundingBox();
+    const before = await pixelsNear(page, "#physical", kForce);
+    await page.locator("#physical").focus();
+    await page.keyboard.press("u");
+    for (let k = 0; k < 5; ++k) await page.keyboard.press("]");  // to the right is +x, away is +y
+    // Upright: its words say so, and stand still.
+    await page.waitForTimeout(1200);
+
+    const at = await partAt(page);
+    let x = box.x + at.x, y = box.y + at.y;
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    const metresPerPixel = await page.evaluate(() => Number(document.body.dataset.millimetresPerPixel));
+
+    /** Moves the mouse by so many mm of the part, with the keys that a person holds. */
+    const drag = async (right, up, keys) => {
+      for (const key of keys) await page.keyboard.down(key);
+      const scale = keys.includes("Control") ? 0.1 : 1;
+      x += Math.round(right / metresPerPixel / scale);
+      y -= Math.round(up / metresPerPixel / scale);
+      await page.mouse.move(x, y, { steps: 6 });
+      await page.waitForTimeout(250);
+      for (const key of keys) await page.keyboard.up(key);
+    };
+    /** To a place over the hole, coarsely and then finely, looking at the words. */
+    for (const keys of [[], [], ["Control"], ["Control"], ["Control"], ["Control"]]) {
+      const [px, py] = await feltAt(page);
+      await drag(-px, 0, keys);
+      await drag(0, -py, [...keys, "Shift"]);
+    }
+    const [px, py, pz] = await feltAt(page);
+    assert.ok(Math.abs(px) < 0.2 && Math.abs(py) < 0.2, `not over the hole: ${px}, ${py} mm`);
+    assert.ok(pz > 2, `the peg is down already: ${pz} mm`);
+    await pages.picture(page, "over_the_hole");
+    let z = pz;
+    for (let k = 0; k < 40 && z > -39.99; ++k) {
+      await drag(0, -4, []);
+      [, , z] = await feltAt(page);
+      if (k === 8) await pages.picture(page, "on_the_way_down");
+    }
+    await drag(0, -4, []);  // presses on the floor
+    await forceAbove(page, 0.4);
+    const end = await feltAt(page);
+    assert.ok(Math.abs(end[2] + 40) < 0.01, `not inserted: ${end[2]} mm`);
+    assert.ok(Math.abs(end[0]) <= 0.31 && Math.abs(end[1]) <= 0.31, `not in the hole: ${end}`);
+    assert.notEqual(await situation(page), "none");
+    await pages.picture(page, "inserted");
+    await pixelsAbove(page, "#physical", kForce, before + 150, "no force arrow");
+    // Released: the hand stays where it is, and so does the force.
+    await page.mouse.up();
+    await page.mouse.move(x, y - 60);
+    await page.waitForTimeout(300);
+    assert.deepEqual(await feltAt(page), end, "a part that nobody drags has moved");
+    await forceAbove(page, 0.4);
+    // Pressed again: off the floor by 4 mm, and down again.
+    const again = await partAt(page);
+    x = box.x + again.x;
+    y = box.y + again.y;
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let k = 0; k < 20 && (await feltAt(page))[2] < -36; ++k) await drag(0, 4, []);
+    assert.ok((await feltAt(page))[2] >= -36, "not lifted");
+    for (let k = 0; k < 20 && (await feltAt(page))[2] > -39.99; ++k) await drag(0, -4, []);
+    await drag(0, -4, []);
+    await forceAbove(page, 0.4);
+    const pressed = await feltAt(page);
+    assert.ok(Math.abs(pressed[2] + 40) < 0.01, `not on the floor again: ${pressed[2]} mm`);
+    await page.mouse.up();
+    await pages.close(page);
+  },
+
+  async "a gamepad and a SpaceMouse move the part, as the sticks and the cap say"() {
+    const page = await pages.browser.newPage({ viewport: { width: 1100, height: 700 } });
+    // No such thing is plugged in here: the browser's own interfaces, played.
+    await page.addInitScript(() => {
+      const pad = { id: "test pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false, value: 0 })) };
+      navigator.getGamepads = () => [window.pad ?? null];
+      window.plugPad = () => (window.pad = pad);
+      const takers = [];
+      const axes = (first) => ({ usages: [first, first + 1, first + 2], reportSize: 16, reportCount: 3, logicalMinimum: -350, logicalMaximum: 350 });
+      const device = {
+        productName: "test cap", opened: false, open: async () => (device.opened = true),
+        collections: [{ usagePage: 1, usage: 8, inputReports: [{ reportId: 1, items: [axes(0x10030)] }, { reportId: 2, items: [axes(0x10033)] }] }],
+        addEventListener: (kind, take) => kind === "inputreport" && takers.push(take),
+      };
+      window.push = (x, y, z) => {
+        const data = new DataView(new ArrayBuffer(6));
+        [x, y, z].forEach((value, k) => data.setInt16(2 * k, value, true));
+        takers.forEach((take) => take({ reportId: 1, data }));
+      };
+      Object.defineProperty(navigator, "hid", {
+        value: { asked: null, requestDevice: async ({ filters }) => ((navigator.hid.asked = filters), [device]), addEventListener: () => {} },
+      });
+    });
+    await page.goto(pathToFileURL(byHand).href);
+    page.setDefaultTimeout(kPatience.timeout);
+    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    /** Waits until the part has moved by more than `mm` along an axis, and then stops what moves it. */
+    const movesBy = async (axis, mm, stop) => {
+      const from = (await feltAt(page))[axis];
+      await page.waitForFunction(
+        ([axis, mm, from]) => {
+          const moved = Number(document.getElementById("felt-position").textContent.split(/\s+/)[axis]) - from;
+          return mm > 0 ? moved > mm : moved < mm;
+        },
+        [axis, mm, from],
+        kPatience,
+      );
+      await page.evaluate(stop);
+    };
+    await page.evaluate(() => (window.plugPad().axes[3] = -1));  // the right stick forward: up
+    await movesBy(2, 3, () => (window.pad.axes[3] = 0));
+    await page.evaluate(() => (window.pad.axes[3] = 1));
+    await movesBy(2, -3, () => (window.pad.axes[3] = 0));
+    await page.locator("#space-mouse").click();
+    await page.waitForFunction(() => document.getElementById("space-mouse").getAttribute("aria-pressed") === "true", null, kPatience);
+    assert.deepEqual(await page.evaluate(() => navigator.hid.asked), [{ usagePage: 1, usage: 8 }]);
+    await page.evaluate(() => window.push(0, 0, -350));  // the cap is lifted
+    await movesBy(2, 3, () => window.push(0, 0, 0));
+    await page.evaluate(() => window.push(0, 0, 350));
+    await movesBy(2, -3, () => window.push(0, 0, 0));
+    await page.close();
+  },
+
+  async "a picture is saved, and an address holds the pose of the part and the view"() {
+    const page = await pages.open(byHand);
+    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    await page.locator("#physical").focus();
+    await page.keyboard.press("]");
+    await page.keyboard.down("ArrowUp");
+    await page.waitForTimeout(700);
+    await page.keyboard.up("ArrowUp");
+    await page.waitForTimeout(500);
+    const [download] = await Promise.all([page.waitForEvent("download", kPatience), page.keyboard.press("p")]);
+    assert.match(download.suggestedFilename(), /^square_peg_five_\d+\.png$/);
+    const png = readFileSync(await download.path());
+    assert.equal(png.toString("latin1", 1, 4), "PNG");
+    assert.ok(png.readUInt32BE(16) > 500 && png.length > 10000, `${png.length} bytes`);
+    const there = await feltAt(page);
+    await page.locator("#link").click();
+    const address = page.url();
+    assert.match(address, /#pose=[-0-9.,e]+&view=[-0-9.,]+$/);
+    await pages.close(page);
+    const other = await pages.browser.newPage();
+    await other.goto(address);
+    await other.waitForFunction(
+      (z) => Math.abs(Number(document.getElementById("felt-position")?.textContent.split(/\s+/)[2]) - z) < 0.02,
+      there[2],
+      kPatience,
+    );
+    await other.close();
+  },
+};
+
+await pages.run(cases);

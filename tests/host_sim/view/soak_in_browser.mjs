@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// soak_in_browser.mjs PACKAGES BROWSER HOST_SIM SCENE TICKS: a live session of so many ticks, moved in one page all the time and
+// watched in another that is drawn, too: the memory of the server and of the browser, written down every ten seconds.
+// Exit code 1 where it grows: the last quarter needs more than the second, beyond kMostGrowth.
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { kPatience, Pages } from "./browser_page.mjs";
+import { serving } from "./live_session.mjs";
+
+const [packages, executablePath, hostSim, scene, ticks] = process.argv.slice(2);
+const kEvery_ms = 10000;
+const kMostGrowth = 1.05;
+const kMB = 2 ** 20;
+
+/** Proportional share of the memory of a process and of all that it has started [bytes]. */
+function memoryOf(root) {
+  const parents = new Map();
+  for (const name of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
+    try {
+      const stat = readFileSync(`/proc/${name}/stat`, "latin1");
+      parents.set(Number(name), Number(stat.slice(stat.lastIndexOf(")") + 2).split(" ")[1]));
+    } catch {
+      // it has ended meanwhile
+    }
+  }
+  const isOurs = (pid) => pid === root || (parents.has(pid) && isOurs(parents.get(pid)));
+  let sum = 0;
+  for (const pid of parents.keys()) {
+    if (!isOurs(pid)) continue;
+    try {
+      sum += 1024 * Number(readFileSync(`/proc/${pid}/smaps_rollup`, "latin1").match(/^Pss: +(\d+)/m)[1]);
+    } catch {
+      // the same
+    }
+  }
+  return sum;
+}
+
+const served = await serving(hostSim, ["serve", scene]);
+const pages = await Pages.start(packages, executablePath);
+const browserPid = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).map(Number).find((pid) => {
+  try {
+    const stat = readFileSync(`/proc/${pid}/stat`, "latin1");
+    return Number(stat.slice(stat.lastIndexOf(")") + 2).split(" ")[1]) === process.pid &&
+      readFileSync(`/proc/${pid}/cmdline`, "latin1").includes(executablePath);
+  } catch {
+    return false;
+  }
+});
+
+const cases = {
+  async [`${ticks} ticks of a live session`]() {
+    const mover = await pages.open(served.address), watcher = await pages.open(served.address);
+    await mover.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    await mover.locator("#physical").focus();
+    // Down and up again, so that it touches and is free in turn.
+    await mover.evaluate(() => {
+      let down = false;
+      const key = (kind, code) => window.dispatchEvent(new KeyboardEvent(kind, { code, key: code }));
+      setInterval(() => {
+        key("keyup", down ? "ArrowDown" : "ArrowUp");
+        down = !down;
+        key("keydown", down ? "ArrowDown" : "ArrowUp");
+      }, 2500);
+    });
+    const rows = [];
+    console.log("     ticks   server MB   browser MB   script MB of the page   pictures a second   lamp");
+    for (let tick = 0; tick < Number(ticks); ) {
+      await watcher.waitForTimeout(kEvery_ms);
+      const session = await watcher.evaluate(() => ({
+        tick: Number(document.body.dataset.tick),
+        heap: performance.memory?.usedJSHeapSize ?? 0,
+        frames: document.getElementById("frames").textContent,
+        lamp: document.getElementById("lamp").textContent,
+      }));
+      ({ tick } = session);
+      const row = { tick, server: memoryOf(served.child.pid), browser: memoryOf(browserPid), heap: session.heap };
+      rows.push(row);
+      const mb = (bytes, width) => (bytes / kMB).toFixed(1).padStart(width);
+      console.log(`${String(tick).padStart(10)} ${mb(row.server, 11)} ${mb(row.browser, 12)} ${mb(row.heap, 23)} ${session.frames.padStart(19)}   ${session.lamp}`);
+    }
+    const quarter = Math.floor(rows.length / 4);
+    for (const what of ["server", "browser"]) {
+      const mean = (from, to) => rows.slice(from, to).reduce((sum, row) => sum + row[what], 0) / (to - from);
+      const second = mean(quarter, 2 * quarter), last = mean(rows.length - quarter, rows.length);
+      console.log(`${what}: ${(second / kMB).toFixed(1)} MB in the second quarter, ${(last / kMB).toFixed(1)} MB in the last`);
+      assert.ok(quarter === 0 || last < kMostGrowth * second, `the memory of the ${what} grows`);
+    }
+    await pages.close(mover);
+    await pages.close(watcher);
+    served.child.kill("SIGINT");
+    assert.deepEqual(await served.ended, { code: 0, signal: null });
+  },
+};
+await pages.run(cases);
