@@ -152,3 +152,15 @@ export const partAt = (page) =>
 export const kForce = [0xd5, 0x5e, 0x00], kContact = [0xc2, 0x18, 0x7f];
 export const kChosen = [0x00, 0x61, 0xa8];
 export const kTypeB = [0x56, 0xb4, 0xe9];
+
+/** The scenes of the gallery, and ticks in contact: one of the whole motion that shows the scene's idea, and the first in which something happens. */
+export const kGallery = [
+  ["tetrahedron_on_box", 6000, 2400],
+  ["square_peg_five", 6500, 2500],
+  ["round_peg", 6500, 3600],
+  ["ell_insert", 7000, 2500],
+  ["dovetail", 4400, 4400],
+  ["gear_on_shaft", 7400, 2000],
+  ["nut_on_bolt", 7000, 6700],
+  ["two_pins", 4600, 1500],
+];

@@ -4,26 +4,15 @@
 // Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { kPatience, lamp, Pages, seek, settledLamp, situation } from "./browser_page.mjs";
+import { kGallery, kPatience, lamp, Pages, seek, settledLamp, situation } from "./browser_page.mjs";
 
 const [packages, executablePath, hostSim, whole, pictures] = process.argv.slice(2);
 const isWhole = whole === "whole";
 
-/** Ticks in contact: one of the whole motion that shows the scene's idea, and the first in which something happens. */
-const kScenes = [
-  ["tetrahedron_on_box", 6000, 2400],
-  ["square_peg_five", 6500, 2500],
-  ["round_peg", 6500, 3600],
-  ["ell_insert", 7000, 2500],
-  ["dovetail", 4400, 4400],
-  ["gear_on_shaft", 7400, 2000],
-  ["nut_on_bolt", 7000, 6700],
-  ["two_pins", 4600, 1500],
-];
 const pages = await Pages.start(packages, executablePath, pictures);
 
 const cases = {};
-kScenes.forEach(([name, later, soon], k) => {
+kGallery.forEach(([name, later, soon], k) => {
   cases[`gallery ${k + 1}, ${name}: its two sentences, its lamp green, its C-obstacles drawn`] = async () => {
     const tick = isWhole ? later : soon;
     execFileSync(hostSim, ["view", String(k + 1), ...(isWhole ? [] : ["--seconds", String((tick + 1) / 1000)])]);

@@ -12,7 +12,7 @@ import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/vie
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
 import { SixAxes } from "../../../host_sim/view/page/src/space_mouse";
 import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
-import { flagTexts, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
+import { flagTexts, isMarked, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
 
 const near = (a, b, tolerance = 1e-12) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
 
@@ -225,6 +225,7 @@ test("parts of a page: zipped or not", async () => {
 test("words: flags, lengths and round numbers", () => {
   assert.deepEqual(flagTexts(0), []);
   assert.deepEqual(flagTexts((1 << 12) | (1 << 20)).map(([name]) => name), ["saturated", "behind"]);
+  assert.ok(isMarked(1 << 16) && isMarked((1 << 20) | 1) && !isMarked(0) && !isMarked((1 << 17) | 0xff));
   assert.equal(lengthText(0.0123), "12.3 mm");
   assert.equal(lengthText(-1e-12), "0 µm");
   assert.equal(lengthText(2.5e-6), "2.50 µm");
@@ -352,6 +353,8 @@ test("pictures: counted over the last two seconds", () => {
   assert.equal(meter.rate(0), 0);
   for (let k = 0; k < 300; ++k) meter.drawn(20 * k);
   near(meter.rate(20 * 299), 50, 1e-9);
+  assert.equal(meter.text(20 * 299), "50 a second");
+  assert.equal(new FrameMeter().text(0), "-");
   assert.equal(meter.rate(20 * 299 + 5000), 0);
 });
 

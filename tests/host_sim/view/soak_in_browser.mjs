@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// soak_in_browser.mjs PACKAGES BROWSER HOST_SIM SCENE TICKS: a live session of so many ticks, moved in one page all the time and
-// watched in another that is drawn, too: the memory of the server and of the browser, written down every ten seconds.
+// soak_in_browser.mjs PACKAGES BROWSER HOST_SIM SCENE TICKS: a live session of so many ticks, moved in a page all the time: the
+// memory of the server and of the browser, written down every ten seconds.
 // Exit code 1 where it grows: the last quarter needs more than the second, beyond kMostGrowth.
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
@@ -50,11 +50,11 @@ const browserPid = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).map
 
 const cases = {
   async [`${ticks} ticks of a live session`]() {
-    const mover = await pages.open(served.address), watcher = await pages.open(served.address);
-    await mover.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
-    await mover.locator("#physical").focus();
+    const page = await pages.open(served.address, { viewport: { width: 720, height: 480 } });
+    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    await page.locator("#physical").focus();
     // Down and up again, so that it touches and is free in turn.
-    await mover.evaluate(() => {
+    await page.evaluate(() => {
       let down = false;
       const key = (kind, code) => window.dispatchEvent(new KeyboardEvent(kind, { code, key: code }));
       setInterval(() => {
@@ -66,8 +66,8 @@ const cases = {
     const rows = [];
     console.log("     ticks   server MB   browser MB   script MB of the page   pictures a second   lamp");
     for (let tick = 0; tick < Number(ticks); ) {
-      await watcher.waitForTimeout(kEvery_ms);
-      const session = await watcher.evaluate(() => ({
+      await page.waitForTimeout(kEvery_ms);
+      const session = await page.evaluate(() => ({
         tick: Number(document.body.dataset.tick),
         heap: performance.memory?.usedJSHeapSize ?? 0,
         frames: document.getElementById("frames").textContent,
@@ -86,8 +86,7 @@ const cases = {
       console.log(`${what}: ${(second / kMB).toFixed(1)} MB in the second quarter, ${(last / kMB).toFixed(1)} MB in the last`);
       assert.ok(quarter === 0 || last < kMostGrowth * second, `the memory of the ${what} grows`);
     }
-    await pages.close(mover);
-    await pages.close(watcher);
+    await pages.close(page);
     served.child.kill("SIGINT");
     assert.deepEqual(await served.ended, { code: 0, signal: null });
   },

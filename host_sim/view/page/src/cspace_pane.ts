@@ -15,6 +15,8 @@ const kInset = 0.42;
 /** The whole is drawn so much farther to the left, beside the close-up [of the pane's width]. */
 const kBesideInset = 0.09;
 const kMostLabels = 5;
+/** Height of a label, which may take two lines, and of what stands above and below them. */
+const kLabel_px = 30, kLabelFrame_px = 55;
 /** The close-up shows at least this much to each side [of the part's radius]. */
 const kClosest = 0.02;
 
@@ -221,14 +223,16 @@ export class CSpacePane extends Stage {
 
   /** Numbers of the lit faces in the close-up, beside the point. */
   private label(left: number, bottom: number, width: number, height: number): void {
-    const lines = this.litFaces
-      .filter((face) => face.node !== kNone)
-      .slice(0, kMostLabels)
+    const named = this.litFaces.filter((face) => face.node !== kNone);
+    const fitting = Math.max(1, Math.min(kMostLabels, Math.floor((height - kLabelFrame_px) / kLabel_px)));
+    const lines = named
+      .slice(0, fitting)
       .map((face) => {
         const kind = face.kind < 3 ? `type ${kFaceKinds[face.kind]}` : "several types";
         const more = face.nodes > 1 ? ` and ${face.nodes - 1} more` : "";
         return `${face.role === FaceRole.holds ? "holds" : "near"}: ${face.node}${more}, ${kind}`;
       })
+      .concat(named.length > fitting ? [`and ${named.length - fitting} more`] : [])
       .join("\n");
     const bar = roundBelow(this.close);
     this.overlay.style.setProperty("--inset-left", `${left}px`);

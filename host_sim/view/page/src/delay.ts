@@ -16,11 +16,15 @@ export class FrameMeter {
   private forget(now: number): void {
     while (this.times.length > 0 && this.times[0] < now - kCounted_ms) this.times.shift();
   }
-  /** A second, while it moves; 0: it stands still. */
+  /** A second; 0: it stands still. */
   rate(now: number): number {
     this.forget(now);
     const span = this.times.length > 1 ? this.times[this.times.length - 1] - this.times[0] : 0;
     return span > 0 ? (1000 * (this.times.length - 1)) / span : 0;
+  }
+  text(now: number): string {
+    const rate = this.rate(now);
+    return rate > 0 ? `${rate.toFixed(0)} a second` : "-";
   }
 }
 

@@ -80,13 +80,17 @@ export interface Picture {
 }
 
 /** Channels of a sample. */
-export const kChannels = 4;
-/** Force [N], torque [N m], distance of device and felt part [m], gap of the felt part [m]. */
+export const kChannels = 7;
+/** Force [N], torque [N m], distance of device and felt part [m], situation, share of the budget, energy of the observer [J],
+ * and whether the core has flagged something that a person should see. */
 export enum Channel {
   force,
   torque,
   apart,
-  gap,
+  situation,
+  work,
+  energy,
+  marked,
 }
 
 export interface Lamp {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Force, torque and distance over time: the newest seconds by hand, or the whole recorded session with its place.
+// Force, torque, distance, situation, work and energy over time: the newest seconds by hand, or the whole recorded session
+// with its place. What the core has flagged is marked at the top of each.
 import uPlot from "uplot";
 import type { Colours } from "./colours";
 import { Channel, kChannels } from "./messages";
@@ -10,25 +11,30 @@ const kKept_s = 60;
 const kPoints = 700;
 const kRedraw_ms = 80;
 
+/** On the axis, by situation. */
+const kSituations = ["free", "A", "B", "C", "edge", "face", "several"];
+
 interface Strip {
   title: string;
-  unit: string;
-  series: { channel: Channel; label: string; colour: (c: Colours) => string; scale: number; dash?: number[] }[];
+  channel: Channel;
+  colour: (c: Colours) => string;
+  scale: number;
+  /** words of the axis, by value */
+  names?: string[];
+  /** least of the axis' upper end */
+  least: number;
 }
 
 const kStrips: Strip[] = [
-  { title: "force", unit: "N", series: [{ channel: Channel.force, label: "force", colour: (c) => c.force, scale: 1 }] },
-  {
-    title: "torque",
-    unit: "N m",
-    series: [{ channel: Channel.torque, label: "torque", colour: (c) => c.torque, scale: 1 }],
-  },
-  {
-    title: "distance",
-    unit: "mm",
-    series: [{ channel: Channel.apart, label: "device to part", colour: (c) => c.contact, scale: 1e3 }],
-  },
+  { title: "force [N]", channel: Channel.force, colour: (c) => c.force, scale: 1, least: 0.01 },
+  { title: "torque [N m]", channel: Channel.torque, colour: (c) => c.torque, scale: 1, least: 0.001 },
+  { title: "device to part [mm]", channel: Channel.apart, colour: (c) => c.contact, scale: 1e3, least: 0.01 },
+  { title: "situation", channel: Channel.situation, colour: (c) => c.feltEdge, scale: 1, names: kSituations, least: 6 },
+  { title: "work [% of budget]", channel: Channel.work, colour: (c) => c.kinds[2], scale: 100, least: 1 },
+  { title: "energy [mJ]", channel: Channel.energy, colour: (c) => c.device, scale: 1e3, least: 0.01 },
 ];
+/** Height of a mark, at the top of each strip. */
+const kMark_px = 5;
 
 export class Strips {
   private plots: uPlot[] = [];
@@ -36,6 +42,8 @@ export class Strips {
   private recorded: Pyramid | null = null;
   private showsRecorded = false;
   private cursor = 0;
+  /** from and to [s] of what the core has flagged */
+  private marks: [number, number][] = [];
   private stale = false;
   private drawn = 0;
   /** called with a tick where a strip of the recording is clicked */
@@ -61,34 +69,39 @@ export class Strips {
       box.className = "strip";
       this.place.append(box);
       const axis = { stroke: this.colours.ink, grid: { stroke: this.colours.grid, width: 1 }, ticks: { show: false } };
+      const colour = strip.colour(this.colours);
+      const words = strip.names
+        ? { splits: () => strip.names!.map((_, k) => k), values: (_: uPlot, at: number[]) => at.map((k) => strip.names![k]), font: "10px sans-serif" }
+        : { space: 22 };
       const plot = new uPlot(
         {
           width: Math.max(120, box.clientWidth),
-          height: Math.max(60, box.clientHeight),
+          height: Math.max(50, box.clientHeight),
           padding: [6, 8, 0, 0],
           legend: { show: false },
           cursor: { show: false },
-          scales: { x: { time: false }, y: { range: (_, low, high) => [Math.min(0, low ?? 0), Math.max(0.01, (high ?? 0) * 1.08)] } },
+          scales: {
+            x: { time: false },
+            y: { range: (_, low, high) => [Math.min(0, low ?? 0), Math.max(strip.least, (high ?? 0) * 1.08)] },
+          },
           axes: [
-            { ...axis, size: 22, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) },
-            { ...axis, size: 46, label: undefined },
+            { ...axis, size: 20, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) },
+            { ...axis, ...words, size: 46, label: undefined },
           ],
           series: [
             {},
-            ...strip.series.flatMap((s) => [
-              { stroke: s.colour(this.colours), width: 1.4, points: { show: false } },
-              { stroke: s.colour(this.colours), width: 1.4, points: { show: false } },
-            ]),
+            { stroke: colour, width: 1.4, points: { show: false } },
+            { stroke: colour, width: 1.4, points: { show: false } },
           ],
-          bands: strip.series.map((s, k) => ({ series: [2 * k + 1, 2 * k + 2] as [number, number], fill: `${s.colour(this.colours)}66` })),
-          hooks: { draw: [(u) => this.drawCursor(u)] },
+          bands: [{ series: [1, 2], fill: `${colour}66` }],
+          hooks: { draw: [(u) => this.drawOver(u)] },
         },
-        [[], ...strip.series.flatMap(() => [[], []])] as unknown as uPlot.AlignedData,
+        [[], [], []] as unknown as uPlot.AlignedData,
         box,
       );
       const title = document.createElement("div");
       title.className = "strip-title";
-      title.textContent = `${strip.title === "distance" ? "device to part" : strip.title} [${strip.unit}]`;
+      title.textContent = strip.title;
       box.append(title);
       plot.over.addEventListener("click", (event) => {
         if (this.showsRecorded) this.onSeek(Math.round(plot.posToVal(event.offsetX, "x") * 1000));
@@ -101,7 +114,7 @@ export class Strips {
   resize(): void {
     for (const plot of this.plots) {
       const box = plot.root.parentElement!;
-      plot.setSize({ width: Math.max(120, box.clientWidth), height: Math.max(60, box.clientHeight) });
+      plot.setSize({ width: Math.max(120, box.clientWidth), height: Math.max(50, box.clientHeight) });
     }
   }
 
@@ -128,30 +141,43 @@ export class Strips {
     this.stale = false;
   }
 
-  private drawCursor(u: uPlot): void {
-    if (!this.showsRecorded) return;
-    const x = u.valToPos(this.cursor, "x", true);
+  /** The marks of what the core has flagged, and where the recording is held. */
+  private drawOver(u: uPlot): void {
+    const ratio = window.devicePixelRatio || 1;
     u.ctx.save();
-    u.ctx.strokeStyle = this.colours.ink;
-    u.ctx.lineWidth = 2 * (window.devicePixelRatio || 1);
-    u.ctx.beginPath();
-    u.ctx.moveTo(x, u.bbox.top);
-    u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
-    u.ctx.stroke();
+    u.ctx.fillStyle = this.colours.contact;
+    for (const [from, to] of this.marks) {
+      const x = u.valToPos(from, "x", true);
+      u.ctx.fillRect(x, u.bbox.top, Math.max(2 * ratio, u.valToPos(to, "x", true) - x), kMark_px * ratio);
+    }
+    if (this.showsRecorded) {
+      const x = u.valToPos(this.cursor, "x", true);
+      u.ctx.strokeStyle = this.colours.ink;
+      u.ctx.lineWidth = 2 * ratio;
+      u.ctx.beginPath();
+      u.ctx.moveTo(x, u.bbox.top);
+      u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
+      u.ctx.stroke();
+    }
     u.ctx.restore();
   }
 
   private draw(): void {
     const source = this.showsRecorded ? this.recorded! : this.live;
     const begin = this.showsRecorded ? 0 : source.end - kShown_s * 1000;
+    const marked = source.range(Channel.marked, begin, source.end, kPoints);
+    this.marks = [];
+    marked.index.forEach((index, k) => {
+      if (marked.largest[k] === 0) return;
+      const end = (marked.index[k + 1] ?? index + 1) / 1000;
+      const last = this.marks[this.marks.length - 1];
+      if (last && last[1] >= index / 1000) last[1] = end;
+      else this.marks.push([index / 1000, end]);
+    });
     kStrips.forEach((strip, k) => {
-      const columns: Float64Array[] = [];
-      strip.series.forEach(({ channel, scale }) => {
-        const part = source.range(channel, begin, source.end, kPoints);
-        if (columns.length === 0) columns.push(part.index.map((i) => i / 1000));
-        columns.push(part.largest.map((v) => v * scale), part.least.map((v) => v * scale));
-      });
-      this.plots[k]?.setData(columns as unknown as uPlot.AlignedData);
+      const part = source.range(strip.channel, begin, source.end, kPoints);
+      const scaled = (values: ArrayLike<number>) => Float64Array.from(values, (v) => v * strip.scale);
+      this.plots[k]?.setData([part.index.map((i) => i / 1000), scaled(part.largest), scaled(part.least)] as unknown as uPlot.AlignedData);
     });
   }
 }

@@ -50,6 +50,13 @@ const kFlags: ([string, string] | null)[] = [
   ["behind", "the budget of work was spent before the part got as far as it could"],
 ];
 
+/** Flags that are marked over the strips: no pose, a part that is led out, does not follow or is out of reach, a limit, a ramp. */
+const kMarked = [10, 11, 12, 13, 15, 16, 18, 19, 20].reduce((bits, bit) => bits | (1 << bit), 0);
+
+export function isMarked(flags: number): boolean {
+  return (flags & kMarked) !== 0;
+}
+
 /** Whether D_near is a lower bound: beyond the exact band, or not exact. */
 export function isBound(flags: number): boolean {
   return ((flags >>> 2) & 1) === 1 || ((flags >>> 6) & 1) === 1;

@@ -7,6 +7,7 @@ import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
 import type { Chunk, LiveState } from "./live";
 import type { FromWorker, LiveOrder, Mode, Pose, SceneFacts, ToWorker, Vec } from "./messages";
 import { DamagedPage, Recording } from "./recording";
+import { isMarked } from "./words";
 
 const kPicture_ms = 15;
 /** Ticks that may be made up for at once; the rest is lost and shows as pace below 1. */
@@ -136,7 +137,10 @@ class Runner {
       length(this.core.list("force_w_n")),
       length(this.core.list("torque_w_nm")),
       Math.hypot(goal[0] - felt[0], goal[1] - felt[1], goal[2] - felt[2]),
-      this.core.one("proxy_gap_m") as number,
+      this.core.one("situation") as number,
+      (this.core.one("work_units") as number) / Math.max(1, this.facts.maxWork),
+      this.core.one("energy_j") as number,
+      isMarked(this.core.one("flags") as number) ? 1 : 0,
     );
   }
 
