@@ -11,6 +11,30 @@ import {
 const [packages, executablePath, byHand, pictures] = process.argv.slice(2);
 const pages = await Pages.start(packages, executablePath, pictures);
 
+/** Waits until the core has run on for a while and the part is where it was. */
+async function standsStill(page) {
+  const look = () => page.evaluate(() => [document.getElementById("felt-position").textContent, Number(document.body.dataset.tick)]);
+  let [before, tick] = await look();
+  for (let k = 0; k < 200; ++k) {
+    await page.waitForTimeout(60);
+    const [now, newest] = await look();
+    if (now !== before) [before, tick] = [now, newest];
+    else if (newest > tick + 80) return;
+  }
+}
+
+/** Middle of the part in the picture, once it and the view stand still. */
+async function whereItStands(page) {
+  let before = await partAt(page);
+  for (let k = 0; k < 50; ++k) {
+    await page.waitForTimeout(200);
+    const now = await partAt(page);
+    if (Math.hypot(now.x - before.x, now.y - before.y) < 0.5) return now;
+    before = now;
+  }
+  return before;
+}
+
 const cases = {
   async "by hand: the peg is dragged over the hole and down, and is in by the core's word"() {
     const page = await pages.open(byHand);
@@ -21,10 +45,7 @@ const cases = {
     await page.locator("#physical").focus();
     await page.keyboard.press("u");
     for (let k = 0; k < 5; ++k) await page.keyboard.press("]");  // to the right is +x, away is +y
-    // Upright: its words say so, and stand still.
-    await page.waitForTimeout(1200);
-
-    const at = await partAt(page);
+    const at = await whereItStands(page);
     let x = box.x + at.x, y = box.y + at.y;
     await page.mouse.move(x, y);
     await page.mouse.down();
@@ -37,7 +58,7 @@ const cases = {
       x += Math.round(right / metresPerPixel / scale);
       y -= Math.round(up / metresPerPixel / scale);
       await page.mouse.move(x, y, { steps: 6 });
-      await page.waitForTimeout(250);
+      await standsStill(page);
       for (const key of keys) await page.keyboard.up(key);
     };
     /** To a place over the hole, coarsely and then finely, looking at the words. */
@@ -71,7 +92,7 @@ const cases = {
     assert.deepEqual(await feltAt(page), end, "a part that nobody drags has moved");
     await forceAbove(page, 0.4);
     // Pressed again: off the floor by 4 mm, and down again.
-    const again = await partAt(page);
+    const again = await whereItStands(page);
     x = box.x + again.x;
     y = box.y + again.y;
     await page.mouse.move(x, y);

@@ -46,6 +46,8 @@ class Runner {
   private pace = 1;
   private pictured = 0;
   private dirty = true;
+  /** the hand has moved: the tick that follows it is shown at once */
+  private urgent = false;
   private selected: { pair: number; node: number } | null = null;
   private handAt = 0;
   private link: LiveLink | null = null;
@@ -168,6 +170,7 @@ class Runner {
 
   private takeLive(chunk: Chunk, skips: boolean): void {
     this.said = chunk.state;
+    this.urgent ||= this.said.handStamp !== this.handAt;
     this.handAt = this.said.handStamp;
     this.dirty = true;
     if (skips) return;
@@ -190,6 +193,7 @@ class Runner {
       this.sample(this.samples);
     }
     this.behind = Math.max(0, chunk.written - this.account.expected);
+    this.showNewest(performance.now());
   }
 
   /** Computes the whole session, in portions, and keeps states to jump to. */
@@ -274,6 +278,9 @@ class Runner {
     this.handAt = at;
     if (this.mode !== "hand") this.setMode("hand");
     this.hand.want(target);
+    this.urgent = true;
+    this.dirty = false;  // what was computed before is not what the hand made
+    this.turn();
   }
 
   setMode(mode: Mode): void {
@@ -296,6 +303,12 @@ class Runner {
   }
 
   private loop(): void {
+    this.turn();
+    setTimeout(() => this.loop(), 4);
+  }
+
+  /** The ticks that are due, and a picture where it is time for one. */
+  private turn(): void {
     const now = performance.now();
     const passed = now - this.last;
     this.last = now;
@@ -307,12 +320,14 @@ class Runner {
       if (due + lost > 0) this.pace += 0.02 * (due / (due + lost) - this.pace);
       for (let k = 0; k < due && this.runs(); ++k) this.advance(k === due - 1);
     }
-    if (this.dirty && now - this.pictured >= kPicture_ms) {
-      this.picture();
-      this.pictured = now;
-      this.dirty = false;
-    }
-    setTimeout(() => this.loop(), 4);
+    this.showNewest(now);
+  }
+
+  private showNewest(now: number): void {
+    if (!this.dirty || (!this.urgent && now - this.pictured < kPicture_ms)) return;
+    this.picture();
+    this.pictured = now;
+    this.dirty = this.urgent = false;
   }
 
   private advance(report: boolean): void {
