@@ -166,6 +166,7 @@ class Page {
       this.strips.update(this.byHand(message.mode), message.samples, message.cut, message.time);
       this.picture = message;
       this.fresh = true;
+      this.send({ kind: "taken" });
     }
   }
 

@@ -114,7 +114,8 @@ export type ToWorker =
   | { kind: "mode"; mode: Mode }
   | { kind: "seek"; tick: number }
   | { kind: "select"; selected: { pair: number; node: number } | null }
-  | { kind: "restart" };
+  | { kind: "restart" }
+  | { kind: "taken" };
 
 export type FromWorker =
   | { kind: "loaded"; scene: SceneFacts }

@@ -10,6 +10,8 @@ import { DamagedPage, Recording } from "./recording";
 import { isMarked } from "./words";
 
 const kPicture_ms = 15;
+/** the same, while a hand moves the part */
+const kUrgent_ms = 7;
 /** Ticks that may be made up for at once; the rest is lost and shows as pace below 1. */
 const kMostLate = 60;
 const kCheckedAtOnce = 400;
@@ -48,6 +50,8 @@ class Runner {
   private dirty = true;
   /** the hand has moved: the tick that follows it is shown at once */
   private urgent = false;
+  /** a picture is on its way: a page that draws slowly gets fewer, and none waits for another */
+  private underWay = false;
   private selected: { pair: number; node: number } | null = null;
   private handAt = 0;
   private link: LiveLink | null = null;
@@ -324,10 +328,18 @@ class Runner {
   }
 
   private showNewest(now: number): void {
-    if (!this.dirty || (!this.urgent && now - this.pictured < kPicture_ms)) return;
+    if (!this.dirty || this.underWay) return;
+    if (now - this.pictured < (this.urgent ? kUrgent_ms : kPicture_ms)) return;
+    this.underWay = true;
     this.picture();
     this.pictured = now;
     this.dirty = this.urgent = false;
+  }
+
+  /** The page has the picture. */
+  taken(): void {
+    this.underWay = false;
+    this.showNewest(performance.now());
   }
 
   private advance(report: boolean): void {
@@ -418,4 +430,5 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
   if (message.kind === "seek") runner.seek(message.tick);
   if (message.kind === "select") runner.select(message.selected);
   if (message.kind === "restart") runner.restart();
+  if (message.kind === "taken") runner.taken();
 };
