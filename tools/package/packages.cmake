@@ -38,15 +38,17 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 
-# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [CONTROL ..] [ANY_MACHINE])
+# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [RECOMMENDS ..] [CONTROL ..]
+#                [ANY_MACHINE])
 function(haptic_package component name section summary description)
-  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS" "CONTROL")
+  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS;RECOMMENDS" "CONTROL")
   string(TOUPPER ${component} key)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_SECTION ${section} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_DEPENDS "${given_DEPENDS}" PARENT_SCOPE)
+  set(CPACK_DEBIAN_${key}_PACKAGE_RECOMMENDS "${given_RECOMMENDS}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_CONTROL_EXTRA "${given_CONTROL}" PARENT_SCOPE)
   if(given_ANY_MACHINE)
     set(CPACK_DEBIAN_${key}_PACKAGE_ARCHITECTURE all PARENT_SCOPE)
@@ -78,7 +80,9 @@ haptic_package(lab haptic-lab science "6-DOF haptic rendering of contact: the la
   DEPENDS "haptic-tools ${same}")
 haptic_package(python python3-haptic python "6-DOF haptic rendering of contact: Python package"
   "import haptic: compile meshes, replay motions, run a servo loop; over\nlibhaptic0."
-  DEPENDS "python3 (>= 3.9), python3-numpy, libhaptic0 (>= ${PROJECT_VERSION})" ANY_MACHINE)
+  DEPENDS "python3 (>= 3.9), python3-numpy, libhaptic0 (>= ${PROJECT_VERSION})" RECOMMENDS "python3-matplotlib"
+  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/python/postinst;${CMAKE_CURRENT_SOURCE_DIR}/debian/python/prerm"
+  ANY_MACHINE)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
