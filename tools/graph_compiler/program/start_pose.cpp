@@ -262,13 +262,19 @@ class StartSearch {
   }
 
   std::optional<StartCollision> run() {
+    std::optional<StartCollision> found = at({0, 0, 0});
+    if (found && has_surface(obstacles_[found->fixed])) found->free_move_m = shortest_free_move();
+    return found;
+  }
+
+  /// With the moving part shifted by `by`: one that involves a surface first.
+  [[nodiscard]] std::optional<StartCollision> at(const Point3& by) const {
     std::optional<StartCollision> found;
     for (const bool of_surfaces : {true, false}) {
       for (std::size_t i = 0; i < obstacles_.size() && !found; ++i) {
-        if (has_surface(obstacles_[i]) == of_surfaces) found = collision({0, 0, 0}, i);
+        if (has_surface(obstacles_[i]) == of_surfaces) found = collision(by, i);
       }
     }
-    if (found && has_surface(obstacles_[found->fixed])) found->free_move_m = shortest_free_move();
     return found;
   }
 
@@ -514,12 +520,29 @@ std::optional<StartCollision> start_collision(const StartShape& moving,
   return StartSearch(moving, fixed).run();
 }
 
+class StartPlaces::Search : public StartSearch {
+ public:
+  using StartSearch::StartSearch;
+};
+
+StartPlaces::StartPlaces(const StartShape& moving, const std::vector<StartShape>& fixed)
+    : search_(std::make_unique<Search>(moving, fixed)) {}
+StartPlaces::~StartPlaces() = default;
+
+std::optional<StartCollision> StartPlaces::collision(const Point3& by) const {
+  return search_->at(by);
+}
+
+std::string collision_place_text(const StartCollision& c, const StartShape& fixed) {
+  return (c.inside ? "lies inside " + fixed.mesh + ", or that inside it,"
+                   : "meets " + face_of(c.fixed_face) + " of " + fixed.mesh + " with its own " +
+                         face_of(c.face)) +
+         " near " + place_of(c.place_m);
+}
+
 std::string start_collision_text(const StartCollision& c, const StartShape& fixed,
                                  const std::array<double, 3>& position_m) {
-  const std::string what = c.inside ? "lies inside " + fixed.mesh + ", or that inside it,"
-                                    : "meets " + face_of(c.fixed_face) + " of " + fixed.mesh +
-                                          " with its own " + face_of(c.face);
-  const std::string text = "the start pose " + what + " near " + place_of(c.place_m) + " in W; ";
+  const std::string text = "the start pose " + collision_place_text(c, fixed) + " in W; ";
   if (!c.free_move_m) return text + "the part is pushed out at the first tick, or give another";
   const Point3 free = vec::add(position_m, *c.free_move_m);
   return text + formatted("position_m = [%.9g, %.9g, %.9g] is free, %.3g m away", free[0] + 0.0,
