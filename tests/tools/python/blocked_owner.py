@@ -44,7 +44,8 @@ def move_plate(s, begin, wanted, least_s):
         time.sleep(0.02)
 
 
-scene = haptic.compile(box(0.02, 0.02, 0.02), box(0.1, 0.1, 0.01), unit="m", start=(0, 0, 0.035), stiffness=500)
+plate = haptic.Part(box(0.1, 0.1, 0.08), unit="m", at=(0, 0, -0.035))  # its top is at 5 mm
+scene = haptic.compile(box(0.02, 0.02, 0.02), plate, unit="m", start=(0, 0, 0.035), stiffness=500)
 with haptic.Session(scene, history=300) as s:
     s.hand.move_to(z=-0.030, seconds=0.5)  # some 8 N: four ticks of the device's slew
     begin = time.monotonic()

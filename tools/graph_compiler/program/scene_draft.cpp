@@ -133,7 +133,8 @@ struct WayOut {
 };
 
 /// All six, the best first: fewest collisions, then upwards, then the shortest.
-std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Places& places) {
+std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Places& places,
+                             const std::function<void(double fraction)>& tell) {
   constexpr std::array<std::array<int, 3>, 6> kDirections{
       {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}}};
   std::vector<WayOut> ways;
@@ -148,6 +149,8 @@ std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Places& places
       Point3 p{};
       p[axis] = direction[axis] * std::max(0.0, way.apart_m) * k / places.samples();
       way.collisions += places.collides(p) ? 1 : 0;
+      tell((static_cast<double>(ways.size()) + static_cast<double>(k) / places.samples()) /
+           static_cast<double>(kDirections.size()));
     }
     ways.push_back(way);
   }
@@ -303,19 +306,22 @@ SceneDraft draft_scene(const DraftRequest& request) {
   scene.file = scene.name = request.name;
   scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
   scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
-  scene.parameters.goal_contact = 0;  // surfaces have none; places are asked about one by one
   scene.moving = part_of(meshes[0], draft.scale_to_m);
   // Clear of the others, as every start must be; the places asked about are others.
   scene.moving.position_m[2] = std::max(0.0, fixed_box.high[2] - moving_box.low[2] + size_m);
   for (std::size_t k = 1; k < meshes.size(); ++k)
     scene.statics.push_back(part_of(meshes[k], draft.scale_to_m));
   CompileOptions options;
-  options.keep_start_shapes = true;
+  options.for_questions = true;
+  options.progress = request.progress;
   const CompiledScene compiled = compile_scene(scene, options);
   Places places(compiled, vec::scaled(scene.moving.position_m, -1.0));
 
   const auto as_filed = places.verdict({0.0, 0.0, 0.0});
-  const WayOut way = ways_out(moving_box, fixed_box, places).front();
+  const WayOut way = ways_out(moving_box, fixed_box, places, [&](double fraction) {
+                       if (request.progress)
+                         request.progress(request.name, "looking for a way out", fraction);
+                     }).front();
   draft.way = way.direction;
   const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;

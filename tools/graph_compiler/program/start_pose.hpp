@@ -72,6 +72,8 @@ struct StartCollision {
 std::optional<StartCollision> start_collision(const StartShape& moving,
                                               const std::vector<StartShape>& fixed);
 
+class StartSearch;
+
 /// The same question at many places. The shapes outlive it.
 class StartPlaces {
  public:
@@ -84,8 +86,7 @@ class StartPlaces {
   [[nodiscard]] std::optional<StartCollision> collision(const Point3& by) const;
 
  private:
-  class Search;
-  std::unique_ptr<Search> search_;
+  std::unique_ptr<StartSearch> search_;
 };
 
 /// "meets face 3 of block.stl with its own face 12 near (0, 0, 0.1) m", with the part before it.
