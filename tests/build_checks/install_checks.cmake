@@ -78,7 +78,9 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
       -DVERSION=${PROJECT_VERSION} -DLACKS=bin/host_lab -P ${checks}/packages.cmake)
     haptic_build_probe(packages.probe_version "there is no package libhaptic0 of version 0.0.1" ${packages} -DMADE=ON
       -DVERSION=0.0.1 -P ${checks}/packages.cmake)
-    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_version
+    haptic_build_probe(packages.probe_script "haptic-tools: lacks the script preinst" ${packages} -DMADE=ON
+      -DVERSION=${PROJECT_VERSION} -DLACKS_SCRIPT=preinst -P ${checks}/packages.cmake)
+    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_script build_checks.packages.probe_version
       PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
   endif()
 endif()
