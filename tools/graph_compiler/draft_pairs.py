@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well `graph_compiler init` guesses: the unit and the start of many pairs of meshes.
 
-draft_pairs.py FOLDER [--program graph_compiler] [--out DIR] [--seconds N]
+draft_pairs.py FOLDER [--program graph_compiler] [--out DIR] [--seconds N] [--json]
 
 FOLDER has pairs.txt: a line a pair, `MOVING FIXED.. [= METRES_PER_UNIT]`, paths from FOLDER; # begins a comment. Each pair is
 drafted by `init`, and the draft is compiled, each within N seconds (default 120). A start is found where the draft
 compiles: the compiler refuses a start that is not free. DIR gets the drafts and scenes; default: nothing is kept.
+--json: a line a pair, and one of the counts.
 Exit code: 0 every start was found and every unit that is stated was guessed, 1 not, 2 usage.
 """
 
 import argparse
+import json
 import pathlib
 import re
 import subprocess
@@ -65,6 +67,7 @@ def main():
     parser.add_argument("--program", default="graph_compiler")
     parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
     pairs = list(pairs_of(given.folder))
     found, right, stated, longest = 0, 0, 0, 0.0
@@ -78,12 +81,19 @@ def main():
             guessed = unit is not None and truth is not None and abs(unit / truth - 1) < 1e-6
             right += guessed
             longest = max(longest, drafting)
+            if given.json:
+                row = {"meshes": meshes, "metres_per_unit": unit, "stated": truth, "found": text}
+                print(json.dumps({**row, "draft_s": drafting, "compile_s": compiling}), flush=True)
+                continue
             mark = "" if truth is None or unit is None else " right" if guessed else f" WRONG ({truth:g})"
             print(
                 f"{index:3d} of {len(pairs)} {drafting:6.1f} s {compiling:6.1f} s  "
                 f"{'unit ' + format(unit, 'g') if unit is not None else 'unit stated by the file':24s}{mark:6s}  {' '.join(meshes)}: {text}",
                 flush=True,
             )
+    if given.json:
+        print(json.dumps({"pairs": len(pairs), "starts": found, "units_stated": stated, "units_right": right}))
+        return 0 if found == len(pairs) and right == stated else 1
     print(f"starts found: {found} of {len(pairs)}; units guessed right: {right} of {stated}; longest draft {longest:.1f} s")
     return 0 if found == len(pairs) and right == stated else 1
 

@@ -31,7 +31,7 @@ struct Arguments {
   std::size_t max_reflex = 0, max_pieces = 0;
   bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
   bool has_simplify = false, disjoint = false, propose = false, quiet = false, no_prune = false,
-       certified = false, progress = false;
+       certified = false, progress = false, json = false;
 };
 
 std::string header_of(const CompiledScene& compiled, const Arguments& arguments) {
@@ -87,16 +87,16 @@ int compile(const Arguments& arguments) {
     header = header_of(compiled, arguments);
     files.push_back({arguments.traits, std::as_bytes(std::span(header))});
   }
+  if (has_report || arguments.json) json = report_as_json(compiled);
   if (has_report) {
-    json = report_as_json(compiled);
     files.push_back({arguments.report, std::as_bytes(std::span(json))});
   }
   write_files(files);
   for (const std::string& warning : warnings_of(compiled)) {
     std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
   }
-  if (!arguments.quiet) {
-    const std::string text = report_as_text(compiled);
+  if (arguments.json || !arguments.quiet) {
+    const std::string text = arguments.json ? json : report_as_text(compiled);
     std::fwrite(text.data(), 1, text.size(), stdout);
   }
   return kExitDone;
@@ -162,6 +162,7 @@ int main(int argc, char** argv) {
                "refuse a scene if one of its ticks may have to give up exactness");
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
+  app.add_flag("--json", arguments.json, "the report as JSON on stdout instead of the summary");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   const auto run = [&] {
     arguments.has_tolerance = tolerance->count() > 0;

@@ -217,7 +217,7 @@ def exact(case, track, turn_stiffness):
     tried = np.stack([energy(low + s * (high - low))[0] for s in steps])
     at = steps[tried.argmin(axis=0)]
     low, high = low + (at - steps[1]) * 0.06, low + (at + steps[1]) * 0.06
-    for _ in range(60):
+    for _ in range(40):
         a, b = low + (high - low) / 3, high - (high - low) / 3
         left = energy(a)[0] <= energy(b)[0]
         low, high = np.where(left, low, a), np.where(left, b, high)
