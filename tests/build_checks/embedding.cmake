@@ -1,20 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-# Rule: a project that adds this one as a folder gets the libraries alone, and none of our flags in its own code.
-# cmake -DPROJECT=<folder of that project> -DROOT=<this project> -DFOLDER=<build> -DCOMPILER=<c++> [-DLEAK=ON] -P embedding.cmake
+# Rule: a project that adds this one, as a folder or by FetchContent, gets the libraries alone, no tests and nothing to install,
+# and none of our flags in its own code. Says what is built, and what flags the project's own code has.
+# cmake -DPROJECT=<folder of that project> -DROOT=<this project> -DFOLDER=<build> -DCOMPILER=<c++> [-DFETCH=ON] [-DLEAK=ON]
+#       [-DTOOLS=ON] -P embedding.cmake; LEAK, TOOLS: it asks for our flags, our programs
 cmake_minimum_required(VERSION 3.25)
 
 file(REMOVE_RECURSE ${FOLDER})
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${PROJECT} -B ${FOLDER} -G Ninja -DHAPTIC_ROOT=${ROOT} -DLEAK=${LEAK}
-  -DCMAKE_CXX_COMPILER=${COMPILER} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${PROJECT} -B ${FOLDER} -G Ninja -DHAPTIC_ROOT=${ROOT} -DFETCH=${FETCH}
+  -DLEAK=${LEAK} -DHAPTIC_BUILD_HAL=${TOOLS} -DHAPTIC_BUILD_TOOLS=${TOOLS} -DCMAKE_CXX_COMPILER=${COMPILER} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 set(violations)
+set(built)
 file(STRINGS ${FOLDER}/compile_commands.json commands REGEX "^ *\"command\": ")
 foreach(command IN LISTS commands)
   if(command MATCHES "/own\\.cpp\"")
+    string(REGEX MATCHALL " -[^ ]+" flags "${command}")
+    list(FILTER flags EXCLUDE REGEX "^ -(I|isystem|o|c)")
+    list(JOIN flags "" own_flags)
     if(command MATCHES " (-W[^ ]*|-f[^ ]*|-O[^ ]*|-m[^ ]*|-DEIGEN[^ ]*)")
       string(APPEND violations "  own.cpp is compiled with ${CMAKE_MATCH_1}\n")
     endif()
-  elseif(command MATCHES "(${ROOT}/(tests|host_sim|tools/(scene_inspect|run_device|graph_compiler/program))/[^ \"]*)")
-    string(APPEND violations "  ${CMAKE_MATCH_1} is built\n")
+  elseif(command MATCHES "${ROOT}/([^ \"]*)/[^/ \"]*\"?,?$" OR command MATCHES "/Unity/unity_in_([a-z_]+)_cxx\\.cxx")
+    list(APPEND built ${CMAKE_MATCH_1})
+  endif()
+endforeach()
+list(SORT built)
+list(REMOVE_DUPLICATES built)
+foreach(folder IN LISTS built)
+  string(REPLACE "/" "_" folder ${folder})
+  if(NOT folder MATCHES "^(rt_core|tools_graph_compiler_(graph|coupling))(_|$)")
+    string(APPEND violations "  ${folder} is built\n")
+  endif()
+endforeach()
+if(EXISTS ${FOLDER}/haptic/CTestTestfile.cmake OR EXISTS ${FOLDER}/CTestTestfile.cmake)
+  string(APPEND violations "  tests are registered\n")
+endif()
+file(GLOB_RECURSE scripts ${FOLDER}/haptic/cmake_install.cmake ${FOLDER}/_deps/cmake_install.cmake)
+foreach(script IN LISTS scripts)
+  file(STRINGS ${script} rules REGEX "file\\(INSTALL")
+  if(rules)
+    string(APPEND violations "  ${script} installs something\n")
   endif()
 endforeach()
 file(STRINGS ${FOLDER}/own.txt own)
@@ -27,3 +51,5 @@ endif()
 if(violations)
   message(FATAL_ERROR "embedding: a user's project is changed by ours\n${violations}")
 endif()
+list(JOIN built ", " built)
+message("embedding: built: ${built}; flags of the project's own code:${own_flags}")

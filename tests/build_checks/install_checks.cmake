@@ -30,6 +30,21 @@ if(HAPTIC_BUILD_TOOLS)
     -DLIST=${samples}/fewer_symbols.txt -P ${checks}/exported_symbols.cmake)
   haptic_build_probe(exported_symbols.probe_gone "haptic_gone: listed, but not exported" ${exported}
     -DLIST=${samples}/more_symbols.txt -P ${checks}/exported_symbols.cmake)
+
+  find_program(HAPTIC_ABIDIFF abidiff)
+  mark_as_advanced(HAPTIC_ABIDIFF)
+  set(interface ${CMAKE_COMMAND} -DHEADER=${PROJECT_SOURCE_DIR}/tools/library/haptic.h
+    -DMAP=${PROJECT_SOURCE_DIR}/tools/library/haptic.map -DC_COMPILER=${HAPTIC_CC} -DABIDIFF=${HAPTIC_ABIDIFF}
+    -DREFERENCE=${PROJECT_SOURCE_DIR}/tools/library/interface_0.abi)
+  haptic_build_check(interface ${interface} -DFOLDER=${samples}/interface -P ${checks}/interface.cmake)
+  if(HAPTIC_ABIDIFF)
+    haptic_build_probe(interface.probe_structure "'double gap_m' offset changed from 896 to 960" ${interface}
+      -DFOLDER=${samples}/interface_structure "-DFROM=double felt_pose[7]" "-DTO=double felt_pose[8]"
+      -P ${checks}/interface.cmake)
+    haptic_build_probe(interface.probe_number "'haptic_hold::HAPTIC_HOLD' from value '1' to '3'" ${interface}
+      -DFOLDER=${samples}/interface_number "-DFROM=HAPTIC_HOLD = 1" "-DTO=HAPTIC_HOLD = 3"
+      -P ${checks}/interface.cmake)
+  endif()
 endif()
 
 if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
@@ -63,7 +78,9 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
       -DVERSION=${PROJECT_VERSION} -DLACKS=bin/host_lab -P ${checks}/packages.cmake)
     haptic_build_probe(packages.probe_version "there is no package libhaptic0 of version 0.0.1" ${packages} -DMADE=ON
       -DVERSION=0.0.1 -P ${checks}/packages.cmake)
-    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_version
+    haptic_build_probe(packages.probe_script "haptic-tools: lacks the script preinst" ${packages} -DMADE=ON
+      -DVERSION=${PROJECT_VERSION} -DLACKS_SCRIPT=preinst -P ${checks}/packages.cmake)
+    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_script build_checks.packages.probe_version
       PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
   endif()
 endif()

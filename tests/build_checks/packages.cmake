@@ -2,7 +2,7 @@
 # Rule: the Debian packages are made, are of the project's version, have their files and no others', and lintian finds no
 # error in them.
 # cmake -DBUILD=<build> -DFOLDER=<work> -DVERSION=<x.y.z> -DCPACK=<cpack> [-DDPKG_DEB=<dpkg-deb>] [-DLINTIAN=<lintian>] [-DLACKS=<path>]
-#       [-DMADE=ON] -P packages.cmake; LACKS: a path that is wanted in haptic-tools too; MADE: they are in FOLDER already
+#       [-DLACKS_SCRIPT=<name>] [-DMADE=ON] -P packages.cmake; LACKS: what is wanted in haptic-tools too; MADE: they are in FOLDER already
 cmake_minimum_required(VERSION 3.25)
 
 if(NOT DPKG_DEB)
@@ -46,6 +46,21 @@ macro(package name)
   endif()
 endmacro()
 
+# runs(<package> <script>..): what dpkg runs when it comes or goes.
+macro(runs name)
+  file(GLOB file ${FOLDER}/${name}_${VERSION}_*.deb)
+  if(file)
+    execute_process(COMMAND ${DPKG_DEB} --ctrl-tarfile ${file} COMMAND tar -t OUTPUT_VARIABLE text
+      COMMAND_ERROR_IS_FATAL ANY)
+    foreach(script ${ARGN})
+      string(FIND "${text}" "./${script}\n" at)
+      if(at LESS 0)
+        string(APPEND violations "  ${name}: lacks the script ${script}\n")
+      endif()
+    endforeach()
+  endif()
+endmacro()
+
 set(files)
 package(libhaptic-core-dev include/haptic/rt_core/haptic_core.hpp lib/haptic/librt_core.a)
 package(libhaptic-hal-dev include/haptic/hal/drivers/driver.hpp lib/haptic/libhal.a)
@@ -55,6 +70,9 @@ package(haptic-tools bin/graph_compiler bin/scene_inspect bin/host_sim bin/run_d
   share/bash-completion/completions/run_device lib/udev/rules.d/60-haptic.rules lib/systemd/system/haptic-run.service
   lib/sysusers.d/haptic.conf lib/tmpfiles.d/haptic.conf ${LACKS})
 package(haptic-lab bin/host_lab share/man/man1/host_lab.1.gz)
+runs(haptic-tools postinst postrm ${LACKS_SCRIPT})
+runs(python3-haptic postinst prerm)
+runs(libhaptic0 triggers)
 package(python3-haptic lib/python3/dist-packages/haptic/__init__.py lib/python3/dist-packages/haptic/py.typed)
 
 # The unit starts the program that the package has.

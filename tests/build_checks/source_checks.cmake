@@ -25,6 +25,12 @@ set(embedding ${CMAKE_COMMAND} -DPROJECT=${checks}/probes/embedding -DROOT=${PRO
 haptic_build_check(embedding ${embedding} -DFOLDER=${samples}/embedding -P ${checks}/embedding.cmake)
 haptic_build_probe(embedding.probe_leak "own.cpp is compiled with -D" ${embedding} -DFOLDER=${samples}/embedding_leak
   -DLEAK=ON -P ${checks}/embedding.cmake)
+haptic_build_check(embedding_fetched ${embedding} -DFOLDER=${samples}/embedding_fetched -DFETCH=ON
+  -P ${checks}/embedding.cmake)
+if(HAPTIC_BUILD_TOOLS)
+  haptic_build_probe(embedding.probe_tools "is built" ${embedding} -DFOLDER=${samples}/embedding_tools -DTOOLS=ON
+    -P ${checks}/embedding.cmake)
+endif()
 
 function(haptic_tree_probe rule what path text expected)
   set(tree ${samples}/${rule}_${what})

@@ -86,6 +86,9 @@ haptic_peer_packages=(libccd-dev libbullet-dev)
 # What the tests of the Python package need; they are skipped where it is absent.
 haptic_python_packages=(python3-numpy)
 
+# What looks at the interface of the library and at the Debian packages; those checks are skipped where absent.
+haptic_release_packages=(abigail-tools lintian)
+
 # Libraries that read more mesh formats; such files are refused and their tests skipped where absent.
 haptic_import_packages=(libassimp-dev libtinyxml2-dev zlib1g-dev)
 

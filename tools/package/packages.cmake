@@ -38,15 +38,17 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 
-# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [CONTROL ..] [ANY_MACHINE])
+# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [RECOMMENDS ..] [CONTROL ..]
+#                [ANY_MACHINE])
 function(haptic_package component name section summary description)
-  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS" "CONTROL")
+  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS;RECOMMENDS" "CONTROL")
   string(TOUPPER ${component} key)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_SECTION ${section} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_DEPENDS "${given_DEPENDS}" PARENT_SCOPE)
+  set(CPACK_DEBIAN_${key}_PACKAGE_RECOMMENDS "${given_RECOMMENDS}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_CONTROL_EXTRA "${given_CONTROL}" PARENT_SCOPE)
   if(given_ANY_MACHINE)
     set(CPACK_DEBIAN_${key}_PACKAGE_ARCHITECTURE all PARENT_SCOPE)
@@ -65,20 +67,22 @@ haptic_package(hal libhaptic-hal-dev libdevel "6-DOF haptic rendering of contact
   DEPENDS "libhaptic-core-dev ${same}, libusb-1.0-0-dev, pkg-config")
 haptic_package(library libhaptic0 libs "6-DOF haptic rendering of contact: the C interface"
   "Meshes to a compiled scene, the tick, and a servo loop in a thread of\nthe library."
-  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/library/triggers")
+  CONTROL ${CMAKE_CURRENT_SOURCE_DIR}/debian/library/triggers)
 haptic_package(dev libhaptic-dev libdevel "6-DOF haptic rendering of contact: header of the C interface"
   "haptic.h (C99), for pkg-config and find_package(haptic COMPONENTS library)."
   DEPENDS "libhaptic0 ${same}, libhaptic-core-dev ${same}")
 haptic_package(tools haptic-tools science "6-DOF haptic rendering of contact: the programs"
   "graph_compiler compiles meshes, scene_inspect explains a scene, host_sim\nreplays motions, run_device drives a device; with rules for udev and a\nservice."
   DEPENDS "systemd"
-  CONTROL "${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postinst;${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postrm")
+  CONTROL ${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postinst ${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postrm)
 haptic_package(lab haptic-lab science "6-DOF haptic rendering of contact: the laboratory"
   "host_lab verifies the core, times it and compares it with other methods."
   DEPENDS "haptic-tools ${same}")
 haptic_package(python python3-haptic python "6-DOF haptic rendering of contact: Python package"
   "import haptic: compile meshes, replay motions, run a servo loop; over\nlibhaptic0."
-  DEPENDS "python3 (>= 3.9), python3-numpy, libhaptic0 (>= ${PROJECT_VERSION})" ANY_MACHINE)
+  DEPENDS "python3 (>= 3.9), python3-numpy, libhaptic0 (>= ${PROJECT_VERSION})" RECOMMENDS "python3-matplotlib"
+  CONTROL ${CMAKE_CURRENT_SOURCE_DIR}/debian/python/postinst ${CMAKE_CURRENT_SOURCE_DIR}/debian/python/prerm
+  ANY_MACHINE)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)

@@ -133,6 +133,23 @@ TEST_SUITE("tools.scene_draft") {
     CHECK(bench.says(odd, "are both in the same unit?"));
   }
 
+  TEST_CASE("a sheet, which has no depth, is left along the way with the fewest collisions") {
+    DraftBench bench;
+    std::ofstream(bench.hole) << "v -30 -30 0\nv 30 -30 0\nv 30 30 0\nv -30 30 0\nf 1 2 3 4\n";
+    write_boxes(bench.peg, {{{-9, -9, -5}, {9, 9, 35}}});
+    const SceneDraft across = bench.draft();
+    CHECK(across.way == std::array<int, 3>{0, 0, 1});
+    CHECK(across.start_m[2] > 0.005);
+    CHECK(bench.says(across, "free of all fixed parts, by an exact test of their facets"));
+    CHECK(bench.says(across, "the part meets face 1 of " + bench.hole));
+    CHECK(bench.says(across, "of 50 places colliding"));
+    write_boxes(bench.peg, {{{-9, -9, 5}, {9, 9, 35}}});
+    const SceneDraft above = bench.draft();
+    CHECK(bench.says(above, "free of all fixed parts"));
+    CHECK_FALSE(bench.says(above, "where the files have it the part"));
+    CHECK_FALSE(bench.says(above, "no straight way"));
+  }
+
   TEST_CASE("a file that states its unit is not scaled; the unit of the others is guessed") {
     if (!haptic::tools::can_import()) {
       MESSAGE("skipped: built without assimp, tinyxml2 or zlib");

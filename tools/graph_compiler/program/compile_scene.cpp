@@ -569,6 +569,14 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
   check_law(scene, parts);
   check_start(scene, parts);
+  if (options.for_questions) {
+    const bool all_solid = std::ranges::none_of(
+        parts, [](const CompiledPart& part) { return part.report.is_surface(); });
+    description.parameters.goal_contact = all_solid ? 1 : 0;
+    result.start_shapes.push_back(start_shape_of(parts[0], scene.moving));
+    for (std::size_t i = 0; i < scene.statics.size(); ++i)
+      result.start_shapes.push_back(start_shape_of(parts[i + 1], scene.statics[i]));
+  }
   for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
 
   WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);

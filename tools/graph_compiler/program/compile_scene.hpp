@@ -15,6 +15,7 @@
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/polyhedron/decomposition.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/program/steady_work.hpp"
 #include "tools/graph_compiler/pruning/pruning_account.hpp"
 #include "tools/graph_compiler/simplify/edge_collapse.hpp"
@@ -60,12 +61,13 @@ struct PartReport {
 struct CompiledScene {
   std::vector<std::byte> bytes;
   SceneFile scene;
-  std::vector<PartReport> parts;     ///< moving part first
-  SceneAccount account;              ///< of the pieces, moving part first
-  PruningAccount pruning;            ///< which basic contacts are needed
-  std::vector<std::string> notes;    ///< on coupling, friction and size
-  std::optional<SteadyWork> steady;  ///< absent: the scene has no motion limits
-  double write_s = 0.0;              ///< bounds, graph and blob
+  std::vector<PartReport> parts;         ///< moving part first
+  SceneAccount account;                  ///< of the pieces, moving part first
+  PruningAccount pruning;                ///< which basic contacts are needed
+  std::vector<std::string> notes;        ///< on coupling, friction and size
+  std::vector<StartShape> start_shapes;  ///< where they start, moving part first; where asked for
+  std::optional<SteadyWork> steady;      ///< absent: the scene has no motion limits
+  double write_s = 0.0;                  ///< bounds, graph and blob
 };
 
 struct CompileOptions {
@@ -77,7 +79,10 @@ struct CompileOptions {
   std::optional<double> simplify_m;         ///< before that of every part
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
   bool propose_tolerance = false;           ///< try which one meets the budget of the rate
-  bool image = false;                       ///< for a core that is compiled for this scene
+  /// For questions about places: start shapes are kept and, of solids alone, the core can be asked
+  /// for the contact at the goal, whatever the scene file says.
+  bool for_questions = false;
+  bool image = false;  ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;

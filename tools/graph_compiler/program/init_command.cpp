@@ -12,6 +12,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/progress_line.hpp"
 #include "tools/graph_compiler/program/scene_draft.hpp"
 
 namespace haptic::tools {
@@ -21,7 +22,7 @@ struct InitArguments {
   std::string moving, output;
   std::vector<std::string> fixed;
   double scale_to_m = 0.0, stiffness_n_per_m = 800.0;
-  bool has_scale = false;
+  bool has_scale = false, progress = false;
 };
 
 int init(const InitArguments& arguments) {
@@ -41,7 +42,12 @@ int init(const InitArguments& arguments) {
   request.stiffness_n_per_m = arguments.stiffness_n_per_m;
   request.folder = output.parent_path();
   request.name = request.moving.stem().string();
+  ProgressLine line(arguments.progress || is_terminal(stderr));
+  request.progress = [&](const std::string& mesh, const char* step, double fraction) {
+    line.show(mesh, step, fraction);
+  };
   const SceneDraft draft = draft_scene(request);
+  line.clear();
   write_files({{output, std::as_bytes(std::span(draft.toml))}});
   for (const std::string& remark : draft.remarks) std::printf("%s\n", remark.c_str());
   std::printf("next: graph_compiler %s -o %s\n", arguments.output.c_str(),
@@ -68,6 +74,8 @@ int run_init(int argc, const char* const* argv) {
   app.add_option("--stiffness", arguments.stiffness_n_per_m,
                  "stiffness that the hand feels [N/m]; default 800")
       ->check(positive_number());
+  app.add_flag("--progress", arguments.progress,
+               "show progress, also if standard error is not a terminal");
   const Command commands[] = {{&app,
                                [&] {
                                  arguments.has_scale = scale->count() > 0;

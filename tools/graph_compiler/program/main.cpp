@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// graph_compiler SCENE.toml -o SCENE.rtscene: from meshes to a scene that the servo loop reads in
 /// place.
-#include <unistd.h>
-
 #include <CLI/App.hpp>
-#include <chrono>
 #include <cstdio>
 #include <span>
 #include <stdexcept>
@@ -16,6 +13,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/progress_line.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/init_command.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
@@ -33,36 +31,7 @@ struct Arguments {
   std::size_t max_reflex = 0, max_pieces = 0;
   bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
   bool has_simplify = false, disjoint = false, propose = false, quiet = false, no_prune = false,
-       certified = false, progress = false;
-};
-
-/// One line on a terminal, from the second second on: nothing for quick scenes, and nothing in log
-/// files unless asked for.
-class ProgressLine {
- public:
-  void show(const std::string& mesh, const char* step, double fraction) {
-    if (!enabled_) return;
-    const auto now = std::chrono::steady_clock::now();
-    if (now - begin_ < std::chrono::seconds(1) || now - last_ < std::chrono::milliseconds(100)) {
-      return;
-    }
-    last_ = now;
-    shown_ = true;
-    std::fprintf(stderr, "\r\033[K%s: %s %3.0f %%", mesh.c_str(), step, 100.0 * fraction);
-    std::fflush(stderr);
-  }
-  void clear() {
-    if (shown_) std::fputs("\r\033[K", stderr);
-    shown_ = false;
-  }
-  ~ProgressLine() { clear(); }
-  explicit ProgressLine(bool enabled) : enabled_(enabled) {}
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
- private:
-  bool enabled_ = false, shown_ = false;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now(), last_ = begin_;
+       certified = false, progress = false, json = false;
 };
 
 std::string header_of(const CompiledScene& compiled, const Arguments& arguments) {
@@ -81,7 +50,7 @@ int compile(const Arguments& arguments) {
   claim_output(arguments.report, "--report");
   claim_output(arguments.traits, "--traits");
   const SceneFile scene = read_scene_file(arguments.scene);
-  ProgressLine line(arguments.progress || (!arguments.quiet && ::isatty(STDERR_FILENO) == 1));
+  ProgressLine line(arguments.progress || (!arguments.quiet && is_terminal(stderr)));
   CompileOptions options;
   if (arguments.has_tolerance) options.plane_tolerance_m = arguments.plane_tolerance_m;
   if (arguments.has_reflex) options.max_reflex = arguments.max_reflex;
@@ -118,16 +87,16 @@ int compile(const Arguments& arguments) {
     header = header_of(compiled, arguments);
     files.push_back({arguments.traits, std::as_bytes(std::span(header))});
   }
+  if (has_report || arguments.json) json = report_as_json(compiled);
   if (has_report) {
-    json = report_as_json(compiled);
     files.push_back({arguments.report, std::as_bytes(std::span(json))});
   }
   write_files(files);
   for (const std::string& warning : warnings_of(compiled)) {
     std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
   }
-  if (!arguments.quiet) {
-    const std::string text = report_as_text(compiled);
+  if (arguments.json || !arguments.quiet) {
+    const std::string text = arguments.json ? json : report_as_text(compiled);
     std::fwrite(text.data(), 1, text.size(), stdout);
   }
   return kExitDone;
@@ -193,6 +162,7 @@ int main(int argc, char** argv) {
                "refuse a scene if one of its ticks may have to give up exactness");
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
+  app.add_flag("--json", arguments.json, "the report as JSON on stdout instead of the summary");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   const auto run = [&] {
     arguments.has_tolerance = tolerance->count() > 0;

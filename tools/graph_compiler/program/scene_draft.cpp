@@ -12,6 +12,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 namespace haptic::tools {
@@ -22,7 +23,8 @@ constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
 constexpr double kOddRatio = 200.0;
 /// Between the boxes of the parts at the start, as a share of the moving part.
 constexpr double kStartMargin = 0.1;
-constexpr int kSamples = 200;  ///< of a way out
+constexpr int kSamples = 200;        ///< of a way out
+constexpr int kSurfaceSamples = 50;  ///< of one where a part is a surface: each costs milliseconds
 
 struct Box {
   std::array<double, 3> low{}, high{};
@@ -60,10 +62,18 @@ struct PlaceVerdict {
   double d_near_m = 0.0;   ///< negative: how deep they overlap
 };
 
-/// Asks the core for the exact verdict at any place of the part.
-class Prober {
+/// Exact answers at any place of the part, its axes as filed.
+class Places {
  public:
-  explicit Prober(const CompiledScene& compiled) : scene_(compiled.bytes) {
+  /// @param filed_m  from where the shapes of `compiled` have the part to where the files have it
+  Places(const CompiledScene& compiled, const Point3& filed_m)
+      : filed_m_(filed_m), scene_(compiled.bytes) {
+    for (const PartReport& part : compiled.parts) has_surface_ |= part.is_surface();
+    if (has_surface_) {
+      fixed_.assign(compiled.start_shapes.begin() + 1, compiled.start_shapes.end());
+      facets_.emplace(compiled.start_shapes[0], fixed_);
+      return;
+    }
     if (SceneView::open(scene_.span(), view_) != RtStatus::kOk)
       throw std::logic_error("the scene just written does not open");
     state_ = SceneBytes(HapticCore::state_bytes(view_));
@@ -71,9 +81,11 @@ class Prober {
       throw std::logic_error("the core refuses the scene just written");
   }
 
-  /// Absent: the scene has too many pairs for that.
-  [[nodiscard]] std::optional<PlaceVerdict> at(const std::array<double, 3>& p) {
-    if (!view_.lists_pairs()) return std::nullopt;
+  [[nodiscard]] bool has_surface() const { return has_surface_; }
+
+  /// Verdict of every pair. Absent: a part is a surface, or the scene has too many pairs for that.
+  [[nodiscard]] std::optional<PlaceVerdict> verdict(const Point3& p) {
+    if (has_surface_ || !view_.lists_pairs()) return std::nullopt;
     core_->reset();
     StepInput input;
     input.pose_wa.p_wa =
@@ -88,21 +100,41 @@ class Prober {
     return verdict;
   }
 
+  /// Of facets; with solids alone: none.
+  [[nodiscard]] std::optional<StartCollision> collision(const Point3& p) const {
+    if (!facets_) return std::nullopt;
+    return facets_->collision(vec::add(filed_m_, p));
+  }
+
+  [[nodiscard]] bool collides(const Point3& p) {
+    if (has_surface_) return collision(p).has_value();
+    const auto found = verdict(p);
+    return found && !found->separated && found->d_near_m < 0;
+  }
+  [[nodiscard]] int samples() const { return has_surface_ ? kSurfaceSamples : kSamples; }
+
+  [[nodiscard]] const StartShape& fixed(std::size_t index) const { return fixed_[index]; }
+
  private:
+  Point3 filed_m_;
+  bool has_surface_ = false;
   SceneBytes scene_, state_;
   SceneView view_;
   HapticCore* core_ = nullptr;
+  std::vector<StartShape> fixed_;
+  std::optional<StartPlaces> facets_;
 };
 
 /// A straight way along an axis, until the boxes are apart.
 struct WayOut {
   std::array<int, 3> direction{};
   double apart_m = 0.0;  ///< at which the boxes are apart; negative: they are already
-  int collisions = 0;    ///< of kSamples places on it
+  int collisions = 0;    ///< of Places::samples() places on it
 };
 
 /// All six, the best first: fewest collisions, then upwards, then the shortest.
-std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Prober& prober) {
+std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Places& places,
+                             const std::function<void(double fraction)>& tell) {
   constexpr std::array<std::array<int, 3>, 6> kDirections{
       {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}}};
   std::vector<WayOut> ways;
@@ -113,11 +145,12 @@ std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Prober& prober
         std::ranges::find_if(direction, [](int x) { return x != 0; }) - direction.begin());
     way.apart_m = direction[axis] > 0 ? fixed.high[axis] - moving.low[axis]
                                       : moving.high[axis] - fixed.low[axis];
-    for (int k = 0; k < kSamples; ++k) {
-      std::array<double, 3> p{};
-      p[axis] = direction[axis] * std::max(0.0, way.apart_m) * k / kSamples;
-      const auto verdict = prober.at(p);
-      way.collisions += verdict && !verdict->separated && verdict->d_near_m < 0 ? 1 : 0;
+    for (int k = 0; k < places.samples(); ++k) {
+      Point3 p{};
+      p[axis] = direction[axis] * std::max(0.0, way.apart_m) * k / places.samples();
+      way.collisions += places.collides(p) ? 1 : 0;
+      tell((static_cast<double>(ways.size()) + static_cast<double>(k) / places.samples()) /
+           static_cast<double>(kDirections.size()));
     }
     ways.push_back(way);
   }
@@ -278,25 +311,43 @@ SceneDraft draft_scene(const DraftRequest& request) {
   scene.moving.position_m[2] = std::max(0.0, fixed_box.high[2] - moving_box.low[2] + size_m);
   for (std::size_t k = 1; k < meshes.size(); ++k)
     scene.statics.push_back(part_of(meshes[k], draft.scale_to_m));
-  const CompiledScene compiled = compile_scene(scene, {});
-  Prober prober(compiled);
+  CompileOptions options;
+  options.for_questions = true;
+  options.progress = request.progress;
+  const CompiledScene compiled = compile_scene(scene, options);
+  Places places(compiled, vec::scaled(scene.moving.position_m, -1.0));
 
-  const auto as_filed = prober.at({0.0, 0.0, 0.0});
-  const WayOut way = ways_out(moving_box, fixed_box, prober).front();
+  const auto as_filed = places.verdict({0.0, 0.0, 0.0});
+  const WayOut way = ways_out(moving_box, fixed_box, places, [&](double fraction) {
+                       if (request.progress)
+                         request.progress(request.name, "looking for a way out", fraction);
+                     }).front();
   draft.way = way.direction;
   const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
-  const auto start = prober.at(draft.start_m);
-  if (!as_filed || !start) {
+  const auto start = places.verdict(draft.start_m);
+  const std::string place =
+      away_m > 0 ? length_text(away_m) + " along " + way_text(way.direction) + " from where"
+                 : std::string("where");
+  if (places.has_surface()) {
+    if (places.collision(draft.start_m))
+      throw std::logic_error("parts whose boxes are apart have facets that meet");
+    draft.remarks.push_back("start: " + place +
+                            " the files have the part; free of all fixed parts, by an exact test "
+                            "of their facets");
+    if (const auto filed = places.collision({0.0, 0.0, 0.0})) {
+      draft.remarks.push_back("where the files have it the part " +
+                              collision_place_text(*filed, places.fixed(filed->fixed)) +
+                              "; a part that is larger than its hole, or was not drawn in its "
+                              "place, cannot go there");
+    }
+  } else if (!as_filed || !start) {
     draft.remarks.push_back(
         "the parts have too many pieces for a verdict here; the start is free since their boxes "
         "are apart");
   } else if (!start->separated) {
     throw std::logic_error("parts whose boxes are apart are not separated");
   } else {
-    const std::string place =
-        away_m > 0 ? length_text(away_m) + " along " + way_text(way.direction) + " from where"
-                   : std::string("where");
     draft.remarks.push_back("start: " + place +
                             " the files have the part; free of all fixed parts, by the exact "
                             "verdict of every pair");
@@ -312,7 +363,7 @@ SceneDraft draft_scene(const DraftRequest& request) {
         "no straight way along an axis leads out without a collision; the best "
         "is " +
         way_text(way.direction) + ", with " + std::to_string(way.collisions) + " of " +
-        std::to_string(kSamples) + " places colliding");
+        std::to_string(places.samples()) + " places colliding");
   }
   draft.toml = text_of(request, draft, unit, meshes);
   return draft;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct DraftRequest {
   double stiffness_n_per_m = 800.0;
   std::filesystem::path folder;  ///< of the scene file: paths of meshes count from it
   std::string name;
+  /// As of CompileOptions.
+  std::function<void(const std::string& mesh, const char* step, double fraction)> progress;
 };
 
 /// A unit of length that files have.

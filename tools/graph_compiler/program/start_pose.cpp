@@ -199,9 +199,11 @@ TriangleCorners shifted(const TriangleCorners& t, const Point3& by) {
   return {vec::add(t[0], by), vec::add(t[1], by), vec::add(t[2], by)};
 }
 
+}  // namespace
+
 /// One static part, ready for questions at many places of the moving one.
-struct Obstacle {
-  explicit Obstacle(const StartShape& fixed)
+struct StartObstacle {
+  explicit StartObstacle(const StartShape& fixed)
       : shape(&fixed),
         tree(boxes_of(fixed.triangles)),
         box(box_of(fixed.triangles)),
@@ -215,6 +217,8 @@ struct Obstacle {
   bool has_mouth = false;       ///< for the moving part
   bool part_has_mouth = false;  ///< the moving part has one for this
 };
+
+namespace {
 
 bool passes(const StartShape& part, const StartShape::Opening& opening) {
   return part.extent_m[0] <= opening.wide_m && part.extent_m[1] <= opening.long_m;
@@ -246,6 +250,8 @@ bool lies_in_open_shell(const std::vector<Point3>& points, const Point3& by,
   return 2 * enclosed > points.size();
 }
 
+}  // namespace
+
 class StartSearch {
  public:
   StartSearch(const StartShape& moving, const std::vector<StartShape>& fixed)
@@ -255,25 +261,31 @@ class StartSearch {
         interior_(moving.shells, kOnShell * box_.diagonal()),
         open_interior_(moving.open_facets, moving.rim, kOnShell * box_.diagonal()) {
     for (const StartShape& shape : fixed) {
-      Obstacle& o = obstacles_.emplace_back(shape);
+      StartObstacle& o = obstacles_.emplace_back(shape);
       o.has_mouth = has_mouth(shape, o.open_interior, moving);
       o.part_has_mouth = has_mouth(moving, open_interior_, shape);
     }
   }
 
   std::optional<StartCollision> run() {
-    std::optional<StartCollision> found;
-    for (const bool of_surfaces : {true, false}) {
-      for (std::size_t i = 0; i < obstacles_.size() && !found; ++i) {
-        if (has_surface(obstacles_[i]) == of_surfaces) found = collision({0, 0, 0}, i);
-      }
-    }
+    std::optional<StartCollision> found = at({0, 0, 0});
     if (found && has_surface(obstacles_[found->fixed])) found->free_move_m = shortest_free_move();
     return found;
   }
 
+  /// With the moving part shifted by `by`: one that involves a surface first.
+  [[nodiscard]] std::optional<StartCollision> at(const Point3& by) const {
+    std::optional<StartCollision> found;
+    for (const bool of_surfaces : {true, false}) {
+      for (std::size_t i = 0; i < obstacles_.size() && !found; ++i) {
+        if (has_surface(obstacles_[i]) == of_surfaces) found = collision(by, i);
+      }
+    }
+    return found;
+  }
+
  private:
-  [[nodiscard]] bool has_surface(const Obstacle& o) const {
+  [[nodiscard]] bool has_surface(const StartObstacle& o) const {
     return moving_.is_surface || o.shape->is_surface;
   }
 
@@ -293,12 +305,12 @@ class StartSearch {
   BoxTree tree_;
   ShellInterior interior_;
   OpenShellInterior open_interior_;
-  std::vector<Obstacle> obstacles_;
+  std::vector<StartObstacle> obstacles_;
 };
 
 /// With the moving part shifted by `by`.
 std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size_t index) const {
-  const Obstacle& o = obstacles_[index];
+  const StartObstacle& o = obstacles_[index];
   vec::Box all = box_;
   all.low = vec::add(all.low, by);
   all.high = vec::add(all.high, by);
@@ -334,7 +346,7 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
 
 /// A pair of facets that meet, or of solids that cross.
 std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_t index) const {
-  const Obstacle& o = obstacles_[index];
+  const StartObstacle& o = obstacles_[index];
   const bool touching_counts = has_surface(o);
   std::vector<std::uint32_t> near;
   const auto meet = [&](std::size_t i, std::size_t k) -> std::optional<StartCollision> {
@@ -387,7 +399,7 @@ std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_
 /// A distance along `direction` after which the box of the moving part is beyond all others.
 double StartSearch::clear_distance(const Point3& direction) const {
   vec::Box others;
-  for (const Obstacle& o : obstacles_) {
+  for (const StartObstacle& o : obstacles_) {
     others.include(o.box.low);
     others.include(o.box.high);
   }
@@ -412,7 +424,7 @@ Point3 StartSearch::shortest_free_move() const {
     }
   }
   vec::Box others;
-  for (const Obstacle& o : obstacles_) {
+  for (const StartObstacle& o : obstacles_) {
     others.include(o.box.low);
     others.include(o.box.high);
   }
@@ -446,6 +458,8 @@ Point3 StartSearch::shortest_free_move() const {
   }
   return move;
 }
+
+namespace {
 
 std::string place_of(const Point3& p) {
   return formatted("(%.6g, %.6g, %.6g) m", p[0] + 0.0, p[1] + 0.0, p[2] + 0.0);
@@ -514,12 +528,24 @@ std::optional<StartCollision> start_collision(const StartShape& moving,
   return StartSearch(moving, fixed).run();
 }
 
+StartPlaces::StartPlaces(const StartShape& moving, const std::vector<StartShape>& fixed)
+    : search_(std::make_unique<StartSearch>(moving, fixed)) {}
+StartPlaces::~StartPlaces() = default;
+
+std::optional<StartCollision> StartPlaces::collision(const Point3& by) const {
+  return search_->at(by);
+}
+
+std::string collision_place_text(const StartCollision& c, const StartShape& fixed) {
+  return (c.inside ? "lies inside " + fixed.mesh + ", or that inside it,"
+                   : "meets " + face_of(c.fixed_face) + " of " + fixed.mesh + " with its own " +
+                         face_of(c.face)) +
+         " near " + place_of(c.place_m);
+}
+
 std::string start_collision_text(const StartCollision& c, const StartShape& fixed,
                                  const std::array<double, 3>& position_m) {
-  const std::string what = c.inside ? "lies inside " + fixed.mesh + ", or that inside it,"
-                                    : "meets " + face_of(c.fixed_face) + " of " + fixed.mesh +
-                                          " with its own " + face_of(c.face);
-  const std::string text = "the start pose " + what + " near " + place_of(c.place_m) + " in W; ";
+  const std::string text = "the start pose " + collision_place_text(c, fixed) + " in W; ";
   if (!c.free_move_m) return text + "the part is pushed out at the first tick, or give another";
   const Point3 free = vec::add(position_m, *c.free_move_m);
   return text + formatted("position_m = [%.9g, %.9g, %.9g] is free, %.3g m away", free[0] + 0.0,

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,6 +72,25 @@ struct StartCollision {
 std::optional<StartCollision> start_collision(const StartShape& moving,
                                               const std::vector<StartShape>& fixed);
 
+class StartSearch;
+
+/// The same question at many places. The shapes outlive it.
+class StartPlaces {
+ public:
+  StartPlaces(const StartShape& moving, const std::vector<StartShape>& fixed);
+  ~StartPlaces();
+  StartPlaces(const StartPlaces&) = delete;
+  StartPlaces& operator=(const StartPlaces&) = delete;
+
+  /// Of the part moved by `by` from where its shape is, in W; without `free_move_m`.
+  [[nodiscard]] std::optional<StartCollision> collision(const Point3& by) const;
+
+ private:
+  std::unique_ptr<StartSearch> search_;
+};
+
+/// "meets face 3 of block.stl with its own face 12 near (0, 0, 0.1) m", with the part before it.
+std::string collision_place_text(const StartCollision& collision, const StartShape& fixed);
 /// "the part starts across face 3 of block.stl (its own face 12) near (0, 0, 0.1) m; ..." for
 /// messages, with the nearest free start position.
 std::string start_collision_text(const StartCollision& collision, const StartShape& fixed,
