@@ -96,7 +96,7 @@ double gap_along(const Vector& n, const WorkloadPose& pose, const Solid& a, cons
 
 WorkloadPose pose_of(const KeyPlan& plan, const Solid& a, const Solid& b) {
   const Vector& n = plan.b.direction;
-  Rotation q = Rotation::FromTwoVectors(plan.a.direction, -n);
+  Rotation q = turn_between(plan.a.direction, -n);
   q = Rotation(Eigen::AngleAxisd(plan.twist_rad, n)) * q;
   const Vector axis = across(n, plan.tilt_axis).normalized();
   q = (Rotation(Eigen::AngleAxisd(plan.tilt_rad, axis)) * q).normalized();

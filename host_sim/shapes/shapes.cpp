@@ -245,6 +245,11 @@ std::vector<std::byte> scene_of(const Solid& a, std::span<const Solid> pieces, d
   return scene_with(a, pieces, parameters, max_pair_visits);
 }
 
+// Out of line: of what Eigen looks for an axis with, a compiler has for seconds.
+Rotation turn_between(const Vector& from, const Vector& to) {
+  return Rotation::FromTwoVectors(from, to);
+}
+
 Pose pose_at(const Vector& p, const Rotation& q) {
   Pose pose;
   pose.p_wa = p.cast<Real>();

@@ -93,6 +93,9 @@ struct PartAmongSolids {
                                               std::uint32_t max_pair_visits = kDefaultPairVisits);
 
 [[nodiscard]] Pose pose_at(const Vector& p, const Rotation& q);
+/// The shortest turn that takes `from` along `to`; neither is zero. Opposite to each other, about
+/// some axis across.
+[[nodiscard]] Rotation turn_between(const Vector& from, const Vector& to);
 [[nodiscard]] MotionSample sample_at(double t_s, const Vector& p, const Rotation& q);
 
 // Scenes of the bodies made here, with every parameter of the rendering chosen by the caller.

@@ -72,21 +72,17 @@ std::vector<double> ramp(double step_n, std::size_t periods) {
 
 TEST_SUITE("host_sim.process_matrix") {
   TEST_CASE("a fault of each process with force on: what the device was handed") {
+    // One of each way to fail and to be noticed, some four seconds each; all faults are in the long
+    // form.
     const std::vector<std::pair<ProcessVictim, std::string>> chosen = {
-        {ProcessVictim::kServo, "none"},
         {ProcessVictim::kServo, "SIGKILL"},
         {ProcessVictim::kServo, "SIGSTOP"},
         {ProcessVictim::kServo, "scribbles 0x41"},
-        {ProcessVictim::kSpare, "SIGSTOP"},
         {ProcessVictim::kServoAndSpare, "SIGSTOP"},
-        {ProcessVictim::kGuardian, "SIGHUP"},
-        {ProcessVictim::kGuardian, "SIGSEGV"},
         {ProcessVictim::kGuardian, "SIGKILL"},
         {ProcessVictim::kGuardian, "SIGSTOP"},
         {ProcessVictim::kZeroKeeper, "SIGKILL"},
-        {ProcessVictim::kGroup, "SIGTERM"},
         {ProcessVictim::kTerminal, "closed"},
-        {ProcessVictim::kSecondProgram, "starts"},
         {ProcessVictim::kSecondDevice, "takes its place"},
         {ProcessVictim::kLogReader, "stops reading, then SIGTERM"}};
     ProcessMatrixOptions options;

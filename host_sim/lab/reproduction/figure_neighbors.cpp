@@ -38,7 +38,7 @@ std::string picture(const PairView& pair, const NamedContacts& named,
                     const std::array<std::string, 4>& lines, const std::string& counts) {
   SvgPage page(980, 520, "A type-B basic contact and some of its G-neighbors, as Fig. 8");
   const Solid a = paper_tetrahedron(), b = paper_box();
-  const Rotation q = Rotation::FromTwoVectors(a.vertices[named.v1], Vector(0.02, -0.03, -1.0));
+  const Rotation q = turn_between(a.vertices[named.v1], Vector(0.02, -0.03, -1.0));
   const Vector x = Vector(0.03, -0.01, 0.04) - q * a.vertices[named.v1];
   const Camera camera({1.0, -0.55, 0.6}, Vector::UnitZ(), {0, 0, 0.03}, {260, 285}, 2100);
   std::vector<Facet> facets_b = facets_of(b, Vector::Zero(), Rotation::Identity());

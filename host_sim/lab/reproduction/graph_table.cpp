@@ -105,7 +105,7 @@ Vector PoseSweep::point_of_face(const PieceView& piece, std::uint32_t face) {
 
 Rotation PoseSweep::turned(const Vector& from, const Vector& to) {
   const Rotation yaw(Eigen::AngleAxisd(random_.uniform(0.0, 6.283185307179586), to));
-  return yaw * Rotation::FromTwoVectors(from, to);
+  return yaw * turn_between(from, to);
 }
 
 SweepPose PoseSweep::placed(const Rotation& q, const Vector& point_a, const Vector& point_b,

@@ -102,7 +102,7 @@ constexpr double kSide_m = 0.06, kTop_m = 0.04;  // of the box
 
 /// Turns corner 0 of the tetrahedron, which is on its z axis, towards -x -z.
 Rotation corner_down() {
-  return Rotation::FromTwoVectors(Vector::UnitZ(), Vector(-1.0, 0.02, -1.0).normalized());
+  return turn_between(Vector::UnitZ(), Vector(-1.0, 0.02, -1.0).normalized());
 }
 
 NearTotals rise_past_top(bool lowered) {
