@@ -105,6 +105,28 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     remember_active();
     return PassEnd::kDone;
   }
+  // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
+  // turn all planes keep their normals: straight towards the goal and out of what is in the way.
+  const auto without_turn = [&](Step& way) {
+    const Real far = std::sqrt(error.translation_m.squaredNorm());
+    const Real most = std::min(scale.step_m, way_left_m_);
+    const Real s = far > most ? most / far : Real{1};
+    way = step_by(s * error.translation_m, Vec3::Zero());
+    return correct(way, tick) && affordable(way);
+  };
+  if (ok && short_ && !is_fixed() && cones_.empty() && has_budget(tick)) {
+    // Such edges let no longer step be found that turns.
+    const Real short_j = end_j;
+    Step way;
+    if (without_turn(way) && end_j < short_j) {
+      step = way;
+      short_ = false;
+    } else {
+      tick.spent = false;
+      if (!check(step, -scale.tolerance_m / 2, tick).ok) return end_spent();
+      end_j = short_j;
+    }
+  }
   if (!ok) ok = correct(step, tick) && affordable(step);
   if (tick.spent) return end_spent();
   if (!ok) {
@@ -116,15 +138,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
       ok = check(step, kCorrectedShare * -scale.tolerance_m, tick).ok && affordable(step);
     }
   }
-  if (!ok) {
-    // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
-    // turn all planes keep their normals: straight towards the goal and out of what is in the way.
-    const Real far = std::sqrt(error.translation_m.squaredNorm());
-    const Real most = std::min(scale.step_m, way_left_m_);
-    const Real s = far > most ? most / far : Real{1};
-    step = step_by(s * error.translation_m, Vec3::Zero());
-    ok = correct(step, tick) && affordable(step);
-  }
+  if (!ok) ok = without_turn(step);
   if (tick.spent) return end_spent();
   remember_active();
   if (!ok) {
