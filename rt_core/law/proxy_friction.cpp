@@ -118,9 +118,7 @@ Vec3 Proxy::slip_of(const FrictionCone& cone, const Vec3& dx_m,
 void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
   if (cones_.empty()) return;
   for (; cone_programs_ < kMaxConePrograms; ++cone_programs_) {
-    const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
-    Vec3 dtheta = Vec3::Zero();
-    if (!is_fixed()) dtheta = last_qp_.z.tail<3>() / secant_.length_m + error.rotation_rad;
+    const auto [dx, dtheta] = asked(error);
     const auto against = [&](std::uint32_t k, const Vec3& slip) {
       Vec3 t = -(cones_[k].slid_w + slip);
       for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {

@@ -290,6 +290,9 @@ class Proxy {
   void remember_active() noexcept;
   [[nodiscard]] bool stay_still(Step& step, ProxyTick& tick) noexcept;
   void feel(ProxyTick& tick) noexcept;
+  [[nodiscard]] PoseError asked(const PoseError& error) const noexcept;
+  [[nodiscard]] PoseError bounded(const PoseError& error, Real tolerance_m,
+                                  ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
   [[nodiscard]] bool choice_is_due() noexcept;
   [[nodiscard]] bool is_still(const Step& step) const noexcept;
@@ -394,6 +397,7 @@ class Proxy {
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row
   BoundedList<FrictionCone> cones_, last_cones_;  ///< of this pass and of the one before
   std::uint32_t cone_programs_ = 0;               ///< of this pass, that cuts asked for
+  std::uint32_t bound_programs_ = 0;              ///< and that bounds of the way and turn did
   std::span<std::uint8_t> row_cone_;              ///< index of the cone of each row
   std::span<Real> lanes_;                         ///< A's vertices turned to p_
   std::span<std::size_t> lanes_begin_;
