@@ -9,6 +9,11 @@
 // the cone of a point, that of the point's own slip is added and the program solved again. The cone
 // is convex: the solution, the point of it that is closest to the origin, moves no farther than the
 // goal does, so that tremor gives no more force than the spring makes of it.
+//
+// A cone lifts a point that slides by mu |dp_t|, and the next pass lets it down again. Where the
+// planes are not parallel, as in a thread, it slides down them then, and its friction would be
+// against that alone. So slip is that of the whole tick: with the slip s of its earlier passes a
+// cone is n.dp - mu (|s + dp_t| - |s|) >= -gap.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -22,13 +27,12 @@ namespace {
 /// Share of mu |dp_t| by which the rows may leave out a cone: 1 - cos of the angle between a slip
 /// and the nearest half space, 0.014 rad.
 constexpr Real kConeShare = 1.0e-3_r;
-/// The same as a share of the whole pull, for a pair that has slid in this tick: what later passes
-/// let it slide is the rest of what the first one lifted it by, and short.
-constexpr Real kForceShare = 1.0e-4_r;
 /// Cosine and sine of the angle between a direction and those at its sides, 0.2 rad.
 constexpr Real kAlong = 0.9800665778412416_r, kAside = 0.1986693307950612_r;
 /// A pull at a point below this share of the region's height has no direction.
 constexpr Real kLeastPull = 1.0e-3_r;
+/// A way or slip of so many lengths of a move that ends the tick has a direction.
+constexpr Real kOwnWay = 4;
 /// Cosine of the angle below which two directions are one, 0.014 rad.
 constexpr Real kOneDirection = 1 - 1.0e-4_r;
 /// Slip of a tick that counts, over the length of a move that ends the tick.
@@ -42,8 +46,8 @@ void Proxy::begin_cones() noexcept {
   cone_programs_ = 0;
 }
 
-/// The cone of a contact point with five of its half spaces, one against the pull at the point, and
-/// that of the last cut.
+/// The cone of a contact point with five of its half spaces, one against its slip or pull, and that
+/// of the last cut.
 bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& normal_w, Real least_m,
                      const PoseError& error) noexcept {
   FrictionCone cone;
@@ -63,8 +67,18 @@ bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& norma
     kept = last.direction_w - normal_w * normal_w.dot(last.direction_w);
     break;
   }
-  // Of a point with hardly any pull the last direction stays: tremor gives it none.
-  const Vec3 pull = slip_of(cone, error.translation_m, error.rotation_rad);
+  // Against the slip of the tick so far, or the way that the goal has come and the part has not, or
+  // the pull: on planes that are not parallel the pull at a point is mostly into the others. Of a
+  // point with hardly any the last direction stays: tremor gives it none.
+  cone.slid_w = slip_of(cone, slid_.translation_m, slid_.rotation_rad);
+  cone.slid_m = std::sqrt(cone.slid_w.squaredNorm());
+  const auto is_way = [&](const Vec3& way) {
+    return way.squaredNorm() >
+           kOwnWay * kOwnWay * parameters_.scale.last_m * parameters_.scale.last_m;
+  };
+  Vec3 pull = cone.slid_w;
+  if (!is_way(pull)) pull = slip_of(cone, way_.translation_m, way_.rotation_rad);
+  if (!is_way(pull)) pull = slip_of(cone, error.translation_m, error.rotation_rad);
   Vec3 t = -pull;
   if (pull.squaredNorm() <
       kLeastPull * kLeastPull * parameters_.scale.manifold_m * parameters_.scale.manifold_m) {
@@ -85,7 +99,8 @@ bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& norma
                            Vec3(across - t / 2), Vec3(-across - t / 2)}) {
     if (!push_cone_row(cones_.size() - 1, side, error)) return false;
   }
-  return true;
+  // The way back is free of lift and would let the point sink.
+  return !(cone.slid_m > 0) || push_row(imposed, app_w, normal_w, least_m, error, kMaxQpRows);
 }
 
 /// What a motion of the part moves a point by along its plane.
@@ -103,12 +118,9 @@ Vec3 Proxy::slip_of(const FrictionCone& cone, const Vec3& dx_m,
 void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
   if (cones_.empty()) return;
   for (; cone_programs_ < kMaxConePrograms; ++cone_programs_) {
-    const Vec3 dx = last_qp_.z.head<3>() + error.translation_m;
-    Vec3 dtheta = Vec3::Zero();
-    if (!is_fixed()) dtheta = last_qp_.z.tail<3>() / secant_.length_m + error.rotation_rad;
-    const Real pulled = std::sqrt(last_qp_.z.squaredNorm());
+    const auto [dx, dtheta] = asked(error);
     const auto against = [&](std::uint32_t k, const Vec3& slip) {
-      Vec3 t = -slip;
+      Vec3 t = -(cones_[k].slid_w + slip);
       for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
         const std::uint32_t row = last_qp_.active[i];
         if (row_cone_[row] != k) continue;
@@ -120,19 +132,19 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
     for (std::uint32_t k = 0; k < cones_.size(); ++k) {
       FrictionCone& cone = cones_[k];
       const Vec3 slip = slip_of(cone, dx, dtheta);
-      const Real length = std::sqrt(slip.squaredNorm());
+      const Real length = std::sqrt((cone.slid_w + slip).squaredNorm());
+      const Real slides = length - cone.slid_m;
       Real rise = cone.normal_w.dot(dx);
       if (!is_fixed()) rise += cone.app_w.cross(cone.normal_w).dot(dtheta);
-      const ProxyPair& pair = pairs_[cone.pair];
-      const Real force_m = pair.slips && pair.quiet_ticks == 0 ? pulled : Real{0};
       const Real leave =
-          std::max({kConeShare * cone.friction * length, kForceShare * force_m, tolerance_m});
+          std::max(kConeShare * cone.friction * std::sqrt(slip.squaredNorm()), tolerance_m);
       const Real room = rise - cone.least_m;
-      if (!(cone.friction * length - room > leave)) continue;
+      if (!(cone.friction * slides - room > leave)) continue;
       Vec3 t = against(k, slip);
       const Real size = std::sqrt(t.squaredNorm());
       t /= size;
-      if (!(cone.friction * -t.dot(slip) - room > leave)) t = -slip / length;
+      const Real along = -t.dot(cone.slid_w + slip) - cone.slid_m;
+      if (!(cone.friction * along - room > leave)) t = -(cone.slid_w + slip) / length;
       if (!push_cone_row(k, t, error)) return;
       cone.direction_w = t;
       cut = true;
@@ -151,8 +163,9 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
 bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
                           const PoseError& error) noexcept {
   const FrictionCone& cone = cones_[at];
-  if (!push_row(cone.imposed, cone.app_w, cone.normal_w + cone.friction * direction_w, cone.least_m,
-                error, kMaxQpRows)) {
+  const Real turned_m = cone.slid_m + direction_w.dot(cone.slid_w);
+  if (!push_row(cone.imposed, cone.app_w, cone.normal_w + cone.friction * direction_w,
+                cone.least_m - cone.friction * turned_m, error, kMaxQpRows)) {
     return false;
   }
   row_cone_[rows_.size() - 1] = static_cast<std::uint8_t>(at);

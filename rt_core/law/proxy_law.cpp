@@ -92,6 +92,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   }
   const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
+  settled_tick_ = arena.take<ProxyTick>(1);
   near_pairs_.place(arena, scene, slots);
   if (scene.has_facets()) hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   list_visits_of_tick_ =
@@ -228,6 +229,10 @@ void Proxy::adapt_trust(PassEnd end) noexcept {
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
+  way_.translation_m -= step.dx_m;
+  way_.rotation_rad -= step.dtheta_rad;
+  slid_.translation_m += step.dx_m;
+  slid_.rotation_rad += step.dtheta_rad;
   const ProxyScale& scale = parameters_.scale;
   moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
                   step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
@@ -294,7 +299,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   } else if (goal.x0_w == goal_.x0_w && goal.q_wa.coeffs() == goal_.q_wa.coeffs()) {
     if (settled_) {
       settle_slip();
-      return settled_tick_;
+      return settled_tick_[0];
     }
     held_ = std::min(held_ + 1, kMostHeld);
     // Planes of an earlier pass can make a long way slow.
@@ -307,6 +312,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   }
   const bool chosen = choose_from_start_ || is_fixed();
   bound_move(goal);
+  if (cones_.capacity() > 0) way_ = error_of(goal, goal_);
+  slid_ = PoseError{};
   goal_ = goal;
   const double odometer = odometer_m();
   tick_motion_m_ = std::max(tick_motion_m_ / 2, static_cast<Real>(odometer - tick_start_m_));
@@ -360,12 +367,12 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
                      tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
   slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
   if (settled_) {
-    settled_tick_ = tick;
-    settled_tick_.passes = settled_tick_.rejected = 0;
-    settled_tick_.rounds = settled_tick_.rows = settled_tick_.qp_iterations = 0;
-    settled_tick_.plane_gaps = settled_tick_.valid_nodes = settled_tick_.full_searches = 0;
-    settled_tick_.search_work = settled_tick_.qp_programs = settled_tick_.qp_steps = 0;
-    settled_tick_.regions = 0;
+    ProxyTick& settled = settled_tick_[0] = tick;
+    settled.passes = settled.rejected = 0;
+    settled.rounds = settled.rows = settled.qp_iterations = 0;
+    settled.plane_gaps = settled.valid_nodes = settled.full_searches = 0;
+    settled.search_work = settled.qp_programs = settled.qp_steps = 0;
+    settled.regions = 0;
   }
   return tick;
 }

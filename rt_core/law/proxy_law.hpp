@@ -107,11 +107,14 @@ struct ImposedPlane {
   Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
 };
 
-/// A contact point with friction in the quadratic program: n.dp - mu |dp_t| >= least, with the
-/// motion dp of the point and its part dp_t along the plane.
+/// A contact point with friction in the quadratic program: n.dp - mu (|s + dp_t| - |s|) >= least,
+/// with the motion dp of the point, its part dp_t along the plane and the slip s of the tick so
+/// far.
 struct FrictionCone {
   Vec3 app_w = Vec3::Zero(), normal_w = Vec3::Zero();
   Vec3 direction_w = Vec3::Zero();  ///< unit, along the plane: against the slip
+  Vec3 slid_w = Vec3::Zero();       ///< s
+  Real slid_m = 0;                  ///< its length
   Real least_m = 0;
   Real friction = 0;
   std::uint32_t pair = 0;
@@ -287,6 +290,9 @@ class Proxy {
   void remember_active() noexcept;
   [[nodiscard]] bool stay_still(Step& step, ProxyTick& tick) noexcept;
   void feel(ProxyTick& tick) noexcept;
+  [[nodiscard]] PoseError asked(const PoseError& error) const noexcept;
+  [[nodiscard]] PoseError bounded(const PoseError& error, Real tolerance_m,
+                                  ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
   [[nodiscard]] bool choice_is_due() noexcept;
   [[nodiscard]] bool is_still(const Step& step) const noexcept;
@@ -374,21 +380,24 @@ class Proxy {
   bool may_close_ = true;  ///< in this tick: no pass that did was rejected
   Real worst_gap_m_ = 0;   ///< at p_, of the pairs in the list
   PoseError wish_;         ///< the step that the last program asked for
-  PoseError near_wish_;    ///< that of the last one without rows linearised at a step
-  std::uint64_t chosen_planes_ = 0;  ///< a hash of those last chosen from the start
-  std::uint32_t chosen_ago_ = 0;     ///< passes that have ended with them since
-  GripPose goal_;                    ///< of the last tick
-  std::uint32_t slow_ = 0;           ///< those that gained little, less the others
-  std::uint32_t held_ = 0;           ///< ticks in a row with this goal, to the bit
-  bool still_ = false;               ///< with it, nothing moved
-  bool choice_spent_ = false;        ///< nor did the budget suffice to choose the planes again
-  bool settled_ = false;             ///< nor can with planes chosen from the start
-  ProxyTick settled_tick_;           ///< its account
+  /// With friction: what the goal has moved by in this tick and p_ not yet, and what p_ has.
+  PoseError way_, slid_;
+  PoseError near_wish_;                ///< that of the last one without rows linearised at a step
+  std::uint64_t chosen_planes_ = 0;    ///< a hash of those last chosen from the start
+  std::uint32_t chosen_ago_ = 0;       ///< passes that have ended with them since
+  GripPose goal_;                      ///< of the last tick
+  std::uint32_t slow_ = 0;             ///< those that gained little, less the others
+  std::uint32_t held_ = 0;             ///< ticks in a row with this goal, to the bit
+  bool still_ = false;                 ///< with it, nothing moved
+  bool choice_spent_ = false;          ///< nor did the budget suffice to choose the planes again
+  bool settled_ = false;               ///< nor can with planes chosen from the start
+  std::span<ProxyTick> settled_tick_;  ///< its account; one
   FeltContact felt_;
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row
   BoundedList<FrictionCone> cones_, last_cones_;  ///< of this pass and of the one before
   std::uint32_t cone_programs_ = 0;               ///< of this pass, that cuts asked for
+  std::uint32_t bound_programs_ = 0;              ///< and that bounds of the way and turn did
   std::span<std::uint8_t> row_cone_;              ///< index of the cone of each row
   std::span<Real> lanes_;                         ///< A's vertices turned to p_
   std::span<std::size_t> lanes_begin_;

@@ -24,6 +24,10 @@ constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
 constexpr std::uint32_t kMostNearer = 3;
 /// Among facets a step uses up no more than this share of what the list of near pairs leaves.
 constexpr Real kListShare = 0.9_r;
+/// Programs of one round with rows for what p may move by. They are worth it where the way and the
+/// turn may be done to shares this far apart.
+constexpr std::uint32_t kMaxBoundsOfRound = 2;
+constexpr Real kHeldUp = 0.5_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -105,6 +109,28 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     remember_active();
     return PassEnd::kDone;
   }
+  // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
+  // turn all planes keep their normals: straight towards the goal and out of what is in the way.
+  const auto without_turn = [&](Step& way) {
+    const Real far = std::sqrt(error.translation_m.squaredNorm());
+    const Real most = std::min(scale.step_m, way_left_m_);
+    const Real s = far > most ? most / far : Real{1};
+    way = step_by(s * error.translation_m, Vec3::Zero());
+    return correct(way, tick) && affordable(way);
+  };
+  if (ok && short_ && !is_fixed() && cones_.empty() && has_budget(tick)) {
+    // Such edges let no longer step be found that turns.
+    const Real short_j = end_j;
+    Step way;
+    if (without_turn(way) && end_j < short_j) {
+      step = way;
+      short_ = false;
+    } else {
+      tick.spent = false;
+      if (!check(step, -scale.tolerance_m / 2, tick).ok) return end_spent();
+      end_j = short_j;
+    }
+  }
   if (!ok) ok = correct(step, tick) && affordable(step);
   if (tick.spent) return end_spent();
   if (!ok) {
@@ -116,15 +142,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
       ok = check(step, kCorrectedShare * -scale.tolerance_m, tick).ok && affordable(step);
     }
   }
-  if (!ok) {
-    // Edges almost parallel turn their plane by any angle at the least turn of the part. Without a
-    // turn all planes keep their normals: straight towards the goal and out of what is in the way.
-    const Real far = std::sqrt(error.translation_m.squaredNorm());
-    const Real most = std::min(scale.step_m, way_left_m_);
-    const Real s = far > most ? most / far : Real{1};
-    step = step_by(s * error.translation_m, Vec3::Zero());
-    ok = correct(step, tick) && affordable(step);
-  }
+  if (!ok) ok = without_turn(step);
   if (tick.spent) return end_spent();
   remember_active();
   if (!ok) {
@@ -264,10 +282,12 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real most_rad = scale.turn_rad;
   Real share = 1;  // of the program's step, where its way is not certified
   Real far = 0, turn = 0;
+  PoseError way;         // what the program asks for within what p may move by
   Real free_motion = 0;  // of the program without rows linearised at a step
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
   short_ = false;
+  bound_programs_ = 0;
   std::uint32_t nearer = 0;               // tries of a part of the step
   bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
@@ -298,11 +318,10 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       last_qp_ = solve_rows(tolerance, tick);
       cut_cones(error, tolerance, tick);
       if (last_qp_.capped) tick.limited = true;
-      wish_.translation_m = last_qp_.z.head<3>() + error.translation_m;
-      wish_.rotation_rad =
-          is_fixed() ? Vec3::Zero() : Vec3(last_qp_.z.tail<3>() / length + error.rotation_rad);
-      far = std::sqrt(wish_.translation_m.squaredNorm());
-      turn = std::sqrt(wish_.rotation_rad.squaredNorm());
+      wish_ = asked(error);
+      way = bounded(error, tolerance, tick);
+      far = std::sqrt(way.translation_m.squaredNorm());
+      turn = std::sqrt(way.rotation_rad.squaredNorm());
     }
     const Real motion = far + turn * parameters_.radius_m;
     if (!far_rows_) {
@@ -339,7 +358,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     if (!cones_.empty() && s * far <= scale.still_m && s_turn * turn <= scale.still_rad) {
       s = s_turn = 0;
     }
-    step = step_by(s * wish_.translation_m, s_turn * wish_.rotation_rad);
+    step = step_by(s * way.translation_m, s_turn * way.rotation_rad);
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
     const Check result = check(step, -scale.tolerance_m / 2, tick);
@@ -368,10 +387,10 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     // A plane past the end of its features is none of the contact that is to come: nearer to it the
     // right one shows.
     if (!meets(reached_[result.worst], step, tick)) {
-      const Real way = s * far + s_turn * turn * parameters_.radius_m;
+      const Real moved_m = s * far + s_turn * turn * parameters_.radius_m;
       const Real room = reached_[result.worst].gap_m;
       const Real least = nearer < kMostNearer ? kNearerShare : kLeastRoom;
-      share *= std::max(kRoomShare * std::min<Real>(room / way, 1), least);
+      share *= std::max(kRoomShare * std::min<Real>(room / moved_m, 1), least);
       nearer += 1;
       continue;
     }
@@ -383,6 +402,51 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   }
   tick.limited = true;
   return false;
+}
+
+/// The motion that the last program asks for.
+PoseError Proxy::asked(const PoseError& error) const noexcept {
+  PoseError wish;
+  wish.translation_m = last_qp_.z.head<3>() + error.translation_m;
+  if (!is_fixed()) {
+    wish.rotation_rad = last_qp_.z.tail<3>() / secant_.length_m + error.rotation_rad;
+  }
+  return wish;
+}
+
+/// The same where p is held and may not come so far in this tick: where its turn has to wait much
+/// more than its way, or the other way round, a row cuts off what is beyond, so that the one does
+/// not hold up the other.
+PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
+  PoseError way = wish_;
+  for (std::uint32_t k = 0; k < kMaxBoundsOfRound && bound_programs_ < kMaxBoundPrograms; ++k) {
+    if (is_fixed() || last_qp_.active_count == 0) break;
+    const Real far = std::sqrt(way.translation_m.squaredNorm());
+    const Real turn = std::sqrt(way.rotation_rad.squaredNorm());
+    const Real far_share = far > way_left_m_ ? way_left_m_ / far : Real{1};
+    const Real turn_share = turn > turn_left_rad_ ? turn_left_rad_ / turn : Real{1};
+    if (!(std::min(far_share, turn_share) < kHeldUp * std::max(far_share, turn_share))) break;
+    if (tick.units() > parameters_.work_units / 2) break;
+    QpRow row;
+    if (turn_share < far_share) {
+      const Vec3 along = way.rotation_rad / turn;
+      row.g.tail<3>() = -along;
+      row.h = secant_.length_m * (along.dot(error.rotation_rad) - turn_left_rad_);
+    } else {
+      const Vec3 along = way.translation_m / far;
+      row.g.head<3>() = -along;
+      row.h = along.dot(error.translation_m) - way_left_m_;
+    }
+    if (rows_.size() >= kMaxProxyRows || !rows_.push(row)) break;
+    row_plane_[rows_.size() - 1] = kMaxImposedPlanes;
+    if (!row_cone_.empty()) row_cone_[rows_.size() - 1] = kMaxFrictionCones;
+    bound_programs_ += 1;
+    const QpResult last = last_qp_;
+    last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
+    cut_cones(error, tolerance_m, tick);
+    way = asked(error);
+  }
+  return way;
 }
 
 /// The planes could not be chosen from the start for want of budget: those that hold p where it is
@@ -504,7 +568,9 @@ void Proxy::remember_active() noexcept {
   if (keeps_active_) return;
   active_.clear();
   for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
-    const ImposedPlane& plane = imposed_[row_plane_[last_qp_.active[k]]];
+    const std::uint32_t at = row_plane_[last_qp_.active[k]];
+    if (at >= imposed_.size()) continue;  // what p may move by
+    const ImposedPlane& plane = imposed_[at];
     bool known = false;
     for (const ImposedPlane& other : active_) {
       known = known || (other.pair == plane.pair && other.id == plane.id);

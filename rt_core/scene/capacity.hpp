@@ -106,9 +106,9 @@ constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots
          programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes;
 }
 
-/// The proxy's quadratic programs in one tick, at most. A pass solves one per round, and twice one
-/// per correction, whose rows are one for each pair; with friction kMaxConePrograms more.
-/// `friction`: of any body.
+/// The proxy's quadratic programs in one tick, at most. A pass solves one per round,
+/// kMaxBoundPrograms more, and twice one per correction, whose rows are one for each pair; with
+/// friction kMaxConePrograms more. `friction`: of any body.
 struct ProgramBounds {
   std::uint32_t rounds, rows, iterations, programs, steps;
 };
@@ -119,7 +119,8 @@ constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes
   const auto corrected =
       static_cast<std::uint32_t>(std::min<std::uint64_t>(pairs, kMaxFrictionRows));
   const std::uint32_t cones = friction ? kMaxConePrograms : 0;
-  const std::uint32_t programs = passes * (kRounds + 2 * kMaxCorrections + cones);
+  const std::uint32_t programs =
+      passes * (kRounds + kMaxBoundPrograms + 2 * kMaxCorrections + cones);
   return {kRounds, friction ? kMaxFrictionRows : std::max(kMaxProxyRows, corrected),
           kMaxQpIterations, programs, programs * kMaxQpIterations};
 }

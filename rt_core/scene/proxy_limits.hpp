@@ -15,6 +15,8 @@ inline constexpr std::uint32_t kMaxTouchingLooks = 8;
 /// Steps of one pass that are tried when no round has found one: displaced ones (twice), shorter
 /// ones.
 inline constexpr std::uint32_t kMaxCorrections = 3, kMaxBackOffs = 4;
+/// Programs that a pass solves again because p may not move as far in this tick as they ask.
+inline constexpr std::uint32_t kMaxBoundPrograms = 6;
 /// Planes in one quadratic program; its rows without friction.
 inline constexpr std::uint32_t kMaxImposedPlanes = 32;
 /// Planes that hold the proxy: a program has no more rows with a multiplier than unknowns.

@@ -68,7 +68,8 @@ TEST_SUITE("host_sim") {
     CHECK(height_m(records.back()) == doctest::Approx(0.0485).epsilon(1e-3));
     // Friction takes energy and nothing gives any; the nut stays free of the bolt.
     CHECK(most_delivered_j < 1e-5);
-    CHECK(records.back().delivered_j < -2e-3);
+    CHECK(records.back().delivered_j <
+          -1.5e-2);  // -2.0e-2; Coulomb's law of both flanks asks for 2.6e-2
     CHECK(worst_gap_m > -1e-6);
     CHECK_FALSE(total(records).runs_away());
     CHECK(total(records).contact_ticks > records.size() / 2);

@@ -70,6 +70,7 @@ TEST_SUITE("host_sim.surface_fuzz") {
   TEST_CASE("surfaces against the same solids: apart by the skin but where a part slips") {
     const SurfaceComparison compared = compare_surfaces(PartKind::kSurface, false, {2, false});
     INFO(surface_comparison_page(compared));
+    CHECK_FALSE(compared.failed());
     for (const SurfaceComparisonRow& row : compared.rows) {
       INFO(row.scene);
       CHECK(row.median_n < 1e-4);

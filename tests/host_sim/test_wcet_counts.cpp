@@ -55,7 +55,7 @@ TEST_SUITE("host_sim.wcet_counts") {
     constexpr ProgramBounds few = program_bounds(5, 3, false);
     CHECK(few.rounds == kProxyRounds + kProxyRetries * kProxyRetryRounds);
     CHECK(few.rows == kMaxProxyRows);
-    CHECK(few.programs == 3 * (few.rounds + 2 * kMaxCorrections));
+    CHECK(few.programs == 3 * (few.rounds + kMaxBoundPrograms + 2 * kMaxCorrections));
     CHECK(few.steps == few.programs * kMaxQpIterations);
     CHECK(program_bounds(5, 3, true).rows == kMaxFrictionRows);
     CHECK(program_bounds(5, 3, true).programs == few.programs + 3 * kMaxConePrograms);

@@ -105,6 +105,43 @@ Spin spin(double tremor_m, double count_m) {
   return {mean, std::sqrt(std::max(0.0, squares / kKept - mean * mean)) / mean, normal / kKept};
 }
 
+/// One side of a groove along x whose flanks rise at 45 degrees from the origin; `side`: 1 or -1.
+tools::Body flank(double side) {
+  const auto at = [&](double x, double y, double z) { return Point{x, side * y, z}; };
+  const std::vector<Point> vertices{at(-0.3, 0, 0), at(-0.3, 0.1, 0.1), at(-0.3, 0.1, -0.05),
+                                    at(0.3, 0, 0),  at(0.3, 0.1, 0.1),  at(0.3, 0.1, -0.05)};
+  std::vector<std::vector<std::uint32_t>> faces{
+      {0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}};
+  if (side < 0) {
+    for (auto& face : faces) std::ranges::reverse(face);
+  }
+  return convex_body(vertices, faces);
+}
+
+/// Force along a groove over mu N, with N of both flanks, of a square bar that is pressed into it
+/// and drawn along it.
+double groove_friction(double mu, double speed_m_per_s) {
+  ProxyBench bench(proxy_scene_of(
+      box({-0.02, -kHalfHeight_m, -kHalfHeight_m}, {0.02, kHalfHeight_m, kHalfHeight_m}),
+      {flank(1), flank(-1)}, mu));
+  const std::array<double, 4> on_edge{std::cos(std::numbers::pi / 8),
+                                      std::sin(std::numbers::pi / 8), 0, 0};
+  const double seat = std::numbers::sqrt2 * kHalfHeight_m;
+  for (int k = 0; k <= 160; ++k) {
+    static_cast<void>(bench.tick({0, 0, seat + 0.003 - 5e-5 * k}, on_edge));
+  }
+  double sum = 0;
+  constexpr int kMeasured = 50;
+  const int ticks = static_cast<int>(2 * mu * kDepth_m / (1e-3 * speed_m_per_s)) + 100;
+  for (int k = 0; k < ticks; ++k) {
+    const Pull pull =
+        pull_of(bench, bench.tick({1e-3 * speed_m_per_s * k, 0, seat - kDepth_m}, on_edge));
+    if (k < ticks - kMeasured) continue;
+    sum += pull.x_n / (mu * std::numbers::sqrt2 * pull.normal_n);
+  }
+  return sum / kMeasured;
+}
+
 }  // namespace
 
 TEST_SUITE("rt_core.proxy_friction") {
@@ -117,6 +154,18 @@ TEST_SUITE("rt_core.proxy_friction") {
       CHECK(worst.along <= 0.02);
       CHECK(worst.across <= 0.02);
       CHECK(worst.normal <= 0.002);
+    }
+  }
+
+  TEST_CASE("in a groove the force is mu times the normal forces of both flanks") {
+    for (const double mu : {0.15, 0.4}) {
+      for (const double speed : {0.01, 0.1}) {
+        CAPTURE(mu);
+        CAPTURE(speed);
+        const double share = groove_friction(mu, speed);
+        MESSAGE("mu " << mu << ", " << speed << " m/s: " << share);
+        CHECK(share == doctest::Approx(1).epsilon(0.005));
+      }
     }
   }
 

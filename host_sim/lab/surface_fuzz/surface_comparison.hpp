@@ -12,8 +12,11 @@
 
 namespace haptic::sim {
 
-/// Largest difference of the forces that passes [N].
-inline constexpr double kLargestForceDifference_n = 0.1;
+/// A larger difference of the forces is that of two parts of which one has slipped off an edge and
+/// the other not yet [N]; ticks in a row that it may last, and its share of all with a force.
+inline constexpr double kSlip_n = 1e-3;
+inline constexpr std::uint64_t kLongestSpell = 40;
+inline constexpr double kLargestShareApart = 0.25;
 
 struct SurfaceComparisonRow {
   std::string scene;
@@ -22,9 +25,12 @@ struct SurfaceComparisonRow {
   std::uint64_t ticks = 0, held = 0;  ///< held: with a force above 1 mN in either
   double largest_force_n = 0;
   double median_n = 0, p99_n = 0, largest_n = 0;  ///< of the difference, over the held ticks
+  std::uint64_t apart = 0, longest = 0;  ///< ticks above kSlip_n, and most of them in a row
+  double beside_n = 0;                   ///< largest difference in the other ticks
 
   [[nodiscard]] bool failed() const {
-    return held == 0 || !(largest_n <= kLargestForceDifference_n);
+    return held == 0 || longest > kLongestSpell ||
+           static_cast<double>(apart) > kLargestShareApart * static_cast<double>(held);
   }
 };
 

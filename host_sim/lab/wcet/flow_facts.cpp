@@ -79,6 +79,8 @@ void add_compiled(Facts& facts) {
   facts.add("kProxyRetries", kProxyRetries, "times that a pass tries within a smaller step");
   facts.add("kProxyRetryRounds", kProxyRetryRounds, "rounds of one such try");
   facts.add("kMaxCorrections", kMaxCorrections, "displaced steps that a pass tries, twice");
+  facts.add("kMaxBoundPrograms", kMaxBoundPrograms,
+            "programs that a pass solves again for what the part may move by");
   facts.add("kMaxBackOffs", kMaxBackOffs, "shortened steps that a pass tries");
   facts.add("kMaxFrictionCones", kMaxFrictionCones, "contact points with friction in one program");
   facts.add("kMaxConePrograms", kMaxConePrograms,
