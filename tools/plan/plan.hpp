@@ -15,15 +15,9 @@
 #include <vector>
 
 #include "rt_core/scene/scene_view.hpp"
+#include "tools/plan/plan_pose.hpp"
 
 namespace haptic::tools {
-
-struct PlanPose {
-  std::array<double, 3> x0_m{};
-  std::array<double, 4> q_wxyz{1, 0, 0, 0};  ///< unit within 1e-12
-
-  friend bool operator==(const PlanPose&, const PlanPose&) = default;
-};
 
 /// A plane between two convex pieces that turns at constant rate from `begin` to `end` during a
 /// step; both point from B's piece to A's and need not be unit.
