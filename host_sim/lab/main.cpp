@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
                                    sim::add_hold_command(program),
                                    sim::add_pareto_command(program),
                                    sim::add_pegs_command(program),
+                                   sim::add_planners_command(program),
                                    sim::add_proxy_fuzz_command(program),
                                    sim::add_rates_command(program),
                                    sim::add_reproduce_paper_command(program),

@@ -25,6 +25,10 @@ constexpr int kHalvings = 14;
 /// towards the other tree.
 constexpr std::uint64_t kKinds = 3;
 
+/// A push that contact has led over this share of its way is repeated, this often at the most.
+constexpr double kLedOn = 0.5;
+constexpr std::uint32_t kMostRepeats = 48;
+
 /// Moves of a node: towards the other root; along and about A's axes and W's; then along the lines
 /// that two planes leave.
 constexpr std::uint32_t kAxisMoves = 6, kFirstAxis = 1, kFirstTurn = kFirstAxis + 2 * kAxisMoves,
@@ -146,6 +150,7 @@ class Search {
     }
     std::size_t grown = 0;
     if (!grow(tree, from, target, ticks, grown)) return false;
+    if (kind == 0) grown = go_on(tree, from, target, grown);
     // The other tree reaches for what has grown.
     const PlanPose& reached = tree.nodes[grown].pose;
     const std::size_t near = nearest_node(other, reached);
@@ -189,6 +194,25 @@ class Search {
     last = tree.nodes.size();
     tree.nodes.push_back(std::move(node));
     return true;
+  }
+
+  /// A part that contact leads, as a nut on its thread, goes on as it was pushed while that leads
+  /// it on: on a screw the way to the other tree is long, and nothing but the turns shortens it.
+  [[nodiscard]] std::size_t go_on(Tree& tree, std::size_t from, const PlanPose& target,
+                                  std::size_t grown) {
+    const Vec3d turn = turn_between(tree.nodes[from].pose, target);
+    const Vec3d far = place_of(target) - place_of(tree.nodes[from].pose);
+    const double asked_m = distance_m(tree.nodes[from].pose, target);
+    for (std::uint32_t k = 0; k < kMostRepeats; ++k) {
+      const std::size_t last = grown;
+      const PlanPose& at = tree.nodes[last].pose;
+      const std::size_t before = k == 0 ? from : tree.nodes[last].parent;
+      if (tree.nodes[last].held.empty()) break;
+      if (distance_m(tree.nodes[before].pose, at) < kLedOn * asked_m) break;
+      const PlanPose next = plan_pose(place_of(at) + far, exp_of(turn) * turn_of(at));
+      if (!grow(tree, last, next, kPushTicks, grown)) break;
+    }
+    return grown;
   }
 
   [[nodiscard]] bool is_known(const Tree& tree, const Node& node) const {
