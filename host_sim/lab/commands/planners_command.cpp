@@ -33,7 +33,8 @@ Command add_planners_command(CLI::App& program) {
   const auto o = std::make_shared<PlannersArguments>();
   CLI::App* app = program.add_subcommand(
       "planners", "Compares the planner with those of OMPL, where it is built in, on puzzles.");
-  app->add_option("-o,--out", o->out, "folder for planning.md and planning.csv")->required();
+  app->add_option("-o,--out", o->out, "folder for the table, planning.md and planning.csv")
+      ->required();
   app->add_option("--seconds", o->options.seconds, "for one run (default 120)")
       ->check(tools::positive_number());
   app->add_option("--seeds", o->options.seeds, "runs of a planner on a puzzle (default 3)")

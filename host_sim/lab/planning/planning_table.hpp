@@ -35,7 +35,7 @@ struct PlanningRow {
 
 [[nodiscard]] std::vector<PlanningRow> run_planning(const PlanningOptions& options);
 
-/// planning.md and planning.csv.
+/// The table as a page and as CSV.
 [[nodiscard]] std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
                                                      const PlanningOptions& options);
 
