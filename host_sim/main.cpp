@@ -24,10 +24,10 @@ int main(int argc, char** argv) {
   CLI::App program("Host simulator: replays motions through the real-time core and shows them.",
                    "host_sim");
   const sim::Command commands[] = {
-      sim::add_motion_command(program), sim::add_play_command(program),
-      sim::add_replay_command(program), sim::add_run_command(program),
-      sim::add_serve_command(program),  sim::add_usb_device_command(program),
-      sim::add_view_command(program)};
+      sim::add_motion_command(program),     sim::add_plan_command(program),
+      sim::add_play_command(program),       sim::add_replay_command(program),
+      sim::add_run_command(program),        sim::add_serve_command(program),
+      sim::add_usb_device_command(program), sim::add_view_command(program)};
   program.footer(sim::laboratory_help());  // now, or every command would inherit it
   return tools::run_program(program, commands, tools::kCommonExitCodes, argc, argv,
                             sim::laboratory_commands());

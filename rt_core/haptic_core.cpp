@@ -9,10 +9,15 @@
 namespace haptic {
 namespace {
 
+/// The guide is out while these are set.
+constexpr std::uint32_t kNoGuide = kFlagClutched | kFlagRecovery | kFlagOutsideEnvelope;
+
 [[nodiscard]] RtStatus check_pose(const Pose& pose) noexcept;
 [[nodiscard]] StepResult refused(RtStatus status, std::uint64_t hash) noexcept;
 [[nodiscard]] StepResult result_of(const Goal& goal, const ContactSet& contact,
                                    const Output& output) noexcept;
+[[nodiscard]] Output finish_guided(CoreMemory& m, const LawWrench& law, const DeviceMotion& device,
+                                   const StepInput& input, std::uint32_t flags) noexcept;
 [[nodiscard]] StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
                                    const FeltContact& felt) noexcept;
 
@@ -48,13 +53,19 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
 
   // 9. Towards the device: ramps, energy, the device's twist.
   const std::uint32_t flags = goal.flags | motion_flags | contact.work.flags | free.flags;
-  const Output output = m.output.finish(law, device, input, flags);
+  const Output output = m.has_guide() ? finish_guided(m, law, device, input, flags)
+                                      : m.output.finish(law, device, input, flags);
 
   StepResult result = result_of(goal, contact, output);
   result.flags = flags | output.flags;
   result.counters.hull_points = direct.hull_points;
   if (proxy) {
     result = with_felt(result, free, m.goal.mesh_pose(free.grip), m.free_motion.felt());
+    // 7. The guide, behind the contact, which does not know of it.
+    if (m.has_guide()) {
+      const bool wanted = !input.guide_off && (result.flags & kNoGuide) == 0;
+      result.guidance = m.guide->update(free.grip, goal.device, result.wrench_w, wanted);
+    }
   }
   result.state_hash = m.hash = chained_hash(m.hash, result, proxy);
   raise_peaks(result.counters, m.peaks);
@@ -111,6 +122,14 @@ StepResult result_of(const Goal& goal, const ContactSet& contact, const Output& 
   n.near_nodes = contact.work.near_nodes;
   n.stale_pairs = contact.work.stale_pairs;
   return result;
+}
+
+/// What acted on the device of the guide's force is none of the contact's.
+Output finish_guided(CoreMemory& m, const LawWrench& law, const DeviceMotion& device,
+                     const StepInput& input, std::uint32_t flags) noexcept {
+  StepInput of_contact = input;
+  of_contact.accepted_wrench_w = m.guide->take_share(input.accepted_wrench_w, input.accepted_valid);
+  return m.output.finish(law, device, of_contact, flags);
 }
 
 StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,

@@ -67,6 +67,13 @@ bool is_beyond(const Wrench& pull_d, const SafetyLimits& l) noexcept {
          (l.max_torque_nm > 0.0_r && robust_length(torque_nm) > l.max_torque_nm);
 }
 
+/// What the device is to be pulled by: the spring, and the guide where there is one.
+Wrench pull_of(const StepResult& r) noexcept {
+  if (!kSceneTraits.guide || r.guidance.state == GuideState::kNone) return r.spring_w;
+  const Wrench& guide_w = r.guidance.wrench_w;
+  return {r.spring_w.force_w + guide_w.force_w, r.spring_w.torque_w + guide_w.torque_w};
+}
+
 bool is_zero(const Wrench& w) noexcept { return w.force_w.isZero(0) && w.torque_w.isZero(0); }
 
 void copy(const Vec3& from, double (&to)[3]) noexcept {
@@ -235,7 +242,7 @@ std::uint32_t ServoTick::check_rendered() noexcept {
   if (r.status != RtStatus::kOk) return kFaultBadPose;
   std::uint32_t faults = check_envelope();
   const WorkspaceMap& map = parameters_.map;
-  if (!is_finite(device_wrench(map, r.spring_w)) ||
+  if (!is_finite(device_wrench(map, pull_of(r))) ||
       !is_finite(device_wrench(map, difference(r.wrench_w, r.spring_w)))) {
     faults |= kFaultNotFinite;
   }
@@ -318,6 +325,7 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
       (coupled && is_beyond(pull_d, parameters_.limits))) {
     broken_ = true;
     last_rendered_.wrench_w = last_rendered_.spring_w = Wrench{};
+    last_rendered_.guidance.wrench_w = Wrench{};
   }
 }
 
@@ -372,7 +380,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   arm(input, present);
   LimiterInput in;
   in.stamp_ns = input.now_ns;
-  in.spring_d = exerted(last_rendered_.spring_w);
+  in.spring_d = exerted(pull_of(last_rendered_));
   in.damping_d = exerted(difference(last_rendered_.wrench_w, last_rendered_.spring_w));
   in.twist_d = twist_d_;
   in.wants_force = arming_.wants_force();

@@ -9,6 +9,7 @@ namespace haptic::sim {
 using tools::Command;
 
 [[nodiscard]] Command add_motion_command(CLI::App& program);
+[[nodiscard]] Command add_plan_command(CLI::App& program);
 [[nodiscard]] Command add_play_command(CLI::App& program);
 [[nodiscard]] Command add_replay_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);

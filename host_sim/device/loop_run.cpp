@@ -90,8 +90,12 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
   out.accepted_w = sample.accepted_wrench_w;
   out.result = session_.core().step(sample);
 
-  const Load command{out.result.wrench_w.force_w.cast<double>(),
-                     out.result.wrench_w.torque_w.cast<double>()};
+  Load command{out.result.wrench_w.force_w.cast<double>(),
+               out.result.wrench_w.torque_w.cast<double>()};
+  if (const Guidance& guide = out.result.guidance; guide.state != GuideState::kNone) {
+    command.force_w += guide.wrench_w.force_w.cast<double>();
+    command.torque_w += guide.wrench_w.torque_w.cast<double>();
+  }
   accepted_ = out.acting = device_.advance(command, stroke);
   out.delivered_j = device_.delivered_j();
   ++tick_;

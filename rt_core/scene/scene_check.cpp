@@ -312,6 +312,63 @@ RtStatus check::simplified(std::span<const SimplifiedBody> simplified,
   return RtStatus::kOk;
 }
 
+RtStatus check::guide(const GuideRecord& g) noexcept {
+  for (const double x : {g.pull_n, g.hold_n, g.energy_j, g.ramp_s}) {
+    if (!positive(x) || x > kMaxStiffness_n_per_m) return RtStatus::kBlobBadNumber;
+  }
+  for (const double x : {g.turn_m, g.near_goal_m, g.let_go_m}) {
+    if (!positive(x) || x > kMaxSceneLength_m) return RtStatus::kBlobBadNumber;
+  }
+  return RtStatus::kOk;
+}
+
+RtStatus check::guide_stations(std::span<const GuideStation> stations, double turn_m,
+                               std::uint32_t& index) noexcept {
+  index = 0;
+  if (stations.size() < 2 || stations.size() > kMostGuideStations) return RtStatus::kBlobBadCount;
+  // A way is a difference of coordinates that were rounded, and so is a chord of turns.
+  constexpr double kRounding = 64.0 * static_cast<double>(kRealEpsilon);
+  for (; index < stations.size(); ++index) {
+    const GuideStation& s = stations[index];
+    double q2 = 0.0, way2 = 0.0, scale = turn_m;
+    for (const Real x : s.q_wa_xyzw) q2 += static_cast<double>(x) * static_cast<double>(x);
+    if (!(absolute(q2 - 1.0) < kGeometryTolerance) || s.reserved != 0) {
+      return RtStatus::kBlobBadNumber;
+    }
+    const bool last = index + 1 == stations.size();
+    const Real* const q = s.q_wa_xyzw;
+    const Real* const r = last ? q : stations[index + 1].q_wa_xyzw;
+    const double turn = dot(to_double3(q), to_double3(r)) + static_cast<double>(q[3] * r[3]);
+    const double twice = turn < 0.0 ? -2.0 * turn_m : 2.0 * turn_m;
+    const Double3 chord =
+        twice * (static_cast<double>(q[3]) * to_double3(r) -
+                 static_cast<double>(r[3]) * to_double3(q) - cross(to_double3(r), to_double3(q)));
+    const double turned[3] = {chord.x, chord.y, chord.z};
+    for (int k = 0; k < 3; ++k) {
+      const double x = static_cast<double>(s.x0_m[k]);
+      const double next = last ? x : static_cast<double>(stations[index + 1].x0_m[k]);
+      if (!is_coordinate(x) || !is_coordinate(next)) return RtStatus::kBlobBadNumber;
+      scale = std::max({scale, absolute(x), absolute(next)});
+      const double way = static_cast<double>(s.way_m[k]),
+                   turns = static_cast<double>(s.turn_way_m[k]);
+      if (!(absolute(way - (next - x)) <= kRounding * scale) ||
+          !(absolute(turns - turned[k]) <= kRounding * scale)) {
+        return RtStatus::kBlobBadNumber;
+      }
+      way2 += way * way + turns * turns;
+    }
+    const double inverse = static_cast<double>(s.per_square);
+    const bool fits = last ? is_zero(inverse) : absolute(inverse * way2 - 1.0) <= 1.0e-3;
+    const double cost = static_cast<double>(s.cost_m);
+    const double next = last ? -1.0 : static_cast<double>(stations[index + 1].cost_m);
+    const bool falls = last ? is_zero(cost) : in_range(cost, 0.0, kMaxSceneLength_m) && cost > next;
+    if (!fits || !falls || !in_range(static_cast<double>(s.clearance_m), 0.0, kMaxSceneLength_m)) {
+      return RtStatus::kBlobBadNumber;
+    }
+  }
+  return RtStatus::kOk;
+}
+
 RtStatus check::unit_directions(std::span<const Real> directions, std::uint32_t& index) noexcept {
   for (index = 0; index < directions.size() / 3; ++index) {
     const Double3 d = to_double3(&directions[3 * std::size_t{index}]);

@@ -45,6 +45,15 @@ template <typename T>
 /// empty; the rest is zero. Answers kOk or kBlobBadNumber.
 [[nodiscard]] RtStatus envelope(const EnvelopeParameters& e) noexcept;
 
+/// Every number of the guide is positive and finite. Answers kOk or kBlobBadNumber.
+[[nodiscard]] RtStatus guide(const GuideRecord& g) noexcept;
+
+/// Two stations at least and kMostGuideStations at most; poses in range and of unit turn, each way
+/// the one to the next station, costs that fall to 0. `turn_m`: of the guide. Answers kOk,
+/// kBlobBadCount or kBlobBadNumber; `index`: where it stopped.
+[[nodiscard]] RtStatus guide_stations(std::span<const GuideStation> stations, double turn_m,
+                                      std::uint32_t& index) noexcept;
+
 /// Bodies ascending and in range, distances up to kMaxSceneLength_m; of a solid a mesh of positive
 /// volume, of a surface no change of its volume, which is zero. Answers kOk, kBlobBadIndex or
 /// kBlobBadNumber; `index`: where it stopped.

@@ -54,7 +54,9 @@ enum class SectionId : std::uint32_t {
   kFixedNodes = 24,       ///< FixedNode, by pair
   kSimplified = 25,       ///< SimplifiedBody, by body; only where a simplification changed one
   kConeRanges = 26,       ///< ConeRange, by flat piece: of its vertices, then of its edges
-  kConeDirections = 27    ///< Real[3], unit, geometry frame of the body
+  kConeDirections = 27,   ///< Real[3], unit, geometry frame of the body
+  kGuide = 28,            ///< GuideRecord, one; only where the scene leads the hand along a plan
+  kGuideStations = 29     ///< GuideStation, from the start to the goal; with kGuide alone
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -262,6 +264,33 @@ struct SimplifiedBody {
   double volume_change_m3;  ///< volume of the body minus that of the mesh; 0 of a surface
 };
 
+/// A plan that leads the hand (tick/guide.hpp): how strongly, and how far it reaches.
+struct GuideRecord {
+  std::uint64_t plan_geometry;  ///< hash of the geometry that the plan was proved for
+  double pull_n;       ///< force along the way: slope of the potential over its length; > 0
+  double hold_n;       ///< largest force across the way, beyond the clearance of the stations; > 0
+  double turn_m;       ///< length that a turn of 1 rad counts as, > 0
+  double near_goal_m;  ///< the pull fades over this last part of the way, > 0
+  double let_go_m;     ///< distance from the way at which the guide lets go, > 0
+  double ramp_s;       ///< in which it sets in and ends, > 0
+  double energy_j;     ///< the most that it can do, > 0
+};
+
+/// A pose of the plan. Lengths are of place and turn: root of |dx|^2 + (turn_m angle)^2.
+struct GuideStation {
+  Real x0_m[3];       ///< grip point in W
+  Real q_wa_xyzw[4];  ///< unit
+  /// To the next station: place [m]; turn_m times twice the vector part of the turn's quaternion
+  /// [m]. Of the last zero.
+  Real way_m[3], turn_way_m[3];
+  Real per_square;         ///< 1 over the square of that way [1/m^2]; of the last 0
+  Real cost_m;             ///< length of the rest of the way
+  Real clearance_m;        ///< proved: no pair of pieces is nearer; at least 0
+  std::uint32_t contacts;  ///< pairs of pieces that touch there
+  std::uint32_t reserved;
+};
+inline constexpr std::uint32_t kMostGuideStations = 256;
+
 struct PlaneRecord {
   Real normal[3];  ///< unit
   Real offset_m;   ///< normal . p = offset for points p of the plane, in the body's geometry frame
@@ -411,6 +440,7 @@ static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
 static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 104 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
               sizeof(SceneParameters) == 608);
+static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);

@@ -33,6 +33,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.device =
       p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
   needs.goal_contact = has_goal_contact(p);
+  needs.guide = needs.proxy && scene.guide() != nullptr;
   needs.contact_geometry = needs.table_checks = false;
   // Where a pass displaces a step it has one row per pair (law/proxy_pass.cpp).
   needs.qp_rows =
@@ -46,8 +47,8 @@ bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept {
   for (const auto feature :
        {&SceneTraits::paper, &SceneTraits::weighted_region, &SceneTraits::proxy,
         &SceneTraits::friction, &SceneTraits::fixed_orientation, &SceneTraits::free_orientation,
-        &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::contact_geometry,
-        &SceneTraits::table_checks}) {
+        &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::guide,
+        &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
     if (needed.*feature && !(compiled.*feature)) return false;
   }
   return compiled.qp_rows >= needed.qp_rows && compiled.valid_visits >= needed.valid_visits;

@@ -29,6 +29,7 @@ struct SceneTraits {
 
   bool goal_contact = true;  ///< the contact at the goal pose can be searched
   bool device = true;        ///< passivity observer and estimate of the device's twist
+  bool guide = true;         ///< a plan leads the hand
 
   // Not needed by any scene; an image may be built without.
   bool contact_geometry = true;  ///< HapticCore::contact_geometry

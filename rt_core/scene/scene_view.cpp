@@ -46,6 +46,8 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kSimplified, sizeof(SimplifiedBody)},
     {SectionId::kConeRanges, sizeof(ConeRange)},
     {SectionId::kConeDirections, 3 * sizeof(Real)},
+    {SectionId::kGuide, sizeof(GuideRecord)},
+    {SectionId::kGuideStations, sizeof(GuideStation)},
 };
 /// What a scene has in addition to the tables that every scene has: those of a part that turns, of
 /// one that never does, and of surfaces.
@@ -59,8 +61,9 @@ constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
 }
 /// Sections that some scene does without.
 constexpr bool is_optional(SectionId id) noexcept {
-  return id == SectionId::kNodeMarks || id == SectionId::kSimplified || is_among(kOfTurning, id) ||
-         is_among(kOfFixed, id) || is_among(kOfFacets, id);
+  return id == SectionId::kNodeMarks || id == SectionId::kSimplified || id == SectionId::kGuide ||
+         id == SectionId::kGuideStations || is_among(kOfTurning, id) || is_among(kOfFixed, id) ||
+         is_among(kOfFacets, id);
 }
 constexpr std::uint32_t bit_of(SectionId id) noexcept {
   return 1u << static_cast<std::uint32_t>(id);
@@ -248,6 +251,9 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   fault = {SectionId::kSimplified, 0};
   status = check::simplified(simplified_bodies(), bodies_, fault.index);
   if (status != RtStatus::kOk) return status;
+  fault = {SectionId::kGuide, 0};
+  status = check_guide(fault);
+  if (status != RtStatus::kOk) return status;
   fault = {SectionId::kConeDirections, 0};
   status = check::unit_directions(cone_directions_, fault.index);
   if (status != RtStatus::kOk) return status;
@@ -292,6 +298,34 @@ std::span<const SimplifiedBody> SceneView::simplified_bodies() const noexcept {
     if (s.id == SectionId::kSimplified) return table<SimplifiedBody>(blob_, s);
   }
   return {};
+}
+
+const GuideRecord* SceneView::guide() const noexcept {
+  for (const SectionEntry& s : sections_) {
+    if (s.id == SectionId::kGuide) return table<GuideRecord>(blob_, s).data();
+  }
+  return nullptr;
+}
+
+std::span<const GuideStation> SceneView::guide_stations() const noexcept {
+  for (const SectionEntry& s : sections_) {
+    if (s.id == SectionId::kGuideStations) return table<GuideStation>(blob_, s);
+  }
+  return {};
+}
+
+/// A guide has its stations, and stations have their guide.
+RtStatus SceneView::check_guide(SceneFault& fault) const noexcept {
+  const bool has_stations = (found_sections_ & bit_of(SectionId::kGuideStations)) != 0;
+  if ((guide() != nullptr) != has_stations) return RtStatus::kBlobMissingSection;
+  if (!has_stations) return RtStatus::kOk;
+  for (const SectionEntry& s : sections_) {
+    if (s.id == SectionId::kGuide && s.count != 1) return RtStatus::kBlobBadCount;
+  }
+  const RtStatus status = check::guide(*guide());
+  if (status != RtStatus::kOk) return status;
+  fault = {SectionId::kGuideStations, 0};
+  return check::guide_stations(guide_stations(), static_cast<double>(guide()->turn_m), fault.index);
 }
 
 PieceView SceneView::piece(std::uint32_t index) const noexcept {

@@ -196,6 +196,9 @@ class SceneView {
   [[nodiscard]] PairRecord pair_record(std::uint32_t index) const noexcept;
   /// Bodies that a simplification changed, ascending; empty: none. Cost: O(sections).
   [[nodiscard]] std::span<const SimplifiedBody> simplified_bodies() const noexcept;
+  /// The plan that leads the hand; null and empty: there is none. Cost: O(sections).
+  [[nodiscard]] const GuideRecord* guide() const noexcept;
+  [[nodiscard]] std::span<const GuideStation> guide_stations() const noexcept;
   /// Words of kNodeMarks; empty where no pair or piece has marks.
   [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
@@ -225,6 +228,7 @@ class SceneView {
   [[nodiscard]] RtStatus bind(std::span<const std::byte> blob) noexcept;
   [[nodiscard]] RtStatus check_tables(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_parameters() const noexcept;
+  [[nodiscard]] RtStatus check_guide(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_bodies(SceneFault& fault) const noexcept;
   [[nodiscard]] RtStatus check_piece(std::uint32_t index) const noexcept;
   /// @param stored_nodes  nodes of the stored graphs of all pairs before; grows by those of this.

@@ -57,6 +57,13 @@ std::uint64_t chained_hash(std::uint64_t before, const StepResult& result, bool 
               static_cast<std::uint32_t>(result.situation));
     chain.add(std::uint64_t{n.plane_gaps} << 32 | n.valid_nodes);
     chain.add(std::uint64_t{n.full_searches} << 32 | n.qp_steps);
+    if (kSceneTraits.guide && result.guidance.state != GuideState::kNone) {
+      const Guidance& g = result.guidance;
+      chain.add(g.wrench_w.force_w);
+      chain.add(g.wrench_w.torque_w);
+      chain.add(std::uint64_t{g.station} << 32 | static_cast<std::uint32_t>(g.state));
+      chain.add(g.energy_j);
+    }
     return chain.value();
   }
   chain.add(result.d_near_m);
@@ -80,6 +87,7 @@ void CoreMemory::place(Arena& arena, const SceneView& scene) noexcept {
   arena.enter(StatePart::kLaw);
   if (kSceneTraits.is_law(scene.parameters().law, LawId::kProxy)) {
     free_motion.place(arena, scene);
+    if (kSceneTraits.guide && scene.guide() != nullptr) guide = arena.take<GuideStage>(1).data();
   } else {
     direct_wrench.place(arena, scene);
   }
@@ -93,6 +101,7 @@ void CoreMemory::read_scene(const SceneView& scene) noexcept {
   goal_contact.read_scene(scene, pairs);
   if (has_law(LawId::kProxy)) {
     free_motion.read_scene(scene);
+    if (has_guide()) guide->read_scene(scene);
   } else {
     direct_wrench.read_scene(scene, goal_contact.has_seams());
   }
@@ -104,6 +113,7 @@ void CoreMemory::reset() noexcept {
   goal.reset();
   goal_contact.reset();
   if (has_law(LawId::kProxy)) free_motion.reset();
+  if (has_guide()) guide->reset();
   output.reset();
   hash = kHashStart;
   peaks = StepPeaks{};

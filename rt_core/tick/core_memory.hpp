@@ -11,6 +11,7 @@
 #include "rt_core/tick/free_motion.hpp"
 #include "rt_core/tick/goal.hpp"
 #include "rt_core/tick/goal_contact.hpp"
+#include "rt_core/tick/guide.hpp"
 #include "rt_core/tick/output.hpp"
 #include "rt_core/tick/step.hpp"
 
@@ -37,6 +38,7 @@ struct CoreMemory {
   FreeMotion free_motion;      ///< law kProxy only
   DirectWrench direct_wrench;  ///< the other laws
   OutputStage output;
+  GuideStage* guide = nullptr;  ///< law kProxy, of a scene with a guide; else null
 
   LawId law = LawId::kWeightedRegion;
   std::uint32_t pair_count = 0;  ///< of the scene
@@ -50,6 +52,7 @@ struct CoreMemory {
   void place(Arena& arena, const SceneView& scene) noexcept;
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
+  [[nodiscard]] bool has_guide() const noexcept { return kSceneTraits.guide && guide != nullptr; }
   [[nodiscard]] bool has_law(LawId id) const noexcept { return kSceneTraits.is_law(law, id); }
 };
 

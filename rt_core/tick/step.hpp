@@ -12,6 +12,7 @@
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/tick/guide.hpp"
 
 namespace haptic {
 
@@ -34,6 +35,7 @@ struct StepInput {
   /// Law kProxy: search the contact at the goal pose too (D_near, verdicts and near sets there).
   /// Neither the wrench nor the state hash depends on it. The other laws always search it.
   bool report_goal_contact = false;
+  bool guide_off = false;  ///< the scene's guide lets go, if it has one; the contact is the same
 };
 
 /// D_near and depth where the goal pose was not searched.
@@ -104,6 +106,9 @@ struct StepResult {
   /// coupling's, and what the passivity controller added. Laws without a coupling are spring as a
   /// whole, and so is a wrench that a ramp out holds: it answers to no velocity any more.
   Wrench spring_w;
+  /// Of a scene with a guide: what leads the hand, to be added to wrench_w. Neither wrench_w nor
+  /// anything else here depends on it but the hash.
+  Guidance guidance;
   /// Contact of the part as it is felt. Law kProxy: of the free configuration proxy_pose_wa, over
   /// the planes that hold it (HapticCore::felt_contact). Other laws: of nearest_pair at the goal,
   /// or of the next deepest pair where all contacts of that one belong to another piece.

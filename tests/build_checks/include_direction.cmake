@@ -25,10 +25,11 @@ set(may_tools/library rt_core/ tools/ hal/)
 set(may_tools/package rt_core/ hal/)
 # Golden vectors and generated pairs are compiled by the one scene writer there is, and judged by the one budget of gains,
 # hence the folders of tools.
-set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph_compiler/coupling/ tools/c_space/
+set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph_compiler/coupling/ tools/c_space/ tools/plan/
   tools/common/)
-# The campaigns on triangle meshes compile mesh files as a user does.
+# The campaigns on triangle meshes, and on puzzles for planners, compile their files as a user does.
 set(may_host_sim/lab/acceptance rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)
+set(may_host_sim/lab/planning rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/c_space/ tools/plan/ tools/common/)
 set(may_host_sim/lab/surface_fuzz rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)
 set(may_linker rt_core/ linker/)
 set(may_tests rt_core/ hal/ tools/ host_sim/ tests/ linker/)

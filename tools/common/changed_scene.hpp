@@ -12,9 +12,11 @@ namespace haptic::tools {
 
 /// The bytes of `scene` with parameters that `change` has changed; capacities, size of the state
 /// and hash are made again. `visits`: pairs that a search at the goal pose may visit, 0: as before.
+/// `change_body`, where given, changes friction of the bodies.
 /// @throws InputError when the scene is refused with them.
 [[nodiscard]] SceneBytes changed_scene(const SceneView& scene,
                                        const std::function<void(SceneParameters&)>& change,
-                                       std::uint32_t visits = 0);
+                                       std::uint32_t visits = 0,
+                                       const std::function<void(BodyRecord&)>& change_body = {});
 
 }  // namespace haptic::tools

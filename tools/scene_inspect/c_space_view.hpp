@@ -45,12 +45,6 @@ struct CSpaceView {
   std::size_t too_large = 0;             ///< near, left out: more than kMostContacts
 };
 
-/// The pose that a person gives: "start", or three numbers for the place of the moving part's file
-/// frame with the scene's start orientation, or seven, x,y,z,qw,qx,qy,qz as in a motion. Lengths
-/// in metres, or with mm or um behind the number. The quaternion need not be a unit.
-/// @throws UsageError naming what is wrong with the text
-[[nodiscard]] Pose pose_from_text(const SceneView& view, const std::string& text);
-
 /// @throws UsageError  the part never turns, and the pose has another orientation.
 /// Cost: as nearest_obstacles.
 [[nodiscard]] CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa);

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// scene_inspect SCENE.rtscene [--json] [--explode DIR] [--cspace POSE --cspace-dir DIR]: what is
-/// in a compiled scene, is it sound, what does it cost; its C-obstacles at a pose.
+/// scene_inspect SCENE.rtscene [--json] [--explode DIR] [--cspace POSE --cspace-dir DIR] [--plan
+/// P]: what is in a compiled scene, is it sound, what does it cost; its C-obstacles at a pose;
+/// whether a plan holds.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "rt_core/haptic_core.hpp"
+#include "tools/c_space/pose_text.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
+#include "tools/plan/plan_check.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 #include "tools/scene_inspect/c_space_view.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
@@ -23,7 +26,7 @@ namespace haptic::tools {
 namespace {
 
 struct Arguments {
-  std::string scene, budget, explode, cspace, cspace_folder;
+  std::string scene, budget, explode, cspace, cspace_folder, plan;
   double explode_factor = 0.6;
   bool json = false, brief = false;
 };
@@ -88,7 +91,7 @@ void write_c_space(const CSpaceView& space, const std::string& out) {
 
 /// The drawing alone: no proof is repeated.
 int draw_c_space(const Arguments& arguments, const SceneView& view) {
-  const CSpaceView space = c_space_view(view, pose_from_text(view, arguments.cspace));
+  const CSpaceView space = c_space_view(view, pose_from_text(view, "--cspace", arguments.cspace));
   claim_folder(arguments.cspace_folder, "--cspace-dir",
                {"cspace.svg", "cspace.obj", "cspace.mtl", "cspace.csv"});
   write_c_space(space, arguments.cspace_folder);
@@ -97,9 +100,48 @@ int draw_c_space(const Arguments& arguments, const SceneView& view) {
   return kExitDone;
 }
 
+/// The plan alone: proves every step again, in long double from the vertices of the scene.
+int inspect_plan(const Arguments& arguments, const SceneView& view) {
+  const Plan plan = read_plan(arguments.plan);
+  const PlanProof proof = prove_plan(view, plan, arguments.plan);
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {{"plan", arguments.plan},
+                                         {"scene", plan.scene},
+                                         {"steps", proof.steps},
+                                         {"certified", proof.certified},
+                                         {"stations", plan.stations.size()},
+                                         {"planes", proof.planes},
+                                         {"least_m", proof.least_m},
+                                         {"tolerance_m", plan.tolerance_m},
+                                         {"length_m", plan.stations.front().cost_to_go_m},
+                                         {"holds", proof.holds()},
+                                         {"failure", proof.failure}};
+    const std::string text =
+        json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    return proof.holds() ? kExitDone : kExitCheckFailed;
+  }
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const double share = proof.steps == 0 ? 0.0
+                                        : 100.0 * static_cast<double>(proof.certified) /
+                                              static_cast<double>(proof.steps);
+  std::printf("%s: a plan for '%s', %.4g mm long, %zu stations\n", arguments.plan.c_str(),
+              plan.scene.c_str(), 1e3 * plan.stations.front().cost_to_go_m, plan.stations.size());
+  std::printf("certified: %llu of %llu steps, %.4g %%; %llu pairs in each, %llu planes in all\n",
+              count(proof.certified), count(proof.steps), share, count(proof.pairs),
+              count(proof.planes));
+  if (proof.certified > 0) {
+    std::printf("least distance proved on the way: %.4g um (a depth of %.3g um counts as free)\n",
+                1e6 * proof.least_m, 1e6 * plan.tolerance_m);
+  }
+  if (!proof.holds()) std::printf("not proved: %s\n", proof.failure.c_str());
+  return proof.holds() ? kExitDone : kExitCheckFailed;
+}
+
 int inspect(const Arguments& arguments) {
   const SceneBytes bytes = read_scene_bytes(arguments.scene);
   const SceneView view = opened(arguments.scene, bytes);
+  if (!arguments.plan.empty()) return inspect_plan(arguments, view);
   if (!arguments.cspace.empty()) return draw_c_space(arguments, view);
   const Inspection inspection = inspection_of(view);
   claim_folder(arguments.explode, "--explode", {"exploded.svg", "exploded.obj", "exploded.mtl"});
@@ -151,12 +193,16 @@ int main(int argc, char** argv) {
                      "folder for it: cspace.svg, cspace.obj, cspace.mtl, cspace.csv")
           ->needs(cspace);
   cspace->needs(folder);
+  app.add_option("--plan", arguments.plan,
+                 "prove this plan of host_sim plan again, and nothing else")
+      ->excludes(cspace)
+      ->excludes(explode);
   using haptic::tools::Command;
   const Command commands[] = {{&app, [&] { return haptic::tools::inspect(arguments); },
                                "scene_inspect peg.rtscene --explode drawing"}};
-  return haptic::tools::run_program(
-      app, commands,
-      "0 sound, 1 a certificate fails or the scene exceeds its budget, 2 usage, 3 the file is not "
-      "a sound scene, 4 the system refused",
-      argc, argv);
+  return haptic::tools::run_program(app, commands,
+                                    "0 sound, 1 a certificate or a plan fails, or the scene "
+                                    "exceeds its budget, 2 usage, 3 the file is not "
+                                    "a sound scene, 4 the system refused",
+                                    argc, argv);
 }

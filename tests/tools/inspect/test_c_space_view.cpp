@@ -10,6 +10,7 @@
 
 #include "tests/support/program_run.hpp"
 #include "tests/support/pruned_scenes.hpp"
+#include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -187,15 +188,15 @@ TEST_SUITE("tools.c_space_view") {
 
   TEST_CASE("a pose as a person writes it; what is none is named") {
     const LoadedScene scene = wedge_over_cut_box();
-    CHECK(
-        pose_from_text(scene.view, "0.1, 5mm, -20um").p_wa.isApprox(Vec3(0.1_r, 0.005_r, -2e-5_r)));
-    CHECK(pose_from_text(scene.view, "0,0,0,0,0,0,2").q_wa.z() == 1.0_r);
+    CHECK(pose_from_text(scene.view, "--cspace", "0.1, 5mm, -20um")
+              .p_wa.isApprox(Vec3(0.1_r, 0.005_r, -2e-5_r)));
+    CHECK(pose_from_text(scene.view, "--cspace", "0,0,0,0,0,0,2").q_wa.z() == 1.0_r);
     const double* start = scene.view.parameters().start_p_wa_m;
-    CHECK(pose_from_text(scene.view, "start").p_wa[2] == static_cast<Real>(start[2]));
+    CHECK(pose_from_text(scene.view, "--cspace", "start").p_wa[2] == static_cast<Real>(start[2]));
     for (const char* text : {"", "1,2", "1,2,x", "1,2,3in", "1,2,nan", "1,2,3,1mm,0,0,0",
                              "0,0,0,0,0,0,0", "1,2,3,4"}) {
       CAPTURE(text);
-      CHECK_THROWS_AS((void)pose_from_text(scene.view, text), UsageError);
+      CHECK_THROWS_AS((void)pose_from_text(scene.view, "--cspace", text), UsageError);
     }
   }
 

@@ -386,6 +386,10 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
   }
   BlobBuilder builder = sections_of(t, wide);
   add_simplified(builder, description);
+  if (description.guide) {
+    builder.add(SectionId::kGuide, std::vector<GuideRecord>{description.guide->record});
+    builder.add(SectionId::kGuideStations, description.guide->stations);
+  }
   // The state's size depends on the opened scene, so the blob is opened once without it.
   const SceneBytes provisional{builder.finish(capacity)};
   SceneView view;

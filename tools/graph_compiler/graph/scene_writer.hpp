@@ -92,6 +92,12 @@ inline constexpr std::uint32_t kUnitsOfPair = 90;
   return p;
 }
 
+/// The plan that leads the hand, as the tick reads it.
+struct GuideTables {
+  GuideRecord record{};
+  std::vector<GuideStation> stations;
+};
+
 /// Everything that a scene file says, after its meshes have become convex pieces.
 struct SceneDescription {
   std::string name;
@@ -116,6 +122,7 @@ struct SceneDescription {
   /// marks; empty: all are open.
   std::vector<OpenFeatures> open;
   std::vector<PieceExposure> exposure;  ///< by piece, moving part first; empty: nothing hidden
+  std::optional<GuideTables> guide;
 };
 
 /// Whether the scene lists its pairs (rt_core/scene/formed_pairs.hpp).

@@ -18,6 +18,7 @@
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
+#include "tools/graph_compiler/program/scene_guide.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/program/tolerance_proposal.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
@@ -615,6 +616,16 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     if (options.progress) options.progress(scene.name, "bounding the search", fraction);
   };
   result.bytes = write_scene(description, &result.account, tell);
+  if (scene.guide) {
+    // A plan is a proof about the scene without it.
+    const SceneBytes without{result.bytes};
+    SceneView planned;
+    if (SceneView::open(without.span(), planned) != RtStatus::kOk) {
+      throw std::logic_error("the scene just written does not open");
+    }
+    description.guide = make_guide(*scene.guide, planned, scene.file, result.notes);
+    result.bytes = write_scene(description, &result.account, tell);
+  }
   result.write_s = watch.lap();
   const SceneBytes aligned{result.bytes};
   SceneView view;

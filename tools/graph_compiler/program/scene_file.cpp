@@ -498,6 +498,17 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
       scene.budget.near_pairs = static_cast<std::uint32_t>(*pairs);
     }
   }
+  if (const auto guide = top.table("guide", {"plan", "pull_n", "hold_n", "let_go_m", "ramp_s"})) {
+    SceneGuide read;
+    const auto plan = guide->text("plan");
+    if (!plan) guide->fail_missing("plan", "name the plan that host_sim plan wrote");
+    read.plan = folder / *plan;
+    read.pull_n = guide->number("pull_n", kPositive);
+    read.hold_n = guide->number("hold_n", kPositive);
+    read.let_go_m = guide->number("let_go_m", kPositive);
+    read.ramp_s = guide->number("ramp_s", kPositive);
+    scene.guide = read;
+  }
   if (const auto memory = top.table("memory", {"graph_bytes"})) {
     const auto most = static_cast<std::int64_t>(kMaxGraphBytes);
     if (const auto bytes = read_count(*memory, "graph_bytes", 0, most)) {
@@ -520,9 +531,10 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {
   const toml::table root = parse_toml(text, file);
-  const TomlTable top(root, file, "",
-                      {"format", "name", "moving", "static", "rendering", "start", "motion_limits",
-                       "loop", "device", "coupling", "friction", "budget", "memory", "cleaning"});
+  const TomlTable top(
+      root, file, "",
+      {"format", "name", "moving", "static", "rendering", "start", "motion_limits", "loop",
+       "device", "coupling", "friction", "budget", "memory", "cleaning", "guide"});
   return read_tables(top, file, folder);
 }
 

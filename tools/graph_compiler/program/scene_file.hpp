@@ -73,6 +73,12 @@ struct SceneBudget {
   std::optional<std::uint32_t> near_pairs;   ///< pairs near the part that a tick may follow
 };
 
+/// `[guide]`: a plan that leads the hand. Absent numbers are chosen by make_guide.
+struct SceneGuide {
+  std::filesystem::path plan;  ///< resolved against the scene file's folder
+  std::optional<double> pull_n, hold_n, let_go_m, ramp_s;
+};
+
 struct SceneFile {
   std::string file;  ///< for messages
   std::string name;
@@ -89,6 +95,7 @@ struct SceneFile {
   std::optional<double> plane_tolerance_m;
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
+  std::optional<SceneGuide> guide;
 
   [[nodiscard]] bool never_turns() const {
     return orientation && !(orientation->max_angle_rad > 0.0);

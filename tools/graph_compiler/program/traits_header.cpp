@@ -24,6 +24,7 @@ constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
                                  {"free_orientation", &SceneTraits::free_orientation},
                                  {"goal_contact", &SceneTraits::goal_contact},
                                  {"device", &SceneTraits::device},
+                                 {"guide", &SceneTraits::guide},
                                  {"contact_geometry", &SceneTraits::contact_geometry},
                                  {"table_checks", &SceneTraits::table_checks}};
 

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Our planner and those of OMPL on the same puzzles and the same verdict: how long, how often, and
+/// whether what they find is proved.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host_sim/plan/puzzles.hpp"
+#include "host_sim/report/part_report.hpp"
+
+namespace haptic::sim {
+
+struct PlanningOptions {
+  double seconds = 120;     ///< for one run
+  std::uint64_t seeds = 3;  ///< runs of each planner on each puzzle
+  bool ours_only = false;
+  bool quick = false;  ///< three puzzles, for tests
+  bool progress = false;
+};
+
+/// A planner on a puzzle, over all seeds.
+struct PlanningRow {
+  std::string puzzle, planner;
+  bool solvable = true;
+  std::uint64_t runs = 0, found = 0;
+  double median_s = 0;                     ///< of all runs; one that found nothing took its time
+  double length_mm = 0;                    ///< of the shortest, before any shortening
+  std::uint64_t steps = 0, certified = 0;  ///< of what was found
+};
+
+/// All puzzles of the table; `quick`: three of them.
+[[nodiscard]] std::vector<Puzzle> planning_puzzles(bool quick);
+
+[[nodiscard]] std::vector<PlanningRow> run_planning(const PlanningOptions& options);
+
+/// The table as a page and as CSV.
+[[nodiscard]] std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
+                                                     const PlanningOptions& options);
+
+/// Every step of every plan is certified, ours are found where there are any, and none where there
+/// is none.
+[[nodiscard]] bool planning_passed(const std::vector<PlanningRow>& rows);
+
+}  // namespace haptic::sim

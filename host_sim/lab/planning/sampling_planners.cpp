@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/lab/planning/sampling_planners.hpp"
+
+#include <ompl/base/MotionValidator.h>
+#include <ompl/base/PlannerTerminationCondition.h>
+#include <ompl/base/objectives/PathLengthOptimizationObjective.h>
+#include <ompl/base/spaces/SE3StateSpace.h>
+#include <ompl/geometric/PathGeometric.h>
+#include <ompl/geometric/SimpleSetup.h>
+#include <ompl/geometric/planners/est/EST.h>
+#include <ompl/geometric/planners/informedtrees/BITstar.h>
+#include <ompl/geometric/planners/kpiece/KPIECE1.h>
+#include <ompl/geometric/planners/prm/LazyPRMstar.h>
+#include <ompl/geometric/planners/prm/PRM.h>
+#include <ompl/geometric/planners/rrt/BiTRRT.h>
+#include <ompl/geometric/planners/rrt/RRTConnect.h>
+#include <ompl/geometric/planners/rrt/TRRT.h>
+#include <ompl/util/Console.h>
+#include <ompl/util/RandomNumbers.h>
+
+#include <chrono>
+#include <stdexcept>
+
+namespace haptic::sim {
+namespace {
+
+namespace ob = ompl::base;
+namespace og = ompl::geometric;
+using Space = ob::SE3StateSpace;
+
+tools::PlanPose pose_of(const ob::State* state) {
+  const auto* const s = state->as<Space::StateType>();
+  return {{s->getX(), s->getY(), s->getZ()},
+          {s->rotation().w, s->rotation().x, s->rotation().y, s->rotation().z}};
+}
+
+void set_pose(const tools::PlanPose& pose, Space::StateType& state) {
+  state.setXYZ(pose.x0_m[0], pose.x0_m[1], pose.x0_m[2]);
+  state.rotation().w = pose.q_wxyz[0];
+  state.rotation().x = pose.q_wxyz[1];
+  state.rotation().y = pose.q_wxyz[2];
+  state.rotation().z = pose.q_wxyz[3];
+}
+
+/// Straight ways by their proof instead of samples along them.
+class ProvedMotions : public ob::MotionValidator {
+ public:
+  ProvedMotions(const ob::SpaceInformationPtr& space, const SamplingProblem& problem)
+      : ob::MotionValidator(space), problem_(problem) {}
+  bool checkMotion(const ob::State* from, const ob::State* to) const override {
+    return problem_.is_way_free(pose_of(from), pose_of(to));
+  }
+  /// The farthest of a few places on the way that is reached.
+  bool checkMotion(const ob::State* from, const ob::State* to,
+                   std::pair<ob::State*, double>& last) const override {
+    if (checkMotion(from, to)) return true;
+    ob::State* const middle = si_->allocState();
+    last.second = 0;
+    double reach = 1;
+    for (int k = 0; k < 4; ++k) {
+      const double share = last.second + reach / 2;
+      reach /= 2;
+      si_->getStateSpace()->interpolate(from, to, share, middle);
+      if (si_->isValid(middle) && checkMotion(from, middle)) last.second = share;
+    }
+    if (last.first != nullptr) si_->getStateSpace()->interpolate(from, to, last.second, last.first);
+    si_->freeState(middle);
+    return false;
+  }
+
+ private:
+  const SamplingProblem& problem_;
+};
+
+ob::PlannerPtr planner_of(const std::string& name, const ob::SpaceInformationPtr& space) {
+  if (name == "RRTConnect") return std::make_shared<og::RRTConnect>(space);
+  if (name == "BiTRRT") return std::make_shared<og::BiTRRT>(space);
+  if (name == "TRRT") return std::make_shared<og::TRRT>(space);
+  if (name == "PRM") return std::make_shared<og::PRM>(space);
+  if (name == "LazyPRMstar") return std::make_shared<og::LazyPRMstar>(space);
+  if (name == "KPIECE1") return std::make_shared<og::KPIECE1>(space);
+  if (name == "EST") return std::make_shared<og::EST>(space);
+  if (name == "BITstar") return std::make_shared<og::BITstar>(space);
+  throw std::invalid_argument("no planner is called '" + name + "'");
+}
+
+}  // namespace
+
+const std::vector<std::string>& sampling_planners() {
+  static const std::vector<std::string> names{"RRTConnect",  "BiTRRT",  "TRRT", "PRM",
+                                              "LazyPRMstar", "KPIECE1", "EST",  "BITstar"};
+  return names;
+}
+
+SamplingResult run_sampling_planner(const std::string& name, const SamplingProblem& problem,
+                                    double seconds, std::uint32_t seed) {
+  ompl::msg::noOutputHandler();
+  ompl::RNG::setSeed(seed + 1);
+  const auto space = std::make_shared<Space>();
+  ob::RealVectorBounds bounds(3);
+  for (unsigned k = 0; k < 3; ++k) {
+    bounds.setLow(k, problem.low_m[k]);
+    bounds.setHigh(k, problem.high_m[k]);
+  }
+  space->setBounds(bounds);
+  // Distance in SO(3) is half the angle.
+  space->setSubspaceWeight(1, 2 * problem.turn_m);
+  og::SimpleSetup setup(space);
+  const ob::SpaceInformationPtr& info = setup.getSpaceInformation();
+  setup.setStateValidityChecker(
+      [&](const ob::State* state) { return problem.is_free(pose_of(state)); });
+  info->setMotionValidator(std::make_shared<ProvedMotions>(info, problem));
+  ob::ScopedState<Space> start(space), goal(space);
+  set_pose(problem.start, *start);
+  set_pose(problem.goal, *goal);
+  setup.setStartAndGoalStates(start, goal, 1e-9);
+  const auto length = std::make_shared<ob::PathLengthOptimizationObjective>(info);
+  length->setCostThreshold(length->infiniteCost());  // any way will do
+  setup.setOptimizationObjective(length);
+  setup.setPlanner(planner_of(name, info));
+  const auto began = std::chrono::steady_clock::now();
+  const ob::PlannerStatus status = setup.solve(ob::plannerOrTerminationCondition(
+      ob::timedPlannerTerminationCondition(seconds),
+      ob::exactSolnPlannerTerminationCondition(setup.getProblemDefinition())));
+  SamplingResult result;
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  result.solved = status == ob::PlannerStatus::EXACT_SOLUTION;
+  if (!result.solved) return result;
+  for (const ob::State* state : setup.getSolutionPath().getStates())
+    result.way.push_back(pose_of(state));
+  return result;
+}
+
+}  // namespace haptic::sim

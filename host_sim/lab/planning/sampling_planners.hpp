@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The planners of OMPL (Sucan, Moll, Kavraki 2012) on our verdict, to compare with: present where
+/// the library is found when this is built (Debian's libompl-dev).
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/plan/plan_pose.hpp"
+
+namespace haptic::sim {
+
+/// Whether poses and straight steps are free, in a box of places and all orientations.
+struct SamplingProblem {
+  tools::PlanPose start, goal;
+  std::array<double, 3> low_m{}, high_m{};
+  double turn_m = 0;  ///< that a turn of 1 rad counts as
+  std::function<bool(const tools::PlanPose&)> is_free;
+  std::function<bool(const tools::PlanPose&, const tools::PlanPose&)> is_way_free;
+};
+
+struct SamplingResult {
+  bool solved = false;
+  double seconds = 0;
+  std::vector<tools::PlanPose> way;  ///< solved: free straight ways from start to goal
+};
+
+/// Names of the planners that were built in; empty: none.
+[[nodiscard]] const std::vector<std::string>& sampling_planners();
+
+/// @throws std::invalid_argument for a name that is not in the list.
+[[nodiscard]] SamplingResult run_sampling_planner(const std::string& name,
+                                                  const SamplingProblem& problem, double seconds,
+                                                  std::uint32_t seed);
+
+}  // namespace haptic::sim

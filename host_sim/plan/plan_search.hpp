@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Search for a motion between two poses by pushing the felt part about: two trees of poses with
+/// their contact states, one from the start and one from the goal, where the part of an assembly is
+/// held most and few motions are left (assembly by disassembly). A branch is a push: towards the
+/// other tree, along what the planes that hold the part leave, along and about the axes, or to a
+/// random pose. Steps of the core are certified in both directions, so a branch may be walked back.
+///
+/// Same scene, poses and seed: same result, unless the time ends the search.
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host_sim/plan/sliding_part.hpp"
+#include "host_sim/plan/step_prover.hpp"
+
+namespace haptic::sim {
+
+struct SearchLimits {
+  double seconds = 120;
+  std::uint64_t most_nodes = 200'000;
+  std::uint64_t seed = 1;
+};
+
+struct SearchState {
+  double seconds = 0;
+  std::uint64_t nodes_from_start = 0, nodes_from_goal = 0, pushes = 0, ticks = 0;
+  double nearest_m = 0;  ///< of two poses, one of each tree, that were compared; a turn at radius
+};
+
+struct SearchResult {
+  bool found = false;
+  bool timed_out = false;
+  ProvedMotion motion;  ///< found: proved steps from the start to the goal
+  PlanPose start;       ///< of that motion
+  SearchState state;
+  PlanPose nearest_to_start;            ///< of the tree from the goal
+  PlanPose nearest_to_goal;             ///< of the tree from the start
+  std::vector<HoldingPlane> goal_held;  ///< by what the part is held there when pushed out
+};
+
+/// @param progress  called about once a second.
+[[nodiscard]] SearchResult search_plan(const SceneView& scene, SlidingPart& part,
+                                       StepProver& prover, const PlanPose& start,
+                                       const PlanPose& goal, const SearchLimits& limits,
+                                       const std::function<void(const SearchState&)>& progress);
+
+}  // namespace haptic::sim

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/plan/plan_shortening.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "tools/common/split_mix.hpp"
+
+namespace haptic::sim {
+namespace {
+
+/// A straight way may be cut in halves this often for its proof.
+constexpr int kStraightHalvings = 12;
+/// A straight way replaces another one when it is shorter by this share.
+constexpr double kShorter = 0.999;
+/// How far a corner is moved away from contact at once, in lengths of a turn of 1 rad, and how much
+/// clearance is enough.
+constexpr double kAway[] = {0.1, 0.03, 0.01, 0.003, 0.001};
+constexpr double kRoom = 0.2;
+constexpr std::uint32_t kAwayRounds = 6;
+/// Stations are this far apart at the least, in the same lengths; and how many are aimed at.
+constexpr double kStationWay = 0.02;
+constexpr std::size_t kAimedStations = 128;
+/// A corner nearer than this to the last is none.
+constexpr double kSameCorner = 1.0e-9;
+
+class Shortening {
+ public:
+  Shortening(StepProver& prover, double turn_m, const ShorteningLimits& limits)
+      : prover_(prover), turn_m_(turn_m), limits_(limits), words_(tools::hashed(~limits.seed)) {}
+
+  CorneredMotion run(const PlanPose& start, const ProvedMotion& motion) {
+    began_ = std::chrono::steady_clock::now();
+    corners_ = {start};
+    for (const PlanPose& pose : motion.poses) corners_.push_back(pose);
+    leave_out();
+    for (std::uint32_t k = 0; k < limits_.tries && !over(); ++k) cut_across();
+    leave_out();
+    for (std::uint32_t round = 0; round < kAwayRounds && !over(); ++round) {
+      if (!move_away()) break;
+    }
+    return {corners_};
+  }
+
+ private:
+  [[nodiscard]] bool over() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count() >
+           limits_.seconds;
+  }
+  [[nodiscard]] bool straight(const PlanPose& from, const PlanPose& to) {
+    ProvedMotion proved;
+    return prover_.prove(from, to, kStraightHalvings, ProofSearch::kAny, proved);
+  }
+  [[nodiscard]] double length(const PlanPose& from, const PlanPose& to) const {
+    return tools::step_length_m(from, to, turn_m_);
+  }
+
+  /// From each corner straight to the farthest that a doubling and halving search reaches.
+  void leave_out() {
+    std::vector<PlanPose> kept{corners_.front()};
+    std::size_t at = 0;
+    while (at + 1 < corners_.size()) {
+      std::size_t good = at + 1, bad = corners_.size();
+      for (std::size_t reach = 2; at + reach < bad && !over(); reach *= 2) {
+        if (straight(corners_[at], corners_[at + reach])) {
+          good = at + reach;
+        } else {
+          bad = at + reach;
+        }
+      }
+      if (bad == corners_.size() && good + 1 < bad && !over() &&
+          straight(corners_[at], corners_.back())) {
+        good = corners_.size() - 1;
+      }
+      while (good + 1 < bad && !over()) {
+        const std::size_t middle = good + (bad - good) / 2;
+        if (straight(corners_[at], corners_[middle])) {
+          good = middle;
+        } else {
+          bad = middle;
+        }
+      }
+      at = good;
+      kept.push_back(corners_[at]);
+    }
+    corners_ = std::move(kept);
+  }
+
+  /// A straight way between two places on the motion, anywhere.
+  void cut_across() {
+    if (corners_.size() < 3) return;
+    std::vector<double> way{0};
+    for (std::size_t k = 1; k < corners_.size(); ++k) {
+      way.push_back(way.back() + length(corners_[k - 1], corners_[k]));
+    }
+    double from = words_.uniform() * way.back(), to = words_.uniform() * way.back();
+    if (to < from) std::swap(from, to);
+    const auto edge_of = [&](double place) {
+      const auto above = std::upper_bound(way.begin(), way.end() - 1, place);
+      return static_cast<std::size_t>(above - way.begin()) - 1;
+    };
+    const std::size_t first = edge_of(from), last = edge_of(to);
+    if (first >= last) return;
+    const auto pose_at = [&](std::size_t edge, double place) {
+      const double long_m = way[edge + 1] - way[edge];
+      return between(corners_[edge], corners_[edge + 1],
+                     long_m > 0 ? (place - way[edge]) / long_m : 0.0);
+    };
+    const PlanPose a = pose_at(first, from), b = pose_at(last, to);
+    if (!(length(a, b) < kShorter * (to - from))) return;
+    if (!straight(corners_[first], a) || !straight(a, b) || !straight(b, corners_[last + 1]))
+      return;
+    std::vector<PlanPose> kept(corners_.begin(),
+                               corners_.begin() + static_cast<std::ptrdiff_t>(first) + 1);
+    for (const PlanPose& pose : {a, b}) {
+      if (length(kept.back(), pose) > kSameCorner * turn_m_) kept.push_back(pose);
+    }
+    kept.insert(kept.end(), corners_.begin() + static_cast<std::ptrdiff_t>(last) + 1,
+                corners_.end());
+    corners_ = std::move(kept);
+  }
+
+  /// Moves each corner but the ends out of what is nearest to it. @return whether one has moved.
+  bool move_away() {
+    bool moved = false;
+    for (std::size_t k = 1; k + 1 < corners_.size() && !over(); ++k) {
+      const StepProver::Clearance before = prover_.clearance(corners_[k]);
+      if (before.gap_m > kRoom * turn_m_ || before.normal_w.isZero(0)) continue;
+      for (const double share : kAway) {
+        const PlanPose trial = plan_pose(place_of(corners_[k]) + share * turn_m_ * before.normal_w,
+                                         turn_of(corners_[k]));
+        if (!(prover_.clearance(trial).gap_m > before.gap_m + 0.1 * share * turn_m_)) continue;
+        if (!straight(corners_[k - 1], trial) || !straight(trial, corners_[k + 1])) continue;
+        corners_[k] = trial;
+        moved = true;
+        break;
+      }
+    }
+    return moved;
+  }
+
+  StepProver& prover_;
+  double turn_m_;
+  const ShorteningLimits& limits_;
+  tools::SplitMix64 words_;
+  std::vector<PlanPose> corners_;
+  std::chrono::steady_clock::time_point began_;
+};
+
+/// Poses of the stations: all corners, and between them as many as the aim allows. Of too many
+/// corners every so manieth.
+std::vector<PlanPose> station_poses(const CorneredMotion& motion, double turn_m,
+                                    std::vector<bool>& is_station) {
+  const double way = motion.length_m(turn_m);
+  const double apart = std::max(way / static_cast<double>(kAimedStations), kStationWay * turn_m);
+  std::vector<PlanPose> poses{motion.corners.front()};
+  for (std::size_t k = 1; k < motion.corners.size(); ++k) {
+    const PlanPose &from = motion.corners[k - 1], &to = motion.corners[k];
+    const double parts = std::ceil(tools::step_length_m(from, to, turn_m) / apart);
+    for (double part = 1; part < parts; ++part) poses.push_back(between(from, to, part / parts));
+    poses.push_back(to);
+  }
+  const std::size_t every =
+      (poses.size() + tools::kMostPlanStations - 2) / (tools::kMostPlanStations - 1);
+  is_station.assign(poses.size(), false);
+  for (std::size_t k = 0; k < poses.size(); k += every) is_station[k] = true;
+  is_station.back() = true;
+  return poses;
+}
+
+}  // namespace
+
+double CorneredMotion::length_m(double turn_m) const {
+  double sum = 0;
+  for (std::size_t k = 1; k < corners.size(); ++k) {
+    sum += tools::step_length_m(corners[k - 1], corners[k], turn_m);
+  }
+  return sum;
+}
+
+CorneredMotion shortened(const PlanPose& start, const ProvedMotion& motion, StepProver& prover,
+                         double turn_m, const ShorteningLimits& limits) {
+  return Shortening(prover, turn_m, limits).run(start, motion);
+}
+
+tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
+                      const tools::PlanCheck& check, const PlanTitle& title) {
+  tools::Plan plan;
+  plan.geometry = tools::geometry_hash(check.scene());
+  plan.seed = title.seed;
+  plan.scene = title.scene;
+  std::replace(plan.scene.begin(), plan.scene.end(), '\n', ' ');
+  plan.tolerance_m = title.tolerance_m;
+  plan.contact_m = title.contact_m;
+  plan.length_m = title.turn_m;
+  std::vector<bool> is_station;
+  const std::vector<PlanPose> poses = station_poses(motion, title.turn_m, is_station);
+  plan.poses.push_back(poses.front());
+  plan.stations.emplace_back();
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    ProvedMotion proved;
+    if (!prover.prove(poses[k - 1], poses[k], kStraightHalvings + 4, ProofSearch::kBest, proved)) {
+      throw std::runtime_error("a step of the shortened motion could not be proved again");
+    }
+    for (std::size_t j = 0; j < proved.poses.size(); ++j) {
+      const tools::StepProof step =
+          check.step(plan.poses.back(), proved.poses[j], proved.steps[j], plan.tolerance_m);
+      if (!step.holds) {
+        throw std::runtime_error("a step that was proved does not hold in long double");
+      }
+      plan.poses.push_back(proved.poses[j]);
+      plan.steps.push_back(proved.steps[j]);
+    }
+    if (!is_station[k]) continue;
+    tools::PlanStation station;
+    station.pose = static_cast<std::uint32_t>(plan.poses.size() - 1);
+    plan.stations.push_back(station);
+  }
+  double to_go = 0;
+  std::size_t at = plan.poses.size() - 1;
+  for (std::size_t k = plan.stations.size(); k-- > 0;) {
+    tools::PlanStation& station = plan.stations[k];
+    for (; at > station.pose; --at) {
+      to_go += tools::step_length_m(plan.poses[at - 1], plan.poses[at], plan.length_m);
+    }
+    station.cost_to_go_m = to_go;
+    tools::StationProof found = check.station(
+        plan.poses[station.pose], station.pose > 0 ? &plan.steps[station.pose - 1] : nullptr,
+        station.pose < plan.steps.size() ? &plan.steps[station.pose] : nullptr, plan.contact_m);
+    station.clearance_m = static_cast<double>(found.clearance_m);
+    station.contacts = std::move(found.contacts);
+  }
+  return plan;
+}
+
+}  // namespace haptic::sim

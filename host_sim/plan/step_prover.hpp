@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Finds the planes that prove a straight motion of the part free: for every pair of pieces that
+/// spheres do not keep apart, the plane of a face or of two edges that leaves a distance on all of
+/// the way (tools/plan/plan_check.hpp has the bound, and checks what is found here). A motion whose
+/// planes turn too fast for the bound is cut in halves.
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "host_sim/plan/pose_algebra.hpp"
+#include "rt_core/scene/scene_view.hpp"
+
+namespace haptic::sim {
+
+using tools::PlanWitness;
+
+/// Proved steps one after the other: `poses` after the start, each with the planes of the step
+/// that leads to it.
+struct ProvedMotion {
+  std::vector<PlanPose> poses;
+  std::vector<std::vector<PlanWitness>> steps;
+};
+
+enum class ProofSearch : bool {
+  kAny,   ///< the first plane that does
+  kBest,  ///< the best of all faces', for a clearance
+};
+
+class StepProver {
+ public:
+  /// The view must outlive it. Depths to `tolerance_m` count as free, of a pair with a facet none.
+  StepProver(const SceneView& scene, double tolerance_m);
+
+  /// Appends the proved steps from `from` to `to`, at most 2^`halvings` of them; false, and
+  /// `motion` as before: none were found.
+  [[nodiscard]] bool prove(const PlanPose& from, const PlanPose& to, int halvings,
+                           ProofSearch search, ProvedMotion& motion);
+
+  /// Whether a plane of every pair leaves a distance at the pose.
+  [[nodiscard]] bool is_free(const PlanPose& pose);
+
+  /// Lower bound of the distance of the nearest pair at a pose, and the direction that parts it.
+  struct Clearance {
+    double gap_m = 0;
+    Vec3d normal_w = Vec3d::Zero();  ///< towards A; zero where spheres alone were looked at
+  };
+  [[nodiscard]] Clearance clearance(const PlanPose& pose);
+
+  /// The pair that the last motion failed for, and where.
+  struct Blocked {
+    std::uint32_t piece_a = 0, piece_b = 0;
+    PlanPose at;
+  };
+  [[nodiscard]] const Blocked& blocked() const { return blocked_; }
+  [[nodiscard]] std::uint64_t steps_tried() const { return steps_tried_; }
+
+ private:
+  struct Edge {
+    std::uint32_t v0 = 0, v1 = 0, apex[2] = {0, 0};
+    Vec3d unit = Vec3d::Zero();
+  };
+  struct Piece {
+    std::vector<Vec3d> vertices, normals;
+    std::vector<Edge> edges;
+    Vec3d centre = Vec3d::Zero(), reference = Vec3d::Zero();
+    double radius_m = 0, reach_m = 0;
+    bool flat = false;
+  };
+  struct Plane {
+    char kind = 'A';
+    std::uint32_t i = 0, j = 0;
+    bool flipped = false;
+  };
+  struct Placed {
+    Vec3d x0;
+    Eigen::Matrix3d r;
+  };
+  struct Motion {
+    Placed p, q;
+    Vec3d dx, turn;
+    double far = 0, angle = 0;
+  };
+  enum class Found : std::uint8_t { kProved, kTurnsTooFast, kMeets };
+
+  [[nodiscard]] static double gap_m(const Placed& at, const Piece& a, const Piece& b,
+                                    const Vec3d& n);
+  [[nodiscard]] static Vec3d normal_of(const Placed& at, const Piece& a, const Piece& b,
+                                       const Plane& plane);
+  [[nodiscard]] static double bound_m(const Motion& motion, const Piece& a, const Piece& b,
+                                      const Vec3d& n_p, const Vec3d& n_q, double g_p, double g_q);
+  [[nodiscard]] Found find_plane(const Motion& motion, std::uint32_t i, std::uint32_t j,
+                                 ProofSearch search, PlanWitness& witness);
+  [[nodiscard]] Found try_step(const PlanPose& from, const PlanPose& to, ProofSearch search,
+                               std::vector<PlanWitness>& planes);
+  template <typename Visit>
+  void for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
+                      const Visit& visit) const;
+
+  std::vector<Piece> pieces_;
+  std::uint32_t moving_ = 0;
+  double tolerance_m_ = 0;
+  std::unordered_map<std::uint64_t, Plane> last_;  ///< by pair: the plane that did last
+  Blocked blocked_;
+  std::uint64_t steps_tried_ = 0;
+};
+
+}  // namespace haptic::sim

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/split_mix.hpp"
+#include "tools/plan/plan_check.hpp"
+
+using namespace haptic;
+using namespace haptic::sim::test;
+using tools::InputError;
+
+namespace {
+
+const std::string kPegGoal = "0,0,-39mm,1,0,0,0";
+
+struct Subject {
+  PlannedScene scene{"square_peg_five"};
+  FoundPlan found = plan_to(scene.view, kPegGoal);
+  std::string text = tools::plan_as_text(found.plan);
+};
+
+const Subject& subject() {
+  static const Subject the_one;
+  return the_one;
+}
+
+std::string refusal_of(const std::string& text) {
+  try {
+    static_cast<void>(tools::parse_plan(text, "p.plan"));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+/// One damage of many kinds: of bytes, of numbers, of lines.
+std::string damaged(const std::string& text, tools::SplitMix64& words) {
+  std::string bad = text;
+  const auto any = [&](std::size_t below) {
+    return static_cast<std::size_t>(words.next() % below);
+  };
+  const std::size_t at = any(bad.size());
+  switch (words.next() % 6) {
+    case 0:
+      bad[at] = static_cast<char>(words.next() & 0xFF);
+      break;
+    case 1:
+      bad.resize(at);
+      break;
+    case 2:
+      bad.erase(at, 1 + any(40));
+      break;
+    case 3:
+      bad.insert(at, bad.substr(any(bad.size()), 1 + any(80)));
+      break;
+    case 4: {  // a digit
+      const std::size_t digit = bad.find_first_of("0123456789", at);
+      if (digit != std::string::npos) bad[digit] = static_cast<char>('0' + words.next() % 10);
+      break;
+    }
+    default: {  // two lines change places
+      const std::size_t first = bad.find('\n', at);
+      const std::size_t second = first == std::string::npos ? first : bad.find('\n', first + 1);
+      const std::size_t third = second == std::string::npos ? second : bad.find('\n', second + 1);
+      if (third == std::string::npos) break;
+      const std::string a = bad.substr(first + 1, second - first),
+                        b = bad.substr(second + 1, third - second);
+      bad.replace(first + 1, third - first, b + a);
+    }
+  }
+  return bad;
+}
+
+/// @return whether it was refused with a sentence; else it is proved, or says which step is not.
+bool is_refused(const std::string& text, bool& proved) {
+  proved = false;
+  try {
+    const tools::Plan plan = tools::parse_plan(text, "p.plan");
+    const tools::PlanProof proof = tools::prove_plan(subject().scene.view, plan, "p.plan");
+    proved = proof.holds();
+    if (!proved) CHECK(proof.failure.size() > 20);
+    return !proved;
+  } catch (const InputError& error) {
+    CHECK(std::string(error.what()).find("p.plan:") == 0);
+    return true;
+  }
+}
+
+void damage_many(std::size_t count) {
+  tools::SplitMix64 words(20);
+  std::size_t refused = 0, proved_again = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    CAPTURE(k);
+    // Every other one with a hash that fits, so that the reader and the proof see the damage.
+    std::string bad = damaged(subject().text, words);
+    if (k % 2 == 1) bad = tools::resealed_plan(bad);
+    bool proved = false;
+    if (is_refused(bad, proved)) {
+      refused += 1;
+    } else {
+      CHECK(proved);
+      proved_again += 1;
+      // Without the hash, nothing but the very text passes.
+      if (k % 2 == 0) CHECK(bad == subject().text);
+    }
+  }
+  CHECK(refused + proved_again == count);
+  MESSAGE(refused << " refused, " << proved_again << " proved again");
+}
+
+}  // namespace
+
+TEST_SUITE("tools.plan") {
+  TEST_CASE("plan file: what is written reads back the same, and is proved") {
+    REQUIRE(subject().found.search.found);
+    const tools::Plan plan = tools::parse_plan(subject().text, "p.plan");
+    CHECK(plan == subject().found.plan);
+    CHECK(plan.stations.size() <= tools::kMostPlanStations);
+    const tools::PlanProof proof = tools::prove_plan(subject().scene.view, plan, "p.plan");
+    CHECK(proof.failure == "");
+    CHECK(proof.certified == plan.steps.size());
+    CHECK(proof.least_m >= -plan.tolerance_m);
+  }
+
+  TEST_CASE("plan file: a refusal names line and defect") {
+    const std::string& text = subject().text;
+    const auto has = [](const std::string& refusal, const char* part) {
+      CAPTURE(refusal);
+      CHECK(refusal.find(part) != std::string::npos);
+      CHECK(refusal.find("make the plan again") != std::string::npos);
+    };
+    has(refusal_of(""), "p.plan:1: the file ends before 'haptic-plan'");
+    has(refusal_of(replaced(text, "haptic-plan 1", "haptic-plan 2")), "another version");
+    has(refusal_of(replaced(text, "seed 1", "seed x")), "p.plan:4: 'x' is no count");
+    has(refusal_of(replaced(text, "seed 1", "seed 2")), "its hash differs");
+    has(refusal_of(text + "x"), "more behind its end");
+    has(refusal_of(tools::resealed_plan(replaced(text, "tolerance ", "tolerance -"))),
+        "not positive");
+    has(refusal_of(tools::resealed_plan(replaced(text, "station 1 ", "station 2 "))), "station");
+  }
+
+  TEST_CASE("plan proof: a plan of another scene, and one that takes more for free, are refused") {
+    const PlannedScene other("two_pins");
+    CHECK_THROWS_AS((void)tools::prove_plan(other.view, subject().found.plan, "p"), InputError);
+    tools::Plan plan = subject().found.plan;
+    plan.tolerance_m *= 2;
+    CHECK_THROWS_AS((void)tools::prove_plan(subject().scene.view, plan, "p"), InputError);
+  }
+
+  TEST_CASE("plan proof: a step through a wall, a missing plane and a false clearance are found") {
+    const SceneView& view = subject().scene.view;
+    tools::Plan plan = subject().found.plan;
+    const std::size_t last = plan.poses.size() - 1;
+    plan.poses[last].x0_m[0] += 0.001;
+    tools::PlanProof proof = tools::prove_plan(view, plan, "p");
+    CHECK_FALSE(proof.holds());
+    CHECK(proof.certified == plan.steps.size() - 1);
+    CHECK(proof.failure.find("step " + std::to_string(last - 1)) == 0);
+    plan = subject().found.plan;
+    plan.steps.back().clear();
+    proof = tools::prove_plan(view, plan, "p");
+    CHECK(proof.failure.find("have no plane") != std::string::npos);
+    plan = subject().found.plan;
+    plan.stations[2].clearance_m += 1e-6;
+    proof = tools::prove_plan(view, plan, "p");
+    CHECK(proof.failure.find("station 2: states a clearance") == 0);
+  }
+
+  TEST_CASE("plan file: 200 damaged ones are refused with a sentence or proved again") {
+    damage_many(200);
+  }
+  TEST_CASE("[long] plan file: 1000 damaged ones are refused with a sentence or proved again") {
+    damage_many(1000);
+  }
+}

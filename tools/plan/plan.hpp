@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A plan: a motion of the moving part from a start to a goal, as poses that are joined by straight
+/// steps, and for each step the directions that prove it free. Written by `host_sim plan`, proved
+/// again by `scene_inspect --plan` (plan_check.hpp), given to the hand by the compiler's [guide].
+///
+/// Poses are those of the grip point: x_0^A in W [m] and the orientation of A. Along a straight
+/// step the grip point moves and the part turns at constant speed, by the shorter way. SI units.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt_core/scene/scene_view.hpp"
+#include "tools/plan/plan_pose.hpp"
+
+namespace haptic::tools {
+
+/// A plane between two convex pieces that turns at constant rate from `begin` to `end` during a
+/// step; both point from B's piece to A's and need not be unit.
+struct PlanWitness {
+  std::uint32_t piece_a = 0, piece_b = 0;  ///< of the scene
+  char kind = 'A';  ///< 'A': of a face of A, 'B': of a face of B, 'C': of two edges
+  std::array<double, 3> begin{}, end{};
+
+  friend bool operator==(const PlanWitness&, const PlanWitness&) = default;
+};
+
+/// Two pieces that touch at a station, as far as the plan's contact distance goes.
+struct PlanContact {
+  std::uint32_t piece_a = 0, piece_b = 0;
+  char kind = 'A';  ///< as PlanWitness::kind
+
+  friend bool operator==(const PlanContact&, const PlanContact&) = default;
+};
+
+/// A pose of the plan that the guide knows.
+struct PlanStation {
+  std::uint32_t pose = 0;             ///< index in Plan::poses
+  double clearance_m = 0;             ///< proved: no pair of pieces is nearer; below 0 by rounding
+  double cost_to_go_m = 0;            ///< length of the rest of the plan
+  std::vector<PlanContact> contacts;  ///< by piece of A, then of B
+
+  friend bool operator==(const PlanStation&, const PlanStation&) = default;
+};
+
+struct Plan {
+  std::uint64_t geometry = 0;   ///< geometry_hash of the scene
+  std::uint64_t seed = 0;       ///< of the search
+  std::string scene;            ///< its name, for people
+  double tolerance_m = 0;       ///< depth that counts as free; of a facet nothing does
+  double contact_m = 0;         ///< pieces nearer than this touch
+  double length_m = 0;          ///< that a turn of 1 rad counts as
+  std::vector<PlanPose> poses;  ///< from the start to the goal
+  std::vector<std::vector<PlanWitness>> steps;  ///< between poses k and k + 1; by piece
+  std::vector<PlanStation> stations;            ///< ascending; the first pose, .., the last
+
+  friend bool operator==(const Plan&, const Plan&) = default;
+};
+
+/// Limits of the format.
+inline constexpr std::size_t kMostPlanPoses = 200'000;
+inline constexpr std::size_t kMostPlanWitnesses = 4'000'000;  ///< of all steps
+inline constexpr std::size_t kMostPlanStations = 256;
+inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 30;
+
+/// Hash of what a plan is a proof about: the vertices of all pieces and where the bodies stand.
+/// Gains, budgets and marks of a scene do not change it.
+[[nodiscard]] std::uint64_t geometry_hash(const SceneView& scene) noexcept;
+
+/// Length of the straight step between two poses: root of |dx|^2 + (length_m angle)^2.
+[[nodiscard]] double step_length_m(const PlanPose& from, const PlanPose& to, double length_m);
+
+/// The file, as text; the last line is a hash of all before. Numbers are exact.
+[[nodiscard]] std::string plan_as_text(const Plan& plan);
+
+/// Reads it back. Everything is checked that can be without the scene: the hash, that every number
+/// is one and within the format's limits, that indices exist and ascend, and that the costs to go
+/// are those of the poses. @throws InputError "FILE:LINE: defect; fix".
+[[nodiscard]] Plan parse_plan(std::string_view text, const std::string& file);
+[[nodiscard]] Plan read_plan(const std::string& path);
+
+/// The same text with its last line made again: for tests of what the hash would hide.
+[[nodiscard]] std::string resealed_plan(std::string_view text);
+
+}  // namespace haptic::tools
