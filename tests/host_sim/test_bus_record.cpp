@@ -19,7 +19,7 @@
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "host_sim/view/core_tape.hpp"
-#include "tests/host_sim/view/recorded_input.hpp"
+#include "tests/host_sim/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
@@ -185,7 +185,7 @@ TEST_SUITE("host_sim.bus_record") {
         unequal += test::hash_after(own.core(), tick) == tick.state_hash ? 0u : 1u;
       }
       CHECK(unequal == 0);
-      CHECK(resets >= 8);
+      CHECK(resets >= 4);  // each connection begins anew
       CHECK(played.ticks == recorded.ticks);
       CHECK(played.sends == recorded.sends);
       CHECK(played.connects == 4);

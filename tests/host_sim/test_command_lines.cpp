@@ -143,7 +143,6 @@ const Row kRows[] = {
     {kSim, "replay @peg.rtscene --motion @folder", 3, "is a folder"},
     {kSim, "replay @scene.toml --motion @m.csv", 3, "graph_compiler"},
     // What is there for the asking.
-    {kCompiler, "@scene.toml -o @json.rtscene --json", 0, "\"parts\""},
     {kSim, "help replay", 0, "Example:"},
     {kSim, "help wcet", 0, "Exit codes: 0 every bound holds"},
     {kSim, "--help", 0, "stability"},

@@ -7,8 +7,8 @@
 
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/view/server/live_trace.hpp"
+#include "tests/host_sim/recorded_input.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
-#include "tests/host_sim/view/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 
 using namespace haptic;

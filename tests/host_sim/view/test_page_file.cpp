@@ -13,8 +13,8 @@
 
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/page_file.hpp"
+#include "tests/host_sim/recorded_input.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
-#include "tests/host_sim/view/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 

@@ -47,6 +47,9 @@ TEST_SUITE("tools.programs") {
     }
     CHECK(read_json(folder.file("a.json"))["nodes"] == 128);
     CHECK(file_count(folder.file("")) == 2);
+    const ProgramResult json = compile(kScene + " --json -o " + folder.file("c.rtscene"));
+    CHECK(nlohmann::json::parse(json.out).contains("parts"));
+    std::filesystem::remove(folder.file("c.rtscene"));
     const ProgramResult quiet = compile(kScene + " --quiet -o " + folder.file("b.rtscene"));
     CHECK(quiet.exit_code == 0);
     CHECK(quiet.out.empty());
