@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Poses of a plan as the planner computes with them: double, whatever the core's scalar is.
+/// Poses of a plan as the planner computes with them: double, also where the core has float.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

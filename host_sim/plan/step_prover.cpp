@@ -234,7 +234,7 @@ bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings, P
       ends.pop_back();
       continue;
     }
-    // An end that is not free is not reached, whatever lies before it.
+    // An end that is not free is not reached, also where nothing lies before it.
     if (found == Found::kMeets || end.halvings == 0) {
       motion.poses.resize(before);
       motion.steps.resize(before);

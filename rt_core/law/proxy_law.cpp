@@ -31,11 +31,6 @@ constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
 /// spring holds.
 constexpr Real kOnItsWay = 0.02_r;
 constexpr std::uint32_t kPatience = 48, kMostHeld = kPatience + 2 * 128;
-/// A pull that is let go falls by this much in a tick, its torque by this much at the part's
-/// radius, and either by at least this share of it.
-constexpr Real kRelease_n = 1.0_r, kReleaseTurn_n = 0.75_r, kReleaseShare = 0.05_r;
-/// A turn is at most this multiple of the chord between its quaternions.
-constexpr Real kTurnOfChord = 2.25_r;
 /// Passes of a tick that may go no farther than a few times the tolerance.
 constexpr std::uint32_t kMostShortPasses = 2;
 /// With one goal the planes are chosen from the start in every such tick.
@@ -262,27 +257,6 @@ void Proxy::accept(const Step& step) noexcept {
                               gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
     }
   }
-}
-
-/// How far p may move in this tick: as far as the goal has, which in free space is all of its way,
-/// and what lets go of the pull that contact has built up, over several ticks.
-void Proxy::bound_move(const GripPose& goal) noexcept {
-  const Spring& spring = parameters_.spring;
-  const PoseError error = error_of(goal, p_);
-  way_left_m_ = std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm()) +
-                std::max(kRelease_n / spring.k_t_n_per_m,
-                         kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
-  if (is_fixed()) return;
-  const Real chord2 = std::min((goal.q_wa.coeffs() - goal_.q_wa.coeffs()).squaredNorm(),
-                               (goal.q_wa.coeffs() + goal_.q_wa.coeffs()).squaredNorm());
-  turn_left_rad_ = kTurnOfChord * std::sqrt(chord2) +
-                   std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
-                            kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
-}
-
-bool Proxy::may_move() const noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  return way_left_m_ > scale.still_m && (is_fixed() || turn_left_rad_ > scale.still_rad);
 }
 
 ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {

@@ -24,10 +24,6 @@ constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
 constexpr std::uint32_t kMostNearer = 3;
 /// Among facets a step uses up no more than this share of what the list of near pairs leaves.
 constexpr Real kListShare = 0.9_r;
-/// Programs of one round with rows for what p may move by. They are worth it where the way and the
-/// turn may be done to shares this far apart.
-constexpr std::uint32_t kMaxBoundsOfRound = 2;
-constexpr Real kHeldUp = 0.5_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
 /// Gaps less negative than this share of the tolerance are not worth a closing.
@@ -412,41 +408,6 @@ PoseError Proxy::asked(const PoseError& error) const noexcept {
     wish.rotation_rad = last_qp_.z.tail<3>() / secant_.length_m + error.rotation_rad;
   }
   return wish;
-}
-
-/// The same where p is held and may not come so far in this tick: where its turn has to wait much
-/// more than its way, or the other way round, a row cuts off what is beyond, so that the one does
-/// not hold up the other.
-PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
-  PoseError way = wish_;
-  for (std::uint32_t k = 0; k < kMaxBoundsOfRound && bound_programs_ < kMaxBoundPrograms; ++k) {
-    if (is_fixed() || last_qp_.active_count == 0) break;
-    const Real far = std::sqrt(way.translation_m.squaredNorm());
-    const Real turn = std::sqrt(way.rotation_rad.squaredNorm());
-    const Real far_share = far > way_left_m_ ? way_left_m_ / far : Real{1};
-    const Real turn_share = turn > turn_left_rad_ ? turn_left_rad_ / turn : Real{1};
-    if (!(std::min(far_share, turn_share) < kHeldUp * std::max(far_share, turn_share))) break;
-    if (tick.units() > parameters_.work_units / 2) break;
-    QpRow row;
-    if (turn_share < far_share) {
-      const Vec3 along = way.rotation_rad / turn;
-      row.g.tail<3>() = -along;
-      row.h = secant_.length_m * (along.dot(error.rotation_rad) - turn_left_rad_);
-    } else {
-      const Vec3 along = way.translation_m / far;
-      row.g.head<3>() = -along;
-      row.h = along.dot(error.translation_m) - way_left_m_;
-    }
-    if (rows_.size() >= kMaxProxyRows || !rows_.push(row)) break;
-    row_plane_[rows_.size() - 1] = kMaxImposedPlanes;
-    if (!row_cone_.empty()) row_cone_[rows_.size() - 1] = kMaxFrictionCones;
-    bound_programs_ += 1;
-    const QpResult last = last_qp_;
-    last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
-    cut_cones(error, tolerance_m, tick);
-    way = asked(error);
-  }
-  return way;
 }
 
 /// The planes could not be chosen from the start for want of budget: those that hold p where it is

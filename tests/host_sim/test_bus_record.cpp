@@ -185,7 +185,7 @@ TEST_SUITE("host_sim.bus_record") {
         unequal += test::hash_after(own.core(), tick) == tick.state_hash ? 0u : 1u;
       }
       CHECK(unequal == 0);
-      CHECK(resets >= 4);  // each connection begins anew
+      CHECK(resets >= 4);  // at each connection
       CHECK(played.ticks == recorded.ticks);
       CHECK(played.sends == recorded.sends);
       CHECK(played.connects == 4);

@@ -80,7 +80,7 @@ struct CompileOptions {
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
   bool propose_tolerance = false;           ///< try which one meets the budget of the rate
   /// For questions about places: start shapes are kept and, of solids alone, the core can be asked
-  /// for the contact at the goal, whatever the scene file says.
+  /// for the contact at the goal, also where the scene file does not.
   bool for_questions = false;
   bool image = false;  ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
