@@ -12,8 +12,8 @@
 //
 // A cone lifts a point that slides by mu |dp_t|, and the next pass lets it down again. Where the
 // planes are not parallel, as in a thread, it slides down them then, and its friction would be
-// against that alone. So slip is that of the whole tick: with the slip s of its earlier passes a
-// cone is n.dp - mu (|s + dp_t| - |s|) >= -gap.
+// against that alone. There slip is that of the whole tick: with the slip s of its earlier passes
+// a cone is n.dp - mu (|s + dp_t| - |s|) >= -gap.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -27,6 +27,11 @@ namespace {
 /// Share of mu |dp_t| by which the rows may leave out a cone: 1 - cos of the angle between a slip
 /// and the nearest half space, 0.014 rad.
 constexpr Real kConeShare = 1.0e-3_r;
+/// The same as a share of the whole pull, for a pair that has slid in this tick: what later passes
+/// let it slide is the rest of what the first one lifted it by, and short.
+constexpr Real kForceShare = 1.0e-4_r;
+/// Cosine of the angle below which planes count as parallel, 0.0014 rad.
+constexpr Real kParallel = 1 - 1.0e-6_r;
 /// Cosine and sine of the angle between a direction and those at its sides, 0.2 rad.
 constexpr Real kAlong = 0.9800665778412416_r, kAside = 0.1986693307950612_r;
 /// A pull at a point below this share of the region's height has no direction.
@@ -44,6 +49,9 @@ void Proxy::begin_cones() noexcept {
   std::swap(cones_, last_cones_);
   cones_.clear();
   cone_programs_ = 0;
+  wedged_ = std::any_of(last_cones_.begin(), last_cones_.end(), [&](const FrictionCone& cone) {
+    return cone.normal_w.dot(last_cones_[0].normal_w) < kParallel;
+  });
 }
 
 /// The cone of a contact point with five of its half spaces, one against its slip or pull, and that
@@ -67,17 +75,17 @@ bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& norma
     kept = last.direction_w - normal_w * normal_w.dot(last.direction_w);
     break;
   }
-  // Against the slip of the tick so far, or the way that the goal has come and the part has not, or
-  // the pull: on planes that are not parallel the pull at a point is mostly into the others. Of a
-  // point with hardly any the last direction stays: tremor gives it none.
-  cone.slid_w = slip_of(cone, slid_.translation_m, slid_.rotation_rad);
+  // Against the pull. On planes that are not parallel the pull at a point is mostly into the
+  // others: there against the slip of the tick so far, or the way that the goal has come and the
+  // part has not. Of a point with hardly any pull the last direction stays: tremor gives it none.
+  if (wedged_) cone.slid_w = slip_of(cone, slid_.translation_m, slid_.rotation_rad);
   cone.slid_m = std::sqrt(cone.slid_w.squaredNorm());
   const auto is_way = [&](const Vec3& way) {
     return way.squaredNorm() >
            kOwnWay * kOwnWay * parameters_.scale.last_m * parameters_.scale.last_m;
   };
   Vec3 pull = cone.slid_w;
-  if (!is_way(pull)) pull = slip_of(cone, way_.translation_m, way_.rotation_rad);
+  if (wedged_ && !is_way(pull)) pull = slip_of(cone, way_.translation_m, way_.rotation_rad);
   if (!is_way(pull)) pull = slip_of(cone, error.translation_m, error.rotation_rad);
   Vec3 t = -pull;
   if (pull.squaredNorm() <
@@ -119,6 +127,7 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
   if (cones_.empty()) return;
   for (; cone_programs_ < kMaxConePrograms; ++cone_programs_) {
     const auto [dx, dtheta] = asked(error);
+    const Real pulled = std::sqrt(last_qp_.z.squaredNorm());
     const auto against = [&](std::uint32_t k, const Vec3& slip) {
       Vec3 t = -(cones_[k].slid_w + slip);
       for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
@@ -136,8 +145,10 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
       const Real slides = length - cone.slid_m;
       Real rise = cone.normal_w.dot(dx);
       if (!is_fixed()) rise += cone.app_w.cross(cone.normal_w).dot(dtheta);
-      const Real leave =
-          std::max(kConeShare * cone.friction * std::sqrt(slip.squaredNorm()), tolerance_m);
+      const ProxyPair& pair = pairs_[cone.pair];
+      const Real force_m = !wedged_ && pair.slips && pair.quiet_ticks == 0 ? pulled : Real{0};
+      const Real leave = std::max({kConeShare * cone.friction * std::sqrt(slip.squaredNorm()),
+                                   kForceShare * force_m, tolerance_m});
       const Real room = rise - cone.least_m;
       if (!(cone.friction * slides - room > leave)) continue;
       Vec3 t = against(k, slip);

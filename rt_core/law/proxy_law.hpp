@@ -412,6 +412,7 @@ class Proxy {
   QpResult last_qp_;
   bool longest_ = false;       ///< the step that this pass tried was as long as any among facets
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
+  bool wedged_ = false;        ///< contact points with friction lie in planes that are not parallel
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
   bool short_ = false;         ///< the steps of this try are a few times the tolerance
   bool far_rows_ = false;      ///< rows linearised away from p_ are in the program
