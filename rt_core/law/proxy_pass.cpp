@@ -123,7 +123,10 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
       short_ = false;
     } else {
       tick.spent = false;
-      if (!check(step, -scale.tolerance_m / 2, tick).ok) return end_spent();
+      if (!check(step, -scale.tolerance_m / 2, tick).ok) {
+        tick.spent = true;
+        return end_spent();
+      }
       end_j = short_j;
     }
   }
