@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Images of scenes of the project (linker/SceneImage.cmake): the tetrahedron's without operating system; the peg's as a
-# hosted program without what the scene does not ask for. Each image is one more core to compile; with
-# HAPTIC_THOROUGH_CHECKS also that of a tetrahedron that never turns, on a device; with HAPTIC_ALL_CHECKS too that of a needle of
-# which pruning has left the point.
+# hosted program without what the scene does not ask for. Each image is one more core to compile; with HAPTIC_ALL_CHECKS
+# also that of a tetrahedron that never turns, on a device, and that of a needle of which pruning has left the point.
 # Each must compute the bits of the general program along the scene's motion, and stop at any other scene.
 
 set(skip_image "${skip_link}")
@@ -129,7 +128,7 @@ endfunction()
 haptic_closed_image_probe(heap_malloc "undefined reference to `malloc'")
 haptic_closed_image_probe(image_heap "bare metal: a heap is linked" -fno-builtin)
 haptic_closed_image_probe(image_constructor "bare metal: a static constructor or destructor is linked")
-if(HAPTIC_THOROUGH_CHECKS)
+if(HAPTIC_ALL_CHECKS)
   haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
   haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
     MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 110592 STATE 28672)
@@ -141,8 +140,7 @@ if(HAPTIC_THOROUGH_CHECKS)
   haptic_traits_probe(image_fixed no_fixed_planes "fixed_orientation = true" "fixed_orientation = false")
   haptic_traits_probe(image_fixed no_device "device = true" "device = false")
   haptic_traits_probe(image_fixed less_visits "valid_visits = [0-9]+" "valid_visits = 2")
-endif()
-if(HAPTIC_THOROUGH_CHECKS AND HAPTIC_ALL_CHECKS)
+
   haptic_motion_ticks(needle ${checks}/needle/motion.toml)
   haptic_add_scene_image(image_needle SCENE ${checks}/needle/scene.toml SOURCES ${runner}
     MOTION ${images}/needle.ticks WITHOUT contact_geometry)

@@ -71,11 +71,11 @@ struct TwoBoxes {
 
 TEST_SUITE("host_sim.proxy_fuzz") {
   TEST_CASE("no friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
-    check_invariants(run(60000, 1, 2, std::nullopt, {0.0}));
+    check_invariants(run(40000, 1, 2, std::nullopt, {0.0}));
   }
 
   TEST_CASE("friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
-    check_invariants(run(60000, 1, 2, std::nullopt, {0.3}));
+    check_invariants(run(40000, 1, 2, std::nullopt, {0.3}));
   }
 
   TEST_CASE("[long] no friction: the same over a million ticks and another seed") {
@@ -87,9 +87,9 @@ TEST_SUITE("host_sim.proxy_fuzz") {
   }
 
   TEST_CASE("the result does not depend on the number of threads") {
-    const ProxyFuzzResult one = run(8000, 3, 1), three = run(8000, 3, 3);
+    const ProxyFuzzResult one = run(4000, 3, 1), three = run(4000, 3, 3);
     CHECK(proxy_fuzz_page(one) == proxy_fuzz_page(three));
-    CHECK(proxy_fuzz_page(one) != proxy_fuzz_page(run(8000, 4, 3)));
+    CHECK(proxy_fuzz_page(one) != proxy_fuzz_page(run(4000, 4, 3)));
   }
 
   TEST_CASE("a certificate that is too generous leaves the part inside") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nearly every test includes, compiled once for each test program. A test still includes what
+// What nearly every test includes, compiled once for all test programs. A test still includes what
 // it uses.
 #pragma once
 

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMotionSeconds = 8, kQuickMotionSeconds = 2;
 constexpr double kQuickSearchSeconds = 2, kQuickWakeupSeconds = 0.5;
-constexpr std::size_t kQuickSameState = 200;
+constexpr std::size_t kQuickSameState = 50;
 
 struct WcetArguments {
   std::string scene, motion, out, flow_facts, fault;

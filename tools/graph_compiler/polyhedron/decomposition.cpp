@@ -362,14 +362,20 @@ class Decomposer {
       body_diagonal = std::max(body_diagonal, diagonal(world_, vertices_of(solid.solid)));
     }
     double least = std::numeric_limits<double>::infinity();
+    const Solid* thinnest = nullptr;
+    std::size_t thin = 0;
     for (const Solid& piece : result_.pieces) {
       const double width = thickness(world_, piece);
+      if (width < kThinRelative * body_diagonal) ++thin;
+      if (width < least) thinnest = &piece;
       least = std::min(least, width);
-      if (width < kThinRelative * body_diagonal) {
-        result_.warnings.push_back(file_ + ": the piece near " + place(world_, piece) +
-                                   " m is only " + format(width / world_.scale) +
-                                   " m thick: two almost equal planes; raise the plane tolerance");
-      }
+    }
+    if (thin > 0) {
+      const std::string others =
+          thin > 1 ? " (" + std::to_string(thin - 1) + " more pieces are thin)" : "";
+      result_.warnings.push_back(file_ + ": the piece near " + place(world_, *thinnest) +
+                                 " m is only " + format(least / world_.scale) + " m thick" +
+                                 others + ": two almost equal planes; raise the plane tolerance");
     }
     result_.thinnest_m = least / world_.scale;
   }
