@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim cost --out DIR [--quick] [--scenes peg,field,..] [--compare DIR2] [--repeats 5]
-//               [--no-instructions]
+// host_sim cost [SCENE --motion M] --out DIR [--quick] [--scenes peg,field,..] [--compare DIR2]
+//               [--repeats 5] [--no-instructions]
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -20,12 +20,14 @@ namespace {
 struct CostArguments {
   CostPlan plan;
   std::vector<std::string> scenes;
-  std::string compare;
+  std::string compare, scene, motion;
   bool no_instructions = false;
 };
 
-/// The scenes that are named, each once; by default all but the largest.
+/// The scenes that are named, each once; by default all but the largest. None beside a scene of the
+/// user's.
 std::vector<CostScene> chosen_scenes(const CostArguments& o) {
+  if (!o.scene.empty()) return {};
   std::vector<std::string> names;
   for (const std::string& name : o.scenes) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
@@ -40,12 +42,17 @@ std::vector<CostScene> chosen_scenes(const CostArguments& o) {
 
 int do_cost(const CostArguments& o) {
   const std::vector<CostScene> scenes = chosen_scenes(o);
+  std::vector<PreparedScene> given;
+  if (!o.scene.empty()) given.push_back(prepared_by_user(o.scene, o.motion));
+  std::vector<std::string> names;
+  for (const CostScene& scene : scenes) names.push_back(scene.name);
+  for (const PreparedScene& scene : given) names.push_back(scene.scene.name);
   // Read before anything is written: an output that would replace an input is refused.
-  std::vector<std::optional<EarlierRun>> earlier(scenes.size());
-  for (std::size_t k = 0; k < scenes.size() && !o.compare.empty(); ++k)
-    earlier[k] = read_earlier_run(o.compare, scenes[k].name);
+  std::vector<std::optional<EarlierRun>> earlier(names.size());
+  for (std::size_t k = 0; k < names.size() && !o.compare.empty(); ++k)
+    earlier[k] = read_earlier_run(o.compare, names[k]);
   std::vector<std::string> outputs{"cost.csv", "cost.json", "cost.svg", "comparison.csv"};
-  for (const CostScene& scene : scenes) outputs.push_back(scene.name + ".csv");
+  for (const std::string& name : names) outputs.push_back(name + ".csv");
   tools::claim_folder(o.plan.folder, "--out", outputs);
   CostPlan plan = o.plan;
   plan.instructions = !o.no_instructions;
@@ -54,12 +61,13 @@ int do_cost(const CostArguments& o) {
   const auto write = [&](const std::string& name, const std::string& content) {
     write_whole_file(plan.folder + "/" + name, content);
   };
-  for (std::size_t k = 0; k < scenes.size(); ++k) {
-    std::fprintf(stderr, "cost: scene %zu of %zu, %s (%s)\n", k + 1, scenes.size(),
-                 scenes[k].name.c_str(), scenes[k].words.c_str());
-    const PreparedScene prepared = prepare_cost_scene(scenes[k], plan);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const CostScene& scene = given.empty() ? scenes[k] : given[k].scene;
+    std::fprintf(stderr, "cost: scene %zu of %zu, %s (%s)\n", k + 1, names.size(),
+                 scene.name.c_str(), scene.words.c_str());
+    const PreparedScene prepared = given.empty() ? prepare_cost_scene(scene, plan) : given[k];
     runs.push_back(measure_cost(prepared, plan));
-    write(scenes[k].name + ".csv", cost_ticks_csv(runs.back()));
+    write(names[k] + ".csv", cost_ticks_csv(runs.back()));
     if (!o.compare.empty()) {
       differences.push_back(
           difference_of(runs.back(), file_text(prepared.motion_path), earlier[k]));
@@ -87,15 +95,23 @@ int do_cost(const CostArguments& o) {
 Command add_cost_command(CLI::App& program) {
   const auto o = std::make_shared<CostArguments>();
   CLI::App* app = program.add_subcommand(
-      "cost", "Counts the work of a tick on seven scenes; compares with an earlier build.");
+      "cost",
+      "Counts the work of a tick on seven scenes, or on one of your own; compares with an earlier "
+      "build.");
+  CLI::Option* scene = app->add_option("scene,--scene", o->scene,
+                                       "compiled scene (.rtscene) to run instead of ours");
+  CLI::Option* motion =
+      app->add_option("--motion", o->motion, "its motion: t,x,y,z,qw,qx,qy,qz")->needs(scene);
+  scene->needs(motion);
   app->add_option("-o,--out", o->plan.folder, "folder for the files below")->required();
   app->add_option("--scenes", o->scenes,
                   "separated by commas: peg, ell, field, peg32, peg64_r10, peg64_r5, assembly, "
                   "pieces1000, thread24, sphere100k\n(default: all but the last three)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->excludes(scene);
   app->add_option("--compare", o->compare, "folder of an earlier report of the same scenes")
       ->check(CLI::ExistingDirectory);
-  app->add_flag("--quick", o->plan.quick, "motions four times as fast, for tests");
+  app->add_flag("--quick", o->plan.quick, "motions four times as fast, for tests")->excludes(scene);
   app->add_option("--repeats", o->plan.repeats, "runs per tick for the times (default 5)")
       ->check(CLI::Range(1, 10000));
   app->add_flag("--no-instructions", o->no_instructions,

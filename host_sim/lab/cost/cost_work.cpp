@@ -84,6 +84,16 @@ PreparedScene prepare_cost_scene(const CostScene& scene, const CostPlan& plan) {
   return prepared;
 }
 
+PreparedScene prepared_by_user(const std::string& blob_path, const std::string& motion_path) {
+  PreparedScene prepared;
+  prepared.scene.name = std::filesystem::path(blob_path).stem().string();
+  prepared.scene.words = "with " + motion_path;
+  prepared.blob_path = blob_path;
+  prepared.motion_path = motion_path;
+  prepared.motion = read_played_motion(motion_path);
+  return prepared;
+}
+
 CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
   CoreSession session(scene.blob_path, GoalContact::kLeftOut);
   const std::vector<MotionSample>& motion = scene.motion;

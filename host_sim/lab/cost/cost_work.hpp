@@ -32,6 +32,11 @@ struct PreparedScene {
 /// next to this program. @throws tools::InputError: no such program, or it refuses the scene.
 [[nodiscard]] PreparedScene prepare_cost_scene(const CostScene& scene, const CostPlan& plan);
 
+/// A compiled scene and a motion of the user's. @throws tools::InputError: as read_played_motion
+/// does.
+[[nodiscard]] PreparedScene prepared_by_user(const std::string& blob_path,
+                                             const std::string& motion_path);
+
 /// What one tick did, and what came out of it.
 struct CostTick {
   double t_s = 0;
