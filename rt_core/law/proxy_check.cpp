@@ -13,6 +13,11 @@ namespace {
 
 /// A step is not shortened by more than this at once.
 constexpr Real kLeastShare = 1.0e-3_r;
+/// A turn by theta moves a point of lever v by theta x v but for this times |v| theta^2, theta up
+/// to 1 rad: (1 - cos theta) and (theta - sin theta), over theta^2.
+constexpr Real kTurnBend = 2.0_r / 3;
+/// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
+constexpr Real kHeldRounding = 16;
 
 /// How deep a step may dip on its way, from a gap of `gap_p_m`.
 Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
@@ -89,6 +94,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     reached.support = gap.support;
     reached.gap_p_m = gap_p_m;
     reached.gap_q_m = gap.defined ? gap.gap_m : kLowest;
+    reached.normal_q_w = gap.normal_w;
     reached.path_m = path;
   };
   reached.exact_q = true;
@@ -125,8 +131,28 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   reached.support = exposed.support;
   reached.gap_p_m = exposed.gap_p_m;
   reached.gap_q_m = exposed.gap_q_m;
+  reached.normal_q_w = exposed.normal_q_w;
   reached.path_m = exposed.path_m;
   return true;
+}
+
+/// The gap of a reached pair on a step of these lengths, along the direction that it has at p. No
+/// vertex of A moves farther than |dx| + r |dtheta|. Of facets that slide on each other the
+/// direction is known, and a vertex v of A moves along it by n.dx + v.(n x dtheta), but for
+/// |v| theta^2 2/3 at the most; both are linear in the share of the step but for the last.
+Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Real far_m,
+                               Real turn_rad) const noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  const Real swept_m = far_m + turn_rad * pair.reach_a_m;
+  const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
+  if (!pair.has_held) return any;
+  const Vec3 across = pair.held_w.cross(step.dtheta_rad);
+  const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
+                      pair.radius_a_m * std::sqrt(across.squaredNorm());
+  const Real bend_m =
+      kTurnBend * pair.reach_a_m * turn_rad * turn_rad + kHeldRounding * kRealEpsilon * swept_m;
+  return {std::max(any.at_end_m, reached.gap_m - (fall_m + bend_m)),
+          std::max(any.on_way_m, reached.gap_m - (std::max(fall_m, Real{0}) + bend_m))};
 }
 
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
@@ -145,17 +171,17 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];
     const ProxyPair& pair = pairs_[reached.pair];
-    // The direction of the plane at p, held fixed, loses no more than this anywhere on the way.
-    Real least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
-    if (!reached.exact_p && !(least_gap > parameters_.scale.tolerance_m)) {
+    HeldGap held = held_gap(reached, step, far, turn);
+    if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
       look_closer(reached, tick);
-      least_gap = reached.gap_m - (far + turn * pair.reach_a_m);
+      held = held_gap(reached, step, far, turn);
     }
-    if (least_gap > parameters_.scale.tolerance_m) {
+    if (held.on_way_m > parameters_.scale.tolerance_m) {
       reached.plane = pair.plane;
       reached.support = pair.support;
       reached.gap_p_m = reached.gap_m;
-      reached.gap_q_m = reached.path_m = least_gap;
+      reached.gap_q_m = held.at_end_m;
+      reached.path_m = held.on_way_m;
       reached.exact_q = false;
       continue;
     }

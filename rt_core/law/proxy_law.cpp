@@ -194,6 +194,7 @@ void Proxy::keep_found() noexcept {
     pair.support = reached.support;
     pair.gap_m = reached.gap_p_m;
     pair.gap_version = version_;
+    pair.has_held = false;
   }
   pending_.clear();
   for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
@@ -249,7 +250,13 @@ void Proxy::accept(const Step& step) noexcept {
     ProxyPair& pair = pairs_[reached.pair];
     pair.plane = reached.plane;
     pair.support = reached.support;
-    if (reached.exact_q) {
+    if (!reached.exact_q) {
+      if (pair.has_held) {
+        pair.clear_until_m =
+            std::max(pair.clear_until_m, odometer_m(pair) + static_cast<double>(reached.gap_q_m));
+      }
+    } else {
+      hold(pair, reached.normal_q_w);
       pair.gap_m = reached.gap_q_m;
       pair.gap_version = version_;
       pair.clear_until_m =

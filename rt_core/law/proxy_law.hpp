@@ -53,26 +53,33 @@ struct ProxyScale {
 
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 
-/// What the proxy keeps of one pair near it. Pairs are named by their slot.
-struct ProxyPair {
+/// What the proxy keeps of one pair near it. Pairs are named by their slot. Every pass looks at the
+/// first line of the cache of each, and a step that has a direction to go by at the second.
+struct alignas(64) ProxyPair {
   const PairView* view = nullptr;
-  std::uint32_t index = 0;          ///< of the scene
-  Vec3 reference_w = Vec3::Zero();  ///< of B's body
-  Real reach_a_m = 0;               ///< lever of the piece of A about the grip point
-  Real friction = 0;                ///< Coulomb coefficient while it slides
-  Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
-  PlaneId plane;                    ///< that last certified the pair, when known
-  SupportPair support;
   double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
+  Real reach_a_m = 0;        ///< lever of the piece of A about the grip point
   Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
-  std::uint64_t held_in = 0;     ///< the last pass that began with a plane of it
   std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
+  std::uint32_t index = 0;       ///< of the scene
   bool known = false;
-  bool inside = false;            ///< no plane had a gap: the pair is being recovered
-  bool waits = false;             ///< for a search that a tick had no budget for
+  bool inside = false;  ///< no plane had a gap: the pair is being recovered
+  bool waits = false;   ///< for a search that a tick had no budget for
+  bool has_held = false;
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
   std::uint32_t quiet_ticks = 0;  ///< in which it did not
+  /// Of facets, when they have one: the plane's normal when the gap was measured, along which the
+  /// pair stays apart as long as clear_until_m says; the middle of the piece of A and the radius
+  /// about it.
+  Vec3 held_w = Vec3::Zero(), middle_a = Vec3::Zero();
+  Real radius_a_m = 0;
+  PlaneId plane;  ///< that last certified the pair, when known
+  SupportPair support;
+  Vec3 reference_w = Vec3::Zero();  ///< of B's body
+  Real friction = 0;                ///< Coulomb coefficient while it slides
+  Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
+  std::uint64_t held_in = 0;        ///< the last pass that began with a plane of it
 };
 
 /// A pair that a pass can reach.
@@ -84,8 +91,9 @@ struct ReachedPair {
   /// closest: of those that can carry a force while one of these is valid.
   PlaneId plane;
   SupportPair support;
-  Real gap_p_m = 0;       ///< at p, along that plane
-  Real gap_q_m = 0;       ///< there, or a lower bound of it
+  Real gap_p_m = 0;                ///< at p, along that plane
+  Vec3 normal_q_w = Vec3::Zero();  ///< of that plane, where gap_q_m is the gap itself
+  Real gap_q_m = 0;                ///< there, or a lower bound of it
   Real path_m = 0;        ///< on the way there, a lower bound: of the plane between its two ends
   bool exact_p = true;    ///< gap_m is the gap itself
   bool unsure = false;    ///< no plane certifies it at p, for want of budget
@@ -207,6 +215,7 @@ class Proxy {
  private:
   struct Step;
   struct Check;
+  struct HeldGap;
 
   /// How a pass ended.
   enum class PassEnd : std::uint8_t {
@@ -239,6 +248,12 @@ class Proxy {
   }
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
+  /// The direction along which the gap of a pair of facets has been measured.
+  static void hold(ProxyPair& pair, const Vec3& normal_w) noexcept {
+    if (!(pair.view->skin_m > 0)) return;
+    pair.held_w = normal_w;
+    pair.has_held = true;
+  }
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
   [[nodiscard]] bool measure(ProxyPair& pair, ProxyTick& tick) noexcept;
   void look_closer(ReachedPair& reached, ProxyTick& tick) noexcept;
@@ -316,6 +331,8 @@ class Proxy {
   void settle_slip() noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] HeldGap held_gap(const ReachedPair& reached, const Step& step, Real far_m,
+                                 Real turn_rad) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,
                              ProxyTick& tick) noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,

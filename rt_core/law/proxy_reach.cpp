@@ -72,6 +72,7 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.support = found.support;
   pair.gap_m = std::min(found.d_near_m, best.f_m) - pair.view->skin_m;
   pair.gap_version = version_;
+  pair.has_held = false;
   pair.known = true;
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
 }
@@ -90,6 +91,7 @@ bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
     return true;
   });
   if (!best.defined || best.gap_m < 0) return false;
+  hold(pair, best.normal_w);
   pair.plane = best.id;
   pair.support = best.support;
   pair.gap_m = best.gap_m;
@@ -122,6 +124,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
     tick.plane_gaps += 1;
     pair.support = gap.support;
+    hold(pair, gap.normal_w);
     pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
     pair.gap_version = version_;
   }
@@ -243,6 +246,8 @@ void Proxy::enter(std::uint32_t slot) noexcept {
   pair.index = near.pair;
   for (int k = 0; k < 3; ++k) pair.reference_w[k] = static_cast<Real>(body.reference_m[k]);
   pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
+  pair.middle_a = piece_centre(*view.a.record);
+  pair.radius_a_m = static_cast<Real>(view.a.record->radius_m) * (1 + kRealEpsilon);
   pair.friction = static_cast<Real>(body.friction);
   pair.friction_static = static_cast<Real>(body.friction_static);
   pair.clear_until_m = list_path_m_ + list_turn_rad_ * static_cast<double>(pair.reach_a_m) +

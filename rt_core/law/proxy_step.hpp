@@ -22,6 +22,11 @@ struct Proxy::Check {
   Real share = 1;
 };
 
+/// What is left of a pair's gap along a direction that is held fixed, at least [m].
+struct Proxy::HeldGap {
+  Real at_end_m = 0, on_way_m = 0;
+};
+
 /// A pair with at least so many basic contacts is certified by a face, if one does, before its
 /// valid set is asked for.
 inline constexpr std::uint32_t kManyNodes = 700;
