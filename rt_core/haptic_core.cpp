@@ -210,7 +210,7 @@ RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
   return RtStatus::kOk;
 }
 
-std::uint32_t HapticCore::pair_count() const noexcept { return memory_->pair_count; }
+PairIndex HapticCore::pair_count() const noexcept { return memory_->pair_count; }
 
 const StepPeaks& HapticCore::peaks() const noexcept { return memory_->peaks; }
 
@@ -222,7 +222,7 @@ PairReport HapticCore::pair_report(std::uint32_t pair) const noexcept {
   return memory_->searches_goal ? memory_->goal_contact.report(pair) : PairReport{};
 }
 
-void HapticCore::contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept {
+void HapticCore::contact_geometry(PairIndex pair, ContactGeometry& out) noexcept {
   forget_contact(out);
   if (!kSceneTraits.contact_geometry) return;
   CoreMemory& m = *memory_;

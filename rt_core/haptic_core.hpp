@@ -45,7 +45,8 @@ class HapticCore {
   void reset() noexcept;
 
   // Read-only views of the last tick for reports and pictures; not needed by the loop.
-  [[nodiscard]] std::uint32_t pair_count() const noexcept;
+  [[nodiscard]] PairIndex pair_count() const noexcept;
+  /// Of a listed pair: unlisted ones have none.
   [[nodiscard]] PairReport pair_report(std::uint32_t pair) const noexcept;
   /// Law kProxy: the planes that hold the part. Other laws: none.
   [[nodiscard]] const FeltContact& felt_contact() const noexcept;
@@ -59,7 +60,7 @@ class HapticCore {
   /// pair does not touch they end empty. Uses memory of the tick: between ticks, on their thread.
   /// Cost: near nodes, and O(K log K) of the K contact points; law kProxy: and a search of the pair
   /// without history.
-  void contact_geometry(std::uint32_t pair, ContactGeometry& out) noexcept;
+  void contact_geometry(PairIndex pair, ContactGeometry& out) noexcept;
 
  private:
   explicit HapticCore(CoreMemory* memory) noexcept : memory_(memory) {}

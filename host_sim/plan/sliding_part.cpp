@@ -109,8 +109,8 @@ std::uint64_t SlidingPart::contact_state() const {
   std::uint64_t state = 0;
   const FeltContact& felt = session_->core().felt_contact();
   for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
-    state += tools::hashed(std::uint64_t{felt.planes[k].pair} << 8 |
-                           static_cast<std::uint64_t>(felt.planes[k].type));
+    state +=
+        tools::hashed(felt.planes[k].pair << 8 | static_cast<std::uint64_t>(felt.planes[k].type));
   }
   return state;
 }

@@ -26,7 +26,7 @@ struct PushResult {
 
 /// A plane that holds the part, as a push ends.
 struct HoldingPlane {
-  std::uint32_t pair = 0;
+  PairIndex pair = 0;
   ContactType type = ContactType::kA;
   Vec3d normal_w = Vec3d::Zero();  ///< from B to A
 };

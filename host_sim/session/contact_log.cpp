@@ -51,21 +51,21 @@ ContactLog::ContactLog(const SceneView& scene)
 }
 
 void ContactLog::add(HapticCore& core, const StepInput& input, double t_s) {
-  const auto add_pair = [&](std::uint32_t pair) {
+  const auto add_pair = [&](PairIndex pair) {
     core.contact_geometry(pair, contact_);
     if (!contact_.ids.empty()) append(input, t_s, pair);
   };
   if (!of_felt_) {
-    for (std::uint32_t pair = 0; pair < core.pair_count(); ++pair) add_pair(pair);
+    for (PairIndex pair = 0; pair < core.pair_count(); ++pair) add_pair(pair);
     return;
   }
   const FeltContact& felt = core.felt_contact();
-  std::set<std::uint32_t> pairs;
+  std::set<PairIndex> pairs;
   for (std::uint32_t k = 0; k < felt.plane_count; ++k) pairs.insert(felt.planes[k].pair);
-  for (const std::uint32_t pair : pairs) add_pair(pair);
+  for (const PairIndex pair : pairs) add_pair(pair);
 }
 
-void ContactLog::append(const StepInput& input, double t_s, std::uint32_t pair) {
+void ContactLog::append(const StepInput& input, double t_s, PairIndex pair) {
   csv_ += std::to_string(input.sequence) + ',';
   append_number(csv_, t_s);
   csv_ += ',' + std::to_string(pair) + ',' + std::to_string(contact_.body_b) + ',' +

@@ -37,7 +37,7 @@ class ContactLog {
   [[nodiscard]] const std::string& csv() const { return csv_; }
 
  private:
-  void append(const StepInput& input, double t_s, std::uint32_t pair);
+  void append(const StepInput& input, double t_s, PairIndex pair);
 
   std::vector<Vec3> corners_;
   std::vector<ContactId> ids_;

@@ -9,17 +9,18 @@
 #include "rt_core/base/pose.hpp"
 #include "rt_core/contact/basic_contact.hpp"
 #include "rt_core/contact/contact_situation.hpp"
+#include "rt_core/scene/formed_pairs.hpp"
 #include "rt_core/scene/proxy_limits.hpp"
 
 namespace haptic {
 
 /// A C-face plane that holds the part.
 struct FeltPlane {
-  std::uint32_t pair = 0;
-  ContactType type = ContactType::kA;  ///< face of A, face of B, or two edges
+  PairIndex pair = 0;
   Vec3 normal_w = Vec3::Zero();        ///< unit, from B to A
   Real gap_m = 0;                      ///< along the plane; within the proxy's tolerance of 0
   std::uint32_t point_count = 0;       ///< contact points along it
+  ContactType type = ContactType::kA;  ///< face of A, face of B, or two edges
 };
 
 struct FeltContact {

@@ -90,9 +90,10 @@ void NearPairs::reset() noexcept {
 }
 
 /// Where the table has a pair, or would have it.
-std::uint32_t* NearPairs::entry_of(std::uint32_t pair) noexcept {
+std::uint32_t* NearPairs::entry_of(PairIndex pair) noexcept {
   const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
-  std::uint32_t at = (pair * 0x9e3779b9u) >> 7 & mask;
+  const auto folded = static_cast<std::uint32_t>(pair ^ pair >> 32);
+  std::uint32_t at = (folded * 0x9e3779b9u) >> 7 & mask;
   while (table_[at] != 0 && pairs_[table_[at] - 1].pair != pair) at = (at + 1) & mask;
   return &table_[at];
 }
@@ -197,7 +198,7 @@ bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
     Real gap_m = 0;
     if (is_beyond(next.a, next.b, gap_m)) continue;
     if (a.count == 1 && b.count == 1) {
-      const std::uint32_t pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
+      const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
       const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m);
       if (closer > range_m_) {
@@ -218,7 +219,7 @@ bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
 }
 
 /// Takes a pair into the list that is begun; where that is full, in place of the farthest.
-void NearPairs::take(std::uint32_t pair, Real gap_m) noexcept {
+void NearPairs::take(PairIndex pair, Real gap_m) noexcept {
   const auto is_nearer = [](const Found& l, const Found& r) {
     return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair > r.pair);
   };
@@ -279,7 +280,8 @@ void NearPairs::finish() noexcept {
 
 /// Puts a pair into a free slot, or that of a pair which is not in the list any more.
 void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
-  std::uint32_t slot = kNoPair;
+  constexpr std::uint32_t kNoSlot = UINT32_MAX;
+  std::uint32_t slot = kNoSlot;
   if (!free_.empty()) {
     slot = free_[free_.size() - 1];
     free_.truncate(free_.size() - 1);
@@ -287,7 +289,7 @@ void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
     while (cursor < pairs_.size() && pairs_[cursor].listed == list_) ++cursor;
     if (cursor < pairs_.size()) slot = cursor;
   }
-  if (slot == kNoPair) {  // pairs that must stay have left no room
+  if (slot == kNoSlot) {  // pairs that must stay have left no room
     left_m_ = std::min(left_m_, found.gap_m);
     return;
   }

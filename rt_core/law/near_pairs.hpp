@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kMostWaiting = 2 * 33 + 1;
 
 /// A pair in a slot.
 struct NearPair {
-  std::uint32_t pair = 0;    ///< of the scene
+  PairIndex pair = 0;        ///< of the scene
   Real gap_m = 0;            ///< a lower bound of its gap where the list was begun
   std::uint64_t listed = 0;  ///< the last list that it was in; 0: the slot is free
   bool changed = false;      ///< by the last list
@@ -73,7 +73,7 @@ class NearPairs {
  private:
   /// A pair within the range of the list that is begun.
   struct Found {
-    std::uint32_t pair = 0;
+    PairIndex pair = 0;
     Real gap_m = 0;
   };
 
@@ -99,10 +99,10 @@ class NearPairs {
     Vec3 reference_m = Vec3::Zero();  ///< of its body
   };
 
-  void take(std::uint32_t pair, Real gap_m) noexcept;
+  void take(PairIndex pair, Real gap_m) noexcept;
   void finish() noexcept;
   void put(const Found& found, std::uint32_t& cursor) noexcept;
-  [[nodiscard]] std::uint32_t* entry_of(std::uint32_t pair) noexcept;
+  [[nodiscard]] std::uint32_t* entry_of(PairIndex pair) noexcept;
   void fill_table() noexcept;
   [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b,
                                Real gap_m) const noexcept;

@@ -90,7 +90,7 @@ void Proxy::feel(ProxyTick& tick) noexcept {
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
     const std::uint32_t before = points.count;
     FeltPlane& felt = felt_.planes[felt_.plane_count++];
-    felt = {pair.index, active.id.type, gap.normal_w, gap.gap_m, 0};
+    felt = {pair.index, gap.normal_w, gap.gap_m, 0, active.id.type};
     if (is_fixed()) {
       const FixedPlane& plane = pair.view->planes[plane_number(active.id)];
       felt.type = static_cast<ContactType>(plane.type);
@@ -117,8 +117,8 @@ PairPose Proxy::fixed_pose_of(const ProxyPair& pair) const noexcept {
   return make_pair_pose(*pair.view, pair.view->a.lanes, p_.r_wa, p_.x0_w - pair.reference_w);
 }
 
-NearResult Proxy::near_set_of(std::uint32_t index, NearScratch& scratch,
-                              BoundedList<NearNode>& near, PairPose& pose) noexcept {
+NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList<NearNode>& near,
+                              PairPose& pose) noexcept {
   const auto slots = near_pairs_.slots();
   const auto slot = std::find_if(slots.begin(), slots.end(),
                                  [&](std::uint32_t s) { return pairs_[s].index == index; });

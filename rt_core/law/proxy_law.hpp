@@ -62,7 +62,6 @@ struct alignas(64) ProxyPair {
   Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
   std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
-  std::uint32_t index = 0;       ///< of the scene
   bool known = false;
   bool inside = false;  ///< no plane had a gap: the pair is being recovered
   bool waits = false;   ///< for a search that a tick had no budget for
@@ -80,6 +79,7 @@ struct alignas(64) ProxyPair {
   Real friction = 0;                ///< Coulomb coefficient while it slides
   Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
   std::uint64_t held_in = 0;        ///< the last pass that began with a plane of it
+  PairIndex index = 0;              ///< of the scene
 };
 
 /// A pair that a pass can reach.
@@ -209,7 +209,7 @@ class Proxy {
   [[nodiscard]] const FeltContact& felt() const noexcept { return felt_; }
   /// Appends the near set of pair `index` at the proxy to `near`, by a search without history that
   /// leaves the proxy as it is; for reports between ticks. `pose`: the pair's.
-  [[nodiscard]] NearResult near_set_of(std::uint32_t index, NearScratch& scratch,
+  [[nodiscard]] NearResult near_set_of(PairIndex index, NearScratch& scratch,
                                        BoundedList<NearNode>& near, PairPose& pose) noexcept;
 
  private:

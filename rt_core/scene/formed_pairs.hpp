@@ -13,6 +13,10 @@
 
 namespace haptic {
 
+/// A pair of pieces in its scene: in the list, or of the pieces' numbers where there is none.
+using PairIndex = std::uint64_t;
+inline constexpr PairIndex kNoPair = ~PairIndex{0};
+
 /// Pairs that are listed, each with its own marks, however few pieces there are.
 inline constexpr std::uint64_t kMostListedPairs = 4096;
 

@@ -170,8 +170,7 @@ RtStatus SceneView::check_formed_pairs(SceneFault& fault) const noexcept {
   }
   const PieceRecord a = largest_counts(pieces_.first(moving));
   const PieceRecord b = largest_counts(pieces_.subspan(moving));
-  if (std::uint64_t{moving} * static_pieces() >= kNoPair || basic_contacts(a, b) >= kGraphNotStored)
-    return RtStatus::kBlobBadCount;
+  if (basic_contacts(a, b) >= kGraphNotStored) return RtStatus::kBlobBadCount;
   std::uint64_t words = 0;
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     fault = {SectionId::kPieces, i};
@@ -236,7 +235,7 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
 
 RtStatus SceneView::check_capacity() const noexcept {
   const SceneCapacity& stated = header_->capacity;
-  const std::uint32_t most_visits = std::max(std::uint32_t{1}, pair_count());
+  const PairIndex most_visits = std::max(PairIndex{1}, pair_count());
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
   SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,

@@ -78,9 +78,9 @@ struct SectionEntry {
 /// visits at most `max_pair_visits` pairs, nearest first; the other bounds hold for any such
 /// choice.
 struct SceneCapacity {
-  std::uint64_t state_bytes;   ///< memory of one HapticCore for this scene, 64-bit addresses
-  std::uint32_t moving_lanes;  ///< padded vertices of all pieces of A
-  std::uint32_t pair_count;
+  std::uint64_t state_bytes;     ///< memory of one HapticCore for this scene, 64-bit addresses
+  std::uint32_t moving_lanes;    ///< padded vertices of all pieces of A
+  std::uint32_t pair_count;      ///< UINT32_MAX: so many or more
   std::uint32_t total_features;  ///< faces and edges of both pieces, over all pairs
   std::uint32_t largest_pair_features;
   std::uint32_t largest_near;     ///< largest near capacity of a pair

@@ -356,7 +356,7 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   return v;
 }
 
-PairView SceneView::pair(std::uint32_t index) const noexcept {
+PairView SceneView::pair(PairIndex index) const noexcept {
   PairView v;
   v.record = pair_record(index);
   const PairRecord& r = v.record;
@@ -382,22 +382,23 @@ PairView SceneView::pair(std::uint32_t index) const noexcept {
   return v;
 }
 
-PairRecord SceneView::pair_record(std::uint32_t index) const noexcept {
+PairRecord SceneView::pair_record(PairIndex index) const noexcept {
   if (lists_pairs()) return pairs_[index];
-  const std::uint32_t a = index / static_pieces();
-  const std::uint32_t b = bodies_[0].piece_count + index % static_pieces();
+  const auto a = static_cast<std::uint32_t>(index / static_pieces());
+  const auto b = bodies_[0].piece_count + static_cast<std::uint32_t>(index % static_pieces());
   return formed_pair(a, pieces_[a], b, pieces_[b]);
 }
 
-std::uint32_t SceneView::find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
-  if (!lists_pairs()) return piece_a * static_pieces() + (piece_b - bodies_[0].piece_count);
+PairIndex SceneView::find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
+  if (!lists_pairs())
+    return PairIndex{piece_a} * static_pieces() + (piece_b - bodies_[0].piece_count);
   const auto found =
       std::lower_bound(pairs_.begin(), pairs_.end(), 0, [&](const PairRecord& pair, int) {
         return pair.piece_a < piece_a || (pair.piece_a == piece_a && pair.piece_b < piece_b);
       });
   const bool is_it =
       found != pairs_.end() && found->piece_a == piece_a && found->piece_b == piece_b;
-  return is_it ? static_cast<std::uint32_t>(found - pairs_.begin()) : kNoPair;
+  return is_it ? static_cast<PairIndex>(found - pairs_.begin()) : kNoPair;
 }
 
 std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) const noexcept {

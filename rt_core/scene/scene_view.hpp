@@ -155,7 +155,6 @@ struct SceneFault {
 };
 
 /// Index of a pair that the scene does not have.
-inline constexpr std::uint32_t kNoPair = 0xFFFFFFFFu;
 
 class SceneView {
  public:
@@ -189,11 +188,10 @@ class SceneView {
            facets_;  // beside a part that never turns there is none
   }
   /// All of them, listed or not.
-  [[nodiscard]] std::uint32_t pair_count() const noexcept {
-    return lists_pairs() ? static_cast<std::uint32_t>(pairs_.size())
-                         : bodies_[0].piece_count * static_pieces();
+  [[nodiscard]] PairIndex pair_count() const noexcept {
+    return lists_pairs() ? pairs_.size() : PairIndex{bodies_[0].piece_count} * static_pieces();
   }
-  [[nodiscard]] PairRecord pair_record(std::uint32_t index) const noexcept;
+  [[nodiscard]] PairRecord pair_record(PairIndex index) const noexcept;
   /// Bodies that a simplification changed, ascending; empty: none. Cost: O(sections).
   [[nodiscard]] std::span<const SimplifiedBody> simplified_bodies() const noexcept;
   /// The plan that leads the hand; null and empty: there is none. Cost: O(sections).
@@ -215,10 +213,9 @@ class SceneView {
   [[nodiscard]] bool neighbors_wide() const noexcept { return neighbors_wide_; }
   /// Piece and pair by index; the index must be in range.
   [[nodiscard]] PieceView piece(std::uint32_t index) const noexcept;
-  [[nodiscard]] PairView pair(std::uint32_t index) const noexcept;
+  [[nodiscard]] PairView pair(PairIndex index) const noexcept;
   /// The pair of two pieces by their index; kNoPair where they can never meet. Cost: O(log pairs).
-  [[nodiscard]] std::uint32_t find_pair(std::uint32_t piece_a,
-                                        std::uint32_t piece_b) const noexcept;
+  [[nodiscard]] PairIndex find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept;
   [[nodiscard]] std::string_view text(std::uint32_t offset, std::uint32_t bytes) const noexcept;
 
  private:

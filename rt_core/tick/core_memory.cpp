@@ -95,7 +95,7 @@ void CoreMemory::place(Arena& arena, const SceneView& scene) noexcept {
 
 void CoreMemory::read_scene(const SceneView& scene) noexcept {
   law = scene.parameters().law;
-  pair_count = scene.header().capacity.pair_count;
+  pair_count = scene.pair_count();
   for (std::uint32_t i = 0; i < pairs.size(); ++i) pairs[i] = scene.pair(i);
   goal.read_scene(scene);
   goal_contact.read_scene(scene, pairs);

@@ -124,7 +124,7 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   return free;
 }
 
-void FreeMotion::describe(std::uint32_t index, SearchRoom& room, const HullScratch& hull,
+void FreeMotion::describe(PairIndex index, SearchRoom& room, const HullScratch& hull,
                           ContactGeometry& out) noexcept {
   const FeltContact& felt = proxy_.felt();
   const auto end = felt.planes.begin() + felt.plane_count;

@@ -51,7 +51,7 @@ class FreeMotion {
   [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }
   /// Contact of a pair that holds the proxy, from its near set there, into the emptied `out`; for
   /// reports between ticks. `room` is left as it was.
-  void describe(std::uint32_t pair, SearchRoom& room, const HullScratch& hull,
+  void describe(PairIndex pair, SearchRoom& room, const HullScratch& hull,
                 ContactGeometry& out) noexcept;
 
  private:

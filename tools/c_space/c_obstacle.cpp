@@ -13,6 +13,8 @@ namespace {
 
 // Bodies of 0.1 m; the scene's numbers are rounded to Real, the sums here are double.
 constexpr double kSamePoint_m = HAPTIC_REAL_IS_FLOAT ? 1e-7 : 1e-9;
+/// Farther than any scene is wide.
+constexpr Real kAnywhere_m = 1.0e6_r;
 constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1e-5 : 1e-7;
 
 /// Vertices of the pair in W axes: those of A about the grip point, those of B in W.
@@ -33,20 +35,6 @@ struct PlacedVertices {
       b.emplace_back(origin + pair.b.vertex(v).cast<double>());
   }
 };
-
-/// A lower bound of the distance of the two pieces, by their spheres.
-double sphere_gap(const SceneView& view, const PairRecord& pair, const PlacedMoving& moving) {
-  const PieceRecord &a = view.pieces()[pair.piece_a], &b = view.pieces()[pair.piece_b];
-  const double* reference = view.bodies()[b.body].reference_m;
-  double square = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double at = moving.grip_w[k] + moving.r_wa[k][0] * a.centre_m[0] +
-                      moving.r_wa[k][1] * a.centre_m[1] + moving.r_wa[k][2] * a.centre_m[2];
-    const double apart = at - reference[k] - b.centre_m[k];
-    square += apart * apart;
-  }
-  return std::sqrt(square) - a.radius_m - b.radius_m;
-}
 
 /// Corners of a node's C-face: b - R a over the vertices of its two features.
 void add_corners(const PairView& pair, const PlacedVertices& placed, std::uint32_t node,
@@ -140,7 +128,7 @@ bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,
   return pair.marks.given() && !pair.marks.node(NodeScope::kLive, node);
 }
 
-CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose& pose_wa) {
+CObstacle make_c_obstacle(const SceneView& view, PairIndex pair, const Pose& pose_wa) {
   const PlacedMoving moving = place_moving(view, pose_wa);
   FlatPair flat(view, pair);
   flat.place(moving);
@@ -174,25 +162,48 @@ CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair, const Pose&
   return obstacle;
 }
 
-std::vector<NearObstacle> nearest_obstacles(const SceneView& view, const Pose& pose_wa,
-                                            const NearLimits& limits, std::size_t& too_large) {
-  const PlacedMoving moving = place_moving(view, pose_wa);
-  std::vector<std::pair<double, std::uint32_t>> by_spheres;
-  for (std::uint32_t k = 0; k < view.pair_count(); ++k)
-    by_spheres.emplace_back(sphere_gap(view, view.pair_record(k), moving), k);
-  const std::size_t tried = std::min(by_spheres.size(), limits.most_tried);
-  const auto end = by_spheres.begin() + static_cast<std::ptrdiff_t>(tried);
-  std::partial_sort(by_spheres.begin(), end, by_spheres.end());
+ObstacleSearch::ObstacleSearch(const SceneView& view, const NearLimits& limits)
+    : view_(&view), limits_(limits) {
+  const auto slots =
+      static_cast<std::uint32_t>(std::min<PairIndex>(limits.most_tried, view.pair_count()));
+  Arena counting;
+  pairs_.place(counting, view, slots);
+  memory_.resize(counting.used() / sizeof(std::uint64_t) + 1);
+  Arena arena(reinterpret_cast<std::byte*>(memory_.data()));
+  pairs_.place(arena, view, slots);
+  pairs_.read_scene(view);
+}
+
+std::vector<NearObstacle> ObstacleSearch::nearest(const Pose& pose_wa, std::size_t& too_large) {
+  const PlacedMoving moving = place_moving(*view_, pose_wa);
+  GripPose at;
+  at.q_wa = pose_wa.q_wa;
+  for (int k = 0; k < 3; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    at.x0_w[k] = static_cast<Real>(moving.grip_w[row]);
+    for (int l = 0; l < 3; ++l)
+      at.r_wa(k, l) = static_cast<Real>(moving.r_wa[row][static_cast<std::size_t>(l)]);
+  }
+  pairs_.reset();
+  pairs_.begin(at, 0, kAnywhere_m);
+  while (!pairs_.go_on(std::numeric_limits<std::uint32_t>::max())) {
+  }
+  std::vector<std::pair<Real, PairIndex>> by_bound;
+  for (const std::uint32_t slot : pairs_.slots())
+    by_bound.emplace_back(pairs_[slot].gap_m, pairs_[slot].pair);
+  std::sort(by_bound.begin(), by_bound.end());
   const Vector point = vector_of(moving.grip_w);
   std::vector<NearObstacle> found;
-  for (auto entry = by_spheres.begin(); entry != end; ++entry) {
-    // No pair behind is nearer than its spheres are.
-    if (found.size() >= limits.most && entry->first > found[limits.most - 1].distance_m) break;
-    if (view.pair_record(entry->second).node_count > limits.most_nodes) {
+  for (const auto& [bound_m, pair] : by_bound) {
+    // No pair behind is nearer than its bound is.
+    if (found.size() >= limits_.most &&
+        static_cast<double>(bound_m) > found[limits_.most - 1].distance_m)
+      break;
+    if (view_->pair_record(pair).node_count > limits_.most_nodes) {
       too_large += 1;
       continue;
     }
-    NearObstacle near{entry->second, make_c_obstacle(view, entry->second, pose_wa), 0};
+    NearObstacle near{pair, make_c_obstacle(*view_, pair, pose_wa), 0};
     near.distance_m = -std::numeric_limits<double>::infinity();
     for (const CFace& face : near.obstacle.faces)
       near.distance_m = std::max(near.distance_m, face.normal.dot(point) - face.offset_m);
@@ -201,7 +212,7 @@ std::vector<NearObstacle> nearest_obstacles(const SceneView& view, const Pose& p
     });
     found.insert(behind, std::move(near));
   }
-  if (found.size() > limits.most) found.resize(limits.most);
+  if (found.size() > limits_.most) found.resize(limits_.most);
   return found;
 }
 

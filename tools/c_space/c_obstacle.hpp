@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "rt_core/law/near_pairs.hpp"
 #include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::tools {
@@ -33,8 +34,7 @@ struct CObstacle {
 };
 
 /// P(R) of pair number `pair` at the orientation of `pose_wa`.
-[[nodiscard]] CObstacle make_c_obstacle(const SceneView& view, std::uint32_t pair,
-                                        const Pose& pose_wa);
+[[nodiscard]] CObstacle make_c_obstacle(const SceneView& view, PairIndex pair, const Pose& pose_wa);
 
 /// Convex hull of coplanar points, counter-clockwise about `normal`, corners only. Two points or
 /// fewer are returned as they are; collinear points give the two ends.
@@ -48,7 +48,7 @@ struct CObstacle {
 
 /// A C-obstacle near the point that stands for the part.
 struct NearObstacle {
-  std::uint32_t pair = 0;
+  PairIndex pair = 0;
   CObstacle obstacle;
   double distance_m = 0;  ///< of the point from the farthest of its planes; < 0: the pieces overlap
 };
@@ -56,14 +56,23 @@ struct NearObstacle {
 struct NearLimits {
   std::size_t most = 8;               ///< obstacles
   std::uint32_t most_nodes = 20'000;  ///< basic contacts of one
-  std::size_t most_tried = 64;        ///< nearest by the bounding spheres of their pieces
+  std::uint32_t most_tried = 64;      ///< nearest by the spheres or boxes round their pieces
 };
-/// Those of the nearest pairs, nearest first. `too_large`: grows by the pairs that were near and
-/// have more than `most_nodes`. Cost: spheres of all pairs, all nodes of those that are tried.
-[[nodiscard]] std::vector<NearObstacle> nearest_obstacles(const SceneView& view,
-                                                          const Pose& pose_wa,
-                                                          const NearLimits& limits,
-                                                          std::size_t& too_large);
+/// Finds the obstacles of the nearest pairs of a scene, by the trees that the servo loop has.
+class ObstacleSearch {
+ public:
+  /// Builds the trees. `view` and its blob outlive this. Cost: O(n log n) of the pieces.
+  ObstacleSearch(const SceneView& view, const NearLimits& limits);
+  /// Nearest first. `too_large`: grows by the pairs that were near and have more than `most_nodes`.
+  /// Cost: a visit of the trees, all nodes of the pairs that are tried.
+  [[nodiscard]] std::vector<NearObstacle> nearest(const Pose& pose_wa, std::size_t& too_large);
+
+ private:
+  const SceneView* view_;
+  NearLimits limits_;
+  std::vector<std::uint64_t> memory_;
+  NearPairs pairs_;
+};
 
 /// Whether a basic contact can only separate: one of its features lies inside its part.
 /// @param r_wa  the rotation of A; normal: of the contact, outward from B, W axes.

@@ -34,7 +34,7 @@ PlacedMoving place_moving(const SceneView& view, const Pose& pose_wa) {
   return moving;
 }
 
-FlatPair::FlatPair(const SceneView& view, std::uint32_t pair) : view_(view.pair(pair)) {
+FlatPair::FlatPair(const SceneView& view, PairIndex pair) : view_(view.pair(pair)) {
   const double* reference = view.bodies()[view_.b.record->body].reference_m;
   reference_b_ = {reference[0], reference[1], reference[2]};
   const auto normal_of = [](const PieceView& piece, std::uint32_t f) {

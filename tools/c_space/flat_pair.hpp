@@ -42,7 +42,7 @@ struct PlacedMoving {
 /// One pair with A rotated into W axes; all points relative to B's reference.
 class FlatPair {
  public:
-  FlatPair(const SceneView& view, std::uint32_t pair);
+  FlatPair(const SceneView& view, PairIndex pair);
 
   /// Moves A. Cost: O(vertices + faces + edges of A).
   void place(const PlacedMoving& moving);

@@ -137,7 +137,7 @@ int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* 
   const SceneParameters& p = view.parameters();
   info->parts = static_cast<std::uint32_t>(view.bodies().size());
   info->pieces = static_cast<std::uint32_t>(view.pieces().size());
-  info->pairs = view.pair_count();
+  info->pairs = static_cast<std::uint32_t>(std::min<PairIndex>(view.pair_count(), UINT32_MAX));
   info->memory_bytes = memory_bytes(view);
   info->rate_hz = p.rate_hz;
   std::copy_n(p.start_p_wa_m, 3, info->start_pose);

@@ -166,6 +166,7 @@ SceneFacts facts_of(const SceneView& view) {
   facts.content_hash = header.content_hash;
   facts.scalar_bytes = header.scalar_bytes;
   facts.capacity = header.capacity;
+  facts.pair_count = view.pair_count();
   facts.state = HapticCore::state_account(view);
   for (const SectionEntry& s : view.sections()) {
     facts.sections.push_back(

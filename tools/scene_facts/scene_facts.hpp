@@ -85,6 +85,7 @@ struct SceneFacts {
   std::uint64_t bytes = 0, content_hash = 0;
   std::uint32_t scalar_bytes = 0;
   SceneCapacity capacity{};
+  PairIndex pair_count = 0;
   StateAccount state;  ///< what the loop's memory is for
   SceneParameters parameters{};
   ServedSize size;         ///< lengths of law proxy

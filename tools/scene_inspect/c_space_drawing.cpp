@@ -154,7 +154,8 @@ std::string key_svg() {
 }
 
 std::string pair_row(const DrawnObstacle& d) {
-  return formatted("pair %u: piece %u of the part, piece %u of ", d.pair, d.piece_a, d.piece_b) +
+  return formatted("pair %llu: piece %u of the part, piece %u of ",
+                   static_cast<unsigned long long>(d.pair), d.piece_a, d.piece_b) +
          d.body +
          formatted(": %zu of %zu basic contacts applicable, %zu faces, %zu hidden; %s ",
                    d.applicable, d.contacts.size(), d.obstacle.faces.size(), d.hidden_faces,
@@ -209,8 +210,9 @@ std::string c_space_obj(const CSpaceView& space, const std::string& material_fil
               space.point[2]);
   std::size_t vertices = 1;
   for (const DrawnObstacle& drawn : space.obstacles) {
-    append_line(text, "o pair_%u\ng pair_%u_part_%u_static_%u", drawn.pair, drawn.pair,
-                drawn.piece_a, drawn.piece_b);
+    append_line(text, "o pair_%llu\ng pair_%llu_part_%u_static_%u",
+                static_cast<unsigned long long>(drawn.pair),
+                static_cast<unsigned long long>(drawn.pair), drawn.piece_a, drawn.piece_b);
     for (const CFace& face : drawn.obstacle.faces) {
       if (face.polygon.size() < 3) continue;
       text += "# nodes";

@@ -30,7 +30,7 @@ void require_orientation(const SceneView& view, const Pose& pose_wa) {
 DrawnObstacle drawn_obstacle(const SceneView& view, NearObstacle near, const Pose& pose_wa,
                              const PlacedMoving& moving) {
   DrawnObstacle drawn;
-  const std::uint32_t index = near.pair;
+  const PairIndex index = near.pair;
   const PairView pair = view.pair(index);
   const BodyRecord& body = view.bodies()[pair.b.record->body];
   drawn.pair = index;
@@ -75,8 +75,8 @@ CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa) {
   space.pose_wa = pose_wa;
   space.point = vector_of(moving.grip_w);
   space.pairs = view.pair_count();
-  for (NearObstacle& near : nearest_obstacles(
-           view, pose_wa, {kMostObstacles, kMostContacts, kMostTried}, space.too_large))
+  ObstacleSearch search(view, {kMostObstacles, kMostContacts, kMostTried});
+  for (NearObstacle& near : search.nearest(pose_wa, space.too_large))
     space.obstacles.push_back(drawn_obstacle(view, std::move(near), pose_wa, moving));
   return space;
 }
@@ -87,9 +87,10 @@ std::string c_space_csv(const CSpaceView& space) {
   for (const DrawnObstacle& drawn : space.obstacles) {
     for (const ContactAtPose& c : drawn.contacts) {
       const auto& feature = kFeatures[static_cast<std::size_t>(c.type)];
-      append_line(csv, "%u,%u,%u,%u,%c,%s%u,%s%u,%d,%d,%s,%s", drawn.pair, drawn.piece_a,
-                  drawn.piece_b, c.node, "ABC"[static_cast<std::size_t>(c.type)], feature[0],
-                  c.of_a, feature[1], c.of_b, c.applicable ? 1 : 0, c.hidden ? 1 : 0,
+      append_line(csv, "%llu,%u,%u,%u,%c,%s%u,%s%u,%d,%d,%s,%s",
+                  static_cast<unsigned long long>(drawn.pair), drawn.piece_a, drawn.piece_b, c.node,
+                  "ABC"[static_cast<std::size_t>(c.type)], feature[0], c.of_a, feature[1], c.of_b,
+                  c.applicable ? 1 : 0, c.hidden ? 1 : 0,
                   c.face < 0 ? "" : std::to_string(c.face).c_str(),
                   c.applicable ? short_number(c.depth_m, 17).c_str() : "");
     }
@@ -106,10 +107,10 @@ std::string c_space_text(const CSpaceView& space) {
   text += "\n";
   for (const DrawnObstacle& d : space.obstacles) {
     append_line(text,
-                "  pair %u: piece %u of the part, piece %u of '%s': %zu of %zu basic contacts "
+                "  pair %llu: piece %u of the part, piece %u of '%s': %zu of %zu basic contacts "
                 "applicable, in %zu faces, %zu of them hidden; %s %.6g mm",
-                d.pair, d.piece_a, d.piece_b, d.body.c_str(), d.applicable, d.contacts.size(),
-                d.obstacle.faces.size(), d.hidden_faces,
+                static_cast<unsigned long long>(d.pair), d.piece_a, d.piece_b, d.body.c_str(),
+                d.applicable, d.contacts.size(), d.obstacle.faces.size(), d.hidden_faces,
                 d.distance_m < 0 ? "overlap" : "largest plane distance",
                 1e3 * std::abs(d.distance_m));
   }

@@ -28,8 +28,9 @@ struct ContactAtPose {
 };
 
 struct DrawnObstacle {
-  std::uint32_t pair = 0, piece_a = 0, piece_b = 0;  ///< pieces: within their bodies
-  std::string body;                                  ///< of B
+  PairIndex pair = 0;
+  std::uint32_t piece_a = 0, piece_b = 0;  ///< within their bodies
+  std::string body;                        ///< of B
   CObstacle obstacle;
   std::vector<ContactAtPose> contacts;  ///< all, by number
   std::size_t applicable = 0, hidden_faces = 0;
@@ -46,7 +47,7 @@ struct CSpaceView {
 };
 
 /// @throws UsageError  the part never turns, and the pose has another orientation.
-/// Cost: as nearest_obstacles.
+/// Cost: as ObstacleSearch.
 [[nodiscard]] CSpaceView c_space_view(const SceneView& view, const Pose& pose_wa);
 
 /// SVG 1.1, self-contained; the same bytes for the same scene and pose.

@@ -363,8 +363,9 @@ std::string cost_table(std::span<const CostRun> runs) {
     const CostFigures f = figures_of(run);
     const bool counted = run.instructions.measured;
     const auto count = [&](std::uint64_t n) { return counted ? whole(n) : std::string("-"); };
-    append_line(text, "  %-10s %7u %6zu %8zu %9s %9s %9s %10s %8.2f %8.2f %8.2f", run.name.c_str(),
-                run.pairs, run.ticks.size(), f.contact_ticks,
+    append_line(text, "  %-10s %7llu %6zu %8zu %9s %9s %9s %10s %8.2f %8.2f %8.2f",
+                run.name.c_str(), static_cast<unsigned long long>(run.pairs), run.ticks.size(),
+                f.contact_ticks,
                 count(static_cast<std::uint64_t>(std::llround(f.mean_instructions))).c_str(),
                 count(f.p50_instructions).c_str(), count(f.p99_instructions).c_str(),
                 count(f.most_instructions).c_str(), f.median_us, f.p99_us, f.largest_us);

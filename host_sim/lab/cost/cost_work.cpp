@@ -101,7 +101,7 @@ CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
   run.name = scene.scene.name;
   run.words = scene.scene.words;
   run.capacity = session.view().header().capacity;
-  run.pairs = run.capacity.pair_count;
+  run.pairs = session.view().pair_count();
   run.state_bytes = run.capacity.state_bytes;
   run.blob_bytes = session.view().header().byte_count;
   if (motion.empty() || plan.repeats == 0)

@@ -54,7 +54,7 @@ struct CostTick {
 /// A scene with all of its ticks.
 struct CostRun {
   std::string name, words;
-  std::uint32_t pairs = 0;
+  std::uint64_t pairs = 0;
   std::uint64_t state_bytes = 0, blob_bytes = 0;
   SceneCapacity capacity{};  ///< bounds in the scene's header
   std::vector<CostTick> ticks;

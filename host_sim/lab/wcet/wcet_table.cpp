@@ -33,7 +33,7 @@ void add_work(std::string& text, const WcetReport& r, const SceneView& view) {
   const double period_ns = 1e9 / view.parameters().rate_hz;
   const double bound_ns = r.loop.dearest_unit_ns * static_cast<double>(r.work_bound);
   append_line(
-      text, "  %u pairs, %llu bytes of state, %llu bytes of scene; %s", c.pair_count,
+      text, "  %llu pairs, %llu bytes of state, %llu bytes of scene; %s", ull{view.pair_count()},
       ull{c.state_bytes}, ull{view.header().byte_count},
       c.unproven == 0 ? "exact at every pose" : "a tick may have to give up exactness, flagged");
   const bool searched = view.parameters().law != LawId::kProxy || r.loop.dearest_unit_ns > 0;

@@ -24,9 +24,8 @@ constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
 /// Pairs that are looked at for one picture.
 constexpr std::size_t kMostNear = 64;
 /// Where the core searches no goal pose (a scene with surfaces), the pairs to draw are found by
-/// their distance: of a large scene not for each picture.
-constexpr std::uint32_t kPairsAtEachPicture = 20'000, kPicturesBetween = 16;
-constexpr std::uint32_t kMostFacetNodes = 2'000;
+/// their distance.
+constexpr tools::NearLimits kNearby{8, 2'000, 128};
 
 void put(const Vec3& from, double (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
@@ -45,6 +44,11 @@ const char* law_text(LawId law) {
 
 void add_unique(std::vector<std::uint32_t>& list, std::uint32_t value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
+
+/// A pair for the page, whose numbers have 32 bits; it does not draw one beyond.
+void add_told(std::vector<std::uint32_t>& list, PairIndex pair) {
+  if (pair < kNone) add_unique(list, static_cast<std::uint32_t>(pair));
 }
 
 /// Type of the basic contacts of a face, or kSeveralTypes.
@@ -108,7 +112,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   scene.state_bytes = bytes;
   scene.law = static_cast<std::uint32_t>(p.law);
   scene.piece_count = static_cast<std::uint32_t>(view_.pieces().size());
-  scene.pair_count = view_.pair_count();
+  scene.pair_count = static_cast<std::uint32_t>(std::min<PairIndex>(view_.pair_count(), kNone));
   scene.body_count = static_cast<std::uint32_t>(view_.bodies().size());
   scene.max_work_units = view_.header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
@@ -118,8 +122,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   ids_.resize(room);
   contact_.polygon_w = BoundedList<Vec3>(corners_);
   contact_.ids = BoundedList<ContactId>(ids_);
-  by_distance_.clear();
-  asked_ = 0;
+  nearby_.reset();
   input = {};
   result = {};
   std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
@@ -219,31 +222,22 @@ void ViewCore::describe_pieces() {
 std::vector<std::uint32_t> ViewCore::held_pairs() const {
   std::vector<std::uint32_t> pairs;
   const FeltContact& felt = core_->felt_contact();
-  for (std::uint32_t k = 0; k < felt.plane_count; ++k) add_unique(pairs, felt.planes[k].pair);
+  for (std::uint32_t k = 0; k < felt.plane_count; ++k) add_told(pairs, felt.planes[k].pair);
   return pairs;
-}
-
-const std::vector<std::uint32_t>& ViewCore::pairs_by_distance() {
-  asked_ += 1;
-  const bool is_due = view_.pair_count() <= kPairsAtEachPicture || asked_ % kPicturesBetween == 1;
-  if (!is_due && !by_distance_.empty()) return by_distance_;
-  by_distance_.clear();
-  std::size_t too_large = 0;
-  for (const tools::NearObstacle& near :
-       tools::nearest_obstacles(view_, felt_wa_, {8, kMostFacetNodes, 128}, too_large))
-    by_distance_.push_back(near.pair);
-  return by_distance_;
 }
 
 std::vector<std::uint32_t> ViewCore::near_pairs() {
   std::vector<std::uint32_t> pairs = held_pairs();
   if (result.has_goal_contact == 0) {
-    for (const std::uint32_t pair : pairs_by_distance()) add_unique(pairs, pair);
+    if (!nearby_) nearby_.emplace(view_, kNearby);
+    std::size_t too_large = 0;
+    for (const tools::NearObstacle& near : nearby_->nearest(felt_wa_, too_large))
+      add_told(pairs, near.pair);
     return pairs;
   }
   // The nearest pair first; those that were not searched have a bound, or nothing.
   std::vector<std::pair<Real, std::uint32_t>> others;
-  for (std::uint32_t k = 0; k < core_->pair_count(); ++k) {
+  for (std::uint32_t k = 0; k < scene.pair_count; ++k) {
     const Real distance = core_->pair_report(k).d_near_m;
     others.emplace_back(std::isnan(distance) ? std::numeric_limits<Real>::max() : distance, k);
   }
@@ -263,7 +257,7 @@ void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_n
     answer.counts[0] += 1;
     describe_obstacle(pair, felt_wa_);
   }
-  answer.counts[1] = core_->pair_count() - answer.counts[0];
+  answer.counts[1] = scene.pair_count - answer.counts[0];
 }
 
 void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {

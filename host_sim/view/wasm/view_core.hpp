@@ -138,7 +138,6 @@ class ViewCore {
   /// Pairs of the planes that hold the part.
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
   [[nodiscard]] std::vector<std::uint32_t> near_pairs();
-  [[nodiscard]] const std::vector<std::uint32_t>& pairs_by_distance();
   void describe_obstacle(std::uint32_t pair, const Pose& pose_wa);
   void take(const StepResult& step);
 
@@ -150,8 +149,7 @@ class ViewCore {
   std::span<std::byte> state_;
   HapticCore* core_ = nullptr;
   Pose felt_wa_;
-  std::vector<std::uint32_t> by_distance_;
-  std::uint32_t asked_ = 0;
+  std::optional<tools::ObstacleSearch> nearby_;  ///< made when it is first asked
   std::vector<Vec3> corners_;
   std::vector<ContactId> ids_;
   ContactGeometry contact_;

@@ -280,12 +280,14 @@ TEST_SUITE("tools.scene_writer") {
     }
   }
 
-  TEST_CASE("more pairs than 32 bits number are refused before anything is made of the pieces") {
+  TEST_CASE("more pairs than a list holds are refused before anything is made of the pieces") {
     // Pieces without corners: what comes after the count refuses the width of the near set.
-    const auto refusal = [](std::size_t moving, std::size_t fixed) -> std::string {
+    const auto refusal = [](std::size_t moving, std::size_t fixed,
+                            std::uint32_t goal_contact = 1) -> std::string {
       tools::SceneDescription scene;
       scene.name = "many";
       scene.parameters.epsilon_m = -1.0;
+      scene.parameters.goal_contact = goal_contact;
       scene.moving.body.pieces.resize(moving);
       scene.statics.resize(2);
       scene.statics[0].body.pieces.resize(fixed / 2);
@@ -297,12 +299,14 @@ TEST_SUITE("tools.scene_writer") {
       }
       return "";
     };
-    CHECK(refusal(65536, 65536) ==
-          "scene 'many': 65536 pieces of the moving part and 65536 of the static ones make "
-          "4294967296 pairs, limit 4294967294; simplify a part, to 65535 pieces of the moving one "
-          "or 65535 of the static ones");
-    // 2^32 - 1 is the number of no pair.
-    CHECK(refusal(65535, 65537).find("4294967295 pairs, limit 4294967294") != std::string::npos);
+    CHECK(
+        refusal(65536, 65536) ==
+        "scene 'many': 65536 pieces of the moving part and 65536 of the static ones make "
+        "4294967296 pairs, limit where they are listed (goal_contact, or a part that never turns) "
+        "4294967294; simplify a part, to 65535 pieces of the moving one or 65535 of the static "
+        "ones");
+    CHECK(refusal(65535, 65537).find("4294967295 pairs, limit") != std::string::npos);
+    CHECK(refusal(65536, 65536, 0).find("epsilon_m is out of its range") != std::string::npos);
     CHECK(refusal(65535, 65536).find("epsilon_m is out of its range") != std::string::npos);
     CHECK(refusal(1, 1).find("epsilon_m is out of its range") != std::string::npos);
   }

@@ -275,19 +275,21 @@ void check_surfaces(const SceneParameters& p, const std::string& scene) {
   }
 }
 
-/// Pairs have numbers of 32 bits, one of which means none.
-void check_pair_count(const SceneDescription& description) {
+/// A list of pairs has fewer than 2^32.
+void check_listed_pairs(const SceneDescription& description) {
   const std::uint64_t moving = description.moving.body.pieces.size();
   std::uint64_t fixed = 0;
   for (const PlacedBody& body : description.statics) fixed += body.body.pieces.size();
   constexpr std::uint64_t kMostPairs = UINT32_MAX - 1;
-  if (fixed == 0 || moving <= kMostPairs / fixed) return;
-  throw InputError("scene '" + description.name + "': " + std::to_string(moving) +
-                   " pieces of the moving part and " + std::to_string(fixed) +
-                   " of the static ones make " + std::to_string(moving * fixed) + " pairs, limit " +
-                   std::to_string(kMostPairs) + "; simplify a part, to " +
-                   std::to_string(kMostPairs / fixed) + " pieces of the moving one or " +
-                   std::to_string(kMostPairs / moving) + " of the static ones");
+  if (fixed == 0 || moving <= kMostPairs / fixed || !lists_pairs(description)) return;
+  throw InputError(
+      "scene '" + description.name + "': " + std::to_string(moving) +
+      " pieces of the moving part and " + std::to_string(fixed) + " of the static ones make " +
+      std::to_string(moving * fixed) +
+      " pairs, limit where they are listed (goal_contact, or a part that never turns) " +
+      std::to_string(kMostPairs) + "; simplify a part, to " + std::to_string(kMostPairs / fixed) +
+      " pieces of the moving one or " + std::to_string(kMostPairs / moving) +
+      " of the static ones");
 }
 
 /// The bodies that are not the solids of their meshes.
@@ -340,7 +342,7 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
     throw InputError("scene '" + description.name +
                      "' has no static part; add at least one [[static]]");
   }
-  check_pair_count(description);
+  check_listed_pairs(description);
   SceneTables t;
   const std::uint32_t name_offset = add_text(t, description.name);
   t.parameters.push_back(finished_parameters(description, name_offset));

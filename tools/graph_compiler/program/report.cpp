@@ -436,7 +436,7 @@ std::string report_as_text(const CompiledScene& compiled) {
     text += part_text(compiled.parts[i], i == 0);
   }
   if (facts.pairs.empty()) {
-    text += "contact graph: " + grouped(facts.capacity.pair_count) +
+    text += "contact graph: " + grouped(facts.pair_count) +
             " pairs, none listed: each is formed from its two pieces while it is near\n";
   } else {
     text += "contact graph: " + std::to_string(facts.pairs.size()) + " pairs, " +
