@@ -129,7 +129,8 @@ TEST_SUITE("host_sim.formed_pairs") {
     CHECK(formed.view().listed_pairs().empty());
     CHECK(listed.view().pair_count() > kMostListedPairs);
     REQUIRE(formed.view().pair_count() == listed.view().pair_count());
-    for (const std::uint32_t k : {0u, 67u, 4000u, formed.view().pair_count() - 1}) {
+    for (const PairIndex k :
+         {PairIndex{0}, PairIndex{67}, PairIndex{4000}, formed.view().pair_count() - 1}) {
       const PairView one = listed.view().pair(k), other = formed.view().pair(k);
       CHECK(one.record.piece_a == other.record.piece_a);
       CHECK(one.record.piece_b == other.record.piece_b);

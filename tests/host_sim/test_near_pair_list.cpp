@@ -135,7 +135,7 @@ struct ListBench {
   std::vector<std::max_align_t> memory;
   NearPairs list;
   std::uint32_t of_a = 0;
-  std::vector<std::uint32_t> pair;
+  std::vector<PairIndex> pair;
   std::vector<double> distance_m;
 };
 

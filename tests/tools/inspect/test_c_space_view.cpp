@@ -32,7 +32,7 @@ Pose turned(double x, double y, double z, double angle) {
 }
 
 /// Largest n . (b - R a) over all vertices of the two pieces: where a plane of the sum must lie.
-double support_of(const SceneView& view, std::uint32_t index, const PlacedMoving& moving,
+double support_of(const SceneView& view, PairIndex index, const PlacedMoving& moving,
                   const Vector& n) {
   const PairView pair = view.pair(index);
   const double* reference = view.bodies()[pair.b.record->body].reference_m;
