@@ -371,7 +371,7 @@ PairView SceneView::pair(PairIndex index) const noexcept {
     v.marks = marks_at(marks_.data() + r.mark_begin, r, *v.a.record, *v.b.record);
   }
   if (is_fixed()) {
-    v.fixed = &fixed_pairs_[index];
+    v.fixed = &fixed_pairs_[static_cast<std::size_t>(index)];
     v.planes = fixed_planes_.data() + v.fixed->plane_begin;
     v.plane_nodes = fixed_nodes_.data() + v.fixed->node_begin;
   }
@@ -383,7 +383,7 @@ PairView SceneView::pair(PairIndex index) const noexcept {
 }
 
 PairRecord SceneView::pair_record(PairIndex index) const noexcept {
-  if (lists_pairs()) return pairs_[index];
+  if (lists_pairs()) return pairs_[static_cast<std::size_t>(index)];
   const auto a = static_cast<std::uint32_t>(index / static_pieces());
   const auto b = bodies_[0].piece_count + static_cast<std::uint32_t>(index % static_pieces());
   return formed_pair(a, pieces_[a], b, pieces_[b]);
