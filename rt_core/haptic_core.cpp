@@ -229,7 +229,7 @@ void HapticCore::contact_geometry(PairIndex pair, ContactGeometry& out) noexcept
   if (m.has_law(LawId::kProxy)) {
     m.free_motion.describe(pair, m.goal_contact.room(), m.hull, out);
   } else {
-    m.goal_contact.describe(pair, m.hull, out);
+    m.goal_contact.describe(static_cast<std::uint32_t>(pair), m.hull, out);
   }
 }
 

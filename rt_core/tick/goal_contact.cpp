@@ -474,7 +474,7 @@ PairReport GoalContactStage::report(std::uint32_t index) const noexcept {
   return report;
 }
 
-void GoalContactStage::describe(PairIndex index, const HullScratch& hull,
+void GoalContactStage::describe(std::uint32_t index, const HullScratch& hull,
                                 ContactGeometry& out) const noexcept {
   const PairState& pair = pairs_[index];
   if (tick_ == 0 || searched_at_ != tick_ || pair.visited_at == 0) return;

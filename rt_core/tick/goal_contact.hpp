@@ -72,7 +72,7 @@ class GoalContactStage {
   /// What the last tick found out about a pair.
   [[nodiscard]] PairReport report(std::uint32_t pair) const noexcept;
   /// Contact of a pair in the last search, into the emptied `out`.
-  void describe(PairIndex pair, const HullScratch& hull, ContactGeometry& out) const noexcept;
+  void describe(std::uint32_t pair, const HullScratch& hull, ContactGeometry& out) const noexcept;
 
  private:
   /// What is kept of each pair, besides its gate.

@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "rt_core/haptic_core.hpp"
+#include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
 
