@@ -251,7 +251,8 @@ void Proxy::accept(const Step& step) noexcept {
     pair.plane = reached.plane;
     pair.support = reached.support;
     if (!reached.exact_q) {
-      if (pair.has_held) {
+      // A plane of A, or of two edges, turns away from the direction that was held.
+      if (pair.has_held && pair.plane.type == ContactType::kB) {
         pair.clear_until_m =
             std::max(pair.clear_until_m, odometer_m(pair) + static_cast<double>(reached.gap_q_m));
       }
@@ -335,7 +336,11 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];
     const bool accepted = pair.gap_version == version_;
-    tick.gap_m = std::min(tick.gap_m, accepted ? pair.gap_m : reached.gap_q_m);
+    Real gap_m = accepted ? pair.gap_m : reached.gap_q_m;
+    if (!accepted && end != PassEnd::kMoved) gap_m = reached.gap_m;  // p has stayed
+    // Its plane has passed, and there was no budget for another: p is free all the same.
+    if (reached.unsure) gap_m = std::max(gap_m, Real{0});
+    tick.gap_m = std::min(tick.gap_m, gap_m);
   }
   settle_slip();
   feel(tick);
