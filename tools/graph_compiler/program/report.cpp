@@ -314,11 +314,19 @@ std::string work_text(const SceneFacts& facts) {
   const SceneCapacity& c = facts.capacity;
   if (c.max_work_units == 0) return {};
   const double bound_s = kUnitPrice_s * c.max_work_units;
-  return formatted(
+  std::string text = formatted(
       "  budget of a tick %u units, with what it may have begun %u: at %.0f ns a unit %.0f us, "
       "%.1f %% of the period\n    (host_lab wcet measures the price on this machine)\n",
       facts.parameters.work_units, c.max_work_units, 1e9 * kUnitPrice_s, 1e6 * bound_s,
       100 * bound_s * facts.parameters.rate_hz);
+  if (c.near_slots > kMaxNearPairs) {
+    text +=
+        "    (of thousands of facets that are near at once the cache does not hold all: there a "
+        "unit "
+        "has taken 170 to 450 ns,\n    and a tick may be late; host_lab cost SCENE --motion M "
+        "measures it)\n";
+  }
+  return text;
 }
 
 std::string steady_text(const CompiledScene& compiled, const SceneFacts& facts) {
