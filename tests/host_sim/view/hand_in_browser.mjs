@@ -36,6 +36,9 @@ async function whereItStands(page) {
   return before;
 }
 
+/** Pixels of a square of the legend. */
+const kSquare = 160;
+
 const cases = {
   async "by hand: the peg is dragged over the hole and down, and is in by the core's word"() {
     const page = await pages.open(byHand);
@@ -116,8 +119,9 @@ const cases = {
     assert.ok(await page.locator("#guide").isVisible() && await page.locator("#guide-key").isVisible());
     const key = await page.innerText("#guide-key-force");
     assert.match(key, /^force that leads along the plan: (0\.9\d|1\.0\d) N, .* mm to go$/);
-    await pixelsAbove(page, "#physical", kGuide, 100, "no arrow of the guide");
-    assert.ok((await pixelsNear(page, "#physical", kForce)) < 50, "nothing touches, and there is an arrow of contact");
+    // The legend has a square of each colour.
+    await pixelsAbove(page, "#physical", kGuide, kSquare + 100, "no arrow of the guide");
+    assert.ok((await pixelsNear(page, "#physical", kForce)) <= kSquare, "nothing touches, and there is an arrow of contact");
     await pages.picture(page, "guided");
     await pages.close(page);
     // Without a guide there is no word and no arrow of one.
