@@ -3,11 +3,16 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/plan/harmonic_field.hpp"
 #include "host_sim/plan/plan_search.hpp"
 #include "host_sim/plan/plan_shortening.hpp"
+#include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
@@ -23,11 +28,27 @@ constexpr double kContact_m = 5.0e-5;
 /// The plan's tolerance over that of the core: room for the rounding of the proof.
 constexpr double kToleranceShare = 1.005 / 1.01;
 
+/// How a motion is found.
+enum class PlanMethod : std::uint8_t {
+  kSearch,        ///< by pushing the felt part; of a part that never turns after kTranslations
+  kTranslations,  ///< from the cells of the free places at the start's orientation
+  kHarmonic       ///< down a harmonic function along a channel of those cells
+};
+
 struct PlanArguments {
   std::string scene, start = "start", goal, out;
   double seconds = 120, shorten_s = 30;
   std::uint64_t seed = 1;
+  PlanMethod method = PlanMethod::kSearch;
+  bool json = false;
 };
+
+using Json = nlohmann::ordered_json;
+
+/// Where two poses are turned alike [rad].
+constexpr double kSameTurn_rad = 1.0e-9;
+/// Basic contacts of a C-face that are named.
+constexpr std::size_t kMostNamed = 3;
 
 std::string pose_as_option(const Pose& pose) {
   std::string text;
@@ -39,15 +60,76 @@ std::string pose_as_option(const Pose& pose) {
   return text + tools::short_number(static_cast<double>(q.z()), 9);
 }
 
-/// "pieces 0 and 3, face of B along (0, 0, 1)".
+std::string plane_text(const SceneView& view, std::uint32_t index, const std::string& kind,
+                       const Vec3d& normal_w) {
+  const PairRecord pair = view.pair_record(index);
+  return tools::formatted("pieces %u and %u, %s, normal (%.3f, %.3f, %.3f)", pair.piece_a,
+                          pair.piece_b, kind.c_str(), normal_w.x(), normal_w.y(), normal_w.z());
+}
+
+/// "pieces 0 and 3, a face of the fixed piece, normal (0, 0, 1)".
 std::string plane_text(const SceneView& view, const HoldingPlane& plane) {
-  const PairRecord pair = view.pair_record(plane.pair);
   const char* const kind = plane.type == ContactType::kA   ? "a face of the moving piece"
                            : plane.type == ContactType::kB ? "a face of the fixed piece"
                                                            : "two edges";
-  return tools::formatted("pieces %u and %u, %s, normal (%.3f, %.3f, %.3f)", pair.piece_a,
-                          pair.piece_b, kind, plane.normal_w.x(), plane.normal_w.y(),
-                          plane.normal_w.z());
+  return plane_text(view, plane.pair, kind, plane.normal_w);
+}
+
+/// Names of the first basic contacts of a C-face: "44 B (v2, f0)".
+std::vector<std::string> contact_names(const SceneView& view, const BlockingFace& face) {
+  std::vector<std::string> names;
+  const PairView pair = view.pair(face.pair);
+  for (const std::uint32_t node : face.nodes) {
+    if (names.size() == kMostNamed) break;
+    names.push_back(tools::node_text(pair, node));
+  }
+  return names;
+}
+
+std::string face_text(const SceneView& view, const BlockingFace& face) {
+  std::string kind = "C-face of " + joined(contact_names(view, face));
+  if (face.nodes.size() > kMostNamed)
+    kind += tools::formatted(" and %zu more", face.nodes.size() - kMostNamed);
+  return plane_text(view, face.pair, kind, face.normal_w) +
+         tools::formatted(", %.4g mm^2 of it", 1e6 * face.area_m2);
+}
+
+std::vector<double> numbers_of(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json enclosure_json(const SceneView& view, const TranslationResult& result) {
+  Json faces = Json::array();
+  for (const BlockingFace& face : result.enclosure.faces) {
+    const PairRecord pair = view.pair_record(face.pair);
+    faces.push_back({{"piece_a", pair.piece_a},
+                     {"piece_b", pair.piece_b},
+                     {"normal", numbers_of(face.normal_w)},
+                     {"offset_m", face.offset_m},
+                     {"area_m2", face.area_m2},
+                     {"basic_contacts", face.nodes},
+                     {"names", contact_names(view, face)}});
+  }
+  return {{"of", result.goal_is_enclosed ? "goal" : "start"},
+          {"low_m", numbers_of(result.enclosure.low)},
+          {"high_m", numbers_of(result.enclosure.high)},
+          {"blocking_faces", std::move(faces)}};
+}
+
+/// No translation leads to the goal: the fact, and what it rests on.
+void say_impossible(const SceneView& view, const TranslationResult& result) {
+  const Enclosure& e = result.enclosure;
+  const char* const what = result.goal_is_enclosed ? "goal" : "start";
+  std::printf(
+      "no translation at this orientation leads from the start to the goal: a fact, from %zu "
+      "C-faces of %u pairs, depths to %.3g m counted as free (%zu cells, %.2f s)\n",
+      result.space.faces.size(), view.pair_count(), result.space.tolerance_m,
+      result.space.cells.size(), result.seconds);
+  std::printf(
+      "  from the %s the grip point reaches x %.6g to %.6g mm, y %.6g to %.6g mm, z %.6g to %.6g "
+      "mm\n",
+      what, 1e3 * e.low.x(), 1e3 * e.high.x(), 1e3 * e.low.y(), 1e3 * e.high.y(), 1e3 * e.low.z(),
+      1e3 * e.high.z());
+  for (const BlockingFace& face : e.faces)
+    std::printf("  the %s is shut in by %s\n", what, face_text(view, face).c_str());
 }
 
 void require_free(StepProver& prover, const PlanPose& pose, const std::string& option) {
@@ -80,20 +162,142 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
     std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
 }
 
-void say_plan(const tools::Plan& plan, const tools::PlanProof& proof, const SearchResult& result,
-              double found_m, double shorten_s, const std::string& out) {
-  std::printf("%s: %zu steps, %zu stations, %.4g mm (found %.4g mm)\n", out.c_str(),
-              plan.steps.size(), plan.stations.size(), 1e3 * plan.stations.front().cost_to_go_m,
-              1e3 * found_m);
-  std::printf("  search    %.2f s, %llu pushes, %llu ticks of the core\n", result.state.seconds,
-              static_cast<unsigned long long>(result.state.pushes),
-              static_cast<unsigned long long>(result.state.ticks));
-  std::printf("  shortened %.2f s\n", shorten_s);
+/// The start and the goal of a plan, and what proves its steps.
+struct Task {
+  const SceneView& view;
+  SlidingPart& part;
+  StepProver& prover;
+  Pose start_wa;  ///< of the mesh frame
+  PlanPose start, goal;
+  double tolerance_m;
+};
+
+CorneredMotion made_shorter(const Task& task, const PlanArguments& o, const PlanPose& start,
+                            const ProvedMotion& motion) {
+  ShorteningLimits shortening;
+  shortening.seconds = o.shorten_s;
+  shortening.seed = o.seed;
+  return shortened(start, motion, task.prover, task.part.radius_m(), shortening);
+}
+
+/// Proves the plan as a reader would, writes it and says so.
+int keep_plan(const Task& task, const PlanArguments& o, const CorneredMotion& motion, Json json,
+              const std::string& how) {
+  const tools::PlanCheck check(task.view);
+  const SceneParameters& p = task.view.parameters();
+  const PlanTitle title{std::string(task.view.text(p.name_offset, p.name_bytes)), o.seed,
+                        task.tolerance_m, kContact_m, task.part.radius_m()};
+  const tools::Plan plan = make_plan(motion, task.prover, check, title);
+  // The file as it will be read, so that no plan is written that its reader would not prove.
+  const std::string text = tools::plan_as_text(plan);
+  const tools::PlanProof proof =
+      tools::prove_plan(task.view, tools::parse_plan(text, o.out), o.out);
+  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
+  write_whole_file(o.out, text);
+  if (o.json) {
+    json["plan"] = o.out;
+    json["steps"] = proof.steps;
+    json["certified"] = proof.certified;
+    json["stations"] = plan.stations.size();
+    json["length_m"] = plan.stations.front().cost_to_go_m;
+    json["least_distance_m"] = proof.least_m;
+    std::printf("%s\n", json.dump(2).c_str());
+    return tools::kExitDone;
+  }
+  std::printf("%s: %zu steps, %zu stations, %.4g mm\n", o.out.c_str(), plan.steps.size(),
+              plan.stations.size(), 1e3 * plan.stations.front().cost_to_go_m);
+  std::printf("%s", how.c_str());
   std::printf("  certified %llu of %llu steps (%.4g %%), by %llu planes; least distance %.3g um\n",
               static_cast<unsigned long long>(proof.certified),
               static_cast<unsigned long long>(proof.steps),
               100.0 * static_cast<double>(proof.certified) / static_cast<double>(proof.steps),
               static_cast<unsigned long long>(proof.planes), 1e6 * proof.least_m);
+  return tools::kExitDone;
+}
+
+/// A motion down a harmonic function about the one that was found.
+CorneredMotion down_field(const Task& task, const TranslationSpace& space,
+                          const CorneredMotion& about, std::string& how) {
+  std::vector<Vec3d> corners;
+  for (const PlanPose& pose : about.corners) corners.push_back(place_of(pose));
+  const HarmonicField field = make_harmonic_field(space, corners);
+  CorneredMotion motion;
+  for (const Vec3d& x : descend(field, corners.front(), corners.back()))
+    motion.corners.push_back(plan_pose(x, turn_of(task.start)));
+  how += tools::formatted("  harmonic  %zu cells of %.3g mm, %u rounds, residual %.2g\n",
+                          field.cells.size(), 1e3 * field.pitch_m, field.rounds, field.residual);
+  return motion;
+}
+
+/// The answer of the cells, where they have one.
+std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
+  const TranslationResult result = plan_translation(task.view, task.prover, task.start_wa,
+                                                    task.start, task.goal, task.tolerance_m);
+  if (result.verdict == TranslationVerdict::kUndecided) {
+    const std::string why = "the cells of the free places decide nothing: " + result.why;
+    if (o.method != PlanMethod::kSearch) {
+      throw tools::InputError(o.scene + ": " + why + "; leave --method out");
+    }
+    std::fprintf(stderr, "host_sim plan: %s; the search goes on\n", why.c_str());
+    return std::nullopt;
+  }
+  Json json{{"found", result.verdict == TranslationVerdict::kFound},
+            {"cells", result.space.cells.size()},
+            {"c_faces", result.space.faces.size()},
+            {"tolerance_m", result.space.tolerance_m},
+            {"seconds", result.seconds}};
+  if (result.verdict == TranslationVerdict::kImpossible) {
+    json["impossible_by_translation"] = true;
+    json["enclosure"] = enclosure_json(task.view, result);
+    if (o.json) {
+      std::printf("%s\n", json.dump(2).c_str());
+    } else {
+      say_impossible(task.view, result);
+    }
+    return tools::kExitCheckFailed;
+  }
+  CorneredMotion motion = made_shorter(task, o, result.start, result.motion);
+  std::string how = tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %u pairs\n",
+                                     result.seconds, result.space.cells.size(),
+                                     result.space.faces.size(), task.view.pair_count());
+  if (o.method == PlanMethod::kHarmonic) motion = down_field(task, result.space, motion, how);
+  json["method"] = o.method == PlanMethod::kHarmonic ? "harmonic" : "translations";
+  return keep_plan(task, o, motion, std::move(json), how);
+}
+
+int plan_by_search(const Task& task, const PlanArguments& o) {
+  SearchLimits limits;
+  limits.seconds = o.seconds;
+  limits.seed = o.seed;
+  const SearchResult result =
+      search_plan(task.view, task.part, task.prover, task.start, task.goal, limits, say_progress);
+  Json json{{"found", result.found},
+            {"method", "search"},
+            {"seconds", result.state.seconds},
+            {"pushes", result.state.pushes},
+            {"ticks", result.state.ticks}};
+  if (!result.found) {
+    json["nearest_m"] = result.state.nearest_m;
+    if (o.json) {
+      std::printf("%s\n", json.dump(2).c_str());
+    } else {
+      say_failure(task.view, task.part, result);
+    }
+    return tools::kExitCheckFailed;
+  }
+  const auto began = std::chrono::steady_clock::now();
+  CorneredMotion found{{result.start}};
+  found.corners.insert(found.corners.end(), result.motion.poses.begin(), result.motion.poses.end());
+  const CorneredMotion motion = made_shorter(task, o, result.start, result.motion);
+  const double shorten_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const std::string how = tools::formatted(
+      "  search    %.2f s, %llu pushes, %llu ticks of the core; found %.4g mm\n"
+      "  shortened %.2f s\n",
+      result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
+      static_cast<unsigned long long>(result.state.ticks),
+      1e3 * found.length_m(task.part.radius_m()), shorten_s);
+  return keep_plan(task, o, motion, std::move(json), how);
 }
 
 int do_plan(const PlanArguments& o) {
@@ -102,7 +306,8 @@ int do_plan(const PlanArguments& o) {
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out");
   SlidingPart part(view);
-  const PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
+  const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
+  const PlanPose start = part.grip_pose(start_wa);
   const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
   const double tolerance_m = kToleranceShare * tools::most_tolerance_m(view);
   StepProver prover(view, tolerance_m);
@@ -110,37 +315,16 @@ int do_plan(const PlanArguments& o) {
   require_free(prover, goal, "--goal");
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
     throw tools::UsageError("--goal: is the start; give another pose");
-
-  SearchLimits limits;
-  limits.seconds = o.seconds;
-  limits.seed = o.seed;
-  const SearchResult result = search_plan(view, part, prover, start, goal, limits, say_progress);
-  if (!result.found) {
-    say_failure(view, part, result);
-    return tools::kExitCheckFailed;
+  const Task task{view, part, prover, start_wa, start, goal, tolerance_m};
+  const bool turned = turn_between(start, goal).norm() > kSameTurn_rad;
+  if (turned && o.method != PlanMethod::kSearch) {
+    throw tools::UsageError(
+        "--method: is for translations, and the goal is turned; leave --method out");
   }
-  const auto began = std::chrono::steady_clock::now();
-  CorneredMotion found{{result.start}};
-  found.corners.insert(found.corners.end(), result.motion.poses.begin(), result.motion.poses.end());
-  ShorteningLimits shortening;
-  shortening.seconds = o.shorten_s;
-  shortening.seed = o.seed;
-  const CorneredMotion motion =
-      shortened(result.start, result.motion, prover, part.radius_m(), shortening);
-  const tools::PlanCheck check(view);
-  const SceneParameters& p = view.parameters();
-  const PlanTitle title{std::string(view.text(p.name_offset, p.name_bytes)), o.seed, tolerance_m,
-                        kContact_m, part.radius_m()};
-  const tools::Plan plan = make_plan(motion, prover, check, title);
-  const double shorten_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  // The file as it will be read, so that no plan is written that its reader would not prove.
-  const std::string text = tools::plan_as_text(plan);
-  const tools::PlanProof proof = tools::prove_plan(view, tools::parse_plan(text, o.out), o.out);
-  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
-  write_whole_file(o.out, text);
-  say_plan(plan, proof, result, found.length_m(part.radius_m()), shorten_s, o.out);
-  return tools::kExitDone;
+  if (o.method != PlanMethod::kSearch || (view.is_fixed() && !turned)) {
+    if (const std::optional<int> code = plan_by_cells(task, o)) return *code;
+  }
+  return plan_by_search(task, o);
 }
 
 }  // namespace
@@ -163,6 +347,15 @@ Command add_plan_command(CLI::App& program) {
       ->check(tools::number_not_negative());
   app->add_option("--seed", o->seed,
                   "of the random pushes (default 1); the same seed gives the same plan");
+  tools::add_choice<PlanMethod>(
+      *app, "--method", o->method,
+      {{"search", PlanMethod::kSearch},
+       {"translations", PlanMethod::kTranslations},
+       {"harmonic", PlanMethod::kHarmonic}},
+      "search (default): by pushing the part; translations: exactly, from the C-faces at the "
+      "start's orientation (always for a part that never turns); harmonic: down a harmonic "
+      "function along a channel of their cells");
+  app->add_flag("--json", o->json, "the account as JSON on stdout");
   return {app, [o] { return do_plan(*o); },
           "host_sim plan peg.rtscene --goal 0,0,-40mm,1,0,0,0 -o peg.plan"};
 }

@@ -84,7 +84,7 @@ int do_replay(const ReplayArguments& o) {
   if (!o.reference.empty()) {
     report.reference = compare_with_reference(reference, result.ticks, half_period_s(motion));
   }
-  if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks));
+  if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks, GuideLegs(session.view())));
   if (!o.contacts.empty()) write_whole_file(o.contacts, result.contact_csv);
   if (!o.plot.empty())
     write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view())));

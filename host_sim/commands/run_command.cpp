@@ -326,7 +326,7 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
       recorded.push_back(recorded_tick(record, subject.rate_hz));
     write_whole_file(o.html, filled_page(page, session.view(), recorded));
   }
-  keep(o, loop_csv(records), replay_plot(ticks, title_of(o, session)),
+  keep(o, loop_csv(records, GuideLegs(session.view())), replay_plot(ticks, title_of(o, session)),
        loop_account(subject, totals, rest, passed));
   if (!o.json) print_loop(subject, totals, rest, passed);
   if (live) stay(*live);
@@ -430,7 +430,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
                       within_bounds(session.core().peaks(), session.view().header().capacity);
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
-  keep(o, stack_csv(records), stack_plot(records, title),
+  keep(o, stack_csv(records, GuideLegs(session.view())), stack_plot(records, title),
        stack_account(subject, totals, rest, link, passed));
   if (!o.json) print_stack(subject, totals, rest, link, passed);
   if (live) stay(*live);

@@ -150,11 +150,12 @@ void append_loop_row(std::string& csv, const LoopRecord& record) {
   }
 }
 
-std::string loop_csv(std::span<const LoopRecord> records) {
-  std::string csv = loop_csv_header() + '\n';
+std::string loop_csv(std::span<const LoopRecord> records, const GuideLegs& legs) {
+  std::string csv = loop_csv_header() + guide_csv_header(legs) + '\n';
   csv.reserve(600 * (records.size() + 1));
   for (const LoopRecord& record : records) {
     append_loop_row(csv, record);
+    append_guide(csv, record.tick.guide, legs);
     csv += '\n';
   }
   return csv;

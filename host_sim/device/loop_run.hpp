@@ -99,8 +99,8 @@ struct LoopRecord {
 [[nodiscard]] std::string loop_csv_header();
 /// Appends one line of the CSV, without its end.
 void append_loop_row(std::string& csv, const LoopRecord& record);
-/// CSV of a run; LF.
-[[nodiscard]] std::string loop_csv(std::span<const LoopRecord> records);
+/// CSV of a run, with the columns of the guide at the end where there is one; LF.
+[[nodiscard]] std::string loop_csv(std::span<const LoopRecord> records, const GuideLegs& legs = {});
 
 /// Speeds that no hand moves a device at.
 inline constexpr double kRunawaySpeed_m_per_s = 10, kRunawayTurn_rad_per_s = 200;

@@ -239,12 +239,13 @@ std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSam
   return records;
 }
 
-std::string stack_csv(std::span<const StackRecord> records) {
+std::string stack_csv(std::span<const StackRecord> records, const GuideLegs& legs) {
   std::string csv = loop_csv_header();
   csv +=
       ",arming,faults,device_faults,link,drives_on,handed_fx_n,handed_fy_n,handed_fz_n,"
       "handed_tx_nm,handed_ty_nm,handed_tz_nm,acting_fx_n,acting_fy_n,acting_fz_n,acting_tx_nm,"
-      "acting_ty_nm,acting_tz_nm\n";
+      "acting_ty_nm,acting_tz_nm" +
+      guide_csv_header(legs) + '\n';
   csv.reserve(850 * (records.size() + 1));
   for (const StackRecord& r : records) {
     append_loop_row(csv, r.loop);
@@ -257,6 +258,7 @@ std::string stack_csv(std::span<const StackRecord> records) {
     append_vector(csv, in_double(r.handed_d.torque_w));
     append_vector(csv, r.acting_w.force_w);
     append_vector(csv, r.acting_w.torque_w);
+    append_guide(csv, r.loop.tick.guide, legs);
     csv += '\n';
   }
   return csv;

@@ -51,8 +51,10 @@ struct StackRecord {
     DeviceStack& stack, std::span<const MotionSample> motion,
     const std::function<void(const StackRecord&)>& after_step = {});
 
-/// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering; LF.
-[[nodiscard]] std::string stack_csv(std::span<const StackRecord> records);
+/// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering, then
+/// those of the guide where there is one; LF.
+[[nodiscard]] std::string stack_csv(std::span<const StackRecord> records,
+                                    const GuideLegs& legs = {});
 
 struct StackTotals {
   LoopTotals loop;

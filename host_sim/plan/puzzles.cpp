@@ -94,6 +94,19 @@ Puzzle slot_puzzle(double clearance_mm) {
   return {name, scene_text(name, parts), "0,0,-4mm" + kQuarter};
 }
 
+Puzzle chamber_puzzle(double clearance_mm) {
+  const std::string name = name_of("chamber", clearance_mm);
+  const double h = 10 + clearance_mm;
+  const std::string parts =
+      moving_box({20, 20, 20}, {-12, 7, -15}) + wall({-40, -40, -40}, {40, 40, -30}) +
+      wall({30, -40, -30}, {40, 40, 30}) + wall({-40, -40, -30}, {-30, 40, 30}) +
+      wall({-30, 30, -30}, {30, 40, 30}) + wall({-30, -40, -30}, {30, -30, 30}) +
+      wall({h, -40, 30}, {40, 40, 34}) + wall({-40, -40, 30}, {-h, 40, 34}) +
+      wall({-h, h, 30}, {h, 40, 34}) + wall({-h, -40, 30}, {h, -h, 34}) +
+      "[motion_limits]\norientation = { max_angle_rad = 0.0 }\n";
+  return {name, scene_text(name, parts), "0,0,60mm,1,0,0,0", clearance_mm >= 0};
+}
+
 Puzzle cage_puzzle() {
   const std::string parts =
       moving_box({20, 20, 20}, {0, 0, 0}) + wall({-20, -20, 11}, {20, 20, 20}) +

@@ -23,6 +23,9 @@ struct Puzzle {
 [[nodiscard]] Puzzle window_puzzle(double wide_mm);
 /// A bar that enters a slot lengthwise and is turned by a quarter behind it.
 [[nodiscard]] Puzzle slot_puzzle(double clearance_mm);
+/// A cube that never turns, in a chamber with a square hole in its lid and this clearance on every
+/// side of it; the goal is outside. With less than nothing there is no way out.
+[[nodiscard]] Puzzle chamber_puzzle(double clearance_mm);
 /// A cube in a closed box; the goal is outside.
 [[nodiscard]] Puzzle cage_puzzle();
 

@@ -31,6 +31,16 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, c
   record.state_hash = result.state_hash;
   record.proxy_gap_m = static_cast<double>(result.proxy_gap_m);
   record.energy_j = static_cast<double>(result.energy_j);
+  if (const Guidance& g = result.guidance; g.state != GuideState::kNone) {
+    record.guide.state = g.state;
+    record.guide.station = g.station;
+    record.guide.to_go_m = static_cast<double>(g.cost_m);
+    record.guide.off_m = static_cast<double>(g.off_m);
+    for (int i = 0; i < 3; ++i) {
+      record.guide.force_n[i] = static_cast<double>(g.wrench_w.force_w[i]);
+      record.guide.torque_nm[i] = static_cast<double>(g.wrench_w.torque_w[i]);
+    }
+  }
   const auto grip_w = [&](const Pose& pose) -> Vec3 { return pose.p_wa + pose.q_wa * grip_a; };
   record.apart_m = static_cast<double>(
       std::sqrt((grip_w(result.goal_pose_wa) - grip_w(result.proxy_pose_wa)).squaredNorm()));
@@ -54,12 +64,29 @@ void append_tick_row(std::string& csv, const TickRecord& t) {
   append_number(csv += ',', t.energy_j);
 }
 
-std::string tick_csv(std::span<const TickRecord> ticks) {
-  std::string csv = kTickCsvHeader;
+std::string guide_csv_header(const GuideLegs& legs) {
+  if (legs.empty()) return {};
+  return ",guide,guide_station,guide_place,guide_fx_n,guide_fy_n,guide_fz_n,guide_tx_nm,guide_ty_"
+         "nm,"
+         "guide_tz_nm,guide_to_go_m,guide_off_m";
+}
+
+void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs) {
+  if (legs.empty()) return;
+  csv += std::string(",") + to_text(guide.state) + ',' + std::to_string(guide.station) + ",\"" +
+         legs.place(guide.state, guide.station) + '"';
+  for (const double value : guide.force_n) append_number(csv += ',', value);
+  for (const double value : guide.torque_nm) append_number(csv += ',', value);
+  for (const double value : {guide.to_go_m, guide.off_m}) append_number(csv += ',', value);
+}
+
+std::string tick_csv(std::span<const TickRecord> ticks, const GuideLegs& legs) {
+  std::string csv = kTickCsvHeader + guide_csv_header(legs);
   csv.reserve(200 + 220 * ticks.size());
   csv += '\n';
   for (const TickRecord& t : ticks) {
     append_tick_row(csv, t);
+    append_guide(csv, t.guide, legs);
     csv += '\n';
   }
   return csv;

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
 
 namespace haptic::sim {
@@ -19,6 +20,15 @@ static_assert(kFlagLocalSetEmpty == 1u << (kFlagCount - 1));
 [[nodiscard]] inline double length_of(const double (&v)[3]) {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
+
+/// Of a scene with a guide: what leads the hand besides the contact, and where on the plan it is.
+struct TickGuide {
+  GuideState state = GuideState::kNone;
+  std::uint32_t station = 0;        ///< the last one passed
+  double force_n[3] = {0, 0, 0};    ///< on the hand, W axes
+  double torque_nm[3] = {0, 0, 0};  ///< about the grip point, W axes
+  double to_go_m = 0, off_m = 0;    ///< length of the rest of the way; distance from it
+};
 
 struct TickRecord {
   std::uint64_t tick = 0;
@@ -39,6 +49,7 @@ struct TickRecord {
   /// Law proxy: distance of the part as it is felt from the goal that the device asks for, at the
   /// grip point. Other laws: 0.
   double apart_m = 0;
+  TickGuide guide;
 };
 
 /// Whether contact is felt, or the goal lies in the material.
@@ -61,8 +72,13 @@ inline constexpr const char* kTickCsvHeader =
 /// Appends one line of the CSV, without its end.
 void append_tick_row(std::string& csv, const TickRecord& tick);
 
+/// Of a scene with a guide these columns end each line; of others nothing is appended.
+/// guide: off, lost or on; guide_place: GuideLegs::place, in quotation marks.
+[[nodiscard]] std::string guide_csv_header(const GuideLegs& legs);
+void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs);
+
 /// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16
 /// hex digits, LF.
-[[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks);
+[[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks, const GuideLegs& legs = {});
 
 }  // namespace haptic::sim

@@ -223,9 +223,10 @@ PartAmongSolids peg_in_hole(double clearance_m, double depth_m) {
 }
 
 std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
-                                  const SceneParameters& parameters,
-                                  std::uint32_t max_pair_visits) {
+                                  const SceneParameters& parameters, std::uint32_t max_pair_visits,
+                                  const tools::GuideTables* guide) {
   tools::SceneDescription scene;
+  if (guide != nullptr) scene.guide = *guide;
   scene.name = a.name + " on " + pieces.front().name;
   scene.moving.body = united_body({&a, 1});
   scene.statics.push_back({united_body(pieces), {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}});

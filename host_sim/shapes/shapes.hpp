@@ -101,10 +101,12 @@ struct PartAmongSolids {
 // Scenes of the bodies made here, with every parameter of the rendering chosen by the caller.
 
 /// Compiled scene of A over one static body made of `pieces`; grip point at A's origin.
-/// A tick visits at most `max_pair_visits` pairs.
+/// A tick visits at most `max_pair_visits` pairs. `guide`: of a plan that is proved for the scene
+/// without it.
 /// @throws tools::InputError when a solid is not closed or a parameter is refused.
 [[nodiscard]] std::vector<std::byte> scene_with(const Solid& a, std::span<const Solid> pieces,
                                                 const SceneParameters& parameters,
-                                                std::uint32_t max_pair_visits = kDefaultPairVisits);
+                                                std::uint32_t max_pair_visits = kDefaultPairVisits,
+                                                const tools::GuideTables* guide = nullptr);
 
 }  // namespace haptic::sim

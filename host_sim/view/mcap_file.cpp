@@ -90,10 +90,13 @@ std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records)
 
   writer.add_message(channel(Topic::kScene), 0, scene_message(scene));
   LogTopic log;
+  const GuideLegs legs(scene);
   for (const LoopRecord& record : records) {
     const std::uint64_t ns = topic_time_ns(record);
-    for (const Topic topic : kTickTopics)
-      writer.add_message(channel(topic), ns, tick_message(topic, record));
+    for (const Topic topic : kTickTopics) {
+      const std::string message = tick_message(topic, record, legs);
+      if (!message.empty()) writer.add_message(channel(topic), ns, message);
+    }
     for (const std::string& message : log.messages(record))
       writer.add_message(channel(Topic::kLog), ns, message);
   }

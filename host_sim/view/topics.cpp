@@ -150,6 +150,16 @@ const std::array<TopicFacts, kTopics>& topics() {
       {"/counters", "haptic.Counters",
        schema_of("haptic.Counters",
                  {{"tick", kInteger}, {"work_units", kInteger}, {"state_hash", kText}})},
+      {"/guide", "haptic.Guide",
+       schema_of("haptic.Guide", {{"state", kText},
+                                  {"place", kText},
+                                  {"leg", kInteger},
+                                  {"legs", kInteger},
+                                  {"station", kInteger},
+                                  {"to_go_m", kNumber},
+                                  {"off_m", kNumber},
+                                  {"force_n", kVector.c_str()},
+                                  {"torque_nm", kVector.c_str()}})},
       {"/log", "foxglove.Log",
        schema_of("foxglove.Log", {{"timestamp", kTime.c_str()},
                                   {"level", kInteger},
@@ -170,7 +180,7 @@ std::string scene_message(const SceneView& scene) {
   return text_of({{"deletions", Json::array()}, {"entities", std::move(entities)}});
 }
 
-std::string tick_message(Topic topic, const LoopRecord& record) {
+std::string tick_message(Topic topic, const LoopRecord& record, const GuideLegs& legs) {
   const TickRecord& tick = record.tick;
   const std::uint64_t ns = topic_time_ns(record);
   switch (topic) {
@@ -197,6 +207,19 @@ std::string tick_message(Topic topic, const LoopRecord& record) {
       return text_of({{"tick", tick.tick},
                       {"work_units", tick.nodes_evaluated},
                       {"state_hash", tools::hash_text(tick.state_hash)}});
+    case Topic::kGuide: {
+      const TickGuide& guide = tick.guide;
+      if (legs.empty() || guide.state == GuideState::kNone) return {};
+      return text_of({{"state", to_text(guide.state)},
+                      {"place", legs.place(guide.state, guide.station)},
+                      {"leg", legs.leg_of(guide.station) + 1},
+                      {"legs", legs.count()},
+                      {"station", guide.station},
+                      {"to_go_m", number_json(guide.to_go_m)},
+                      {"off_m", number_json(guide.off_m)},
+                      {"force_n", vector_json(guide.force_n)},
+                      {"torque_nm", vector_json(guide.torque_nm)}});
+    }
     case Topic::kScene:
     case Topic::kLog:
       break;

@@ -10,6 +10,8 @@
 /// /wrench, haptic.Wrench: on the hand, about the grip point, W axes.
 /// /contact, haptic.Contact: situation, flags, distance of device and part, D_near.
 /// /counters, haptic.Counters: work of the tick, state hash.
+/// /guide, haptic.Guide: where on the plan of the scene's guide the part is and which contact comes
+/// next, force and torque that lead the hand besides /wrench; of a scene without one no message.
 /// /log, foxglove.Log: each flag that appears, each new situation.
 
 #include <array>
@@ -29,12 +31,14 @@ enum class Topic : std::uint8_t {
   kWrench,
   kContact,
   kCounters,
+  kGuide,
   kLog
 };
-inline constexpr std::size_t kTopics = 8;
+inline constexpr std::size_t kTopics = 9;
 /// Those with one message a tick.
 inline constexpr Topic kTickTopics[] = {Topic::kFrames, Topic::kPose,    Topic::kFeltPose,
-                                        Topic::kWrench, Topic::kContact, Topic::kCounters};
+                                        Topic::kWrench, Topic::kContact, Topic::kCounters,
+                                        Topic::kGuide};
 
 struct TopicFacts {
   const char* name;
@@ -51,8 +55,10 @@ struct TopicFacts {
 /// The message of Topic::kScene.
 [[nodiscard]] std::string scene_message(const SceneView& scene);
 
-/// The message of one of kTickTopics; numbers have 17 digits.
-[[nodiscard]] std::string tick_message(Topic topic, const LoopRecord& record);
+/// The message of one of kTickTopics; numbers have 17 digits. Of Topic::kGuide empty where the
+/// scene has no guide, of which `legs` are: then there is none.
+[[nodiscard]] std::string tick_message(Topic topic, const LoopRecord& record,
+                                       const GuideLegs& legs);
 
 /// Topic::kLog of a session: what is new since the record before.
 class LogTopic {

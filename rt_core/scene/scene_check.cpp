@@ -332,7 +332,9 @@ RtStatus check::guide_stations(std::span<const GuideStation> stations, double tu
     const GuideStation& s = stations[index];
     double q2 = 0.0, way2 = 0.0, scale = turn_m;
     for (const Real x : s.q_wa_xyzw) q2 += static_cast<double>(x) * static_cast<double>(x);
-    if (!(absolute(q2 - 1.0) < kGeometryTolerance) || s.reserved != 0) {
+    std::uint32_t planes = 0;
+    for (const std::uint8_t kind : s.touching) planes += kind;
+    if (!(absolute(q2 - 1.0) < kGeometryTolerance) || (s.contacts == 0) != (planes == 0)) {
       return RtStatus::kBlobBadNumber;
     }
     const bool last = index + 1 == stations.size();

@@ -287,8 +287,12 @@ struct GuideStation {
   Real cost_m;             ///< length of the rest of the way
   Real clearance_m;        ///< proved: no pair of pieces is nearer; at least 0
   std::uint32_t contacts;  ///< pairs of pieces that touch there
-  std::uint32_t reserved;
+  /// Planes of contact there, by TouchKind; pieces that touch in one plane count once. For people:
+  /// no tick reads them. All 0 where nothing touches, and only there.
+  std::uint8_t touching[4];
 };
+/// How two pieces touch in a plane.
+enum class TouchKind : std::uint8_t { kFaces = 0, kEdgeOnFace, kVertexOnFace, kEdges };
 inline constexpr std::uint32_t kMostGuideStations = 256;
 
 struct PlaneRecord {

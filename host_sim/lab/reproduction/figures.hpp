@@ -15,6 +15,11 @@
 
 namespace haptic::sim {
 
+// Fig. 1 of the paper: an assembly task in C-space, with the contact force and the guidance force
+// of a motion planned there, down a harmonic function along a channel of cells (the paper's [14]).
+
+[[nodiscard]] PartReport guidance_part();
+
 // One contact of two bodies as the core renders it, with everything that Figs. 3 and 4 of the
 // paper show: application points, contact region, contact frame, force and torque.
 

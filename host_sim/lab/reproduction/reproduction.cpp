@@ -26,7 +26,6 @@ std::string index_page(std::span<const PartReport> parts, bool quick) {
     for (const Finding& finding : part.findings)
       page += table_row({finding.topic, finding.paper, finding.ours, finding.same, finding.reason});
   }
-  page += table_row({"Fig. 1", "diagram of the loop", "-", "-", "a diagram, no result"});
   page +=
       table_row({"Fig. 7", "photograph of the device", "-", "-",
                  "a photograph; motions here are computed, so that every tick can be repeated"});
@@ -45,6 +44,7 @@ bool reproduce_paper(const std::string& folder, const ReproductionSize& size) {
   tools::claim_folder(folder, "--out", {});
   const std::vector<std::pair<const char*, std::function<PartReport()>>> makers = {
       {"graph and subgraphs", [&] { return graph_part(size); }},
+      {"Fig. 1", [] { return guidance_part(); }},
       {"Fig. 2", [] { return motion_part(); }},
       {"Figs. 3 and 4", [] { return contacts_part(); }},
       {"Fig. 5", [] { return forces_part(); }},

@@ -79,6 +79,12 @@ LiveState live_state(const LoopRecord& record, double hand_stamp) {
   state.flags = tick.flags;
   state.status = static_cast<std::uint32_t>(tick.status);
   state.work = tick.nodes_evaluated;
+  std::copy_n(tick.guide.force_n, 3, state.guide_force_n);
+  std::copy_n(tick.guide.torque_nm, 3, state.guide_torque_nm);
+  state.guide_to_go_m = tick.guide.to_go_m;
+  state.guide_off_m = tick.guide.off_m;
+  state.guide_state = static_cast<std::uint32_t>(tick.guide.state);
+  state.guide_station = tick.guide.station;
   return state;
 }
 
@@ -97,6 +103,12 @@ LoopRecord record_of(const LiveState& state) {
   tick.situation = static_cast<ContactSituation>(state.situation);
   tick.flags = state.flags;
   tick.nodes_evaluated = state.work;
+  std::copy_n(state.guide_force_n, 3, tick.guide.force_n);
+  std::copy_n(state.guide_torque_nm, 3, tick.guide.torque_nm);
+  tick.guide.to_go_m = state.guide_to_go_m;
+  tick.guide.off_m = state.guide_off_m;
+  tick.guide.state = static_cast<GuideState>(state.guide_state);
+  tick.guide.station = state.guide_station;
   record.device_wa = pose_in(state.device_p_m, state.device_q_xyzw);
   record.proxy_wa = pose_in(state.felt_p_m, state.felt_q_xyzw);
   return record;

@@ -39,8 +39,11 @@ struct LiveState {
   std::uint32_t situation = 0, flags = 0, status = 0, work = 0;
   std::uint32_t is_over = 0;  ///< no further tick comes
   std::uint32_t knows_felt = 1;
+  double guide_force_n[3] = {}, guide_torque_nm[3] = {};
+  double guide_to_go_m = 0, guide_off_m = 0;
+  std::uint32_t guide_state = 0, guide_station = 0;  ///< GuideState
 };
-static_assert(sizeof(LiveState) == 248);
+static_assert(sizeof(LiveState) == 320);
 
 /// Where a page's hand wants the part (A's mesh frame in W).
 struct HandOrder {

@@ -107,11 +107,13 @@ struct Shared {
   Shared(AccessRules the_rules, LiveOffer the_offer)
       : rules(std::move(the_rules)), offer(std::move(the_offer)), reader(*offer.board) {
     if (offer.hand != nullptr) hand.emplace(*offer.hand);
+    if (offer.scene != nullptr) legs = GuideLegs(*offer.scene);
   }
 
   AccessRules rules;
   LiveOffer offer;
   LiveReader reader;
+  GuideLegs legs;  ///< of the scene's guide
   std::optional<NewestWriter<HandOrder>> hand;
   HandOrder order;
   LiveCounts counts;
@@ -354,7 +356,9 @@ class ViewerClient final : public Client {
       logs_.pop_back();
       return true;
     }
-    out = foxglove_frame(s.id, topic_time_ns(record_), tick_message(s.topic, record_));
+    const std::string message = tick_message(s.topic, record_, shared_.legs);
+    if (message.empty()) return false;
+    out = foxglove_frame(s.id, topic_time_ns(record_), message);
     return true;
   }
 

@@ -116,6 +116,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   scene.body_count = static_cast<std::uint32_t>(view_.bodies().size());
   scene.max_work_units = view_.header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
+  legs_ = GuideLegs(view_);
 
   const std::uint32_t room = view_.header().capacity.largest_near;
   corners_.resize(room);
@@ -181,6 +182,14 @@ void ViewCore::take(const StepResult& step) {
   result.felt_planes = core_->felt_contact().plane_count;
   result.felt_points = core_->felt_contact().point_count;
   felt_wa_ = step.proxy_pose_wa;
+  if (const Guidance& guide = step.guidance; guide.state != GuideState::kNone) {
+    put(guide.wrench_w.force_w, result.guide_force_w_n);
+    put(guide.wrench_w.torque_w, result.guide_torque_w_nm);
+    result.guide_to_go_m = static_cast<double>(guide.cost_m);
+    result.guide_off_m = static_cast<double>(guide.off_m);
+    result.guide_state = static_cast<std::uint32_t>(guide.state);
+    result.guide_station = guide.station;
+  }
 }
 
 void ViewCore::reset() {
@@ -195,6 +204,11 @@ void ViewCore::describe_scene() {
   line(view_.text(p.name_offset, p.name_bytes));
   line(law_text(p.law));
   for (const BodyRecord& body : view_.bodies()) line(view_.text(body.name_offset, body.name_bytes));
+}
+
+void ViewCore::describe_guide() {
+  answer.clear();
+  answer.text = legs_.place(static_cast<GuideState>(result.guide_state), result.guide_station);
 }
 
 void ViewCore::describe_pieces() {
@@ -488,6 +502,12 @@ std::string layout_text() {
   HAPTIC_VIEW_OUT(work_units);
   HAPTIC_VIEW_OUT(felt_planes);
   HAPTIC_VIEW_OUT(felt_points);
+  HAPTIC_VIEW_OUT(guide_force_w_n);
+  HAPTIC_VIEW_OUT(guide_torque_w_nm);
+  HAPTIC_VIEW_OUT(guide_to_go_m);
+  HAPTIC_VIEW_OUT(guide_off_m);
+  HAPTIC_VIEW_OUT(guide_state);
+  HAPTIC_VIEW_OUT(guide_station);
   HAPTIC_VIEW_SCENE(k_t_n_per_m);
   HAPTIC_VIEW_SCENE(k_r_nm_per_rad);
   HAPTIC_VIEW_SCENE(k_f_n_per_m);

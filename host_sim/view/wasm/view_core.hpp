@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/c_space/c_obstacle.hpp"
 
@@ -43,6 +44,10 @@ struct ViewResult {
   std::uint32_t nearest_pair = 0, has_goal_contact = 0, behind_ticks = 0;
   std::uint32_t work_units = 0;
   std::uint32_t felt_planes = 0, felt_points = 0;
+  // Of a scene with a guide (GuideState 0: without): what leads the hand besides force_w_n.
+  double guide_force_w_n[3] = {}, guide_torque_w_nm[3] = {};
+  double guide_to_go_m = 0, guide_off_m = 0;
+  std::uint32_t guide_state = 0, guide_station = 0;
 };
 
 /// What the scene says of itself.
@@ -105,6 +110,9 @@ class ViewCore {
   /// cut made it), corners and their vertices; numbers its vertices, of the part in A's axes about
   /// the grip point, of others in W [m].
   void describe_pieces();
+  /// text: where on the plan of the guide the part is and which contact comes next
+  /// (session/guide_legs.hpp); empty where the scene has no guide.
+  void describe_guide();
   /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
   /// then of the nearest by the search at the goal pose, or, where none is searched, by their
   /// distance; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. counts:
@@ -147,6 +155,7 @@ class ViewCore {
     void operator()(std::byte* bytes) const noexcept;
   };
   SceneView view_;
+  GuideLegs legs_;
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;
   HapticCore* core_ = nullptr;

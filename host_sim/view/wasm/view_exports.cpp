@@ -79,6 +79,9 @@ HAPTIC_EXPORT(view_state_bytes) std::uint32_t view_state_bytes() {
 HAPTIC_EXPORT(view_describe_scene) void view_describe_scene() {
   if (is_open) core().describe_scene();
 }
+HAPTIC_EXPORT(view_describe_guide) void view_describe_guide() {
+  if (is_open) core().describe_guide();
+}
 HAPTIC_EXPORT(view_describe_pieces) void view_describe_pieces() {
   if (is_open) core().describe_pieces();
 }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// hand_in_browser.mjs PACKAGES BROWSER BY_HAND [PICTURES]: the square peg moved with the mouse, in its page without a recording.
+// hand_in_browser.mjs PACKAGES BROWSER BY_HAND GUIDED [PICTURES]: the square peg moved with the mouse, in its page without a recording;
+// and one with a guide, which leads it.
 // PACKAGES: folder with playwright-core. Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 import {
-  feltAt, forceAbove, kForce, kPatience, lamp, Pages, partAt, pixelsAbove, pixelsNear, situation,
+  feltAt, forceAbove, kForce, kGuide, kPatience, lamp, Pages, partAt, pixelsAbove, pixelsNear, situation,
 } from "./browser_page.mjs";
 
-const [packages, executablePath, byHand, pictures] = process.argv.slice(2);
+const [packages, executablePath, byHand, guided, pictures] = process.argv.slice(2);
 const pages = await Pages.start(packages, executablePath, pictures);
 
 /** Waits until the core has run on for a while and the part is where it was. */
@@ -34,6 +35,9 @@ async function whereItStands(page) {
   }
   return before;
 }
+
+/** Pixels of a square of the legend. */
+const kSquare = 160;
 
 const cases = {
   async "by hand: the peg is dragged over the hole and down, and is in by the core's word"() {
@@ -106,6 +110,26 @@ const cases = {
     assert.ok(Math.abs(pressed[2] + 40) < 0.01, `not on the floor again: ${pressed[2]} mm`);
     await page.mouse.up();
     await pages.close(page);
+  },
+
+  async "guided: the words say which contact comes next, an arrow of its own leads, and the hand feels it"() {
+    const page = await pages.open(guided);
+    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    await page.waitForFunction(() => /^guide: 1 of \d+: free, then /.test(document.getElementById("guide").textContent), null, kPatience);
+    assert.ok(await page.locator("#guide").isVisible() && await page.locator("#guide-key").isVisible());
+    const key = await page.innerText("#guide-key-force");
+    assert.match(key, /^force that leads along the plan: (0\.9\d|1\.0\d) N, .* mm to go$/);
+    // The legend has a square of each colour.
+    await pixelsAbove(page, "#physical", kGuide, kSquare + 100, "no arrow of the guide");
+    assert.ok((await pixelsNear(page, "#physical", kForce)) <= kSquare, "nothing touches, and there is an arrow of contact");
+    await pages.picture(page, "guided");
+    await pages.close(page);
+    // Without a guide there is no word and no arrow of one.
+    const other = await pages.open(byHand);
+    await other.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
+    assert.ok(!(await other.locator("#guide").isVisible()) && !(await other.locator("#guide-key").isVisible()));
+    assert.equal(await pixelsNear(other, "#physical", kGuide), 0);
+    await pages.close(other);
   },
 
   async "a gamepad and a SpaceMouse move the part, as the sticks and the cap say"() {

@@ -13,7 +13,7 @@ const WebSocket = require("ws");
 
 const live = address.replace(/^http/, "ws");
 const kWanted = 200;
-const kTopics = ["/scene", "/tf", "/pose", "/felt_pose", "/wrench", "/contact", "/counters", "/log"];
+const kTopics = ["/scene", "/tf", "/pose", "/felt_pose", "/wrench", "/contact", "/counters", "/guide", "/log"];
 
 /** Reads until kWanted messages of each topic that has one a tick were there. */
 function readAll(protocol) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // mcap_read.mjs PACKAGES MCAP CSV: an MCAP file of `host_sim run`, read by the format's official package (@mcap/core), holds the
-// ticks of the run's CSV: counts, order, times, schemas and values. Exit code 1 where it does not.
+// ticks of the run's CSV: counts, order, times, schemas and values, those of a guide where there is one. Exit code 1 where it does not.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -11,7 +11,9 @@ const { McapStreamReader } = createRequire(join(packages, "x.js"))("@mcap/core")
 
 const [head, ...lines] = readFileSync(csv, "utf8").trim().split("\n");
 const columns = head.split(",");
-const rows = lines.map((line) => Object.fromEntries(line.split(",").map((word, k) => [columns[k], word])));
+/** Words between commas; those in quotation marks may hold commas. */
+const words = (line) => [...line.matchAll(/"([^"]*)"|([^,"]+)/g)].map(([, quoted, plain]) => quoted ?? plain);
+const rows = lines.map((line) => Object.fromEntries(words(line).map((word, k) => [columns[k], word])));
 
 const reader = new McapStreamReader({ validateCrcs: true });
 reader.append(readFileSync(mcap));
@@ -39,6 +41,8 @@ assert.ok(reader.done() && reader.bytesRemaining() === 0, "the file is not whole
 
 for (const topic of ["/tf", "/pose", "/felt_pose", "/wrench", "/contact", "/counters"])
   assert.equal(messages.get(topic).length, rows.length, topic);
+const isGuided = columns.includes("guide_place");
+assert.equal(messages.get("/guide").length, isGuided ? rows.length : 0);
 assert.equal(messages.get("/scene").length, 1);
 const { entities } = messages.get("/scene")[0].value;
 assert.deepEqual(entities.map((entity) => entity.frame_id), ["part", "w"]);
@@ -58,7 +62,12 @@ rows.forEach((row, k) => {
   const { position } = at("/felt_pose").value.pose;
   assert.deepEqual([position.x, position.y, position.z], [row.proxy_x_m, row.proxy_y_m, row.proxy_z_m].map(Number));
   assert.deepEqual(at("/tf").value.translation, position);
+  if (!isGuided) return;
+  const { state, place, force_n: led } = at("/guide").value;
+  assert.deepEqual([state, place], [row.guide, row.guide_place]);
+  assert.deepEqual([led.x, led.y, led.z], [row.guide_fx_n, row.guide_fy_n, row.guide_fz_n].map(Number));
 });
+if (isGuided) assert.ok(rows.some((row) => /^\d of \d+: .+, then .+$/.test(row.guide_place)), "nobody is told which contact comes next");
 const changes = rows.filter((row, k) => row.state !== (k > 0 ? rows[k - 1].state : "none")).length;
 assert.equal(messages.get("/log").filter(({ value }) => value.level === 2).length, changes);
 assert.ok(changes > 2, "the run touches nothing");

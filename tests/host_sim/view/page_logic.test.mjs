@@ -236,7 +236,7 @@ test("words: flags, lengths and round numbers", () => {
 
 /** A message of the live server with `count` ticks from `first` on; those in `resets` start again. */
 function chunkOf(first, count, written, resets = []) {
-  const view = new DataView(new ArrayBuffer(24 + 248 + 184 * count));
+  const view = new DataView(new ArrayBuffer(24 + 320 + 184 * count));
   view.setUint32(0, 0x31564c48, true);
   view.setUint32(4, count, true);
   view.setBigUint64(8, BigInt(first), true);
@@ -244,7 +244,7 @@ function chunkOf(first, count, written, resets = []) {
   view.setFloat64(24 + 128, 5, true);  // force along x
   view.setUint32(24 + 224, 3, true);  // situation
   for (let k = 0; k < count; ++k) {
-    const at = 24 + 248 + 184 * k;
+    const at = 24 + 320 + 184 * k;
     [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
     view.setFloat64(at + 112 + 40, 9, true);  // turn about z
     view.setBigUint64(at + 160, BigInt(first + k), true);

@@ -2,6 +2,7 @@
 // Live sessions of the programs: what they publish, the trace of a device, and what is refused.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -73,6 +74,18 @@ TEST_SUITE("host_sim.live_session") {
       touched = touched || records[k].tick.situation != ContactSituation::kNone;
     }
     CHECK(touched);
+  }
+
+  TEST_CASE("what leads the hand along a plan comes through the board") {
+    LoopRecord record;
+    record.tick.guide = {GuideState::kOn, 4, {1, 2, 3}, {4, 5, 6}, 0.02, 0.001};
+    const TickGuide back = record_of(live_state(record)).tick.guide;
+    CHECK(back.state == GuideState::kOn);
+    CHECK(back.station == 4);
+    CHECK(std::equal(back.force_n, back.force_n + 3, record.tick.guide.force_n));
+    CHECK(std::equal(back.torque_nm, back.torque_nm + 3, record.tick.guide.torque_nm));
+    CHECK(back.to_go_m == 0.02);
+    CHECK(back.off_m == 0.001);
   }
 
   TEST_CASE("trace of a device: each report once, mapped; what does not go on is marked") {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From a plan to the guide of a scene: proved again, its stations as the tick reads them, and what
-/// the guide can do at the most.
+/// The guide of a scene file from its plan, which is proved again (tools/plan/guide_tables.hpp).
 
 #include <string>
 #include <vector>
@@ -11,11 +10,6 @@
 #include "tools/graph_compiler/program/scene_file.hpp"
 
 namespace haptic::tools {
-
-/// Pull along the way and hold across it [N], ramp [s], and how far from the way the guide lets go,
-/// over the length that a turn of 1 rad counts as, where the scene file does not say.
-inline constexpr double kDefaultPull_n = 1.0, kDefaultHold_n = 1.0, kDefaultGuideRamp_s = 0.25,
-                        kDefaultLetGo = 0.5;
 
 /// The tables for `scene`, which is the same without a guide. A line for people is added to
 /// `notes`.

@@ -14,6 +14,8 @@ export interface Colours {
   device: string;
   force: string;
   torque: string;
+  /** force that leads the hand along the plan */
+  guide: string;
   contact: string;
   /** the basic contact that was clicked */
   chosen: string;
@@ -35,6 +37,7 @@ export const kLight: Colours = {
   device: "#7a5a00",
   force: "#d55e00",
   torque: "#0061a8",
+  guide: "#00795a",
   contact: "#c2187f",
   chosen: "#0061a8",
   kinds: kKinds,
@@ -52,6 +55,7 @@ export const kDark: Colours = {
   device: "#f0e442",
   force: "#ff8a3d",
   torque: "#7cc4ff",
+  guide: "#4fd6a8",
   contact: "#ff7ac4",
   chosen: "#7cc4ff",
   kinds: kKinds,

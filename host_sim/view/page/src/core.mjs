@@ -135,6 +135,12 @@ export class Core {
     return { name, law, bodies: bodies.slice(0, -1) };
   }
 
+  /** Where on the plan of the scene's guide the part is; empty: there is no guide. */
+  guide() {
+    this.wasm.view_describe_guide();
+    return this.text(this.wasm.view_text());
+  }
+
   /** @param {number} situation */
   situation(situation) {
     return this.text(this.wasm.view_situation_text(situation));

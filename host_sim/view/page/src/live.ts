@@ -7,7 +7,7 @@ export const kLiveProtocol = "haptic.live.v1";
 
 const kMagic = 0x31564c48;
 const kHeadBytes = 24;
-const kStateBytes = 248;
+const kStateBytes = 320;
 const kTickBytes = 184;
 const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n;
 /** A page that was up to date and is so far behind gives up the ticks between. */

@@ -76,6 +76,7 @@ function sameView(a: Picture, b: Picture): boolean {
     samePose(a.device, b.device) &&
     alike(a.force, b.force, kSame_n) &&
     alike(a.torque, b.torque, kSame_n) &&
+    alike(a.guide?.force ?? kNoForce, b.guide?.force ?? kNoForce, kSame_n) &&
     a.feltPlanes === b.feltPlanes &&
     a.situation === b.situation &&
     a.obstacles.counts.length === b.obstacles.counts.length &&
@@ -87,6 +88,7 @@ function sameView(a: Picture, b: Picture): boolean {
 /** The hand holds the part for so long after its last move. */
 const kHeld_ms = 1000;
 const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
+const kNoForce = [0, 0, 0];
 
 class Page {
   private readonly worker: Worker;
@@ -487,6 +489,12 @@ class Page {
     const situation = scene.situations[picture.situation] ?? "none";
     set("situation", picture.status === 0 ? situationText(situation) : "the pose was refused");
     element("situation").dataset.situation = situation;
+    const { guide } = picture;
+    element("guide").hidden = element("guide-key").hidden = guide === null;
+    if (guide) {
+      set("guide", `guide: ${guide.place}`);
+      set("guide-key-force", `force that leads along the plan: ${numberText(Math.hypot(...guide.force))} N, ${lengthText(guide.toGo)} to go`);
+    }
     const size = (v: number[]) => Math.hypot(v[0], v[1], v[2]);
     const vectorText = (v: number[], scale: number, digits: number) => v.map((x) => (x * scale).toFixed(digits)).join("  ");
     const apart = Math.hypot(...picture.deviceGrip.map((x, k) => x - picture.feltGrip[k]));

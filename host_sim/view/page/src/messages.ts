@@ -53,6 +53,8 @@ export interface Picture {
   feltGrip: Vec;
   force: Vec;
   torque: Vec;
+  /** of a scene with a guide: what leads the hand besides the contact, and where on the plan the part is */
+  guide: { force: Vec; torque: Vec; place: string; toGo: number } | null;
   gap: number;
   dNear: number;
   energy: number;

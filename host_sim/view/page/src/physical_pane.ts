@@ -39,6 +39,7 @@ export class PhysicalPane extends Stage {
   private readonly chosenPoints: THREE.Mesh[];
   private readonly force: Arrow;
   private readonly torque: Arrow;
+  private readonly guide: Arrow;
   /** of fixed parts and the part at its start */
   readonly centre = new THREE.Vector3();
   radius = 0.1;
@@ -64,6 +65,7 @@ export class PhysicalPane extends Stage {
     this.scene.add(this.chosenLines);
     this.force = new Arrow(colours.force, 1);
     this.torque = new Arrow(colours.torque, 2);
+    this.guide = new Arrow(colours.guide, 1);
     this.polygonFill = new THREE.Mesh(
       new THREE.BufferGeometry(),
       new THREE.MeshBasicMaterial({ ...over, opacity: 0.45, side: THREE.DoubleSide }),
@@ -74,7 +76,7 @@ export class PhysicalPane extends Stage {
     }
     this.grip.renderOrder = this.deviceGrip.renderOrder = 15;
     this.scene.add(this.felt, this.ghost, this.link, this.deviceGrip, this.grip);
-    this.scene.add(this.polygonFill, this.polygonLine, this.corners, this.force, this.torque);
+    this.scene.add(this.polygonFill, this.polygonLine, this.corners, this.force, this.torque, this.guide);
   }
 
   load(scene: SceneFacts): void {
@@ -148,6 +150,7 @@ export class PhysicalPane extends Stage {
     for (const point of this.chosenPoints) (point.material as THREE.MeshBasicMaterial).color.set(colours.chosen);
     this.force.material.color.set(colours.force);
     this.torque.material.color.set(colours.torque);
+    this.guide.material.color.set(colours.guide);
   }
 
   private place(group: THREE.Object3D, pose: Pose): void {
@@ -170,10 +173,12 @@ export class PhysicalPane extends Stage {
     const third = this.partRadius / 3;
     const force = vector(picture.force).multiplyScalar(third / this.forceUnit);
     const torque = vector(picture.torque).multiplyScalar(third / this.torqueUnit);
-    for (const arrow of [force, torque]) arrow.clampLength(0, 6 * third);
+    const guide = vector(picture.guide?.force ?? [0, 0, 0]).multiplyScalar(third / this.forceUnit);
+    for (const arrow of [force, torque, guide]) arrow.clampLength(0, 6 * third);
     const thick = 2.2 * this.metresPerPixel;
     this.force.point(felt, force, thick);
     this.torque.point(felt, torque, thick);
+    this.guide.point(felt, guide, thick);
 
     const contacts = contactsOf(picture.contacts);
     const areas = contacts.filter((c) => c.polygon.length > 2).map((c) => ({ corners: c.polygon }));

@@ -5,7 +5,7 @@ import { Core, SceneRefused } from "./core.mjs";
 import { Hand } from "./hand";
 import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
 import type { Chunk, LiveState } from "./live";
-import type { FromWorker, LiveOrder, Mode, Pose, SceneFacts, ToWorker, Vec } from "./messages";
+import type { FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec } from "./messages";
 import { DamagedPage, Recording } from "./recording";
 import { isMarked } from "./words";
 
@@ -351,12 +351,30 @@ class Runner {
       }
       this.recordedStep(report || this.tick + 1 === this.recording!.ticks);
     } else {
-      const force = this.core.list("force_w_n"), torque = this.core.list("torque_w_nm");
-      const pose = this.hand.advance([...force] as Vec, [...torque] as Vec);
+      // The hand feels the contact and what leads it.
+      const sum = (contact: string, guide: string) => {
+        const led = this.core.list(guide);
+        return [...this.core.list(contact)].map((x, k) => x + led[k]) as Vec;
+      };
+      const pose = this.hand.advance(
+        sum("force_w_n", "guide_force_w_n"),
+        sum("torque_w_nm", "guide_torque_w_nm"),
+      );
       this.step(pose, BigInt(this.tick) * 1000000n, report);
       this.sample(this.samples);
     }
     this.dirty = true;
+  }
+
+  /** Of the core here; a live session of which not all is known has no guide to show. */
+  private guideOf(result: Record<string, any>): Picture["guide"] {
+    if (result.guide_state === 0 || (this.said && this.account.why)) return null;
+    return {
+      force: result.guide_force_w_n,
+      torque: result.guide_torque_w_nm,
+      place: this.core.guide(),
+      toGo: result.guide_to_go_m,
+    };
   }
 
   private picture(): void {
@@ -379,6 +397,7 @@ class Runner {
       feltGrip: result.proxy_grip_w_m,
       force: result.force_w_n,
       torque: result.torque_w_nm,
+      guide: this.guideOf(result),
       gap: result.proxy_gap_m,
       dNear: result.d_near_m,
       energy: result.energy_j,
