@@ -11,8 +11,9 @@
 namespace haptic::tools {
 namespace {
 
-/// The pull fades over the last of the way, in lengths of a turn of 1 rad.
-constexpr double kNearGoal = 0.02;
+/// The pull fades over the last of the way, in lengths of a turn of 1 rad: there it is a spring, no
+/// stiffer than the hold.
+constexpr double kNearGoal = 0.1;
 
 GuideStation station_of(const Plan& plan, const PlanStation& from) {
   const PlanPose& pose = plan.poses[from.pose];
