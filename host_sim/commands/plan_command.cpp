@@ -1,27 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim plan SCENE.rtscene --goal POSE -o PLAN
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/plan/plan_search.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
+#include "host_sim/plan/plan_making.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/plan/plan_check.hpp"
 
 namespace haptic::sim {
 namespace {
-
-/// Pieces nearer than this touch, where nothing else is asked for [m].
-constexpr double kContact_m = 5.0e-5;
-/// The plan's tolerance over that of the core: room for the rounding of the proof.
-constexpr double kToleranceShare = 1.005 / 1.01;
 
 struct PlanArguments {
   std::string scene, start = "start", goal, out;
@@ -80,15 +74,16 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
     std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
 }
 
-void say_plan(const tools::Plan& plan, const tools::PlanProof& proof, const SearchResult& result,
-              double found_m, double shorten_s, const std::string& out) {
+void say_plan(const MadePlan& made, const tools::PlanProof& proof, const std::string& out) {
+  const tools::Plan& plan = made.plan;
+  const SearchState& search = made.search.state;
   std::printf("%s: %zu steps, %zu stations, %.4g mm (found %.4g mm)\n", out.c_str(),
               plan.steps.size(), plan.stations.size(), 1e3 * plan.stations.front().cost_to_go_m,
-              1e3 * found_m);
-  std::printf("  search    %.2f s, %llu pushes, %llu ticks of the core\n", result.state.seconds,
-              static_cast<unsigned long long>(result.state.pushes),
-              static_cast<unsigned long long>(result.state.ticks));
-  std::printf("  shortened %.2f s\n", shorten_s);
+              1e3 * made.found_m);
+  std::printf("  search    %.2f s, %llu pushes, %llu ticks of the core\n", search.seconds,
+              static_cast<unsigned long long>(search.pushes),
+              static_cast<unsigned long long>(search.ticks));
+  std::printf("  shortened %.2f s\n", made.shorten_s);
   std::printf("  certified %llu of %llu steps (%.4g %%), by %llu planes; least distance %.3g um\n",
               static_cast<unsigned long long>(proof.certified),
               static_cast<unsigned long long>(proof.steps),
@@ -104,8 +99,7 @@ int do_plan(const PlanArguments& o) {
   SlidingPart part(view);
   const PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
   const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
-  const double tolerance_m = kToleranceShare * tools::most_tolerance_m(view);
-  StepProver prover(view, tolerance_m);
+  StepProver prover(view, plan_tolerance_m(view));
   require_free(prover, start, "--start");
   require_free(prover, goal, "--goal");
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
@@ -114,32 +108,21 @@ int do_plan(const PlanArguments& o) {
   SearchLimits limits;
   limits.seconds = o.seconds;
   limits.seed = o.seed;
-  const SearchResult result = search_plan(view, part, prover, start, goal, limits, say_progress);
-  if (!result.found) {
-    say_failure(view, part, result);
-    return tools::kExitCheckFailed;
-  }
-  const auto began = std::chrono::steady_clock::now();
-  CorneredMotion found{{result.start}};
-  found.corners.insert(found.corners.end(), result.motion.poses.begin(), result.motion.poses.end());
   ShorteningLimits shortening;
   shortening.seconds = o.shorten_s;
   shortening.seed = o.seed;
-  const CorneredMotion motion =
-      shortened(result.start, result.motion, prover, part.radius_m(), shortening);
-  const tools::PlanCheck check(view);
-  const SceneParameters& p = view.parameters();
-  const PlanTitle title{std::string(view.text(p.name_offset, p.name_bytes)), o.seed, tolerance_m,
-                        kContact_m, part.radius_m()};
-  const tools::Plan plan = make_plan(motion, prover, check, title);
-  const double shorten_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const MadePlan made =
+      make_plan_between(view, part, prover, start, goal, limits, shortening, say_progress);
+  if (!made.search.found) {
+    say_failure(view, part, made.search);
+    return tools::kExitCheckFailed;
+  }
   // The file as it will be read, so that no plan is written that its reader would not prove.
-  const std::string text = tools::plan_as_text(plan);
+  const std::string text = tools::plan_as_text(made.plan);
   const tools::PlanProof proof = tools::prove_plan(view, tools::parse_plan(text, o.out), o.out);
   if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
   write_whole_file(o.out, text);
-  say_plan(plan, proof, result, found.length_m(part.radius_m()), shorten_s, o.out);
+  say_plan(made, proof, o.out);
   return tools::kExitDone;
 }
 
