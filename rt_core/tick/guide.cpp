@@ -10,14 +10,14 @@ namespace {
 /// Share of let_go_m over which the force fades.
 constexpr Real kFade = 0.25_r;
 /// The hold grows to its largest over about this share of let_go_m: with the defaults its stiffness
-/// is 10 N over turn_m, which a device holds that is sampled late.
-constexpr Real kHoldWidth = 0.2_r;
+/// is 5 N over turn_m, which a device holds that is sampled late.
+constexpr Real kHoldWidth = 0.4_r;
 /// The hold begins at this share of the clearance, so that the part is led back before it touches.
-constexpr Real kInside = 0.5_r;
+constexpr Real kInside = 0.4_r;
 /// The pull has fallen to a half where the part is off by so much more, in shares of the clearance
 /// and of let_go_m at the least: a part that is not lined up yet is led to the way, not pressed on
 /// along it, where on the rim of a hole the pull would tip it away.
-constexpr Real kLinedUp = 0.15_r, kLeastLinedUp = 0.001_r;
+constexpr Real kLinedUp = 0.1_r, kLeastLinedUp = 0.001_r;
 /// A part nearer to a station than this share of its clearance can go straight there: no point of
 /// it moves by more than the sum of place and turn, which is at most sqrt(2) times their root of
 /// squares, and rounding.

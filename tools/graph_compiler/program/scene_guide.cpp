@@ -11,8 +11,8 @@
 namespace haptic::tools {
 namespace {
 
-/// The pull fades over the last of the way, in lengths of a turn of 1 rad: there it is a spring, no
-/// stiffer than the hold.
+/// The pull fades over the last of the way, in lengths of a turn of 1 rad: there it is a spring, of
+/// pull_n over so much.
 constexpr double kNearGoal = 0.1;
 
 GuideStation station_of(const Plan& plan, const PlanStation& from) {
