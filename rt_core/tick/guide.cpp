@@ -180,7 +180,7 @@ Guidance GuideStage::update(const GripPose& felt, const GripPose& device, const 
   result.state = GuideState::kOn;
   gain_ = std::min(gain_ + gain_step_, 1.0_r);
 
-  // U = pull (sqrt(c^2 + c0^2) - c0) + hold (sqrt(w^2 + d^2) - w), d the distance beyond half of
+  // U = pull (sqrt(c^2 + c0^2) - c0) + hold (sqrt(w^2 + d^2) - w), d the distance beyond a share of
   // the clearance. Its slope along the way times l^2 / (l^2 + d^2), as a mean over the time of the
   // ramp: followed at once, so steep a change would be a stiff spring in the loop.
   const Real cost = result.cost_m;

@@ -148,7 +148,8 @@ std::string page(const GuideStudyBench& bench, const std::vector<StudyCell>& cel
          short_number(1e3 * task.aside_m, 3) + " mm beside the hole and up to " +
          short_number(task.askew_rad, 3) + " rad askew, trembles by up to " +
          short_number(1e3 * task.tremor_m, 3) + " mm and " + short_number(task.tremor_rad, 3) +
-         " rad at 8 to 12 Hz, presses down with 3 N, gives way to what it feels within a second, "
+         " rad at 8 to 12 Hz, presses down with 1 N, gives way to what it feels within half a "
+         "second, "
          "and searches in a spiral where it gets no deeper for 0.4 s. Run k of every cell has the "
          "same hand; a run ends when the peg is in or after " +
          short_number(task.limit_s, 3) +

@@ -13,9 +13,9 @@ namespace {
 constexpr double kTwoPi = 2 * std::numbers::pi;
 /// The approach ends this far over the hole.
 constexpr double kOver_m = 0.006, kApproach_s = 1.2;
-constexpr double kDown_m_per_s = 0.015, kPress_n = 3;
+constexpr double kDown_m_per_s = 0.015, kPress_n = 1;
 /// The aim comes to where the handle is led within about this time.
-constexpr double kGivesWay_s = 1.0;
+constexpr double kGivesWay_s = 0.5;
 /// No deeper by this within this time: the hand searches.
 constexpr double kDeeper_m = 3e-4, kPatience_s = 0.4;
 /// The spiral: turns in a second, growth in a turn, and where it begins again.

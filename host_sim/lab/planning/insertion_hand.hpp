@@ -18,8 +18,8 @@ struct InsertionTask {
   double depth_m = 0;     ///< of the goal below where the part enters
   double arrived_m = 0;   ///< the part is in when it is no higher above the goal
   double limit_s = 12;    ///< for a run
-  double aside_m = 2e-3;  ///< the hand's aim is off by at most this, across the hole
-  double askew_rad = 0.03;
+  double aside_m = 1e-3;  ///< the hand's aim is off by at most this, across the hole
+  double askew_rad = 0.01;
   double tremor_m = 2e-4, tremor_rad = 4e-3;  ///< of each axis at most, 8 to 12 Hz
 };
 
