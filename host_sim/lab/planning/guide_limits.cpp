@@ -35,8 +35,8 @@ TrialScenes make_scenes(const GuideLimitsOptions& options) {
   TrialScenes scenes{compiled_scene(file), {}};
   const SceneView view = opened_scene(scenes.plain);
   for (const bool at_goal : {true, false}) {
-    const MadePlan made =
-        make_plan_between(view, "start", at_goal ? "0,0,10mm" : puzzle.goal, 1, kLimitsPlanning_s);
+    const MadePlan made = make_plan_between(
+        view, "start", at_goal ? "0,0,10mm,1,0,0,0" : puzzle.goal, 1, kLimitsPlanning_s);
     if (!made.search.found) throw tools::InputError("the peg of the trials was not planned");
     tools::SceneBytes guided = guided_scene(file, made.plan);
     if (options.fault == GuideFault::kStiff) {
