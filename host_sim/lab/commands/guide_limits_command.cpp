@@ -43,7 +43,7 @@ Command add_guide_limits_command(CLI::App& program) {
   tools::add_choice<GuideFault>(
       *app, "--fault", o->options.fault,
       {{"none", GuideFault::kNone}, {"energy", GuideFault::kEnergy}, {"stiff", GuideFault::kStiff}},
-      "self-test: states a tenth of the energy, or pulls forty times as strongly; must fail");
+      "self-test: states a hundredth of the energy, or pulls forty times as strongly; must fail");
   app->add_option("--threads", o->options.threads, "default: one per processor")
       ->check(CLI::Range(1u, 256u));
   app->add_flag("--progress", o->options.progress, "a line every few seconds on standard error");

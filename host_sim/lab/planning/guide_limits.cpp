@@ -15,7 +15,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr double kClearance_mm = 0.1, kLimitsPlanning_s = 120;
-constexpr double kFaultStrength = 40, kFaultEnergy = 0.1;
+constexpr double kFaultStrength = 40, kFaultEnergy = 0.01;
 /// Of the guide's pull, how far it may lead a hand that holds the peg on the way.
 constexpr double kLed = 2;
 

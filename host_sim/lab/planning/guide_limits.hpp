@@ -16,7 +16,7 @@ namespace haptic::sim {
 /// Self-tests: what must be found then.
 enum class GuideFault : std::uint8_t {
   kNone,
-  kEnergy,  ///< the stated energy is taken for a tenth: exceeded
+  kEnergy,  ///< the stated energy is taken for a hundredth: exceeded
   kStiff    ///< the guide pulls and holds forty times as strongly: cells are worse
 };
 
