@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim plan SCENE.rtscene --goal POSE -o PLAN
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,8 +9,7 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/plan/harmonic_field.hpp"
-#include "host_sim/plan/plan_search.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
+#include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/c_space/pose_text.hpp"
@@ -22,11 +20,6 @@
 
 namespace haptic::sim {
 namespace {
-
-/// Pieces nearer than this touch, where nothing else is asked for [m].
-constexpr double kContact_m = 5.0e-5;
-/// The plan's tolerance over that of the core: room for the rounding of the proof.
-constexpr double kToleranceShare = 1.005 / 1.01;
 
 /// How a motion is found.
 enum class PlanMethod : std::uint8_t {
@@ -172,22 +165,16 @@ struct Task {
   double tolerance_m;
 };
 
-CorneredMotion made_shorter(const Task& task, const PlanArguments& o, const PlanPose& start,
-                            const ProvedMotion& motion) {
+ShorteningLimits shortening_of(const PlanArguments& o) {
   ShorteningLimits shortening;
   shortening.seconds = o.shorten_s;
   shortening.seed = o.seed;
-  return shortened(start, motion, task.prover, task.part.radius_m(), shortening);
+  return shortening;
 }
 
 /// Proves the plan as a reader would, writes it and says so.
-int keep_plan(const Task& task, const PlanArguments& o, const CorneredMotion& motion, Json json,
+int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan, Json json,
               const std::string& how) {
-  const tools::PlanCheck check(task.view);
-  const SceneParameters& p = task.view.parameters();
-  const PlanTitle title{std::string(task.view.text(p.name_offset, p.name_bytes)), o.seed,
-                        task.tolerance_m, kContact_m, task.part.radius_m()};
-  const tools::Plan plan = make_plan(motion, task.prover, check, title);
   // The file as it will be read, so that no plan is written that its reader would not prove.
   const std::string text = tools::plan_as_text(plan);
   const tools::PlanProof proof =
@@ -256,21 +243,25 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
     }
     return tools::kExitCheckFailed;
   }
-  CorneredMotion motion = made_shorter(task, o, result.start, result.motion);
-  std::string how = tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %u pairs\n",
-                                     result.seconds, result.space.cells.size(),
-                                     result.space.faces.size(), task.view.pair_count());
+  CorneredMotion motion =
+      shortened(result.start, result.motion, task.prover, task.part.radius_m(), shortening_of(o));
+  std::string how =
+      tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %llu pairs\n",
+                       result.seconds, result.space.cells.size(), result.space.faces.size(),
+                       static_cast<unsigned long long>(task.view.pair_count()));
   if (o.method == PlanMethod::kHarmonic) motion = down_field(task, result.space, motion, how);
   json["method"] = o.method == PlanMethod::kHarmonic ? "harmonic" : "translations";
-  return keep_plan(task, o, motion, std::move(json), how);
+  return keep_plan(task, o, plan_from(task.view, task.part, task.prover, motion, o.seed),
+                   std::move(json), how);
 }
 
 int plan_by_search(const Task& task, const PlanArguments& o) {
   SearchLimits limits;
   limits.seconds = o.seconds;
   limits.seed = o.seed;
-  const SearchResult result =
-      search_plan(task.view, task.part, task.prover, task.start, task.goal, limits, say_progress);
+  const MadePlan made = make_plan_between(task.view, task.part, task.prover, task.start, task.goal,
+                                          limits, shortening_of(o), say_progress);
+  const SearchResult& result = made.search;
   Json json{{"found", result.found},
             {"method", "search"},
             {"seconds", result.state.seconds},
@@ -285,19 +276,12 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
     }
     return tools::kExitCheckFailed;
   }
-  const auto began = std::chrono::steady_clock::now();
-  CorneredMotion found{{result.start}};
-  found.corners.insert(found.corners.end(), result.motion.poses.begin(), result.motion.poses.end());
-  const CorneredMotion motion = made_shorter(task, o, result.start, result.motion);
-  const double shorten_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const std::string how = tools::formatted(
       "  search    %.2f s, %llu pushes, %llu ticks of the core; found %.4g mm\n"
       "  shortened %.2f s\n",
       result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
-      static_cast<unsigned long long>(result.state.ticks),
-      1e3 * found.length_m(task.part.radius_m()), shorten_s);
-  return keep_plan(task, o, motion, std::move(json), how);
+      static_cast<unsigned long long>(result.state.ticks), 1e3 * made.found_m, made.shorten_s);
+  return keep_plan(task, o, made.plan, std::move(json), how);
 }
 
 int do_plan(const PlanArguments& o) {
@@ -309,7 +293,7 @@ int do_plan(const PlanArguments& o) {
   const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
   const PlanPose start = part.grip_pose(start_wa);
   const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
-  const double tolerance_m = kToleranceShare * tools::most_tolerance_m(view);
+  const double tolerance_m = plan_tolerance_m(view);
   StepProver prover(view, tolerance_m);
   require_free(prover, start, "--start");
   require_free(prover, goal, "--goal");

@@ -18,7 +18,15 @@ constexpr double kShorter = 0.999;
 /// clearance is enough.
 constexpr double kAway[] = {0.1, 0.03, 0.01, 0.003, 0.001};
 constexpr double kRoom = 0.2;
-constexpr std::uint32_t kAwayRounds = 6;
+constexpr std::uint32_t kAwayRounds = 12;
+/// A straight way longer than this gets a corner in its middle where less than this clearance is
+/// left there, up to so many corners.
+constexpr double kSplitWay = 0.1, kTight = 0.02;
+constexpr std::size_t kMostCorners = 96;
+/// The clearance must grow by this share of the way that a corner is moved. Step by which its slope
+/// is felt, and directions tried besides.
+constexpr double kGain = 0.1, kSlopeStep = 1.0e-4;
+constexpr int kRandomWays = 4;
 /// Stations are this far apart at the least, in the same lengths; and how many are aimed at.
 constexpr double kStationWay = 0.02;
 constexpr std::size_t kAimedStations = 128;
@@ -37,6 +45,10 @@ class Shortening {
     leave_out();
     for (std::uint32_t k = 0; k < limits_.tries && !over(); ++k) cut_across();
     leave_out();
+    turns_ = std::ranges::any_of(corners_, [&](const PlanPose& pose) {
+      return turn_between(corners_.front(), pose).norm() > 0;
+    });
+    split_tight_ways();
     for (std::uint32_t round = 0; round < kAwayRounds && !over(); ++round) {
       if (!move_away()) break;
     }
@@ -121,23 +133,82 @@ class Shortening {
     corners_ = std::move(kept);
   }
 
-  /// Moves each corner but the ends out of what is nearest to it. @return whether one has moved.
-  bool move_away() {
-    bool moved = false;
-    for (std::size_t k = 1; k + 1 < corners_.size() && !over(); ++k) {
-      const StepProver::Clearance before = prover_.clearance(corners_[k]);
-      if (before.gap_m > kRoom * turn_m_ || before.normal_w.isZero(0)) continue;
-      for (const double share : kAway) {
-        const PlanPose trial = plan_pose(place_of(corners_[k]) + share * turn_m_ * before.normal_w,
-                                         turn_of(corners_[k]));
-        if (!(prover_.clearance(trial).gap_m > before.gap_m + 0.1 * share * turn_m_)) continue;
-        if (!straight(corners_[k - 1], trial) || !straight(trial, corners_[k + 1])) continue;
-        corners_[k] = trial;
-        moved = true;
-        break;
+  /// A corner in the middle of each way that is long and tight there: corners alone are moved away.
+  void split_tight_ways() {
+    for (std::size_t k = 1; k < corners_.size() && !over();) {
+      const PlanPose middle = between(corners_[k - 1], corners_[k], 0.5);
+      const bool splits = corners_.size() < kMostCorners &&
+                          length(corners_[k - 1], corners_[k]) > kSplitWay * turn_m_ &&
+                          prover_.clearance(middle).gap_m < kTight * turn_m_;
+      if (splits) {
+        corners_.insert(corners_.begin() + static_cast<std::ptrdiff_t>(k), middle);
+      } else {
+        ++k;
       }
     }
-    return moved;
+  }
+
+  /// A step in place and turn, a turn of 1 rad as long as turn_m.
+  struct Way {
+    Vec3d place = Vec3d::Zero(), turn = Vec3d::Zero();
+    [[nodiscard]] double norm() const { return std::hypot(place.norm(), turn.norm()); }
+  };
+  [[nodiscard]] PlanPose moved(const PlanPose& pose, const Way& way, double far_m) const {
+    return plan_pose(place_of(pose) + far_m * way.place,
+                     exp_of(far_m / turn_m_ * way.turn) * turn_of(pose));
+  }
+  [[nodiscard]] double gap_m(const PlanPose& pose) { return prover_.clearance(pose).gap_m; }
+
+  /// Directions in which a corner may get farther from contact: out of what is nearest, up the
+  /// slope of the clearance with turns, and some at random. None where nothing is near.
+  [[nodiscard]] std::vector<Way> ways_out(const PlanPose& corner) {
+    const StepProver::Clearance nearest = prover_.clearance(corner);
+    if (nearest.gap_m > kRoom * turn_m_ || nearest.normal_w.isZero(0)) return {};
+    std::vector<Way> ways{{nearest.normal_w, Vec3d::Zero()}};
+    if (!turns_) return ways;
+    const double step_m = kSlopeStep * turn_m_;
+    Way slope;
+    for (int k = 0; k < 6; ++k) {
+      Way axis;
+      (k < 3 ? axis.place : axis.turn)[k % 3] = 1;
+      (k < 3 ? slope.place : slope.turn)[k % 3] =
+          gap_m(moved(corner, axis, step_m)) - gap_m(moved(corner, axis, -step_m));
+    }
+    ways.push_back(slope);
+    for (int k = 0; k < kRandomWays; ++k) {
+      Way random;
+      for (int i = 0; i < 6; ++i)
+        (i < 3 ? random.place : random.turn)[i % 3] = 2 * words_.uniform() - 1;
+      ways.push_back(random);
+    }
+    return ways;
+  }
+
+  /// Moves each corner but the ends farther from contact. @return whether one has moved.
+  bool move_away() {
+    bool moved_one = false;
+    for (std::size_t k = 1; k + 1 < corners_.size() && !over(); ++k) {
+      const double before_m = gap_m(corners_[k]);
+      for (const Way& way : ways_out(corners_[k])) {
+        if (way.norm() > 0 && moves_along(k, way, before_m)) {
+          moved_one = true;
+          break;
+        }
+      }
+    }
+    return moved_one;
+  }
+
+  bool moves_along(std::size_t k, const Way& way, double before_m) {
+    for (const double share : kAway) {
+      const double far_m = share * turn_m_;
+      const PlanPose trial = moved(corners_[k], way, far_m / way.norm());
+      if (!(gap_m(trial) > before_m + kGain * far_m)) continue;
+      if (!straight(corners_[k - 1], trial) || !straight(trial, corners_[k + 1])) continue;
+      corners_[k] = trial;
+      return true;
+    }
+    return false;
   }
 
   StepProver& prover_;
@@ -145,6 +216,7 @@ class Shortening {
   const ShorteningLimits& limits_;
   tools::SplitMix64 words_;
   std::vector<PlanPose> corners_;
+  bool turns_ = false;  ///< the motion turns the part; else no change does
   std::chrono::steady_clock::time_point began_;
 };
 

@@ -13,6 +13,8 @@ struct Puzzle {
   bool solvable = true;
 };
 
+/// How deep the peg of peg_puzzle is in its hole at the goal.
+inline constexpr double kPegPuzzleDepth_m = 0.034;
 /// A square peg and its hole, 20 mm wide, with a clearance on every side; from above, tilted.
 [[nodiscard]] Puzzle peg_puzzle(double clearance_mm);
 /// A bar between floor and lid round the corner of two corridors 30 mm wide, which it must turn

@@ -9,8 +9,15 @@ namespace {
 
 /// Share of let_go_m over which the force fades.
 constexpr Real kFade = 0.25_r;
-/// The hold grows to its largest over about this share of let_go_m.
-constexpr Real kHoldWidth = 0.1_r;
+/// The hold grows to its largest over about this share of let_go_m: with the defaults its stiffness
+/// is 5 N over turn_m, which a device holds that is sampled late.
+constexpr Real kHoldWidth = 0.4_r;
+/// The hold begins at this share of the clearance, so that the part is led back before it touches.
+constexpr Real kInside = 0.4_r;
+/// The pull has fallen to a half where the part is off by so much more, in shares of the clearance
+/// and of let_go_m at the least: a part that is not lined up yet is led to the way, not pressed on
+/// along it, where on the rim of a hole the pull would tip it away.
+constexpr Real kLinedUp = 0.1_r, kLeastLinedUp = 0.001_r;
 /// A part nearer to a station than this share of its clearance can go straight there: no point of
 /// it moves by more than the sum of place and turn, which is at most sqrt(2) times their root of
 /// squares, and rounding.
@@ -53,6 +60,7 @@ void GuideStage::reset() noexcept {
   if (!told_) energy_j_ = most_j_;
   told_ = true;
   gain_ = 0;
+  lined_ = 1;
   segment_ = search_ = 0;
   on_ = has_device_ = false;
   contact_w_ = last_w_ = acted_w_ = Wrench{};
@@ -148,6 +156,15 @@ Guidance GuideStage::update(const GripPose& felt, const GripPose& device, const 
     inverse = station.per_square;
     segment_ = first + k;
   }
+  // Past the end of a segment, and not nearer to any place of the next one: the round of a corner,
+  // where the cost is the same everywhere. The way goes on along the next segment; along the last
+  // one the pull would press on past the corner, into what the way turns away from.
+  if (!(place < 1) && segment_ < last_segment) {
+    const GuideStation& corner = stations_[++segment_];
+    place = 0;
+    along = {ConstVec3Map(corner.way_m), ConstVec3Map(corner.turn_way_m)};
+    inverse = corner.per_square;
+  }
   const GuideStation& from = stations_[segment_];
   const GuideStation& to = stations_[segment_ + 1];
   result.station = segment_ + (place < 1 ? 0u : 1u);
@@ -163,13 +180,16 @@ Guidance GuideStage::update(const GripPose& felt, const GripPose& device, const 
   result.state = GuideState::kOn;
   gain_ = std::min(gain_ + gain_step_, 1.0_r);
 
-  // U = pull (sqrt(c^2 + c0^2) - c0) + hold (sqrt(w^2 + d^2) - w), d the distance beyond the
-  // clearance.
+  // U = pull (sqrt(c^2 + c0^2) - c0) + hold (sqrt(w^2 + d^2) - w), d the distance beyond a share of
+  // the clearance. Its slope along the way times l^2 / (l^2 + d^2), as a mean over the time of the
+  // ramp: followed at once, so steep a change would be a stiff spring in the loop.
   const Real cost = result.cost_m;
-  const Real pull =
-      pull_n_ * cost / std::sqrt(cost * cost + near_goal_m_ * near_goal_m_) * std::sqrt(inverse);
   const Real clear = (1 - place) * from.clearance_m + place * to.clearance_m;
-  const Real beyond = std::max(off_m - clear, 0.0_r), width = kHoldWidth * let_go_m_;
+  const Real beyond = std::max(off_m - kInside * clear, 0.0_r), width = kHoldWidth * let_go_m_;
+  const Real narrow = std::max(kLinedUp * clear, kLeastLinedUp * let_go_m_);
+  lined_ += gain_step_ * (narrow * narrow / (narrow * narrow + beyond * beyond) - lined_);
+  const Real pull = lined_ * pull_n_ * cost / std::sqrt(cost * cost + near_goal_m_ * near_goal_m_) *
+                    std::sqrt(inverse);
   const Real hold =
       off_m > 0 ? hold_n_ * beyond / (std::sqrt(beyond * beyond + width * width) * off_m) : 0.0_r;
   const Real fade = std::min((let_go_m_ - off_m) / (kFade * let_go_m_), 1.0_r);

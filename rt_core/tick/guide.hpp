@@ -4,10 +4,13 @@
 /// Intell Robot Syst 53:223, with a plan that is proved in the place of their channel of cells).
 ///
 /// Its potential is U = pull (cost to go) + hold (pseudo-Huber function of the distance from the
-/// way, beyond the clearance of the stations), over place and turn with a turn of 1 rad as long as
-/// turn_m: both slopes are bounded, and so is the force. It is taken at the felt part, not at the
-/// hand's goal, and acts on the hand alone: it never presses the part into an obstacle, and the
-/// contact wrench has the same bits with and without it.
+/// way, beyond half of the clearance of the stations), over place and turn with a turn of 1 rad as
+/// long as turn_m: both slopes are bounded, and so is the force. The pull falls where the part is
+/// not lined up with the way, so that the hold leads it there first: pulled on regardless, a peg
+/// beside its hole would stand on the rim, which tips it away from where the hold turns it. The
+/// force is then no gradient; what it does is bounded by the account below. U is taken at the felt
+/// part, not at the hand's goal, and the force acts on the hand alone: it never presses the part
+/// into an obstacle, and the contact wrench has the same bits with and without it.
 ///
 /// Off the way by more than let_go_m the force has faded to zero and the guide lets go. It takes up
 /// again, or begins, at a station that the part is nearer to than its clearance: then the straight
@@ -81,7 +84,7 @@ class GuideStage {
   Real gain_step_ = 0;           ///< of the ramp in a tick
   Real most_j_ = 0, low_j_ = 0;  ///< energy that is stated; below the latter the force is limited
   Real energy_j_ = 0;
-  Real gain_ = 0;
+  Real gain_ = 0, lined_ = 1;  ///< of the ramp; share of the pull, which follows in its time
   std::uint32_t segment_ = 0, search_ = 0;
   bool on_ = false, has_device_ = false, told_ = false;
   Wrench contact_w_, last_w_;  ///< of the last tick: the contact's, the guide's

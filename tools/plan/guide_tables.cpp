@@ -12,8 +12,9 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-/// The pull fades over the last of the way, in lengths of a turn of 1 rad.
-constexpr double kNearGoal = 0.02;
+/// The pull fades over the last of the way, in lengths of a turn of 1 rad: there it is a spring, of
+/// pull_n over so much.
+constexpr double kNearGoal = 0.1;
 /// Planes of contact whose normals differ by less are one.
 constexpr double kSamePlane = 1.0e-3;
 

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "host_sim/lab/planning/sampling_planners.hpp"
-#include "host_sim/plan/plan_search.hpp"
+#include "host_sim/plan/plan_making.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "host_sim/view/gallery.hpp"
@@ -47,7 +47,7 @@ class Bench {
     if (SceneView::open(bytes_.span(), view_) != RtStatus::kOk)
       throw tools::InputError(puzzle.name + ": the puzzle just compiled does not open");
     check_ = std::make_unique<tools::PlanCheck>(view_);
-    tolerance_m_ = 0.995 * tools::most_tolerance_m(view_);
+    tolerance_m_ = plan_tolerance_m(view_);
   }
 
   [[nodiscard]] Run ours(const PlanningOptions& o, std::uint64_t seed) const {

@@ -20,32 +20,17 @@ constexpr double kBlock_s = 0.1;
 constexpr std::size_t kReferenceBlock = 2;  ///< what the hand damps at once is gone by then
 constexpr double kGrown = 9.0, kGone = 1.0e-5;
 
-constexpr double kClearance_m = 1.0e-4, kPegDepth_m = 0.020;
+constexpr double kClearance_m = 1.0e-4;
 constexpr double kPegMotion_s = 1.0;
 /// Close to the boundary a stable loop takes long to settle: what still falls is waited for.
 constexpr int kPegStages = 8;
 constexpr double kFalls = 0.9;
-/// Pressing and turning never move the peg along its hole as far; a loop that shakes it out may
-/// well come to rest outside.
-constexpr double kThrown_m = 1.0e-3;
 /// Faster than any trial that comes to rest.
 constexpr double kRunaway_m_per_s = 20.0;
 
 SceneParameters scene_parameters(const TrialSetting& setting, double stiffness_n_per_m) {
   SceneParameters p = tools::default_parameters();
-  p.law = setting.law;
-  p.rate_hz = setting.rate_hz;
-  p.k_f_n_per_m = stiffness_n_per_m;
-  CouplingParameters& c = p.coupling;
-  c.k_t_n_per_m = stiffness_n_per_m;
-  c.k_r_nm_per_rad = stiffness_n_per_m * kGripRadius_m * kGripRadius_m;
-  c.damping_ns_per_m = setting.damping_ns_per_m;
-  c.damping_share = 1.0;
-  c.max_rotation_error_rad = 0.3;
-  c.max_window_s = 0.02;
-  // Bare: what is sought is where the loop alone stops being stable.
-  c.passivity = 0;
-  c.allow_active = 1;
+  set_trial(p, setting, stiffness_n_per_m);
   return p;
 }
 
@@ -68,6 +53,22 @@ std::vector<std::byte> cube_on_wall(const TrialSetting& setting, double stiffnes
 }
 
 }  // namespace
+
+void set_trial(SceneParameters& p, const TrialSetting& setting, double stiffness_n_per_m) {
+  p.law = setting.law;
+  p.rate_hz = setting.rate_hz;
+  p.k_f_n_per_m = stiffness_n_per_m;
+  CouplingParameters& c = p.coupling;
+  c.k_t_n_per_m = stiffness_n_per_m;
+  c.k_r_nm_per_rad = stiffness_n_per_m * kGripRadius_m * kGripRadius_m;
+  c.damping_ns_per_m = setting.damping_ns_per_m;
+  c.damping_share = 1.0;
+  c.max_rotation_error_rad = 0.3;
+  c.max_window_s = 0.02;
+  // Bare: what is sought is where the loop alone stops being stable.
+  c.passivity = 0;
+  c.allow_active = 1;
+}
 
 bool law_served(LawId law) {
   TrialSetting setting;
@@ -162,8 +163,13 @@ PegRest peg_rest(const TrialSetting& setting, double stiffness_n_per_m, double s
   const Solid peg = square_peg();
   const std::vector<Solid> hole = five_piece_hole(kCubeHalf_m + kClearance_m);
   CoreSession session(scene_with(peg, hole, scene_parameters(setting, stiffness_n_per_m)), "peg");
+  return peg_rest_in(session, setting, seconds, {});
+}
+
+PegRest peg_rest_in(CoreSession& session, const TrialSetting& setting, double seconds,
+                    const PegHold& hold) {
   ClosedLoop loop(session, device_of_setting(setting), hand_of_setting(setting), setting.rate_hz);
-  const Vector start(0, 0, kPegHalfLength_m - kPegDepth_m);
+  const Vector start(0, 0, kPegHalfLength_m - hold.depth_m);
   const auto target = [&](double t_s) {
     const double u = std::min(1.0, t_s / kPegMotion_s);
     const double way = u * u * u * (10 + u * (6 * u - 15));  // minimum jerk
@@ -186,7 +192,7 @@ PegRest peg_rest(const TrialSetting& setting, double stiffness_n_per_m, double s
       const LoopTick tick = loop.step({target(t_s), target(t_s + loop.period_s())});
       const double speed = tick.device.velocity_w.norm(),
                    turn = tick.device.angular_velocity_w.norm();
-      rest.in_place = std::abs(tick.device.x0_w.z() - start.z()) < kThrown_m;
+      rest.in_place = std::abs(tick.device.x0_w.z() - start.z()) < hold.thrown_m;
       if (!(speed < kRunaway_m_per_s) || !rest.in_place) return {speed, turn, rest.rest_s, false};
       if (k + watched < end) continue;
       rest.speed_m_per_s = std::max(rest.speed_m_per_s, speed);

@@ -7,6 +7,7 @@
 
 #include "host_sim/device/simulated_device.hpp"
 #include "host_sim/lab/stability/spectral_radius.hpp"
+#include "host_sim/session/core_session.hpp"
 
 namespace haptic::sim {
 
@@ -19,6 +20,10 @@ struct TrialSetting {
   std::string hand = "none";    ///< hand_named
   double damping_ns_per_m = 0;  ///< coupling damping B; proxy law alone
 };
+
+/// Gains of a trial in a scene: bare, without budget and passivity layer, as what is sought is
+/// where the loop alone stops being stable.
+void set_trial(SceneParameters& parameters, const TrialSetting& setting, double stiffness_n_per_m);
 
 /// Whether the core accepts scenes of this law at all.
 [[nodiscard]] bool law_served(LawId law);
@@ -55,6 +60,15 @@ struct PegRest {
 };
 [[nodiscard]] PegRest peg_rest(const TrialSetting& setting, double stiffness_n_per_m,
                                double seconds);
+
+/// How deep the peg is held, and the way along its hole after which it counts as shaken out:
+/// pressing and turning never move it as far, and a loop that does may come to rest outside.
+struct PegHold {
+  double depth_m = 0.020, thrown_m = 1.0e-3;
+};
+/// The same in a scene of its own with such a peg and hole.
+[[nodiscard]] PegRest peg_rest_in(CoreSession& session, const TrialSetting& setting, double seconds,
+                                  const PegHold& hold);
 
 /// Largest of peg_stiffnesses() up to which all come to rest, 0 when the first does not; and for
 /// how long the target had rested by then.

@@ -4,8 +4,7 @@
 
 #include <string>
 
-#include "host_sim/plan/plan_search.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
+#include "host_sim/plan/plan_making.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/plan/plan.hpp"
@@ -22,14 +21,9 @@ struct PlannedScene {
   SceneView view;
 };
 
-struct FoundPlan {
-  SearchResult search;
-  tools::Plan plan;  ///< with a pose where the search has found one
-};
-
 /// Plans from the scene's start to a pose of the mesh frame, as written for --goal.
-[[nodiscard]] FoundPlan plan_to(const SceneView& view, const std::string& goal,
-                                std::uint64_t seed = 1, double seconds = 60,
-                                const std::string& start = "start");
+[[nodiscard]] MadePlan plan_to(const SceneView& view, const std::string& goal,
+                               std::uint64_t seed = 1, double seconds = 60,
+                               const std::string& start = "start");
 
 }  // namespace haptic::sim::test

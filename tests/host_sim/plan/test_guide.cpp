@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // A plan in a scene: what the tick makes of it.
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host_sim/device/loop_run.hpp"
+#include "host_sim/lab/planning/guided_scene.hpp"
+#include "host_sim/lab/planning/hostile_hand.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/motion_script.hpp"
 #include "rt_core/base/rotation.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tests/support/rt_guard.hpp"
+#include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
-#include "tools/common/files.hpp"
-#include "tools/common/split_mix.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/plan/plan_check.hpp"
 
@@ -33,24 +33,6 @@ std::filesystem::path peg_folder() {
   return std::filesystem::path(HAPTIC_SCENES_DIR) / "square_peg_five";
 }
 
-/// A plan in a file that goes with it.
-class PlanFile {
- public:
-  explicit PlanFile(const std::string& text)
-      : path_(std::filesystem::temp_directory_path() /
-              ("plan_" + std::to_string(getpid()) + "_" + std::to_string(++count_) + ".plan")) {
-    tools::write_files({{path_, std::as_bytes(std::span(text))}});
-  }
-  ~PlanFile() { std::filesystem::remove(path_); }
-  PlanFile(const PlanFile&) = delete;
-  PlanFile& operator=(const PlanFile&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  static inline int count_ = 0;
-  std::filesystem::path path_;
-};
-
 /// A device that the compiler derives gains from.
 void add_device(SceneParameters& parameters) {
   DeviceParameters& device = parameters.device;
@@ -61,19 +43,16 @@ void add_device(SceneParameters& parameters) {
   for (double& damping : device.rotor_damping_nms_per_rad) damping = 1e-3;
 }
 
-std::vector<std::byte> guided_scene(const tools::Plan& plan, bool with_device = false) {
-  const PlanFile file(tools::plan_as_text(plan));
+tools::SceneBytes guided_peg(const tools::Plan& plan, bool with_device = false) {
   tools::SceneFile scene = tools::read_scene_file(peg_folder() / "scene.toml");
   if (with_device) add_device(scene.parameters);
-  scene.guide.emplace();
-  scene.guide->plan = file.path();
-  return tools::compile_scene(scene, {}).bytes;
+  return guided_scene(std::move(scene), plan);
 }
 
 struct Subject {
   PlannedScene plain{"square_peg_five"};
   tools::Plan plan = plan_to(plain.view, kPegGoal).plan;
-  std::vector<std::byte> guided = guided_scene(plan);
+  tools::SceneBytes guided = guided_peg(plan);
 };
 
 const Subject& subject() {
@@ -86,88 +65,54 @@ bool same_bits(const Wrench& a, const Wrench& b) {
          std::memcmp(a.torque_w.data(), b.torque_w.data(), 3 * sizeof(Real)) == 0;
 }
 
-GripPose grip_of(const SceneView& view, const Pose& mesh) {
-  const BodyRecord& moving = view.bodies()[0];
-  GripPose grip;
-  grip.q_wa = mesh.q_wa;
-  grip.r_wa = mesh.q_wa.toRotationMatrix();
-  grip.x0_w = mesh.p_wa + grip.r_wa * Vec3(static_cast<Real>(moving.reference_m[0]),
-                                           static_cast<Real>(moving.reference_m[1]),
-                                           static_cast<Real>(moving.reference_m[2]));
-  return grip;
-}
-
-/// Largest work of the guide on the hand since the begin, over hostile motions: along and against
-/// the force, to and fro, drifts, noise and jumps.
-struct HostileRun {
-  double most_j = 0;
-  std::uint64_t on = 0, ticks = 0;
-};
-
-HostileRun hostile(std::uint64_t ticks, std::uint64_t seed) {
-  CoreSession session(subject().guided, "guided");
-  const SceneView& view = session.view();
-  tools::SplitMix64 words(seed);
-  const auto centred = [&] { return static_cast<Real>(2 * words.uniform() - 1); };
-  Pose pose;
-  const SceneParameters& p = view.parameters();
-  pose.p_wa = Vec3(static_cast<Real>(p.start_p_wa_m[0]), static_cast<Real>(p.start_p_wa_m[1]),
-                   static_cast<Real>(p.start_p_wa_m[2]));
-  pose.q_wa =
-      Quat(static_cast<Real>(p.start_q_wa_xyzw[3]), static_cast<Real>(p.start_q_wa_xyzw[0]),
-           static_cast<Real>(p.start_q_wa_xyzw[1]), static_cast<Real>(p.start_q_wa_xyzw[2]));
-  const Pose start = pose;
-  HostileRun run;
-  run.ticks = ticks;
-  Wrench last;
-  GripPose before = grip_of(view, pose);
-  double sum = 0;
-  std::uint64_t mode = 0;
-  Vec3 drift = Vec3::Zero();
-  for (std::uint64_t k = 0; k < ticks; ++k) {
-    if (words.next() % 200 == 0) {
-      mode = words.next() % 5;
-      drift = 2e-4_r * Vec3(centred(), centred(), centred());
-      if (words.next() % 8 == 0) {
-        // What the servo tick does about a jump. The account outlives it.
-        pose = start;
-        before = grip_of(view, pose);
-        session.core().reset();
-        last = Wrench{};
-      }
-    }
-    const Real sign = mode == 0 ? 1 : mode == 1 ? -1 : 0;
-    pose.p_wa += sign * 3e-4_r * last.force_w;  // along the force, or against it
-    if (mode == 2) pose.p_wa += (k % 2 == 0 ? 1 : -1) * 1e-3_r * last.force_w;
-    if (mode == 3) pose.p_wa += drift;
-    if (mode == 4) pose.p_wa += 5e-4_r * Vec3(centred(), centred(), centred());
-    pose.q_wa = Quat(Eigen::AngleAxis<Real>(0.02_r * centred(),
-                                            Vec3(centred(), centred(), 1.5_r).normalized()) *
-                     pose.q_wa)
-                    .normalized();
-    const GripPose now = grip_of(view, pose);
-    const Vec3 turn = so3_log(now.q_wa * before.q_wa.conjugate());
-    sum += static_cast<double>(last.force_w.dot(now.x0_w - before.x0_w) + last.torque_w.dot(turn));
-    run.most_j = std::max(run.most_j, sum);
-    StepInput input;
-    input.pose_wa = pose;
-    input.guide_off = words.next() % 1000 == 0;
-    const StepResult result = session.core().step(input);
-    last = result.guidance.wrench_w;
-    run.on += result.guidance.state == GuideState::kOn ? 1u : 0u;
-    before = now;
-  }
-  return run;
-}
+Pose start_of(const SceneView& view) { return tools::pose_from_text(view, "start", "start"); }
 
 void check_energy(std::uint64_t ticks) {
-  CoreSession session(subject().guided, "guided");
-  const double stated_j = session.view().guide()->energy_j;
-  const HostileRun run = hostile(ticks, 11);
-  MESSAGE("stated " << stated_j << " J, done at most " << run.most_j << " J, on in " << run.on
+  const HostileRun run = run_hostile_hand(subject().guided.span(), ticks, 11);
+  MESSAGE("stated " << run.stated_j << " J, done at most " << run.most_j << " J, on in " << run.on
                     << " of " << run.ticks << " ticks");
   CHECK(run.on > run.ticks / 20);
-  CHECK(run.most_j <= stated_j);
+  CHECK(run.most_j <= run.stated_j);
+}
+
+/// A light hand without a will of its own, which moves with what it feels.
+void check_followed(std::uint64_t first_seed, std::uint64_t last_seed) {
+  const SceneView& plain = subject().plain.view;
+  for (std::uint64_t seed = first_seed; seed <= last_seed; ++seed) {
+    CAPTURE(seed);
+    const tools::SceneBytes guided = guided_peg(plan_to(plain, kPegGoal, seed).plan);
+    CoreSession session(guided.span(), "guided", GoalContact::kLeftOut);
+    const SceneView& view = session.view();
+    const GuideRecord& guide = *view.guide();
+    Pose pose = start_of(view);
+    std::uint64_t heap_calls = 0;
+    StepResult result;
+    Real most_n = 0;
+    for (int k = 0; k < 20'000; ++k) {
+      StepInput input;
+      input.pose_wa = pose;
+      {
+        const haptic::test::RtGuard guard;
+        result = session.core().step(input);
+        heap_calls += guard.heap_calls();
+      }
+      const Wrench& w = result.guidance.wrench_w;
+      most_n = std::max(most_n, w.force_w.norm());
+      const Vec3 force = w.force_w + result.wrench_w.force_w;
+      const Vec3 torque = w.torque_w + result.wrench_w.torque_w;
+      const Vec3 grip = grip_place(view, pose) + 2e-5_r * force;
+      pose.q_wa = (so3_exp(2e-5_r / 4e-4_r * torque) * pose.q_wa).normalized();
+      pose.p_wa += grip - grip_place(view, pose);
+    }
+    CHECK(heap_calls == 0);
+    CHECK(result.guidance.state == GuideState::kOn);
+    CHECK(result.guidance.station + 2 >= view.guide_stations().size());
+    CHECK(static_cast<double>(result.guidance.cost_m) < 1e-3);
+    CHECK(static_cast<double>(most_n) <= guide.pull_n + guide.hold_n);
+    MESSAGE("seed " << seed << ": station " << result.guidance.station << " of "
+                    << view.guide_stations().size() << ", " << result.guidance.cost_m
+                    << " m to go, at most " << most_n << " N");
+  }
 }
 
 }  // namespace
@@ -175,8 +120,7 @@ void check_energy(std::uint64_t ticks) {
 TEST_SUITE("rt_core.guide") {
   TEST_CASE("guide: the compiler takes a proved plan, and refuses one of another scene") {
     SceneView view;
-    const tools::SceneBytes bytes(subject().guided);
-    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+    REQUIRE(SceneView::open(subject().guided.span(), view) == RtStatus::kOk);
     REQUIRE(view.guide() != nullptr);
     CHECK(view.guide_stations().size() == subject().plan.stations.size());
     CHECK(subject().plain.view.guide() == nullptr);
@@ -186,14 +130,14 @@ TEST_SUITE("rt_core.guide") {
 
     tools::Plan wrong = subject().plan;
     wrong.geometry ^= 1;
-    CHECK_THROWS_AS((void)guided_scene(wrong), tools::InputError);
+    CHECK_THROWS_AS((void)guided_peg(wrong), tools::InputError);
     wrong = subject().plan;
     wrong.poses.back().x0_m[2] -= 0.01;
-    CHECK_THROWS_AS((void)guided_scene(wrong), tools::InputError);
+    CHECK_THROWS_AS((void)guided_peg(wrong), tools::InputError);
   }
 
   TEST_CASE("guide: a station that is not the compiler's own is refused") {
-    const tools::SceneBytes sound(subject().guided);
+    const tools::SceneBytes& sound = subject().guided;
     SceneView view;
     REQUIRE(SceneView::open(sound.span(), view) == RtStatus::kOk);
     const auto* const first = reinterpret_cast<const std::byte*>(view.guide_stations().data());
@@ -218,8 +162,8 @@ TEST_SUITE("rt_core.guide") {
 
   TEST_CASE("guide: the contact wrench has the same bits with the guide on, off and absent") {
     CoreSession plain(subject().plain.bytes.span(), "plain", GoalContact::kLeftOut);
-    CoreSession on(subject().guided, "on", GoalContact::kLeftOut);
-    CoreSession off(subject().guided, "off", GoalContact::kLeftOut);
+    CoreSession on(subject().guided.span(), "on", GoalContact::kLeftOut);
+    CoreSession off(subject().guided.span(), "off", GoalContact::kLeftOut);
     const MotionScript script = read_motion_script((peg_folder() / "insert.toml").string());
     std::uint64_t led = 0, contact = 0;
     std::uint64_t tick = 0;
@@ -245,52 +189,10 @@ TEST_SUITE("rt_core.guide") {
 
   TEST_CASE(
       "guide: a hand that follows the force comes to the goal, and the force stays in its cap") {
-    // Of the plans of eight seeds three lead a hand without a will of its own all the way; with the
-    // others it comes to rest on the rim, where guide and contact balance.
-    const tools::Plan plan = plan_to(subject().plain.view, kPegGoal, 3).plan;
-    const std::vector<std::byte> guided = guided_scene(plan);
-    CoreSession session(guided, "guided", GoalContact::kLeftOut);
-    const SceneView& view = session.view();
-    const GuideRecord& guide = *view.guide();
-    Pose pose;
-    const SceneParameters& p = view.parameters();
-    pose.p_wa = Vec3(static_cast<Real>(p.start_p_wa_m[0]), static_cast<Real>(p.start_p_wa_m[1]),
-                     static_cast<Real>(p.start_p_wa_m[2]));
-    pose.q_wa =
-        Quat(static_cast<Real>(p.start_q_wa_xyzw[3]), static_cast<Real>(p.start_q_wa_xyzw[0]),
-             static_cast<Real>(p.start_q_wa_xyzw[1]), static_cast<Real>(p.start_q_wa_xyzw[2]));
-    std::uint32_t last_station = 0;
-    std::uint64_t heap_calls = 0;
-    StepResult result;
-    Real most_n = 0;
-    for (int k = 0; k < 20'000; ++k) {
-      StepInput input;
-      input.pose_wa = pose;
-      {
-        const haptic::test::RtGuard guard;
-        result = session.core().step(input);
-        heap_calls += guard.heap_calls();
-      }
-      const Wrench& w = result.guidance.wrench_w;
-      most_n = std::max(most_n, w.force_w.norm());
-      last_station = result.guidance.station;
-      // A light hand: it moves with what it feels.
-      const Vec3 force = w.force_w + result.wrench_w.force_w;
-      const Vec3 torque = w.torque_w + result.wrench_w.torque_w;
-      const Vec3 grip = grip_of(view, pose).x0_w + 2e-5_r * force;
-      pose.q_wa = (so3_exp(2e-5_r / 4e-4_r * torque) * pose.q_wa).normalized();
-      const BodyRecord& moving = view.bodies()[0];
-      pose.p_wa = grip - pose.q_wa * Vec3(static_cast<Real>(moving.reference_m[0]),
-                                          static_cast<Real>(moving.reference_m[1]),
-                                          static_cast<Real>(moving.reference_m[2]));
-    }
-    CHECK(heap_calls == 0);
-    CHECK(result.guidance.state == GuideState::kOn);
-    CHECK(last_station + 2 >= view.guide_stations().size());
-    CHECK(static_cast<double>(result.guidance.cost_m) < 1e-3);
-    CHECK(static_cast<double>(most_n) <= guide.pull_n + guide.hold_n);
-    MESSAGE("station " << last_station << " of " << view.guide_stations().size() << ", "
-                       << result.guidance.cost_m << " m to go, at most " << most_n << " N");
+    check_followed(1, 4);
+  }
+  TEST_CASE("[long] guide: a hand that follows the force comes to the goal with sixteen plans") {
+    check_followed(5, 16);
   }
 
   TEST_CASE("guide: in the closed loop no hand or delay is less calm at rest than without") {
@@ -306,7 +208,8 @@ TEST_SUITE("rt_core.guide") {
     add_device(without_guide.parameters);
     CoreSession plain(tools::compile_scene(without_guide, {}).bytes, "plain",
                       GoalContact::kLeftOut);
-    CoreSession guided(guided_scene(subject().plan, true), "guided", GoalContact::kLeftOut);
+    const tools::SceneBytes with_guide = guided_peg(subject().plan, true);
+    CoreSession guided(with_guide.span(), "guided", GoalContact::kLeftOut);
     for (const std::string& hand : hand_names()) {
       for (const std::uint32_t delay : {0u, 1u}) {
         CAPTURE(hand);
@@ -329,17 +232,12 @@ TEST_SUITE("rt_core.guide") {
   }
 
   TEST_CASE("guide: off the way it fades, lets go and takes up again at a station it can reach") {
-    CoreSession session(subject().guided, "guided", GoalContact::kLeftOut);
+    CoreSession session(subject().guided.span(), "guided", GoalContact::kLeftOut);
     const SceneView& view = session.view();
     const auto step = [&](const Vec3& offset) {
       StepInput input;
-      const SceneParameters& p = view.parameters();
-      input.pose_wa.p_wa =
-          offset + Vec3(static_cast<Real>(p.start_p_wa_m[0]), static_cast<Real>(p.start_p_wa_m[1]),
-                        static_cast<Real>(p.start_p_wa_m[2]));
-      input.pose_wa.q_wa =
-          Quat(static_cast<Real>(p.start_q_wa_xyzw[3]), static_cast<Real>(p.start_q_wa_xyzw[0]),
-               static_cast<Real>(p.start_q_wa_xyzw[1]), static_cast<Real>(p.start_q_wa_xyzw[2]));
+      input.pose_wa = start_of(view);
+      input.pose_wa.p_wa += offset;
       return session.core().step(input);
     };
     StepResult result;
@@ -362,15 +260,9 @@ TEST_SUITE("rt_core.guide") {
   }
 
   TEST_CASE("guide: a switch ramps it out and in") {
-    CoreSession session(subject().guided, "guided", GoalContact::kLeftOut);
-    const SceneParameters& p = session.view().parameters();
+    CoreSession session(subject().guided.span(), "guided", GoalContact::kLeftOut);
     StepInput input;
-    input.pose_wa.p_wa =
-        Vec3(static_cast<Real>(p.start_p_wa_m[0]), static_cast<Real>(p.start_p_wa_m[1]),
-             static_cast<Real>(p.start_p_wa_m[2]));
-    input.pose_wa.q_wa =
-        Quat(static_cast<Real>(p.start_q_wa_xyzw[3]), static_cast<Real>(p.start_q_wa_xyzw[0]),
-             static_cast<Real>(p.start_q_wa_xyzw[1]), static_cast<Real>(p.start_q_wa_xyzw[2]));
+    input.pose_wa = start_of(session.view());
     StepResult result;
     Vec3 last = Vec3::Zero();
     Real largest_step = 0;

@@ -19,7 +19,7 @@ const std::string kPegGoal = "0,0,-39mm,1,0,0,0";
 
 struct Subject {
   PlannedScene scene{"square_peg_five"};
-  FoundPlan found = plan_to(scene.view, kPegGoal);
+  haptic::sim::MadePlan found = plan_to(scene.view, kPegGoal);
   std::string text = tools::plan_as_text(found.plan);
 };
 

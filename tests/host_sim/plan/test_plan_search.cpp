@@ -16,7 +16,7 @@ using namespace haptic::sim::test;
 
 namespace {
 
-void check_plan(const SceneView& view, const FoundPlan& found) {
+void check_plan(const SceneView& view, const MadePlan& found) {
   REQUIRE(found.search.found);
   const tools::PlanProof proof = tools::prove_plan(view, found.plan, "p");
   CHECK(proof.failure == "");
@@ -90,8 +90,8 @@ TEST_SUITE("host_sim.plan") {
     const Puzzle puzzle = window_puzzle(20);
     const std::string& goal = puzzle.goal;
     const PlannedScene scene(puzzle.scene, puzzle.name);
-    const FoundPlan one = plan_to(scene.view, goal, 7), same = plan_to(scene.view, goal, 7),
-                    other = plan_to(scene.view, goal, 8);
+    const MadePlan one = plan_to(scene.view, goal, 7), same = plan_to(scene.view, goal, 7),
+                   other = plan_to(scene.view, goal, 8);
     check_plan(scene.view, one);
     check_plan(scene.view, other);
     CHECK(tools::plan_as_text(one.plan) == tools::plan_as_text(same.plan));

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/plan/plan_making.hpp"
+
+#include <chrono>
+
+#include "tools/c_space/pose_text.hpp"
+#include "tools/plan/plan_check.hpp"
+
+namespace haptic::sim {
+namespace {
+
+constexpr double kToleranceShare = 1.005 / 1.01;
+
+}  // namespace
+
+double plan_tolerance_m(const SceneView& scene) {
+  return kToleranceShare * tools::most_tolerance_m(scene);
+}
+
+tools::Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prover,
+                      const CorneredMotion& motion, std::uint64_t seed) {
+  const SceneParameters& p = scene.parameters();
+  const PlanTitle title{std::string(scene.text(p.name_offset, p.name_bytes)), seed,
+                        plan_tolerance_m(scene), kPlanContact_m, part.radius_m()};
+  return make_plan(motion, prover, tools::PlanCheck(scene), title);
+}
+
+MadePlan make_plan_between(const SceneView& scene, SlidingPart& part, StepProver& prover,
+                           const PlanPose& start, const PlanPose& goal, const SearchLimits& search,
+                           const ShorteningLimits& shortening,
+                           const std::function<void(const SearchState&)>& progress) {
+  MadePlan made;
+  made.search = search_plan(scene, part, prover, start, goal, search, progress);
+  if (!made.search.found) return made;
+  const auto began = std::chrono::steady_clock::now();
+  const ProvedMotion& found = made.search.motion;
+  CorneredMotion before{{made.search.start}};
+  before.corners.insert(before.corners.end(), found.poses.begin(), found.poses.end());
+  made.found_m = before.length_m(part.radius_m());
+  const CorneredMotion motion =
+      shortened(made.search.start, found, prover, part.radius_m(), shortening);
+  made.plan = plan_from(scene, part, prover, motion, search.seed);
+  made.shorten_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return made;
+}
+
+MadePlan make_plan_between(const SceneView& scene, const std::string& start,
+                           const std::string& goal, std::uint64_t seed, double seconds) {
+  SlidingPart part(scene);
+  StepProver prover(scene, plan_tolerance_m(scene));
+  SearchLimits search;
+  search.seconds = seconds;
+  search.seed = seed;
+  ShorteningLimits shortening;
+  shortening.seed = seed;
+  return make_plan_between(scene, part, prover,
+                           part.grip_pose(tools::pose_from_text(scene, "--start", start)),
+                           part.grip_pose(tools::pose_from_text(scene, "--goal", goal)), search,
+                           shortening, [](const SearchState&) {});
+}
+
+}  // namespace haptic::sim
