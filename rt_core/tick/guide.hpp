@@ -4,9 +4,9 @@
 /// Intell Robot Syst 53:223, with a plan that is proved in the place of their channel of cells).
 ///
 /// Its potential is U = pull (cost to go) + hold (pseudo-Huber function of the distance from the
-/// way, beyond half of the clearance of the stations), over place and turn with a turn of 1 rad as
-/// long as turn_m: both slopes are bounded, and so is the force. The pull falls where the part is
-/// not lined up with the way, so that the hold leads it there first: pulled on regardless, a peg
+/// way, beyond a share of the clearance of the stations), over place and turn with a turn of 1 rad
+/// as long as turn_m: both slopes are bounded, and so is the force. The pull falls where the part
+/// is not lined up with the way, so that the hold leads it there first: pulled on regardless, a peg
 /// beside its hole would stand on the rim, which tips it away from where the hold turns it. The
 /// force is then no gradient; what it does is bounded by the account below. U is taken at the felt
 /// part, not at the hand's goal, and the force acts on the hand alone: it never presses the part
