@@ -53,7 +53,7 @@ std::string pose_as_option(const Pose& pose) {
   return text + tools::short_number(static_cast<double>(q.z()), 9);
 }
 
-std::string plane_text(const SceneView& view, std::uint32_t index, const std::string& kind,
+std::string plane_text(const SceneView& view, PairIndex index, const std::string& kind,
                        const Vec3d& normal_w) {
   const PairRecord pair = view.pair_record(index);
   return tools::formatted("pieces %u and %u, %s, normal (%.3f, %.3f, %.3f)", pair.piece_a,
@@ -113,9 +113,9 @@ void say_impossible(const SceneView& view, const TranslationResult& result) {
   const char* const what = result.goal_is_enclosed ? "goal" : "start";
   std::printf(
       "no translation at this orientation leads from the start to the goal: a fact, from %zu "
-      "C-faces of %u pairs, depths to %.3g m counted as free (%zu cells, %.2f s)\n",
-      result.space.faces.size(), view.pair_count(), result.space.tolerance_m,
-      result.space.cells.size(), result.seconds);
+      "C-faces of %llu pairs, depths to %.3g m counted as free (%zu cells, %.2f s)\n",
+      result.space.faces.size(), static_cast<unsigned long long>(view.pair_count()),
+      result.space.tolerance_m, result.space.cells.size(), result.seconds);
   std::printf(
       "  from the %s the grip point reaches x %.6g to %.6g mm, y %.6g to %.6g mm, z %.6g to %.6g "
       "mm\n",

@@ -282,8 +282,9 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
     }
   }
   if (scene.pair_count() > kMostPairs) {
-    space.undecided = tools::formatted("the scene has %u pairs of pieces, more than %zu",
-                                       scene.pair_count(), kMostPairs);
+    space.undecided =
+        tools::formatted("the scene has %llu pairs of pieces, more than %zu",
+                         static_cast<unsigned long long>(scene.pair_count()), kMostPairs);
     return space;
   }
   std::vector<ConvexCell> obstacles;
