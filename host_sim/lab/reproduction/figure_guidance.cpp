@@ -350,7 +350,8 @@ PartReport guidance_part() {
   bool proved = true;
   for (const Guide& guide : study.guides) proved = proved && guide.proof.holds();
   // The hand presses against +x, so contact pushes back; the plan leads down, and off the wall.
-  const bool forces = now.contact_n.x() < -0.5 && now.guide_n.z() < -0.5 && now.guide_n.x() <= 0 &&
+  const bool forces = now.contact_n.x() < -0.5 && now.guide_n.z() < 0 && now.guide_n.x() <= 0 &&
+                      now.guide_n.norm() > 0.5 &&
                       now.guide_n.norm() <= tools::kDefaultPull_n + tools::kDefaultHold_n &&
                       now.state == GuideState::kOn;
   report.passed = falls && proved && forces && now.same_bits;
