@@ -293,11 +293,14 @@ def instructions(name, engine):
     """Of a tick of a millisecond, by callgrind: mean over COUNTED, from free to pressed. None: there is no valgrind."""
     if shutil.which("valgrind") is None:
         return None
-    function = "haptic_core_replay" if engine == "haptic" else "mj_step"
+    function = "haptic::HapticCore::step(*" if engine == "haptic" else "mj_step"
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}"]
     command += [sys.executable, __file__, "--only", name, engine]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    return int(re.search(r"Collected : (\d+)", said)[1]) / (COUNTED.stop - COUNTED.start)
+    collected = int(re.search(r"Collected : (\d+)", said)[1])
+    if collected == 0:
+        raise RuntimeError(f"valgrind has not met {function}")
+    return collected / (COUNTED.stop - COUNTED.start)
 
 
 def figures(case, t, wrenches, felt, ideal):
