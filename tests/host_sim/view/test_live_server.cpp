@@ -271,7 +271,7 @@ TEST_SUITE("host_sim.live_server") {
       }
       viewer.send(
           R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1},{"id":8,"channelId":5},
-        {"id":9,"channelId":8},{"id":10,"channelId":7}]})",
+        {"id":9,"channelId":9},{"id":10,"channelId":7}]})",
           true);
       std::set<std::uint32_t> seen;
       while (seen.size() < 4) {
