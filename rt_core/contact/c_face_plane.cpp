@@ -35,6 +35,18 @@ Real face_bound(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const P
          pair.skin_m;
 }
 
+DirectionGap direction_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                           const Vec3& normal_w, SupportPair start) noexcept {
+  const Vec3 normal_a = r_wa.transpose() * normal_w;
+  DirectionGap along;
+  along.normal_w = normal_w;
+  along.support.a = highest_vertex(pair.a, lane_points(pair.a), -normal_a, start.a);
+  along.support.b = highest_vertex(pair.b, lane_points(pair.b), normal_w, start.b);
+  along.gap_m = normal_w.dot(y_w - pair.b.vertex(along.support.b)) +
+                normal_a.dot(pair.a.vertex(along.support.a)) - pair.skin_m;
+  return along;
+}
+
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
                    SupportPair start) noexcept {
   if (pair.is_fixed()) return fixed_plane_gap(pair, y_w, id);

@@ -32,6 +32,13 @@ struct PlaneGap {
   bool defined = false;  ///< false: edges too close to parallel, the rest means nothing
 };
 
+/// The gap between the pieces of a pair along any direction.
+struct DirectionGap {
+  Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A
+  Real gap_m = 0;                ///< as PlaneGap::gap_m
+  SupportPair support;           ///< vertices between which the gap is
+};
+
 /// Unit normal of plane `id`, from B to A, when A is turned by `r_wa`; zero where it is not defined
 /// or the part never turns.
 [[nodiscard]] Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept;
@@ -42,6 +49,11 @@ struct PlaneGap {
 /// (kA, kB) or two and a root (kC).
 [[nodiscard]] PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                                  const PlaneId& id, SupportPair start) noexcept;
+
+/// The gap along `normal_w`; else as plane_gap, not for a part that never turns. Cost: two
+/// highest_vertex.
+[[nodiscard]] DirectionGap direction_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                                         const Vec3& normal_w, SupportPair start) noexcept;
 
 /// An upper bound of the gap along the plane of a face (kA, kB): that of one vertex of the other
 /// piece, which `support` names [m].

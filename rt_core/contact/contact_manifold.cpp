@@ -347,6 +347,22 @@ ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa, const Ve
   return point;
 }
 
+// The normal is s (u x v) / |u x v| with u of A and s = +-1; u turns by dtheta x u. With the way d
+// from B's vertex to A's and d' = s (d - n n.d) / |u x v|, the gap n.d changes by what A's vertex
+// moves along n and by d'.((dtheta x u) x v) = (d'.u) v.dtheta - (u.v) d'.dtheta. The first is that
+// of the point midway but for half the way d across n.
+Vec3 plane_turn(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                const PlaneGap& gap) noexcept {
+  if (gap.id.type != ContactType::kC || pair.is_fixed()) return Vec3::Zero();
+  const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[gap.id.i].unit);
+  const Vec3 v = ConstVec3Map(pair.b.edge_directions[gap.id.j].unit);
+  const Vec3 d = y_w + r_wa * pair.a.vertex(gap.support.a) - pair.b.vertex(gap.support.b);
+  const Vec3 across = d - gap.normal_w * gap.normal_w.dot(d);
+  const Real sine = u.cross(v).dot(gap.normal_w);  // with the sign of the normal
+  const Vec3 lever = across / sine;
+  return lever.dot(u) * v - u.dot(v) * lever + (across / 2).cross(gap.normal_w);
+}
+
 std::uint32_t contact_manifold(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                                const PlaneGap& gap, Real height_m, ManifoldScratch& scratch,
                                std::array<ManifoldPoint, kMaxManifoldPoints>& points) noexcept {

@@ -38,6 +38,12 @@ struct ManifoldScratch {
 [[nodiscard]] ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa,
                                               const Vec3& y_w, const PlaneGap& gap) noexcept;
 
+/// What a small turn of A adds to a gap of two edges (kC), for each radian, beyond what it adds at
+/// the row point: their plane turns with the edge of A, and the support vertices lie apart along it
+/// [m]. Zero for the plane of a face.
+[[nodiscard]] Vec3 plane_turn(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
+                              const PlaneGap& gap) noexcept;
+
 /// Fills `points` with the contact region along the plane and returns their number, at least 1.
 /// Each piece gives its support_feature within `height_m` of its support, the face of a kA or kB
 /// plane being given; the region is the intersection of the two as seen along n. Where that is

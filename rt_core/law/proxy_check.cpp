@@ -37,33 +37,76 @@ Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
 /// sqrt(1 - |n'|^2 / 4).
 /// A plane that turns by more than 60 degrees certifies nothing: it may have come round to the
 /// other side of both pieces.
-Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
+Real Proxy::path_gap(const ProxyPair& pair, const DirectionGap& at_p, const DirectionGap& at_q,
                      const Step& step) const noexcept {
-  const Real gap_q_m = at_q.gap_m;
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
-  if (is_fixed() || !(turn > 0)) return std::min(gap_p_m, gap_q_m);
   const Real lever = pair.reach_a_m;
-  Real across2 = at_q.normal_w.cross(step.dtheta_rad).squaredNorm();
+  const Vec3 change = at_q.normal_w - at_p.normal_w;
+  const Real change2 = change.squaredNorm();
+  if (!(change2 < 1) || at_p.normal_w.isZero(0)) return -std::numeric_limits<Real>::max();
+  const Real across2 = std::max(at_q.normal_w.cross(step.dtheta_rad).squaredNorm(),
+                                at_p.normal_w.cross(step.dtheta_rad).squaredNorm());
   Real curvature = 0;
   Real length = 1;
-  if (at_q.id.type != ContactType::kB) {
-    constexpr Real kLowest = -std::numeric_limits<Real>::max();
-    const Vec3 at_p = plane_normal(*pair.view, p_.r_wa, at_q.id);
-    const Vec3 change = at_q.normal_w - at_p;
-    const Real change2 = change.squaredNorm();
-    if (!(change2 < 1) || at_p.isZero(0)) return kLowest;
-    across2 = std::max(across2, at_p.cross(step.dtheta_rad).squaredNorm());
+  if (change2 > 0) {
     curvature = 2 * (std::abs(change.dot(step.dx_m)) + std::sqrt(change2) * lever * turn);
     length = std::sqrt(1 - change2 / 4);
   }
   curvature += lever * turn * std::sqrt(across2);
-  const Real rise = gap_q_m - gap_p_m;
-  Real least = std::min(gap_p_m, gap_q_m);
+  const Real rise = at_q.gap_m - at_p.gap_m;
+  Real least = std::min(at_p.gap_m, at_q.gap_m);
   if (2 * std::abs(rise) < curvature) {
     const Real slope = rise - curvature / 2;
-    least = gap_p_m - slope * slope / (2 * curvature);
+    least = at_p.gap_m - slope * slope / (2 * curvature);
   }
   return least < 0 ? least / length : least;
+}
+
+/// The same along one plane of the pair.
+Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
+                     const Step& step) const noexcept {
+  if (is_fixed() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
+  const bool turns = at_q.id.type != ContactType::kB;
+  const Vec3 at_p = turns ? plane_normal(*pair.view, p_.r_wa, at_q.id) : at_q.normal_w;
+  return path_gap(pair, DirectionGap{at_p, gap_p_m, {}},
+                  DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
+}
+
+/// Whether a direction of the planes imposed in this pass keeps a pair of facets apart, where no
+/// plane of its own does from one end of the step to the other: a part slides off a facet along its
+/// plane, and past the next one, which is no plane of that one's.
+bool Proxy::certify_by_lent(ReachedPair& reached, const Step& step, Real least_m,
+                            ProxyTick& tick) const noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  if (!pair.view->has_skin() || pair.inside) return false;
+  const Real least_valid = -valid_depth(parameters_.scale);
+  std::uint32_t asked = 0;
+  for (const ImposedPlane& lender : imposed_) {
+    if (lender.pair == reached.pair) continue;
+    if (asked++ == kMaxLentDirections) return false;
+    const PairView& view = *pairs_[lender.pair].view;
+    const auto gap_at = [&](const GripPose& pose) {
+      tick.plane_gaps += 1;
+      return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
+                           plane_normal(view, pose.r_wa, lender.id), reached.support);
+    };
+    const DirectionGap at_q = gap_at(step.q);
+    if (!(at_q.gap_m > reached.lent_m)) continue;
+    const DirectionGap at_p = gap_at(p_);
+    if (!(at_p.gap_m >= least_valid)) continue;
+    reached.lent_m = at_q.gap_m;
+    if (!(at_q.gap_m >= least_m)) continue;
+    const Real path_m = path_gap(pair, at_p, at_q, step);
+    if (!(path_m >= deepest_on_way(parameters_.scale, at_p.gap_m))) continue;
+    reached.lent = true;
+    reached.exact_q = false;
+    reached.gap_p_m = at_p.gap_m;
+    reached.gap_q_m = at_q.gap_m;
+    reached.normal_q_w = at_q.normal_w;
+    reached.path_m = path_m;
+    return true;
+  }
+  return false;
 }
 
 /// Finds the plane that certifies a pair best; false: there was no budget for it. Of its
@@ -98,9 +141,12 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     reached.path_m = path;
   };
   reached.exact_q = true;
+  reached.lent = false;
+  reached.lent_m = kLowest;
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return true;
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
+  if (has_budget(tick) && certify_by_lent(reached, step, least_m, tick)) return true;
   if (!reached.searched && !is_fixed() && pair.view->record.node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
@@ -145,7 +191,7 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
   const ProxyPair& pair = pairs_[reached.pair];
   const Real swept_m = far_m + turn_rad * pair.reach_a_m;
   const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
-  if (!pair.has_held) return any;
+  if (!has_held(pair)) return any;
   const Vec3 across = pair.held_w.cross(step.dtheta_rad);
   const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
                       pair.radius_a_m * std::sqrt(across.squaredNorm());
@@ -171,6 +217,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];
     const ProxyPair& pair = pairs_[reached.pair];
+    result.checked = k;
     HeldGap held = held_gap(reached, step, far, turn);
     if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
       look_closer(reached, tick);
@@ -182,7 +229,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       reached.gap_p_m = reached.gap_m;
       reached.gap_q_m = held.at_end_m;
       reached.path_m = held.on_way_m;
-      reached.exact_q = false;
+      reached.exact_q = reached.lent = false;
       continue;
     }
     if (reached.unsure || !certify(reached, step, least_m, tick)) {
@@ -208,6 +255,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       result.ok = false;
     }
   }
+  result.checked = reached_.size();
   return result;
 }
 

@@ -56,12 +56,12 @@ void Proxy::begin_cones() noexcept {
 
 /// The cone of a contact point with five of its half spaces, one against its slip or pull, and that
 /// of the last cut.
-bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& normal_w, Real least_m,
+bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& normal_w, Real least_m,
                      const PoseError& error) noexcept {
   FrictionCone cone;
   cone.pair = imposed_[imposed].pair;
   const ProxyPair& pair = pairs_[cone.pair];
-  cone.app_w = app_w;
+  cone.arm = arm;
   cone.normal_w = normal_w;
   cone.least_m = least_m;
   cone.friction = pair.slips ? pair.friction : std::max(pair.friction, pair.friction_static);
@@ -108,13 +108,13 @@ bool Proxy::add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& norma
     if (!push_cone_row(cones_.size() - 1, side, error)) return false;
   }
   // The way back is free of lift and would let the point sink.
-  return !(cone.slid_m > 0) || push_row(imposed, app_w, normal_w, least_m, error, kMaxQpRows);
+  return !(cone.slid_m > 0) || push_row(imposed, arm, normal_w, least_m, error, kMaxQpRows);
 }
 
 /// What a motion of the part moves a point by along its plane.
 Vec3 Proxy::slip_of(const FrictionCone& cone, const Vec3& dx_m,
                     const Vec3& dtheta_rad) const noexcept {
-  const Vec3 dp = is_fixed() ? dx_m : Vec3(dx_m + dtheta_rad.cross(cone.app_w));
+  const Vec3 dp = is_fixed() ? dx_m : Vec3(dx_m + dtheta_rad.cross(cone.arm.app_w));
   return dp - cone.normal_w * cone.normal_w.dot(dp);
 }
 
@@ -144,7 +144,7 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
       const Real length = std::sqrt((cone.slid_w + slip).squaredNorm());
       const Real slides = length - cone.slid_m;
       Real rise = cone.normal_w.dot(dx);
-      if (!is_fixed()) rise += cone.app_w.cross(cone.normal_w).dot(dtheta);
+      if (!is_fixed()) rise += turned_m(cone.arm, cone.normal_w, dtheta);
       const ProxyPair& pair = pairs_[cone.pair];
       const Real force_m = !wedged_ && pair.slips && pair.quiet_ticks == 0 ? pulled : Real{0};
       const Real leave = std::max({kConeShare * cone.friction * std::sqrt(slip.squaredNorm()),
@@ -175,8 +175,9 @@ bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
                           const PoseError& error) noexcept {
   const FrictionCone& cone = cones_[at];
   const Real turned_m = cone.slid_m + direction_w.dot(cone.slid_w);
-  if (!push_row(cone.imposed, cone.app_w, cone.normal_w + cone.friction * direction_w,
-                cone.least_m - cone.friction * turned_m, error, kMaxQpRows)) {
+  const Vec3 w = cone.normal_w + cone.friction * direction_w;
+  if (!push_row(cone.imposed, cone.arm, w, cone.least_m - cone.friction * turned_m, error,
+                kMaxQpRows)) {
     return false;
   }
   row_cone_[rows_.size() - 1] = static_cast<std::uint8_t>(at);

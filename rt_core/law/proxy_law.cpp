@@ -17,7 +17,7 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// kTrustLess and kTrustMore among facets.
 constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
-/// Among facets no step is longer than this share of the scale's reach.
+/// Where lists of near pairs take long, no step is longer than this share of the scale's reach.
 constexpr Real kFacetTrust = 0.5_r;
 
 /// Radius of the part for which the lengths below were chosen.
@@ -198,19 +198,19 @@ void Proxy::keep_found() noexcept {
   }
   pending_.clear();
   for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
-  const Real less = hot_.capacity() > 0 ? kFacetTrustLess : kTrustLess;
+  const Real less = has_facets() ? kFacetTrustLess : kTrustLess;
   trust_m_ = std::max(less * std::min(trust_m_, reach_m_),
                       kLastTolerances * parameters_.scale.tolerance_m);
 }
 
 Real Proxy::most_trust_m() const noexcept {
-  return hot_.capacity() > 0 ? kFacetTrust * parameters_.scale.reach_m : kNoLimit;
+  return has_long_lists() ? kFacetTrust * parameters_.scale.reach_m : kNoLimit;
 }
 
 /// The longest step of the next pass, by how this one has ended. Among facets a step that asks for
 /// more than the planes of one place can tell is rejected, and a shorter one finds its way.
 void Proxy::adapt_trust(PassEnd end) noexcept {
-  if (hot_.capacity() > 0) {
+  if (has_facets()) {
     if (end == PassEnd::kMoved) trust_m_ *= kFacetTrustMore;
     if (end == PassEnd::kRejected) {
       trust_m_ = std::max(kTrustLess * std::min(trust_m_, tried_m_),
@@ -250,9 +250,15 @@ void Proxy::accept(const Step& step) noexcept {
     ProxyPair& pair = pairs_[reached.pair];
     pair.plane = reached.plane;
     pair.support = reached.support;
-    if (!reached.exact_q) {
+    if (kSceneTraits.facets && reached.lent) {
+      hold(pair, reached.normal_q_w);
+      pair.clear_until_m =
+          odometer_m(pair) +
+          static_cast<double>(reached.gap_q_m -
+                              gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
+    } else if (!reached.exact_q) {
       // A plane of A, or of two edges, turns away from the direction that was held.
-      if (pair.has_held && pair.plane.type == ContactType::kB) {
+      if (has_held(pair) && pair.plane.type == ContactType::kB) {
         pair.clear_until_m =
             std::max(pair.clear_until_m, odometer_m(pair) + static_cast<double>(reached.gap_q_m));
       }

@@ -68,9 +68,9 @@ struct alignas(64) ProxyPair {
   bool has_held = false;
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
   std::uint32_t quiet_ticks = 0;  ///< in which it did not
-  /// Of facets, when they have one: the plane's normal when the gap was measured, along which the
-  /// pair stays apart as long as clear_until_m says; the middle of the piece of A and the radius
-  /// about it.
+  /// Of facets, when they have one: the direction along which the gap was measured, and along which
+  /// the pair stays apart as long as clear_until_m says; the middle of the piece of A and the
+  /// radius about it.
   Vec3 held_w = Vec3::Zero(), middle_a = Vec3::Zero();
   Real radius_a_m = 0;
   PlaneId plane;  ///< that last certified the pair, when known
@@ -97,8 +97,12 @@ struct ReachedPair {
   Real path_m = 0;        ///< on the way there, a lower bound: of the plane between its two ends
   bool exact_p = true;    ///< gap_m is the gap itself
   bool unsure = false;    ///< no plane certifies it at p, for want of budget
-  bool exact_q = false;   ///< gap_q_m is
+  bool exact_q = false;   ///< gap_q_m is, along `plane`
+  bool lent = false;      ///< gap_q_m is, along normal_q_w, which a plane of another pair has lent
+  Real lent_m = 0;        ///< the largest gap there along a direction that another plane lends
   bool searched = false;  ///< its valid set is there
+  /// Whether its lack ends with that of the pair whose plane lends its direction.
+  [[nodiscard]] bool follows() const noexcept { return lent_m > gap_q_m; }
   /// Its valid set; the first `exposed_count` of it can carry a force.
   std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;
 };
@@ -115,11 +119,24 @@ struct ImposedPlane {
   Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
 };
 
+/// How a turn dtheta of A changes the gap along a direction w: by w.(dtheta x App) + turn.dtheta.
+struct RowArm {
+  Vec3 app_w = Vec3::Zero();   ///< contact point about the grip point, W axes [m]
+  Vec3 turn_w = Vec3::Zero();  ///< plane_turn [m]
+};
+
+/// What a turn adds to the gap along `w` [m].
+[[nodiscard]] inline Real turned_m(const RowArm& arm, const Vec3& w,
+                                   const Vec3& dtheta_rad) noexcept {
+  return (arm.app_w.cross(w) + arm.turn_w).dot(dtheta_rad);
+}
+
 /// A contact point with friction in the quadratic program: n.dp - mu (|s + dp_t| - |s|) >= least,
 /// with the motion dp of the point, its part dp_t along the plane and the slip s of the tick so
 /// far.
 struct FrictionCone {
-  Vec3 app_w = Vec3::Zero(), normal_w = Vec3::Zero();
+  RowArm arm;
+  Vec3 normal_w = Vec3::Zero();
   Vec3 direction_w = Vec3::Zero();  ///< unit, along the plane: against the slip
   Vec3 slid_w = Vec3::Zero();       ///< s
   Real slid_m = 0;                  ///< its length
@@ -141,7 +158,8 @@ struct PlaneRegion {
   std::uint32_t pair = 0;
   std::uint64_t version = 0;  ///< of the configuration; 0: none
   PlaneGap gap;
-  bool overlap = false;  ///< the two features of the plane overlap as seen along it
+  bool overlap = false;        ///< the two features of the plane overlap as seen along it
+  Vec3 turn_w = Vec3::Zero();  ///< plane_turn, where they do not
   std::uint32_t count = 0;
   std::array<ManifoldPoint, kMaxManifoldPoints> points;
 };
@@ -238,7 +256,7 @@ class Proxy {
   [[nodiscard]] std::span<const std::uint32_t> hot_pairs() noexcept;
   /// What the gap of every pair that hot_pairs has left aside is at least.
   [[nodiscard]] Real cold_m() const noexcept {
-    if (hot_.capacity() == 0) return std::numeric_limits<Real>::max();
+    if (!has_facets()) return std::numeric_limits<Real>::max();
     return static_cast<Real>(hot_until_m_ - odometer_m());
   }
   /// What the gap of every pair that is not in the list is at least.
@@ -250,7 +268,7 @@ class Proxy {
   void enter(std::uint32_t slot) noexcept;
   /// The direction along which the gap of a pair of facets has been measured.
   static void hold(ProxyPair& pair, const Vec3& normal_w) noexcept {
-    if (!(pair.view->skin_m > 0)) return;
+    if (!pair.view->has_skin()) return;
     pair.held_w = normal_w;
     pair.has_held = true;
   }
@@ -267,6 +285,17 @@ class Proxy {
   void keep_found() noexcept;
   void adapt_trust(PassEnd end) noexcept;
   [[nodiscard]] Real most_trust_m() const noexcept;
+  /// Some piece is a facet.
+  [[nodiscard]] bool has_facets() const noexcept {
+    return kSceneTraits.facets && hot_.capacity() > 0;
+  }
+  [[nodiscard]] static bool has_held(const ProxyPair& pair) noexcept {
+    return kSceneTraits.facets && pair.has_held;
+  }
+  /// Whether there are facets, and so many pairs that a list of those near takes long.
+  [[nodiscard]] bool has_long_lists() const noexcept {
+    return has_facets() && list_visits_of_tick_ >= kListVisitsOfTick;
+  }
   [[nodiscard]] std::size_t step_place() const noexcept {
     return std::min<std::size_t>(pass_of_tick_, pass_steps_m_.size() - 1);
   }
@@ -280,10 +309,12 @@ class Proxy {
   [[nodiscard]] bool is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
   void impose_pending(const PoseError& error, ProxyTick& tick) noexcept;
-  [[nodiscard]] bool meets(const ReachedPair& reached, const Step& step, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool meets(const ReachedPair& reached, const Step* step, ProxyTick& tick) noexcept;
   void take_touching(const ReachedPair& reached, ImposedPlane& plane, ProxyTick& tick) noexcept;
-  [[nodiscard]] bool impose_worst(const Check& check, const Step& step, const PoseError& error,
-                                  ProxyTick& tick) noexcept;
+  [[nodiscard]] std::uint32_t worst_that_meets(const Check& check, const Step& step, Real least_m,
+                                               ProxyTick& tick) noexcept;
+  [[nodiscard]] bool impose(std::uint32_t number, const Step& step, const PoseError& error,
+                            ProxyTick& tick) noexcept;
   [[nodiscard]] const PlaneRegion& region_at_p(std::uint32_t pair, const PlaneId& id,
                                                SupportPair support, ProxyTick& tick) noexcept;
   void find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region,
@@ -296,9 +327,9 @@ class Proxy {
                                 const PoseError& error, const Step* at = nullptr) noexcept;
   [[nodiscard]] PlaneGap gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
                                 SupportPair support, ProxyTick& tick) const noexcept;
-  [[nodiscard]] bool add_row(std::uint32_t imposed, const ManifoldPoint& point,
+  [[nodiscard]] bool add_row(std::uint32_t imposed, const RowArm& arm, Real gap_m,
                              const Vec3& normal_w, const Step* at, const PoseError& error) noexcept;
-  [[nodiscard]] bool push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
+  [[nodiscard]] bool push_row(std::uint32_t imposed, const RowArm& arm, const Vec3& w, Real least_m,
                               const PoseError& error, std::uint32_t most_rows) noexcept;
   [[nodiscard]] QpResult solve_rows(Real tolerance_m, ProxyTick& tick,
                                     std::span<const std::uint8_t> first = {}) const noexcept;
@@ -320,7 +351,7 @@ class Proxy {
     return kSceneTraits.friction && pair.friction > 0;
   }
   void begin_cones() noexcept;
-  [[nodiscard]] bool add_cone(std::uint32_t imposed, const Vec3& app_w, const Vec3& normal_w,
+  [[nodiscard]] bool add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& normal_w,
                               Real least_m, const PoseError& error) noexcept;
   [[nodiscard]] bool push_cone_row(std::uint32_t at, const Vec3& direction_w,
                                    const PoseError& error) noexcept;
@@ -335,8 +366,12 @@ class Proxy {
                                  Real turn_rad) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,
                              ProxyTick& tick) noexcept;
+  [[nodiscard]] bool certify_by_lent(ReachedPair& reached, const Step& step, Real least_m,
+                                     ProxyTick& tick) const noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                               const Step& step) const noexcept;
+  [[nodiscard]] Real path_gap(const ProxyPair& pair, const DirectionGap& at_p,
+                              const DirectionGap& at_q, const Step& step) const noexcept;
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
   void accept(const Step& step) noexcept;
   [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;

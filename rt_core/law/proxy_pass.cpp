@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One pass of the proxy: which planes to impose, and a step that every pair certifies.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "rt_core/base/rotation.hpp"
@@ -22,7 +23,7 @@ constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
 /// it, some times, and then with what the pair has room for, or at least that share.
 constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
 constexpr std::uint32_t kMostNearer = 3;
-/// Among facets a step uses up no more than this share of what the list of near pairs leaves.
+/// A step uses up no more than this share of what a list of near pairs leaves that takes long.
 constexpr Real kListShare = 0.9_r;
 /// A retry goes this many of the scale's steps far at the most.
 constexpr Real kRetrySteps = 8;
@@ -287,6 +288,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   bool from_start = false;
   short_ = false;
   bound_programs_ = 0;
+  const Real least_m = -scale.tolerance_m / 2;
   std::uint32_t nearer = 0;               // tries of a part of the step
   bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
@@ -334,8 +336,9 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       s = std::max(s, nearest_m_ / motion);
     }
     Real trust_m = trust_m_;
-    if (hot_.capacity() > 0) {
-      trust_m = std::min(std::max(trust_m, nearest_m_), kListShare * unlisted_m());
+    if (has_facets()) {
+      trust_m = std::max(trust_m, nearest_m_);
+      if (has_long_lists()) trust_m = std::min(trust_m, kListShare * unlisted_m());
       // The list has been outrun: the part waits for the next one.
       if (motion > trust_m && !(trust_m > scale.still_m)) {
         tick.spent = true;
@@ -360,7 +363,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     step = step_by(s * way.translation_m, s_turn * way.rotation_rad);
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
-    const Check result = check(step, -scale.tolerance_m / 2, tick);
+    const Check result = check(step, least_m, tick);
     if (tick.spent) return chosen_short && stay_still(step, tick);
     const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
@@ -383,18 +386,21 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       share *= result.share;
       continue;
     }
-    // A plane past the end of its features is none of the contact that is to come: nearer to it the
-    // right one shows.
-    if (!meets(reached_[result.worst], step, tick)) {
+    // A plane past the end of its features is none of the contact that is to come: the next one may
+    // be, and nearer to it the right one shows.
+    const std::uint32_t worst = worst_that_meets(result, step, least_m, tick);
+    const ReachedPair& lacking = reached_[result.worst];
+    const bool has_room =
+        pairs_[lacking.pair].view->has_skin() && lacking.gap_m > scale.tolerance_m;
+    if (worst == reached_.size() && has_room) {
       const Real moved_m = s * far + s_turn * turn * parameters_.radius_m;
-      const Real room = reached_[result.worst].gap_m;
       const Real least = nearer < kMostNearer ? kNearerShare : kLeastRoom;
-      share *= std::max(kRoomShare * std::min<Real>(room / moved_m, 1), least);
+      share *= std::max(kRoomShare * std::min<Real>(lacking.gap_m / moved_m, 1), least);
       nearer += 1;
       continue;
     }
     share = 1;
-    if (!impose_worst(result, step, error, tick)) {
+    if (!impose(worst < reached_.size() ? worst : result.worst, step, error, tick)) {
       tick.limited = true;
       return false;
     }
@@ -453,27 +459,69 @@ bool Proxy::choice_is_due() noexcept {
   return due;
 }
 
-/// Whether the features of the plane that came closest to certifying a pair lie over each other at
-/// p or at the step's end, as seen along it. Asked only of facets, and of those that have room left
-/// at p; else true.
-bool Proxy::meets(const ReachedPair& reached, const Step& step, ProxyTick& tick) noexcept {
+/// Whether the features of the plane that came closest to certifying a pair of facets touch, or
+/// would along it: at p, or at the end of `step`. Not asked of others.
+bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!(pair.view->skin_m > 0) || pair.inside) return true;
-  if (!(reached.gap_m > parameters_.scale.tolerance_m)) return true;
-  const PlaneRegion& at_p = region_at_p(reached.pair, reached.plane, reached.support, tick);
-  if (at_p.gap.defined && at_p.overlap) return true;
+  if (!pair.view->has_skin() || pair.inside) return true;
+  // Not where the features lie over each other elsewhere, but where the pieces are nearest.
+  const auto touches = [&](const PlaneRegion& region) {
+    const Real most_m = region.gap.gap_m + parameters_.scale.tolerance_m;
+    return region.overlap &&
+           std::any_of(region.points.begin(), region.points.begin() + region.count,
+                       [&](const ManifoldPoint& point) { return point.gap_m <= most_m; });
+  };
+  if (step == nullptr) {
+    const PlaneRegion& at_p = region_at_p(reached.pair, reached.plane, reached.support, tick);
+    return at_p.gap.defined && touches(at_p);
+  }
   PlaneRegion at_q;
-  at_q.gap = gap_at(pair, step, reached.plane, reached.support, tick);
+  at_q.gap = gap_at(pair, *step, reached.plane, reached.support, tick);
   if (!at_q.gap.defined) return false;
-  find_region(pair, step.q, at_q, tick);
-  return at_q.overlap;
+  find_region(pair, step->q, at_q, tick);
+  return touches(at_q);
 }
 
-/// Adds the plane that came closest to certifying the worst pair: at p, and when that was not
-/// enough at the step.
-bool Proxy::impose_worst(const Check& check, const Step& step, const PoseError& error,
-                         ProxyTick& tick) noexcept {
-  const ReachedPair& reached = reached_[check.worst];
+/// Of the pairs that a step lacks the one whose plane is to be imposed: of the first few, in the
+/// order of what they lack, the first that meets at p, or where none does at the step's end; those
+/// that follow another pair come last. None: the length of the list.
+std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real least_m,
+                                      ProxyTick& tick) noexcept {
+  if (!pairs_[reached_[check.worst].pair].view->has_skin()) return check.worst;
+  for (const bool follow : {false, true}) {
+    std::array<std::uint32_t, kMaxMeetingLooks> worst;
+    std::uint32_t count = 0;
+    std::uint32_t last = reached_.size();
+    while (count < worst.size()) {
+      std::uint32_t next = reached_.size();
+      const auto gap_m = [&](std::uint32_t k) {
+        return reached_[k].gap_q_m + reached_[k].allowed_m;
+      };
+      const auto is_before = [&](std::uint32_t k, std::uint32_t other) {
+        return gap_m(k) < gap_m(other) || (gap_m(k) == gap_m(other) && k < other);
+      };
+      for (std::uint32_t k = 0; k < check.checked; ++k) {
+        const ReachedPair& reached = reached_[k];
+        if (!reached.exact_q || !(gap_m(k) < least_m) || reached.follows() != follow) continue;
+        if (last < reached_.size() && !is_before(last, k)) continue;
+        if (next == reached_.size() || is_before(k, next)) next = k;
+      }
+      if (next == reached_.size()) break;
+      if (meets(reached_[next], nullptr, tick)) return next;
+      worst[count++] = last = next;
+    }
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (meets(reached_[worst[k]], &step, tick)) return worst[k];
+    }
+  }
+  return reached_.size();
+}
+
+/// Adds the plane that came closest to certifying the pair of this number in the list: at p, and
+/// when that was not enough at the step.
+bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& error,
+                   ProxyTick& tick) noexcept {
+  const ReachedPair& reached = reached_[number];
   std::uint32_t at = 0;
   while (at < imposed_.size() &&
          !(imposed_[at].pair == reached.pair && imposed_[at].id == reached.plane)) {

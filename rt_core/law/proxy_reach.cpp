@@ -129,7 +129,10 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     pair.gap_version = version_;
   }
   const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
-  if (lost && !may_search(pair, tick)) return false;
+  if (lost && !may_search(pair, tick)) {
+    pair.gap_version = 0;  // that of a plane which certifies nothing is none
+    return false;
+  }
   if (lost && !find_face(pair, tick)) search_fully(pair, tick);
   pair.clear_until_m =
       odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(*pair.view, y_w));
@@ -154,12 +157,12 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     gap = pair.gap_m;
   } else if (pair.gap_version != version_) {
     const Real clear = clear_m(pair);
-    const Real stale = hot_.capacity() > 0 ? kFacetStaleShare : kStaleShare;
+    const Real stale = has_facets() ? kFacetStaleShare : kStaleShare;
     reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
     gap = clear;
     if (reached.exact_p && !pair.known) {
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
-      if (pair.view->skin_m > 0) gap = std::max(gap, clear);  // boxes know more of a facet
+      if (pair.view->has_skin()) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
       if (gap >= reach_m_) return false;
     }
@@ -201,7 +204,7 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   tick.recovering = false;
   worst_gap_m_ = std::numeric_limits<Real>::max();
   // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
-  if (hot_.capacity() > 0) {
+  if (has_facets()) {
     reach_m_ = std::min(reach_m_,
                         kReachSteps * pass_steps_m_[step_place()] + kFacetMargin * scale.margin_m);
   }
@@ -210,7 +213,7 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
 
 /// Takes those pairs in too that a step of this length can meet.
 void Proxy::widen(Real motion_m, ProxyTick& tick) noexcept {
-  reach_m_ = (hot_.capacity() > 0 ? kReachSteps : 4) * motion_m;
+  reach_m_ = (has_facets() ? kReachSteps : 4) * motion_m;
   reach_all(tick);
 }
 
@@ -265,9 +268,9 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const bool early = list_ticks_ > 1 && !(clear_m >= reach_m_ + until_made_m);
   if (!short_of && !early && !near_pairs_.is_begun()) return;
   if (!near_pairs_.is_begun()) {
-    const Real further_m = hot_.capacity() > 0 ? scale.reach_m / 2 : scale.reach_m;
+    const Real further_m = has_facets() ? scale.reach_m / 2 : scale.reach_m;
     list_range_m_ = std::min(list_range_m_, reach_m_ + further_m);
-    if (hot_.capacity() > 0) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
+    if (has_facets()) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
     near_pairs_.begin(p_, odometer_m(), list_range_m_);
     list_path_m_ = path_m_;
     list_turn_rad_ = turn_rad_;
@@ -296,7 +299,7 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
 /// The pairs that a pass looks at one by one: all, or of many those that are near, so that the
 /// others cost one comparison together.
 std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
-  if (hot_.capacity() == 0) return near_pairs_.slots();
+  if (!has_facets()) return near_pairs_.slots();
   if (cold_m() >= reach_m_) return hot_.view();
   hot_.clear();
   Real cold_m = std::numeric_limits<Real>::max();

@@ -19,11 +19,15 @@ void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& 
   region.overlap = true;
   region.count = 1;
   region.points[0] = {Vec3::Zero(), region.gap.gap_m};
+  region.turn_w.setZero();
   if (is_fixed() || !region.gap.defined) return;
   tick.regions += 1;
   region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
                                   parameters_.scale.manifold_m, manifold_scratch_, region.points);
   region.overlap = manifold_scratch_.overlap;
+  if (!region.overlap) {
+    region.turn_w = plane_turn(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap);
+  }
 }
 
 /// The contact region along a plane at p_, from the last time it was asked for while p_ has stayed.
@@ -61,9 +65,10 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
   find_region(pair, at.q, region, tick);
   if (!add_region(imposed, region, error, &at)) return false;
   if (!support_too || is_fixed()) return true;
-  const ManifoldPoint point =
-      support_row_point(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), region.gap);
-  return add_row(imposed, point, region.gap.normal_w, &at, error);
+  const Vec3 y_w = at.q.x0_w - pair.reference_w;
+  const ManifoldPoint point = support_row_point(*pair.view, at.q.r_wa, y_w, region.gap);
+  const RowArm arm{point.app_w, plane_turn(*pair.view, at.q.r_wa, y_w, region.gap)};
+  return add_row(imposed, arm, point.gap_m, region.gap.normal_w, &at, error);
 }
 
 /// Rows of the contact region along a plane; null `at`: of the region at p.
@@ -71,14 +76,16 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const P
                        const Step* at) noexcept {
   imposed_[imposed].support = region.gap.support;
   for (std::uint32_t k = 0; k < region.count; ++k) {
-    if (!add_row(imposed, region.points[k], region.gap.normal_w, at, error)) return false;
+    const ManifoldPoint& point = region.points[k];
+    const RowArm arm{point.app_w, region.turn_w};
+    if (!add_row(imposed, arm, point.gap_m, region.gap.normal_w, at, error)) return false;
   }
   return true;
 }
 
-/// Row n.(dx + dtheta x arm) >= -gap about p, where `at` tells where it was linearised, null: at p;
-/// with friction the point gets its cone.
-bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec3& normal_w,
+/// Row n.(dx + dtheta x App) + turn.dtheta >= -gap about p, where `at` tells where it was
+/// linearised, null: at p; with friction the point gets its cone.
+bool Proxy::add_row(std::uint32_t imposed, const RowArm& arm, Real gap_m, const Vec3& normal_w,
                     const Step* at, const PoseError& error) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const ImposedPlane& plane = imposed_[imposed];
@@ -88,21 +95,21 @@ bool Proxy::add_row(std::uint32_t imposed, const ManifoldPoint& point, const Vec
   Real along = 0;
   if (at != nullptr) {
     along = normal_w.dot(at->dx_m);
-    if (!is_fixed()) along += point.app_w.cross(normal_w).dot(at->dtheta_rad);
+    if (!is_fixed()) along += turned_m(arm, normal_w, at->dtheta_rad);
   }
-  const Real least = std::min(along - point.gap_m - plane.allowed_m, most);
-  if (rubs(pair)) return add_cone(imposed, point.app_w, normal_w, least, error);
-  return push_row(imposed, point.app_w, normal_w, least, error, kMaxProxyRows);
+  const Real least = std::min(along - gap_m - plane.allowed_m, most);
+  if (rubs(pair)) return add_cone(imposed, arm, normal_w, least, error);
+  return push_row(imposed, arm, normal_w, least, error, kMaxProxyRows);
 }
 
-/// Row w.(dx + dtheta x App) >= least about p.
-bool Proxy::push_row(std::uint32_t imposed, const Vec3& app_w, const Vec3& w, Real least_m,
+/// Row w.(dx + dtheta x App) + turn.dtheta >= least about p.
+bool Proxy::push_row(std::uint32_t imposed, const RowArm& arm, const Vec3& w, Real least_m,
                      const PoseError& error, std::uint32_t most_rows) noexcept {
   QpRow row;
   Real pull = w.dot(error.translation_m);
   row.g.head<3>() = w;
   if (!is_fixed()) {
-    const Vec3 moment = app_w.cross(w);
+    const Vec3 moment = arm.app_w.cross(w) + arm.turn_w;
     row.g.tail<3>() = moment / secant_.length_m;
     pull += moment.dot(error.rotation_rad);
   }

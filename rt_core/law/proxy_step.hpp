@@ -15,8 +15,9 @@ struct Proxy::Step {
 /// Whether every reached pair has kept a plane with a gap, and the pair that lacks most.
 struct Proxy::Check {
   bool ok = true;
-  Real lacking_m = 0;       ///< how far below the least allowed gap the worst pair is
-  std::uint32_t worst = 0;  ///< index in the list of reached pairs
+  Real lacking_m = 0;         ///< how far below the least allowed gap the worst pair is
+  std::uint32_t worst = 0;    ///< index in the list of reached pairs
+  std::uint32_t checked = 0;  ///< the first of that list
   /// Every pair has its gap at the end; the way there is certified if the step is shortened to this
   /// share of it, or less.
   Real share = 1;

@@ -93,17 +93,22 @@ constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces
 }
 
 /// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when
-/// the budget is spent or nearly so. `largest`: over all pairs.
+/// the budget is spent or nearly so. `largest`: over all pairs; `facets`: of any body.
 constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots,
-                                    std::uint64_t visits, bool friction) noexcept {
+                                    std::uint64_t visits, bool friction, bool facets) noexcept {
   constexpr std::uint64_t kProgram = kProgramUnits + kQpStepUnits * kMaxQpIterations;
   constexpr std::uint64_t kRegions =
       kMaxImposedPlanes + kGrantedSteps + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
+  // Of facets: the directions lent to one pair at both ends of a step, and the regions of the pairs
+  // that are looked at twice for one that meets, at both ends.
+  constexpr std::uint64_t kLent = 2 * kMaxLentDirections;
+  constexpr std::uint64_t kMeeting = 4 * kMaxMeetingLooks * (1 + kRegionUnits);
   const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.
   return visits / kListVisitsOfUnit + 3 * slots + largest.set + largest.search +
-         programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes;
+         programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes +
+         (facets ? kLent + kMeeting : 0);
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round,
@@ -230,7 +235,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   const std::uint64_t visits = list_visits(pieces_a, pieces_b);
   c.near_slots = near_slots(c.pair_count, parameters.coupling.near_pairs, facets);
   c.max_work_units =
-      clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction));
+      clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction, facets));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);
   c.max_plane_gaps = c.max_valid_nodes = c.max_search_work = c.max_work_units;
   c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pair_count));

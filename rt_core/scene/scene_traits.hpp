@@ -27,6 +27,8 @@ struct SceneTraits {
   bool fixed_orientation = true;  ///< a part that never turns (scene/fixed_planes.hpp)
   bool free_orientation = true;   ///< one that does
 
+  bool facets = true;  ///< a piece may be a facet of a surface
+
   bool goal_contact = true;  ///< the contact at the goal pose can be searched
   bool device = true;        ///< passivity observer and estimate of the device's twist
   bool guide = true;         ///< a plan leads the hand

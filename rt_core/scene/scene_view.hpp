@@ -57,7 +57,7 @@ struct PieceView {
   }
   /// A facet of a surface.
   [[nodiscard]] bool is_facet() const noexcept {
-    return kSceneTraits.free_orientation && cones != nullptr;
+    return kSceneTraits.facets && kSceneTraits.free_orientation && cones != nullptr;
   }
   /// Calls `visit(unit direction)` for what the surface goes on along from vertex `v`, or from edge
   /// `e`, of a facet, until it returns false. @return whether it never has.
@@ -140,6 +140,8 @@ struct PairView {
   /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m].
   Real skin_m = 0;
 
+  /// One of the two is a facet, and what is opened is a scene of law proxy.
+  [[nodiscard]] bool has_skin() const noexcept { return kSceneTraits.facets && skin_m > 0; }
   [[nodiscard]] bool has_lists() const noexcept {
     return kSceneTraits.free_orientation && graph_stored;
   }
@@ -184,7 +186,7 @@ class SceneView {
   }
   /// Some piece is a facet of a surface.
   [[nodiscard]] bool has_facets() const noexcept {
-    return kSceneTraits.free_orientation &&
+    return kSceneTraits.facets && kSceneTraits.free_orientation &&
            facets_;  // beside a part that never turns there is none
   }
   /// All of them, listed or not.

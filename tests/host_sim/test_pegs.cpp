@@ -39,7 +39,7 @@ TEST_SUITE("host_sim.pegs") {
     const std::vector<PegTask> tasks = peg_tasks(true);
     for (const PegDevice& device : peg_devices()) {
       const PegResult r =
-          run_peg_task(task_of(tasks, "12_100um_10mm_over_the_rim"), device, LawId::kProxy);
+          run_peg_task(task_of(tasks, "4_100um_10mm_over_the_rim"), device, LawId::kProxy);
       CAPTURE(device.name);
       CHECK(r.longest_hold > 5);
       CHECK_FALSE(r.outlasts);
