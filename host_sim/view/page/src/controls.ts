@@ -53,7 +53,8 @@ export class Controls {
     private readonly side: Side,
     private readonly gripA: Vec,
     private readonly partRadius: number,
-    private readonly want: (target: Pose) => void,
+    /** `at`: when the move was made [ms] */
+    private readonly want: (target: Pose, at: number) => void,
   ) {}
 
   /** Where the device is while nobody moves it: a hand takes it up from there. */
@@ -93,37 +94,37 @@ export class Controls {
   }
 
   /** `shift` in W [m]. */
-  private move(shift: THREE.Vector3): void {
+  private move(shift: THREE.Vector3, at: number): void {
     this.grip = [this.grip[0] + shift.x, this.grip[1] + shift.y, this.grip[2] + shift.z];
     const from = new THREE.Vector3(...this.felt);
     const to = new THREE.Vector3(...this.grip).sub(from).clampLength(0, kLeash * this.partRadius).add(from);
     this.grip = [to.x, to.y, to.z];
-    this.send();
+    this.send(at);
   }
-  private turn(rotation: THREE.Vector3): void {
+  private turn(rotation: THREE.Vector3, at: number): void {
     this.turning = null;
     this.q = normalised(multiply(rotationOf([rotation.x, rotation.y, rotation.z]), this.q));
-    this.send();
+    this.send(at);
   }
-  private send(): void {
+  private send(at: number): void {
     this.active = true;
-    this.want(poseOf(this.grip, this.q, this.gripA));
+    this.want(poseOf(this.grip, this.q, this.gripA), at);
   }
 
-  /** Dragged by so many metres to the right and up of the view; `flat`: up becomes away. */
-  drag(right: number, up: number, flat: boolean, fine: boolean): void {
+  /** Dragged by so many metres to the right and up of the view; `flat`: up becomes away; `at` [ms]. */
+  drag(right: number, up: number, flat: boolean, fine: boolean, at: number): void {
     const [x, z, y] = this.axes();
     const scale = fine ? kFine : 1;
     const shift = x.multiplyScalar(right * scale);
-    this.move(shift.addScaledVector(flat ? y : z, up * scale));
+    this.move(shift.addScaledVector(flat ? y : z, up * scale), at);
   }
 
   makeUpright(): void {
     this.turning = { from: new THREE.Quaternion(...this.q), to: new THREE.Quaternion(...upright(this.q)), done: 0 };
   }
 
-  /** Keys, gamepad and a turn that is under way, over `seconds`. */
-  advance(seconds: number): void {
+  /** Keys, gamepad and a turn that is under way, over `seconds` up to `now` [ms]. */
+  advance(seconds: number, now: number): void {
     const axes = this.axes();
     const speed = kSpeed * this.partRadius * seconds * (this.fine ? kFine : 1);
     const angle = kTurn * seconds * (this.fine ? kFine : 1);
@@ -142,15 +143,15 @@ export class Controls {
         rotation.addScaledVector(axis, turn[k] * angle);
       });
     }
-    if (rotation.lengthSq() > 0) this.turn(rotation);
-    if (shift.lengthSq() > 0) this.move(shift);
+    if (rotation.lengthSq() > 0) this.turn(rotation, now);
+    if (shift.lengthSq() > 0) this.move(shift, now);
     if (this.turning) {
       this.turning.done = Math.min(1, this.turning.done + seconds / kUpright_s);
       const { from, to, done } = this.turning;
       const q = from.clone().slerp(to, done * done * (3 - 2 * done));
       this.q = [q.x, q.y, q.z, q.w];
       if (done === 1) this.turning = null;
-      this.send();
+      this.send(now);
     }
   }
 
