@@ -179,6 +179,15 @@ test("shapes: a surface of many triangles shares its corners where it is not sha
   assert.equal(few.corners.length, 3 * 3 * 100);
 });
 
+test("shapes: of a facet with two sides one is drawn, lit on both", () => {
+  const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]];
+  const facet = surfaceOf([{ source: 0, corners }, { source: 0, corners: [...corners].reverse() }]);
+  assert.equal(facet.triangles.length, 3);
+  assert.deepEqual([...facet.sheets], [1, 1, 1]);
+  assert.equal(facet.edges.length, 3 * 6);
+  assert.deepEqual([...surfaceOf([{ source: 0, corners }]).sheets], [0, 0, 0]);
+});
+
 test("shapes: answers that differ by rounding alone are the same", () => {
   const answer = (count, number) => ({ counts: new Uint32Array([1, count]), numbers: new Float64Array([number, 2]) });
   assert.ok(sameAnswer(answer(3, 0.1), answer(3, 0.1 + 1e-12)));

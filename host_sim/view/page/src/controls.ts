@@ -14,6 +14,8 @@ const kFine = 0.1;
 /** The hand wants the part at most this far from where it is felt [radii of the part], so that it is at hand again. */
 const kLeash = 0.5;
 const kDeadZone = 0.14;
+/** Where there is no gamepad one is looked for this often. */
+const kGamepad_ms = 500;
 /** Time in which the part is turned upright [s]. */
 const kUpright_s = 0.8;
 
@@ -46,6 +48,7 @@ export class Controls {
   private turning: { from: THREE.Quaternion; to: THREE.Quaternion; done: number } | null = null;
   private felt: Vec = [0, 0, 0];
   gamepad = "";
+  private gamepadAsked = -Infinity;
   /** a SpaceMouse that the user has chosen */
   sixAxes: SixAxes | null = null;
 
@@ -135,7 +138,7 @@ export class Controls {
       if (turn) rotation.addScaledVector(axes[turn[0]], turn[1] * angle);
     }
     this.tapped.clear();
-    this.readGamepad(shift, rotation, axes, speed, angle);
+    this.readGamepad(shift, rotation, axes, speed, angle, now);
     if (this.sixAxes) {
       const { push, turn } = this.sixAxes.cap;
       axes.forEach((axis, k) => {
@@ -161,7 +164,11 @@ export class Controls {
     axes: THREE.Vector3[],
     speed: number,
     angle: number,
+    now: number,
   ): void {
+    // Asking takes time, and one that is not there is plugged in by hand.
+    if (this.gamepad === "" && now - this.gamepadAsked < kGamepad_ms) return;
+    this.gamepadAsked = now;
     const pad = navigator.getGamepads?.().find((p) => p && p.connected && p.mapping === "standard");
     this.gamepad = pad?.id ?? "";
     if (!pad) return;

@@ -532,7 +532,7 @@ class Page {
 
   /** All that is said of a picture. */
   private showWords(picture: Picture, scene: SceneFacts): void {
-    this.graph.show(picture.graph);
+    this.areWordsOld = !this.graph.show(picture.graph, performance.now());
     this.showLamp();
     document.body.dataset.tick = String(picture.tick);
     if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);

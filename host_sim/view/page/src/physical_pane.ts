@@ -31,11 +31,14 @@ function boundsOf(faces: Face[]): THREE.Box3 {
 class Shape {
   readonly surface = new THREE.BufferGeometry();
   readonly edges = new THREE.BufferGeometry();
+  readonly hasSheets: boolean;
 
   constructor(faces: Face[]) {
-    const { corners, normals, triangles, edges } = surfaceOf(faces);
+    const { corners, normals, sheets, triangles, edges } = surfaceOf(faces);
     const vectors = (numbers: Float32Array) => new THREE.BufferAttribute(numbers, 3);
     this.surface.setAttribute("position", vectors(corners)).setAttribute("normal", vectors(normals));
+    this.surface.setAttribute("sheet", new THREE.BufferAttribute(sheets, 1));
+    this.hasSheets = sheets.includes(1);
     this.surface.setIndex(new THREE.BufferAttribute(triangles, 1));
     this.edges.setAttribute("position", vectors(edges));
   }
@@ -81,6 +84,7 @@ export class PhysicalPane extends Stage {
         .filter((face) => face.source !== kNone);
     const part = outer(true), fixed = outer(false);
     const partShape = new Shape(part), fixedShape = new Shape(fixed);
+    if (partShape.hasSheets) this.feltMaterial.side = THREE.DoubleSide;
     this.felt.add(new THREE.Mesh(partShape.surface, this.feltMaterial), new THREE.LineSegments(partShape.edges, this.feltLines));
     const ghostEdges = new THREE.LineSegments(partShape.edges, this.ghostLines);
     ghostEdges.renderOrder = 5;

@@ -186,18 +186,31 @@ export function contactsOf(answer: Answer): Contact[] {
 
 /** Outlines in dashes of about `dash` [m]. */
 export function dashesOf(faces: { corners: Vec[] }[], dash: number): Float32Array {
-  const out: number[] = [];
   const most = 200;
-  for (const { corners } of faces) {
-    corners.forEach((from, k) => {
-      const to = corners[(k + 1) % corners.length];
-      const length = Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
-      const pieces = Math.max(1, Math.min(most, Math.round(length / (2 * dash))));
-      const at = (share: number) => from.map((x, axis) => x + share * (to[axis] - x));
-      for (let i = 0; i < pieces; ++i) out.push(...at((i + 0.2) / pieces), ...at((i + 0.75) / pieces));
-    });
-  }
-  return new Float32Array(out);
+  const piecesOf = (from: Vec, to: Vec) => {
+    const length = Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    return Math.max(1, Math.min(most, Math.round(length / (2 * dash))));
+  };
+  let count = 0;
+  eachEdge(faces, (from, to) => (count += piecesOf(from, to)));
+  const out = new Float32Array(6 * count);
+  let at = 0;
+  eachEdge(faces, (from, to) => {
+    const pieces = piecesOf(from, to);
+    for (let i = 0; i < pieces; ++i) {
+      const begin = (i + 0.2) / pieces, end = (i + 0.75) / pieces;
+      for (let axis = 0; axis < 3; ++axis, ++at) {
+        out[at] = from[axis] + begin * (to[axis] - from[axis]);
+        out[at + 3] = from[axis] + end * (to[axis] - from[axis]);
+      }
+      at += 3;
+    }
+  });
+  return out;
+}
+
+function eachEdge(faces: { corners: Vec[] }[], take: (from: Vec, to: Vec) => void): void {
+  for (const { corners } of faces) for (let k = 0; k < corners.length; ++k) take(corners[k], corners[(k + 1) % corners.length]);
 }
 
 /** Triangles of convex faces, three corners each. */
@@ -211,11 +224,14 @@ export function trianglesOf(faces: { corners: Vec[] }[]): Float32Array {
 
 /** Outlines of faces as segments. */
 export function outlinesOf(faces: { corners: Vec[] }[]): Float32Array {
-  const out: number[] = [];
-  for (const { corners } of faces) {
-    corners.forEach((from, k) => out.push(...from, ...corners[(k + 1) % corners.length]));
-  }
-  return new Float32Array(out);
+  const out = new Float32Array(6 * faces.reduce((sum, { corners }) => sum + corners.length, 0));
+  let at = 0;
+  eachEdge(faces, (from, to) => {
+    out.set(from, at);
+    out.set(to, at + 3);
+    at += 6;
+  });
+  return out;
 }
 
 /** Unit normal of a plane face; of one without area it is 0. */
@@ -250,6 +266,8 @@ export interface Surface {
   corners: Float32Array;
   normals: Float32Array;
   triangles: Uint32Array;
+  /** by corner: 1 on a sheet, which is lit from both sides; 0 on a solid */
+  sheets: Float32Array;
   /** segments, two corners each */
   edges: Float32Array;
 }
@@ -272,24 +290,40 @@ class Places {
 
 const dot = (a: Vec, b: Vec) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-export function surfaceOf(faces: Face[]): Surface {
+export function surfaceOf(all: Face[]): Surface {
   const places = new Places();
-  const loops = faces.map((face) => face.corners.map((corner) => places.of(corner)));
+  // A facet of a surface has two sides, of which one is enough.
+  const faces: Face[] = [], loops: number[][] = [], isSheet: boolean[] = [];
+  const known = new Map<string, number>();
+  for (const face of all) {
+    const loop = face.corners.map((corner) => places.of(corner));
+    const key = [...loop].sort((a, b) => a - b).join();
+    const other = known.get(key);
+    if (other !== undefined) {
+      isSheet[other] = true;
+      continue;
+    }
+    known.set(key, faces.length);
+    faces.push(face);
+    loops.push(loop);
+    isSheet.push(false);
+  }
   const isDense = loops.reduce((sum, loop) => sum + loop.length - 2, 0) > kDense;
   const faceNormals = faces.map(normalOf);
-  const corners: number[] = [], normals: number[] = [], triangles: number[] = [];
-  const add = (place: number, normal: Vec) => {
+  const corners: number[] = [], normals: number[] = [], sheets: number[] = [], triangles: number[] = [];
+  const add = (place: number, normal: Vec, sheet: boolean) => {
     corners.push(...places.list[place]);
     normals.push(...normal);
+    sheets.push(sheet ? 1 : 0);
     return corners.length / 3 - 1;
   };
   /** by place: corners that faces there may share, and the normal that each began with */
   const shared: { corner: number; normal: Vec }[][] = places.list.map(() => []);
-  const cornerOf = (place: number, normal: Vec) => {
-    if (!isDense) return add(place, normal);
+  const cornerOf = (place: number, normal: Vec, sheet: boolean) => {
+    if (!isDense) return add(place, normal, sheet);
     const there = shared[place].find((other) => dot(other.normal, normal) > kSharp);
     if (!there) {
-      const corner = add(place, normal);
+      const corner = add(place, normal, sheet);
       shared[place].push({ corner, normal });
       return corner;
     }
@@ -297,7 +331,7 @@ export function surfaceOf(faces: Face[]): Surface {
     return there.corner;
   };
   loops.forEach((loop, f) => {
-    const own = loop.map((place) => cornerOf(place, faceNormals[f]));
+    const own = loop.map((place) => cornerOf(place, faceNormals[f], isSheet[f]));
     for (let k = 2; k < own.length; ++k) triangles.push(own[0], own[k - 1], own[k]);
   });
   for (let k = 0; k < normals.length; k += 3) {
@@ -307,6 +341,7 @@ export function surfaceOf(faces: Face[]): Surface {
   return {
     corners: new Float32Array(corners),
     normals: new Float32Array(normals),
+    sheets: new Float32Array(sheets),
     triangles: new Uint32Array(triangles),
     edges: edgesOf(loops, faceNormals, places.list, isDense),
   };

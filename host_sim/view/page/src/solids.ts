@@ -34,20 +34,30 @@ const kSolidVertex = /* glsl */ `
 #ifdef TINTED
 attribute vec4 tint;
 #else
+attribute float sheet;
 uniform vec3 colour;
 #endif
 uniform vec3 lamp;
+uniform vec3 inside;
 uniform vec4 cut;
 varying vec3 lit;
+varying vec3 behind;
 varying float ahead;
+vec3 seen(vec3 colour, vec3 normal_w) {
+  vec3 sky = mix(vec3(0.254, 0.275, 0.314), vec3(1.0), 0.5 + 0.5 * normal_w.y);
+  vec3 light = colour * (0.605 * max(0.0, dot(normal_w, lamp)) + 0.541 * sky);
+  return mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, light));
+}
 void main() {
 #ifdef TINTED
   vec3 colour = tint.rgb;
 #endif
   vec3 normal_w = mat3(modelMatrix) * normal;
-  vec3 sky = mix(vec3(0.254, 0.275, 0.314), vec3(1.0), 0.5 + 0.5 * normal_w.y);
-  vec3 light = colour * (0.605 * max(0.0, dot(normal_w, lamp)) + 0.541 * sky);
-  lit = mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, light));
+  lit = seen(colour, normal_w);
+  behind = inside;
+#ifndef TINTED
+  if (sheet > 0.5) behind = seen(colour, -normal_w);
+#endif
   ahead = dot((modelMatrix * vec4(position, 1.0)).xyz, cut.xyz) + cut.w;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 #ifdef TINTED
@@ -55,12 +65,12 @@ void main() {
 #endif
 }`;
 const kSolidFragment = /* glsl */ `
-uniform vec3 inside;
 varying vec3 lit;
+varying vec3 behind;
 varying float ahead;
 void main() {
   if (ahead < 0.0) discard;
-  gl_FragColor = vec4(gl_FrontFacing ? lit : inside, 1.0);
+  gl_FragColor = vec4(gl_FrontFacing ? lit : behind, 1.0);
 }`;
 
 const kPlainVertex = /* glsl */ `
@@ -78,7 +88,7 @@ void main() {
   gl_FragColor = colour;
 }`;
 
-/** A lit surface. Its inside, where one looks into it, has the flat colour of a section. */
+/** A lit surface. The inside of a solid, where one looks into it, has the flat colour of a section; a sheet is lit on both sides. */
 export class SolidMaterial extends THREE.ShaderMaterial {
   /** `tinted`: by an attribute of colour (linear) and of how far behind others in its plane it is drawn. */
   constructor({ lamp, cut }: Surroundings, options: { tinted?: boolean; isCut?: boolean } = {}) {
