@@ -157,7 +157,7 @@ class TestClient {
     socket.write(boost::asio::buffer(bytes.data(), bytes.size()), error);
   }
   /// Empty: the server has closed; `closed` says how.
-  /// @throws std::runtime_error where nothing comes for kPatience: a message is lost.
+  /// @throws std::runtime_error where nothing comes within `patience`: a message is lost.
   std::string read() {
     beast::flat_buffer buffer;
     beast::error_code error;
@@ -167,13 +167,13 @@ class TestClient {
       is_over = true;
     });
     context.restart();
-    context.run_for(kPatience);
+    context.run_for(patience);
     if (!is_over) {
       // The read refers to this frame: it ends before the frame does.
       beast::get_lowest_layer(socket).close(error);
       context.run();
       throw std::runtime_error("no message of the server within " +
-                               std::to_string(kPatience.count()) + " s: one is lost");
+                               std::to_string(patience.count()) + " ms: one is lost");
     }
     if (error) {
       closed = socket.reason().code;
@@ -197,7 +197,7 @@ class TestClient {
   }
 
   /// Longer than any answer takes on a machine under load.
-  static constexpr std::chrono::seconds kPatience{10};
+  std::chrono::milliseconds patience{10'000};
 
   boost::asio::io_context context;
   websocket::stream<tcp::socket> socket;
