@@ -566,7 +566,7 @@ class Page {
       ["tick", String(picture.tick)],
       ["pace", this.live ? `${picture.behind} ticks behind` : `${(100 * picture.pace).toFixed(0)} % of real time`],
       ["input to picture", this.delay.text, "delay"],
-      ["pictures", this.frames.text(performance.now()), "frames"],
+      ["pictures", picture.mode === "pause" ? "-" : this.frames.text(performance.now()), "frames"],
       ["stiffness", `${numberText(scene.kT)} N/m`],
       ["in rotation", `${numberText(scene.kR)} N m/rad`],
       ["spring of the hand", `${numberText(scene.hand.k)} N/m`],

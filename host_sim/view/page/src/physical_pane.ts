@@ -146,7 +146,7 @@ export class PhysicalPane extends Stage {
     if (this.ghost.visible) lines.push({ ends: [...felt, ...device], width: 2, colour: mark.device });
     for (const { polygon } of contacts) {
       if (polygon.length > 1) lines.push({ ends: outlinesOf([{ corners: polygon }]), width: 2.5, colour: mark.contact });
-      for (const at of polygon) dots.push({ at, radius: 3.5, colour: mark.contact });
+      for (const at of polygon) dots.push({ at, radius: 2.8, colour: mark.contact });
     }
     const { ofA, ofB } = markedOf(picture.marked);
     for (const corners of [ofA, ofB]) {

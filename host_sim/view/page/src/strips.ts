@@ -120,6 +120,8 @@ export class Strips {
       plot.over.append(cursor);
       return cursor;
     });
+    // Only now each has the room that it keeps.
+    this.resize();
     this.forget();
   }
 
@@ -156,11 +158,14 @@ export class Strips {
 
   /** Draws the strip that has waited longest, so that no picture has to wait for all of them. */
   render(now: number): void {
-    let k = -1;
-    this.drawn.forEach((drawn, i) => {
-      if (this.stale[i] && (k < 0 || drawn < this.drawn[k])) k = i;
-    });
-    if (k >= 0 && now - this.drawn[k] >= kRedraw_ms) {
+    // Those that are new are drawn at once.
+    const isNew = (_: number, k: number) => this.stale[k] && this.drawn[k] === -Infinity;
+    const due = this.drawn.map((_, k) => k).filter(isNew);
+    if (due.length === 0) {
+      const oldest = this.drawn.reduce((k, drawn, i) => (this.stale[i] && (k < 0 || drawn < this.drawn[k]) ? i : k), -1);
+      if (oldest >= 0 && now - this.drawn[oldest] >= kRedraw_ms) due.push(oldest);
+    }
+    for (const k of due) {
       this.draw(k);
       this.stale[k] = false;
       this.drawn[k] = now;
