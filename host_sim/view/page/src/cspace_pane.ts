@@ -119,7 +119,7 @@ export class CSpacePane extends Stage {
           corners.set(corner, 3 * at);
           normals.set(normal, 3 * at);
           tints.set(colours[face.kind], 4 * at);
-          tints[4 * at + 3] = kBehind * face.kind;
+          tints[4 * at + 3] = kBehind * (1 + face.kind);
           at += 1;
         }
       }

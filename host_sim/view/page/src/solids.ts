@@ -58,11 +58,16 @@ void main() {
 #ifndef TINTED
   if (sheet > 0.5) behind = seen(colour, -normal_w);
 #endif
-  ahead = dot((modelMatrix * vec4(position, 1.0)).xyz, cut.xyz) + cut.w;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 #ifdef TINTED
-  gl_Position.z += tint.a * gl_Position.w;
+  float back = tint.a;
+#else
+  float back = 3e-6;
 #endif
+  vec3 at_w = (modelMatrix * vec4(position, 1.0)).xyz;
+  ahead = dot(at_w, cut.xyz) + cut.w;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  // Of an outside and an inside in one plane the inside is seen.
+  if (dot(normal_w, cameraPosition - at_w) > 0.0) gl_Position.z += back * gl_Position.w;
 }`;
 const kSolidFragment = /* glsl */ `
 varying vec3 lit;
