@@ -8,9 +8,11 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -155,10 +157,24 @@ class TestClient {
     socket.write(boost::asio::buffer(bytes.data(), bytes.size()), error);
   }
   /// Empty: the server has closed; `closed` says how.
+  /// @throws std::runtime_error where nothing comes within `patience`: a message is lost.
   std::string read() {
     beast::flat_buffer buffer;
     beast::error_code error;
-    socket.read(buffer, error);
+    bool is_over = false;
+    socket.async_read(buffer, [&](beast::error_code ended, std::size_t) {
+      error = ended;
+      is_over = true;
+    });
+    context.restart();
+    context.run_for(patience);
+    if (!is_over) {
+      // The read refers to this frame: it ends before the frame does.
+      beast::get_lowest_layer(socket).close(error);
+      context.run();
+      throw std::runtime_error("no message of the server within " +
+                               std::to_string(patience.count()) + " ms: one is lost");
+    }
     if (error) {
       closed = socket.reason().code;
       return {};
@@ -179,6 +195,9 @@ class TestClient {
     message.append(reinterpret_cast<const char*>(values.data()), 8 * values.size());
     send(message);
   }
+
+  /// Longer than any answer takes on a machine under load.
+  std::chrono::milliseconds patience{10'000};
 
   boost::asio::io_context context;
   websocket::stream<tcp::socket> socket;

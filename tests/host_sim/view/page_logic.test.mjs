@@ -5,13 +5,14 @@ import { test } from "node:test";
 import { gzipSync } from "node:zlib";
 import { gripOf, Hand, multiply, poseOf, rotate, rotationOf, rotationVector, upright } from "../../../host_sim/view/page/src/hand";
 import { DelayMeter, FrameMeter } from "../../../host_sim/view/page/src/delay";
+import { Fineness, kCoarsest } from "../../../host_sim/view/page/src/fineness";
 import { Account, askMessage, Chunk, handMessage, Next } from "../../../host_sim/view/page/src/live";
 import { placeOf, placeText } from "../../../host_sim/view/page/src/place";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
 import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
 import { SixAxes } from "../../../host_sim/view/page/src/space_mouse";
-import { contactsOf, dashesOf, edgesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
+import { contactsOf, dashesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, sameAnswer, surfaceOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, isMarked, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
 
 const near = (a, b, tolerance = 1e-12) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
@@ -151,9 +152,68 @@ test("shapes: dashes lie on their edges and leave gaps", () => {
 test("shapes: edges between coplanar faces are not drawn", () => {
   const square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
   const triangles = [[0, 1, 2], [0, 2, 3]].map((loop) => ({ source: 0, corners: loop.map((k) => square[k]) }));
-  assert.equal(edgesOf(triangles).length, 4 * 6);
+  assert.equal(surfaceOf(triangles).edges.length, 4 * 6);
   triangles[1].corners = [[0, 0, 0], [1, 1, 0], [0, 1, 1]];
-  assert.equal(edgesOf(triangles).length, 5 * 6);
+  assert.equal(surfaceOf(triangles).edges.length, 5 * 6);
+});
+
+test("shapes: a surface of many triangles shares its corners where it is not sharp, and draws sharp edges alone", () => {
+  const faces = [];
+  const place = (i, k) => [Math.cos(i / 50), Math.sin(i / 50), k / 100];
+  for (let i = 0; i < 100; ++i) {
+    for (let k = 0; k < 80; ++k) {
+      faces.push({ source: 0, corners: [place(i, k), place(i + 1, k), place(i + 1, k + 1)] });
+      faces.push({ source: 0, corners: [place(i, k), place(i + 1, k + 1), place(i, k + 1)] });
+    }
+  }
+  const surface = surfaceOf(faces);
+  assert.equal(surface.triangles.length, 3 * 16000);
+  assert.equal(surface.corners.length, 3 * 101 * 81);
+  assert.equal(surface.edges.length, 6 * 2 * (100 + 80));  // its rim
+  for (let k = 0; k < surface.corners.length; k += 3) {
+    near(surface.normals[k], surface.corners[k], 0.02);
+    near(Math.hypot(surface.normals[k], surface.normals[k + 1], surface.normals[k + 2]), 1, 1e-6);
+  }
+  // Of fewer triangles each has its own corners, and the light of its own plane.
+  const few = surfaceOf(faces.slice(0, 100));
+  assert.equal(few.corners.length, 3 * 3 * 100);
+});
+
+test("shapes: of a facet with two sides one is drawn, lit on both", () => {
+  const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]];
+  const facet = surfaceOf([{ source: 0, corners }, { source: 0, corners: [...corners].reverse() }]);
+  assert.equal(facet.triangles.length, 3);
+  assert.deepEqual([...facet.sheets], [1, 1, 1]);
+  assert.equal(facet.edges.length, 3 * 6);
+  assert.deepEqual([...surfaceOf([{ source: 0, corners }]).sheets], [0, 0, 0]);
+});
+
+test("shapes: answers that differ by rounding alone are the same", () => {
+  const answer = (count, number) => ({ counts: new Uint32Array([1, count]), numbers: new Float64Array([number, 2]) });
+  assert.ok(sameAnswer(answer(3, 0.1), answer(3, 0.1 + 1e-12)));
+  assert.ok(!sameAnswer(answer(3, 0.1), answer(3, 0.1 + 1e-6)));
+  assert.ok(!sameAnswer(answer(3, 0.1), answer(4, 0.1)));
+  assert.ok(!sameAnswer(answer(3, 0.1), { counts: new Uint32Array([1]), numbers: new Float64Array([0.1, 2]) }));
+});
+
+test("drawing: coarser where pictures are slow, finer again after a while, never beyond its limits", () => {
+  const screen = new Fineness(false, 1.5);
+  assert.deepEqual([screen.moving, screen.resting], [1.5, 1.5]);
+  let now = 0;
+  const draws = (count, time) => {
+    for (let k = 0; k < count; ++k) screen.took(time, (now += time));
+  };
+  draws(100, 16);
+  assert.equal(screen.moving, 1.5);
+  draws(200, 60);
+  assert.equal(screen.moving, kCoarsest);
+  assert.equal(screen.resting, 1.5);
+  draws(100, 30);
+  assert.equal(screen.moving, kCoarsest, "neither slow nor quick");
+  draws(20000, 10);
+  assert.equal(screen.moving, 1.5);
+  const processor = new Fineness(true, 1);
+  assert.deepEqual([processor.moving, processor.resting], [1, 2]);
 });
 
 /** A recording of rows of words (bigint): stamp, position, orientation, hash, and six more where there are. */

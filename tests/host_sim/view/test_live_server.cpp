@@ -360,6 +360,19 @@ TEST_SUITE("host_sim.live_server") {
     CHECK(chunk_of(asleep.read()).head.written == served.published);
   }
 
+  TEST_CASE("a message that does not come is said to be lost, and the test goes on") {
+    ServedBoard served(false);
+    served.publish(1);
+    {
+      TestClient page(served, kPage);
+      page.patience = std::chrono::milliseconds(50);
+      CHECK_THROWS_WITH_AS(static_cast<void>(page.read()),
+                           "no message of the server within 50 ms: one is lost",
+                           std::runtime_error);
+    }
+    check_alive(served);
+  }
+
   TEST_CASE(
       "more connections than there are seats are turned away, and a free seat is given again") {
     ServedBoard served(false);

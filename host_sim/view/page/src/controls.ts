@@ -14,6 +14,8 @@ const kFine = 0.1;
 /** The hand wants the part at most this far from where it is felt [radii of the part], so that it is at hand again. */
 const kLeash = 0.5;
 const kDeadZone = 0.14;
+/** Where there is no gamepad one is looked for this often. */
+const kGamepad_ms = 500;
 /** Time in which the part is turned upright [s]. */
 const kUpright_s = 0.8;
 
@@ -46,6 +48,7 @@ export class Controls {
   private turning: { from: THREE.Quaternion; to: THREE.Quaternion; done: number } | null = null;
   private felt: Vec = [0, 0, 0];
   gamepad = "";
+  private gamepadAsked = -Infinity;
   /** a SpaceMouse that the user has chosen */
   sixAxes: SixAxes | null = null;
 
@@ -53,7 +56,8 @@ export class Controls {
     private readonly side: Side,
     private readonly gripA: Vec,
     private readonly partRadius: number,
-    private readonly want: (target: Pose) => void,
+    /** `at`: when the move was made [ms] */
+    private readonly want: (target: Pose, at: number) => void,
   ) {}
 
   /** Where the device is while nobody moves it: a hand takes it up from there. */
@@ -93,37 +97,37 @@ export class Controls {
   }
 
   /** `shift` in W [m]. */
-  private move(shift: THREE.Vector3): void {
+  private move(shift: THREE.Vector3, at: number): void {
     this.grip = [this.grip[0] + shift.x, this.grip[1] + shift.y, this.grip[2] + shift.z];
     const from = new THREE.Vector3(...this.felt);
     const to = new THREE.Vector3(...this.grip).sub(from).clampLength(0, kLeash * this.partRadius).add(from);
     this.grip = [to.x, to.y, to.z];
-    this.send();
+    this.send(at);
   }
-  private turn(rotation: THREE.Vector3): void {
+  private turn(rotation: THREE.Vector3, at: number): void {
     this.turning = null;
     this.q = normalised(multiply(rotationOf([rotation.x, rotation.y, rotation.z]), this.q));
-    this.send();
+    this.send(at);
   }
-  private send(): void {
+  private send(at: number): void {
     this.active = true;
-    this.want(poseOf(this.grip, this.q, this.gripA));
+    this.want(poseOf(this.grip, this.q, this.gripA), at);
   }
 
-  /** Dragged by so many metres to the right and up of the view; `flat`: up becomes away. */
-  drag(right: number, up: number, flat: boolean, fine: boolean): void {
+  /** Dragged by so many metres to the right and up of the view; `flat`: up becomes away; `at` [ms]. */
+  drag(right: number, up: number, flat: boolean, fine: boolean, at: number): void {
     const [x, z, y] = this.axes();
     const scale = fine ? kFine : 1;
     const shift = x.multiplyScalar(right * scale);
-    this.move(shift.addScaledVector(flat ? y : z, up * scale));
+    this.move(shift.addScaledVector(flat ? y : z, up * scale), at);
   }
 
   makeUpright(): void {
     this.turning = { from: new THREE.Quaternion(...this.q), to: new THREE.Quaternion(...upright(this.q)), done: 0 };
   }
 
-  /** Keys, gamepad and a turn that is under way, over `seconds`. */
-  advance(seconds: number): void {
+  /** Keys, gamepad and a turn that is under way, over `seconds` up to `now` [ms]. */
+  advance(seconds: number, now: number): void {
     const axes = this.axes();
     const speed = kSpeed * this.partRadius * seconds * (this.fine ? kFine : 1);
     const angle = kTurn * seconds * (this.fine ? kFine : 1);
@@ -134,7 +138,7 @@ export class Controls {
       if (turn) rotation.addScaledVector(axes[turn[0]], turn[1] * angle);
     }
     this.tapped.clear();
-    this.readGamepad(shift, rotation, axes, speed, angle);
+    this.readGamepad(shift, rotation, axes, speed, angle, now);
     if (this.sixAxes) {
       const { push, turn } = this.sixAxes.cap;
       axes.forEach((axis, k) => {
@@ -142,15 +146,15 @@ export class Controls {
         rotation.addScaledVector(axis, turn[k] * angle);
       });
     }
-    if (rotation.lengthSq() > 0) this.turn(rotation);
-    if (shift.lengthSq() > 0) this.move(shift);
+    if (rotation.lengthSq() > 0) this.turn(rotation, now);
+    if (shift.lengthSq() > 0) this.move(shift, now);
     if (this.turning) {
       this.turning.done = Math.min(1, this.turning.done + seconds / kUpright_s);
       const { from, to, done } = this.turning;
       const q = from.clone().slerp(to, done * done * (3 - 2 * done));
       this.q = [q.x, q.y, q.z, q.w];
       if (done === 1) this.turning = null;
-      this.send();
+      this.send(now);
     }
   }
 
@@ -160,7 +164,11 @@ export class Controls {
     axes: THREE.Vector3[],
     speed: number,
     angle: number,
+    now: number,
   ): void {
+    // Asking takes time, and one that is not there is plugged in by hand.
+    if (this.gamepad === "" && now - this.gamepadAsked < kGamepad_ms) return;
+    this.gamepadAsked = now;
     const pad = navigator.getGamepads?.().find((p) => p && p.connected && p.mapping === "standard");
     this.gamepad = pad?.id ?? "";
     if (!pad) return;

@@ -3,10 +3,13 @@
 // The faces come from the core with their type and with what the core says of them: near, or holding the part.
 import * as THREE from "three";
 import type { Colours } from "./colours";
-import type { Picture } from "./messages";
-import { dashesOf, FaceRole, kFaceKinds, kNone, markedOf, obstaclesOf, outlinesOf, trianglesOf } from "./shapes";
+import type { Answer, Picture } from "./messages";
+import { Dots, WideLines } from "./marks";
+import type { Dot } from "./marks";
+import { dashesOf, FaceRole, kFaceKinds, kNone, markedOf, normalOf, obstaclesOf, outlinesOf, sameAnswer, trianglesOf } from "./shapes";
 import type { ObstacleFace } from "./shapes";
-import { setPositions, Stage, vector, WideLines } from "./stage";
+import { Growing, linearColour, PlainMaterial, Positions, shownColour, SolidMaterial } from "./solids";
+import { rightOf, Stage, vector } from "./stage";
 import type { Side } from "./stage";
 import { lengthText, roundBelow } from "./words";
 
@@ -20,135 +23,128 @@ const kLabel_px = 30, kLabelFrame_px = 55;
 /** The close-up shows at least this much to each side [of the part's radius]. */
 const kClosest = 0.02;
 
-interface Faces {
-  mesh: THREE.Mesh;
-  inside: THREE.Mesh;
-  front: THREE.MeshStandardMaterial;
-  back: THREE.MeshBasicMaterial;
-}
+/** The close-up follows within about this time. */
+const kClose_ms = 75;
+/** C-obstacles of pieces that lie side by side share planes: one kind lies over the others by so much of the depth. */
+const kBehind = 3e-6;
 
 export class CSpacePane extends Stage {
-  private readonly kinds: Faces[];
-  private readonly lines: THREE.LineSegments;
-  private readonly lit: THREE.Mesh;
-  private readonly litLines = new WideLines(3, { depthTest: false });
-  private readonly chosen: THREE.Mesh;
-  private readonly chosenLines = new WideLines(3.5, { depthTest: false });
-  private readonly felt: THREE.Mesh;
-  private readonly device: THREE.Mesh;
-  /** round both points, which must be seen on a face of any colour */
-  private readonly rims: THREE.Mesh[];
-  private readonly spring = new WideLines(2, { depthTest: false });
+  private readonly surface = new THREE.BufferGeometry();
+  private readonly corners = new Growing(this.surface, "position", 3);
+  private readonly normals = new Growing(this.surface, "normal", 3);
+  private readonly tints = new Growing(this.surface, "tint", 4);
+  private readonly faceMaterial = new SolidMaterial(this.around, { tinted: true, isCut: true });
+  private readonly solid = new THREE.Mesh(this.surface, this.faceMaterial);
+  private readonly outlineMaterial = new PlainMaterial(this.around.cut);
+  private readonly outlinePositions = new Positions();
+  private readonly outlines = new THREE.LineSegments(this.outlinePositions.geometry, this.outlineMaterial);
+  private readonly litMaterial = new PlainMaterial(this.around.cut, { opacity: 0.22 });
+  private readonly litPositions = new Positions();
+  private readonly lit = new THREE.Mesh(this.litPositions.geometry, this.litMaterial);
+  private readonly chosenMaterial = new PlainMaterial(null, { opacity: 0.5, depthTest: false });
+  private readonly chosenPositions = new Positions();
+  private readonly chosen = new THREE.Mesh(this.chosenPositions.geometry, this.chosenMaterial);
+  private readonly lines = new WideLines(this.around, 18);
+  private readonly dots = new Dots(this.around, 20);
+  private faces: ObstacleFace[] = [];
   private litFaces: ObstacleFace[] = [];
+  private chosenFace: Pick<ObstacleFace, "corners">[] = [];
+  /** what the surface was made of */
+  private made: Answer | null = null;
   private readonly feltPoint = new THREE.Vector3();
   private readonly devicePoint = new THREE.Vector3();
+  private isApart = false;
   private close = 0;
   private wantedClose = 0;
+  private closedAt = 0;
   private fitted = false;
+  private labelled = "";
   partRadius = 0.05;
   leftOut = 0;
   obstacleCount = 0;
 
-  constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours) {
-    super(canvas, overlay, colours);
-    this.kinds = kFaceKinds.map((_, kind) => {
-      const front = new THREE.MeshStandardMaterial({
-        flatShading: true,
-        roughness: 0.9,
-        // C-obstacles of pieces that lie side by side share planes: one kind lies over the others.
-        polygonOffset: true,
-        polygonOffsetFactor: 1,
-        polygonOffsetUnits: 1 + 4 * kind,
-      });
-      const back = new THREE.MeshBasicMaterial({ side: THREE.BackSide });
-      const geometry = new THREE.BufferGeometry();
-      return { mesh: new THREE.Mesh(geometry, front), inside: new THREE.Mesh(geometry, back), front, back };
-    });
-    this.lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    const over = { transparent: true, depthWrite: false };
-    this.lit = new THREE.Mesh(
-      new THREE.BufferGeometry(),
-      new THREE.MeshBasicMaterial({ ...over, opacity: 0.22, side: THREE.DoubleSide }),
-    );
-    this.chosen = new THREE.Mesh(
-      new THREE.BufferGeometry(),
-      new THREE.MeshBasicMaterial({ ...over, opacity: 0.5, depthTest: false, side: THREE.DoubleSide }),
-    );
+  constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours, smooth: boolean) {
+    super(canvas, overlay, colours, smooth);
     this.chosen.renderOrder = 9;
-    this.chosenLines.renderOrder = 10;
-    const ball = new THREE.SphereGeometry(1, 20, 14);
-    this.felt = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
-    this.device = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
-    this.rims = [this.felt, this.device].map((point) => {
-      const rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ depthTest: false, transparent: true }));
-      rim.scale.setScalar(1.45);
-      point.add(rim);
-      return rim;
-    });
-    this.rims[1].renderOrder = 18.5;
-    this.rims[0].renderOrder = 19.5;
-    this.spring.renderOrder = 18;
-    this.device.renderOrder = 19;
-    this.felt.renderOrder = 20;
-    this.litLines.renderOrder = 8;
-    for (const { mesh, inside } of this.kinds) this.scene.add(mesh, inside);
-    this.scene.add(this.lines, this.lit, this.litLines, this.chosen, this.chosenLines, this.spring, this.device, this.felt);
+    this.scene.add(this.solid, this.outlines, this.lit, this.chosen, this.lines, this.dots);
     this.scene.traverse((o) => (o.frustumCulled = false));
     this.paint(colours);
   }
 
   paint(colours: Colours): void {
     this.colours = colours;
-    this.kinds.forEach(({ front, back }, k) => {
-      front.color.set(colours.kinds[k]);
-      back.color.set(colours.section);
-    });
-    const colour = (o: THREE.Mesh | THREE.LineSegments | WideLines, c: string) =>
-      (o.material as THREE.MeshBasicMaterial).color.set(c);
-    colour(this.lines, colours.ink);
-    colour(this.lit, colours.contact);
-    colour(this.litLines, colours.contact);
-    colour(this.chosen, colours.chosen);
-    colour(this.chosenLines, colours.chosen);
-    colour(this.felt, colours.felt);
-    colour(this.device, colours.device);
-    colour(this.spring, colours.device);
-    for (const rim of this.rims) colour(rim, colours.ink);
+    this.faceMaterial.paint(colours.section, colours.section);
+    this.outlineMaterial.paint(colours.ink);
+    this.litMaterial.paint(colours.contact);
+    this.chosenMaterial.paint(colours.chosen);
+    this.makeSurface();
+    this.mark();
   }
 
   show(picture: Picture): void {
-    const { obstacles, leftOut } = obstaclesOf(picture.obstacles);
-    this.leftOut = leftOut;
-    this.obstacleCount = obstacles.length;
-    const faces = obstacles.flatMap((obstacle) => obstacle.faces);
-    this.kinds.forEach(({ mesh }, kind) => {
-      setPositions(mesh.geometry, trianglesOf(faces.filter((face) => face.kind === kind)));
-      mesh.geometry.computeVertexNormals();
-    });
+    // At one orientation the C-obstacles are the same wherever the part is.
+    if (!this.made || !sameAnswer(picture.obstacles, this.made)) {
+      const { obstacles, leftOut } = obstaclesOf(picture.obstacles);
+      this.made = picture.obstacles;
+      this.leftOut = leftOut;
+      this.obstacleCount = obstacles.length;
+      this.faces = obstacles.flatMap((obstacle) => obstacle.faces);
+      this.makeSurface();
+    }
+    const { face } = markedOf(picture.marked);
+    this.chosenFace = face.length > 2 ? [{ corners: face }] : [];
+    this.chosenPositions.set(trianglesOf(this.chosenFace), this.chosen);
+    this.feltPoint.copy(vector(picture.feltGrip));
+    this.devicePoint.copy(vector(picture.deviceGrip));
+    if (!this.fitted && this.faces.length > 0) this.fit(this.faces);
+    const apart = this.feltPoint.distanceTo(this.devicePoint);
+    this.isApart = apart > 2e-4 * this.partRadius;
+    this.mark();
+    this.wantedClose = Math.max(kClosest * this.partRadius, 2.2 * apart);
+    if (this.close === 0) this.close = this.wantedClose;
+  }
+
+  private makeSurface(): void {
+    const { faces } = this;
+    const triangles = faces.reduce((sum, { corners }) => sum + Math.max(0, corners.length - 2), 0);
+    this.solid.visible = triangles > 0;
+    const corners = this.corners.take(3 * triangles), normals = this.normals.take(3 * triangles);
+    const tints = this.tints.take(3 * triangles);
+    const colours = this.colours.kinds.map(linearColour);
+    let at = 0;
+    for (const face of faces) {
+      const normal = normalOf(face);
+      for (let k = 2; k < face.corners.length; ++k) {
+        for (const corner of [face.corners[0], face.corners[k - 1], face.corners[k]]) {
+          corners.set(corner, 3 * at);
+          normals.set(normal, 3 * at);
+          tints.set(colours[face.kind], 4 * at);
+          tints[4 * at + 3] = kBehind * (1 + face.kind);
+          at += 1;
+        }
+      }
+    }
+    for (const numbers of [this.corners, this.normals, this.tints]) numbers.done(at);
+    this.surface.setDrawRange(0, at);
     const open = outlinesOf(faces.filter((face) => !face.hidden));
     const dashes = dashesOf(faces.filter((face) => face.hidden), 0.02 * this.partRadius);
     const outlines = new Float32Array(open.length + dashes.length);
     outlines.set(open);
     outlines.set(dashes, open.length);
-    setPositions(this.lines.geometry, outlines);
-    const { face } = markedOf(picture.marked);
-    const chosen = face.length > 2 ? [{ corners: face }] : [];
-    setPositions(this.chosen.geometry, trianglesOf(chosen));
-    this.chosenLines.set(outlinesOf(chosen));
+    this.outlinePositions.set(outlines, this.outlines);
     this.litFaces = faces.filter((face) => face.role !== FaceRole.other);
-    const holds = this.litFaces.filter((face) => face.role === FaceRole.holds);
-    setPositions(this.lit.geometry, trianglesOf(holds));
-    this.litLines.set(outlinesOf(this.litFaces));
-    this.feltPoint.copy(vector(picture.feltGrip));
-    this.devicePoint.copy(vector(picture.deviceGrip));
-    if (!this.fitted && faces.length > 0) this.fit(faces);
-    this.felt.position.copy(this.feltPoint);
-    this.device.position.copy(this.devicePoint);
-    const apart = this.feltPoint.distanceTo(this.devicePoint);
-    this.device.visible = apart > 2e-4 * this.partRadius;
-    const wanted = Math.max(kClosest * this.partRadius, 2.2 * apart);
-    this.wantedClose = wanted;
-    if (this.close === 0) this.close = wanted;
+    this.litPositions.set(trianglesOf(this.litFaces.filter((face) => face.role === FaceRole.holds)), this.lit);
+  }
+
+  /** The points, round which is a rim, as they must be seen on a face of any colour. */
+  private mark(): void {
+    const rim = shownColour(this.colours.ink);
+    const point = ({ x, y, z }: THREE.Vector3, radius: number, colour: string): Dot[] => [
+      { at: [x, y, z], radius: 1.45 * radius, colour: rim },
+      { at: [x, y, z], radius, colour: shownColour(colour) },
+    ];
+    const device = this.isApart ? point(this.devicePoint, 5, this.colours.device) : [];
+    this.dots.set([...device, ...point(this.feltPoint, 5.5, this.colours.felt)]);
   }
 
   /** Shows all that is drawn first. */
@@ -161,11 +157,20 @@ export class CSpacePane extends Stage {
     this.fitted = true;
   }
 
-  private setSpring(side: Side, pixel: number): void {
-    if (!this.device.visible) return this.spring.set(new Float32Array());
+  /** `pixel` [m] */
+  private setLines(side: Side, pixel: number): void {
+    const { colours } = this;
+    this.lines.set([
+      { ends: outlinesOf(this.litFaces), width: 3, colour: shownColour(colours.contact) },
+      { ends: outlinesOf(this.chosenFace), width: 3.5, colour: shownColour(colours.chosen) },
+      { ends: this.isApart ? this.spring(side, pixel) : [], width: 2, colour: shownColour(colours.device) },
+    ]);
+  }
+
+  private spring(side: Side, pixel: number): number[] {
     const along = this.devicePoint.clone().sub(this.feltPoint);
-    const right = new THREE.Vector3(Math.cos(side.azimuth), Math.sin(side.azimuth), 0);
-    const across = new THREE.Vector3().crossVectors(along, new THREE.Vector3().crossVectors(right, along));
+    const right = rightOf(side);
+    const across = new THREE.Vector3().crossVectors(along, right.cross(along));
     if (across.lengthSq() < 1e-24) across.set(0, 0, 1);
     across.normalize().multiplyScalar(Math.min(5 * pixel, along.length() / 8));
     const turns = 8;
@@ -177,7 +182,7 @@ export class CSpacePane extends Stage {
       segments.push(...from.toArray(), ...to.toArray());
       from = to;
     }
-    this.spring.set(new Float32Array(segments));
+    return segments;
   }
 
   /** The close-up has not come to its scale yet. */
@@ -187,38 +192,25 @@ export class CSpacePane extends Stage {
 
   /** Drawn twice: the whole, and a close-up of the point in the corner. */
   render(side: Side): void {
-    const { clientWidth, clientHeight } = this.canvas;
     this.setCut(side, this.feltPoint);
-    this.close += 0.2 * (this.wantedClose - this.close);
-    const planes = this.cutOpen ? [this.cut] : [];
-    for (const { front, back } of this.kinds) front.clippingPlanes = back.clippingPlanes = planes;
-    (this.lines.material as THREE.LineBasicMaterial).clippingPlanes = planes;
-    (this.lit.material as THREE.MeshBasicMaterial).clippingPlanes = planes;
-    this.size(side, this.metresPerPixel);
+    const now = performance.now();
+    this.close += (1 - Math.exp((this.closedAt - now) / kClose_ms)) * (this.wantedClose - this.close);
+    this.closedAt = now;
+    this.setLines(side, this.metresPerPixel);
     this.clear();
-    this.draw(side, kBesideInset * clientWidth);
+    this.draw(side, kBesideInset * this.paneWidth);
 
-    const width = Math.round(kInset * clientWidth), height = Math.round(kInset * clientHeight);
-    const left = clientWidth - width - 8, bottom = 8;
+    const width = Math.round(kInset * this.paneWidth), height = Math.round(kInset * this.paneHeight);
+    const left = this.paneWidth - width - 8, bottom = 8;
     this.renderer.setScissorTest(true);
-    this.renderer.setScissor(left - 1, bottom - 1, width + 2, height + 2);
-    this.renderer.setClearColor(this.colours.grid, 1);
-    this.renderer.clear();
     this.renderer.setScissor(left, bottom, width, height);
     this.renderer.setViewport(left, bottom, width, height);
-    this.renderer.setClearColor(this.colours.ground, 1);
     this.renderer.clear();
-    this.size(side, (2 * this.close) / height);
-    this.look(side, this.feltPoint, this.close, width / height);
-    this.renderer.render(this.scene, this.camera);
+    this.setLines(side, (2 * this.close) / height);
+    this.drawAt(side, this.feltPoint, this.close, width, height);
     this.label(left, bottom, width, height);
     this.renderer.setScissorTest(false);
-  }
-
-  private size(side: Side, pixel: number): void {
-    this.felt.scale.setScalar(5.5 * pixel);
-    this.device.scale.setScalar(5 * pixel);
-    this.setSpring(side, pixel);
+    this.begun();
   }
 
   /** Numbers of the lit faces in the close-up, beside the point. */
@@ -235,11 +227,18 @@ export class CSpacePane extends Stage {
       .concat(named.length > fitting ? [`and ${named.length - fitting} more`] : [])
       .join("\n");
     const bar = roundBelow(this.close);
-    this.overlay.style.setProperty("--inset-left", `${left}px`);
-    this.overlay.style.setProperty("--inset-bottom", `${bottom}px`);
-    this.overlay.style.setProperty("--inset-width", `${width}px`);
-    this.overlay.style.setProperty("--inset-height", `${height}px`);
-    this.overlay.style.setProperty("--bar", `${((bar / (2 * this.close)) * height).toFixed(1)}px`);
+    const place = {
+      "--inset-left": `${left}px`,
+      "--inset-bottom": `${bottom}px`,
+      "--inset-width": `${width}px`,
+      "--inset-height": `${height}px`,
+      "--bar": `${((bar / (2 * this.close)) * height).toFixed(1)}px`,
+    };
+    const all = JSON.stringify(place);
+    if (all !== this.labelled) {
+      this.labelled = all;
+      for (const [name, value] of Object.entries(place)) this.overlay.style.setProperty(name, value);
+    }
     const list = this.overlay.querySelector<HTMLElement>(".inset-list")!;
     if (list.textContent !== lines) list.textContent = lines;
     const scale = this.overlay.querySelector<HTMLElement>(".inset-scale")!;

@@ -8,6 +8,8 @@ import { lengthText } from "./words";
 
 const kLetters = [["f", "v"], ["v", "f"], ["e", "e"]];
 const kKindTexts = ["face of the part, vertex", "vertex of the part, face", "edge, edge"];
+/** Nodes change no more often than an eye follows. */
+const kNodes_ms = 200;
 const kSvg = "http://www.w3.org/2000/svg";
 
 /** "44 B (v2, f0)": the number of the paper, type, feature of the part and of the other piece. */
@@ -51,6 +53,9 @@ export class GraphPane {
   private readonly svg: SVGSVGElement;
   private readonly words: HTMLElement;
   private shown = "";
+  private drawn = -Infinity;
+  private width = 0;
+  private height = 0;
   private graph: Graph | null = null;
   private bodies: string[] = [];
   private selected: { pair: number; node: number } | null = null;
@@ -81,27 +86,34 @@ export class GraphPane {
     if (this.graph) this.draw(this.graph);
   }
 
-  show(answer: Answer): void {
+  /** `now` [ms]; false: the nodes were drawn too lately, and are to be shown once more. */
+  show(answer: Answer, now: number): boolean {
     this.graph = graphOf(answer);
-    this.draw(this.graph);
+    const isDue = now - this.drawn > kNodes_ms;
+    return this.draw(this.graph, isDue ? now : 0);
   }
 
   resize(): void {
+    this.width = this.svg.clientWidth;
+    this.height = this.svg.clientHeight;
     this.shown = "";
     if (this.graph) this.draw(this.graph);
   }
 
-  private draw(graph: Graph | null): void {
-    const width = this.svg.clientWidth, height = this.svg.clientHeight;
+  /** `now`: when the nodes may be drawn; 0: not now. Returns whether they are those of the graph. */
+  private draw(graph: Graph | null, now = performance.now()): boolean {
+    const { width, height } = this;
     const key = graph
       ? `${graph.pair}:${graph.nodes.map((n) => `${n.node}${n.role}${n.applies ? "+" : "-"}`).join()}:${width}x${height}`
       : "none";
-    if (key !== this.shown) {
+    if (key !== this.shown && now > 0) {
       this.shown = key;
+      this.drawn = now;
       this.svg.replaceChildren();
       if (graph && width > 0) this.drawNodes(graph, width, height);
     }
     this.describe(graph);
+    return key === this.shown;
   }
 
   private drawNodes(graph: Graph, width: number, height: number): void {

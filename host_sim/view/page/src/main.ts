@@ -6,6 +6,7 @@ import type { Colours } from "./colours";
 import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
 import { DelayMeter, FrameMeter } from "./delay";
+import { Fineness, isDrawnByProcessor, kStill_ms } from "./fineness";
 import { GraphPane } from "./graph_pane";
 import type { LiveFacts } from "./live";
 import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
@@ -17,7 +18,6 @@ import { contactsOf } from "./shapes";
 import { openSpaceMouse } from "./space_mouse";
 import type { Hid } from "./space_mouse";
 import type { Side } from "./stage";
-import { vector } from "./stage";
 import { Strips } from "./strips";
 import { flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
 
@@ -64,8 +64,15 @@ function liveOrder(): LiveOrder | null {
 /** Ticks that a live page may lag without saying so. */
 const kCatchingUp = 200;
 
-/** From one picture to the next on a machine that is fast enough. */
+/** A picture that takes longer is followed by a pause: the core and the rest of the machine need time, too. */
 const kFrame_ms = 34;
+/** Words and graph change no more often than an eye follows. */
+const kWords_ms = 90;
+/** Pictures that are being drawn at the same time; nobody waits longer for word that one is done. */
+const kMostDrawn = 2;
+const kMostWait_ms = 250;
+/** Moves of a mouse may come more often than the core has ticks. */
+const kHand_ms = 3;
 
 /** Whether two pictures look alike in both spaces. */
 function sameView(a: Picture, b: Picture): boolean {
@@ -89,6 +96,7 @@ function sameView(a: Picture, b: Picture): boolean {
 const kHeld_ms = 1000;
 const kSame_m = 1e-9, kSame = 1e-9, kSame_n = 1e-6;
 const kNoForce = [0, 0, 0];
+const kByProcessor = isDrawnByProcessor();
 
 class Page {
   private readonly worker: Worker;
@@ -114,10 +122,19 @@ class Page {
   private fresh = false;
   private looked = true;
   private wanted: ToWorker | null = null;
+  private sentAt = -Infinity;
   private last = performance.now();
-  /** when a picture was drawn, and before which time none is: a slow machine keeps a third of its time for the rest */
-  private drawn = 0;
+  private readonly fineness = new Fineness(kByProcessor, window.devicePixelRatio || 1);
+  /** the spaces are drawn as finely as they ever are */
+  private isFine = false;
+  /** when something moved last */
+  private changedAt = 0;
+  /** when the drawing of the last picture began; 0: the next may begin */
+  private drawing = 0;
   private notBefore = 0;
+  /** words and graph are not those of the newest picture, and when they were */
+  private areWordsOld = false;
+  private wordsAt = -Infinity;
 
   constructor() {
     const url = URL.createObjectURL(new Blob([workerSource], { type: "text/javascript" }));
@@ -129,8 +146,8 @@ class Page {
     this.graph.onSelect = (selected) => this.send({ kind: "select", selected });
     this.strips.onSeek = (tick) => this.send({ kind: "seek", tick });
     try {
-      this.physical = new PhysicalPane(element("physical"), element("physical-overlay"), this.colours);
-      this.cspace = new CSpacePane(element("cspace"), element("cspace-overlay"), this.colours);
+      this.physical = new PhysicalPane(element("physical"), element("physical-overlay"), this.colours, !kByProcessor);
+      this.cspace = new CSpacePane(element("cspace"), element("cspace-overlay"), this.colours, !kByProcessor);
     } catch {
       this.physical = this.cspace = null;
       trouble("This browser offers no WebGL, so the two spaces are not drawn; words and strips work. Switch on hardware acceleration, or try another browser.");
@@ -151,6 +168,15 @@ class Page {
 
   private send(message: ToWorker): void {
     this.worker.postMessage(message);
+  }
+
+  /** At once, so that the core's answer is there when the next picture is drawn. */
+  private sendHand(now: number): void {
+    if (this.wanted?.kind !== "hand" || now - this.sentAt < kHand_ms) return;
+    this.delay.sent(this.wanted.at);
+    this.send(this.wanted);
+    this.wanted = null;
+    this.sentAt = now;
   }
 
   private take(message: FromWorker): void {
@@ -188,10 +214,11 @@ class Page {
       this.cspace.partRadius = radius;
       element("arrow-scale").textContent = this.physical.scaleText;
     }
-    this.controls = new Controls(this.side, scene.grip, radius, (target) => {
+    this.controls = new Controls(this.side, scene.grip, radius, (target, at) => {
       if (!this.takesHand) return;
       this.movedAt = performance.now();
-      this.wanted = { kind: "hand", target, at: this.movedAt };
+      this.wanted = { kind: "hand", target, at };
+      this.sendHand(this.movedAt);
     });
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     const time = element<HTMLInputElement>("time");
@@ -233,8 +260,7 @@ class Page {
   private savePicture(): void {
     const { picture, scene, physical, cspace } = this;
     if (!picture || !scene || !physical || !cspace) return;
-    physical.render(this.side, vector(picture.feltGrip));
-    cspace.render(this.side);
+    this.drawFinely();
     const situation = situationText(scene.situations[picture.situation] ?? "none");
     const force = Math.hypot(...picture.force);
     const words = `${scene.name}, tick ${picture.tick}: ${situation}, ${numberText(force)} N; ${element("arrow-scale").textContent}`;
@@ -280,9 +306,20 @@ class Page {
     this.looked = true;
   }
 
+  private setFineness(ratio: number): void {
+    this.physical?.resize(ratio);
+    this.cspace?.resize(ratio);
+    this.isFine = ratio === this.fineness.resting;
+  }
+
+  private drawFinely(): void {
+    this.setFineness(this.fineness.resting);
+    this.physical?.render(this.side);
+    this.cspace?.render(this.side);
+  }
+
   private resize(): void {
-    this.physical?.resize();
-    this.cspace?.resize();
+    this.setFineness(this.fineness.moving);
     this.strips.resize();
     this.graph.resize();
     this.looked = true;
@@ -380,14 +417,17 @@ class Page {
       y = event.clientY;
       moves = this.takesHand && event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
     });
-    canvas.addEventListener("pointermove", (event) => {
+    // Where the browser has it, a move is known before the next picture is due.
+    canvas.addEventListener("onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", (raw) => {
+      const event = raw as PointerEvent;
       if (!canvas.hasPointerCapture(event.pointerId)) return;
       const right = event.clientX - x, down = event.clientY - y;
+      if (right === 0 && down === 0) return;
       x = event.clientX;
       y = event.clientY;
       if (moves) {
         const metres = pane.metresPerPixel;
-        this.controls?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey);
+        this.controls?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey, event.timeStamp);
       } else {
         this.turnView(right * 0.008, down * 0.008);
       }
@@ -404,50 +444,59 @@ class Page {
 
   private frame(): void {
     const now = performance.now();
-    this.controls?.advance(Math.min(0.1, (now - this.last) / 1000));
+    this.controls?.advance(Math.min(0.1, (now - this.last) / 1000), now);
     this.last = now;
-    if (now >= this.notBefore) this.strips.render(now);
-    if (this.wanted) {
-      if (this.wanted.kind === "hand") this.delay.sent(this.wanted.at);
-      this.send(this.wanted);
-      this.wanted = null;
+    this.sendHand(now);
+    this.finish(now);
+    if (this.picture && this.scene && this.drawing === 0 && now >= this.notBefore) {
+      if (this.fresh || this.looked) this.show(this.picture, now);
+      else if (!this.isFine && now - this.changedAt > kStill_ms) this.drawFinely();
     }
-    if (this.drawn > 0) {
-      this.notBefore = now + 0.5 * Math.max(0, now - this.drawn - kFrame_ms);
-      this.drawn = 0;
-    }
-    if (this.picture && this.scene && (this.fresh || this.looked) && now >= this.notBefore) {
-      this.show(this.picture, this.scene);
-      this.drawn = now;
-      this.frames.drawn(now);
-      this.delay.shown(this.picture.handAt, performance.now());
+    if (this.areWordsOld && now - this.wordsAt > kWords_ms) {
+      this.wordsAt = now;
+      this.areWordsOld = false;
+      if (this.viewed && this.scene) this.showWords(this.viewed, this.scene);
+    } else {
+      this.strips.render(now);
     }
     requestAnimationFrame(() => this.frame());
   }
 
-  private show(picture: Picture, scene: SceneFacts): void {
+  /** Sees whether the next picture may begin: while two are being drawn none does, so that none waits in a queue. */
+  private finish(now: number): void {
+    if (this.drawing === 0) return;
+    const time = now - this.drawing;
+    const busy = Math.max(this.physical?.busy ?? 0, this.cspace?.busy ?? 0);
+    if (busy >= kMostDrawn && time < kMostWait_ms) return;
+    this.drawing = 0;
+    this.fineness.took(time, now);
+    this.notBefore = now + 0.5 * Math.max(0, time - kFrame_ms);
+  }
+
+  private show(picture: Picture, now: number): void {
     if (this.fresh) {
-      this.looked ||= !this.viewed || !sameView(picture, this.viewed);
       // A live session may be moved by others too: a hand here takes the part up where it then is.
       const byHand = picture.mode === "hand" || (picture.mode === "live" && performance.now() - this.movedAt < kHeld_ms);
       this.controls?.follow(picture.device, picture.feltGrip, byHand);
-      if (this.looked) {
+      if (!this.viewed || !sameView(picture, this.viewed)) {
         this.physical?.show(picture);
         this.cspace?.show(picture);
-        this.viewed = picture;
+        this.looked = true;
       }
-      this.showWords(picture, scene);
-      this.graph.show(picture.graph);
-      this.showLamp();
+      this.viewed = picture;
+      this.areWordsOld = true;
     }
     if (this.looked) {
-      this.physical?.render(this.side, vector(picture.feltGrip));
+      this.changedAt = now;
+      this.setFineness(this.fineness.moving);
+      this.physical?.render(this.side);
       this.cspace?.render(this.side);
+      this.drawing = now;
     }
+    this.delay.shown(picture.handAt, performance.now());
+    this.frames.drawn(now);
     this.fresh = false;
     this.looked = this.cspace?.isMoving ?? false;
-    document.body.dataset.tick = String(picture.tick);
-    if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);
   }
 
   private showLamp(): void {
@@ -481,7 +530,12 @@ class Page {
     }
   }
 
+  /** All that is said of a picture. */
   private showWords(picture: Picture, scene: SceneFacts): void {
+    this.areWordsOld = !this.graph.show(picture.graph, performance.now());
+    this.showLamp();
+    document.body.dataset.tick = String(picture.tick);
+    if (this.physical) document.body.dataset.millimetresPerPixel = String(this.physical.metresPerPixel * 1e3);
     const set = (id: string, text: string) => {
       const box = element(id);
       if (box.textContent !== text) box.textContent = text;
@@ -512,7 +566,7 @@ class Page {
       ["tick", String(picture.tick)],
       ["pace", this.live ? `${picture.behind} ticks behind` : `${(100 * picture.pace).toFixed(0)} % of real time`],
       ["input to picture", this.delay.text, "delay"],
-      ["pictures", this.frames.text(performance.now()), "frames"],
+      ["pictures", picture.mode === "pause" ? "-" : this.frames.text(performance.now()), "frames"],
       ["stiffness", `${numberText(scene.kT)} N/m`],
       ["in rotation", `${numberText(scene.kR)} N m/rad`],
       ["spring of the hand", `${numberText(scene.hand.k)} N/m`],

@@ -4,8 +4,12 @@ import * as THREE from "three";
 import type { Colours } from "./colours";
 import { rotate } from "./hand";
 import type { Picture, Pose, SceneFacts, Vec } from "./messages";
-import { contactsOf, edgesOf, kNone, markedOf, outlinesOf, piecesOf, trianglesOf } from "./shapes";
-import { Arrow, CutSurface, setPositions, Stage, vector, WideLines } from "./stage";
+import { Arrows, Dots, WideLines } from "./marks";
+import type { Dot, Segments } from "./marks";
+import { contactsOf, kNone, markedOf, outlinesOf, piecesOf, surfaceOf, trianglesOf } from "./shapes";
+import type { Face } from "./shapes";
+import { PlainMaterial, Positions, shownColour, SolidMaterial } from "./solids";
+import { Stage, vector } from "./stage";
 import type { Side } from "./stage";
 import { numberText, roundBelow } from "./words";
 
@@ -14,34 +18,48 @@ const kGhostFrom = 2e-4;
 /** An arrow a third of the part long is about the pull of the spring at this distance [of the part's radius] and turn. */
 const kShareOfArrow = 0.03;
 const kTurnOfArrow_rad = 0.03;
+/** Radius of the shaft of an arrow [pixels]. */
+const kArrow_px = 2.2;
+
+/** Least box round faces. */
+function boundsOf(faces: Face[]): THREE.Box3 {
+  const box = new THREE.Box3(), at = new THREE.Vector3();
+  for (const { corners } of faces) for (const corner of corners) box.expandByPoint(at.set(...corner));
+  return box;
+}
+
+class Shape {
+  readonly surface = new THREE.BufferGeometry();
+  readonly edges = new THREE.BufferGeometry();
+  readonly hasSheets: boolean;
+
+  constructor(faces: Face[]) {
+    const { corners, normals, sheets, triangles, edges } = surfaceOf(faces);
+    const vectors = (numbers: Float32Array) => new THREE.BufferAttribute(numbers, 3);
+    this.surface.setAttribute("position", vectors(corners)).setAttribute("normal", vectors(normals));
+    this.surface.setAttribute("sheet", new THREE.BufferAttribute(sheets, 1));
+    this.hasSheets = sheets.includes(1);
+    this.surface.setIndex(new THREE.BufferAttribute(triangles, 1));
+    this.edges.setAttribute("position", vectors(edges));
+  }
+}
 
 export class PhysicalPane extends Stage {
-  private readonly fixed: CutSurface[] = [];
   private readonly felt = new THREE.Group();
   private readonly ghost = new THREE.Group();
-  private readonly feltMaterial = new THREE.MeshStandardMaterial({
-    flatShading: true,
-    roughness: 0.75,
-    polygonOffset: true,
-    polygonOffsetFactor: 1,
-    polygonOffsetUnits: 1,
-  });
-  private readonly feltLines = new THREE.LineBasicMaterial();
-  private readonly ghostFill = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false });
-  private readonly ghostLines = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.85, depthTest: false });
-  private readonly grip: THREE.Mesh;
-  private readonly deviceGrip: THREE.Mesh;
-  private readonly link = new WideLines(2, { depthTest: false });
-  private readonly polygonFill: THREE.Mesh;
-  private readonly polygonLine = new WideLines(2.5, { depthTest: false });
-  private readonly corners = new THREE.Group();
-  private readonly chosenLines = new WideLines(5, { depthTest: false });
-  private readonly chosenPoints: THREE.Mesh[];
-  private readonly force: Arrow;
-  private readonly torque: Arrow;
-  private readonly guide: Arrow;
-  /** of fixed parts and the part at its start */
-  readonly centre = new THREE.Vector3();
+  private readonly fixedMaterial = new SolidMaterial(this.around, { isCut: true });
+  private readonly fixedLines = new PlainMaterial(this.around.cut);
+  private readonly feltMaterial = new SolidMaterial(this.around);
+  private readonly feltLines = new PlainMaterial(null);
+  private readonly ghostFill = new PlainMaterial(null, { opacity: 0.16 });
+  private readonly ghostLines = new PlainMaterial(null, { opacity: 0.85, depthTest: false });
+  private readonly polygonFill = new PlainMaterial(null, { opacity: 0.45, depthTest: false });
+  private readonly areas = new Positions();
+  private readonly polygons = new THREE.Mesh(this.areas.geometry, this.polygonFill);
+  private readonly lines = new WideLines(this.around, 13);
+  private readonly dots = new Dots(this.around, 15);
+  private readonly arrows = new Arrows(20);
+  private picture: Picture | null = null;
   radius = 0.1;
   partRadius = 0.05;
   /** N and N m of an arrow a third of the part long */
@@ -49,76 +67,39 @@ export class PhysicalPane extends Stage {
   private torqueUnit = 1;
   private grip_a: Vec = [0, 0, 0];
 
-  constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours) {
-    super(canvas, overlay, colours);
-    const ball = new THREE.SphereGeometry(1, 20, 14);
-    const over = { depthTest: false, transparent: true };
-    this.grip = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
-    this.deviceGrip = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
-    this.chosenPoints = [0, 1].map(() => {
-      const point = new THREE.Mesh(ball, new THREE.MeshBasicMaterial(over));
-      point.renderOrder = 14;
-      this.scene.add(point);
-      return point;
-    });
-    this.chosenLines.renderOrder = 13;
-    this.scene.add(this.chosenLines);
-    this.force = new Arrow(colours.force, 1);
-    this.torque = new Arrow(colours.torque, 2);
-    this.guide = new Arrow(colours.guide, 1);
-    this.polygonFill = new THREE.Mesh(
-      new THREE.BufferGeometry(),
-      new THREE.MeshBasicMaterial({ ...over, opacity: 0.45, side: THREE.DoubleSide }),
-    );
-    for (const o of [this.link, this.polygonFill, this.polygonLine]) {
-      o.frustumCulled = false;
-      o.renderOrder = 10;
-    }
-    this.grip.renderOrder = this.deviceGrip.renderOrder = 15;
-    this.scene.add(this.felt, this.ghost, this.link, this.deviceGrip, this.grip);
-    this.scene.add(this.polygonFill, this.polygonLine, this.corners, this.force, this.torque, this.guide);
+  constructor(canvas: HTMLCanvasElement, overlay: HTMLElement, colours: Colours, smooth: boolean) {
+    super(canvas, overlay, colours, smooth);
+    this.polygons.frustumCulled = false;
+    this.polygons.renderOrder = 10;
+    this.scene.add(this.felt, this.ghost, this.polygons, this.lines, this.dots, this.arrows);
   }
 
   load(scene: SceneFacts): void {
     const pieces = piecesOf(scene.pieces);
     this.grip_a = scene.grip;
-    const box = new THREE.Box3();
-    const part = new THREE.Box3();
-    scene.bodies.forEach((_, body) => {
-      const faces = pieces
-        .filter((piece) => piece.body === body)
+    const outer = (isPart: boolean) =>
+      pieces
+        .filter((piece) => (piece.body === 0) === isPart)
         .flatMap((piece) => piece.faces)
         .filter((face) => face.source !== kNone);
-      const triangles = trianglesOf(faces), edges = edgesOf(faces);
-      if (body === 0) {
-        const surface = new THREE.BufferGeometry();
-        surface.setAttribute("position", new THREE.BufferAttribute(triangles, 3));
-        surface.computeVertexNormals();
-        const outline = new THREE.BufferGeometry();
-        outline.setAttribute("position", new THREE.BufferAttribute(edges, 3));
-        this.felt.add(new THREE.Mesh(surface, this.feltMaterial), new THREE.LineSegments(outline, this.feltLines));
-        const lines = new THREE.LineSegments(outline, this.ghostLines);
-        lines.renderOrder = 5;
-        this.ghost.add(new THREE.Mesh(surface, this.ghostFill), lines);
-        for (const face of faces) {
-          for (const corner of face.corners) {
-            part.expandByPoint(vector(corner));
-            const turned = rotate(scene.start.q, corner), grip = rotate(scene.start.q, scene.grip);
-            box.expandByPoint(vector(scene.start.p).add(vector(turned)).add(vector(grip)));
-          }
-        }
-      } else {
-        const surface = new CutSurface(triangles, edges, this.cut);
-        this.fixed.push(surface);
-        this.scene.add(surface);
-        for (const face of faces) face.corners.forEach((corner) => box.expandByPoint(vector(corner)));
-      }
-    });
-    const sphere = box.getBoundingSphere(new THREE.Sphere());
-    this.centre.copy(sphere.center);
+    const part = outer(true), fixed = outer(false);
+    const partShape = new Shape(part), fixedShape = new Shape(fixed);
+    if (partShape.hasSheets) this.feltMaterial.side = THREE.DoubleSide;
+    this.felt.add(new THREE.Mesh(partShape.surface, this.feltMaterial), new THREE.LineSegments(partShape.edges, this.feltLines));
+    const ghostEdges = new THREE.LineSegments(partShape.edges, this.ghostLines);
+    ghostEdges.renderOrder = 5;
+    this.ghost.add(new THREE.Mesh(partShape.surface, this.ghostFill), ghostEdges);
+    // All fixed parts are one surface: they look alike.
+    this.scene.add(new THREE.Mesh(fixedShape.surface, this.fixedMaterial), new THREE.LineSegments(fixedShape.edges, this.fixedLines));
+
+    const ofPart = boundsOf(part), all = boundsOf(fixed);
+    this.place(this.felt, scene.start);
+    this.felt.updateMatrix();
+    for (const face of part) for (const corner of face.corners) all.expandByPoint(vector(corner).applyMatrix4(this.felt.matrix));
+    const sphere = all.getBoundingSphere(new THREE.Sphere());
     this.radius = sphere.radius;
-    this.partRadius = part.getBoundingSphere(new THREE.Sphere()).radius;
-    this.target.copy(this.centre);
+    this.partRadius = ofPart.getBoundingSphere(new THREE.Sphere()).radius;
+    this.target.copy(sphere.center);
     this.halfHeight = 0.92 * this.radius;
     this.forceUnit = roundBelow(kShareOfArrow * scene.kT * this.partRadius);
     this.torqueUnit = roundBelow(kTurnOfArrow_rad * scene.kR);
@@ -132,25 +113,14 @@ export class PhysicalPane extends Stage {
 
   paint(colours: Colours): void {
     this.colours = colours;
-    for (const part of this.fixed) {
-      part.front.color.set(colours.fixed);
-      part.inside.color.set(colours.section);
-      part.lines.color.set(colours.fixedEdge);
-    }
-    this.feltMaterial.color.set(colours.felt);
-    this.feltLines.color.set(colours.feltEdge);
-    this.ghostFill.color.set(colours.device);
-    this.ghostLines.color.set(colours.device);
-    (this.grip.material as THREE.MeshBasicMaterial).color.set(colours.feltEdge);
-    (this.deviceGrip.material as THREE.MeshBasicMaterial).color.set(colours.device);
-    this.link.material.color.set(colours.device);
-    (this.polygonFill.material as THREE.MeshBasicMaterial).color.set(colours.contact);
-    this.polygonLine.material.color.set(colours.contact);
-    this.chosenLines.material.color.set(colours.chosen);
-    for (const point of this.chosenPoints) (point.material as THREE.MeshBasicMaterial).color.set(colours.chosen);
-    this.force.material.color.set(colours.force);
-    this.torque.material.color.set(colours.torque);
-    this.guide.material.color.set(colours.guide);
+    this.fixedMaterial.paint(colours.fixed, colours.section);
+    this.fixedLines.paint(colours.fixedEdge);
+    this.feltMaterial.paint(colours.felt);
+    this.feltLines.paint(colours.feltEdge);
+    this.ghostFill.paint(colours.device);
+    this.ghostLines.paint(colours.device);
+    this.polygonFill.paint(colours.contact);
+    if (this.picture) this.show(this.picture);
   }
 
   private place(group: THREE.Object3D, pose: Pose): void {
@@ -160,72 +130,64 @@ export class PhysicalPane extends Stage {
   }
 
   show(picture: Picture): void {
+    this.picture = picture;
     this.place(this.felt, picture.felt);
     this.place(this.ghost, picture.device);
-    const felt = vector(picture.feltGrip), device = vector(picture.deviceGrip);
+    const { feltGrip: felt, deviceGrip: device } = picture;
     const turned = new THREE.Quaternion(...picture.felt.q).angleTo(new THREE.Quaternion(...picture.device.q));
-    const apart = felt.distanceTo(device) + turned * this.partRadius;
+    const apart = vector(felt).distanceTo(vector(device)) + turned * this.partRadius;
     this.ghost.visible = apart > kGhostFrom * this.partRadius;
-    this.deviceGrip.visible = this.ghost.visible;
-    this.grip.position.copy(felt);
-    this.deviceGrip.position.copy(device);
-    this.link.set(new Float32Array(this.ghost.visible ? [...felt.toArray(), ...device.toArray()] : []));
-    const third = this.partRadius / 3;
-    const force = vector(picture.force).multiplyScalar(third / this.forceUnit);
-    const torque = vector(picture.torque).multiplyScalar(third / this.torqueUnit);
-    const guide = vector(picture.guide?.force ?? [0, 0, 0]).multiplyScalar(third / this.forceUnit);
-    for (const arrow of [force, torque, guide]) arrow.clampLength(0, 6 * third);
-    const thick = 2.2 * this.metresPerPixel;
-    this.force.point(felt, force, thick);
-    this.torque.point(felt, torque, thick);
-    this.guide.point(felt, guide, thick);
 
     const contacts = contactsOf(picture.contacts);
-    const areas = contacts.filter((c) => c.polygon.length > 2).map((c) => ({ corners: c.polygon }));
-    setPositions(this.polygonFill.geometry, trianglesOf(areas));
-    const lines: number[] = [];
-    const points: THREE.Vector3[] = [];
+    const { chosen, contact, device: ofDevice, feltEdge } = this.colours;
+    const mark = { chosen: shownColour(chosen), contact: shownColour(contact), device: shownColour(ofDevice), grip: shownColour(feltEdge) };
+    this.areas.set(trianglesOf(contacts.filter((c) => c.polygon.length > 2).map((c) => ({ corners: c.polygon }))), this.polygons);
+    const lines: Segments[] = [], dots: Dot[] = [];
+    if (this.ghost.visible) lines.push({ ends: [...felt, ...device], width: 2, colour: mark.device });
     for (const { polygon } of contacts) {
-      polygon.forEach((from, k) => {
-        if (polygon.length > 1) lines.push(...from, ...polygon[(k + 1) % polygon.length]);
-        points.push(vector(from));
-      });
+      if (polygon.length > 1) lines.push({ ends: outlinesOf([{ corners: polygon }]), width: 2.5, colour: mark.contact });
+      for (const at of polygon) dots.push({ at, radius: 2.8, colour: mark.contact });
     }
-    this.polygonLine.set(new Float32Array(lines));
-    const marked = markedOf(picture.marked);
-    const features = [marked.ofA, marked.ofB];
-    this.chosenLines.set(outlinesOf(features.filter((f) => f.length > 1).map((corners) => ({ corners }))));
-    this.chosenPoints.forEach((point, k) => {
-      point.visible = features[k].length === 1;
-      if (point.visible) point.position.copy(vector(features[k][0]));
-    });
-    while (this.corners.children.length < points.length) {
-      const corner = new THREE.Mesh(this.grip.geometry, this.polygonFill.material);
-      corner.renderOrder = 12;
-      this.corners.add(corner);
+    const { ofA, ofB } = markedOf(picture.marked);
+    for (const corners of [ofA, ofB]) {
+      if (corners.length > 1) lines.push({ ends: outlinesOf([{ corners }]), width: 5, colour: mark.chosen });
+      if (corners.length === 1) dots.push({ at: corners[0], radius: 6, colour: mark.chosen });
     }
-    this.corners.children.forEach((corner, k) => {
-      corner.visible = k < points.length;
-      if (corner.visible) corner.position.copy(points[k]);
-    });
+    if (this.ghost.visible) dots.push({ at: device, radius: 4, colour: mark.device });
+    dots.push({ at: felt, radius: 5, colour: mark.grip });
+    this.lines.set(lines);
+    this.dots.set(dots);
   }
 
-  render(side: Side, cutAt: THREE.Vector3): void {
-    this.setCut(side, cutAt);
-    for (const part of this.fixed) part.open(this.cutOpen ? this.cut : null);
-    const pixel = this.metresPerPixel;
-    this.grip.scale.setScalar(5 * pixel);
-    this.deviceGrip.scale.setScalar(4 * pixel);
-    for (const point of this.chosenPoints) point.scale.setScalar(6 * pixel);
-    this.corners.children.forEach((corner) => corner.scale.setScalar(3.5 * pixel));
+  private pointArrows({ feltGrip, force, torque, guide }: Picture): void {
+    const third = this.partRadius / 3;
+    const from = vector(feltGrip);
+    const arrow = (value: Vec, unit: number, heads: 1 | 2, colour: string) => ({
+      from,
+      along: vector(value).multiplyScalar(third / unit).clampLength(0, 6 * third),
+      heads,
+      colour: shownColour(colour),
+    });
+    const { colours, forceUnit, torqueUnit } = this;
+    const arrows = [arrow(force, forceUnit, 1, colours.force), arrow(torque, torqueUnit, 2, colours.torque)];
+    if (guide) arrows.push(arrow(guide.force, forceUnit, 1, colours.guide));
+    this.arrows.set(arrows, kArrow_px * this.metresPerPixel);
+  }
+
+  render(side: Side): void {
+    if (this.picture) {
+      this.setCut(side, vector(this.picture.feltGrip));
+      this.pointArrows(this.picture);
+    }
     this.clear();
     this.draw(side);
+    this.begun();
   }
 
   /** Whether the part, felt or ghost, lies under a point of the canvas. */
   hitsPart(x: number, y: number): boolean {
     const ray = new THREE.Raycaster();
-    const at = new THREE.Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight);
+    const at = new THREE.Vector2((2 * x) / this.paneWidth - 1, 1 - (2 * y) / this.paneHeight);
     ray.setFromCamera(at, this.camera);
     const shown = this.ghost.visible ? [this.felt, this.ghost] : [this.felt];
     return ray.intersectObjects(shown, true).some((hit) => hit.object instanceof THREE.Mesh);

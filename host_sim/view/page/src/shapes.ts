@@ -3,6 +3,8 @@
 import type { Answer, Vec } from "./messages";
 
 export const kNone = 0xffffffff;
+/** Corners that lie so near to each other are drawn at one place. */
+const kSame_m = 1e-9;
 
 export interface Face {
   /** face of the user's mesh; kNone: a cut between pieces made it */
@@ -184,18 +186,31 @@ export function contactsOf(answer: Answer): Contact[] {
 
 /** Outlines in dashes of about `dash` [m]. */
 export function dashesOf(faces: { corners: Vec[] }[], dash: number): Float32Array {
-  const out: number[] = [];
   const most = 200;
-  for (const { corners } of faces) {
-    corners.forEach((from, k) => {
-      const to = corners[(k + 1) % corners.length];
-      const length = Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
-      const pieces = Math.max(1, Math.min(most, Math.round(length / (2 * dash))));
-      const at = (share: number) => from.map((x, axis) => x + share * (to[axis] - x));
-      for (let i = 0; i < pieces; ++i) out.push(...at((i + 0.2) / pieces), ...at((i + 0.75) / pieces));
-    });
-  }
-  return new Float32Array(out);
+  const piecesOf = (from: Vec, to: Vec) => {
+    const length = Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    return Math.max(1, Math.min(most, Math.round(length / (2 * dash))));
+  };
+  let count = 0;
+  eachEdge(faces, (from, to) => (count += piecesOf(from, to)));
+  const out = new Float32Array(6 * count);
+  let at = 0;
+  eachEdge(faces, (from, to) => {
+    const pieces = piecesOf(from, to);
+    for (let i = 0; i < pieces; ++i) {
+      const begin = (i + 0.2) / pieces, end = (i + 0.75) / pieces;
+      for (let axis = 0; axis < 3; ++axis, ++at) {
+        out[at] = from[axis] + begin * (to[axis] - from[axis]);
+        out[at + 3] = from[axis] + end * (to[axis] - from[axis]);
+      }
+      at += 3;
+    }
+  });
+  return out;
+}
+
+function eachEdge(faces: { corners: Vec[] }[], take: (from: Vec, to: Vec) => void): void {
+  for (const { corners } of faces) for (let k = 0; k < corners.length; ++k) take(corners[k], corners[(k + 1) % corners.length]);
 }
 
 /** Triangles of convex faces, three corners each. */
@@ -209,14 +224,18 @@ export function trianglesOf(faces: { corners: Vec[] }[]): Float32Array {
 
 /** Outlines of faces as segments. */
 export function outlinesOf(faces: { corners: Vec[] }[]): Float32Array {
-  const out: number[] = [];
-  for (const { corners } of faces) {
-    corners.forEach((from, k) => out.push(...from, ...corners[(k + 1) % corners.length]));
-  }
-  return new Float32Array(out);
+  const out = new Float32Array(6 * faces.reduce((sum, { corners }) => sum + corners.length, 0));
+  let at = 0;
+  eachEdge(faces, (from, to) => {
+    out.set(from, at);
+    out.set(to, at + 3);
+    at += 6;
+  });
+  return out;
 }
 
-function normalOf({ corners }: { corners: Vec[] }): Vec {
+/** Unit normal of a plane face; of one without area it is 0. */
+export function normalOf({ corners }: { corners: Vec[] }): Vec {
   const n: Vec = [0, 0, 0];
   for (let k = 0; k < corners.length; ++k) {
     const a = corners[k], b = corners[(k + 1) % corners.length];
@@ -228,27 +247,131 @@ function normalOf({ corners }: { corners: Vec[] }): Vec {
   return [n[0] / length, n[1] / length, n[2] / length];
 }
 
-/** Edges of a surface at which it bends, as segments: those between coplanar faces are left out. */
-export function edgesOf(faces: Face[]): Float32Array {
-  const normals = new Map<string, Vec[]>();
-  const ends = new Map<string, [Vec, Vec]>();
-  const key = (v: Vec) => v.map((x) => Math.round(x * 1e8)).join();
-  for (const face of faces) {
-    const normal = normalOf(face);
-    face.corners.forEach((from, k) => {
-      const to = face.corners[(k + 1) % face.corners.length];
-      const name = [key(from), key(to)].sort().join(" ");
-      normals.set(name, [...(normals.get(name) ?? []), normal]);
-      ends.set(name, [from, to]);
-    });
+/** Whether two answers say the same, numbers but for rounding. */
+export function sameAnswer(a: Answer, b: Answer): boolean {
+  if (a.counts.length !== b.counts.length || a.numbers.length !== b.numbers.length) return false;
+  for (let k = 0; k < a.counts.length; ++k) if (a.counts[k] !== b.counts[k]) return false;
+  for (let k = 0; k < a.numbers.length; ++k) if (Math.abs(a.numbers[k] - b.numbers[k]) > kSame_m) return false;
+  return true;
+}
+
+/** A surface of more triangles is drawn as a curved one: corners are shared where faces meet at less than a sharp bend, and only
+ * sharp edges are drawn. It has a sixth of the corners, and its edges would be a blot. */
+const kDense = 15000;
+/** Cosine of the least bend that is sharp. */
+const kSharp = 0.86;
+
+/** What a surface is drawn from: corners with their normals, three numbers each, and the corners of triangles. */
+export interface Surface {
+  corners: Float32Array;
+  normals: Float32Array;
+  triangles: Uint32Array;
+  /** by corner: 1 on a sheet, which is lit from both sides; 0 on a solid */
+  sheets: Float32Array;
+  /** segments, two corners each */
+  edges: Float32Array;
+}
+
+/** Gives places the same number that are the same but for rounding. */
+class Places {
+  private readonly numbers = new Map<string, number>();
+  readonly list: Vec[] = [];
+  of(v: Vec): number {
+    const key = `${Math.round(v[0] * 1e8)},${Math.round(v[1] * 1e8)},${Math.round(v[2] * 1e8)}`;
+    let number = this.numbers.get(key);
+    if (number === undefined) {
+      number = this.list.length;
+      this.numbers.set(key, number);
+      this.list.push(v);
+    }
+    return number;
   }
+}
+
+const dot = (a: Vec, b: Vec) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+export function surfaceOf(all: Face[]): Surface {
+  const places = new Places();
+  // A facet of a surface has two sides, of which one is enough.
+  const faces: Face[] = [], loops: number[][] = [], isSheet: boolean[] = [];
+  const known = new Map<string, number>();
+  for (const face of all) {
+    const loop = face.corners.map((corner) => places.of(corner));
+    const key = [...loop].sort((a, b) => a - b).join();
+    const other = known.get(key);
+    if (other !== undefined) {
+      isSheet[other] = true;
+      continue;
+    }
+    known.set(key, faces.length);
+    faces.push(face);
+    loops.push(loop);
+    isSheet.push(false);
+  }
+  const isDense = loops.reduce((sum, loop) => sum + loop.length - 2, 0) > kDense;
+  const faceNormals = faces.map(normalOf);
+  const corners: number[] = [], normals: number[] = [], sheets: number[] = [], triangles: number[] = [];
+  const add = (place: number, normal: Vec, sheet: boolean) => {
+    corners.push(...places.list[place]);
+    normals.push(...normal);
+    sheets.push(sheet ? 1 : 0);
+    return corners.length / 3 - 1;
+  };
+  /** by place: corners that faces there may share, and the normal that each began with */
+  const shared: { corner: number; normal: Vec }[][] = places.list.map(() => []);
+  const cornerOf = (place: number, normal: Vec, sheet: boolean) => {
+    if (!isDense) return add(place, normal, sheet);
+    const there = shared[place].find((other) => dot(other.normal, normal) > kSharp);
+    if (!there) {
+      const corner = add(place, normal, sheet);
+      shared[place].push({ corner, normal });
+      return corner;
+    }
+    for (let axis = 0; axis < 3; ++axis) normals[3 * there.corner + axis] += normal[axis];
+    return there.corner;
+  };
+  loops.forEach((loop, f) => {
+    const own = loop.map((place) => cornerOf(place, faceNormals[f], isSheet[f]));
+    for (let k = 2; k < own.length; ++k) triangles.push(own[0], own[k - 1], own[k]);
+  });
+  for (let k = 0; k < normals.length; k += 3) {
+    const length = Math.hypot(normals[k], normals[k + 1], normals[k + 2]) || 1;
+    for (let axis = 0; axis < 3; ++axis) normals[k + axis] /= length;
+  }
+  return {
+    corners: new Float32Array(corners),
+    normals: new Float32Array(normals),
+    sheets: new Float32Array(sheets),
+    triangles: new Uint32Array(triangles),
+    edges: edgesOf(loops, faceNormals, places.list, isDense),
+  };
+}
+
+/** Edges at which a surface bends, as segments: those between coplanar faces are left out, and where `isDense` all that are not sharp. */
+function edgesOf(loops: number[][], normals: Vec[], places: Vec[], isDense: boolean): Float32Array {
+  const kShift = 2 ** 26, kFlat = 2;
+  // By the numbers of both ends: the first face there, and the cosine of the sharpest bend.
+  const firsts = new Map<number, number>(), bends = new Map<number, number>();
+  loops.forEach((loop, face) => {
+    loop.forEach((from, k) => {
+      const to = loop[(k + 1) % loop.length];
+      const edge = Math.min(from, to) * kShift + Math.max(from, to);
+      const first = firsts.get(edge);
+      if (first === undefined) {
+        firsts.set(edge, face);
+        return;
+      }
+      const cosine = dot(normals[face], normals[first]);
+      const before = bends.get(edge) ?? 1;
+      bends.set(edge, Math.abs(cosine) > 1 - 1e-6 || before === kFlat ? kFlat : Math.min(before, cosine));
+    });
+  });
   const out: number[] = [];
-  for (const [name, [from, to]] of ends) {
-    const [first, ...others] = normals.get(name)!;
-    const flat = others.some(
-      (n) => Math.abs(n[0] * first[0] + n[1] * first[1] + n[2] * first[2]) > 1 - 1e-6,
-    );
-    if (!flat) out.push(...from, ...to);
+  for (const edge of firsts.keys()) {
+    const bend = bends.get(edge);
+    if (bend !== undefined && (bend === kFlat || (isDense && bend > kSharp))) continue;
+    const from = Math.floor(edge / kShift);
+    out.push(...places[from], ...places[edge - from * kShift]);
   }
   return new Float32Array(out);
 }

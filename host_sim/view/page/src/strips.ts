@@ -9,7 +9,8 @@ import { Pyramid } from "./pyramid";
 const kShown_s = 12;
 const kKept_s = 60;
 const kPoints = 700;
-const kRedraw_ms = 80;
+/** A strip is drawn no more often than an eye follows, and one at a time. */
+const kRedraw_ms = 110;
 
 /** On the axis, by situation. */
 const kSituations = ["free", "A", "B", "C", "edge", "face", "several"];
@@ -41,11 +42,16 @@ export class Strips {
   private live = new Pyramid(kChannels, kKept_s * 1000);
   private recorded: Pyramid | null = null;
   private showsRecorded = false;
-  private cursor = 0;
+  /** of the newest picture, and where the cursors stand; NaN: unknown [s] */
+  private time = 0;
+  private cursorAt = NaN;
   /** from and to [s] of what the core has flagged */
   private marks: [number, number][] = [];
-  private stale = false;
-  private drawn = 0;
+  /** by strip: what it shows is not the newest, and when it was drawn */
+  private stale = kStrips.map(() => true);
+  private drawn = kStrips.map(() => -Infinity);
+  /** by strip: where the recording is held */
+  private cursors: HTMLElement[] = [];
   /** called with a tick where a strip of the recording is clicked */
   onSeek: (tick: number) => void = () => {};
 
@@ -104,11 +110,25 @@ export class Strips {
       title.textContent = strip.title;
       box.append(title);
       plot.over.addEventListener("click", (event) => {
-        if (this.showsRecorded) this.onSeek(Math.round(plot.posToVal(event.offsetX, "x") * 1000));
+        if (this.showsRecorded) this.onSeek(Math.round(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x") * 1000));
       });
       return plot;
     });
-    this.draw();
+    this.cursors = this.plots.map((plot) => {
+      const cursor = document.createElement("div");
+      cursor.className = "strip-cursor";
+      plot.over.append(cursor);
+      return cursor;
+    });
+    // Only now each has the room that it keeps.
+    this.resize();
+    this.forget();
+  }
+
+  /** All is to be drawn again. */
+  private forget(): void {
+    this.stale.fill(true);
+    this.drawn.fill(-Infinity);
   }
 
   resize(): void {
@@ -116,68 +136,81 @@ export class Strips {
       const box = plot.root.parentElement!;
       plot.setSize({ width: Math.max(120, box.clientWidth), height: Math.max(50, box.clientHeight) });
     }
+    this.cursorAt = NaN;
   }
 
   setRecorded(samples: Float32Array): void {
     this.recorded = new Pyramid(kChannels, samples.length / kChannels);
     this.recorded.push(samples);
-    this.draw();
+    this.forget();
   }
 
   /** `time`: of the newest picture [s]. */
   update(byHand: boolean, samples: Float32Array, cut: boolean, time: number): void {
     if (cut && byHand) this.live.clear();
     if (byHand) this.live.push(samples);
-    this.showsRecorded = !byHand && this.recorded !== null;
-    this.cursor = time;
-    this.stale = true;
+    const showsRecorded = !byHand && this.recorded !== null;
+    // All of a recording is there, and does not change.
+    if (!showsRecorded || !this.showsRecorded) this.stale.fill(true);
+    this.showsRecorded = showsRecorded;
+    this.time = time;
   }
 
-  /** Draws what is new, not more often than an eye follows. */
+  /** Draws the strip that has waited longest, so that no picture has to wait for all of them. */
   render(now: number): void {
-    if (!this.stale || now - this.drawn < kRedraw_ms) return;
-    this.draw();
-    this.drawn = now;
-    this.stale = false;
+    // Those that are new are drawn at once.
+    const isNew = (_: number, k: number) => this.stale[k] && this.drawn[k] === -Infinity;
+    const due = this.drawn.map((_, k) => k).filter(isNew);
+    if (due.length === 0) {
+      const oldest = this.drawn.reduce((k, drawn, i) => (this.stale[i] && (k < 0 || drawn < this.drawn[k]) ? i : k), -1);
+      if (oldest >= 0 && now - this.drawn[oldest] >= kRedraw_ms) due.push(oldest);
+    }
+    for (const k of due) {
+      this.draw(k);
+      this.stale[k] = false;
+      this.drawn[k] = now;
+    }
+    this.placeCursors();
   }
 
-  /** The marks of what the core has flagged, and where the recording is held. */
+  private placeCursors(): void {
+    const at = this.showsRecorded ? this.time : -1;
+    if (at === this.cursorAt) return;
+    this.cursorAt = at;
+    this.cursors.forEach((cursor, k) => {
+      cursor.hidden = at < 0;
+      if (at >= 0) cursor.style.transform = `translateX(${this.plots[k].valToPos(at, "x").toFixed(1)}px)`;
+    });
+  }
+
+  /** The marks of what the core has flagged. */
   private drawOver(u: uPlot): void {
     const ratio = window.devicePixelRatio || 1;
+    this.cursorAt = NaN;
     u.ctx.save();
     u.ctx.fillStyle = this.colours.contact;
     for (const [from, to] of this.marks) {
       const x = u.valToPos(from, "x", true);
       u.ctx.fillRect(x, u.bbox.top, Math.max(2 * ratio, u.valToPos(to, "x", true) - x), kMark_px * ratio);
     }
-    if (this.showsRecorded) {
-      const x = u.valToPos(this.cursor, "x", true);
-      u.ctx.strokeStyle = this.colours.ink;
-      u.ctx.lineWidth = 2 * ratio;
-      u.ctx.beginPath();
-      u.ctx.moveTo(x, u.bbox.top);
-      u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
-      u.ctx.stroke();
-    }
     u.ctx.restore();
   }
 
-  private draw(): void {
+  private draw(k: number): void {
     const source = this.showsRecorded ? this.recorded! : this.live;
     const begin = this.showsRecorded ? 0 : source.end - kShown_s * 1000;
     const marked = source.range(Channel.marked, begin, source.end, kPoints);
     this.marks = [];
-    marked.index.forEach((index, k) => {
-      if (marked.largest[k] === 0) return;
-      const end = (marked.index[k + 1] ?? index + 1) / 1000;
+    marked.index.forEach((index, i) => {
+      if (marked.largest[i] === 0) return;
+      const end = (marked.index[i + 1] ?? index + 1) / 1000;
       const last = this.marks[this.marks.length - 1];
       if (last && last[1] >= index / 1000) last[1] = end;
       else this.marks.push([index / 1000, end]);
     });
-    kStrips.forEach((strip, k) => {
-      const part = source.range(strip.channel, begin, source.end, kPoints);
-      const scaled = (values: ArrayLike<number>) => Float64Array.from(values, (v) => v * strip.scale);
-      this.plots[k]?.setData([part.index.map((i) => i / 1000), scaled(part.largest), scaled(part.least)] as unknown as uPlot.AlignedData);
-    });
+    const strip = kStrips[k];
+    const part = source.range(strip.channel, begin, source.end, kPoints);
+    const scaled = (values: ArrayLike<number>) => Float64Array.from(values, (v) => v * strip.scale);
+    this.plots[k].setData([part.index.map((i) => i / 1000), scaled(part.largest), scaled(part.least)] as unknown as uPlot.AlignedData);
   }
 }
