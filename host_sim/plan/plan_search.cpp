@@ -25,6 +25,10 @@ constexpr int kHalvings = 14;
 /// towards the other tree.
 constexpr std::uint64_t kKinds = 3;
 
+/// After so many branches every move of the roots is made once, the goal's first: what is tight or
+/// on a thread gives in one direction, which may be the last in the order of the moves.
+constexpr std::uint64_t kBeforeRoots = 24;
+
 /// A push that contact has led over this share of its way is repeated, this often at the most.
 constexpr double kLedOn = 0.5;
 constexpr std::uint32_t kMostRepeats = 48;
@@ -130,6 +134,14 @@ class Search {
 
   /// One push from a node, and what it makes of the other tree. @return whether the trees meet.
   bool branch() {
+    const std::uint32_t root_moves = fixed_ ? kFirstTurn : kFirstLine;
+    if (branches_ >= kBeforeRoots && roots_moved_ < 2 * root_moves) {
+      const std::size_t root_side = roots_moved_ < root_moves ? 1 : 0;
+      const PlanPose target = target_of(trees_[root_side].nodes[0], roots_moved_ % root_moves,
+                                        trees_[root_side].other_root);
+      roots_moved_ += 1;
+      return push_on(root_side, 0, target, kPushTicks, true);
+    }
     const std::size_t side = branches_ % 4 == 0 ? 0 : 1;
     const std::uint64_t kind = branches_ / 4 % kKinds;
     branches_ += 1;
@@ -148,10 +160,17 @@ class Search {
       target = other.nodes[static_cast<std::size_t>(words_.next() % other.nodes.size())].pose;
       from = nearest_node(tree, target);
     }
+    return push_on(side, from, target, ticks, kind == 0);
+  }
+
+  /// The push, `goes_on` where contact leads it; then the other tree reaches for its end.
+  bool push_on(std::size_t side, std::size_t from, const PlanPose& target, std::uint32_t ticks,
+               bool goes_on) {
+    Tree& tree = trees_[side];
+    Tree& other = trees_[1 - side];
     std::size_t grown = 0;
     if (!grow(tree, from, target, ticks, grown)) return false;
-    if (kind == 0) grown = go_on(tree, from, target, grown);
-    // The other tree reaches for what has grown.
+    if (goes_on) grown = go_on(tree, from, target, grown);
     const PlanPose& reached = tree.nodes[grown].pose;
     const std::size_t near = nearest_node(other, reached);
     nearest_m_ = std::min(nearest_m_, distance_m(other.nodes[near].pose, reached));
@@ -235,13 +254,13 @@ class Search {
       }
     }
     Node& node = tree.nodes[best];
-    target = target_of(node, tree.other_root);
+    target = target_of(node, node.moves, tree.other_root);
     node.moves += 1;
     return best;
   }
 
-  [[nodiscard]] PlanPose target_of(const Node& node, const PlanPose& other_root) {
-    const std::uint32_t move = node.moves;
+  [[nodiscard]] PlanPose target_of(const Node& node, std::uint32_t move,
+                                   const PlanPose& other_root) {
     if (move == 0) return other_root;
     const Vec3d x = place_of(node.pose);
     const Quatd q = turn_of(node.pose);
@@ -327,6 +346,7 @@ class Search {
   Tree trees_[2];  ///< from the start, from the goal
   std::size_t meet_[2] = {0, 0};
   std::uint64_t branches_ = 0, pushes_ = 0;
+  std::uint32_t roots_moved_ = 0;  ///< moves of both roots that were made for kBeforeRoots
   std::vector<HoldingPlane> goal_held_;
   std::chrono::steady_clock::time_point began_;
 };
