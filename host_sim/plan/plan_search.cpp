@@ -29,6 +29,10 @@ constexpr std::uint64_t kKinds = 3;
 /// on a thread gives in one direction, which may be the last in the order of the moves.
 constexpr std::uint64_t kBeforeRoots = 24;
 
+/// Trees nearer than this are joined by a proof where a push does not arrive, in radii.
+constexpr double kBridge = 0.05;
+constexpr int kBridgeHalvings = 8;
+
 /// A push that contact has led over this share of its way is repeated, this often at the most.
 constexpr double kLedOn = 0.5;
 constexpr std::uint32_t kMostRepeats = 48;
@@ -181,11 +185,19 @@ class Search {
       static_cast<void>(grow(other, near, reached, kPushTicks, met));
       arrived = arrived_;
       nearest_m_ = std::min(nearest_m_, distance_m(part_.at(), reached));
+      arrived = arrived || is_bridged(other.nodes[met].pose, reached);
     }
     if (!arrived) return false;
     meet_[side] = grown;
     meet_[1 - side] = met;
     return true;
+  }
+
+  /// Contact may keep a push from arriving though nothing lies between: then a proof joins the two.
+  [[nodiscard]] bool is_bridged(const PlanPose& from, const PlanPose& to) {
+    ProvedMotion proof;
+    return distance_m(from, to) < kBridge * radius_m_ &&
+           prover_.prove(from, to, kBridgeHalvings, ProofSearch::kAny, proof);
   }
 
   /// Pushes from a node; the end of the push, and poses at which the contact changed, become nodes.
@@ -228,6 +240,9 @@ class Search {
       const std::size_t before = k == 0 ? from : tree.nodes[last].parent;
       if (tree.nodes[last].held.empty()) break;
       if (distance_m(tree.nodes[before].pose, at) < kLedOn * asked_m) break;
+      // Away from the other tree it is led by the moves of the nodes, if at all.
+      const Vec3d there = place_of(tree.other_root);
+      if ((place_of(at) - there).norm() > (place_of(tree.nodes[before].pose) - there).norm()) break;
       const PlanPose next = plan_pose(place_of(at) + far, exp_of(turn) * turn_of(at));
       if (!grow(tree, last, next, kPushTicks, grown)) break;
     }
