@@ -175,6 +175,15 @@ ShorteningLimits shortening_of(const PlanArguments& o) {
 /// Proves the plan as a reader would, writes it and says so.
 int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan, Json json,
               const std::string& how) {
+  std::size_t planes = 0;
+  for (const std::vector<tools::PlanWitness>& step : plan.steps) planes += step.size();
+  if (planes > tools::kMostPlanWitnesses) {
+    std::printf(
+        "a motion was found and each of its %zu steps is proved, but by %zu planes, and a plan "
+        "file holds %zu: none is written; with more --shorten-seconds it has fewer steps\n",
+        plan.steps.size(), planes, tools::kMostPlanWitnesses);
+    return tools::kExitCheckFailed;
+  }
   // The file as it will be read, so that no plan is written that its reader would not prove.
   const std::string text = tools::plan_as_text(plan);
   const tools::PlanProof proof =

@@ -25,6 +25,14 @@ constexpr int kHalvings = 14;
 /// towards the other tree.
 constexpr std::uint64_t kKinds = 3;
 
+/// After so many branches every move of the roots is made once, the goal's first: what is tight or
+/// on a thread gives in one direction, which may be the last in the order of the moves.
+constexpr std::uint64_t kBeforeRoots = 24;
+
+/// Trees nearer than this are joined by a proof where a push does not arrive, in radii.
+constexpr double kBridge = 0.05;
+constexpr int kBridgeHalvings = 8;
+
 /// A push that contact has led over this share of its way is repeated, this often at the most.
 constexpr double kLedOn = 0.5;
 constexpr std::uint32_t kMostRepeats = 48;
@@ -130,6 +138,14 @@ class Search {
 
   /// One push from a node, and what it makes of the other tree. @return whether the trees meet.
   bool branch() {
+    const std::uint32_t root_moves = fixed_ ? kFirstTurn : kFirstLine;
+    if (branches_ >= kBeforeRoots && roots_moved_ < 2 * root_moves) {
+      const std::size_t root_side = roots_moved_ < root_moves ? 1 : 0;
+      const PlanPose target = target_of(trees_[root_side].nodes[0], roots_moved_ % root_moves,
+                                        trees_[root_side].other_root);
+      roots_moved_ += 1;
+      return push_on(root_side, 0, target, kPushTicks, true);
+    }
     const std::size_t side = branches_ % 4 == 0 ? 0 : 1;
     const std::uint64_t kind = branches_ / 4 % kKinds;
     branches_ += 1;
@@ -148,10 +164,17 @@ class Search {
       target = other.nodes[static_cast<std::size_t>(words_.next() % other.nodes.size())].pose;
       from = nearest_node(tree, target);
     }
+    return push_on(side, from, target, ticks, kind == 0);
+  }
+
+  /// The push, `goes_on` where contact leads it; then the other tree reaches for its end.
+  bool push_on(std::size_t side, std::size_t from, const PlanPose& target, std::uint32_t ticks,
+               bool goes_on) {
+    Tree& tree = trees_[side];
+    Tree& other = trees_[1 - side];
     std::size_t grown = 0;
     if (!grow(tree, from, target, ticks, grown)) return false;
-    if (kind == 0) grown = go_on(tree, from, target, grown);
-    // The other tree reaches for what has grown.
+    if (goes_on) grown = go_on(tree, from, target, grown);
     const PlanPose& reached = tree.nodes[grown].pose;
     const std::size_t near = nearest_node(other, reached);
     nearest_m_ = std::min(nearest_m_, distance_m(other.nodes[near].pose, reached));
@@ -162,11 +185,19 @@ class Search {
       static_cast<void>(grow(other, near, reached, kPushTicks, met));
       arrived = arrived_;
       nearest_m_ = std::min(nearest_m_, distance_m(part_.at(), reached));
+      arrived = arrived || is_bridged(other.nodes[met].pose, reached);
     }
     if (!arrived) return false;
     meet_[side] = grown;
     meet_[1 - side] = met;
     return true;
+  }
+
+  /// Contact may keep a push from arriving though nothing lies between: then a proof joins the two.
+  [[nodiscard]] bool is_bridged(const PlanPose& from, const PlanPose& to) {
+    ProvedMotion proof;
+    return distance_m(from, to) < kBridge * radius_m_ &&
+           prover_.prove(from, to, kBridgeHalvings, ProofSearch::kAny, proof);
   }
 
   /// Pushes from a node; the end of the push, and poses at which the contact changed, become nodes.
@@ -209,6 +240,9 @@ class Search {
       const std::size_t before = k == 0 ? from : tree.nodes[last].parent;
       if (tree.nodes[last].held.empty()) break;
       if (distance_m(tree.nodes[before].pose, at) < kLedOn * asked_m) break;
+      // Away from the other tree it is led by the moves of the nodes, if at all.
+      const Vec3d there = place_of(tree.other_root);
+      if ((place_of(at) - there).norm() > (place_of(tree.nodes[before].pose) - there).norm()) break;
       const PlanPose next = plan_pose(place_of(at) + far, exp_of(turn) * turn_of(at));
       if (!grow(tree, last, next, kPushTicks, grown)) break;
     }
@@ -235,13 +269,13 @@ class Search {
       }
     }
     Node& node = tree.nodes[best];
-    target = target_of(node, tree.other_root);
+    target = target_of(node, node.moves, tree.other_root);
     node.moves += 1;
     return best;
   }
 
-  [[nodiscard]] PlanPose target_of(const Node& node, const PlanPose& other_root) {
-    const std::uint32_t move = node.moves;
+  [[nodiscard]] PlanPose target_of(const Node& node, std::uint32_t move,
+                                   const PlanPose& other_root) {
     if (move == 0) return other_root;
     const Vec3d x = place_of(node.pose);
     const Quatd q = turn_of(node.pose);
@@ -327,6 +361,7 @@ class Search {
   Tree trees_[2];  ///< from the start, from the goal
   std::size_t meet_[2] = {0, 0};
   std::uint64_t branches_ = 0, pushes_ = 0;
+  std::uint32_t roots_moved_ = 0;  ///< moves of both roots that were made for kBeforeRoots
   std::vector<HoldingPlane> goal_held_;
   std::chrono::steady_clock::time_point began_;
 };

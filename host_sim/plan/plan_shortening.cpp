@@ -5,6 +5,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "host_sim/plan/way_cost.hpp"
+#include "host_sim/plan/wide_way.hpp"
 #include "tools/common/split_mix.hpp"
 
 namespace haptic::sim {
@@ -14,18 +16,15 @@ namespace {
 constexpr int kStraightHalvings = 12;
 /// A straight way replaces another one when it is shorter by this share.
 constexpr double kShorter = 0.999;
-/// How far a corner is moved away from contact at once, in lengths of a turn of 1 rad, and how much
-/// clearance is enough.
-constexpr double kAway[] = {0.1, 0.03, 0.01, 0.003, 0.001};
-constexpr double kRoom = 0.2;
-constexpr std::uint32_t kAwayRounds = 12;
+/// How far a corner is moved at once, in lengths of a turn of 1 rad, and how often all are tried.
+constexpr double kCornerMoves[] = {0.1, 0.03, 0.01, 0.003, 0.001};
+constexpr std::uint32_t kMoveRounds = 12;
 /// A straight way longer than this gets a corner in its middle where less than this clearance is
 /// left there, up to so many corners.
 constexpr double kSplitWay = 0.1, kTight = 0.02;
 constexpr std::size_t kMostCorners = 96;
-/// The clearance must grow by this share of the way that a corner is moved. Step by which its slope
-/// is felt, and directions tried besides.
-constexpr double kGain = 0.1, kSlopeStep = 1.0e-4;
+/// Step by which the slope of the clearance is felt, and directions tried besides.
+constexpr double kSlopeStep = 1.0e-4;
 constexpr int kRandomWays = 4;
 /// Stations are this far apart at the least, in the same lengths; and how many are aimed at.
 constexpr double kStationWay = 0.02;
@@ -36,7 +35,11 @@ constexpr double kSameCorner = 1.0e-9;
 class Shortening {
  public:
   Shortening(StepProver& prover, double turn_m, const ShorteningLimits& limits)
-      : prover_(prover), turn_m_(turn_m), limits_(limits), words_(tools::hashed(~limits.seed)) {}
+      : prover_(prover),
+        cost_(prover, turn_m),
+        turn_m_(turn_m),
+        limits_(limits),
+        words_(tools::hashed(~limits.seed)) {}
 
   CorneredMotion run(const PlanPose& start, const ProvedMotion& motion) {
     began_ = std::chrono::steady_clock::now();
@@ -48,10 +51,14 @@ class Shortening {
     turns_ = std::ranges::any_of(corners_, [&](const PlanPose& pose) {
       return turn_between(corners_.front(), pose).norm() > 0;
     });
+    corners_ = wide_way(corners_, {prover_, turn_m_, kStraightHalvings, [&] { return over(); }});
+    by_cost_ = true;
+    for (std::uint32_t k = 0; k < limits_.tries && !over(); ++k) cut_across();
     split_tight_ways();
-    for (std::uint32_t round = 0; round < kAwayRounds && !over(); ++round) {
-      if (!move_away()) break;
+    for (std::uint32_t round = 0; round < kMoveRounds && !over(); ++round) {
+      if (!move_corners()) break;
     }
+    drop_corners();
     return {corners_};
   }
 
@@ -120,7 +127,15 @@ class Shortening {
                      long_m > 0 ? (place - way[edge]) / long_m : 0.0);
     };
     const PlanPose a = pose_at(first, from), b = pose_at(last, to);
-    if (!(length(a, b) < kShorter * (to - from))) return;
+    if (by_cost_) {
+      double before = 0;
+      for (std::size_t k = first; k <= last; ++k) before += cost_.of(corners_[k], corners_[k + 1]);
+      const double after =
+          cost_.of(corners_[first], a) + cost_.of(a, b) + cost_.of(b, corners_[last + 1]);
+      if (!(after < kShorter * before)) return;
+    } else if (!(length(a, b) < kShorter * (to - from))) {
+      return;
+    }
     if (!straight(corners_[first], a) || !straight(a, b) || !straight(b, corners_[last + 1]))
       return;
     std::vector<PlanPose> kept(corners_.begin(),
@@ -159,23 +174,25 @@ class Shortening {
   }
   [[nodiscard]] double gap_m(const PlanPose& pose) { return prover_.clearance(pose).gap_m; }
 
-  /// Directions in which a corner may get farther from contact: out of what is nearest, up the
-  /// slope of the clearance with turns, and some at random. None where nothing is near.
-  [[nodiscard]] std::vector<Way> ways_out(const PlanPose& corner) {
-    const StepProver::Clearance nearest = prover_.clearance(corner);
-    if (nearest.gap_m > kRoom * turn_m_ || nearest.normal_w.isZero(0)) return {};
-    std::vector<Way> ways{{nearest.normal_w, Vec3d::Zero()}};
+  /// Directions in which a corner may be better placed: out of what is nearest, up the slope of the
+  /// clearance with turns, to the straight way between its neighbours, and some at random.
+  [[nodiscard]] std::vector<Way> ways_on(std::size_t k) {
+    const PlanPose& corner = corners_[k];
+    const PlanPose straight = between(corners_[k - 1], corners_[k + 1], 0.5);
+    std::vector<Way> ways{
+        {prover_.clearance(corner).normal_w, Vec3d::Zero()},
+        {place_of(straight) - place_of(corner), turn_m_ * turn_between(corner, straight)}};
     if (!turns_) return ways;
     const double step_m = kSlopeStep * turn_m_;
     Way slope;
-    for (int k = 0; k < 6; ++k) {
+    for (int i = 0; i < 6; ++i) {
       Way axis;
-      (k < 3 ? axis.place : axis.turn)[k % 3] = 1;
-      (k < 3 ? slope.place : slope.turn)[k % 3] =
+      (i < 3 ? axis.place : axis.turn)[i % 3] = 1;
+      (i < 3 ? slope.place : slope.turn)[i % 3] =
           gap_m(moved(corner, axis, step_m)) - gap_m(moved(corner, axis, -step_m));
     }
     ways.push_back(slope);
-    for (int k = 0; k < kRandomWays; ++k) {
+    for (int n = 0; n < kRandomWays; ++n) {
       Way random;
       for (int i = 0; i < 6; ++i)
         (i < 3 ? random.place : random.turn)[i % 3] = 2 * words_.uniform() - 1;
@@ -184,13 +201,14 @@ class Shortening {
     return ways;
   }
 
-  /// Moves each corner but the ends farther from contact. @return whether one has moved.
-  bool move_away() {
+  /// Moves each corner but the ends to where the way costs less. @return whether one has moved.
+  bool move_corners() {
     bool moved_one = false;
     for (std::size_t k = 1; k + 1 < corners_.size() && !over(); ++k) {
-      const double before_m = gap_m(corners_[k]);
-      for (const Way& way : ways_out(corners_[k])) {
-        if (way.norm() > 0 && moves_along(k, way, before_m)) {
+      const double before =
+          cost_.of(corners_[k - 1], corners_[k]) + cost_.of(corners_[k], corners_[k + 1]);
+      for (const Way& way : ways_on(k)) {
+        if (way.norm() > 0 && moves_along(k, way, before)) {
           moved_one = true;
           break;
         }
@@ -199,11 +217,11 @@ class Shortening {
     return moved_one;
   }
 
-  bool moves_along(std::size_t k, const Way& way, double before_m) {
-    for (const double share : kAway) {
-      const double far_m = share * turn_m_;
-      const PlanPose trial = moved(corners_[k], way, far_m / way.norm());
-      if (!(gap_m(trial) > before_m + kGain * far_m)) continue;
+  bool moves_along(std::size_t k, const Way& way, double before) {
+    for (const double share : kCornerMoves) {
+      const PlanPose trial = moved(corners_[k], way, share * turn_m_ / way.norm());
+      const double after = cost_.of(corners_[k - 1], trial) + cost_.of(trial, corners_[k + 1]);
+      if (!(after < kShorter * before)) continue;
       if (!straight(corners_[k - 1], trial) || !straight(trial, corners_[k + 1])) continue;
       corners_[k] = trial;
       return true;
@@ -211,12 +229,29 @@ class Shortening {
     return false;
   }
 
+  /// Leaves out corners that the way costs no more without.
+  void drop_corners() {
+    for (std::size_t k = 1; k + 1 < corners_.size() && !over();) {
+      const double with =
+          cost_.of(corners_[k - 1], corners_[k]) + cost_.of(corners_[k], corners_[k + 1]);
+      const bool drops = cost_.of(corners_[k - 1], corners_[k + 1]) <= with &&
+                         straight(corners_[k - 1], corners_[k + 1]);
+      if (drops) {
+        corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(k));
+      } else {
+        ++k;
+      }
+    }
+  }
+
   StepProver& prover_;
+  WayCost cost_;
   double turn_m_;
   const ShorteningLimits& limits_;
   tools::SplitMix64 words_;
   std::vector<PlanPose> corners_;
-  bool turns_ = false;  ///< the motion turns the part; else no change does
+  bool turns_ = false;    ///< the motion turns the part; else no change does
+  bool by_cost_ = false;  ///< what is compared: cost, or length
   std::chrono::steady_clock::time_point began_;
 };
 

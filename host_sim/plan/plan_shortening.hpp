@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// From the motion that a search found to a plan: straight ways instead of detours, then away from
-/// contact where there is room, each change proved before it is kept; and the plan with its
-/// stations.
+/// From the motion that a search found to a plan: straight ways instead of detours, then the way
+/// that costs a hand least (way_cost.hpp: short, and with room), each change proved before it is
+/// kept; and the plan with its stations.
 
 #include <cstdint>
 
@@ -23,7 +23,8 @@ struct CorneredMotion {
   [[nodiscard]] double length_m(double turn_m) const;
 };
 
-/// Shortens a proved motion and moves it away from contact. `turn_m`: what a turn of 1 rad counts.
+/// Shortens a proved motion and leads it where there is room. `turn_m`: what a turn of 1 rad
+/// counts.
 [[nodiscard]] CorneredMotion shortened(const PlanPose& start, const ProvedMotion& motion,
                                        StepProver& prover, double turn_m,
                                        const ShorteningLimits& limits);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/plan/step_prover.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace haptic::sim {
@@ -13,6 +14,10 @@ constexpr double kTolerated = 0.999;
 constexpr double kFacetRoom_m = 1.0e-12;
 /// Edges with a smaller sine between them have no plane.
 constexpr double kLeastSine = 1.5e-8;
+/// A fixed piece larger than so many times the median is looked at always.
+constexpr double kLarge = 4;
+/// Pairs farther apart leave enough clearance, in radii of the part.
+constexpr double kFarAway = 0.5;
 /// Height by which a neighbour may rise over the plane of two edges and still be none.
 constexpr double kLevel_m = 1.0e-9;
 
@@ -50,8 +55,48 @@ StepProver::StepProver(const SceneView& scene, double tolerance_m)
       edge.unit = (piece.vertices[edge.v1] - piece.vertices[edge.v0]).normalized();
       piece.edges.push_back(edge);
     }
+    if (k < moving_) reach_m_ = std::max(reach_m_, piece.reach_m);
     pieces_.push_back(std::move(piece));
   }
+  sort_fixed_pieces();
+}
+
+void StepProver::sort_fixed_pieces() {
+  std::vector<double> radii;
+  Vec3d low = Vec3d::Constant(kInfinite), high = -low;
+  for (std::uint32_t k = moving_; k < pieces_.size(); ++k) {
+    radii.push_back(pieces_[k].radius_m);
+    low = low.cwiseMin(pieces_[k].reference + pieces_[k].centre);
+    high = high.cwiseMax(pieces_[k].reference + pieces_[k].centre);
+  }
+  if (radii.empty()) return;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::ranges::nth_element(radii, middle);
+  static_cast<void>((high - low).maxCoeff(&axis_));
+  for (std::uint32_t k = moving_; k < pieces_.size(); ++k) {
+    const Piece& piece = pieces_[k];
+    if (piece.radius_m > kLarge * *middle) {
+      large_.push_back(k);
+      continue;
+    }
+    along_axis_.emplace_back((piece.reference + piece.centre)[axis_], k);
+    largest_m_ = std::max(largest_m_, piece.radius_m);
+  }
+  std::ranges::sort(along_axis_);
+}
+
+void StepProver::find_near(const Vec3d& centre, double radius_m) {
+  near_.clear();
+  const auto look = [&](std::uint32_t k) {
+    const Piece& b = pieces_[k];
+    const double least = radius_m + b.radius_m;
+    if ((centre - b.reference - b.centre).squaredNorm() <= least * least) near_.push_back(k);
+  };
+  const double most_m = radius_m + largest_m_, middle = centre[axis_];
+  auto at = std::ranges::lower_bound(along_axis_, std::pair{middle - most_m, 0u});
+  for (; at != along_axis_.end() && at->first <= middle + most_m; ++at) look(at->second);
+  for (const std::uint32_t k : large_) look(k);
+  std::ranges::sort(near_);
 }
 
 double StepProver::gap_m(const Placed& at, const Piece& a, const Piece& b, const Vec3d& n) {
@@ -192,7 +237,8 @@ StepProver::Found StepProver::try_step(const PlanPose& from, const PlanPose& to,
     const Vec3d at_p = motion.p.x0 + motion.p.r * a.centre;
     const Vec3d at_q = motion.q.x0 + motion.q.r * a.centre;
     const double half_way = (motion.far + motion.angle * a.centre.norm()) / 2;
-    for (std::uint32_t j = moving_; j < pieces_.size(); ++j) {
+    find_near((at_p + at_q) / 2, a.radius_m + 2 * half_way + kLevel_m);
+    for (const std::uint32_t j : near_) {
       const Piece& b = pieces_[j];
       const Vec3d centre_b = b.reference + b.centre;
       const double apart2 =
@@ -254,10 +300,11 @@ bool StepProver::is_free(const PlanPose& pose) {
 StepProver::Clearance StepProver::clearance(const PlanPose& pose) {
   const Placed at{place_of(pose), turn_of(pose).toRotationMatrix()};
   Clearance least;
-  least.gap_m = kInfinite;
+  least.gap_m = kFarAway * reach_m_;
   for (std::uint32_t i = 0; i < moving_; ++i) {
     const Vec3d centre_a = at.x0 + at.r * pieces_[i].centre;
-    for (std::uint32_t j = moving_; j < pieces_.size(); ++j) {
+    find_near(centre_a, pieces_[i].radius_m + std::max(least.gap_m, 0.0));
+    for (const std::uint32_t j : near_) {
       const Piece& a = pieces_[i];
       const Piece& b = pieces_[j];
       const double spheres = (centre_a - b.reference - b.centre).norm() - a.radius_m - b.radius_m;

@@ -42,7 +42,8 @@ class StepProver {
   /// Whether a plane of every pair leaves a distance at the pose.
   [[nodiscard]] bool is_free(const PlanPose& pose);
 
-  /// Lower bound of the distance of the nearest pair at a pose, and the direction that parts it.
+  /// Lower bound of the distance of the nearest pair at a pose, and the direction that parts it;
+  /// pairs farther than half the part's radius are not looked at, and that is the bound.
   struct Clearance {
     double gap_m = 0;
     Vec3d normal_w = Vec3d::Zero();  ///< towards A; zero where spheres alone were looked at
@@ -95,11 +96,21 @@ class StepProver {
                                  ProofSearch search, PlanWitness& witness);
   [[nodiscard]] Found try_step(const PlanPose& from, const PlanPose& to, ProofSearch search,
                                std::vector<PlanWitness>& planes);
+  /// Fixed pieces, ascending, that a ball may touch: all that do, and others.
+  void find_near(const Vec3d& centre, double radius_m);
+  void sort_fixed_pieces();
   template <typename Visit>
   void for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
                       const Visit& visit) const;
 
   std::vector<Piece> pieces_;
+  /// Fixed pieces by where the middles of their spheres lie along the axis on which they lie the
+  /// farthest apart, but for large ones; the largest radius of these spheres; the large ones.
+  std::vector<std::pair<double, std::uint32_t>> along_axis_;
+  int axis_ = 0;
+  double largest_m_ = 0, reach_m_ = 0;
+  std::vector<std::uint32_t> large_;
+  std::vector<std::uint32_t> near_;  ///< of find_near
   std::uint32_t moving_ = 0;
   double tolerance_m_ = 0;
   std::unordered_map<std::uint64_t, Plane> last_;  ///< by pair: the plane that did last

@@ -8,6 +8,7 @@
 #include "host_sim/lab/planning/guided_scene.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/puzzles.hpp"
+#include "host_sim/report/quantile.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
@@ -135,6 +136,13 @@ double StudyCell::inserted_share() const {
   return static_cast<double>(in) / static_cast<double>(runs.size());
 }
 
+std::vector<double> StudyCell::sorted(double InsertionRun::*figure) const {
+  std::vector<double> values;
+  for (const InsertionRun& run : runs) values.push_back(run.*figure);
+  std::ranges::sort(values);
+  return values;
+}
+
 std::vector<StudyCell> run_guide_study(const GuideStudyBench& bench,
                                        const GuideStudyOptions& options) {
   std::vector<StudyCell> cells;
@@ -170,7 +178,14 @@ StudyVerdict verdict_of(const std::vector<StudyCell>& cells) {
     if (cell.wrong) continue;
     for (const StudyCell& other : cells) {
       if (other.hand != cell.hand || other.guide != "none") continue;
+      const auto no_more = [&](double InsertionRun::*figure, double share) {
+        return quantile(cell.sorted(figure), share) <= quantile(other.sorted(figure), share);
+      };
       verdict.helps = verdict.helps && cell.inserted_share() >= other.inserted_share() - kAllowed;
+      verdict.as_fast = verdict.as_fast && no_more(&InsertionRun::time_s, 0.5) &&
+                        no_more(&InsertionRun::time_s, 0.9);
+      verdict.as_gentle = verdict.as_gentle && no_more(&InsertionRun::peak_n, 0.5) &&
+                          no_more(&InsertionRun::peak_n, 0.95);
     }
   }
   return verdict;

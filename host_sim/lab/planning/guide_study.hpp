@@ -29,8 +29,8 @@ struct StudyGuide {
   std::vector<tools::SceneBytes> scenes;
 };
 
-/// The task and all guides. Without a guide; with the plan; with one whose start is 12 mm aside;
-/// with that of another scene, whose hole lies 3 mm aside.
+/// The task and all guides. Without a guide; with the plan; with one that begins 16 mm aside and
+/// upright, not where the hand does; with that of another scene, whose hole lies 3 mm aside.
 struct GuideStudyBench {
   InsertionTask task;
   DeviceModel device;
@@ -57,6 +57,8 @@ struct StudyCell {
   bool wrong = false;
   std::vector<InsertionRun> runs;
   [[nodiscard]] double inserted_share() const;
+  /// A figure of all runs, ascending.
+  [[nodiscard]] std::vector<double> sorted(double InsertionRun::*figure) const;
 };
 
 /// All hands but nobody's, with all guides. The number of threads changes nothing.
@@ -64,10 +66,13 @@ struct StudyCell {
                                                      const GuideStudyOptions& options);
 
 /// What must hold: every run is sound; no guide does more than its scene states; with the right
-/// guide no hand puts in fewer than with contact alone, but for one of a hundred runs.
+/// guide no hand puts in fewer than with contact alone, but for one of a hundred runs, takes longer
+/// (median and p90), or presses harder (median and p95 of the largest contact forces).
 struct StudyVerdict {
-  bool sound = true, within_energy = true, helps = true;
-  [[nodiscard]] bool passed() const { return sound && within_energy && helps; }
+  bool sound = true, within_energy = true, helps = true, as_fast = true, as_gentle = true;
+  [[nodiscard]] bool passed() const {
+    return sound && within_energy && helps && as_fast && as_gentle;
+  }
 };
 [[nodiscard]] StudyVerdict verdict_of(const std::vector<StudyCell>& cells);
 

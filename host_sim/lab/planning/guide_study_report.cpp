@@ -13,15 +13,8 @@ namespace {
 constexpr const char* kColours[] = {kPointColour, kRegionColour, kLitColour, kForceColour,
                                     kTorqueColour};
 
-std::vector<double> sorted(const StudyCell& cell, double InsertionRun::*figure) {
-  std::vector<double> values;
-  for (const InsertionRun& run : cell.runs) values.push_back(run.*figure);
-  std::ranges::sort(values);
-  return values;
-}
-
 double median(const StudyCell& cell, double InsertionRun::*figure) {
-  return quantile(sorted(cell, figure), 0.5);
+  return quantile(cell.sorted(figure), 0.5);
 }
 
 ReportTable table_of(const std::vector<StudyCell>& cells) {
@@ -29,15 +22,15 @@ ReportTable table_of(const std::vector<StudyCell>& cells) {
       "hand,guide,runs,inserted_percent,median_s,p90_s,median_peak_n,p95_peak_n,median_hand_mj,"
       "largest_guide_mj,stated_mj");
   for (const StudyCell& c : cells) {
-    const std::vector<double> times = sorted(c, &InsertionRun::time_s),
-                              peaks = sorted(c, &InsertionRun::peak_n);
-    const bool led = sorted(c, &InsertionRun::stated_j).front() > 0;
+    const std::vector<double> times = c.sorted(&InsertionRun::time_s),
+                              peaks = c.sorted(&InsertionRun::peak_n);
+    const bool led = c.sorted(&InsertionRun::stated_j).front() > 0;
     table.add({c.hand, c.guide, c.runs.size(), shown_as("%.1f", 100 * c.inserted_share()),
                shown_as("%.2f", quantile(times, 0.5)), shown_as("%.2f", quantile(times, 0.9)),
                shown_as("%.2f", quantile(peaks, 0.5)), shown_as("%.2f", quantile(peaks, 0.95)),
                shown_as("%.1f", 1e3 * median(c, &InsertionRun::hand_j)),
-               led ? shown_as("%.1f", 1e3 * sorted(c, &InsertionRun::guide_j).back()) : Cell{},
-               led ? shown_as("%.1f", 1e3 * sorted(c, &InsertionRun::stated_j).front()) : Cell{}});
+               led ? shown_as("%.1f", 1e3 * c.sorted(&InsertionRun::guide_j).back()) : Cell{},
+               led ? shown_as("%.1f", 1e3 * c.sorted(&InsertionRun::stated_j).front()) : Cell{}});
   }
   return table;
 }
@@ -84,9 +77,9 @@ std::string table_picture(const std::vector<StudyCell>& cells, double top) {
     svg += text_at(x_of(k), top, kHeads[k], anchor_of(k), 13);
   double y = top;
   for (const StudyCell& c : cells) {
-    const std::vector<double> times = sorted(c, &InsertionRun::time_s),
-                              peaks = sorted(c, &InsertionRun::peak_n);
-    const double stated_j = sorted(c, &InsertionRun::stated_j).front();
+    const std::vector<double> times = c.sorted(&InsertionRun::time_s),
+                              peaks = c.sorted(&InsertionRun::peak_n);
+    const double stated_j = c.sorted(&InsertionRun::stated_j).front();
     const auto of_guide = [&](double j) { return stated_j > 0 ? fixed(1e3 * j, 1) : "-"; };
     const std::string words[] = {c.hand,
                                  c.guide,
@@ -96,7 +89,7 @@ std::string table_picture(const std::vector<StudyCell>& cells, double top) {
                                  fixed(quantile(peaks, 0.5), 2),
                                  fixed(quantile(peaks, 0.95), 2),
                                  fixed(1e3 * median(c, &InsertionRun::hand_j), 1),
-                                 of_guide(sorted(c, &InsertionRun::guide_j).back()),
+                                 of_guide(c.sorted(&InsertionRun::guide_j).back()),
                                  of_guide(stated_j)};
     y += kRow;
     for (std::size_t k = 0; k < std::size(words); ++k)
@@ -155,14 +148,18 @@ std::string page(const GuideStudyBench& bench, const std::vector<StudyCell>& cel
          short_number(task.limit_s, 3) +
          " s, which then is its time. `plan` is the guide of `[guide]` with its defaults, over " +
          std::to_string(options.plans) +
-         " plans; `other start` a plan that begins 16 mm aside; `other hole` one whose hole lies "
+         " plans; `other start` a plan to the same goal that begins 16 mm aside, upright; `other "
+         "hole` one whose hole lies "
          "3 mm aside. Peak: largest contact force, median and p95 of the runs. The hand's work is "
          "the median, the guide's the most of any run at any time.\n\n" +
          picture_line("guide_study.svg", "Share of runs that are in by a time, and the table") +
          "\n" + table_of(cells).markdown() + "\n" + table_head({"must hold", "holds"}) +
          table_row({"every run is finite and slower than 10 m/s", yes_or_no(verdict.sound)}) +
          table_row({"no guide does more than its scene states", yes_or_no(verdict.within_energy)}) +
-         table_row({"with the right guide no hand puts in fewer", yes_or_no(verdict.helps)});
+         table_row({"with the right guide no hand puts in fewer", yes_or_no(verdict.helps)}) +
+         table_row({"nor takes longer (median, p90)", yes_or_no(verdict.as_fast)}) +
+         table_row(
+             {"nor presses harder (median and p95 of the peaks)", yes_or_no(verdict.as_gentle)});
 }
 
 }  // namespace
