@@ -70,5 +70,6 @@ rows.forEach((row, k) => {
 if (isGuided) assert.ok(rows.some((row) => /^\d of \d+: .+, then .+$/.test(row.guide_place)), "nobody is told which contact comes next");
 const changes = rows.filter((row, k) => row.state !== (k > 0 ? rows[k - 1].state : "none")).length;
 assert.equal(messages.get("/log").filter(({ value }) => value.level === 2).length, changes);
-assert.ok(changes > 2, "the run touches nothing");
+// A way that keeps away from the walls may touch nothing.
+assert.ok(isGuided || changes > 2, "the run touches nothing");
 console.log(`MCAP: ${rows.length} ticks, ${[...messages.values()].reduce((sum, list) => sum + list.length, 0)} messages read by @mcap/core, equal to the CSV`);
