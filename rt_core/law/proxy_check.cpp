@@ -72,33 +72,33 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                   DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
 }
 
-/// Whether a direction of the planes imposed in this pass keeps a pair of facets apart, where no
+/// Whether the normal of a plane imposed in this pass separates a pair of facets too, where no
 /// plane of its own does from one end of the step to the other: a part slides off a facet along its
 /// plane, and past the next one, which is no plane of that one's.
-bool Proxy::certify_by_lent(ReachedPair& reached, const Step& step, Real least_m,
-                            ProxyTick& tick) const noexcept {
+bool Proxy::certify_by_shared(ReachedPair& reached, const Step& step, Real least_m,
+                              ProxyTick& tick) const noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   if (!pair.view->has_skin() || pair.inside) return false;
   const Real least_valid = -valid_depth(parameters_.scale);
   std::uint32_t asked = 0;
-  for (const ImposedPlane& lender : imposed_) {
-    if (lender.pair == reached.pair) continue;
-    if (asked++ == kMaxLentDirections) return false;
-    const PairView& view = *pairs_[lender.pair].view;
+  for (const ImposedPlane& imposed : imposed_) {
+    if (imposed.pair == reached.pair) continue;
+    if (asked++ == kMaxSharedDirections) return false;
+    const PairView& view = *pairs_[imposed.pair].view;
     const auto gap_at = [&](const GripPose& pose) {
       tick.plane_gaps += 1;
       return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
-                           plane_normal(view, pose.r_wa, lender.id), reached.support);
+                           plane_normal(view, pose.r_wa, imposed.id), reached.support);
     };
     const DirectionGap at_q = gap_at(step.q);
-    if (!(at_q.gap_m > reached.lent_m)) continue;
+    if (!(at_q.gap_m > reached.shared_m)) continue;
     const DirectionGap at_p = gap_at(p_);
     if (!(at_p.gap_m >= least_valid)) continue;
-    reached.lent_m = at_q.gap_m;
+    reached.shared_m = at_q.gap_m;
     if (!(at_q.gap_m >= least_m)) continue;
     const Real path_m = path_gap(pair, at_p, at_q, step);
     if (!(path_m >= deepest_on_way(parameters_.scale, at_p.gap_m))) continue;
-    reached.lent = true;
+    reached.shared = true;
     reached.exact_q = false;
     reached.gap_p_m = at_p.gap_m;
     reached.gap_q_m = at_q.gap_m;
@@ -141,12 +141,12 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     reached.path_m = path;
   };
   reached.exact_q = true;
-  reached.lent = false;
-  reached.lent_m = kLowest;
+  reached.shared = false;
+  reached.shared_m = kLowest;
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return true;
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
-  if (has_budget(tick) && certify_by_lent(reached, step, least_m, tick)) return true;
+  if (has_budget(tick) && certify_by_shared(reached, step, least_m, tick)) return true;
   if (!reached.searched && !is_fixed() && pair.view->record.node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
@@ -229,7 +229,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       reached.gap_p_m = reached.gap_m;
       reached.gap_q_m = held.at_end_m;
       reached.path_m = held.on_way_m;
-      reached.exact_q = reached.lent = false;
+      reached.exact_q = reached.shared = false;
       continue;
     }
     if (reached.unsure || !certify(reached, step, least_m, tick)) {

@@ -250,7 +250,7 @@ void Proxy::accept(const Step& step) noexcept {
     ProxyPair& pair = pairs_[reached.pair];
     pair.plane = reached.plane;
     pair.support = reached.support;
-    if (kSceneTraits.facets && reached.lent) {
+    if (kSceneTraits.facets && reached.shared) {
       hold(pair, reached.normal_q_w);
       pair.clear_until_m =
           odometer_m(pair) +

@@ -98,11 +98,11 @@ struct ReachedPair {
   bool exact_p = true;    ///< gap_m is the gap itself
   bool unsure = false;    ///< no plane certifies it at p, for want of budget
   bool exact_q = false;   ///< gap_q_m is, along `plane`
-  bool lent = false;      ///< gap_q_m is, along normal_q_w, which a plane of another pair has lent
-  Real lent_m = 0;        ///< the largest gap there along a direction that another plane lends
+  bool shared = false;    ///< gap_q_m is, along normal_q_w, the normal of a plane of another pair
+  Real shared_m = 0;      ///< the largest gap there along the normal of one
   bool searched = false;  ///< its valid set is there
-  /// Whether its lack ends with that of the pair whose plane lends its direction.
-  [[nodiscard]] bool follows() const noexcept { return lent_m > gap_q_m; }
+  /// Whether a plane of another pair, moved out of the way, clears it too.
+  [[nodiscard]] bool follows() const noexcept { return shared_m > gap_q_m; }
   /// Its valid set; the first `exposed_count` of it can carry a force.
   std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;
 };
@@ -366,8 +366,8 @@ class Proxy {
                                  Real turn_rad) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,
                              ProxyTick& tick) noexcept;
-  [[nodiscard]] bool certify_by_lent(ReachedPair& reached, const Step& step, Real least_m,
-                                     ProxyTick& tick) const noexcept;
+  [[nodiscard]] bool certify_by_shared(ReachedPair& reached, const Step& step, Real least_m,
+                                       ProxyTick& tick) const noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                               const Step& step) const noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, const DirectionGap& at_p,

@@ -99,16 +99,16 @@ constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots
   constexpr std::uint64_t kProgram = kProgramUnits + kQpStepUnits * kMaxQpIterations;
   constexpr std::uint64_t kRegions =
       kMaxImposedPlanes + kGrantedSteps + 2 * kMaxFeltPlanes + kMaxTouchingLooks;
-  // Of facets: the directions lent to one pair at both ends of a step, and the regions of the pairs
-  // that are looked at twice for one that meets, at both ends.
-  constexpr std::uint64_t kLent = 2 * kMaxLentDirections;
+  // Of facets: the directions of imposed planes tried for one pair at both ends of a step, and the
+  // regions of the pairs that are looked at twice for one that meets, at both ends.
+  constexpr std::uint64_t kShared = 2 * kMaxSharedDirections;
   constexpr std::uint64_t kMeeting = 4 * kMaxMeetingLooks * (1 + kRegionUnits);
   const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.
   return visits / kListVisitsOfUnit + 3 * slots + largest.set + largest.search +
          programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes +
-         (facets ? kLent + kMeeting : 0);
+         (facets ? kShared + kMeeting : 0);
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round,

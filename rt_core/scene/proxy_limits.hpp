@@ -60,7 +60,7 @@ inline constexpr std::uint32_t kMostScannedEdges = kMaxValidVisits / 2;
 /// Pairs that lack a plane, of which one is looked for whose features meet.
 inline constexpr std::uint32_t kMaxMeetingLooks = 4;
 /// Planes imposed in a pass whose directions are tried for a pair that has none of its own.
-inline constexpr std::uint32_t kMaxLentDirections = 8;
+inline constexpr std::uint32_t kMaxSharedDirections = 8;
 /// The faces of A are tried for a certificate where they are no more than this.
 inline constexpr std::uint32_t kFewFaces = 16;
 
