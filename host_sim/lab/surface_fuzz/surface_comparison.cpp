@@ -198,7 +198,7 @@ std::string surface_comparison_page(const SurfaceComparison& comparison) {
       ". Differences of the force over the ticks with a force. Apart: ticks in which one of the "
       "two has slipped off an edge and the other not yet, told by more than " +
       number_text(widen(kSlip_n)) + " N; at most " + std::to_string(kLongestSpell) +
-      " in a row and a quarter of all pass. The skin alone makes the stiffness times twice the "
+      " in a row and one of a hundred pass. The skin alone makes the stiffness times twice the "
       "tolerance.\n\n";
   return text + table_of(comparison).markdown();
 }

@@ -15,8 +15,8 @@ namespace haptic::sim {
 /// A larger difference of the forces is that of two parts of which one has slipped off an edge and
 /// the other not yet [N]; ticks in a row that it may last, and its share of all with a force.
 inline constexpr double kSlip_n = 1e-3;
-inline constexpr std::uint64_t kLongestSpell = 40;
-inline constexpr double kLargestShareApart = 0.25;
+inline constexpr std::uint64_t kLongestSpell = 3;
+inline constexpr double kLargestShareApart = 0.01;
 
 struct SurfaceComparisonRow {
   std::string scene;
