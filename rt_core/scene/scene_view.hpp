@@ -140,7 +140,7 @@ struct PairView {
   /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m].
   Real skin_m = 0;
 
-  /// One of the two is a facet, and what is opened is a scene of law proxy.
+  /// One of the two is a facet, as law proxy sees it, which alone sets skin_m.
   [[nodiscard]] bool has_skin() const noexcept { return kSceneTraits.facets && skin_m > 0; }
   [[nodiscard]] bool has_lists() const noexcept {
     return kSceneTraits.free_orientation && graph_stored;
