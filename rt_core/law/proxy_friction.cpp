@@ -174,9 +174,9 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
 bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
                           const PoseError& error) noexcept {
   const FrictionCone& cone = cones_[at];
-  const Real turned_m = cone.slid_m + direction_w.dot(cone.slid_w);
+  const Real lifted_m = cone.slid_m + direction_w.dot(cone.slid_w);
   const Vec3 w = cone.normal_w + cone.friction * direction_w;
-  if (!push_row(cone.imposed, cone.arm, w, cone.least_m - cone.friction * turned_m, error,
+  if (!push_row(cone.imposed, cone.arm, w, cone.least_m - cone.friction * lifted_m, error,
                 kMaxQpRows)) {
     return false;
   }
