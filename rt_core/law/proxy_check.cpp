@@ -72,18 +72,20 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                   DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
 }
 
-/// Whether the normal of a plane imposed in this pass separates a pair of facets too, where no
-/// plane of its own does from one end of the step to the other: a part slides off a facet along its
-/// plane, and past the next one, which is no plane of that one's.
-bool Proxy::certify_by_shared(ReachedPair& reached, const Step& step, Real least_m,
-                              ProxyTick& tick) const noexcept {
+/// Of the normals of the planes imposed in this pass, one that separates a pair of facets at the
+/// end of the step and dips least on the way there: where no plane of its own separates it from one
+/// end of the step to the other, since a part slides off a facet along its plane, and past the next
+/// one, which is no plane of that one's.
+Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real least_m,
+                                   ProxyTick& tick) const noexcept {
+  SharedGap best;
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!pair.view->has_skin() || pair.inside) return false;
+  if (!pair.view->has_skin() || pair.inside) return best;
   const Real least_valid = -valid_depth(parameters_.scale);
   std::uint32_t asked = 0;
   for (const ImposedPlane& imposed : imposed_) {
     if (imposed.pair == reached.pair) continue;
-    if (asked++ == kMaxSharedDirections) return false;
+    if (asked++ == kMaxSharedDirections) break;
     const PairView& view = *pairs_[imposed.pair].view;
     const auto gap_at = [&](const GripPose& pose) {
       tick.plane_gaps += 1;
@@ -97,16 +99,12 @@ bool Proxy::certify_by_shared(ReachedPair& reached, const Step& step, Real least
     reached.shared_m = at_q.gap_m;
     if (!(at_q.gap_m >= least_m)) continue;
     const Real path_m = path_gap(pair, at_p, at_q, step);
-    if (!(path_m >= deepest_on_way(parameters_.scale, at_p.gap_m))) continue;
-    reached.shared = true;
-    reached.exact_q = false;
-    reached.gap_p_m = at_p.gap_m;
-    reached.gap_q_m = at_q.gap_m;
-    reached.normal_q_w = at_q.normal_w;
-    reached.path_m = path_m;
-    return true;
+    const Real worth_m = path_m - deepest_on_way(parameters_.scale, at_p.gap_m);
+    if (!(worth_m > best.worth_m)) continue;
+    best = {at_p.gap_m, at_q.gap_m, path_m, worth_m, at_q.normal_w};
+    if (worth_m >= 0) break;
   }
-  return false;
+  return best;
 }
 
 /// Finds the plane that certifies a pair best; false: there was no budget for it. Of its
@@ -146,7 +144,20 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
   if (worth_m >= 0) return true;
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
-  if (has_budget(tick) && certify_by_shared(reached, step, least_m, tick)) return true;
+  const SharedGap shared =
+      has_budget(tick) ? shared_gap(reached, step, least_m, tick) : SharedGap{};
+  const auto take_shared = [&] {
+    reached.shared = true;
+    reached.exact_q = false;
+    reached.gap_p_m = shared.gap_p_m;
+    reached.gap_q_m = shared.gap_q_m;
+    reached.normal_q_w = shared.normal_q_w;
+    reached.path_m = shared.path_m;
+  };
+  if (shared.worth_m >= 0) {
+    take_shared();
+    return true;
+  }
   if (!reached.searched && !is_fixed() && pair.view->record.node_count >= kManyNodes) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
@@ -171,14 +182,19 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     exposed = reached;
     exposed_worth_m = worth_m;
   }
+  if (worth_m >= 0) return true;
   // Any plane certifies; one that only separates is imposed where nothing else is there to be.
-  if (exposed_worth_m == kLowest || worth_m >= 0) return true;
-  reached.plane = exposed.plane;
-  reached.support = exposed.support;
-  reached.gap_p_m = exposed.gap_p_m;
-  reached.gap_q_m = exposed.gap_q_m;
-  reached.normal_q_w = exposed.normal_q_w;
-  reached.path_m = exposed.path_m;
+  if (exposed_worth_m > kLowest) {
+    reached.plane = exposed.plane;
+    reached.support = exposed.support;
+    reached.gap_p_m = exposed.gap_p_m;
+    reached.gap_q_m = exposed.gap_q_m;
+    reached.normal_q_w = exposed.normal_q_w;
+    reached.path_m = exposed.path_m;
+  }
+  // A direction that is good for the end asks for a shorter step, not for a plane.
+  const bool lacks = reached.gap_q_m + reached.allowed_m < least_m;
+  if (lacks && shared.worth_m > kLowest) take_shared();
   return true;
 }
 

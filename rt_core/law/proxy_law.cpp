@@ -49,6 +49,27 @@ std::uint32_t largest_loop(const PieceView& piece) noexcept {
 
 }  // namespace
 
+SceneSize scene_size(const SceneView& scene) noexcept {
+  const auto length_m = [](const double(&v)[3]) {
+    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  };
+  double radius = 0, extent = length_m(scene.parameters().start_p_wa_m);
+  for (const PieceRecord& piece : scene.pieces()) {
+    if (piece.body == 0) {
+      radius = std::max(radius, piece.reach_m);
+    } else {
+      extent = std::max(extent, length_m(scene.bodies()[piece.body].reference_m) + piece.reach_m);
+    }
+  }
+  return {static_cast<Real>(radius), static_cast<Real>(extent)};
+}
+
+ProxyScale proxy_scale(const SceneView& scene) noexcept {
+  const SceneSize size = scene_size(scene);
+  return proxy_scale(size.radius_m, size.extent_m,
+                     static_cast<Real>(scene.parameters().coupling.tolerance_m));
+}
+
 ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept {
   const Real share = radius_m / kChosenFor_m;
   const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);

@@ -51,6 +51,16 @@ struct ProxyScale {
 /// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
 [[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
 
+/// What those lengths are chosen for.
+struct SceneSize {
+  Real radius_m = 0;  ///< every vertex of the part lies within it of the grip point
+  Real extent_m = 0;  ///< largest distance from the origin, of obstacles and of the start
+};
+/// Cost: one look at each piece.
+[[nodiscard]] SceneSize scene_size(const SceneView& scene) noexcept;
+/// The lengths of a scene, with the tolerance that it asks for.
+[[nodiscard]] ProxyScale proxy_scale(const SceneView& scene) noexcept;
+
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 
 /// What the proxy keeps of one pair near it. Pairs are named by their slot. Every pass looks at the
@@ -234,6 +244,7 @@ class Proxy {
   struct Step;
   struct Check;
   struct HeldGap;
+  struct SharedGap;
 
   /// How a pass ended.
   enum class PassEnd : std::uint8_t {
@@ -366,8 +377,8 @@ class Proxy {
                                  Real turn_rad) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,
                              ProxyTick& tick) noexcept;
-  [[nodiscard]] bool certify_by_shared(ReachedPair& reached, const Step& step, Real least_m,
-                                       ProxyTick& tick) const noexcept;
+  [[nodiscard]] SharedGap shared_gap(ReachedPair& reached, const Step& step, Real least_m,
+                                     ProxyTick& tick) const noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                               const Step& step) const noexcept;
   [[nodiscard]] Real path_gap(const ProxyPair& pair, const DirectionGap& at_p,

@@ -2,6 +2,8 @@
 #pragma once
 /// Inside of the proxy: one step and its check. Not for inclusion outside law/.
 
+#include <limits>
+
 #include "rt_core/law/proxy_law.hpp"
 
 namespace haptic {
@@ -26,6 +28,16 @@ struct Proxy::Check {
 /// What is left of a pair's gap along a direction that is held fixed, at least [m].
 struct Proxy::HeldGap {
   Real at_end_m = 0, on_way_m = 0;
+};
+
+/// What the gap of a pair of facets is along a direction imposed for another pair.
+struct Proxy::SharedGap {
+  Real gap_p_m = 0, gap_q_m = 0;  ///< at p, and at the step's end
+  Real path_m = 0;                ///< on the way there, at least
+  /// By how much that is enough; the lowest number: no such direction separates the pair at the
+  /// end.
+  Real worth_m = -std::numeric_limits<Real>::max();
+  Vec3 normal_q_w = Vec3::Zero();
 };
 
 /// A pair with at least so many basic contacts is certified by a face, if one does, before its

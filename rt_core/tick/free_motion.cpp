@@ -13,29 +13,12 @@ namespace {
 /// The goal counts as hooked when it is this many radii of the part away from the proxy.
 constexpr Real kHookedShare = 1.0_r;
 
-Vec3 place_of(const double (&v)[3]) noexcept {
-  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
 }  // namespace
 
 /// Pieces and lengths of the proxy from the scene.
 void FreeMotion::read_scene(const SceneView& scene) noexcept {
   const SceneParameters& p = scene.parameters();
   const CouplingParameters& c = p.coupling;
-  Real radius = 0;
-  Real extent = static_cast<Real>(std::sqrt(p.start_p_wa_m[0] * p.start_p_wa_m[0] +
-                                            p.start_p_wa_m[1] * p.start_p_wa_m[1] +
-                                            p.start_p_wa_m[2] * p.start_p_wa_m[2]));
-  for (const PieceRecord& piece : scene.pieces()) {
-    const Real reach = static_cast<Real>(piece.reach_m);
-    if (piece.body == 0) {
-      radius = std::max(radius, reach);
-    } else {
-      const Vec3 reference_w = place_of(scene.bodies()[piece.body].reference_m);
-      extent = std::max(extent, std::sqrt(reference_w.squaredNorm()) + reach);
-    }
-  }
   proxy_.read_scene(scene);
   spring_.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
   spring_.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
@@ -49,15 +32,15 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
   spring_.soft_rotation_rad = soft(c.max_rotation_error_rad, c.max_turn_nm, c.k_r_nm_per_rad);
   damping_ns_per_m_ = static_cast<Real>(c.damping_ns_per_m);
   damping_share_ = static_cast<Real>(c.damping_share);
-  radius_m_ = radius;
+  radius_m_ = scene_size(scene).radius_m;
   epsilon_m_ = static_cast<Real>(p.epsilon_m);
   Proxy::Parameters parameters;
   parameters.spring = spring_;
-  parameters.scale = proxy_scale(radius, extent, static_cast<Real>(c.tolerance_m));
+  parameters.scale = proxy_scale(scene);
   tolerance_m_ = parameters.scale.tolerance_m;
   parameters.passes = c.passes;
   parameters.work_units = p.work_units;
-  parameters.radius_m = radius;
+  parameters.radius_m = radius_m_;
   parameters.epsilon_m = epsilon_m_;
   parameters.envelope = envelope_of(p);
   parameters.never_turns = kSceneTraits.is_fixed(scene.is_fixed());

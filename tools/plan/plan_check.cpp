@@ -209,23 +209,7 @@ StationProof PlanCheck::station(const PlanPose& pose, const std::vector<PlanWitn
 }
 
 double most_tolerance_m(const SceneView& scene) {
-  const SceneParameters& p = scene.parameters();
-  double radius = 0, extent = 0;
-  const auto length = [](const double(&v)[3]) {
-    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  };
-  extent = length(p.start_p_wa_m);
-  for (const PieceRecord& piece : scene.pieces()) {
-    if (piece.body == 0) {
-      radius = std::max(radius, piece.reach_m);
-    } else {
-      extent = std::max(extent, length(scene.bodies()[piece.body].reference_m) + piece.reach_m);
-    }
-  }
-  return kToleranceShare *
-         static_cast<double>(proxy_scale(static_cast<Real>(radius), static_cast<Real>(extent),
-                                         static_cast<Real>(p.coupling.tolerance_m))
-                                 .tolerance_m);
+  return kToleranceShare * static_cast<double>(proxy_scale(scene).tolerance_m);
 }
 
 PlanProof prove_plan(const SceneView& scene, const Plan& plan, const std::string& file) {

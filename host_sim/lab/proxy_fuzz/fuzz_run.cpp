@@ -45,19 +45,7 @@ void damage(CoreSession& session, ProxyFault fault) {
     return;
   }
   if (fault == ProxyFault::kCertificate) {
-    // As the core computes them, so that the numbers are the same to the last bit.
-    const auto length = [](const double(&v)[3]) {
-      return Vec3(static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])).norm();
-    };
-    Real radius = 0, extent = length(view.parameters().start_p_wa_m);
-    for (std::uint32_t k = 0; k < view.pair_count(); ++k) {
-      const PairRecord pair = view.pair_record(k);
-      const PieceRecord& b = view.pieces()[pair.piece_b];
-      radius = std::max(radius, static_cast<Real>(view.pieces()[pair.piece_a].reach_m));
-      extent = std::max(extent,
-                        length(view.bodies()[b.body].reference_m) + static_cast<Real>(b.reach_m));
-    }
-    const ProxyScale scale = proxy_scale(radius, extent, 0);
+    const ProxyScale scale = proxy_scale(view);
     replace<4>(session.state(), {scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad},
                {20 * scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad});
     return;

@@ -12,11 +12,9 @@
 
 namespace haptic::sim {
 
-/// A larger difference of the forces is that of two parts of which one has slipped off an edge and
-/// the other not yet [N]; ticks in a row that it may last, and its share of all with a force.
-inline constexpr double kSlip_n = 1e-3;
-inline constexpr std::uint64_t kLongestSpell = 3;
-inline constexpr double kLargestShareApart = 0.01;
+/// The forces may differ by this much [N]: the edges of what stands for the skin are not round
+/// where those of the skin are.
+inline constexpr double kMostApart_n = 1e-3;
 
 struct SurfaceComparisonRow {
   std::string scene;
@@ -25,13 +23,8 @@ struct SurfaceComparisonRow {
   std::uint64_t ticks = 0, held = 0;  ///< held: with a force above 1 mN in either
   double largest_force_n = 0;
   double median_n = 0, p99_n = 0, largest_n = 0;  ///< of the difference, over the held ticks
-  std::uint64_t apart = 0, longest = 0;  ///< ticks above kSlip_n, and most of them in a row
-  double beside_n = 0;                   ///< largest difference in the other ticks
 
-  [[nodiscard]] bool failed() const {
-    return held == 0 || longest > kLongestSpell ||
-           static_cast<double>(apart) > kLargestShareApart * static_cast<double>(held);
-  }
+  [[nodiscard]] bool failed() const { return held == 0 || !(largest_n <= kMostApart_n); }
 };
 
 struct SurfaceComparison {
@@ -42,7 +35,8 @@ struct SurfaceComparison {
 
 /// Four contacts (a flat top with T-junctions, the edge of a block, a cylinder of 32 sides, floor
 /// and wall), each at 0.1 m/s, at 0.1 m/s with yaw and roll, and at 0.3 m/s with both: solids
-/// against the same parts taken `as`. `faulty`: the second device is 1 mm off, so that the check
+/// against the same parts taken `as`; where those are held apart by a skin, the solid obstacle is
+/// larger by it. `faulty`: the second device is 1 mm off, so that the check
 /// must fail.
 /// @throws tools::InputError when a scene cannot be compiled.
 [[nodiscard]] SurfaceComparison compare_surfaces(PartKind as, bool faulty,
