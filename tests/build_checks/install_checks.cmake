@@ -8,7 +8,7 @@ set(installed ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DSOURCE=${PROJECT_
 # With a sanitizer a user's program would have to be built with the same.
 if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
   haptic_build_check(installed ${installed} -DFOLDER=${samples}/installed -P ${checks}/installed.cmake)
-  set_tests_properties(build_checks.installed PROPERTIES TIMEOUT 900)
+  set_tests_properties(build_checks.installed PROPERTIES TIMEOUT 900 COST 30)
   haptic_build_probe(installed.probe_header "includes 'rt_core/base/pose.hpp', which is not installed" ${installed}
     -DFOLDER=${samples}/installed_header -DREMOVE=include/haptic/rt_core/base/pose.hpp -P ${checks}/installed.cmake)
   haptic_build_probe(installed.probe_component "the component 'hal' of haptic is not installed" ${installed}

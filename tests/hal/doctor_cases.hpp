@@ -11,6 +11,9 @@
 
 namespace haptic::test {
 
+inline constexpr auto kPass = hal::DoctorLevel::kPass, kWarning = hal::DoctorLevel::kWarning,
+                      kFailure = hal::DoctorLevel::kFailure, kSkipped = hal::DoctorLevel::kSkipped;
+
 /// One change of the healthy machine, and what its line must say then.
 struct DoctorCase {
   const char* what;

@@ -4,9 +4,6 @@
 namespace haptic::test {
 namespace {
 
-constexpr auto kPass = hal::DoctorLevel::kPass, kWarning = hal::DoctorLevel::kWarning,
-               kSkipped = hal::DoctorLevel::kSkipped;
-
 const DoctorCase kHousekeepingCases[] = {
     {"a fair server on the loop's cores",
      "fair server",

@@ -8,9 +8,6 @@ namespace {
 
 const std::string kCpus = "/sys/devices/system/cpu/";
 
-constexpr auto kPass = hal::DoctorLevel::kPass, kWarning = hal::DoctorLevel::kWarning,
-               kFailure = hal::DoctorLevel::kFailure, kSkipped = hal::DoctorLevel::kSkipped;
-
 const DoctorCase kKernelCases[] = {
     {"no PREEMPT_RT",
      "PREEMPT_RT",

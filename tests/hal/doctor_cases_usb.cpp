@@ -11,9 +11,6 @@ const std::string kRule =
     "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"1209\", ATTR{idProduct}==\"0001\", MODE=\"0660\", "
     "TAG+=\"uaccess\"";
 
-constexpr auto kPass = hal::DoctorLevel::kPass, kWarning = hal::DoctorLevel::kWarning,
-               kFailure = hal::DoctorLevel::kFailure, kSkipped = hal::DoctorLevel::kSkipped;
-
 const DoctorCase kUsbCases[] = {
     {"no USB",
      "USB controller",

@@ -12,17 +12,11 @@
 #include "hal/realtime/deploy_text.hpp"
 #include "hal/usb/usb_text.hpp"
 #include "tests/support/fake_machine.hpp"
+#include "tests/support/text_search.hpp"
 
 using namespace haptic::hal;
 using haptic::test::FakeMachine;
-
-namespace {
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-}  // namespace
+using haptic::test::has;
 
 TEST_SUITE("hal.deploy_text") {
   TEST_CASE("deploy_text: byte for byte the files of the source tree") {

@@ -59,7 +59,7 @@ std::vector<std::string> units() {
   return names;
 }
 
-void write(const std::string& path, const std::string& text) {
+void write_text(const std::string& path, const std::string& text) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   std::ofstream(path, std::ios::binary) << text;
 }
@@ -100,11 +100,11 @@ TEST_SUITE("hal.deploy_units") {
       CAPTURE(name);
       const std::string path = folder.file(name);
       const std::string text(deploy_text(name));
-      write(path, text);
+      write_text(path, text);
       const double exposure = exposure_of(path);
       MESSAGE(name, ": ", exposure);
       CHECK(exposure <= kMostExposure);
-      write(path, without(without(text, "CapabilityBoundingSet="), "SystemCallFilter="));
+      write_text(path, without(without(text, "CapabilityBoundingSet="), "SystemCallFilter="));
       CHECK(exposure_of(path) > kMostExposure);  // the judge is awake
     }
   }
@@ -118,7 +118,7 @@ TEST_SUITE("hal.deploy_units") {
         for (std::size_t at = 0; (at = text.find("=" + program, at)) != std::string::npos;)
           text.replace(at + 1, program.size(), "/bin/sh");
       }
-      write(folder.file(name), text);
+      write_text(folder.file(name), text);
     }
     const std::string verify =
         "cd " + folder.file("") + " && SYSTEMD_COLORS=0 systemd-analyze verify";
@@ -127,7 +127,7 @@ TEST_SUITE("hal.deploy_units") {
       CAPTURE(answer.text);
       CHECK(answer.exit_code == 0);
       CHECK(answer.text.find(name) == std::string::npos);
-      write(folder.file(name), text_of_file(folder.file(name)) + "[Service]\nNoSuchKey=1\n");
+      write_text(folder.file(name), text_of_file(folder.file(name)) + "[Service]\nNoSuchKey=1\n");
       CHECK(answer_of(verify + " ./" + name).text.find("NoSuchKey") != std::string::npos);
     }
   }
@@ -161,7 +161,7 @@ TEST_SUITE("hal.deploy_units") {
     const std::string root = folder.file("root");
     std::filesystem::create_directories(root + "/etc");
     for (const char* name : {"haptic-sysusers.conf", "haptic-tmpfiles.conf"})
-      write(folder.file(name), std::string(deploy_text(name)));
+      write_text(folder.file(name), std::string(deploy_text(name)));
     const Answer users =
         answer_of("systemd-sysusers --root=" + root + " " + folder.file("haptic-sysusers.conf"));
     CAPTURE(users.text);

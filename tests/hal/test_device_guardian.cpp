@@ -23,7 +23,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr std::int64_t kPatience_ns = 20'000'000'000;
+constexpr std::int64_t kGuardianPatience_ns = 20'000'000'000;
 
 GuardianSettings settings_of(unsigned spares) {
   GuardianSettings settings;
@@ -47,7 +47,7 @@ int tick_on(const ServoSeat& seat) {
 }
 
 GuardianNews news_of(DeviceGuardian& guardian) {
-  const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+  const std::int64_t end_ns = monotonic_ns() + kGuardianPatience_ns;
   GuardianNews news = GuardianNews::kNone;
   while (news == GuardianNews::kNone && monotonic_ns() < end_ns) news = guardian.wait(100);
   return news;
@@ -76,7 +76,7 @@ TEST_SUITE("hal.device_guardian") {
     }) == 0);
     REQUIRE(news_of(guardian) == GuardianNews::kServoEnded);
     REQUIRE(guardian.take_over());
-    const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+    const std::int64_t end_ns = monotonic_ns() + kGuardianPatience_ns;
     while (guardian.report(1)[0] == std::byte{0} && monotonic_ns() < end_ns) usleep(1000);
     for (const std::byte b : guardian.report(0)) REQUIRE(b == std::byte{1});
     for (const std::byte b : guardian.report(1)) REQUIRE(b == std::byte{2});
@@ -119,7 +119,7 @@ TEST_SUITE("hal.device_guardian") {
     }) == 0);
     const pid_t watcher = guardian.watcher_pid();
     REQUIRE(watcher > 0);
-    const std::int64_t end_ns = monotonic_ns() + kPatience_ns;
+    const std::int64_t end_ns = monotonic_ns() + kGuardianPatience_ns;
     while (seen.tick == 0 && monotonic_ns() < end_ns)
       REQUIRE(guardian.wait(10) == GuardianNews::kNone);
     CHECK(seen.policy == SCHED_IDLE);

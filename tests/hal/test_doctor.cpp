@@ -5,19 +5,17 @@
 
 #include "tests/hal/doctor_cases.hpp"
 #include "tests/support/fake_machine.hpp"
+#include "tests/support/text_search.hpp"
 
 using namespace haptic::hal;
 using haptic::test::DoctorCase;
 using haptic::test::FakeMachine;
+using haptic::test::has;
+using haptic::test::kFailure;
+using haptic::test::kPass;
+using haptic::test::kWarning;
 
 namespace {
-
-constexpr auto kPass = DoctorLevel::kPass, kWarning = DoctorLevel::kWarning,
-               kFailure = DoctorLevel::kFailure;
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 void check_case(const DoctorCase& c) {
   CAPTURE(c.what);

@@ -11,7 +11,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 20240611;
+constexpr std::uint64_t kFalconCodecSeed = 20240611;
 
 FalconReport random_report(std::mt19937_64& random) {
   FalconReport r;
@@ -42,8 +42,8 @@ TEST_SUITE("hal.falcon_codec") {
   }
 
   TEST_CASE("decode: gives back what was encoded, over random reports and commands") {
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kFalconCodecSeed);
+    CAPTURE(kFalconCodecSeed);
     for (int i = 0; i < 100000; ++i) {
       const FalconReport report = random_report(random);
       FalconReport back;
@@ -80,8 +80,8 @@ TEST_SUITE("hal.falcon_codec") {
   }
 
   TEST_CASE("FalconStream: finds every packet however the stream is cut, with noise between") {
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kFalconCodecSeed);
+    CAPTURE(kFalconCodecSeed);
     FalconStream stream;
     for (int i = 0; i < 5000; ++i) {
       const FalconReport report = random_report(random);
@@ -101,8 +101,8 @@ TEST_SUITE("hal.falcon_codec") {
   }
 
   TEST_CASE("FalconStream: a lost or added byte costs one packet at most, and is noticed") {
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kFalconCodecSeed);
+    CAPTURE(kFalconCodecSeed);
     for (int i = 0; i < 2000; ++i) {
       FalconStream stream;
       const std::size_t at = random() % 16;

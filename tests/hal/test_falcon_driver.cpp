@@ -22,7 +22,7 @@ using haptic::test::FalconCounterpart;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 9105;
+constexpr std::uint64_t kFalconDriverSeed = 9105;
 constexpr std::size_t kImageBytes = 5003;  // not a multiple of a block
 
 /// A file of seeded bytes; removed at the end.
@@ -34,7 +34,7 @@ class TestImage {
     REQUIRE(file >= 0);
     ::close(file);
     path = name;
-    std::mt19937_64 random(kSeed);
+    std::mt19937_64 random(kFalconDriverSeed);
     for (std::size_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::uint8_t>(random()));
     std::ofstream(path, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()),
@@ -246,8 +246,8 @@ TEST_SUITE("hal.falcon_driver") {
   }
 
   TEST_CASE("read: follows the handle over its workspace, however packets are cut") {
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kFalconDriverSeed);
+    CAPTURE(kFalconDriverSeed);
     for (const std::size_t payload : {std::size_t{62}, std::size_t{16}, std::size_t{7}}) {
       FalconCounterpart device(kImageBytes);
       device.power_up_loaded();
@@ -324,8 +324,8 @@ TEST_SUITE("hal.falcon_driver") {
     device.power_up_loaded();
     FalconDriver driver(settings_with(""));
     REQUIRE(driver.start(device) == HalStatus::kOk);
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kFalconDriverSeed);
+    CAPTURE(kFalconDriverSeed);
     const auto uniform = [&random](double lo, double hi) {
       return static_cast<Real>(lo + (hi - lo) * static_cast<double>(random() >> 11) * 0x1.0p-53);
     };

@@ -11,7 +11,7 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 77001;
+constexpr std::uint64_t kFalconKinematicsSeed = 77001;
 constexpr double kPi = 3.14159265358979323846;
 
 /// Evenly inside the ball of 40 mm about the middle, except for the part beyond the legs: with
@@ -44,8 +44,8 @@ TEST_SUITE("hal.falcon_kinematics") {
   TEST_CASE("angles_at: the chain of links closes on the position, with the knee outside") {
     const FalconGeometry g;
     const FalconKinematics arm(g);
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     for (int n = 0; n < 20000; ++n) {
       const Column3 p = point_in_workspace(random);
       FalconAngles angles{};
@@ -70,7 +70,7 @@ TEST_SUITE("hal.falcon_kinematics") {
     // t = tan(t1 / 2) solves l2 t^2 + l1 t + l0 = 0; the smaller root is the arm's.
     const FalconGeometry g;
     const FalconKinematics arm(g);
-    Random random(kSeed);
+    Random random(kFalconKinematicsSeed);
     for (int n = 0; n < 2000; ++n) {
       const Column3 p = point_in_workspace(random);
       FalconAngles angles{};
@@ -92,8 +92,8 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("angles_at: the legs reach 19 in 20 points of the workspace, all of them up to 30 mm") {
     const FalconKinematics arm;
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     int inside = 0, reached = 0;
     while (inside < 20000) {
       const Column3 p(random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04),
@@ -124,8 +124,8 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("position_at: gives back the position of its angles to a nanometre, from anywhere") {
     const FalconKinematics arm;
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     double worst_m = 0.0;
     for (int n = 0; n < 20000; ++n) {
       const Column3 p = point_in_workspace(random);
@@ -141,8 +141,8 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("position_at: angles of no position are refused, and the position stays") {
     const FalconKinematics arm;
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     const double rad = kPi / 180.0;
     for (const FalconAngles& angles :
          {FalconAngles{1000 * rad, 1000 * rad, 1000 * rad}, FalconAngles{-1159 * rad, 0, 0},
@@ -173,8 +173,8 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("jacobian_at: equals finite differences of the inverse kinematics") {
     const FalconKinematics arm;
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     constexpr double kStep_m = 1e-6;
     for (int n = 0; n < 5000; ++n) {
       const Column3 p = point_in_workspace(random);
@@ -197,8 +197,8 @@ TEST_SUITE("hal.falcon_kinematics") {
 
   TEST_CASE("torques_for: power at the thighs is power at the handle, and force_of inverts it") {
     const FalconKinematics arm;
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kFalconKinematicsSeed);
+    CAPTURE(kFalconKinematicsSeed);
     for (int n = 0; n < 5000; ++n) {
       const Column3 p = point_in_workspace(random);
       const Column3 force(random.uniform(-8, 8), random.uniform(-8, 8), random.uniform(-8, 8));
@@ -222,7 +222,7 @@ TEST_SUITE("hal.falcon_kinematics") {
           std::array<std::int16_t, 3>{-1234, 567, 32767});
     CHECK(arm.counts_of({100.0, -100.0, 0.6}) == std::array<std::int16_t, 3>{32767, -32768, -17});
     // The handle moves by at most 60 um per count over the workspace: the stated encoder step.
-    Random random(kSeed);
+    Random random(kFalconKinematicsSeed);
     double worst_m = 0.0;
     for (int n = 0; n < 5000; ++n) {
       Square3 jacobian;

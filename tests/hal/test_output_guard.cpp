@@ -13,7 +13,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr std::int64_t kPeriod_ns = 1'000'000;
+constexpr std::int64_t kGuardPeriod_ns = 1'000'000;
 
 SafetyLimits test_limits() {
   SafetyLimits limits;
@@ -43,12 +43,12 @@ struct Session {
   DeviceCommand command;
 
   GuardedOutput on_time(const Vec3& force_d, std::uint32_t arming) {
-    now_ns += kPeriod_ns;
+    now_ns += kGuardPeriod_ns;
     command = command_of(++tick, now_ns, force_d, arming);
     return guard.update(now_ns, command);
   }
   GuardedOutput without_command() {
-    now_ns += kPeriod_ns;
+    now_ns += kGuardPeriod_ns;
     return guard.update(now_ns, command);
   }
   GuardedOutput run(int ticks, const Vec3& force_d, std::uint32_t arming) {
@@ -242,15 +242,17 @@ TEST_SUITE("hal.output_guard") {
   }
 
   TEST_CASE("update: after a stall the step is that of two periods, not of the time missed") {
-    for (const std::int64_t report_ns : {kPeriod_ns, kPeriod_ns / 4, 4 * kPeriod_ns}) {
-      for (const std::int64_t stall_ns : {5 * kPeriod_ns, 100 * kPeriod_ns, 60'000 * kPeriod_ns}) {
+    for (const std::int64_t report_ns :
+         {kGuardPeriod_ns, kGuardPeriod_ns / 4, 4 * kGuardPeriod_ns}) {
+      for (const std::int64_t stall_ns :
+           {5 * kGuardPeriod_ns, 100 * kGuardPeriod_ns, 60'000 * kGuardPeriod_ns}) {
         Session s;
         s.guard.follow_reports(report_ns);
         s.run(1200, kForce_d, 1);
         REQUIRE(s.guard.last().force_w == kForce_d);
         s.now_ns += stall_ns;
         const Vec3 now = s.on_time(-kForce_d, 1).wrench_d.force_w;
-        const double least_ns = static_cast<double>(std::min(report_ns, kPeriod_ns));
+        const double least_ns = static_cast<double>(std::min(report_ns, kGuardPeriod_ns));
         CHECK((kForce_d - now).norm() == doctest::Approx(500.0 * 2e-9 * least_ns).epsilon(1e-5));
       }
     }
@@ -306,7 +308,7 @@ TEST_SUITE("hal.output_guard") {
     int moved = 0;
     int wrong = 0;
     for (int k = 0; k < 400'000 && wrong == 0; ++k) {
-      std::int64_t step_ns = kPeriod_ns + static_cast<std::int64_t>(200'000 * uniform());
+      std::int64_t step_ns = kGuardPeriod_ns + static_cast<std::int64_t>(200'000 * uniform());
       if (below(200) == 0) step_ns = static_cast<std::int64_t>(below(30'000'000'000));
       if (below(500) == 0) step_ns = -static_cast<std::int64_t>(below(3'000'000));
       now_ns += step_ns;

@@ -19,7 +19,7 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 60606;
+constexpr std::uint64_t kPolhemSeed = 60606;
 
 PolhemSettings with_deadman() {
   PolhemSettings settings;
@@ -57,8 +57,8 @@ int calibrate(PolhemDriver& driver, PolhemCounterpart& device, DeviceState& stat
 
 TEST_SUITE("hal.polhem_codec") {
   TEST_CASE("encode and decode: seven little-endian numbers, both ways, over random contents") {
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kPolhemSeed);
+    CAPTURE(kPolhemSeed);
     std::array<std::uint8_t, kPolhemReportBytes> bytes{};
     for (int i = 0; i < 50000; ++i) {
       PolhemReport report;
@@ -141,8 +141,8 @@ TEST_SUITE("hal.polhem_kinematics") {
   TEST_CASE("jacobian_at: equals finite differences; currents do the work of the force") {
     const PolhemGeometry g;
     const PolhemKinematics arm(g);
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kPolhemSeed);
+    CAPTURE(kPolhemSeed);
     int regular = 0;
     for (int n = 0; n < 5000; ++n) {
       const PolhemAngles a{
@@ -319,8 +319,8 @@ TEST_SUITE("hal.polhem_driver") {
     REQUIRE(driver.start(device) == HalStatus::kOk);
     DeviceState state;
     REQUIRE(calibrate(driver, device, state) < 10);
-    Random random(kSeed);
-    CAPTURE(kSeed);
+    Random random(kPolhemSeed);
+    CAPTURE(kPolhemSeed);
     Wrench delivered;
     int cut = 0;
     for (int i = 0; i < 2000; ++i) {

@@ -13,7 +13,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 20'240'611;
+constexpr std::uint64_t kReferenceCodecSeed = 20'240'611;
 constexpr int kRandomCount = 100'000;
 
 /// Whole range, and its ends more often than chance has it.
@@ -31,7 +31,7 @@ class RandomNumbers {
   }
 
  private:
-  std::mt19937_64 engine_{kSeed};
+  std::mt19937_64 engine_{kReferenceCodecSeed};
 };
 
 ReferenceReport random_report(RandomNumbers& random) {
@@ -155,14 +155,14 @@ TEST_SUITE("hal.reference_codec") {
   }
 
   TEST_CASE("encode, decode: random records come back as they were") {
-    INFO("seed " << kSeed);
+    INFO("seed " << kReferenceCodecSeed);
     CHECK(broken_round_trips<kReferenceReportBytes>(random_report) == 0);
     CHECK(broken_round_trips<kReferenceCommandBytes>(random_command) == 0);
     CHECK(broken_round_trips<kReferenceBlockBytes>(random_block) == 0);
   }
 
   TEST_CASE("decode: every flip of one bit and every wrong length is refused") {
-    INFO("seed " << kSeed);
+    INFO("seed " << kReferenceCodecSeed);
     RandomNumbers random;
     for (int i = 0; i < 20; ++i) {
       CHECK(accepted_damage<kReferenceReportBytes>(random_report(random)) == 0);

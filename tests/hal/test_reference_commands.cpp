@@ -13,7 +13,7 @@ using namespace haptic::hal::test;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 77'003;
+constexpr std::uint64_t kReferenceCommandSeed = 77'003;
 
 }  // namespace
 
@@ -225,8 +225,8 @@ TEST_SUITE("hal.reference_commands") {
   }
 
   TEST_CASE("write: random wrenches keep limits, direction and the error of rounding") {
-    INFO("seed " << kSeed);
-    std::mt19937_64 engine(kSeed);
+    INFO("seed " << kReferenceCommandSeed);
+    std::mt19937_64 engine(kReferenceCommandSeed);
     const auto number = [&] { return static_cast<double>(engine() >> 11) * 0x1.0p-52 - 1.0; };
     ReferenceBench bench;
     bench.bring_up();

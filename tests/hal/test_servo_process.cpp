@@ -135,9 +135,9 @@ TEST_SUITE("hal.servo_process") {
 
   TEST_CASE("end of a child: codes, signals, texts") {
     CHECK(to_text(ProcessEnd{}) == "running");
-    CHECK(to_text({true, 3, 0}) == "exit code 3");
-    CHECK(to_text({true, 0, SIGSEGV}) == "killed by signal 11 (Segmentation fault)");
-    CHECK(to_text({true, 0, SIGKILL}) == "killed by signal 9 (Killed)");
+    CHECK(to_text(ProcessEnd{true, 3, 0}) == "exit code 3");
+    CHECK(to_text(ProcessEnd{true, 0, SIGSEGV}) == "killed by signal 11 (Segmentation fault)");
+    CHECK(to_text(ProcessEnd{true, 0, SIGKILL}) == "killed by signal 9 (Killed)");
 
     ServoProcess returns;
     CHECK_FALSE(returns.poll(0).ended);  // not started

@@ -18,7 +18,7 @@ using haptic::test::SpaceMouseCounterpart;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 31337;
+constexpr std::uint64_t kSpacemouseSeed = 31337;
 constexpr std::int64_t kReport_ns = 8'000'000;
 
 SpaceMouseSettings settings_for(std::uint16_t vendor, std::uint16_t product) {
@@ -201,8 +201,8 @@ TEST_SUITE("hal.spacemouse_driver") {
 
     SpaceMouseDriver other(settings);
     REQUIRE(other.start(device) == HalStatus::kOk);
-    std::mt19937_64 random(kSeed);
-    CAPTURE(kSeed);
+    std::mt19937_64 random(kSpacemouseSeed);
+    CAPTURE(kSpacemouseSeed);
     for (int i = 0; i < 20000; ++i) {
       device.push({350, static_cast<std::int16_t>(random()), 350, 350,
                    static_cast<std::int16_t>(random()), 350});

@@ -25,7 +25,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr int kPatience_ms = 20'000;
+constexpr int kKeeperPatience_ms = 20'000;
 
 struct Wire {
   Wire() { REQUIRE(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) == 0); }
@@ -117,12 +117,12 @@ TEST_SUITE("hal.zero_keeper") {
     CHECK(wire.next(300).empty());  // nothing while it lives
     const std::int64_t killed_ns = monotonic_ns();
     guardian.signal(SIGKILL);
-    const std::vector<std::uint8_t> sent = wire.next(kPatience_ms);
+    const std::vector<std::uint8_t> sent = wire.next(kKeeperPatience_ms);
     REQUIRE(sent.size() == command.size + 1);
     CHECK(sent[0] == static_cast<std::uint8_t>(SocketMessage::kOut));
     for (std::size_t k = 0; k < command.size; ++k) CHECK(sent[k + 1] == command.bytes[k]);
     MESSAGE("zero ", 1e-6 * static_cast<double>(monotonic_ns() - killed_ns), " ms after SIGKILL");
-    while (!wire.next(kPatience_ms).empty()) {
+    while (!wire.next(kKeeperPatience_ms).empty()) {
     }
   }
 
@@ -134,8 +134,8 @@ TEST_SUITE("hal.zero_keeper") {
       send_zero_on_fatal(&command);
       return raise(SIGSEGV);
     }) == 0);
-    CHECK(guardian.finish(kPatience_ms).signal == SIGSEGV);
-    CHECK(wire.next(kPatience_ms).size() == kFalconPacketBytes + 1);
+    CHECK(guardian.finish(kKeeperPatience_ms).signal == SIGSEGV);
+    CHECK(wire.next(kKeeperPatience_ms).size() == kFalconPacketBytes + 1);
   }
 
   TEST_CASE(
@@ -149,7 +149,7 @@ TEST_SUITE("hal.zero_keeper") {
       guard(guardian, wire, command, turn);
       CHECK(wire.next(150).empty());
       guardian.signal(SIGSTOP);
-      CHECK(wire.next(watched ? 500 : kPatience_ms).empty() == watched);
+      CHECK(wire.next(watched ? 500 : kKeeperPatience_ms).empty() == watched);
       guardian.signal(SIGKILL);
     }
   }
@@ -163,8 +163,8 @@ TEST_SUITE("hal.zero_keeper") {
             keeper.stop();
             _exit(0);
           });
-    CHECK(wire.next(kPatience_ms).empty());  // the end
-    CHECK(guardian.finish(kPatience_ms).exit_code == 0);
+    CHECK(wire.next(kKeeperPatience_ms).empty());  // the end
+    CHECK(guardian.finish(kKeeperPatience_ms).exit_code == 0);
   }
 
   TEST_CASE("a keeper that is killed or frozen is noticed") {
@@ -173,7 +173,7 @@ TEST_SUITE("hal.zero_keeper") {
       ZeroKeeper keeper;
       REQUIRE(keeper.start() == 0);
       REQUIRE(kill(keeper.pid(), number) == 0);
-      const std::int64_t end_ns = monotonic_ns() + std::int64_t{kPatience_ms} * 1'000'000;
+      const std::int64_t end_ns = monotonic_ns() + std::int64_t{kKeeperPatience_ms} * 1'000'000;
       while (!keeper.look().ended && monotonic_ns() < end_ns) usleep(10'000);
       CHECK(keeper.look().signal == SIGKILL);
     }

@@ -29,7 +29,7 @@ struct StackBits {
   }
 };
 
-StackBits bits_of(const StackTick& t) {
+StackBits stack_bits_of(const StackTick& t) {
   StackBits bits;
   bits.tick = test::bits_of(t.state, t.servo);
   std::size_t n = 0;
@@ -68,7 +68,7 @@ MinuteRun run_minute(StackCarrier carrier, bool report_clocked, std::size_t tick
     run.faults |= tick.servo.faults | tick.state.faults;
     run.cuts = tick.cuts;
     run.armings = tick.servo.command.arming;
-    run.ticks.push_back(bits_of(tick));
+    run.ticks.push_back(stack_bits_of(tick));
   }
   run.link = stack.link_counters();
   return run;

@@ -15,31 +15,31 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 using Kind = DeviceFaultKind;
-constexpr unsigned kPatience_ms = 20000;
+constexpr unsigned kHostPatience_ms = 20000;
 
 /// libusb on the device; answers each report with a spring to the origin.
-class Host {
+class ReportingHost {
  public:
-  explicit Host(int descriptor) {
+  explicit ReportingHost(int descriptor) {
     libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
     REQUIRE(libusb_init(&context_) == 0);
     REQUIRE(libusb_wrap_sys_device(context_, descriptor, &handle_) == 0);
     REQUIRE(libusb_claim_interface(handle_, 0) == 0);
   }
-  ~Host() {
+  ~ReportingHost() {
     libusb_release_interface(handle_, 0);
     libusb_close(handle_);
     libusb_exit(context_);
   }
-  Host(const Host&) = delete;
-  Host& operator=(const Host&) = delete;
+  ReportingHost(const ReportingHost&) = delete;
+  ReportingHost& operator=(const ReportingHost&) = delete;
 
   int receive(Bytes& bytes) {
     bytes.assign(128, 0);
     int moved = 0;
     const int status =
         libusb_interrupt_transfer(handle_, ReferenceUsb::kInEndpoint, bytes.data(),
-                                  static_cast<int>(bytes.size()), &moved, kPatience_ms);
+                                  static_cast<int>(bytes.size()), &moved, kHostPatience_ms);
     bytes.resize(static_cast<std::size_t>(moved));
     return status;
   }
@@ -61,7 +61,7 @@ class Host {
   int send(Bytes& bytes) {
     int moved = 0;
     return libusb_interrupt_transfer(handle_, ReferenceUsb::kOutEndpoint, bytes.data(),
-                                     static_cast<int>(bytes.size()), &moved, kPatience_ms);
+                                     static_cast<int>(bytes.size()), &moved, kHostPatience_ms);
   }
 
   [[nodiscard]] libusb_device_handle* handle() const { return handle_; }
@@ -105,7 +105,7 @@ struct Bench {
 
   ReferenceModel model;
   ReferenceUsb usb;
-  std::optional<Host> host;
+  std::optional<ReportingHost> host;
   std::vector<Bytes> log;
   hal::ReferenceReport last;
   hal::CodecVerdict verdict = hal::CodecVerdict::kOk;
@@ -149,7 +149,7 @@ TEST_SUITE("host_sim.reference_usb") {
     Bytes bytes(64);
     const auto ask = [&](std::uint8_t request, std::uint16_t value) {
       return libusb_control_transfer(bench.host->handle(), 0xc1, request, value, 0, bytes.data(),
-                                     64, kPatience_ms);
+                                     64, kHostPatience_ms);
     };
     REQUIRE(ask(1, 1) == 64);
     hal::ReferenceBlock block;
@@ -295,7 +295,7 @@ TEST_SUITE("host_sim.reference_usb") {
   TEST_CASE("real time: a paced device reports by itself") {
     ReferenceModel model(Bench::held(), circling);
     ReferenceUsb usb(model, DevicePace::kRealTime);
-    Host host(usb.plug());
+    ReportingHost host(usb.plug());
     usb.start();
     Bytes bytes;
     std::uint32_t before = 0;

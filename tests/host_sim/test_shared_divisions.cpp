@@ -119,7 +119,7 @@ std::optional<DividedTask> divided(const std::string& name) {
   }
   DividedTask task;
   task.folder = folder;
-  task.json = nlohmann::json::parse(test::text_of_file(folder + "/task.json"));
+  task.json = nlohmann::json::parse(sim::test::text_of_file(folder + "/task.json"));
   const auto part = [&](const char* role, const Choice& choice) {
     const nlohmann::json& p = task.json.at(role);
     return decomposed(folder + "/" + p.at("file").get<std::string>(), scale_of(p.at("scale_to_m")),

@@ -110,7 +110,7 @@ TEST_SUITE("host_sim.usb_link") {
     std::uint64_t answered = 0;
     b.clock.on_look = [&] {  // the servo thread, as fast as can be
       bool is_new = false;
-      const DeviceState& state = b.servo.state(&is_new);
+      const haptic::DeviceState& state = b.servo.state(&is_new);
       if (!is_new || state.sequence == answered) return;
       answered = state.sequence;
       b.command();

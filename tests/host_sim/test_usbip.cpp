@@ -13,7 +13,6 @@ namespace haptic::sim {
 namespace {
 
 using Header = std::array<std::uint8_t, kUsbipHeaderBytes>;
-constexpr std::uint8_t kInNumber = 1, kOutNumber = 1;
 
 Header header_of(const UsbipMessage& message) {
   Header header;

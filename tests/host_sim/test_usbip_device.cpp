@@ -18,7 +18,6 @@ namespace haptic::sim {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr std::uint8_t kInNumber = 1, kOutNumber = 1;
 
 HandAction circling(double t_s) {
   HandAction action;

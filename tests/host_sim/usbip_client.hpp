@@ -16,6 +16,8 @@
 
 namespace haptic::sim {
 
+constexpr std::uint8_t kInNumber = 1, kOutNumber = 1;  // of the endpoints
+
 /// What came back.
 struct UsbipAnswer {
   UsbipMessage message;

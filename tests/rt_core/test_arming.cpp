@@ -80,7 +80,7 @@ struct Watched {
   }
 };
 
-struct Explored {
+struct ExploredArmings {
   std::uint64_t steps = 0, armings = 0, faulted = 0, full = 0;
   std::string broken;
 };
@@ -98,7 +98,7 @@ ArmingInput symbol(int s) {
   return input((s & 1) != 0, (s & 2) != 0 ? std::uint32_t{kFaultDevice} : 0u, s < 4);
 }
 
-void explore(const Watched& from, int depth, Explored& found) {
+void explore(const Watched& from, int depth, ExploredArmings& found) {
   if (!found.broken.empty()) return;
   if (depth == 0) {
     if (!can_arm(from)) found.broken = "no way back to force";
@@ -118,7 +118,7 @@ void explore(const Watched& from, int depth, Explored& found) {
 }
 
 /// As above, but the output reported is anything at all.
-void explore_any_output(const Watched& from, int depth, Explored& found) {
+void explore_any_output(const Watched& from, int depth, ExploredArmings& found) {
   if (depth == 0 || !found.broken.empty()) return;
   for (int s = 0; s < kSymbols * 4; ++s) {
     Watched next = from;
@@ -136,7 +136,7 @@ void explore_any_output(const Watched& from, int depth, Explored& found) {
 
 TEST_SUITE("rt_core.arming") {
   TEST_CASE("every sequence of 8 inputs keeps every promise, and none of them is a dead end") {
-    Explored found;
+    ExploredArmings found;
     explore(Watched{}, 8, found);
     CHECK(found.broken == "");
     CHECK(found.steps == (kSymbols * ((1u << 24) - 1)) / 7);
@@ -146,7 +146,7 @@ TEST_SUITE("rt_core.arming") {
   }
 
   TEST_CASE("every sequence of 4 inputs with any report of the output keeps every promise") {
-    Explored found;
+    ExploredArmings found;
     explore_any_output(Watched{}, 4, found);
     CHECK(found.broken == "");
     CHECK(found.steps == 32u + 32u * 32 + 32u * 32 * 32 + 32u * 32 * 32 * 32);

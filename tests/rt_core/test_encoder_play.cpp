@@ -12,7 +12,7 @@ using namespace haptic;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0x91A7;
+constexpr std::uint64_t kPlaySeed = 0x91A7;
 constexpr Real kStep_m = 1.0e-5_r, kStep_rad = 1.0e-3_r;
 
 Vec3 random_vector(test::Random& random, double size) {
@@ -42,8 +42,8 @@ TEST_SUITE("rt_core.encoder_play") {
   }
 
   TEST_CASE("random way: never farther than a step off, and the ways add up") {
-    CAPTURE(kSeed);
-    test::Random random(kSeed);
+    CAPTURE(kPlaySeed);
+    test::Random random(kPlaySeed);
     EncoderPlay play(kStep_m, kStep_rad);
     Vec3 grip = Vec3::Zero(), sum = Vec3::Zero();
     Quat q = Quat::Identity();
@@ -63,8 +63,8 @@ TEST_SUITE("rt_core.encoder_play") {
   }
 
   TEST_CASE("no step: the sensed pose, bit by bit; poses that are none leave it where it is") {
-    CAPTURE(kSeed);
-    test::Random random(kSeed);
+    CAPTURE(kPlaySeed);
+    test::Random random(kPlaySeed);
     EncoderPlay play(0, std::numeric_limits<Real>::quiet_NaN());
     for (int tick = 0; tick < 100; ++tick) {
       const Vec3 grip = random_vector(random, 1.0);

@@ -9,6 +9,7 @@
 #include "rt_core/base/rotation.hpp"
 #include "tests/support/pruned_scenes.hpp"
 #include "tests/support/servo_bench.hpp"
+#include "tests/support/vector_norm.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -18,7 +19,6 @@ namespace {
 constexpr double kMax_rad = 0.3;
 constexpr std::array<double, 4> kUpright = {0, 0, 0, 1};
 
-double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
 double angle_of(const Pose& pose) { return norm(so3_log(pose.q_wa.normalized())); }
 
 /// A cube of 20 mm on a floor, turned about z at most.

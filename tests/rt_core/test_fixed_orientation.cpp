@@ -29,11 +29,11 @@ tools::SceneDescription with_one_orientation(tools::SceneDescription d,
   return d;
 }
 
-struct Shape {
+struct HeldShape {
   std::string name;
   tools::Body a, b;
 };
-std::vector<Shape> shapes() {
+std::vector<HeldShape> held_shapes() {
   const tools::Body corner =
       tetrahedron({0, 0, 0}, {0.03, 0, 0.02}, {-0.01, 0.03, 0.02}, {-0.01, -0.02, 0.03});
   return {
@@ -80,7 +80,7 @@ constexpr double kSameLength_m = HAPTIC_REAL_IS_FLOAT ? 2e-7 : 1e-12;
 TEST_SUITE("rt_core.fixed_orientation") {
   TEST_CASE("planes: D_near, verdict and near set are those of the search at that orientation") {
     Random random(71);
-    for (const Shape& shape : shapes()) {
+    for (const HeldShape& shape : held_shapes()) {
       for (const auto& q : orientations(random)) {
         CAPTURE(shape.name);
         CAPTURE(q[0]);
@@ -147,7 +147,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
   }
 
   TEST_CASE("what rotation needs is not written, not placed, and the work is the planes'") {
-    tools::SceneDescription d = scene_of(shapes()[1].a, {shapes()[1].b});
+    tools::SceneDescription d = scene_of(held_shapes()[1].a, {held_shapes()[1].b});
     d.parameters.law = LawId::kProxy;
     const LoadedScene turning(d);
     LoadedScene fixed(with_one_orientation(d, {1, 0, 0, 0}));
@@ -259,7 +259,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
   }
 
   TEST_CASE("proxy: the nearest free place to the goal, as one program over all planes has it") {
-    tools::SceneDescription d = scene_of(shapes()[3].a, {shapes()[3].b});
+    tools::SceneDescription d = scene_of(held_shapes()[3].a, {held_shapes()[3].b});
     d.parameters.law = LawId::kProxy;
     LoadedScene fixed(with_one_orientation(d, {1, 0, 0, 0}));
     const PairView pair = fixed.view.pair(0);
@@ -301,7 +301,7 @@ TEST_SUITE("rt_core.fixed_orientation") {
   }
 
   TEST_CASE("any bytes are safe: a changed word of the planes is refused or harmless") {
-    tools::SceneDescription d = scene_of(shapes()[0].a, {shapes()[0].b});
+    tools::SceneDescription d = scene_of(held_shapes()[0].a, {held_shapes()[0].b});
     d.parameters.law = LawId::kWeightedRegion;
     const std::vector<std::byte> blob = tools::write_scene(with_one_orientation(d, {1, 0, 0, 0}));
     LoadedScene good(blob);

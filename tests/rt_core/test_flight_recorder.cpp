@@ -107,9 +107,9 @@ struct WriteAndCopy : Scenario {
   }
 };
 
-using Explored = StampedRecord<2, ExploredAtomic>;
+using ExploredStamped = StampedRecord<2, ExploredAtomic>;
 template <std::size_t thread, Half half>
-using Without = StampedRecord<2, WithoutOrder<thread, half>::template Atomic>;
+using StampedWithout = StampedRecord<2, WithoutOrder<thread, half>::template Atomic>;
 
 // A stamped record with one step left out.
 enum class LeftOut { kStampTakenBack, kSecondLook };
@@ -281,9 +281,11 @@ TEST_SUITE("rt_core.flight_recorder") {
   }
 
   TEST_CASE("one record, every interleaving: what is copied is whole and what its stamp says") {
-    const Exploration words = explore<WriteAndCopy<Explored, 3, 3>>(MemoryModel::kInterleaving);
+    const Exploration words =
+        explore<WriteAndCopy<ExploredStamped, 3, 3>>(MemoryModel::kInterleaving);
     CHECK_MESSAGE(words.complete, words.violation, " ", words.schedule);
-    const Exploration weak = explore<WriteAndCopy<Explored, 2, 2>>(MemoryModel::kReleaseAcquire);
+    const Exploration weak =
+        explore<WriteAndCopy<ExploredStamped, 2, 2>>(MemoryModel::kReleaseAcquire);
     CHECK_MESSAGE(weak.complete, weak.violation, " ", weak.schedule);
     MESSAGE(words.interleavings, " interleavings of single words, ", weak.interleavings,
             " executions in weak memory");
@@ -291,8 +293,8 @@ TEST_SUITE("rt_core.flight_recorder") {
 
   TEST_CASE("one record: the writer's releases and the reader's acquires are needed") {
     const auto weak = MemoryModel::kReleaseAcquire;
-    CHECK(explore<WriteAndCopy<Without<0, Half::kRelease>, 2, 1>>(weak).violation == "torn");
-    CHECK(explore<WriteAndCopy<Without<1, Half::kAcquire>, 2, 1>>(weak).violation == "torn");
+    CHECK(explore<WriteAndCopy<StampedWithout<0, Half::kRelease>, 2, 1>>(weak).violation == "torn");
+    CHECK(explore<WriteAndCopy<StampedWithout<1, Half::kAcquire>, 2, 1>>(weak).violation == "torn");
   }
 
   TEST_CASE("one record: the explorer finds what a missing step does") {

@@ -14,13 +14,13 @@ using namespace haptic;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kFrameMs_ns = 1'000'000;
 
 /// A frame and its owner, who gives poses along x and turns about z.
 struct FrameBench {
   FrameRecord record;
   MovingFrame frame;
-  std::int64_t now_ns = 5'000 * kMs;
+  std::int64_t now_ns = 5'000 * kFrameMs_ns;
   bool felt = true;
   double largest_step_m = 0, largest_turn_rad = 0;
   bool cause = false;
@@ -28,7 +28,7 @@ struct FrameBench {
   FrameBench() {
     record.fastest_m_per_s = 0.2;
     record.fastest_rad_per_s = 1.0;
-    record.late_ns = 50 * kMs;
+    record.late_ns = 50 * kFrameMs_ns;
   }
   void give(double x_m, double angle_rad = 0) {
     record.number += 1;
@@ -40,7 +40,7 @@ struct FrameBench {
   /// A millisecond later.
   bool tick() {
     const Pose last = frame.pose();
-    now_ns += kMs;
+    now_ns += kFrameMs_ns;
     cause = frame.follow(record, now_ns, felt);
     if (!frame.has_jumped()) {
       const Pose& now = frame.pose();
@@ -144,7 +144,7 @@ TEST_SUITE("rt_core.moving_frame") {
     }
     GoingBench b;
     b.give(0.051, 0.255);
-    b.record.stamp_ns -= 100 * kMs;
+    b.record.stamp_ns -= 100 * kFrameMs_ns;
     CHECK(b.tick());
   }
 

@@ -10,8 +10,10 @@
 
 #include "rt_core/safety/output_limiter.hpp"
 #include "tests/support/shapes.hpp"
+#include "tests/support/vector_norm.hpp"
 
 using namespace haptic;
+using haptic::test::norm;
 using haptic::test::Random;
 
 namespace {
@@ -19,8 +21,6 @@ namespace {
 constexpr std::uint64_t kSeed = 0x51E;
 constexpr double kRounding = 32.0 * static_cast<double>(kRealEpsilon);
 constexpr std::int64_t kMs = 1'000'000;
-
-double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
 
 /// A limiter at work: on time, the handle at rest, a tick every millisecond.
 struct Running {

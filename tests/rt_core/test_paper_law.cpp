@@ -12,12 +12,12 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kTolerance = HAPTIC_REAL_IS_FLOAT ? 2e-4 : 1e-10;
+constexpr double kPaperTolerance = HAPTIC_REAL_IS_FLOAT ? 2e-4 : 1e-10;
 
-void check_vector(const Vec3& got, double x, double y, double z) {
-  CHECK(std::abs(static_cast<double>(got[0]) - x) < kTolerance);
-  CHECK(std::abs(static_cast<double>(got[1]) - y) < kTolerance);
-  CHECK(std::abs(static_cast<double>(got[2]) - z) < kTolerance);
+void check_paper_vector(const Vec3& got, double x, double y, double z) {
+  CHECK(std::abs(static_cast<double>(got[0]) - x) < kPaperTolerance);
+  CHECK(std::abs(static_cast<double>(got[1]) - y) < kPaperTolerance);
+  CHECK(std::abs(static_cast<double>(got[2]) - z) < kPaperTolerance);
 }
 
 /// A wedge whose lower edge runs along x from -0.05 to 0.03 at y = 0.02, z = -0.05 about the grip
@@ -42,9 +42,9 @@ TEST_SUITE("rt_core.paper_law") {
         {box({-0.2, -0.2, -0.2}, {0.2, 0.2, 0})}));
     const StepResult r = scene.step({0, 0, 0.049});
     CHECK(r.situation == ContactSituation::kVertexFace);
-    CHECK(std::abs(static_cast<double>(r.d_near_m) + 0.001) < kTolerance);
-    check_vector(r.wrench_w.force_w, 0, 0, 1);
-    check_vector(r.wrench_w.torque_w, 0, -0.01, 0);  // (0.01, 0, .) x (0, 0, 1)
+    CHECK(std::abs(static_cast<double>(r.d_near_m) + 0.001) < kPaperTolerance);
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 1);
+    check_paper_vector(r.wrench_w.torque_w, 0, -0.01, 0);  // (0.01, 0, .) x (0, 0, 1)
   }
 
   TEST_CASE("one type-A contact: the vertex of the obstacle under a face of the part") {
@@ -54,8 +54,8 @@ TEST_SUITE("rt_core.paper_law") {
         {tetrahedron({0, 0, 0}, {0.05, 0.05, -0.1}, {-0.05, 0.05, -0.1}, {0, -0.05, -0.1})}));
     const StepResult r = scene.step({0.02, -0.01, 0.048});
     CHECK(r.situation == ContactSituation::kFaceVertex);
-    check_vector(r.wrench_w.force_w, 0, 0, 2);
-    check_vector(r.wrench_w.torque_w, 0.01 * 2, 0.02 * 2, 0);  // (-0.02, 0.01, .) x (0, 0, 2)
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 2);
+    check_paper_vector(r.wrench_w.torque_w, 0.01 * 2, 0.02 * 2, 0);  // (-0.02, 0.01, .) x (0, 0, 2)
   }
 
   TEST_CASE("one type-C contact: crossed edges") {
@@ -80,8 +80,8 @@ TEST_SUITE("rt_core.paper_law") {
     LoadedScene scene(scene_of(keel, {ridge}));
     const StepResult r = scene.step({0, 0, 0.049});
     CHECK(r.situation == ContactSituation::kEdgeEdge);
-    check_vector(r.wrench_w.force_w, 0, 0, 1);
-    check_vector(r.wrench_w.torque_w, 0, -0.03, 0);
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 1);
+    check_paper_vector(r.wrench_w.torque_w, 0, -0.03, 0);
   }
 
   TEST_CASE("edge-face of one B and one C contact: torque about the edge, none across it") {
@@ -92,16 +92,16 @@ TEST_SUITE("rt_core.paper_law") {
     const StepResult r = scene.step({0.02, 0, 0.049});
     CHECK(r.situation == ContactSituation::kEdgeFace);
     CHECK(scene.core->pair_report(0).contact_nodes.size() == 2);
-    check_vector(r.wrench_w.force_w, 0, 0, 1);
-    check_vector(r.wrench_w.torque_w, 0.02, 0,
-                 0);  // tau_x > 0; tau_y of 0.03 and -0.02 differ in sign: 0
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 1);
+    check_paper_vector(r.wrench_w.torque_w, 0.02, 0,
+                       0);  // tau_x > 0; tau_y of 0.03 and -0.02 differ in sign: 0
   }
 
   TEST_CASE("edge-face with pi beyond both ends: the mean of both torques") {
     LoadedScene scene(scene_of(wedge(), {box({0.03, -0.1, -0.1}, {0.2, 0.1, 0})}));
     const StepResult r = scene.step({0.02, 0, 0.049});  // contact from x = 0.03 to 0.05, pi at 0.02
     CHECK(r.situation == ContactSituation::kEdgeFace);
-    check_vector(r.wrench_w.torque_w, 0.02, -0.02, 0);  // mean of -(0.01) and -(0.03)
+    check_paper_vector(r.wrench_w.torque_w, 0.02, -0.02, 0);  // mean of -(0.01) and -(0.03)
   }
 
   TEST_CASE(
@@ -118,9 +118,9 @@ TEST_SUITE("rt_core.paper_law") {
     CHECK(types[0] == 1);
     CHECK(types[1] == 1);
     CHECK(types[2] == 2);
-    check_vector(r.wrench_w.force_w, 0, 0, 2);
-    check_vector(r.wrench_w.torque_w, 0, -0.035 * 2,
-                 0);  // mean lever across the edge: (0.02 + 0.02 + 0.05 + 0.05)/4
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 2);
+    check_paper_vector(r.wrench_w.torque_w, 0, -0.035 * 2,
+                       0);  // mean lever across the edge: (0.02 + 0.02 + 0.05 + 0.05)/4
   }
 
   TEST_CASE("face-face with pi inside H: no torque") {
@@ -129,8 +129,8 @@ TEST_SUITE("rt_core.paper_law") {
     const StepResult r = scene.step({0, 0, 0.048});
     CHECK(r.situation == ContactSituation::kFaceFace);
     CHECK(scene.core->pair_report(0).contact_nodes.size() == 4);
-    check_vector(r.wrench_w.force_w, 0, 0, 2);
-    check_vector(r.wrench_w.torque_w, 0, 0, 0);
+    check_paper_vector(r.wrench_w.force_w, 0, 0, 2);
+    check_paper_vector(r.wrench_w.torque_w, 0, 0, 0);
   }
 
   TEST_CASE("face-face with pi nearest to a corner of H: the edge whose line is farther decides") {
@@ -140,7 +140,7 @@ TEST_SUITE("rt_core.paper_law") {
                                {box({0.02, 0.01, -0.2}, {0.2, 0.2, 0})}));
     const StepResult r = scene.step({0, 0, 0.048});
     // x axis along y: all levers along it positive, so (5) is their mean too.
-    check_vector(r.wrench_w.torque_w, 0.03 * 2, -0.035 * 2, 0);
+    check_paper_vector(r.wrench_w.torque_w, 0.03 * 2, -0.035 * 2, 0);
   }
 
   TEST_CASE("a single contact is minus the gradient of its potential") {

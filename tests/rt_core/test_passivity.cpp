@@ -15,10 +15,10 @@ using namespace haptic;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0xE4E6;
+constexpr std::uint64_t kPassivitySeed = 0xE4E6;
 constexpr std::int64_t kTick_ns = 1'000'000;
 
-struct Random : test::Random {
+struct PassivityRandom : test::Random {
   using test::Random::Random;
   Vec3 vector(double size) {
     Vec3 v;
@@ -89,10 +89,10 @@ TEST_SUITE("rt_core.passivity") {
   }
 
   TEST_CASE("a sampled spring: nothing within K T / 2 < b, with or without a potential") {
-    CAPTURE(kSeed);
+    CAPTURE(kPassivitySeed);
     for (const bool stores : {true, false}) {
       for (const double k : {100.0, 1000.0, 1999.0, 4000.0}) {
-        Random random(kSeed);
+        PassivityRandom random(kPassivitySeed);
         Passivity passivity(limits_of(0.1, 1.0));
         Wall wall;
         wall.k = k;
@@ -126,7 +126,7 @@ TEST_SUITE("rt_core.passivity") {
     wall.go(1.0e-5, true);  // outwards the damper would pull
     out = passivity.update(wall.in);
     CHECK(out.wrench_w.force_w.x() <= 1.0e-6_r);
-    Random random(kSeed);
+    PassivityRandom random(kPassivitySeed);
     double before = 1.0;
     for (int tick = 0; tick < 1000; ++tick) {
       wall.go(random.uniform(-3.0e-3, -1.0e-3), true);
@@ -146,8 +146,8 @@ TEST_SUITE("rt_core.passivity") {
   }
 
   TEST_CASE("random wrenches: it takes energy out, and turns no force or torque round") {
-    CAPTURE(kSeed);
-    Random random(kSeed);
+    CAPTURE(kPassivitySeed);
+    PassivityRandom random(kPassivitySeed);
     int acted = 0;
     for (int run = 0; run < 100; ++run) {
       Passivity passivity(limits_of(random.uniform(0.01, 1.0), 0.0, 1.0e-4, 0.0));
@@ -234,8 +234,8 @@ TEST_SUITE("rt_core.passivity") {
   }
 
   TEST_CASE("hostile numbers never enter the account nor leave in the wrench") {
-    CAPTURE(kSeed);
-    Random random(kSeed);
+    CAPTURE(kPassivitySeed);
+    PassivityRandom random(kPassivitySeed);
     constexpr Real kNotANumber = std::numeric_limits<Real>::quiet_NaN();
     const Real extremes[] = {kNotANumber,
                              std::numeric_limits<Real>::infinity(),

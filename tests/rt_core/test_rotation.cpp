@@ -32,9 +32,9 @@ constexpr Real kNotANumber = std::numeric_limits<Real>::quiet_NaN();
 constexpr Wide kAllowed_ulp = 2.0L;
 
 /// Draws whose bounds are as wide as the reference.
-class Random {
+class WideRandom {
  public:
-  explicit Random(std::uint64_t seed) : random_(seed) {}
+  explicit WideRandom(std::uint64_t seed) : random_(seed) {}
   std::uint64_t bits() { return random_.next(); }
   Wide uniform(Wide low, Wide high) {
     return low + (high - low) * static_cast<Wide>(bits() >> 11U) * 0x1.0p-53L;
@@ -49,7 +49,7 @@ class Random {
 /// than two of them.
 class Spread {
  public:
-  Spread(Random& random, int i, int count) : random_(random), part_(i), count_(count) {}
+  Spread(WideRandom& random, int i, int count) : random_(random), part_(i), count_(count) {}
   Wide uniform(Wide low, Wide high) {
     return low + (high - low) * (part_ + random_.uniform(0.0L, 1.0L)) / count_;
   }
@@ -60,7 +60,7 @@ class Spread {
   }
 
  private:
-  Random& random_;
+  WideRandom& random_;
   Wide part_, count_;
 };
 
@@ -120,7 +120,7 @@ Wide log_error_ulp(const Vec3& got, const std::array<Wide, 3>& want) {
 }
 
 // A random direction with a given length; components may be zero.
-Vec3 random_vector(Random& random, Wide length) {
+Vec3 random_vector(WideRandom& random, Wide length) {
   std::array<Wide, 3> v{};
   Wide size = 0.0L;
   while (size < 0.1L || size > 1.0L) {
@@ -142,7 +142,7 @@ struct WorstTrig {
 };
 
 void measure_sine_and_cosine(int count) {
-  Random random(0x51E7);
+  WideRandom random(0x51E7);
   WorstTrig worst;
   for (int i = 0; i < count; ++i) {
     Spread spread(random, i, count);
@@ -157,7 +157,7 @@ void measure_sine_and_cosine(int count) {
 }
 
 void measure_arc_tangent(int count) {
-  Random random(0xA7A2);
+  WideRandom random(0xA7A2);
   Wide worst = 0.0L;
   const auto add = [&worst](Real y, Real x) {
     const Wide want = std::atan2(static_cast<Wide>(y), static_cast<Wide>(x));
@@ -176,7 +176,7 @@ void measure_arc_tangent(int count) {
 }
 
 void measure_exp(int count) {
-  Random random(0xE4B);
+  WideRandom random(0xE4B);
   std::array<Wide, 2> worst{};
   const auto add = [&worst](const Vec3& v) {
     const std::array<Wide, 2> error =
@@ -198,7 +198,7 @@ void measure_exp(int count) {
 }
 
 void measure_log(int count) {
-  Random random(0x106);
+  WideRandom random(0x106);
   Wide worst = 0.0L;
   const auto add = [&worst](const Vec3& rotation, bool negate) {
     const WideQuat q = reference_exp(rotation, norm(widen(rotation)));
@@ -260,7 +260,7 @@ TEST_SUITE("rt_core.rotation") {
     CHECK(haptic::bounded_cos(0.0_r) == 1.0_r);
     const Real smallest = std::numeric_limits<Real>::denorm_min();
     CHECK(haptic::bounded_sin(smallest) == smallest);
-    Random random(7);
+    WideRandom random(7);
     for (int i = 0; i < 20000; ++i) {
       const Real x = random.real(0.0L, 1.0e4L);
       REQUIRE(haptic::bounded_sin(-x) == -haptic::bounded_sin(x));
@@ -299,7 +299,7 @@ TEST_SUITE("rt_core.rotation") {
   TEST_CASE("exp: large rotations keep their accuracy") {
     // Directions with a whole norm, so that the reference angle is exact.
     constexpr int kTriples[4][4] = {{2, 3, 6, 7}, {1, 4, 8, 9}, {2, 10, 11, 15}, {3, 4, 0, 5}};
-    Random random(0xB16);
+    WideRandom random(0xB16);
     std::array<Wide, 2> worst{};
     for (int i = 0; i < 40000; ++i) {
       const int(&t)[4] = kTriples[i % 4];
@@ -322,7 +322,7 @@ TEST_SUITE("rt_core.rotation") {
   }
 
   TEST_CASE("exp and log: inverse of each other") {
-    Random random(0x1417);
+    WideRandom random(0x1417);
     for (int i = 0; i < 100000; ++i) {
       const Vec3 v = random_vector(random, random.uniform(0.0L, 3.1L));
       const Quat q = haptic::so3_exp(v);
@@ -338,7 +338,7 @@ TEST_SUITE("rt_core.rotation") {
   }
 
   TEST_CASE("log: q and -q agree bit for bit, also at the half turn") {
-    Random random(0xDD);
+    WideRandom random(0xDD);
     for (int i = 0; i < 50000; ++i) {
       const Quat q = haptic::so3_exp(random_vector(random, random.uniform(0.0L, 6.2L)));
       const Quat minus(-q.w(), -q.x(), -q.y(), -q.z());
@@ -358,7 +358,7 @@ TEST_SUITE("rt_core.rotation") {
   }
 
   TEST_CASE("results: the same bits with every compiler") {
-    Random random(0xB175);
+    WideRandom random(0xB175);
     std::uint64_t hash = 0xCBF29CE484222325ULL;  // FNV-1a over mantissas and exponents
     const auto add = [&hash](Real value) {
       int exponent = 0;

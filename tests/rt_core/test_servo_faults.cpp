@@ -12,6 +12,7 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "tests/support/servo_bench.hpp"
+#include "tests/support/vector_norm.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -161,8 +162,6 @@ std::vector<FaultCase> fault_cases() {
 }
 
 constexpr std::uint64_t kSeed = 0x5E60;
-
-double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
 
 /// Breaks one thing of a tick's input; span and age are the times from the last tick and state.
 void storm(Random& random, ServoInput& input, std::int64_t& span_ns, std::int64_t& age_ns) {

@@ -12,15 +12,12 @@
 #include "rt_core/base/rotation.hpp"
 #include "tests/support/rt_guard.hpp"
 #include "tests/support/servo_bench.hpp"
+#include "tests/support/vector_norm.hpp"
 
 using namespace haptic;
 using namespace haptic::test;
 
-namespace {
-
-double norm(const Vec3& v) { return static_cast<double>(v.norm()); }
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_SUITE("rt_core.servo_tick") {
   TEST_CASE("arming on a pressed wall: from zero, over the ramp, to the spring's pull") {

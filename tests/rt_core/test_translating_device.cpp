@@ -17,7 +17,7 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0x3D0F;
+constexpr std::uint64_t kTranslatingSeed = 0x3D0F;
 
 Vec3 vector(Random& random, double size) {
   Vec3 v;
@@ -35,7 +35,7 @@ TEST_SUITE("rt_core.translating_device") {
       window.step_m = static_cast<Real>(step_m);
       window.step_rad = 1.0e-3_r;
       TwistEstimator six(window), three(window);
-      Random random(kSeed);
+      Random random(kTranslatingSeed);
       std::int64_t stamp_ns = 1'700'000'000'000'000'000;
       int valid = 0;
       for (int tick = 0; tick < 500; ++tick) {
@@ -70,7 +70,7 @@ TEST_SUITE("rt_core.translating_device") {
   }
 
   TEST_CASE("energy: no torque does work, and none is damped") {
-    Random random(kSeed);
+    Random random(kTranslatingSeed);
     PassivityLimits limits;
     limits.mass_kg = 0.16_r;
     limits.damping_ns_per_m = 0.1_r;

@@ -19,8 +19,8 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0x7157;
-constexpr double kPi = 3.14159265358979323846;
+constexpr std::uint64_t kTwistSeed = 0x7157;
+constexpr double kTwistPi = 3.14159265358979323846;
 // What rounding of the build's scalar may add to a position of a tenth of a metre or an angle of a
 // radian.
 constexpr double kRounding = 4.0 * static_cast<double>(kRealEpsilon);
@@ -69,7 +69,7 @@ double component(const Vec3& v, int axis) { return static_cast<double>(v[axis]);
 
 // Turn about a fixed axis, rounded to `step` about it.
 Quat turned(const Vec3& axis, double angle_rad, double step) {
-  const double angle = std::remainder(rounded(angle_rad, step), 2.0 * kPi);
+  const double angle = std::remainder(rounded(angle_rad, step), 2.0 * kTwistPi);
   return so3_exp(static_cast<Real>(angle) * axis);
 }
 
@@ -77,11 +77,11 @@ Quat turned(const Vec3& axis, double angle_rad, double step) {
 
 TEST_SUITE("rt_core.twist_estimator") {
   TEST_CASE("constant velocity: exact under jitter, late ticks and gaps") {
-    CAPTURE(kSeed);
+    CAPTURE(kTwistSeed);
     const std::array<double, 3> v = {0.12, -0.03, 0.4};
     for (const double step : {0.0, 1.0e-5}) {
       TwistEstimator estimator(window_of(step));
-      Stamps stamps(kSeed);
+      Stamps stamps(kTwistSeed);
       const std::int64_t origin = stamps.next();
       for (int tick = 0; tick < 2000; ++tick) {
         const std::int64_t stamp = stamps.next();
@@ -101,8 +101,8 @@ TEST_SUITE("rt_core.twist_estimator") {
   }
 
   TEST_CASE("constant velocity, rounded: longest window, error within the claimed noise") {
-    CAPTURE(kSeed);
-    Random random(kSeed);
+    CAPTURE(kTwistSeed);
+    Random random(kTwistSeed);
     double worst_share = 0, least_window_s = 1;
     for (int run = 0; run < 200; ++run) {
       const double step = std::exp2(random.uniform(-20.0, -12.0));  // 1 um to 0.25 mm
@@ -110,7 +110,7 @@ TEST_SUITE("rt_core.twist_estimator") {
       const std::array<double, 3> v = {speed * random.uniform(-1, 1), speed * random.uniform(-1, 1),
                                        speed * random.uniform(-1, 1)};
       TwistEstimator estimator(window_of(step));
-      Stamps stamps(kSeed + static_cast<std::uint64_t>(run));
+      Stamps stamps(kTwistSeed + static_cast<std::uint64_t>(run));
       const std::int64_t origin = stamps.next();
       for (int tick = 0; tick < 100; ++tick) {
         const std::int64_t stamp = stamps.next();
@@ -141,14 +141,14 @@ TEST_SUITE("rt_core.twist_estimator") {
   }
 
   TEST_CASE("oscillation, rounded: the velocity of half a window ago within the claimed noise") {
-    CAPTURE(kSeed);
+    CAPTURE(kTwistSeed);
     const double amplitude = 0.02;
     const double step = 1.0e-5;
     double longest_s = 0, shortest_s = 1;
     for (const double frequency_hz : {0.1, 1.0, 5.0, 20.0}) {
-      const double w = 2.0 * kPi * frequency_hz;
+      const double w = 2.0 * kTwistPi * frequency_hz;
       TwistEstimator estimator(window_of(step));
-      Stamps stamps(kSeed);
+      Stamps stamps(kTwistSeed);
       const std::int64_t origin = stamps.next();
       for (int tick = 0; tick < 5000; ++tick) {
         const std::int64_t stamp = stamps.next();
@@ -204,15 +204,15 @@ TEST_SUITE("rt_core.twist_estimator") {
   }
 
   TEST_CASE("rotations at 10 rad/s: about any axis, exact and rounded") {
-    CAPTURE(kSeed);
-    Random random(kSeed);
+    CAPTURE(kTwistSeed);
+    Random random(kTwistSeed);
     for (int run = 0; run < 50; ++run) {
       Vec3 axis(static_cast<Real>(random.uniform(-1, 1)), static_cast<Real>(random.uniform(-1, 1)),
                 static_cast<Real>(random.uniform(-1, 1)));
       axis.normalize();
       const double step = run % 2 == 0 ? 0.0 : 1.0e-3;
       TwistEstimator estimator(window_of(0.0, step));
-      Stamps stamps(kSeed + static_cast<std::uint64_t>(run));
+      Stamps stamps(kTwistSeed + static_cast<std::uint64_t>(run));
       const std::int64_t origin = stamps.next();
       const Quat start = so3_exp(Vec3(0.3_r, -1.0_r, 0.5_r));
       for (int tick = 0; tick < 500; ++tick) {

@@ -16,13 +16,14 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr Real kStiffness_n_per_m = 1000, kDepth_m = -0.001_r, kSize_m = 0.2_r;
-constexpr double kTolerance = HAPTIC_REAL_IS_FLOAT ? 1e-6 : 1e-14;  // N, N m
+constexpr Real kRegionStiffness_n_per_m = 1000, kRegionDepth_m = -0.001_r, kRegionSize_m = 0.2_r;
+constexpr double kRegionTolerance = HAPTIC_REAL_IS_FLOAT ? 1e-6 : 1e-14;  // N, N m
 const Vec3 kUp(0, 0, 1);
 
 Wrench wrench_of(std::span<const WeightedContact> contacts) {
   std::vector<PlanePoint> points(contacts.size()), hull(2 * contacts.size());
-  return weighted_region_wrench(contacts, kDepth_m, kStiffness_n_per_m, kSize_m, {points, hull});
+  return weighted_region_wrench(contacts, kRegionDepth_m, kRegionStiffness_n_per_m, kRegionSize_m,
+                                {points, hull});
 }
 
 /// Contacts of full weight in the plane z = -0.05 below x_0^A.
@@ -34,10 +35,10 @@ std::vector<WeightedContact> flat(const std::vector<std::array<double, 2>>& poin
   return contacts;
 }
 
-void check_vector(const Vec3& got, double x, double y, double z) {
-  CHECK(std::abs(static_cast<double>(got[0]) - x) <= kTolerance);
-  CHECK(std::abs(static_cast<double>(got[1]) - y) <= kTolerance);
-  CHECK(std::abs(static_cast<double>(got[2]) - z) <= kTolerance);
+void check_region_vector(const Vec3& got, double x, double y, double z) {
+  CHECK(std::abs(static_cast<double>(got[0]) - x) <= kRegionTolerance);
+  CHECK(std::abs(static_cast<double>(got[1]) - y) <= kRegionTolerance);
+  CHECK(std::abs(static_cast<double>(got[2]) - z) <= kRegionTolerance);
 }
 
 using Wide2 = std::array<long double, 2>;
@@ -122,54 +123,54 @@ TEST_SUITE("rt_core.weighted_region_law") {
     for (const Real weight : {1.0_r, 0.25_r}) {
       const WeightedContact contact{Vec3(0.6_r, 0, 0.8_r), Vec3(0.03_r, -0.01_r, -0.04_r), weight};
       const Wrench w = wrench_of({&contact, 1});
-      check_vector(w.force_w, 0.6, 0, 0.8);
-      check_vector(w.torque_w, -0.01 * 0.8, -0.04 * 0.6 - 0.03 * 0.8, 0.01 * 0.6);
+      check_region_vector(w.force_w, 0.6, 0, 0.8);
+      check_region_vector(w.torque_w, -0.01 * 0.8, -0.04 * 0.6 - 0.03 * 0.8, 0.01 * 0.6);
     }
   }
 
   TEST_CASE("edge-face with pi between the ends: eqs. (5) and (6)") {
     // The edge along x at y = 0.02; the signs of tau_y differ, so only the lever across counts.
     const Wrench w = wrench_of(flat({{0.03, 0.02}, {-0.02, 0.02}}));
-    check_vector(w.force_w, 0, 0, 1);
-    check_vector(w.torque_w, 0.02, 0, 0);
+    check_region_vector(w.force_w, 0, 0, 1);
+    check_region_vector(w.torque_w, 0.02, 0, 0);
   }
 
   TEST_CASE("edge-face with pi beyond an end: the nearest point of the edge") {
     const Wrench w = wrench_of(flat({{0.03, 0.02}, {0.01, 0.02}}));
-    check_vector(w.torque_w, 0.02, -0.01, 0);
+    check_region_vector(w.torque_w, 0.02, -0.01, 0);
   }
 
   TEST_CASE("face-face: no torque with pi in H, the nearest side or corner outside") {
     const std::vector<std::array<double, 2>> square = {
         {-0.03, -0.02}, {0.05, -0.02}, {0.05, 0.04}, {-0.03, 0.04}};
-    check_vector(wrench_of(flat(square)).torque_w, 0, 0, 0);
+    check_region_vector(wrench_of(flat(square)).torque_w, 0, 0, 0);
     const auto moved = [&](double dx, double dy) {
       std::vector<std::array<double, 2>> points = square;
       for (auto& p : points) p = {p[0] + dx, p[1] + dy};
       return wrench_of(flat(points));
     };
-    check_vector(moved(0.04, 0).torque_w, 0, -0.01, 0);        // x from 0.01 on
-    check_vector(moved(0, -0.05).torque_w, -0.01, 0, 0);       // y up to -0.01
-    check_vector(moved(0.04, 0.03).torque_w, 0.01, -0.01, 0);  // corner (0.01, 0.01)
-    check_vector(moved(0.03, 0).torque_w, 0, 0, 0);            // pi on the side itself
-    check_vector(moved(0.03, 0.02).torque_w, 0, 0, 0);         // and on the corner
+    check_region_vector(moved(0.04, 0).torque_w, 0, -0.01, 0);        // x from 0.01 on
+    check_region_vector(moved(0, -0.05).torque_w, -0.01, 0, 0);       // y up to -0.01
+    check_region_vector(moved(0.04, 0.03).torque_w, 0.01, -0.01, 0);  // corner (0.01, 0.01)
+    check_region_vector(moved(0.03, 0).torque_w, 0, 0, 0);            // pi on the side itself
+    check_region_vector(moved(0.03, 0.02).torque_w, 0, 0, 0);         // and on the corner
   }
 
   TEST_CASE("a contact of weight w draws its point from the mean by w") {
     std::vector<WeightedContact> contacts = flat({{0.02, 0.01}, {0.06, 0.01}});
     contacts[0].weight = 0.5_r;
     // c = (0.5 0.02 + 0.06)/1.5 = 0.14/3; q_0 = c + 0.5 (0.02 - c) = 0.01 + 0.07/3, q_1 = 0.06.
-    check_vector(wrench_of(contacts).torque_w, 0.01, -(0.01 + 0.07 / 3), 0);
+    check_region_vector(wrench_of(contacts).torque_w, 0.01, -(0.01 + 0.07 / 3), 0);
     contacts[0].weight = 0;
-    check_vector(wrench_of(contacts).torque_w, 0.01, -0.06, 0);
+    check_region_vector(wrench_of(contacts).torque_w, 0.01, -0.06, 0);
   }
 
   TEST_CASE("two sides of a thin plate cancel; two planes share the force") {
     const Vec3 app(0.03_r, 0.01_r, 0.02_r);
     const std::array<WeightedContact, 2> plate = {WeightedContact{kUp, app, 1},
                                                   WeightedContact{-kUp, app, 1}};
-    check_vector(wrench_of(plate).force_w, 0, 0, 0);
-    check_vector(wrench_of(plate).torque_w, 0, 0, 0);
+    check_region_vector(wrench_of(plate).force_w, 0, 0, 0);
+    check_region_vector(wrench_of(plate).torque_w, 0, 0, 0);
     const Vec3 tilted = Vec3(0.48_r, 0.6_r, 0.64_r);
     const std::array<WeightedContact, 3> three = {WeightedContact{tilted, app, 0.5_r},
                                                   WeightedContact{-tilted, app, 0.25_r},
@@ -179,13 +180,13 @@ TEST_SUITE("rt_core.weighted_region_law") {
     CHECK(cancelled.torque_w.squaredNorm() == 0);
     const std::array<WeightedContact, 2> partly = {WeightedContact{kUp, app, 1},
                                                    WeightedContact{-kUp, app, 0.5_r}};
-    check_vector(wrench_of(partly).force_w, 0, 0, 1.0 / 3);
+    check_region_vector(wrench_of(partly).force_w, 0, 0, 1.0 / 3);
     const std::array<WeightedContact, 2> corner = {
         WeightedContact{kUp, Vec3(-0.04_r, 0, -0.05_r), 1},
         WeightedContact{Vec3(1, 0, 0), Vec3(-0.05_r, 0, -0.04_r), 1}};
-    check_vector(wrench_of(corner).force_w, 0.5, 0, 0.5);
+    check_region_vector(wrench_of(corner).force_w, 0.5, 0, 0.5);
     // Projected along (1, 0, 1): (0.005, 0, -0.005) and its opposite, with 0 between them.
-    check_vector(wrench_of(corner).torque_w, 0, 0, 0);
+    check_region_vector(wrench_of(corner).torque_w, 0, 0, 0);
   }
 
   TEST_CASE("no contact, or none with weight: zero wrench") {
@@ -202,10 +203,10 @@ TEST_SUITE("rt_core.weighted_region_law") {
         {{0.05, 0.04}, {0.01, 0.02}, {0.03, 0.03}, {0.05, 0.04}, {0.01, 0.02}, {0.02, 0.025}}));
     CHECK((once.torque_w - more.torque_w).norm() < 1e-7_r);
     const Wrench same = wrench_of(flat({{0.01, 0.02}, {0.01, 0.02}, {0.01, 0.02}}));
-    check_vector(same.torque_w, 0.02, -0.01, 0);
+    check_region_vector(same.torque_w, 0.02, -0.01, 0);
     // On a line through pi: beyond an end, and across it.
-    check_vector(wrench_of(flat({{0.04, 0}, {0.01, 0}, {0.02, 0}})).torque_w, 0, -0.01, 0);
-    check_vector(wrench_of(flat({{0.04, 0}, {-0.01, 0}, {0.02, 0}})).torque_w, 0, 0, 0);
+    check_region_vector(wrench_of(flat({{0.04, 0}, {0.01, 0}, {0.02, 0}})).torque_w, 0, -0.01, 0);
+    check_region_vector(wrench_of(flat({{0.04, 0}, {-0.01, 0}, {0.02, 0}})).torque_w, 0, 0, 0);
   }
 
   TEST_CASE("closest point of the hull agrees with a brute force over all sides and triangles") {

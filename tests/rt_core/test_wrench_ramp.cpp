@@ -15,8 +15,8 @@ using haptic::test::Random;
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0x4A3F;
-constexpr double kRounding = 8.0 * static_cast<double>(kRealEpsilon);
+constexpr std::uint64_t kRampSeed = 0x4A3F;
+constexpr double kRampRounding = 8.0 * static_cast<double>(kRealEpsilon);
 
 const Wrench kPush = {Vec3(3, 0, -4), Vec3(0, 0.12_r, 0.05_r)};  // 5 N, 0.13 N m
 
@@ -73,9 +73,9 @@ TEST_SUITE("rt_core.wrench_ramp") {
         REQUIRE(force_of(r) <= force_of(last));
         REQUIRE(torque_of(r) <= torque_of(last));
         REQUIRE(static_cast<double>((r.wrench_w.force_w - r.gain * kPush.force_w).norm()) <=
-                kRounding * 5.0);
-        if (c.n_per_s > 0) REQUIRE(force_step(r, last) <= c.n_per_s * 1.0e-3 + kRounding * 5.0);
-        if (c.nm_per_s > 0) REQUIRE(torque_step(r, last) <= c.nm_per_s * 1.0e-3 + kRounding);
+                kRampRounding * 5.0);
+        if (c.n_per_s > 0) REQUIRE(force_step(r, last) <= c.n_per_s * 1.0e-3 + kRampRounding * 5.0);
+        if (c.nm_per_s > 0) REQUIRE(torque_step(r, last) <= c.nm_per_s * 1.0e-3 + kRampRounding);
         if (r.state == RampState::kOut && out_s == 0) out_s = 1.0e-3 * tick;
         CHECK(ramp.state() == r.state);
         last = r;
@@ -127,7 +127,7 @@ TEST_SUITE("rt_core.wrench_ramp") {
     int tick = 0;
     while (ramp.state() != RampState::kIn && tick < 2000) {
       const RampedWrench r = ramp.update(++tick * 1'000'000, kPush);
-      REQUIRE(force_step(r, last) <= 10.0e-3 + kRounding * 5.0);
+      REQUIRE(force_step(r, last) <= 10.0e-3 + kRampRounding * 5.0);
       last = r;
     }
     CHECK(tick >= 499);
@@ -154,7 +154,7 @@ TEST_SUITE("rt_core.wrench_ramp") {
     bool was_out = false;
     for (; tick <= 400; ++tick) {
       const RampedWrench r = ramp.update(tick * 1'000'000, other);
-      REQUIRE(force_step(r, last) <= 50.0e-3 + kRounding * 50.0);
+      REQUIRE(force_step(r, last) <= 50.0e-3 + kRampRounding * 50.0);
       if (r.state == RampState::kOut) was_out = true;
       if (!was_out) REQUIRE(r.state == RampState::kRampingOut);
       last = r;
@@ -165,8 +165,8 @@ TEST_SUITE("rt_core.wrench_ramp") {
   }
 
   TEST_CASE("random requests, wrenches and stamps: no step beyond slew, time and change given") {
-    CAPTURE(kSeed);
-    Random random(kSeed);
+    CAPTURE(kRampSeed);
+    Random random(kRampSeed);
     std::array<int, 4> seen{};
     for (int run = 0; run < 200; ++run) {
       const double n_per_s = std::exp2(random.uniform(0.0, 12.0));
@@ -193,8 +193,8 @@ TEST_SUITE("rt_core.wrench_ramp") {
                                             static_cast<double>(kLongestRampTick_s));
         const double change = static_cast<double>((now.force_w - given.force_w).norm());
         const double turn = static_cast<double>((now.torque_w - given.torque_w).norm());
-        REQUIRE(force_step(r, last) <= n_per_s * elapsed_s + change + kRounding * 50.0);
-        REQUIRE(torque_step(r, last) <= nm_per_s * elapsed_s + turn + kRounding * 5.0);
+        REQUIRE(force_step(r, last) <= n_per_s * elapsed_s + change + kRampRounding * 50.0);
+        REQUIRE(torque_step(r, last) <= nm_per_s * elapsed_s + turn + kRampRounding * 5.0);
         REQUIRE(r.gain >= 0.0_r);
         REQUIRE(r.gain <= 1.0_r);
         // Monotone in every state.

@@ -11,6 +11,8 @@
 
 namespace haptic::sim::test {
 
+inline const std::string kPegGoal = "0,0,-39mm,1,0,0,0";  // of the square peg, in its hole
+
 /// A compiled scene and its view.
 struct PlannedScene {
   /// A folder of host_sim/scenes, or a scene file as text.

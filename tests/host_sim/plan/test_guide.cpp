@@ -27,8 +27,6 @@ using namespace haptic::sim::test;
 
 namespace {
 
-const std::string kPegGoal = "0,0,-39mm,1,0,0,0";
-
 std::filesystem::path peg_folder() {
   return std::filesystem::path(HAPTIC_SCENES_DIR) / "square_peg_five";
 }
@@ -49,14 +47,14 @@ tools::SceneBytes guided_peg(const tools::Plan& plan, bool with_device = false) 
   return guided_scene(std::move(scene), plan);
 }
 
-struct Subject {
+struct GuidedPeg {
   PlannedScene plain{"square_peg_five"};
   tools::Plan plan = plan_to(plain.view, kPegGoal).plan;
   tools::SceneBytes guided = guided_peg(plan);
 };
 
-const Subject& subject() {
-  static const Subject the_one;
+const GuidedPeg& guided_peg() {
+  static const GuidedPeg the_one;
   return the_one;
 }
 
@@ -68,7 +66,7 @@ bool same_bits(const Wrench& a, const Wrench& b) {
 Pose start_of(const SceneView& view) { return tools::pose_from_text(view, "start", "start"); }
 
 void check_energy(std::uint64_t ticks) {
-  const HostileRun run = run_hostile_hand(subject().guided.span(), ticks, 11);
+  const HostileRun run = run_hostile_hand(guided_peg().guided.span(), ticks, 11);
   MESSAGE("stated " << run.stated_j << " J, done at most " << run.most_j << " J, on in " << run.on
                     << " of " << run.ticks << " ticks");
   CHECK(run.on > run.ticks / 20);
@@ -77,7 +75,7 @@ void check_energy(std::uint64_t ticks) {
 
 /// A light hand without a will of its own, which moves with what it feels.
 void check_followed(std::uint64_t first_seed, std::uint64_t last_seed) {
-  const SceneView& plain = subject().plain.view;
+  const SceneView& plain = guided_peg().plain.view;
   for (std::uint64_t seed = first_seed; seed <= last_seed; ++seed) {
     CAPTURE(seed);
     const tools::SceneBytes guided = guided_peg(plan_to(plain, kPegGoal, seed).plan);
@@ -120,24 +118,24 @@ void check_followed(std::uint64_t first_seed, std::uint64_t last_seed) {
 TEST_SUITE("rt_core.guide") {
   TEST_CASE("guide: the compiler takes a proved plan, and refuses one of another scene") {
     SceneView view;
-    REQUIRE(SceneView::open(subject().guided.span(), view) == RtStatus::kOk);
+    REQUIRE(SceneView::open(guided_peg().guided.span(), view) == RtStatus::kOk);
     REQUIRE(view.guide() != nullptr);
-    CHECK(view.guide_stations().size() == subject().plan.stations.size());
-    CHECK(subject().plain.view.guide() == nullptr);
+    CHECK(view.guide_stations().size() == guided_peg().plan.stations.size());
+    CHECK(guided_peg().plain.view.guide() == nullptr);
     CHECK(view.guide()->energy_j > 0);
     // The scene is the same geometry: its plan is proved in it, too.
-    CHECK(tools::prove_plan(view, subject().plan, "p").holds());
+    CHECK(tools::prove_plan(view, guided_peg().plan, "p").holds());
 
-    tools::Plan wrong = subject().plan;
+    tools::Plan wrong = guided_peg().plan;
     wrong.geometry ^= 1;
     CHECK_THROWS_AS((void)guided_peg(wrong), tools::InputError);
-    wrong = subject().plan;
+    wrong = guided_peg().plan;
     wrong.poses.back().x0_m[2] -= 0.01;
     CHECK_THROWS_AS((void)guided_peg(wrong), tools::InputError);
   }
 
   TEST_CASE("guide: a station that is not the compiler's own is refused") {
-    const tools::SceneBytes& sound = subject().guided;
+    const tools::SceneBytes& sound = guided_peg().guided;
     SceneView view;
     REQUIRE(SceneView::open(sound.span(), view) == RtStatus::kOk);
     const auto* const first = reinterpret_cast<const std::byte*>(view.guide_stations().data());
@@ -161,9 +159,9 @@ TEST_SUITE("rt_core.guide") {
   }
 
   TEST_CASE("guide: the contact wrench has the same bits with the guide on, off and absent") {
-    CoreSession plain(subject().plain.bytes.span(), "plain", GoalContact::kLeftOut);
-    CoreSession on(subject().guided.span(), "on", GoalContact::kLeftOut);
-    CoreSession off(subject().guided.span(), "off", GoalContact::kLeftOut);
+    CoreSession plain(guided_peg().plain.bytes.span(), "plain", GoalContact::kLeftOut);
+    CoreSession on(guided_peg().guided.span(), "on", GoalContact::kLeftOut);
+    CoreSession off(guided_peg().guided.span(), "off", GoalContact::kLeftOut);
     const MotionScript script = read_motion_script((peg_folder() / "insert.toml").string());
     std::uint64_t led = 0, contact = 0;
     std::uint64_t tick = 0;
@@ -208,7 +206,7 @@ TEST_SUITE("rt_core.guide") {
     add_device(without_guide.parameters);
     CoreSession plain(tools::compile_scene(without_guide, {}).bytes, "plain",
                       GoalContact::kLeftOut);
-    const tools::SceneBytes with_guide = guided_peg(subject().plan, true);
+    const tools::SceneBytes with_guide = guided_peg(guided_peg().plan, true);
     CoreSession guided(with_guide.span(), "guided", GoalContact::kLeftOut);
     for (const std::string& hand : hand_names()) {
       for (const std::uint32_t delay : {0u, 1u}) {
@@ -232,7 +230,7 @@ TEST_SUITE("rt_core.guide") {
   }
 
   TEST_CASE("guide: off the way it fades, lets go and takes up again at a station it can reach") {
-    CoreSession session(subject().guided.span(), "guided", GoalContact::kLeftOut);
+    CoreSession session(guided_peg().guided.span(), "guided", GoalContact::kLeftOut);
     const SceneView& view = session.view();
     const auto step = [&](const Vec3& offset) {
       StepInput input;
@@ -260,7 +258,7 @@ TEST_SUITE("rt_core.guide") {
   }
 
   TEST_CASE("guide: a switch ramps it out and in") {
-    CoreSession session(subject().guided.span(), "guided", GoalContact::kLeftOut);
+    CoreSession session(guided_peg().guided.span(), "guided", GoalContact::kLeftOut);
     StepInput input;
     input.pose_wa = start_of(session.view());
     StepResult result;

@@ -15,16 +15,14 @@ using tools::InputError;
 
 namespace {
 
-const std::string kPegGoal = "0,0,-39mm,1,0,0,0";
-
-struct Subject {
+struct WrittenPlan {
   PlannedScene scene{"square_peg_five"};
   haptic::sim::MadePlan found = plan_to(scene.view, kPegGoal);
   std::string text = tools::plan_as_text(found.plan);
 };
 
-const Subject& subject() {
-  static const Subject the_one;
+const WrittenPlan& written() {
+  static const WrittenPlan the_one;
   return the_one;
 }
 
@@ -86,7 +84,7 @@ bool is_refused(const std::string& text, bool& proved) {
   proved = false;
   try {
     const tools::Plan plan = tools::parse_plan(text, "p.plan");
-    const tools::PlanProof proof = tools::prove_plan(subject().scene.view, plan, "p.plan");
+    const tools::PlanProof proof = tools::prove_plan(written().scene.view, plan, "p.plan");
     proved = proof.holds();
     if (!proved) CHECK(proof.failure.size() > 20);
     return !proved;
@@ -102,7 +100,7 @@ void damage_many(std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     CAPTURE(k);
     // Every other one with a hash that fits, so that the reader and the proof see the damage.
-    std::string bad = damaged(subject().text, words);
+    std::string bad = damaged(written().text, words);
     if (k % 2 == 1) bad = tools::resealed_plan(bad);
     bool proved = false;
     if (is_refused(bad, proved)) {
@@ -111,7 +109,7 @@ void damage_many(std::size_t count) {
       CHECK(proved);
       proved_again += 1;
       // Without the hash, nothing but the very text passes.
-      if (k % 2 == 0) CHECK(bad == subject().text);
+      if (k % 2 == 0) CHECK(bad == written().text);
     }
   }
   CHECK(refused + proved_again == count);
@@ -122,18 +120,18 @@ void damage_many(std::size_t count) {
 
 TEST_SUITE("tools.plan") {
   TEST_CASE("plan file: what is written reads back the same, and is proved") {
-    REQUIRE(subject().found.search.found);
-    const tools::Plan plan = tools::parse_plan(subject().text, "p.plan");
-    CHECK(plan == subject().found.plan);
+    REQUIRE(written().found.search.found);
+    const tools::Plan plan = tools::parse_plan(written().text, "p.plan");
+    CHECK(plan == written().found.plan);
     CHECK(plan.stations.size() <= tools::kMostPlanStations);
-    const tools::PlanProof proof = tools::prove_plan(subject().scene.view, plan, "p.plan");
+    const tools::PlanProof proof = tools::prove_plan(written().scene.view, plan, "p.plan");
     CHECK(proof.failure == "");
     CHECK(proof.certified == plan.steps.size());
     CHECK(proof.least_m >= -plan.tolerance_m);
   }
 
   TEST_CASE("plan file: a refusal names line and defect") {
-    const std::string& text = subject().text;
+    const std::string& text = written().text;
     const auto has = [](const std::string& refusal, const char* part) {
       CAPTURE(refusal);
       CHECK(refusal.find(part) != std::string::npos);
@@ -151,26 +149,26 @@ TEST_SUITE("tools.plan") {
 
   TEST_CASE("plan proof: a plan of another scene, and one that takes more for free, are refused") {
     const PlannedScene other("two_pins");
-    CHECK_THROWS_AS((void)tools::prove_plan(other.view, subject().found.plan, "p"), InputError);
-    tools::Plan plan = subject().found.plan;
+    CHECK_THROWS_AS((void)tools::prove_plan(other.view, written().found.plan, "p"), InputError);
+    tools::Plan plan = written().found.plan;
     plan.tolerance_m *= 2;
-    CHECK_THROWS_AS((void)tools::prove_plan(subject().scene.view, plan, "p"), InputError);
+    CHECK_THROWS_AS((void)tools::prove_plan(written().scene.view, plan, "p"), InputError);
   }
 
   TEST_CASE("plan proof: a step through a wall, a missing plane and a false clearance are found") {
-    const SceneView& view = subject().scene.view;
-    tools::Plan plan = subject().found.plan;
+    const SceneView& view = written().scene.view;
+    tools::Plan plan = written().found.plan;
     const std::size_t last = plan.poses.size() - 1;
     plan.poses[last].x0_m[0] += 0.001;
     tools::PlanProof proof = tools::prove_plan(view, plan, "p");
     CHECK_FALSE(proof.holds());
     CHECK(proof.certified == plan.steps.size() - 1);
     CHECK(proof.failure.find("step " + std::to_string(last - 1)) == 0);
-    plan = subject().found.plan;
+    plan = written().found.plan;
     plan.steps.back().clear();
     proof = tools::prove_plan(view, plan, "p");
     CHECK(proof.failure.find("have no plane") != std::string::npos);
-    plan = subject().found.plan;
+    plan = written().found.plan;
     plan.stations[2].clearance_m += 1e-6;
     proof = tools::prove_plan(view, plan, "p");
     CHECK(proof.failure.find("station 2: states a clearance") == 0);

@@ -28,6 +28,8 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using tcp = boost::asio::ip::tcp;
 
+constexpr auto kPage = "haptic.live.v1";  // the protocol that the page speaks
+
 /// Serves a board that the test fills.
 class ServedBoard {
  public:

@@ -17,7 +17,7 @@ using namespace haptic::sim::test;
 
 namespace {
 
-constexpr auto kPage = "haptic.live.v1", kViewer = "foxglove.sdk.v1";
+constexpr auto kViewer = "foxglove.sdk.v1";
 constexpr std::size_t kMostHeader = 8192;
 /// A server that keeps something of each connection would need more.
 constexpr std::size_t kMostGrowth_bytes = 8u << 20;

@@ -18,8 +18,6 @@ using namespace haptic::sim::test;
 
 namespace {
 
-constexpr auto kPage = "haptic.live.v1";
-
 /// Waits, long enough on any machine, until something holds.
 template <typename Holds>
 bool comes_true(Holds holds) {

@@ -25,7 +25,7 @@ void write_sheet(const std::string& path, double rise) {
   std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 1 1 " << rise << "\nv 0 1 0\nf 1 2 4\nf 2 3 4\n";
 }
 
-void write_cube(const std::string& path) {
+void write_surface_cube(const std::string& path) {
   std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
                          "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 }
@@ -33,7 +33,7 @@ void write_cube(const std::string& path) {
 /// A cube of a centimetre over the sheet; `more` is appended.
 SceneFile sheet_scene(const ScratchFolder& folder, double rise, const std::string& more = "") {
   write_sheet(folder.file("sheet.obj"), rise);
-  write_cube(folder.file("cube.obj"));
+  write_surface_cube(folder.file("cube.obj"));
   std::ofstream(folder.file("scene.toml"))
       << "format = 1\nname = \"sheet\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
          "position_m = [0, 0, 0.05]\n[[static]]\nmesh = \"sheet.obj\"\nscale_to_m = 0.02\n"

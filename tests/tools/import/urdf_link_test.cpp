@@ -45,7 +45,7 @@ std::string refusal_of(const std::string& text, const std::string& link = "grip"
   return {};
 }
 
-bool is_skipped() {
+bool no_urdf() {
   if (can_import()) return false;
   MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
   return true;
@@ -67,7 +67,7 @@ std::array<Point3, 2> bounds(const RawMesh& mesh) {
 
 TEST_SUITE("tools.urdf_link") {
   TEST_CASE("boxes, cylinders and spheres with their origins") {
-    if (is_skipped()) return;
+    if (no_urdf()) return;
     const RawMesh box = link_of(robot(
         collision("<box size=\"0.1 0.2 0.3\"/>",
                   "<origin xyz=\"1 2 3\" rpy=\"1.5707963267948966 0 1.5707963267948966\"/>")));
@@ -98,7 +98,7 @@ TEST_SUITE("tools.urdf_link") {
   }
 
   TEST_CASE("meshes: paths, packages, scales and units") {
-    if (is_skipped()) return;
+    if (no_urdf()) return;
     const ScratchFolder folder("urdf_meshes");
     std::filesystem::create_directories(folder.file("pkg/urdf"));
     std::filesystem::create_directories(folder.file("pkg/meshes"));
@@ -150,7 +150,7 @@ TEST_SUITE("tools.urdf_link") {
   }
 
   TEST_CASE("defects of a description are said with their line") {
-    if (is_skipped()) return;
+    if (no_urdf()) return;
     const std::pair<std::string, const char*> defects[] = {
         {"<robot", "r.urdf:1: the text is no XML"},
         {"<a/>", "r.urdf:1: the root element is 'a'"},

@@ -10,6 +10,7 @@
 
 #include "tests/support/program_run.hpp"
 #include "tests/support/pruned_scenes.hpp"
+#include "tests/support/text_search.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -78,12 +79,6 @@ LoadedScene wedge_over_cut_box() {
   return LoadedScene(
       scene_of(tetrahedron({0, 0, 0}, {0.1, 0, 0.01}, {0.02, 0.1, 0}, {0, 0.03, 0.1}),
                {cut_box({0, 0, 0}, {3, 2, 1}, {1, 2.2}, {{0.5, 1}, {0.7, 1.3}, {0.4, 1}})}));
-}
-
-std::size_t count(const std::string& text, const std::string& what) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-  return n;
 }
 
 }  // namespace
@@ -162,10 +157,10 @@ TEST_SUITE("tools.c_space_view") {
       contacts += drawn.contacts.size();
       faces += drawn.obstacle.faces.size();
     }
-    CHECK(count(c_space_csv(space), "\n") == 1 + contacts);
+    CHECK(times(c_space_csv(space), "\n") == 1 + contacts);
     const std::string obj = c_space_obj(space, "cspace.mtl"), mtl = c_space_mtl();
-    CHECK(count(obj, "\ng ") == space.obstacles.size());
-    CHECK(count(obj, "\nf ") == faces);
+    CHECK(times(obj, "\ng ") == space.obstacles.size());
+    CHECK(times(obj, "\nf ") == faces);
     std::istringstream lines(obj);
     for (std::string line; std::getline(lines, line);) {
       if (line.starts_with("usemtl "))
@@ -173,7 +168,7 @@ TEST_SUITE("tools.c_space_view") {
     }
     const std::string svg = c_space_svg(space);
     CHECK(svg == c_space_svg(space));
-    CHECK(count(svg, "class=\"c-face") > space.obstacles.size());
+    CHECK(times(svg, "class=\"c-face") > space.obstacles.size());
     double width = 0, height = 0;
     REQUIRE(std::sscanf(svg.c_str() + svg.find("viewBox=\"0 0 "), "viewBox=\"0 0 %lf %lf", &width,
                         &height) == 2);
@@ -219,8 +214,8 @@ TEST_SUITE("tools.c_space_view") {
     std::ifstream obj(folder.file("view/cspace.obj"));
     std::stringstream text;
     text << obj.rdbuf();
-    CHECK(count(text.str(), "_hidden\n") > 20);
-    CHECK(count(text.str(), "usemtl type_B\n") > 5);
+    CHECK(times(text.str(), "_hidden\n") > 20);
+    CHECK(times(text.str(), "usemtl type_B\n") > 5);
     CHECK(inspect("--cspace 0,0" + out).exit_code == 2);
     CHECK(inspect("--cspace start").exit_code == 2);
     CHECK(inspect("--cspace start --json" + out).exit_code == 2);

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/support/pruned_scenes.hpp"
+#include "tests/support/text_search.hpp"
 #include "tools/scene_facts/scene_facts.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
 #include "tools/scene_inspect/exploded_svg.hpp"
@@ -59,12 +60,6 @@ std::optional<double> last_in(const ExplodedPiece& piece, const Point3& origin,
         speed > 0 ? std::min(end, -height / speed) : std::max(begin, -height / speed);
   }
   return end - begin > 1e-6 ? std::optional(end) : std::nullopt;
-}
-
-std::size_t count(const std::string& text, const std::string& what) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-  return n;
 }
 
 }  // namespace
@@ -187,10 +182,10 @@ TEST_SUITE("tools.exploded_view") {
     CHECK(svg == exploded_svg("sheet & <title>", bodies, 0.6));
     CHECK(svg.find("sheet &amp; &lt;title&gt;") != std::string::npos);
     CHECK(svg.find("a&lt;b&gt;&amp;&quot;?") != std::string::npos);
-    CHECK(count(svg, "<g class=\"piece\">") == 10);
-    CHECK(count(svg, "<g ") == count(svg, "</g>"));
-    CHECK(count(svg, "<text ") == count(svg, "</text>"));
-    CHECK(count(svg, "class=\"seam\"") > 4);
+    CHECK(times(svg, "<g class=\"piece\">") == 10);
+    CHECK(times(svg, "<g ") == times(svg, "</g>"));
+    CHECK(times(svg, "<text ") == times(svg, "</text>"));
+    CHECK(times(svg, "class=\"seam\"") > 4);
     double width = 0, height = 0;
     REQUIRE(std::sscanf(svg.c_str() + svg.find("viewBox=\"0 0 "), "viewBox=\"0 0 %lf %lf", &width,
                         &height) == 2);
@@ -205,6 +200,6 @@ TEST_SUITE("tools.exploded_view") {
     }
     CHECK(corners > 100);
     // Every piece that the viewer sees has its number.
-    for (int i = 0; i < 9; ++i) CHECK(count(svg, ">" + std::to_string(i) + "</text>") >= 1);
+    for (int i = 0; i < 9; ++i) CHECK(times(svg, ">" + std::to_string(i) + "</text>") >= 1);
   }
 }

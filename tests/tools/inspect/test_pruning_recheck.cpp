@@ -93,7 +93,7 @@ void check_agrees(const Compiled& compiled) {
 
 /// Marks as the scene has them.
 std::vector<PairMarks> marks_of(const SceneView& view) {
-  std::vector<PairMarks> marks = test::all_marks(view);
+  std::vector<PairMarks> marks = haptic::test::all_marks(view);
   for (std::uint32_t i = 0; i < view.pair_count(); ++i) {
     const NodeMarks stated = view.pair(i).marks;
     for (std::uint32_t node = 0; node < marks[i].reachable.size(); ++node) {
@@ -122,11 +122,11 @@ TEST_SUITE("tools.pruning_recheck") {
   }
 
   TEST_CASE("real parts too, covers among them") {
-    for (const std::string& name : test::compilable_parts()) {
-      if (!fs::exists(test::shared_part(name) + "/task.json")) continue;
+    for (const std::string& name : haptic::test::compilable_parts()) {
+      if (!fs::exists(haptic::test::shared_part(name) + "/task.json")) continue;
       CAPTURE(name);
       const ScratchFolder folder("recheck");
-      SceneFile file = read_scene_file(test::write_part_scene(name, folder));
+      SceneFile file = read_scene_file(haptic::test::write_part_scene(name, folder));
       check_agrees(Compiled(file));
       limit_motion(file);
       file.workspace.reset();  // their start poses are not where they meet
@@ -164,7 +164,7 @@ TEST_SUITE("tools.pruning_recheck") {
     SceneDescription description = description_of(compiled.view);
     description.marks = marks_of(compiled.view);
     const auto sound = [&] {
-      const test::LoadedScene scene(description);
+      const haptic::test::LoadedScene scene(description);
       return is_sound(certificates_of(inspection_of(scene.view)));
     };
     REQUIRE(sound());
@@ -182,7 +182,7 @@ TEST_SUITE("tools.pruning_recheck") {
     }
     CHECK(tried == 168);
     marks.reachable[7] = marks.exposed[7] = false;
-    const test::LoadedScene scene(description);
+    const haptic::test::LoadedScene scene(description);
     const auto proofs = certificates_of(inspection_of(scene.view));
     const SceneProof& complete = proof(proofs, "complete");
     CHECK(complete.result == ProofResult::kFails);
@@ -200,7 +200,7 @@ TEST_SUITE("tools.pruning_recheck") {
     description.marks = marks_of(compiled.view);
     description.marks[1].reachable.assign(description.marks[1].reachable.size(), false);
     description.marks[1].exposed = description.marks[1].reachable;
-    const test::LoadedScene scene(description);
+    const haptic::test::LoadedScene scene(description);
     REQUIRE(scene.view.pair_count() == 4);
     const Inspection inspection = inspection_of(scene.view);
     CHECK(inspection.pruning.missing > 0);
@@ -214,7 +214,7 @@ TEST_SUITE("tools.pruning_recheck") {
     const double whole_m3 = fixed.volume_m3;
     fixed.volume_m3 = 0.0;  // stated as the sum
     fixed.pieces.push_back(fixed.pieces.back());
-    const test::LoadedScene doubled(description);
+    const haptic::test::LoadedScene doubled(description);
     const auto proofs = certificates_of(inspection_of(doubled.view));
     CHECK(proof(proofs, "disjoint").result == ProofResult::kLimited);
     CHECK(proof(proofs, "disjoint").figures.find("a cover") != std::string::npos);

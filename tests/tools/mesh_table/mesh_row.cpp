@@ -61,4 +61,12 @@ Row refused(std::string name, std::string file, std::string bytes, Stage stage, 
   return row;
 }
 
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  for (std::size_t at = text.find(from); at != std::string::npos;
+       at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
 }  // namespace haptic::tools::test

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/tools/mesh/mesh_builder.hpp"
@@ -45,6 +46,11 @@ Row accepted(std::string name, std::string file, std::string bytes, std::size_t 
              std::size_t pieces, double volume_m3, std::size_t vertices);
 Row refused(std::string name, std::string file, std::string bytes, Stage stage, std::string place,
             std::string fix);
+
+inline constexpr double kTetra_m3 = 1.0 / 6.0;  ///< of the tetrahedron of the axes
+
+/// `text` with `to` in each place of `from`.
+std::string replaced(std::string text, std::string_view from, std::string_view to);
 
 // The table by kind of defect.
 std::vector<Row> text_rows();      ///< lines, words and numbers of OBJ and OFF

@@ -11,7 +11,6 @@
 namespace haptic::tools::test {
 namespace {
 
-constexpr double kTetra_m3 = 1.0 / 6.0;
 constexpr const char* kAgain = "export the part again";
 
 MeshBuilder tetrahedron() {
@@ -24,17 +23,9 @@ MeshBuilder tetrahedron() {
   return mesh;
 }
 
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos;
-       at = text.find(from, at + to.size())) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
-
-class Rows {
+class StlRows {
  public:
-  explicit Rows(std::string form) : form_(std::move(form)) {}
+  explicit StlRows(std::string form) : form_(std::move(form)) {}
   Row& good(const std::string& name, const std::string& bytes) {
     rows.push_back(accepted(form_ + ": " + name, "t.stl", bytes, 1, 1, kTetra_m3, 4));
     return rows.back();
@@ -51,7 +42,7 @@ class Rows {
 
 /// Facet f has its "facet" in line 2 + 7 f and its vertices in the lines 4 to 6 + 7 f.
 std::vector<Row> stl_text_rows() {
-  Rows t("text stl");
+  StlRows t("text stl");
   const std::string all = stl_text(tetrahedron());
   const std::string last = "vertex 0 0 1\nvertex 0 1 0\nendloop";  // lines 26 to 28
   const auto with_last = [&](const std::string& text) { return replaced(all, last, text); };
@@ -110,7 +101,7 @@ std::vector<Row> stl_text_rows() {
 
 /// Triangle t at byte 84 + 50 t, its corner c at + 12 (c + 1).
 std::vector<Row> stl_binary_rows() {
-  Rows t("binary stl");
+  StlRows t("binary stl");
   const auto four = fans_of(tetrahedron());
   const std::string all = stl_bytes("", 4, four);
   const auto with_value = [&](std::size_t triangle, double value) {

@@ -9,20 +9,11 @@
 namespace haptic::tools::test {
 namespace {
 
-constexpr double kTetra_m3 = 1.0 / 6.0;
 const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";  // lines 1 to 4
 const std::string kFaces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";     // lines 5 to 8
 const std::string kOffVertices = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";       // lines 3 to 6
 const std::string kOffFaces = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";  // lines 7 to 10
 const std::string kOffTetra = "OFF\n4 4 6\n" + kOffVertices + kOffFaces;
-
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos;
-       at = text.find(from, at + to.size())) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
 
 std::string utf16(const std::string& text, bool mark) {
   std::string wide = mark ? "\xFF\xFE" : "";
@@ -41,7 +32,7 @@ std::string face_4(const std::string& line) {
   return kVertices + replaced(kFaces, "f 1 4 3\n", line + "\n");
 }
 
-class Rows {
+class TextRows {
  public:
   Row& good(const std::string& name, const std::string& bytes) {
     rows.push_back(accepted(form + ": " + name, file(), bytes, 1, 1, kTetra_m3, 4));
@@ -58,7 +49,7 @@ class Rows {
   std::string file() const { return "t." + form; }
 };
 
-void add_obj_bytes(Rows& t) {
+void add_obj_bytes(TextRows& t) {
   const std::string tetra = kVertices + kFaces;
   t.good("a tetrahedron", tetra);
   t.good("CRLF", replaced(tetra, "\n", "\r\n"));
@@ -96,7 +87,7 @@ void add_obj_bytes(Rows& t) {
         "t.obj: byte 65: binary data", "extension");
 }
 
-void add_obj_numbers(Rows& t) {
+void add_obj_numbers(TextRows& t) {
   t.good("1e-400 is zero", replaced(kVertices, "v 0 0 0", "v 1e-400 0 -1e-400") + kFaces);
   t.good("minus zero, plus signs, bare points", vertex_4("v -0 +0. 1."));
   t.bad("NaN", vertex_4("v 0 nan 1"), "t.obj:4: coordinate 'nan' is not finite", "delete the face");
@@ -124,7 +115,7 @@ void add_obj_numbers(Rows& t) {
         "t.obj:5: the line starts with '1'", "start it with v or f");
 }
 
-void add_obj_indices(Rows& t) {
+void add_obj_indices(TextRows& t) {
   t.good("a corner twice in a row", face_4("f 1 4 4 3 1"));
   t.good("a face over three times the same vertex", kVertices + kFaces + "f 2 2 2\n");
   t.bad("index 0", face_4("f 0 4 3"), "t.obj:8: vertex index 0", "OBJ counts from 1");
@@ -153,7 +144,7 @@ void add_obj_indices(Rows& t) {
         "close the hole", Stage::kClean);
 }
 
-void add_obj_scales(Rows& t) {
+void add_obj_scales(TextRows& t) {
   const std::string tetra = kVertices + kFaces;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -167,7 +158,7 @@ void add_obj_scales(Rows& t) {
       0.0254 * 0.0254 * 0.0254 / 6.0;
 }
 
-void add_off_rows(Rows& t) {
+void add_off_rows(TextRows& t) {
   const std::string all = kOffTetra;
   t.good("a tetrahedron", all);
   t.good("CRLF", replaced(all, "\n", "\r\n"));
@@ -235,7 +226,7 @@ void add_off_rows(Rows& t) {
 }  // namespace
 
 std::vector<Row> text_rows() {
-  Rows t;
+  TextRows t;
   t.form = "obj";
   add_obj_bytes(t);
   add_obj_numbers(t);

@@ -11,7 +11,7 @@
 namespace haptic::tools::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 811;
+constexpr std::uint64_t kEnvelopeSeed = 811;
 
 /// An L of two pieces in the hand, over a plate with a polygonal hole; about 0.1 m.
 SceneDescription l_over_plate(std::size_t corners) {
@@ -59,8 +59,8 @@ SphericalPolygon polygon_of(const std::vector<Direction>& corners) {
 
 TEST_SUITE("tools.pruning_envelope") {
   TEST_CASE("angles between points, arcs and polygons are least over sampled members") {
-    TestRandom random(kSeed);
-    CAPTURE(kSeed);
+    TestRandom random(kEnvelopeSeed);
+    CAPTURE(kEnvelopeSeed);
     for (int trial = 0; trial < 200; ++trial) {
       const std::vector<Direction> t = random_triangle(random), u = random_triangle(random);
       const SphericalPolygon polygon = polygon_of(t);
@@ -116,9 +116,9 @@ TEST_SUITE("tools.pruning_envelope") {
       description.orientation = about_start(description, angle_rad);
       const PrunedScene scene = pruned(std::move(description));
       const OccurrenceCount count =
-          count_occurrences(scene, *scene.description.orientation, 1500, kSeed);
+          count_occurrences(scene, *scene.description.orientation, 1500, kEnvelopeSeed);
       CAPTURE(angle_rad);
-      CAPTURE(kSeed);
+      CAPTURE(kEnvelopeSeed);
       MESSAGE(angle_rad << " rad: " << count.occurrences << " applicable, occurred of the kept "
                         << count.kept_share);
       CHECK(count.lost == 0);
@@ -131,7 +131,8 @@ TEST_SUITE("tools.pruning_envelope") {
         d.orientation->max_angle_rad = 0.9 * angle_rad;
         return pruned(std::move(d));
       }();
-      CHECK(count_occurrences(narrow, *scene.description.orientation, 1500, kSeed).lost > 0);
+      CHECK(count_occurrences(narrow, *scene.description.orientation, 1500, kEnvelopeSeed).lost >
+            0);
     }
   }
 
@@ -140,19 +141,19 @@ TEST_SUITE("tools.pruning_envelope") {
     description.orientation = about_start(description, 0.6);
     const PrunedScene scene = pruned(std::move(description));
     const OrientationEnvelope envelope = *scene.description.orientation;
-    CAPTURE(kSeed);
-    const TouchCount count = count_touches(scene, envelope, 200, 100, kSeed);
+    CAPTURE(kEnvelopeSeed);
+    const TouchCount count = count_touches(scene, envelope, 200, 100, kEnvelopeSeed);
     MESSAGE(count.touches << " touches");
     CHECK(count.touches > 5000);
     CHECK(count.dropped == 0);
     for (std::size_t piece = 0; piece < scene.fixed.size(); ++piece) {
       CAPTURE(piece);
-      CHECK(count_touches(scene, envelope, 200, 100, kSeed, piece).dropped > 0);
+      CHECK(count_touches(scene, envelope, 200, 100, kEnvelopeSeed, piece).dropped > 0);
     }
     PrunedScene narrow = scene;
     narrow.description.orientation->max_angle_rad = 0.5;
     narrow = pruned(std::move(narrow.description));
-    CHECK(count_touches(narrow, envelope, 200, 100, kSeed).dropped > 0);
+    CHECK(count_touches(narrow, envelope, 200, 100, kEnvelopeSeed).dropped > 0);
   }
 
   TEST_CASE("--no-prune keeps all") {

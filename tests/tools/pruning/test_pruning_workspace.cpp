@@ -11,7 +11,7 @@
 namespace haptic::tools::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 4711;
+constexpr std::uint64_t kWorkspaceSeed = 4711;
 constexpr AffineMap kThousandth{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, 1000};
 
 /// A small L above a plate of 100 mm with a square hole, and a block far to the side.
@@ -71,7 +71,7 @@ void check_pose(const PairMarks& marks, const std::vector<ContactPlane>& planes,
 }
 
 ReachCount sample(const PrunedScene& scene, const WorkspaceBox& box, std::size_t poses) {
-  TestRandom random(kSeed);
+  TestRandom random(kWorkspaceSeed);
   ReachCount count;
   const OrientationEnvelope& envelope = *scene.description.orientation;
   for (std::size_t s = 0; s < poses; ++s) {
@@ -113,7 +113,7 @@ TEST_SUITE("tools.pruning_workspace") {
       return sum;
     }();
     CHECK(with < without - block_nodes);
-    CAPTURE(kSeed);
+    CAPTURE(kWorkspaceSeed);
     const ReachCount count = sample(scene, *description.workspace, 400);
     CHECK(count.near > 10000);
     CHECK(count.lost == 0);

@@ -16,15 +16,13 @@ using namespace haptic::tools::test;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// The true surface of a thread: its radius on the half-plane and height of a point.
 struct TrueThread {
   double crest_m, root_m, pitch_m;
 
   /// Distance along the axis from the middle of the nearest crest [m].
   [[nodiscard]] double from_crest(const Point3& p) const {
-    const double z = p[2] - pitch_m * std::atan2(p[1], p[0]) / (2.0 * kPi);
+    const double z = p[2] - pitch_m * std::atan2(p[1], p[0]) / (2.0 * std::numbers::pi);
     return std::abs(z - pitch_m * std::round(z / pitch_m));
   }
   [[nodiscard]] double radius(const Point3& p) const {
@@ -116,10 +114,10 @@ TEST_SUITE("tools.shapes") {
         for (const std::uint32_t segments : {24U, 48U, 96U}) {
           const ThreadShape thread{8e-3, 1.25e-3, turns, internal, 7e-3, 0.0, segments};
           const double area =
-              kPi * mean_square(internal ? internal_of(thread) : external_of(thread));
+              std::numbers::pi * mean_square(internal ? internal_of(thread) : external_of(thread));
           const double height = turns * 1.25e-3;
           // The outer wall of the tube is a polygon, not a circle.
-          const double wall = 0.5 * segments * 49e-6 * std::sin(2.0 * kPi / segments);
+          const double wall = 0.5 * segments * 49e-6 * std::sin(2.0 * std::numbers::pi / segments);
           const double exact = height * (internal ? wall - area : area);
           const double error = exact - volume_m3(shape_mesh(thread, "thread"));
           CAPTURE(segments);
@@ -230,7 +228,8 @@ TEST_SUITE("tools.shapes") {
           }
         }
         CHECK(high[1] - low[1] == doctest::Approx(size.width_across_flats_m));
-        CHECK(high[0] - low[0] == doctest::Approx(size.width_across_flats_m / std::cos(kPi / 6)));
+        CHECK(high[0] - low[0] ==
+              doctest::Approx(size.width_across_flats_m / std::cos(std::numbers::pi / 6)));
         CHECK(high[2] == doctest::Approx(is_nut ? 0.5 * size.nut_height_m : size.head_height_m));
         CHECK(low[2] == doctest::Approx(is_nut ? -0.5 * size.nut_height_m : -3 * size.diameter_m));
         // Hexagon less or with a thread, as of the helicoid.
@@ -238,7 +237,8 @@ TEST_SUITE("tools.shapes") {
             std::sqrt(3.0) / 2 * size.width_across_flats_m * size.width_across_flats_m;
         const double nominal = 0.5 * size.diameter_m - (is_nut ? 0.0 : 10e-6);
         const double thread =
-            kPi * mean_square({nominal, nominal - thread_depth_m(size.pitch_m), size.pitch_m});
+            std::numbers::pi *
+            mean_square({nominal, nominal - thread_depth_m(size.pitch_m), size.pitch_m});
         const double exact = is_nut ? size.nut_height_m * (hexagon - thread)
                                     : size.head_height_m * hexagon + 3 * size.diameter_m * thread;
         CHECK(volume_m3(mesh) == doctest::Approx(exact).epsilon(0.01));

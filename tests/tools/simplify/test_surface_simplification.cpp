@@ -46,16 +46,18 @@ SimplifiedPart simplified(const RawMesh& raw, double tolerance_m) {
 
 // The judge: no tree, no branch and bound, no code of the simplification, more digits.
 
-Long3 minus(const Long3& a, const Long3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-long double dot(const Long3& a, const Long3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Long3 long_minus(const Long3& a, const Long3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+long double long_dot(const Long3& a, const Long3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 Long3 to_long(const Point3& p) { return {p[0], p[1], p[2]}; }
 
 long double square_to_segment(const Long3& p, const Long3& a, const Long3& b) {
-  const Long3 ab = minus(b, a), ap = minus(p, a);
-  const long double length = dot(ab, ab);
-  const long double s = length > 0 ? std::clamp(dot(ap, ab) / length, 0.0L, 1.0L) : 0.0L;
+  const Long3 ab = long_minus(b, a), ap = long_minus(p, a);
+  const long double length = long_dot(ab, ab);
+  const long double s = length > 0 ? std::clamp(long_dot(ap, ab) / length, 0.0L, 1.0L) : 0.0L;
   const Long3 off{ap[0] - s * ab[0], ap[1] - s * ab[1], ap[2] - s * ab[2]};
-  return dot(off, off);
+  return long_dot(off, off);
 }
 
 /// By the three sides, and by the foot in the plane where it lies inside.
@@ -64,15 +66,16 @@ long double square_to_triangle(const Long3& p, const FaceTriangle& t) {
   long double least = square_to_segment(p, c[0], c[1]);
   least = std::min(least, square_to_segment(p, c[1], c[2]));
   least = std::min(least, square_to_segment(p, c[2], c[0]));
-  const Long3 u = minus(c[1], c[0]), v = minus(c[2], c[0]), w = minus(p, c[0]);
-  const long double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), wu = dot(w, u), wv = dot(w, v);
+  const Long3 u = long_minus(c[1], c[0]), v = long_minus(c[2], c[0]), w = long_minus(p, c[0]);
+  const long double uu = long_dot(u, u), uv = long_dot(u, v), vv = long_dot(v, v),
+                    wu = long_dot(w, u), wv = long_dot(w, v);
   const long double det = uu * vv - uv * uv;
   if (!(det > 0)) return least;
   const long double s = (vv * wu - uv * wv) / det, r = (uu * wv - uv * wu) / det;
   if (s < 0 || r < 0 || s + r > 1) return least;
   const Long3 off{w[0] - s * u[0] - r * v[0], w[1] - s * u[1] - r * v[1],
                   w[2] - s * u[2] - r * v[2]};
-  return std::min(least, dot(off, off));
+  return std::min(least, long_dot(off, off));
 }
 
 /// Largest distance of sampled points of `from` from `to`: a grid of `steps` on each side.

@@ -39,14 +39,14 @@ std::string refused(const RawMesh& raw, const SurfaceOptions& options = {}) {
   return "";
 }
 
-MeshBuilder box() {
+MeshBuilder box_mesh() {
   MeshBuilder m;
   m.box({0, 0, 0}, {2, 1, 1});
   return m;
 }
 
 /// An upright prism over an outline, counter-clockwise, caps as one polygon each.
-MeshBuilder prism(const std::vector<std::array<double, 2>>& outline, double height) {
+MeshBuilder prism_mesh(const std::vector<std::array<double, 2>>& outline, double height) {
   MeshBuilder m;
   const auto n = static_cast<std::uint32_t>(outline.size());
   for (const double z : {0.0, height}) {
@@ -63,7 +63,7 @@ MeshBuilder prism(const std::vector<std::array<double, 2>>& outline, double heig
   return m;
 }
 
-MeshBuilder ell() { return prism({{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}}, 1.0); }
+MeshBuilder ell() { return prism_mesh({{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}}, 1.0); }
 
 /// The same with caps of two convex polygons each.
 MeshBuilder ell_of_quads() {
@@ -124,7 +124,7 @@ MeshBuilder damaged(Random& random, bool& soup) {
   MeshBuilder m;
   switch (pick(3)) {
     case 0:
-      m = box();
+      m = box_mesh();
       break;
     case 1:
       m = ell_of_quads();
@@ -216,7 +216,7 @@ TEST_SUITE("tools.surface_part") {
   TEST_CASE("a box becomes six squares of eight vertices, however it is cut and repeated") {
     for (const bool triangles : {false, true}) {
       for (const bool soup : {false, true}) {
-        MeshBuilder m = box();
+        MeshBuilder m = box_mesh();
         if (triangles) cut_into_triangles(m);
         if (soup) m.unshare();
         const Made b = made(m.raw(!soup));
@@ -251,7 +251,7 @@ TEST_SUITE("tools.surface_part") {
       const double a = 2.0 * std::numbers::pi * k / 60;
       outline.push_back({std::cos(a), std::sin(a)});
     }
-    const RawMesh disc = prism(outline, 1.0).raw();
+    const RawMesh disc = prism_mesh(outline, 1.0).raw();
     std::size_t largest = 0;
     for (const SurfacePart::Facet& f : made(disc, options).part.facets) {
       largest = std::max(largest, f.loop.size());
@@ -334,7 +334,7 @@ TEST_SUITE("tools.surface_part") {
   }
 
   TEST_CASE("a seam divided differently is tight, unless one side of it is turned or missing") {
-    MeshBuilder m = box();
+    MeshBuilder m = box_mesh();
     const std::vector<std::uint32_t> top = m.faces[1];
     const Point3 middle = vec::scaled(vec::add(m.vertices[top[0]], m.vertices[top[1]]), 0.5);
     const std::uint32_t v = m.vertex(middle);
@@ -361,7 +361,7 @@ TEST_SUITE("tools.surface_part") {
   }
 
   TEST_CASE("only ends of open edges within the weld radius are joined") {
-    MeshBuilder m = box();
+    MeshBuilder m = box_mesh();
     m.unshare();
     for (std::size_t v = 0; v < 4; ++v) m.vertices[v][2] -= 1e-6;
     const Made joined = made(m.raw(false));
@@ -400,7 +400,7 @@ TEST_SUITE("tools.surface_part") {
   }
 
   TEST_CASE("repeated faces go, turned faces are turned back, crossings are counted") {
-    MeshBuilder m = box();
+    MeshBuilder m = box_mesh();
     m.face(m.faces[2]);
     std::reverse(m.faces[4].begin(), m.faces[4].end());
     const Made repaired = made(m.raw());
@@ -408,7 +408,7 @@ TEST_SUITE("tools.surface_part") {
     CHECK(repaired.account.flipped == 2);
     CHECK(repaired.account.duplicate_facets == 2);
     CHECK(repaired.account.self_intersections == 0);
-    MeshBuilder two = box();
+    MeshBuilder two = box_mesh();
     two.box({1, 0.25, 0.25}, {3, 0.75, 0.75});
     const Made crossing = made(two.raw());
     CHECK(crossing.account.shells == 2);
@@ -421,12 +421,12 @@ TEST_SUITE("tools.surface_part") {
     MeshBuilder line;
     line.face({line.vertex({0, 0, 0}), line.vertex({1, 0, 0}), line.vertex({2, 0, 0})});
     CHECK(contains(refused(line.raw()), "no triangle has an area"));
-    MeshBuilder m = box();
+    MeshBuilder m = box_mesh();
     m.vertices[3][1] = std::nan("");
     CHECK(contains(refused(m.raw()), "vertex 4 is not finite"));
     SurfaceOptions options;
     options.scale_to_m = {1, -1, 1};
-    CHECK(contains(refused(box().raw(), options), "scale"));
+    CHECK(contains(refused(box_mesh().raw(), options), "scale"));
   }
 
   TEST_CASE("damaged meshes: all accepted, the same set, every promise kept") {
