@@ -245,7 +245,7 @@ class Graph {
 }  // namespace
 
 std::vector<PlanPose> wide_way(const std::vector<PlanPose>& corners, const WideWayTools& with) {
-  if (corners.size() < 2) return corners;
+  if (corners.size() < 2 || with.over()) return corners;
   return Graph(corners, with).run();
 }
 
