@@ -136,15 +136,16 @@ Puzzle slot_puzzle(double clearance_mm) {
 
 Puzzle ring_puzzle(double clearance_mm) {
   const std::string name = name_of("ring", clearance_mm);
-  // The bar is 10 mm square, the ring 4 mm high: as of the window.
-  const double hole = 10 * kRoot2 + 2 + 2 * clearance_mm;
+  // The bar is 10 mm thick, the ring 4 mm high: as of the window. Across, the bar leaves it 0.5 mm
+  // more than the clearance on either side, so that it cannot slip over the elbow askew.
+  const double least = 10 * kRoot2 + 2, hole = least + 2 * clearance_mm, y = least / 2 - 0.5;
   const std::string parts =
       "[moving]\nshape = \"tube\"\nsegments = 4\nheight_m = 0.004\ninner_radius_m = " +
-      std::to_string(1e-3 * hole / kRoot2) +
+      std::to_string(1e-3 * hole / 2) +
       "\nouter_radius_m = " + std::to_string(1e-3 * (hole + 10) / kRoot2) +
       "\nposition_m = [0.0, 0.0, -0.03]\nquaternion = { w = 0.92387953251128674, x = 0.0, y = 0.0, "
       "z = 0.38268343236508977 }\n" +
-      wall({-5, -5, -50}, {5, 5, 5}) + wall({5, -5, -5}, {60, 5, 5}) +
+      wall({-5, -y, -50}, {5, y, 5}) + wall({5, -y, -5}, {60, y, 5}) +
       wall({-30, -30, -60}, {30, 30, -50}) + wall({60, -30, -30}, {70, 30, 30});
   return {name, scene_text(name, parts),
           "35mm,0,0,0.65328148243818829,0.27059805007309851,0.65328148243818829,"

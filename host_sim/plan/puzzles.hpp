@@ -27,7 +27,7 @@ inline constexpr double kPegPuzzleDepth_m = 0.034;
 [[nodiscard]] Puzzle window_puzzle(double clearance_mm);
 /// A bar that enters a slot lengthwise and is turned by a quarter in the closed room behind it.
 [[nodiscard]] Puzzle slot_puzzle(double clearance_mm);
-/// A square ring on a square bar with an elbow and plates at its ends, from one leg to the other: a
+/// A square ring on a bar with an elbow and plates at its ends, from one leg to the other: a
 /// quarter of a turn while it slides over the elbow.
 [[nodiscard]] Puzzle ring_puzzle(double clearance_mm);
 /// A blade through five plates whose slots are turned by 15 degrees each against the one above: it

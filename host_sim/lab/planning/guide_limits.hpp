@@ -37,7 +37,7 @@ struct GuideCell {
   TrialSetting setting;
   bool at_goal = false;  ///< the peg rests at the plan's goal, else half of the hole before it
   double without_n_per_m = 0, with_n_per_m = 0;
-  double seconds = 0;  ///< half of what the two places of the setting took
+  double seconds = 0;  ///< of a processor; half of what the two places took
   [[nodiscard]] bool worse() const { return with_n_per_m < without_n_per_m; }
 };
 

@@ -25,7 +25,7 @@ TEST_SUITE("host_sim.planning_table") {
       KeptRows rows(file, "seconds 3", true);
       CHECK(rows.find("one") == nullptr);
       rows.keep("one", numbers);
-      rows.keep("two", {});
+      rows.keep("two", {2});
     }
     KeptRows again(file, "seconds 3", true);
     REQUIRE(again.find("one") != nullptr);
