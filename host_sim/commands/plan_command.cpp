@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim plan SCENE.rtscene --goal POSE -o PLAN
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -30,7 +31,7 @@ enum class PlanMethod : std::uint8_t {
 
 struct PlanArguments {
   std::string scene, start = "start", goal, out;
-  double seconds = 120, shorten_s = 30;
+  double seconds = 120, shorten_millions = 1e-6 * static_cast<double>(kShorteningWork);
   std::uint64_t seed = 1;
   PlanMethod method = PlanMethod::kSearch;
   bool json = false;
@@ -141,6 +142,19 @@ void say_progress(const SearchState& state) {
                static_cast<unsigned long long>(state.nodes_from_goal), 1e3 * state.nearest_m);
 }
 
+/// Says about once a second how far the shortening is.
+ShorteningProgress say_shortening(const ShorteningLimits& limits) {
+  using Clock = std::chrono::steady_clock;
+  return [limits, said = Clock::now()](const ShorteningState& state) mutable {
+    if (Clock::now() - said < std::chrono::seconds(1)) return;
+    said = Clock::now();
+    std::fprintf(
+        stderr,
+        "host_sim plan: a motion is found; %.3g %% of the work on its shortening, %zu corners\n",
+        100.0 * static_cast<double>(state.work) / static_cast<double>(limits.work), state.corners);
+  };
+}
+
 void say_failure(const SceneView& view, const SlidingPart& part, const SearchResult& result) {
   std::printf("no plan found in %.0f s (%llu pushes, %llu ticks); got as far as this state:\n",
               result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
@@ -167,7 +181,7 @@ struct Task {
 
 ShorteningLimits shortening_of(const PlanArguments& o) {
   ShorteningLimits shortening;
-  shortening.seconds = o.shorten_s;
+  shortening.work = static_cast<std::uint64_t>(1e6 * o.shorten_millions);
   shortening.seed = o.seed;
   return shortening;
 }
@@ -175,13 +189,16 @@ ShorteningLimits shortening_of(const PlanArguments& o) {
 /// Proves the plan as a reader would, writes it and says so.
 int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan, Json json,
               const std::string& how) {
-  std::size_t planes = 0;
-  for (const std::vector<tools::PlanWitness>& step : plan.steps) planes += step.size();
-  if (planes > tools::kMostPlanWitnesses) {
+  std::size_t runs = 0;
+  for (const tools::PlanPlane& plane : plan.planes) runs += plane.runs.size();
+  if (plan.poses.size() > tools::kMostPlanPoses || plan.planes.size() > tools::kMostPlanPlanes ||
+      runs > tools::kMostPlanRuns) {
     std::printf(
-        "a motion was found and each of its %zu steps is proved, but by %zu planes, and a plan "
-        "file holds %zu: none is written; with more --shorten-seconds it has fewer steps\n",
-        plan.steps.size(), planes, tools::kMostPlanWitnesses);
+        "a motion was found and each of its %zu steps is proved, by %zu planes over %zu runs of "
+        "steps, but a plan file holds %zu, %zu and %zu: none is written; with more "
+        "--shorten-millions it has fewer steps\n",
+        plan.steps(), plan.planes.size(), runs, tools::kMostPlanPoses - 1, tools::kMostPlanPlanes,
+        tools::kMostPlanRuns);
     return tools::kExitCheckFailed;
   }
   // The file as it will be read, so that no plan is written that its reader would not prove.
@@ -200,14 +217,17 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
     std::printf("%s\n", json.dump(2).c_str());
     return tools::kExitDone;
   }
-  std::printf("%s: %zu steps, %zu stations, %.4g mm\n", o.out.c_str(), plan.steps.size(),
+  std::printf("%s: %zu steps, %zu stations, %.4g mm\n", o.out.c_str(), plan.steps(),
               plan.stations.size(), 1e3 * plan.stations.front().cost_to_go_m);
   std::printf("%s", how.c_str());
-  std::printf("  certified %llu of %llu steps (%.4g %%), by %llu planes; least distance %.3g um\n",
-              static_cast<unsigned long long>(proof.certified),
-              static_cast<unsigned long long>(proof.steps),
-              100.0 * static_cast<double>(proof.certified) / static_cast<double>(proof.steps),
-              static_cast<unsigned long long>(proof.planes), 1e6 * proof.least_m);
+  std::printf(
+      "  certified %llu of %llu steps (%.4g %%), by %llu planes over %llu runs of steps; least "
+      "distance %.3g um\n",
+      static_cast<unsigned long long>(proof.certified),
+      static_cast<unsigned long long>(proof.steps),
+      100.0 * static_cast<double>(proof.certified) / static_cast<double>(proof.steps),
+      static_cast<unsigned long long>(proof.planes), static_cast<unsigned long long>(proof.runs),
+      1e6 * proof.least_m);
   return tools::kExitDone;
 }
 
@@ -252,8 +272,8 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
     }
     return tools::kExitCheckFailed;
   }
-  CorneredMotion motion =
-      shortened(result.start, result.motion, task.prover, task.part.radius_m(), shortening_of(o));
+  CorneredMotion motion = shortened(result.motion, task.prover, task.part.radius_m(),
+                                    shortening_of(o), say_shortening(shortening_of(o)));
   std::string how =
       tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %llu pairs\n",
                        result.seconds, result.space.cells.size(), result.space.faces.size(),
@@ -268,8 +288,9 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
   SearchLimits limits;
   limits.seconds = o.seconds;
   limits.seed = o.seed;
-  const MadePlan made = make_plan_between(task.view, task.part, task.prover, task.start, task.goal,
-                                          limits, shortening_of(o), say_progress);
+  const MadePlan made =
+      make_plan_between(task.view, task.part, task.prover, task.start, task.goal, limits,
+                        shortening_of(o), say_progress, say_shortening(shortening_of(o)));
   const SearchResult& result = made.search;
   Json json{{"found", result.found},
             {"method", "search"},
@@ -287,9 +308,10 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
   }
   const std::string how = tools::formatted(
       "  search    %.2f s, %llu pushes, %llu ticks of the core; found %.4g mm\n"
-      "  shortened %.2f s\n",
+      "  shortened %.2f s, %.4g million vertices looked at\n",
       result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
-      static_cast<unsigned long long>(result.state.ticks), 1e3 * made.found_m, made.shorten_s);
+      static_cast<unsigned long long>(result.state.ticks), 1e3 * made.found_m, made.shorten_s,
+      1e-6 * static_cast<double>(made.shorten_work));
   return keep_plan(task, o, made.plan, std::move(json), how);
 }
 
@@ -335,9 +357,12 @@ Command add_plan_command(CLI::App& program) {
   app->add_option("-o,--out", o->out, "plan to write")->required();
   app->add_option("--seconds", o->seconds, "time for the search (default 120)")
       ->check(tools::positive_number());
-  app->add_option("--shorten-seconds", o->shorten_s,
-                  "time for making the plan shorter (default 30)")
-      ->check(tools::number_not_negative());
+  app->add_option(
+         "--shorten-millions", o->shorten_millions,
+         "work on making the plan shorter: vertices that it may look at, in millions "
+         "(default 6000, about half a minute); it is counted, not timed, so that the plan is "
+         "the same on any machine")
+      ->check(CLI::Range(0.0, 1e12));
   app->add_option("--seed", o->seed,
                   "of the random pushes (default 1); the same seed gives the same plan");
   tools::add_choice<PlanMethod>(

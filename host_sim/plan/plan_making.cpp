@@ -28,17 +28,17 @@ tools::Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProve
 MadePlan make_plan_between(const SceneView& scene, SlidingPart& part, StepProver& prover,
                            const PlanPose& start, const PlanPose& goal, const SearchLimits& search,
                            const ShorteningLimits& shortening,
-                           const std::function<void(const SearchState&)>& progress) {
+                           const std::function<void(const SearchState&)>& progress,
+                           const ShorteningProgress& shortening_progress) {
   MadePlan made;
   made.search = search_plan(scene, part, prover, start, goal, search, progress);
   if (!made.search.found) return made;
   const auto began = std::chrono::steady_clock::now();
-  const ProvedMotion& found = made.search.motion;
-  CorneredMotion before{{made.search.start}};
-  before.corners.insert(before.corners.end(), found.poses.begin(), found.poses.end());
-  made.found_m = before.length_m(part.radius_m());
+  made.found_m = made.search.motion.length_m(part.radius_m());
+  const std::uint64_t work = prover.work();
   const CorneredMotion motion =
-      shortened(made.search.start, found, prover, part.radius_m(), shortening);
+      shortened(made.search.motion, prover, part.radius_m(), shortening, shortening_progress);
+  made.shorten_work = prover.work() - work;
   made.plan = plan_from(scene, part, prover, motion, search.seed);
   made.shorten_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return made;

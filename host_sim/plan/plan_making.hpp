@@ -27,20 +27,23 @@ inline constexpr double kPlanContact_m = 5.0e-5;
 
 struct MadePlan {
   SearchResult search;
-  double found_m = 0;    ///< length before the shortening
-  double shorten_s = 0;  ///< time that shortening and proof took
-  tools::Plan plan;      ///< with a pose where the search has found one
+  double found_m = 0;              ///< length before the shortening
+  double shorten_s = 0;            ///< time that shortening and proof took
+  std::uint64_t shorten_work = 0;  ///< of ShorteningLimits::work
+  tools::Plan plan;                ///< with a pose where the search has found one
 };
 
 /// `part` and `prover` are of the scene; the prover's tolerance is plan_tolerance_m.
-/// @param progress  called about once a second of the search.
+/// Same scene, poses, seed and work: the same plan, where one is found before the search's time is
+/// over. @param progress  called about once a second of the search.
 /// @throws std::runtime_error when a step that was proved is not proved again, which contradicts
 ///         its maker.
 [[nodiscard]] MadePlan make_plan_between(const SceneView& scene, SlidingPart& part,
                                          StepProver& prover, const PlanPose& start,
                                          const PlanPose& goal, const SearchLimits& search,
                                          const ShorteningLimits& shortening,
-                                         const std::function<void(const SearchState&)>& progress);
+                                         const std::function<void(const SearchState&)>& progress,
+                                         const ShorteningProgress& shortening_progress = {});
 
 /// The same between poses as they are written for --start and --goal, seeded.
 [[nodiscard]] MadePlan make_plan_between(const SceneView& scene, const std::string& start,

@@ -70,7 +70,6 @@ class Search {
                    const std::function<void(const SearchState&)>& progress) {
     began_ = std::chrono::steady_clock::now();
     SearchResult result;
-    result.start = start;
     trees_[0] = {{}, goal};
     trees_[1] = {{}, start};
     way_m_ = distance_m(start, goal);
@@ -195,9 +194,7 @@ class Search {
 
   /// Contact may keep a push from arriving though nothing lies between: then a proof joins the two.
   [[nodiscard]] bool is_bridged(const PlanPose& from, const PlanPose& to) {
-    ProvedMotion proof;
-    return distance_m(from, to) < kBridge * radius_m_ &&
-           prover_.prove(from, to, kBridgeHalvings, ProofSearch::kAny, proof);
+    return distance_m(from, to) < kBridge * radius_m_ && prover_.prove(from, to, kBridgeHalvings);
   }
 
   /// Pushes from a node; the end of the push, and poses at which the contact changed, become nodes.
@@ -337,14 +334,15 @@ class Search {
   }
 
   /// The way through the two nodes that met, proved step by step.
-  [[nodiscard]] bool assemble(ProvedMotion& motion) {
+  [[nodiscard]] bool assemble(CorneredMotion& motion) {
     std::vector<PlanPose> way = way_to(trees_[0], meet_[0]);
     const std::vector<PlanPose> back = way_to(trees_[1], meet_[1]);
     way.insert(way.end(), back.rbegin(), back.rend());
-    motion = {};
-    for (std::size_t k = 1; k < way.size(); ++k) {
-      if (way[k] == way[k - 1]) continue;
-      if (!prover_.prove(way[k - 1], way[k], kHalvings, ProofSearch::kAny, motion)) return false;
+    motion = {{way.front()}};
+    for (const PlanPose& pose : way) {
+      if (pose == motion.corners.back()) continue;
+      if (!prover_.prove(motion.corners.back(), pose, kHalvings)) return false;
+      motion.corners.push_back(pose);
     }
     return true;
   }

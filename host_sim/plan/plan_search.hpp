@@ -33,8 +33,7 @@ struct SearchState {
 struct SearchResult {
   bool found = false;
   bool timed_out = false;
-  ProvedMotion motion;  ///< found: proved steps from the start to the goal
-  PlanPose start;       ///< of that motion
+  CorneredMotion motion;  ///< found: from the start to the goal
   SearchState state;
   PlanPose nearest_to_start;            ///< of the tree from the goal
   PlanPose nearest_to_goal;             ///< of the tree from the start

@@ -2,8 +2,9 @@
 #include "host_sim/plan/plan_shortening.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <map>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "host_sim/plan/way_cost.hpp"
 #include "host_sim/plan/wide_way.hpp"
@@ -34,17 +35,18 @@ constexpr double kSameCorner = 1.0e-9;
 
 class Shortening {
  public:
-  Shortening(StepProver& prover, double turn_m, const ShorteningLimits& limits)
+  Shortening(StepProver& prover, double turn_m, const ShorteningLimits& limits,
+             const ShorteningProgress& progress)
       : prover_(prover),
         cost_(prover, turn_m),
         turn_m_(turn_m),
         limits_(limits),
+        progress_(progress),
+        began_(prover.work()),
         words_(tools::hashed(~limits.seed)) {}
 
-  CorneredMotion run(const PlanPose& start, const ProvedMotion& motion) {
-    began_ = std::chrono::steady_clock::now();
-    corners_ = {start};
-    for (const PlanPose& pose : motion.poses) corners_.push_back(pose);
+  CorneredMotion run(const CorneredMotion& motion) {
+    corners_ = motion.corners;
     leave_out();
     for (std::uint32_t k = 0; k < limits_.tries && !over(); ++k) cut_across();
     leave_out();
@@ -64,12 +66,12 @@ class Shortening {
 
  private:
   [[nodiscard]] bool over() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count() >
-           limits_.seconds;
+    const std::uint64_t work = prover_.work() - began_;
+    if (progress_) progress_({work, corners_.size()});
+    return work > limits_.work;
   }
   [[nodiscard]] bool straight(const PlanPose& from, const PlanPose& to) {
-    ProvedMotion proved;
-    return prover_.prove(from, to, kStraightHalvings, ProofSearch::kAny, proved);
+    return prover_.prove(from, to, kStraightHalvings);
   }
   [[nodiscard]] double length(const PlanPose& from, const PlanPose& to) const {
     return tools::step_length_m(from, to, turn_m_);
@@ -248,11 +250,46 @@ class Shortening {
   WayCost cost_;
   double turn_m_;
   const ShorteningLimits& limits_;
+  const ShorteningProgress& progress_;
+  std::uint64_t began_;  ///< work of the prover before
   tools::SplitMix64 words_;
   std::vector<PlanPose> corners_;
   bool turns_ = false;    ///< the motion turns the part; else no change does
   bool by_cost_ = false;  ///< what is compared: cost, or length
-  std::chrono::steady_clock::time_point began_;
+};
+
+/// The planes of steps, each written once: a pair that keeps its plane goes on with its run.
+class PlaneGathering {
+ public:
+  /// Steps in their order, planes by piece.
+  void add(std::uint32_t step, const std::vector<PlanWitness>& planes) {
+    for (const PlanWitness& witness : planes) {
+      const auto [known, is_new] = by_direction_.try_emplace(witness.direction, planes_.size());
+      if (is_new) planes_.push_back({witness.direction, {}});
+      const std::uint64_t pair = std::uint64_t{witness.piece_a} << 32 | witness.piece_b;
+      Last& last = last_[pair];
+      std::vector<tools::PlanRun>& runs = planes_[known->second].runs;
+      const bool goes_on = last.plane == known->second && last.run < runs.size() &&
+                           runs[last.run].piece_a == witness.piece_a &&
+                           runs[last.run].piece_b == witness.piece_b &&
+                           runs[last.run].last + 1 == step;
+      if (goes_on) {
+        runs[last.run].last = step;
+        continue;
+      }
+      last = {known->second, runs.size()};
+      runs.push_back({witness.piece_a, witness.piece_b, step, step});
+    }
+  }
+  [[nodiscard]] std::vector<tools::PlanPlane> take() { return std::move(planes_); }
+
+ private:
+  struct Last {
+    std::size_t plane = 0, run = 0;
+  };
+  std::vector<tools::PlanPlane> planes_;
+  std::map<tools::PlanDirection, std::size_t> by_direction_;
+  std::unordered_map<std::uint64_t, Last> last_;  ///< run of each pair
 };
 
 /// Poses of the stations: all corners, and between them as many as the aim allows. Of too many
@@ -278,17 +315,9 @@ std::vector<PlanPose> station_poses(const CorneredMotion& motion, double turn_m,
 
 }  // namespace
 
-double CorneredMotion::length_m(double turn_m) const {
-  double sum = 0;
-  for (std::size_t k = 1; k < corners.size(); ++k) {
-    sum += tools::step_length_m(corners[k - 1], corners[k], turn_m);
-  }
-  return sum;
-}
-
-CorneredMotion shortened(const PlanPose& start, const ProvedMotion& motion, StepProver& prover,
-                         double turn_m, const ShorteningLimits& limits) {
-  return Shortening(prover, turn_m, limits).run(start, motion);
+CorneredMotion shortened(const CorneredMotion& motion, StepProver& prover, double turn_m,
+                         const ShorteningLimits& limits, const ShorteningProgress& progress) {
+  return Shortening(prover, turn_m, limits, progress).run(motion);
 }
 
 tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
@@ -305,9 +334,20 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
   const std::vector<PlanPose> poses = station_poses(motion, title.turn_m, is_station);
   plan.poses.push_back(poses.front());
   plan.stations.emplace_back();
+  // Near a station a plane is kept where it leaves as much as the nearest pair has there, and is
+  // that of no contact: what the station says is then what the best planes do.
+  const auto clear_at = [&](std::size_t k) {
+    return is_station[k] ? std::max(prover.clearance(poses[k]).gap_m, title.contact_m)
+                         : ClearEnds{}.end_m;
+  };
+  PlaneGathering planes;
+  ClearEnds ends;
+  ends.end_m = clear_at(0);
   for (std::size_t k = 1; k < poses.size(); ++k) {
+    ends = {ends.end_m, clear_at(k)};
     ProvedMotion proved;
-    if (!prover.prove(poses[k - 1], poses[k], kStraightHalvings + 4, ProofSearch::kBest, proved)) {
+    if (!prover.prove(poses[k - 1], poses[k], kStraightHalvings + 4, ProofSearch::kKept, proved,
+                      ends)) {
       throw std::runtime_error("a step of the shortened motion could not be proved again");
     }
     for (std::size_t j = 0; j < proved.poses.size(); ++j) {
@@ -316,14 +356,15 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
       if (!step.holds) {
         throw std::runtime_error("a step that was proved does not hold in long double");
       }
+      planes.add(static_cast<std::uint32_t>(plan.steps()), proved.steps[j]);
       plan.poses.push_back(proved.poses[j]);
-      plan.steps.push_back(proved.steps[j]);
     }
     if (!is_station[k]) continue;
     tools::PlanStation station;
     station.pose = static_cast<std::uint32_t>(plan.poses.size() - 1);
     plan.stations.push_back(station);
   }
+  plan.planes = planes.take();
   double to_go = 0;
   std::size_t at = plan.poses.size() - 1;
   for (std::size_t k = plan.stations.size(); k-- > 0;) {
@@ -332,9 +373,15 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
       to_go += tools::step_length_m(plan.poses[at - 1], plan.poses[at], plan.length_m);
     }
     station.cost_to_go_m = to_go;
+  }
+  tools::PlanSweep sweep(plan);
+  for (tools::PlanStation& station : plan.stations) {
+    std::vector<PlanWitness> before;
+    if (station.pose > 0) before = sweep.at(station.pose - 1);
+    const std::vector<PlanWitness>* const after =
+        station.pose < plan.steps() ? &sweep.at(station.pose) : nullptr;
     tools::StationProof found = check.station(
-        plan.poses[station.pose], station.pose > 0 ? &plan.steps[station.pose - 1] : nullptr,
-        station.pose < plan.steps.size() ? &plan.steps[station.pose] : nullptr, plan.contact_m);
+        plan.poses[station.pose], station.pose > 0 ? &before : nullptr, after, plan.contact_m);
     station.clearance_m = static_cast<double>(found.clearance_m);
     station.contacts = std::move(found.contacts);
   }

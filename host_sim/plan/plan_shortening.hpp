@@ -5,29 +5,36 @@
 /// kept; and the plan with its stations.
 
 #include <cstdint>
+#include <functional>
 
 #include "host_sim/plan/step_prover.hpp"
 #include "tools/plan/plan_check.hpp"
 
 namespace haptic::sim {
 
+/// Work of the shortening (StepProver::work) where nothing else is asked for.
+inline constexpr std::uint64_t kShorteningWork = 6'000'000'000;
+
+/// What was done so far, and what it has come to.
+struct ShorteningState {
+  std::uint64_t work = 0;   ///< of ShorteningLimits::work
+  std::size_t corners = 0;  ///< of the motion
+};
+
+/// No time: the same motion, seed and limits give the same corners on a machine however slow.
 struct ShorteningLimits {
-  double seconds = 30;        ///< then it ends with what it has
-  std::uint32_t tries = 300;  ///< of straight ways between two places of the motion
+  std::uint64_t work = kShorteningWork;  ///< of the prover; then it ends with what it has
+  std::uint32_t tries = 300;             ///< of straight ways between two places of the motion
   std::uint64_t seed = 1;
 };
 
-/// A motion as corners with a proved straight way between each two.
-struct CorneredMotion {
-  std::vector<PlanPose> corners;
-  [[nodiscard]] double length_m(double turn_m) const;
-};
+using ShorteningProgress = std::function<void(const ShorteningState&)>;
 
 /// Shortens a proved motion and leads it where there is room. `turn_m`: what a turn of 1 rad
-/// counts.
-[[nodiscard]] CorneredMotion shortened(const PlanPose& start, const ProvedMotion& motion,
-                                       StepProver& prover, double turn_m,
-                                       const ShorteningLimits& limits);
+/// counts. `progress`, if any, is called often, and decides nothing.
+[[nodiscard]] CorneredMotion shortened(const CorneredMotion& motion, StepProver& prover,
+                                       double turn_m, const ShorteningLimits& limits,
+                                       const ShorteningProgress& progress = {});
 
 /// What a plan says of itself.
 struct PlanTitle {

@@ -20,12 +20,23 @@ constexpr double kLarge = 4;
 constexpr double kFarAway = 0.5;
 /// Height by which a neighbour may rise over the plane of two edges and still be none.
 constexpr double kLevel_m = 1.0e-9;
+/// Work of a sphere that is looked at, of one that is near, and of a pair of pieces, each next to
+/// that of a vertex: by the time that each takes.
+constexpr std::uint64_t kSphereWork = 2, kNearWork = 12, kPairWork = 24;
 
 Vec3d wide(const Real* x) {
   return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
 }
 
 }  // namespace
+
+double CorneredMotion::length_m(double turn_m) const {
+  double sum = 0;
+  for (std::size_t k = 1; k < corners.size(); ++k) {
+    sum += tools::step_length_m(corners[k - 1], corners[k], turn_m);
+  }
+  return sum;
+}
 
 StepProver::StepProver(const SceneView& scene, double tolerance_m)
     : moving_(scene.bodies()[0].piece_count), tolerance_m_(kTolerated * tolerance_m) {
@@ -94,12 +105,18 @@ void StepProver::find_near(const Vec3d& centre, double radius_m) {
   };
   const double most_m = radius_m + largest_m_, middle = centre[axis_];
   auto at = std::ranges::lower_bound(along_axis_, std::pair{middle - most_m, 0u});
-  for (; at != along_axis_.end() && at->first <= middle + most_m; ++at) look(at->second);
+  work_ += kNearWork + kSphereWork * large_.size();
+  for (; at != along_axis_.end() && at->first <= middle + most_m; ++at) {
+    work_ += kSphereWork;
+    look(at->second);
+  }
   for (const std::uint32_t k : large_) look(k);
+  work_ += kNearWork * near_.size();
   std::ranges::sort(near_);
 }
 
 double StepProver::gap_m(const Placed& at, const Piece& a, const Piece& b, const Vec3d& n) {
+  work_ += a.vertices.size() + b.vertices.size();
   const Vec3d n_a = at.r.transpose() * n;
   double low_a = kInfinite, high_b = -kInfinite;
   for (const Vec3d& v : a.vertices) low_a = std::min(low_a, n_a.dot(v));
@@ -140,7 +157,7 @@ double StepProver::bound_m(const Motion& motion, const Piece& a, const Piece& b,
 /// of edges that make a C-face at this orientation; until it returns false.
 template <typename Visit>
 void StepProver::for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
-                                const Visit& visit) const {
+                                const Visit& visit) {
   for (std::uint32_t i = 0; i < a.normals.size(); ++i) {
     if (!visit(Plane{'A', i, 0, false}, Vec3d(at.r * -a.normals[i]))) return;
   }
@@ -153,6 +170,7 @@ void StepProver::for_each_plane(const Placed& at, const Piece& a, const Piece& b
     const Vec3d u = at.r * e.unit;
     const Vec3d rise_a[2] = {at.r * (a.vertices[e.apex[0]] - a.vertices[e.v0]),
                              at.r * (a.vertices[e.apex[1]] - a.vertices[e.v0])};
+    work_ += b.edges.size();
     for (std::uint32_t j = 0; j < b.edges.size(); ++j) {
       const Edge& g = b.edges[j];
       const Vec3d m = u.cross(g.unit);
@@ -170,11 +188,27 @@ void StepProver::for_each_plane(const Placed& at, const Piece& a, const Piece& b
   }
 }
 
+tools::PlanDirection StepProver::direction_of(const Piece& a, const Piece& b, const Plane& plane) {
+  const auto numbers = [](const Vec3d& v) { return std::array{v.x(), v.y(), v.z()}; };
+  tools::PlanDirection direction;
+  direction.kind = plane.kind;
+  if (plane.kind == 'A') direction.of_a = numbers(-a.normals[plane.i]);
+  if (plane.kind == 'B') direction.of_b = numbers(b.normals[plane.j]);
+  if (plane.kind == 'C') {
+    const Vec3d& along = a.edges[plane.i].unit;
+    direction.of_a = numbers(plane.flipped ? -along : along);
+    direction.of_b = numbers(b.edges[plane.j].unit);
+  }
+  return direction;
+}
+
 StepProver::Found StepProver::find_plane(const Motion& motion, std::uint32_t i, std::uint32_t j,
-                                         ProofSearch search, PlanWitness& witness) {
+                                         ProofSearch search, const ClearEnds& ends,
+                                         PlanWitness& witness) {
   const Piece& a = pieces_[i];
   const Piece& b = pieces_[j];
   const double needed = a.flat || b.flat ? kFacetRoom_m : -tolerance_m_;
+  work_ += kPairWork;
   double best = -kInfinite, best_p = -kInfinite, best_q = -kInfinite;
   Plane best_plane;
   const auto look = [&](const Plane& plane, const Vec3d& n_p) {
@@ -189,26 +223,25 @@ StepProver::Found StepProver::find_plane(const Motion& motion, std::uint32_t i, 
     if (bound <= best) return true;
     best = bound;
     best_plane = plane;
-    witness.kind = plane.kind;
-    for (int k = 0; k < 3; ++k) {
-      witness.begin[static_cast<std::size_t>(k)] = n_p[k];
-      witness.end[static_cast<std::size_t>(k)] = n_q[k];
-    }
-    return search == ProofSearch::kBest || bound < needed;
+    return search != ProofSearch::kAny || bound < needed;
   };
-  witness.piece_a = i;
-  witness.piece_b = j;
+  const auto proved = [&] {
+    witness = {i, j, direction_of(a, b, best_plane)};
+    return Found::kProved;
+  };
   const std::uint64_t key = std::uint64_t{i} << 32 | j;
   if (const auto last = last_.find(key); last != last_.end()) {
     const Vec3d n_p = normal_of(motion.p, a, b, last->second);
     if (!n_p.isZero(0)) static_cast<void>(look(last->second, n_p));
-    if (best >= needed && search == ProofSearch::kAny) return Found::kProved;
+    const bool keeps = search == ProofSearch::kKept && best >= std::max(needed, 0.0) &&
+                       best_p >= ends.begin_m && best_q >= ends.end_m;
+    if (keeps || (best >= needed && search == ProofSearch::kAny)) return proved();
   }
   for_each_plane(motion.p, a, b, false, look);
   if (best < needed) for_each_plane(motion.p, a, b, true, look);
   if (best >= needed) {
     last_[key] = best_plane;
-    return Found::kProved;
+    return proved();
   }
   if (best_q < needed) {
     // Planes of two edges at the end of the way may not have been C-faces at its begin.
@@ -221,8 +254,7 @@ StepProver::Found StepProver::find_plane(const Motion& motion, std::uint32_t i, 
 }
 
 StepProver::Found StepProver::try_step(const PlanPose& from, const PlanPose& to, ProofSearch search,
-                                       std::vector<PlanWitness>& planes) {
-  steps_tried_ += 1;
+                                       const ClearEnds& ends, std::vector<PlanWitness>& planes) {
   Motion motion;
   motion.p = {place_of(from), turn_of(from).toRotationMatrix()};
   motion.q = {place_of(to), turn_of(to).toRotationMatrix()};
@@ -246,7 +278,7 @@ StepProver::Found StepProver::try_step(const PlanPose& from, const PlanPose& to,
       const double least = a.radius_m + b.radius_m + half_way + kLevel_m;
       if (apart2 > least * least) continue;
       PlanWitness witness;
-      const Found found = find_plane(motion, i, j, search, witness);
+      const Found found = find_plane(motion, i, j, search, ends, witness);
       if (found == Found::kProved) {
         planes.push_back(witness);
         continue;
@@ -259,9 +291,9 @@ StepProver::Found StepProver::try_step(const PlanPose& from, const PlanPose& to,
   return result;
 }
 
-bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings, ProofSearch search,
-                       ProvedMotion& motion) {
-  const std::size_t before = motion.poses.size();
+template <typename Take>
+bool StepProver::prove_steps(const PlanPose& from, const PlanPose& to, int halvings,
+                             ProofSearch search, const ClearEnds& clear, const Take& take) {
   // Depth first, from the start on; a stack of ends that are still to be reached.
   struct End {
     PlanPose to;
@@ -269,32 +301,51 @@ bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings, P
   };
   std::vector<End> ends{{to, halvings}};
   PlanPose at = from;
+  ClearEnds of_step;
+  of_step.begin_m = clear.begin_m;
+  std::vector<PlanWitness> planes;
   while (!ends.empty()) {
     const End end = ends.back();
-    std::vector<PlanWitness> planes;
-    const Found found = try_step(at, end.to, search, planes);
+    of_step.end_m = ends.size() == 1 ? clear.end_m : ClearEnds{}.end_m;
+    const Found found = try_step(at, end.to, search, of_step, planes);
     if (found == Found::kProved) {
-      motion.poses.push_back(end.to);
-      motion.steps.push_back(std::move(planes));
+      take(end.to, planes);
       at = end.to;
+      of_step.begin_m = ClearEnds{}.begin_m;
       ends.pop_back();
       continue;
     }
     // An end that is not free is not reached, also where nothing lies before it.
-    if (found == Found::kMeets || end.halvings == 0) {
-      motion.poses.resize(before);
-      motion.steps.resize(before);
-      return false;
-    }
+    if (found == Found::kMeets || end.halvings == 0) return false;
     ends.back().halvings -= 1;
     ends.push_back({between(at, end.to, 0.5), end.halvings - 1});
   }
   return true;
 }
 
+bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings) {
+  return prove_steps(from, to, halvings, ProofSearch::kAny, {},
+                     [](const PlanPose&, const std::vector<PlanWitness>&) {});
+}
+
+bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings, ProofSearch search,
+                       ProvedMotion& motion, const ClearEnds& ends) {
+  const std::size_t before = motion.poses.size();
+  const auto append = [&](const PlanPose& pose, const std::vector<PlanWitness>& planes) {
+    motion.poses.push_back(pose);
+    motion.steps.push_back(planes);
+  };
+  const bool proved = prove_steps(from, to, halvings, search, ends, append);
+  if (!proved) {
+    motion.poses.resize(before);
+    motion.steps.resize(before);
+  }
+  return proved;
+}
+
 bool StepProver::is_free(const PlanPose& pose) {
   std::vector<PlanWitness> planes;
-  return try_step(pose, pose, ProofSearch::kAny, planes) == Found::kProved;
+  return try_step(pose, pose, ProofSearch::kAny, {}, planes) == Found::kProved;
 }
 
 StepProver::Clearance StepProver::clearance(const PlanPose& pose) {

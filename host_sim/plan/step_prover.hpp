@@ -6,6 +6,7 @@
 /// planes turn too fast for the bound is cut in halves.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -24,9 +25,24 @@ struct ProvedMotion {
   std::vector<std::vector<PlanWitness>> steps;
 };
 
-enum class ProofSearch : bool {
+/// A motion as corners with a proved straight way between each two.
+struct CorneredMotion {
+  std::vector<PlanPose> corners;
+  [[nodiscard]] double length_m(double turn_m) const;
+};
+
+enum class ProofSearch : std::uint8_t {
   kAny,   ///< the first plane that does
   kBest,  ///< the best of all faces', for a clearance
+  /// The plane that did last while it leaves a distance, and as much at the ends as ClearEnds asks
+  /// for, else the best: a plane then lasts for a run of steps.
+  kKept,
+};
+
+/// What a plane that is kept must leave where the motion begins and where it ends [m].
+struct ClearEnds {
+  double begin_m = -std::numeric_limits<double>::infinity();
+  double end_m = -std::numeric_limits<double>::infinity();
 };
 
 class StepProver {
@@ -34,10 +50,12 @@ class StepProver {
   /// The view must outlive it. Depths to `tolerance_m` count as free, of a pair with a facet none.
   StepProver(const SceneView& scene, double tolerance_m);
 
-  /// Appends the proved steps from `from` to `to`, at most 2^`halvings` of them; false, and
-  /// `motion` as before: none were found.
+  /// Whether the straight way is proved in at most 2^`halvings` steps.
+  [[nodiscard]] bool prove(const PlanPose& from, const PlanPose& to, int halvings);
+
+  /// Appends those steps; false, and `motion` as before: none were found.
   [[nodiscard]] bool prove(const PlanPose& from, const PlanPose& to, int halvings,
-                           ProofSearch search, ProvedMotion& motion);
+                           ProofSearch search, ProvedMotion& motion, const ClearEnds& ends = {});
 
   /// Whether a plane of every pair leaves a distance at the pose.
   [[nodiscard]] bool is_free(const PlanPose& pose);
@@ -56,7 +74,9 @@ class StepProver {
     PlanPose at;
   };
   [[nodiscard]] const Blocked& blocked() const { return blocked_; }
-  [[nodiscard]] std::uint64_t steps_tried() const { return steps_tried_; }
+  /// What was done since it was made, counted as vertices looked at: the same for the same calls on
+  /// any machine, and about in proportion to the time they take.
+  [[nodiscard]] std::uint64_t work() const { return work_; }
 
  private:
   struct Edge {
@@ -86,22 +106,27 @@ class StepProver {
   };
   enum class Found : std::uint8_t { kProved, kTurnsTooFast, kMeets };
 
-  [[nodiscard]] static double gap_m(const Placed& at, const Piece& a, const Piece& b,
-                                    const Vec3d& n);
+  [[nodiscard]] double gap_m(const Placed& at, const Piece& a, const Piece& b, const Vec3d& n);
   [[nodiscard]] static Vec3d normal_of(const Placed& at, const Piece& a, const Piece& b,
                                        const Plane& plane);
   [[nodiscard]] static double bound_m(const Motion& motion, const Piece& a, const Piece& b,
                                       const Vec3d& n_p, const Vec3d& n_q, double g_p, double g_q);
   [[nodiscard]] Found find_plane(const Motion& motion, std::uint32_t i, std::uint32_t j,
-                                 ProofSearch search, PlanWitness& witness);
+                                 ProofSearch search, const ClearEnds& ends, PlanWitness& witness);
   [[nodiscard]] Found try_step(const PlanPose& from, const PlanPose& to, ProofSearch search,
-                               std::vector<PlanWitness>& planes);
+                               const ClearEnds& ends, std::vector<PlanWitness>& planes);
+  /// Calls take(pose, planes) for each step that is proved; false: not all are.
+  template <typename Take>
+  [[nodiscard]] bool prove_steps(const PlanPose& from, const PlanPose& to, int halvings,
+                                 ProofSearch search, const ClearEnds& ends, const Take& take);
+  [[nodiscard]] static tools::PlanDirection direction_of(const Piece& a, const Piece& b,
+                                                         const Plane& plane);
   /// Fixed pieces, ascending, that a ball may touch: all that do, and others.
   void find_near(const Vec3d& centre, double radius_m);
   void sort_fixed_pieces();
   template <typename Visit>
   void for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
-                      const Visit& visit) const;
+                      const Visit& visit);
 
   std::vector<Piece> pieces_;
   /// Fixed pieces by where the middles of their spheres lie along the axis on which they lie the
@@ -115,7 +140,7 @@ class StepProver {
   double tolerance_m_ = 0;
   std::unordered_map<std::uint64_t, Plane> last_;  ///< by pair: the plane that did last
   Blocked blocked_;
-  std::uint64_t steps_tried_ = 0;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace haptic::sim

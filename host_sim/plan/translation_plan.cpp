@@ -12,20 +12,22 @@ constexpr double kPlannedShare = 0.9;
 /// Straight ways lie in one cell each; its planes of two C-faces may take turns on the way.
 constexpr int kWayHalvings = 16;
 
-void look_for_motion(StepProver& prover, const PlanPose& goal, TranslationResult& result) {
-  const CellWay way = way_through(result.space, place_of(result.start), place_of(goal));
+void look_for_motion(StepProver& prover, const PlanPose& start, const PlanPose& goal,
+                     TranslationResult& result) {
+  const CellWay way = way_through(result.space, place_of(start), place_of(goal));
   result.verdict = TranslationVerdict::kFound;
-  PlanPose at = result.start;
+  result.motion = {{start}};
   for (std::size_t k = 1; k < way.places.size(); ++k) {
     const PlanPose next =
-        k + 1 < way.places.size() ? plan_pose(way.places[k], turn_of(result.start)) : goal;
+        k + 1 < way.places.size() ? plan_pose(way.places[k], turn_of(start)) : goal;
+    const PlanPose& at = result.motion.corners.back();
     if (next == at) continue;
-    if (!prover.prove(at, next, kWayHalvings, ProofSearch::kAny, result.motion)) {
+    if (!prover.prove(at, next, kWayHalvings)) {
       result.verdict = TranslationVerdict::kUndecided;
       result.why = "a way through the cells is not proved: it is a question of rounding";
       return;
     }
-    at = next;
+    result.motion.corners.push_back(next);
   }
 }
 
@@ -36,7 +38,6 @@ TranslationResult plan_translation(const SceneView& scene, StepProver& prover, c
                                    double tolerance_m) {
   const auto began = std::chrono::steady_clock::now();
   TranslationResult result;
-  result.start = start;
   const std::array<Vec3d, 2> places{place_of(start), place_of(goal)};
   const auto decide = [&] {
     for (const bool last : {false, true}) {
@@ -57,7 +58,7 @@ TranslationResult plan_translation(const SceneView& scene, StepProver& prover, c
               "whether a translation passes is a question of the depth that counts as free";
           return;
         }
-        return look_for_motion(prover, goal, result);
+        return look_for_motion(prover, start, goal, result);
       }
       if (!last) continue;
       result.verdict = TranslationVerdict::kImpossible;

@@ -19,9 +19,8 @@ enum class TranslationVerdict : std::uint8_t {
 
 struct TranslationResult {
   TranslationVerdict verdict = TranslationVerdict::kUndecided;
-  std::string why;  ///< of kUndecided
-  PlanPose start;
-  ProvedMotion motion;            ///< of kFound
+  std::string why;                ///< of kUndecided
+  CorneredMotion motion;          ///< of kFound
   TranslationSpace space;         ///< that the verdict is from
   bool goal_is_enclosed = false;  ///< of kImpossible; false: the start is
   Enclosure enclosure;            ///< of kImpossible: of the goal, or of the start

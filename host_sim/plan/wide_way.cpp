@@ -215,8 +215,7 @@ class Graph {
           edge.costed = true;
           continue;  // it may not be on the cheapest way any more
         }
-        ProvedMotion proof;
-        edge.proved = with_.prover.prove(from, to, with_.halvings, ProofSearch::kAny, proof);
+        edge.proved = with_.prover.prove(from, to, with_.halvings);
         if (!edge.proved) edge.cost_m = kNoWay;
       }
       if (known) return corners_of(way);
@@ -246,7 +245,7 @@ class Graph {
 }  // namespace
 
 std::vector<PlanPose> wide_way(const std::vector<PlanPose>& corners, const WideWayTools& with) {
-  if (corners.size() < 2) return corners;
+  if (corners.size() < 2 || with.over()) return corners;
   return Graph(corners, with).run();
 }
 

@@ -18,7 +18,7 @@ struct WideWayTools {
   StepProver& prover;
   double turn_m = 0;
   int halvings = 0;            ///< that the proof of an edge may take
-  std::function<bool()> over;  ///< the time is up
+  std::function<bool()> over;  ///< the work is done up to its limit
 };
 
 /// `corners` joined by proved straight ways. @return corners like them that cost no more.

@@ -49,37 +49,45 @@ TouchKind kind_of(int of_a, int of_b) {
   return few == 2 ? TouchKind::kEdgeOnFace : TouchKind::kVertexOnFace;
 }
 
+/// The direction of a plane at an orientation of the part.
+Vector normal_at(const Eigen::Matrix3d& r, const PlanDirection& direction) {
+  const Vector of_b(direction.of_b[0], direction.of_b[1], direction.of_b[2]);
+  if (direction.kind == 'B') return of_b.normalized();
+  const Vector of_a = r * Vector(direction.of_a[0], direction.of_a[1], direction.of_a[2]);
+  return (direction.kind == 'A' ? of_a : Vector(of_a.cross(of_b))).normalized();
+}
+
 /// The planes in which pieces touch at a station: of the plan's planes before and after, the one
 /// that leaves each pair the largest distance.
 std::vector<TouchPlane> touch_planes(const SceneView& scene, const Plan& plan,
-                                     const PlanStation& station) {
+                                     const PlanStation& station, PlanSweep& sweep) {
   const PlanPose& pose = plan.poses[station.pose];
   const Eigen::Matrix3d r =
       Eigen::Quaterniond(pose.q_wxyz[0], pose.q_wxyz[1], pose.q_wxyz[2], pose.q_wxyz[3])
           .normalized()
           .toRotationMatrix();
   const Vector x0(pose.x0_m[0], pose.x0_m[1], pose.x0_m[2]);
+  std::vector<PlanWitness> near;
+  if (station.pose > 0) near = sweep.at(station.pose - 1);
+  if (station.pose < plan.steps()) {
+    const std::vector<PlanWitness>& after = sweep.at(station.pose);
+    near.insert(near.end(), after.begin(), after.end());
+  }
   std::vector<TouchPlane> planes;
   for (const PlanContact& contact : station.contacts) {
     const PieceView a = scene.piece(contact.piece_a), b = scene.piece(contact.piece_b);
     const Vector origin_b(scene.bodies()[b.record->body].reference_m);
     double best = -std::numeric_limits<double>::infinity();
     TouchPlane plane;
-    const auto look = [&](const PlanWitness& witness, const std::array<double, 3>& direction) {
-      if (witness.piece_a != contact.piece_a || witness.piece_b != contact.piece_b) return;
-      const Vector n = Vector(direction[0], direction[1], direction[2]).normalized();
+    for (const PlanWitness& witness : near) {
+      if (witness.piece_a != contact.piece_a || witness.piece_b != contact.piece_b) continue;
+      const Vector n = normal_at(r, witness.direction);
       const Extreme of_a = extreme_of(a, r, x0, n, plan.contact_m);
       const Extreme of_b = extreme_of(b, Eigen::Matrix3d::Identity(), origin_b, -n, plan.contact_m);
       const double gap = of_a.least + of_b.least;
-      if (gap <= best) return;
+      if (gap <= best) continue;
       best = gap;
       plane = {n, -of_b.least, kind_of(of_a.count, of_b.count)};
-    };
-    if (station.pose > 0) {
-      for (const PlanWitness& w : plan.steps[station.pose - 1]) look(w, w.end);
-    }
-    if (station.pose < plan.steps.size()) {
-      for (const PlanWitness& w : plan.steps[station.pose]) look(w, w.begin);
     }
     const auto same = std::find_if(planes.begin(), planes.end(), [&](const TouchPlane& other) {
       return (other.normal - plane.normal).norm() < kSamePlane &&
@@ -94,7 +102,8 @@ std::vector<TouchPlane> touch_planes(const SceneView& scene, const Plan& plan,
   return planes;
 }
 
-GuideStation station_of(const SceneView& scene, const Plan& plan, const PlanStation& from) {
+GuideStation station_of(const SceneView& scene, const Plan& plan, const PlanStation& from,
+                        PlanSweep& sweep) {
   const PlanPose& pose = plan.poses[from.pose];
   GuideStation station{};
   double square = 0;
@@ -107,7 +116,7 @@ GuideStation station_of(const SceneView& scene, const Plan& plan, const PlanStat
   station.cost_m = static_cast<Real>(from.cost_to_go_m);
   station.clearance_m = static_cast<Real>(std::max(from.clearance_m, 0.0));
   station.contacts = static_cast<std::uint32_t>(from.contacts.size());
-  for (const TouchPlane& plane : touch_planes(scene, plan, from)) {
+  for (const TouchPlane& plane : touch_planes(scene, plan, from, sweep)) {
     std::uint8_t& count = station.touching[static_cast<std::size_t>(plane.kind)];
     if (count < std::numeric_limits<std::uint8_t>::max()) ++count;
   }
@@ -147,8 +156,9 @@ GuideTables guide_tables(const SceneView& scene, const Plan& plan, const GuideGa
   g.near_goal_m = kNearGoal * plan.length_m;
   // The difference of its potential between the farthest place and the goal.
   g.energy_j = g.pull_n * plan.stations.front().cost_to_go_m + g.hold_n * g.let_go_m;
+  PlanSweep sweep(plan);
   for (const PlanStation& station : plan.stations) {
-    tables.stations.push_back(station_of(scene, plan, station));
+    tables.stations.push_back(station_of(scene, plan, station, sweep));
   }
   for (std::size_t k = 0; k + 1 < tables.stations.size(); ++k) {
     add_way(tables.stations[k + 1], g.turn_m, tables.stations[k]);

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -16,7 +17,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr std::string_view kFirstWord = "haptic-plan";
-constexpr std::string_view kVersion = "1";
+constexpr std::string_view kVersion = "2";
 constexpr double kMostCoordinate_m = 1.0e6;
 /// Rounding of a quaternion's length, and of sums of lengths as a share of them.
 constexpr double kUnitRounding = 1.0e-12, kLengthRounding = 1.0e-9;
@@ -150,29 +151,67 @@ PlanPose read_pose(PlanReader& in) {
   return pose;
 }
 
-template <typename Entry>
-bool in_order(const std::vector<Entry>& entries, const Entry& next) {
-  if (entries.empty()) return true;
-  const Entry& last = entries.back();
-  return std::pair(last.piece_a, last.piece_b) < std::pair(next.piece_a, next.piece_b);
+void read_direction(PlanReader& in, std::array<double, 3>& direction) {
+  double square = 0;
+  for (double& x : direction) {
+    x = in.number(2);
+    square += x * x;
+  }
+  if (!(square > 0.25 && square < 4)) in.fail("a plane's direction is not of about unit length");
 }
 
-PlanWitness read_witness(PlanReader& in) {
-  in.begin_line("plane");
-  PlanWitness witness;
-  witness.piece_a = in.index(kMostPieces);
-  witness.piece_b = in.index(kMostPieces);
-  witness.kind = in.kind();
-  for (auto* const n : {&witness.begin, &witness.end}) {
-    double square = 0;
-    for (double& x : *n) {
-      x = in.number(2);
-      square += x * x;
-    }
-    if (!(square > 0.25 && square < 4)) in.fail("a plane's direction is not of about unit length");
-  }
+auto place_in_file(const PlanRun& run) { return std::tuple(run.first, run.piece_a, run.piece_b); }
+
+PlanRun read_run(PlanReader& in, std::size_t steps) {
+  in.begin_line("pair");
+  PlanRun run;
+  run.piece_a = in.index(kMostPieces);
+  run.piece_b = in.index(kMostPieces);
+  run.first = in.index(kMostPlanPoses);
+  run.last = in.index(kMostPlanPoses);
   in.end_line();
-  return witness;
+  if (run.last < run.first || run.last >= steps) in.fail("a run of steps does not exist");
+  return run;
+}
+
+PlanPlane read_plane(PlanReader& in, std::size_t steps, std::size_t& runs) {
+  in.begin_line("plane");
+  PlanPlane plane;
+  plane.direction.kind = in.kind();
+  if (plane.direction.kind != 'B') read_direction(in, plane.direction.of_a);
+  if (plane.direction.kind != 'A') read_direction(in, plane.direction.of_b);
+  const std::uint64_t count = in.count(kMostPlanRuns);
+  in.end_line();
+  runs += static_cast<std::size_t>(count);
+  if (runs > kMostPlanRuns) in.fail("the planes have too many runs");
+  for (std::uint64_t k = 0; k < count; ++k) {
+    const PlanRun run = read_run(in, steps);
+    if (!plane.runs.empty() && !(place_in_file(plane.runs.back()) < place_in_file(run))) {
+      in.fail("runs of a plane are out of order");
+    }
+    plane.runs.push_back(run);
+  }
+  return plane;
+}
+
+/// Whether a pair has two planes in one step.
+bool has_two_planes(const Plan& plan) {
+  std::vector<PlanRun> runs;
+  for (const PlanPlane& plane : plan.planes) {
+    runs.insert(runs.end(), plane.runs.begin(), plane.runs.end());
+  }
+  std::ranges::sort(
+      runs, {}, [](const PlanRun& run) { return std::tuple(run.piece_a, run.piece_b, run.first); });
+  return std::ranges::adjacent_find(runs, [](const PlanRun& run, const PlanRun& next) {
+           return run.piece_a == next.piece_a && run.piece_b == next.piece_b &&
+                  next.first <= run.last;
+         }) != runs.end();
+}
+
+bool in_order(const std::vector<PlanContact>& contacts, const PlanContact& next) {
+  if (contacts.empty()) return true;
+  const PlanContact& last = contacts.back();
+  return std::pair(last.piece_a, last.piece_b) < std::pair(next.piece_a, next.piece_b);
 }
 
 PlanStation read_station(PlanReader& in) {
@@ -181,7 +220,7 @@ PlanStation read_station(PlanReader& in) {
   station.pose = in.index(kMostPlanPoses);
   station.clearance_m = in.number(2 * kMostCoordinate_m);
   station.cost_to_go_m = in.number(std::numeric_limits<double>::max());
-  const std::uint64_t contacts = in.count(kMostPlanWitnesses);
+  const std::uint64_t contacts = in.count(kMostPlanRuns);
   for (std::uint64_t k = 0; k < contacts; ++k) {
     PlanContact contact;
     contact.kind = in.kind();
@@ -194,28 +233,23 @@ PlanStation read_station(PlanReader& in) {
   return station;
 }
 
-void read_steps(PlanReader& in, Plan& plan) {
+void read_poses(PlanReader& in, Plan& plan) {
   in.begin_line("poses");
   const std::uint64_t poses = in.count(kMostPlanPoses);
   in.end_line();
   if (poses < 1) in.fail("a plan has a pose at least");
-  plan.poses.push_back(read_pose(in));
-  std::size_t witnesses = 0;
-  for (std::uint64_t k = 1; k < poses; ++k) {
-    in.begin_line("step");
-    const std::uint64_t planes = in.count(kMostPlanWitnesses);
-    in.end_line();
-    witnesses += static_cast<std::size_t>(planes);
-    if (witnesses > kMostPlanWitnesses) in.fail("the steps have too many planes");
-    std::vector<PlanWitness> step;
-    for (std::uint64_t j = 0; j < planes; ++j) {
-      const PlanWitness witness = read_witness(in);
-      if (!in_order(step, witness)) in.fail("planes of a step are out of order");
-      step.push_back(witness);
-    }
-    plan.steps.push_back(std::move(step));
-    plan.poses.push_back(read_pose(in));
+  for (std::uint64_t k = 0; k < poses; ++k) plan.poses.push_back(read_pose(in));
+}
+
+void read_planes(PlanReader& in, Plan& plan) {
+  in.begin_line("planes");
+  const std::uint64_t planes = in.count(kMostPlanPlanes);
+  in.end_line();
+  std::size_t runs = 0;
+  for (std::uint64_t k = 0; k < planes; ++k) {
+    plan.planes.push_back(read_plane(in, plan.steps(), runs));
   }
+  if (has_two_planes(plan)) in.fail("a pair of pieces has two planes in one step");
 }
 
 void read_stations(PlanReader& in, Plan& plan) {
@@ -286,6 +320,35 @@ double step_length_m(const PlanPose& from, const PlanPose& to, double length_m) 
   return std::sqrt(far2 + length_m * length_m * turn * turn);
 }
 
+PlanSweep::PlanSweep(const Plan& plan) {
+  for (const PlanPlane& plane : plan.planes) {
+    for (const PlanRun& run : plane.runs) all_.push_back({&run, &plane.direction});
+  }
+  std::ranges::sort(all_, {}, [](const Entry& entry) { return place_in_file(*entry.run); });
+}
+
+const std::vector<PlanWitness>& PlanSweep::at(std::size_t step) {
+  if (begun_ && step == step_) return planes_;
+  begun_ = true;
+  step_ = step;
+  std::erase_if(active_, [&](const Entry& entry) { return entry.run->last < step; });
+  const auto old = static_cast<std::ptrdiff_t>(active_.size());
+  const auto by_piece = [](const Entry& entry) {
+    return std::pair(entry.run->piece_a, entry.run->piece_b);
+  };
+  for (; next_ < all_.size() && all_[next_].run->first <= step; ++next_) {
+    if (all_[next_].run->last >= step) active_.push_back(all_[next_]);
+  }
+  // Those that begin in one step are in order, those of several steps that were left out are not.
+  std::ranges::sort(active_.begin() + old, active_.end(), {}, by_piece);
+  std::ranges::inplace_merge(active_, active_.begin() + old, {}, by_piece);
+  planes_.clear();
+  for (const Entry& entry : active_) {
+    planes_.push_back({entry.run->piece_a, entry.run->piece_b, *entry.direction});
+  }
+  return planes_;
+}
+
 std::string plan_as_text(const Plan& plan) {
   std::string text = std::string(kFirstWord) + " " + std::string(kVersion) + "\n";
   text += "geometry " + hash_text(plan.geometry) + "\n";
@@ -302,23 +365,29 @@ std::string plan_as_text(const Plan& plan) {
   setting("length", plan.length_m);
   text += "\nposes";
   append_count(text, plan.poses.size());
-  for (std::size_t k = 0; k < plan.poses.size(); ++k) {
-    if (k > 0) {
-      text += "\nstep";
-      append_count(text, plan.steps[k - 1].size());
-      for (const PlanWitness& witness : plan.steps[k - 1]) {
-        text += "\nplane";
-        append_count(text, witness.piece_a);
-        append_count(text, witness.piece_b);
-        text += ' ';
-        text += witness.kind;
-        for (const double x : witness.begin) append_number(text, x);
-        for (const double x : witness.end) append_number(text, x);
+  for (const PlanPose& pose : plan.poses) {
+    text += "\npose";
+    for (const double x : pose.x0_m) append_number(text, x);
+    for (const double q : pose.q_wxyz) append_number(text, q);
+  }
+  text += "\nplanes";
+  append_count(text, plan.planes.size());
+  for (const PlanPlane& plane : plan.planes) {
+    text += "\nplane ";
+    text += plane.direction.kind;
+    if (plane.direction.kind != 'B') {
+      for (const double x : plane.direction.of_a) append_number(text, x);
+    }
+    if (plane.direction.kind != 'A') {
+      for (const double x : plane.direction.of_b) append_number(text, x);
+    }
+    append_count(text, plane.runs.size());
+    for (const PlanRun& run : plane.runs) {
+      text += "\npair";
+      for (const std::uint32_t x : {run.piece_a, run.piece_b, run.first, run.last}) {
+        append_count(text, x);
       }
     }
-    text += "\npose";
-    for (const double x : plan.poses[k].x0_m) append_number(text, x);
-    for (const double q : plan.poses[k].q_wxyz) append_number(text, q);
   }
   text += "\nstations";
   append_count(text, plan.stations.size());
@@ -369,7 +438,8 @@ Plan parse_plan(std::string_view text, const std::string& file) {
     if (!(*value > 0)) in.fail("the " + std::string(name) + " is not positive");
     in.end_line();
   }
-  read_steps(in, plan);
+  read_poses(in, plan);
+  read_planes(in, plan);
   read_stations(in, plan);
   in.begin_line("end");
   const std::uint64_t stated = in.hash();

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A plan: a motion of the moving part from a start to a goal, as poses that are joined by straight
-/// steps, and for each step the directions that prove it free. Written by `host_sim plan`, proved
-/// again by `scene_inspect --plan` (plan_check.hpp), given to the hand by the compiler's [guide].
+/// steps, and the planes that prove the steps free. A plane is written once, with all pairs of
+/// pieces that it keeps apart and the run of steps in which it does. Written by `host_sim plan`,
+/// proved again by `scene_inspect --plan` (plan_check.hpp), given to the hand by the compiler's
+/// [guide].
 ///
 /// Poses are those of the grip point: x_0^A in W [m] and the orientation of A. Along a straight
 /// step the grip point moves and the part turns at constant speed, by the shorter way. SI units.
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -19,20 +22,45 @@
 
 namespace haptic::tools {
 
-/// A plane between two convex pieces that turns at constant rate from `begin` to `end` during a
-/// step; both point from B's piece to A's and need not be unit.
+/// The direction of a plane between two convex pieces, from B's to A's, by what it turns with. With
+/// R, the orientation of A: R of_a, of a face of A; of_b, of a face of B; R of_a x of_b, across two
+/// edges. Along a step it changes at constant rate from what it is at the one pose to what it is at
+/// the other.
+struct PlanDirection {
+  char kind = 'B';  ///< 'A', 'B' or 'C'
+  /// Of about unit length; zero where the kind has none. of_a in the frame of A, of_b in W.
+  std::array<double, 3> of_a{}, of_b{};
+
+  friend auto operator<=>(const PlanDirection&, const PlanDirection&) = default;
+};
+
+/// A plane that keeps a pair of pieces apart in one step.
 struct PlanWitness {
   std::uint32_t piece_a = 0, piece_b = 0;  ///< of the scene
-  char kind = 'A';  ///< 'A': of a face of A, 'B': of a face of B, 'C': of two edges
-  std::array<double, 3> begin{}, end{};
+  PlanDirection direction;
 
   friend bool operator==(const PlanWitness&, const PlanWitness&) = default;
+};
+
+/// A pair of pieces over a run of steps, from `first` to `last`; step k is between poses k and k+1.
+struct PlanRun {
+  std::uint32_t piece_a = 0, piece_b = 0, first = 0, last = 0;
+
+  friend bool operator==(const PlanRun&, const PlanRun&) = default;
+};
+
+/// A plane and all that it keeps apart.
+struct PlanPlane {
+  PlanDirection direction;
+  std::vector<PlanRun> runs;  ///< by first step, then by piece of A, then of B
+
+  friend bool operator==(const PlanPlane&, const PlanPlane&) = default;
 };
 
 /// Two pieces that touch at a station, as far as the plan's contact distance goes.
 struct PlanContact {
   std::uint32_t piece_a = 0, piece_b = 0;
-  char kind = 'A';  ///< as PlanWitness::kind
+  char kind = 'A';  ///< as PlanDirection::kind
 
   friend bool operator==(const PlanContact&, const PlanContact&) = default;
 };
@@ -48,24 +76,50 @@ struct PlanStation {
 };
 
 struct Plan {
-  std::uint64_t geometry = 0;   ///< geometry_hash of the scene
-  std::uint64_t seed = 0;       ///< of the search
-  std::string scene;            ///< its name, for people
-  double tolerance_m = 0;       ///< depth that counts as free; of a facet nothing does
-  double contact_m = 0;         ///< pieces nearer than this touch
-  double length_m = 0;          ///< that a turn of 1 rad counts as
-  std::vector<PlanPose> poses;  ///< from the start to the goal
-  std::vector<std::vector<PlanWitness>> steps;  ///< between poses k and k + 1; by piece
-  std::vector<PlanStation> stations;            ///< ascending; the first pose, .., the last
+  std::uint64_t geometry = 0;         ///< geometry_hash of the scene
+  std::uint64_t seed = 0;             ///< of the search
+  std::string scene;                  ///< its name, for people
+  double tolerance_m = 0;             ///< depth that counts as free; of a facet nothing does
+  double contact_m = 0;               ///< pieces nearer than this touch
+  double length_m = 0;                ///< that a turn of 1 rad counts as
+  std::vector<PlanPose> poses;        ///< from the start to the goal
+  std::vector<PlanPlane> planes;      ///< of a pair in a step there is one at the most
+  std::vector<PlanStation> stations;  ///< ascending; the first pose, .., the last
+
+  [[nodiscard]] std::size_t steps() const { return poses.empty() ? 0 : poses.size() - 1; }
 
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
 /// Limits of the format.
 inline constexpr std::size_t kMostPlanPoses = 200'000;
-inline constexpr std::size_t kMostPlanWitnesses = 4'000'000;  ///< of all steps
+inline constexpr std::size_t kMostPlanPlanes = 2'000'000;
+inline constexpr std::size_t kMostPlanRuns = 16'000'000;  ///< of all planes
 inline constexpr std::size_t kMostPlanStations = 256;
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 30;
+
+/// The planes of a plan, one step after the other.
+class PlanSweep {
+ public:
+  /// The plan must outlive it. Cost: the runs are sorted.
+  explicit PlanSweep(const Plan& plan);
+
+  /// The planes of a step, by piece of A, then of B, until the next call. Steps ascend from call
+  /// to call; one may be asked for again.
+  [[nodiscard]] const std::vector<PlanWitness>& at(std::size_t step);
+
+ private:
+  struct Entry {
+    const PlanRun* run;
+    const PlanDirection* direction;
+  };
+  std::vector<Entry> all_;     ///< by first step, then by piece
+  std::vector<Entry> active_;  ///< by piece
+  std::vector<PlanWitness> planes_;
+  std::size_t next_ = 0;  ///< of all_
+  std::size_t step_ = 0;
+  bool begun_ = false;
+};
 
 /// Hash of what a plan is a proof about: the vertices of all pieces and where the bodies stand.
 /// Gains, budgets and marks of a scene do not change it.
@@ -78,8 +132,9 @@ inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 30;
 [[nodiscard]] std::string plan_as_text(const Plan& plan);
 
 /// Reads it back. Everything is checked that can be without the scene: the hash, that every number
-/// is one and within the format's limits, that indices exist and ascend, and that the costs to go
-/// are those of the poses. @throws InputError "FILE:LINE: defect; fix".
+/// is one and within the format's limits, that indices exist and ascend, that no pair has two
+/// planes in a step, and that the costs to go are those of the poses. @throws InputError
+/// "FILE:LINE: defect; fix".
 [[nodiscard]] Plan parse_plan(std::string_view text, const std::string& file);
 [[nodiscard]] Plan read_plan(const std::string& path);
 

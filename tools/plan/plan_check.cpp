@@ -42,6 +42,11 @@ Wide3 turn_between(const PlanPose& from, const PlanPose& to) {
   return ((w < 0 ? -angle : angle) / sine) * v;
 }
 
+Wide3 unit_or_zero(const Wide3& v) {
+  const Wide length = norm(v);
+  return length > 0 ? (1 / length) * v : Wide3{0, 0, 0};
+}
+
 std::string pair_text(std::uint32_t a, std::uint32_t b) {
   return "pieces " + std::to_string(a) + " and " + std::to_string(b);
 }
@@ -89,6 +94,13 @@ Wide3 PlanCheck::turned(const Placed& at, const Wide3& v) {
   return {dot(at.rows[0], v), dot(at.rows[1], v), dot(at.rows[2], v)};
 }
 
+Wide3 PlanCheck::normal(const Placed& at, const PlanDirection& direction) {
+  const Wide3 of_b = widen(direction.of_b);
+  if (direction.kind == 'B') return unit_or_zero(of_b);
+  const Wide3 of_a = turned(at, widen(direction.of_a));
+  return unit_or_zero(direction.kind == 'A' ? of_a : cross(of_a, of_b));
+}
+
 /// n need not be unit: the least of n.(x + R a - b) over all vertices.
 Wide PlanCheck::gap_m(const Placed& at, const Piece& a, const Piece& b, const Wide3& n) const {
   const Wide3 n_a = n[0] * at.rows[0] + n[1] * at.rows[1] + n[2] * at.rows[2];
@@ -97,11 +109,6 @@ Wide PlanCheck::gap_m(const Placed& at, const Piece& a, const Piece& b, const Wi
   Wide high_b = -std::numeric_limits<Wide>::infinity();
   for (const Wide3& v : b.vertices) high_b = std::max(high_b, dot(n, v));
   return dot(n, at.x0 - b.reference) + low_a - high_b;
-}
-
-Wide PlanCheck::spheres_m(const Placed& at, const Piece& a, const Piece& b) const {
-  const Wide3 way = at.x0 - b.reference + turned(at, a.centre) - b.centre;
-  return norm(way) - a.radius_m - b.radius_m;
 }
 
 StepProof PlanCheck::step(const PlanPose& from, const PlanPose& to,
@@ -116,20 +123,29 @@ StepProof PlanCheck::step(const PlanPose& from, const PlanPose& to,
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < moving_; ++i) {
     const Piece& a = pieces_[i];
+    const Wide3 at_p = p.x0 + turned(p, a.centre), at_q = q.x0 + turned(q, a.centre);
+    // The centre of A's piece moves no farther than this on either half of the way.
+    const Wide motion = (far + angle * norm(a.centre)) / 2;
     for (std::uint32_t j = moving_; j < pieces_.size(); ++j) {
       const Piece& b = pieces_[j];
       const bool given =
           next < planes.size() && planes[next].piece_a == i && planes[next].piece_b == j;
-      // The centre of A's piece moves no farther than this on either half of the way.
-      const Wide motion = (far + angle * norm(a.centre)) / 2;
-      Wide least = std::min(spheres_m(p, a, b), spheres_m(q, a, b)) - motion;
+      const Wide3 from_p = at_p - b.reference - b.centre, from_q = at_q - b.reference - b.centre;
+      const Wide near2 = std::min(dot(from_p, from_p), dot(from_q, from_q));
+      const Wide reach = a.radius_m + b.radius_m + motion;
+      // Farther apart than the least so far, and free: neither the one nor the other is asked.
+      const Wide beyond = reach + std::max(proof.least_m, Wide{0});
+      if (!given && near2 > beyond * beyond) continue;
+      Wide least = std::sqrt(near2) - reach;
       if (given) {
-        const Wide3 n_p = unit(widen(planes[next].begin)), n_q = unit(widen(planes[next].end));
+        const PlanDirection& direction = planes[next].direction;
+        const Wide3 n_p = normal(p, direction), n_q = normal(q, direction);
         next += 1;
         const Wide3 change = n_q - n_p;
         const Wide change2 = dot(change, change);
+        const bool has_normals = dot(n_p, n_p) > 0 && dot(n_q, n_q) > 0;
         // A plane that turns by more than 60 degrees may have come round to the other side.
-        if (change2 < 1) {
+        if (has_normals && change2 < 1) {
           const Wide across = std::max(norm(cross(n_p, turn)), norm(cross(n_q, turn)));
           const Wide curvature =
               2 * (std::abs(dot(change, dx)) + std::sqrt(change2) * a.reach_m * angle) +
@@ -177,27 +193,35 @@ StationProof PlanCheck::station(const PlanPose& pose, const std::vector<PlanWitn
     char kind;
   };
   std::map<std::pair<std::uint32_t, std::uint32_t>, Best> best;
-  const auto look = [&](const std::vector<PlanWitness>* planes, bool at_end) {
+  const auto look = [&](const std::vector<PlanWitness>* planes) {
     if (planes == nullptr) return;
     for (const PlanWitness& plane : *planes) {
       const bool exists =
           plane.piece_a < moving_ && plane.piece_b >= moving_ && plane.piece_b < pieces_.size();
       if (!exists) continue;
-      const Wide3 n = unit(widen(at_end ? plane.end : plane.begin));
+      const Wide3 n = normal(at, plane.direction);
+      if (!(dot(n, n) > 0)) continue;
       const Wide gap = gap_m(at, pieces_[plane.piece_a], pieces_[plane.piece_b], n);
       const auto [found, is_new] =
-          best.try_emplace({plane.piece_a, plane.piece_b}, Best{gap, plane.kind});
-      if (!is_new && gap > found->second.gap_m) found->second = {gap, plane.kind};
+          best.try_emplace({plane.piece_a, plane.piece_b}, Best{gap, plane.direction.kind});
+      if (!is_new && gap > found->second.gap_m) found->second = {gap, plane.direction.kind};
     }
   };
-  look(before, true);
-  look(after, false);
+  look(before);
+  look(after);
   StationProof proof;
   proof.clearance_m = std::numeric_limits<Wide>::infinity();
   for (std::uint32_t i = 0; i < moving_; ++i) {
+    const Piece& a = pieces_[i];
+    const Wide3 centre = at.x0 + turned(at, a.centre);
     for (std::uint32_t j = moving_; j < pieces_.size(); ++j) {
-      Wide gap = spheres_m(at, pieces_[i], pieces_[j]);
-      const auto found = best.find({i, j});
+      const Piece& b = pieces_[j];
+      Wide gap = norm(centre - b.reference - b.centre) - a.radius_m - b.radius_m;
+      // A plane matters where the spheres leave less than the least so far, or what counts as
+      // contact.
+      const auto found = gap < std::max(proof.clearance_m, static_cast<Wide>(contact_m))
+                             ? best.find({i, j})
+                             : best.end();
       if (found != best.end()) gap = std::max(gap, found->second.gap_m);
       proof.clearance_m = std::min(proof.clearance_m, gap);
       if (found != best.end() && gap < static_cast<Wide>(contact_m)) {
@@ -212,6 +236,27 @@ double most_tolerance_m(const SceneView& scene) {
   return kToleranceShare * static_cast<double>(proxy_scale(scene).tolerance_m);
 }
 
+namespace {
+
+/// What a station says otherwise than its planes prove; empty: nothing.
+std::string failure_of_station(const PlanCheck& check, const Plan& plan, std::size_t number,
+                               const std::vector<PlanWitness>* before,
+                               const std::vector<PlanWitness>* after) {
+  const PlanStation& station = plan.stations[number];
+  const StationProof found = check.station(plan.poses[station.pose], before, after, plan.contact_m);
+  const std::string name = "station " + std::to_string(number);
+  const double proved = static_cast<double>(found.clearance_m);
+  if (!(std::abs(station.clearance_m - proved) <= kClearanceRounding_m)) {
+    return name + ": states a clearance of " + short_number(station.clearance_m, 9) +
+           " m; proved are " + short_number(proved, 9) + " m";
+  }
+  if (station.contacts != found.contacts)
+    return name + ": states other contacts than its planes have";
+  return "";
+}
+
+}  // namespace
+
 PlanProof prove_plan(const SceneView& scene, const Plan& plan, const std::string& file) {
   if (plan.geometry != geometry_hash(scene)) {
     throw InputError(file + ": is a plan of other geometry ('" + plan.scene +
@@ -225,14 +270,29 @@ PlanProof prove_plan(const SceneView& scene, const Plan& plan, const std::string
   }
   const PlanCheck check(scene);
   PlanProof proof;
-  proof.steps = plan.steps.size();
+  proof.steps = plan.steps();
+  proof.planes = plan.planes.size();
+  for (const PlanPlane& plane : plan.planes) proof.runs += plane.runs.size();
   proof.pairs = std::uint64_t{scene.bodies()[0].piece_count} *
                 (scene.pieces().size() - scene.bodies()[0].piece_count);
   Wide least = std::numeric_limits<Wide>::infinity();
-  for (std::size_t k = 0; k < plan.steps.size(); ++k) {
-    const StepProof step =
-        check.step(plan.poses[k], plan.poses[k + 1], plan.steps[k], plan.tolerance_m);
-    proof.planes += plan.steps[k].size();
+  std::string station_failure;
+  PlanSweep sweep(plan);
+  std::vector<PlanWitness> before;
+  std::size_t station = 0;
+  for (std::size_t k = 0; k <= plan.steps(); ++k) {
+    const std::vector<PlanWitness>* const after = k < plan.steps() ? &sweep.at(k) : nullptr;
+    if (station < plan.stations.size() && plan.stations[station].pose == k) {
+      if (station_failure.empty()) {
+        station_failure =
+            failure_of_station(check, plan, station, k > 0 ? &before : nullptr, after);
+      }
+      station += 1;
+    }
+    if (after == nullptr) break;
+    const StepProof step = check.step(plan.poses[k], plan.poses[k + 1], *after, plan.tolerance_m);
+    proof.kept_apart += after->size();
+    before = *after;
     if (step.holds) {
       proof.certified += 1;
       least = std::min(least, step.least_m);
@@ -243,23 +303,10 @@ PlanProof prove_plan(const SceneView& scene, const Plan& plan, const std::string
                       short_number(static_cast<double>(step.least_m), 6) + " m";
     }
   }
-  if (plan.steps.empty()) {
+  if (plan.steps() == 0) {
     proof.failure = "the plan has no step";
   }
-  for (std::size_t k = 0; k < plan.stations.size() && proof.failure.empty(); ++k) {
-    const PlanStation& station = plan.stations[k];
-    const StationProof found = check.station(
-        plan.poses[station.pose], station.pose > 0 ? &plan.steps[station.pose - 1] : nullptr,
-        station.pose < plan.steps.size() ? &plan.steps[station.pose] : nullptr, plan.contact_m);
-    const std::string name = "station " + std::to_string(k);
-    const double proved = static_cast<double>(found.clearance_m);
-    if (!(std::abs(station.clearance_m - proved) <= kClearanceRounding_m)) {
-      proof.failure = name + ": states a clearance of " + short_number(station.clearance_m, 9) +
-                      " m; proved are " + short_number(proved, 9) + " m";
-    } else if (station.contacts != found.contacts) {
-      proof.failure = name + ": states other contacts than its planes have";
-    }
-  }
+  if (proof.failure.empty()) proof.failure = station_failure;
   proof.least_m = static_cast<double>(least);
   return proof;
 }

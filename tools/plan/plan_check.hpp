@@ -2,7 +2,8 @@
 #pragma once
 /// The proof of a plan, in long double from the vertices of the scene alone: nothing of the core
 /// is used, nor of what made the plan. Every pair of pieces is looked at in every step; the planes
-/// that the plan brings are taken for nothing but directions to try.
+/// that the plan brings are taken for nothing but directions to try, and that one plane is written
+/// for many pairs and steps saves no look at any of them.
 ///
 /// Let n(s) = (1 - s) n_0 + s n_1 be the direction of a plane on the way, d(s) the way from a
 /// vertex of B's piece to one of A's, and M = n.d. n is linear, |d'| <= |dx| + r |turn| with the
@@ -55,10 +56,10 @@ class PlanCheck {
  private:
   struct Piece {
     std::vector<Wide3> vertices;  ///< about the grip point, or the reference of the body
-    Wide3 centre{};
-    Wide radius_m = 0;  ///< about the centre
-    Wide reach_m = 0;   ///< about the origin
-    Wide3 reference{};  ///< of B's body; of A zero
+    Wide3 centre{};               ///< alike
+    Wide radius_m = 0;            ///< about the centre
+    Wide reach_m = 0;             ///< about the origin
+    Wide3 reference{};            ///< of B's body; of A zero
     bool flat = false;
   };
   struct Placed {
@@ -67,8 +68,9 @@ class PlanCheck {
   };
   [[nodiscard]] static Placed placed(const PlanPose& pose);
   [[nodiscard]] static Wide3 turned(const Placed& at, const Wide3& v);
+  /// Of unit length; zero where two edges are parallel.
+  [[nodiscard]] static Wide3 normal(const Placed& at, const PlanDirection& direction);
   [[nodiscard]] Wide gap_m(const Placed& at, const Piece& a, const Piece& b, const Wide3& n) const;
-  [[nodiscard]] Wide spheres_m(const Placed& at, const Piece& a, const Piece& b) const;
 
   const SceneView& scene_;
   std::vector<Piece> pieces_;
@@ -77,9 +79,12 @@ class PlanCheck {
 
 /// What the check of a whole plan found.
 struct PlanProof {
-  std::uint64_t steps = 0, certified = 0, pairs = 0, planes = 0;
-  double least_m = 0;   ///< over all steps that hold
-  std::string failure;  ///< a sentence; empty: every step, every station and the ends hold
+  std::uint64_t steps = 0, certified = 0, pairs = 0;
+  std::uint64_t planes = 0,
+                runs = 0;        ///< of the plan; pairs over runs of steps that they keep apart
+  std::uint64_t kept_apart = 0;  ///< by planes: pairs of each step, over all steps
+  double least_m = 0;            ///< over all steps that hold
+  std::string failure;           ///< a sentence; empty: every step, every station and the ends hold
   [[nodiscard]] bool holds() const { return failure.empty() && certified == steps; }
 };
 

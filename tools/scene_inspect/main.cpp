@@ -111,6 +111,8 @@ int inspect_plan(const Arguments& arguments, const SceneView& view) {
                                          {"certified", proof.certified},
                                          {"stations", plan.stations.size()},
                                          {"planes", proof.planes},
+                                         {"runs", proof.runs},
+                                         {"kept_apart", proof.kept_apart},
                                          {"least_m", proof.least_m},
                                          {"tolerance_m", plan.tolerance_m},
                                          {"length_m", plan.stations.front().cost_to_go_m},
@@ -127,9 +129,11 @@ int inspect_plan(const Arguments& arguments, const SceneView& view) {
                                               static_cast<double>(proof.steps);
   std::printf("%s: a plan for '%s', %.4g mm long, %zu stations\n", arguments.plan.c_str(),
               plan.scene.c_str(), 1e3 * plan.stations.front().cost_to_go_m, plan.stations.size());
-  std::printf("certified: %llu of %llu steps, %.4g %%; %llu pairs in each, %llu planes in all\n",
-              count(proof.certified), count(proof.steps), share, count(proof.pairs),
-              count(proof.planes));
+  std::printf(
+      "certified: %llu of %llu steps, %.4g %%; %llu pairs in each; %llu planes keep pairs apart "
+      "over %llu runs of steps, %llu times in all\n",
+      count(proof.certified), count(proof.steps), share, count(proof.pairs), count(proof.planes),
+      count(proof.runs), count(proof.kept_apart));
   if (proof.certified > 0) {
     std::printf("least distance proved on the way: %.4g um (a depth of %.3g um counts as free)\n",
                 1e6 * proof.least_m, 1e6 * plan.tolerance_m);

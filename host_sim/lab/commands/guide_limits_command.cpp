@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_lab guide-limits --out DIR [--ticks N] [--seed N] [--quick] [--fault energy] [--threads N]
+// host_lab guide-limits --out DIR [--ticks N] [--seed N] [--quick] [--resume] [--fault energy]
+// [--threads N]
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -21,7 +22,9 @@ struct GuideLimitsArguments {
 
 int do_guide_limits(const GuideLimitsArguments& o) {
   tools::claim_folder(o.out, "--out", {});
-  const GuideLimits limits = run_guide_limits(o.options);
+  GuideLimitsOptions options = o.options;
+  options.rows = o.out + "/guide_limits_rows.txt";
+  const GuideLimits limits = run_guide_limits(options);
   for (const OutputText& file : guide_limits_files(limits, o.options))
     write_whole_file(o.out + "/" + file.name, file.content);
   std::printf("%s/guide_limits.md: %s\n", o.out.c_str(), limits.passed() ? "passed" : "FAILED");
@@ -46,6 +49,8 @@ Command add_guide_limits_command(CLI::App& program) {
       "self-test: states a hundredth of the energy, or pulls forty times as strongly; must fail");
   app->add_option("--threads", o->options.threads, "default: one per processor")
       ->check(CLI::Range(1u, 256u));
+  app->add_flag("--resume", o->options.resume,
+                "goes on with the rows that a run with the same options left in the folder");
   app->add_flag("--progress", o->options.progress, "a line every few seconds on standard error");
   return {app, [o] { return do_guide_limits(*o); },
           "host_sim guide-limits --quick --out guide_limits"};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim planners --out DIR [--seconds S] [--seeds N] [--ours-only] [--quick] [--progress]
+// host_sim planners --out DIR [--seconds S] [--seeds N] [--ours-only] [--puzzles NAME] [--resume]
+// ...
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -19,9 +20,16 @@ struct PlannersArguments {
 
 int do_planners(const PlannersArguments& o) {
   tools::claim_folder(o.out, "--out", {"planning.md", "planning.csv"});
-  const std::vector<PlanningRow> rows = run_planning(o.options);
-  for (const OutputText& file : planning_files(rows, o.options))
-    write_whole_file(o.out + "/" + file.name, file.content);
+  PlanningOptions options = o.options;
+  options.rows = o.out + "/planning_rows.txt";
+  if (planning_puzzles(options).empty())
+    throw tools::UsageError("--puzzles: no puzzle's name begins with '" + options.puzzles +
+                            "'; peg, corner, window, slot, ring, twist and cage are puzzles");
+  const auto write = [&](const std::vector<PlanningRow>& done) {
+    for (const OutputText& file : planning_files(done, options))
+      write_whole_file(o.out + "/" + file.name, file.content);
+  };
+  const std::vector<PlanningRow> rows = run_planning(options, write);
   const bool passed = planning_passed(rows);
   std::printf("%s/planning.md: %s\n", o.out.c_str(), passed ? "passed" : "FAILED");
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
@@ -41,6 +49,10 @@ Command add_planners_command(CLI::App& program) {
       ->check(CLI::Range(1, 1000));
   app->add_flag("--ours-only", o->options.ours_only, "without OMPL's");
   app->add_flag("--quick", o->options.quick, "three puzzles, for tests");
+  app->add_option("--puzzles", o->options.puzzles,
+                  "only those whose name begins so: ring, ring_0.1");
+  app->add_flag("--resume", o->options.resume,
+                "goes on with the rows that a run with the same options left in the folder");
   app->add_flag("--progress", o->options.progress, "a line per planner on standard error");
   return {app, [o] { return do_planners(*o); }, "host_sim planners --quick --out planners"};
 }

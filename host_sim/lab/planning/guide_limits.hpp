@@ -27,6 +27,8 @@ struct GuideLimitsOptions {
   GuideFault fault = GuideFault::kNone;
   std::uint32_t threads = 1;
   bool progress = false;
+  std::string rows;     ///< file that keeps what is done (KeptRows); empty: none
+  bool resume = false;  ///< goes on with that file
 };
 
 /// Largest stiffness of the coupling up to which all of peg_stiffnesses() come to rest, with the
@@ -35,6 +37,7 @@ struct GuideCell {
   TrialSetting setting;
   bool at_goal = false;  ///< the peg rests at the plan's goal, else half of the hole before it
   double without_n_per_m = 0, with_n_per_m = 0;
+  double seconds = 0;  ///< of a processor; half of what the two places took
   [[nodiscard]] bool worse() const { return with_n_per_m < without_n_per_m; }
 };
 

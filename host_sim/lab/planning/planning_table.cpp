@@ -9,6 +9,7 @@
 
 #include "host_sim/lab/planning/sampling_planners.hpp"
 #include "host_sim/plan/plan_making.hpp"
+#include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "host_sim/view/gallery.hpp"
@@ -22,8 +23,9 @@ namespace {
 constexpr const char* kOurs = "felt part";
 /// Room about start and goal for the sampling planners, in radii of the part.
 constexpr double kRoom = 2.5;
-/// Halvings of a straight way of theirs.
-constexpr int kHalvings = 12;
+constexpr double kClearances_mm[] = {2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01};
+/// Halvings of a straight way of theirs, and of a step of ours.
+constexpr int kHalvings = 14;
 
 tools::SceneBytes compiled(const Puzzle& puzzle) {
   const TemporaryFolder folder;
@@ -59,7 +61,7 @@ class Bench {
     const SearchResult result = search_plan(view_, part, prover, start(part), goal(part), limits,
                                             [](const SearchState&) {});
     Run run{result.found, result.state.seconds};
-    if (result.found) judge(result.start, result.motion, part.radius_m(), run);
+    if (result.found) judge(result.motion.corners, prover, part.radius_m(), run);
     return run;
   }
 
@@ -78,19 +80,13 @@ class Bench {
     }
     problem.is_free = [&](const PlanPose& pose) { return prover.is_free(pose); };
     problem.is_way_free = [&](const PlanPose& from, const PlanPose& to) {
-      ProvedMotion motion;
-      return prover.prove(from, to, kHalvings, ProofSearch::kAny, motion);
+      return prover.prove(from, to, kHalvings);
     };
     const SamplingResult result =
         run_sampling_planner(name, problem, o.seconds, static_cast<std::uint32_t>(seed));
     Run run{result.solved, result.seconds};
     if (!result.solved) return run;
-    ProvedMotion motion;
-    for (std::size_t k = 1; k < result.way.size() && run.found; ++k) {
-      run.found =
-          prover.prove(result.way[k - 1], result.way[k], kHalvings, ProofSearch::kAny, motion);
-    }
-    if (run.found) judge(result.way.front(), motion, part.radius_m(), run);
+    judge(result.way, prover, part.radius_m(), run);
     return run;
   }
 
@@ -101,15 +97,19 @@ class Bench {
   [[nodiscard]] PlanPose goal(const SlidingPart& part) const {
     return part.grip_pose(tools::pose_from_text(view_, "goal", puzzle_.goal));
   }
-  /// Every step again, in long double.
-  void judge(const PlanPose& start, const ProvedMotion& motion, double turn_m, Run& run) const {
-    PlanPose at = start;
-    for (std::size_t k = 0; k < motion.poses.size(); ++k) {
-      run.length_mm += 1e3 * tools::step_length_m(at, motion.poses[k], turn_m);
-      run.certified += check_->step(at, motion.poses[k], motion.steps[k], tolerance_m_).holds;
-      at = motion.poses[k];
+  /// Every straight way again, and each of its steps in long double.
+  void judge(const std::vector<PlanPose>& way, StepProver& prover, double turn_m, Run& run) const {
+    for (std::size_t k = 1; k < way.size() && run.found; ++k) {
+      ProvedMotion motion;
+      run.found = prover.prove(way[k - 1], way[k], kHalvings, ProofSearch::kAny, motion);
+      run.length_mm += 1e3 * tools::step_length_m(way[k - 1], way[k], turn_m);
+      PlanPose at = way[k - 1];
+      for (std::size_t j = 0; j < motion.poses.size(); ++j) {
+        run.certified += check_->step(at, motion.poses[j], motion.steps[j], tolerance_m_).holds;
+        at = motion.poses[j];
+      }
+      run.steps += motion.poses.size();
     }
-    run.steps = motion.poses.size();
   }
 
   const Puzzle& puzzle_;
@@ -121,46 +121,94 @@ class Bench {
 
 }  // namespace
 
-std::vector<Puzzle> planning_puzzles(bool quick) {
-  if (quick) return {peg_puzzle(0.1), corner_puzzle(64), window_puzzle(24)};
+std::vector<Puzzle> planning_puzzles(const PlanningOptions& options) {
   std::vector<Puzzle> puzzles;
-  for (const double clearance_mm : {2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01})
-    puzzles.push_back(peg_puzzle(clearance_mm));
-  for (const double long_mm : {50.0, 64.0, 68.0}) puzzles.push_back(corner_puzzle(long_mm));
-  for (const double wide_mm : {44.0, 24.0, 20.0, 17.0}) puzzles.push_back(window_puzzle(wide_mm));
-  for (const double clearance_mm : {1.0, 0.2}) puzzles.push_back(slot_puzzle(clearance_mm));
-  puzzles.push_back(cage_puzzle());
+  if (options.quick) {
+    puzzles = {peg_puzzle(0.1), corner_puzzle(1), window_puzzle(1)};
+  } else {
+    for (const auto make :
+         {peg_puzzle, corner_puzzle, window_puzzle, slot_puzzle, ring_puzzle, twist_puzzle}) {
+      for (const double clearance_mm : kClearances_mm) puzzles.push_back(make(clearance_mm));
+    }
+    puzzles.push_back(cage_puzzle());
+  }
+  std::erase_if(puzzles, [&](const Puzzle& p) { return p.name.find(options.puzzles) != 0; });
   return puzzles;
 }
 
-std::vector<PlanningRow> run_planning(const PlanningOptions& options) {
+namespace {
+
+PlanningRow run_row(const Bench& bench, const PlanningOptions& options, PlanningRow row) {
+  std::vector<double> seconds;
+  for (std::uint64_t seed = 1; seed <= options.seeds; ++seed) {
+    const Run run = row.planner == kOurs ? bench.ours(options, seed)
+                                         : bench.sampling(row.planner, options, seed);
+    row.runs += 1;
+    row.found += run.found ? 1 : 0;
+    row.steps += run.steps;
+    row.certified += run.certified;
+    seconds.push_back(run.seconds);
+    if (run.found && (row.found == 1 || run.length_mm < row.length_mm))
+      row.length_mm = run.length_mm;
+  }
+  std::ranges::sort(seconds);
+  row.median_s = quantile(seconds, 0.5);
+  row.most_s = seconds.back();
+  return row;
+}
+
+std::vector<double> numbers_of(const PlanningRow& row) {
+  return {static_cast<double>(row.runs),
+          static_cast<double>(row.found),
+          row.median_s,
+          row.most_s,
+          row.length_mm,
+          static_cast<double>(row.steps),
+          static_cast<double>(row.certified)};
+}
+
+/// @return false: these are not the numbers of a row.
+bool take_numbers(const std::vector<double>& numbers, PlanningRow& row) {
+  if (numbers.size() != numbers_of(row).size()) return false;
+  const auto count = [&](std::size_t k) { return static_cast<std::uint64_t>(numbers[k]); };
+  row.runs = count(0);
+  row.found = count(1);
+  row.median_s = numbers[2];
+  row.most_s = numbers[3];
+  row.length_mm = numbers[4];
+  row.steps = count(5);
+  row.certified = count(6);
+  return true;
+}
+
+}  // namespace
+
+std::vector<PlanningRow> run_planning(const PlanningOptions& options, const PlanningDone& done) {
   std::vector<std::string> planners{kOurs};
   if (!options.ours_only)
     planners.insert(planners.end(), sampling_planners().begin(), sampling_planners().end());
+  KeptRows kept(options.rows,
+                "planners, seconds " + tools::short_number(options.seconds, 9) + ", seeds " +
+                    std::to_string(options.seeds),
+                options.resume);
   std::vector<PlanningRow> rows;
-  for (const Puzzle& puzzle : planning_puzzles(options.quick)) {
-    const Bench bench(puzzle);
+  for (const Puzzle& puzzle : planning_puzzles(options)) {
+    std::unique_ptr<Bench> bench;
     for (const std::string& planner : planners) {
-      PlanningRow row{puzzle.name, planner, puzzle.solvable};
-      std::vector<double> seconds;
-      for (std::uint64_t seed = 1; seed <= options.seeds; ++seed) {
-        const Run run =
-            planner == kOurs ? bench.ours(options, seed) : bench.sampling(planner, options, seed);
-        row.runs += 1;
-        row.found += run.found ? 1 : 0;
-        row.steps += run.steps;
-        row.certified += run.certified;
-        seconds.push_back(run.seconds);
-        if (run.found && (row.found == 1 || run.length_mm < row.length_mm))
-          row.length_mm = run.length_mm;
+      PlanningRow row{puzzle.name, planner, puzzle.clearance_mm, puzzle.solvable};
+      const std::string key = puzzle.name + " " + planner;
+      const std::vector<double>* const numbers = kept.find(key);
+      if (numbers == nullptr || !take_numbers(*numbers, row)) {
+        if (bench == nullptr) bench = std::make_unique<Bench>(puzzle);
+        row = run_row(*bench, options, row);
+        kept.keep(key, numbers_of(row));
+        if (options.progress)
+          std::fprintf(stderr, "%s, %s: %llu of %llu, %.3g s\n", row.puzzle.c_str(),
+                       row.planner.c_str(), static_cast<unsigned long long>(row.found),
+                       static_cast<unsigned long long>(row.runs), row.median_s);
       }
-      std::ranges::sort(seconds);
-      row.median_s = quantile(seconds, 0.5);
-      if (options.progress)
-        std::fprintf(stderr, "%s, %s: %llu of %llu, %.3g s\n", row.puzzle.c_str(),
-                     row.planner.c_str(), static_cast<unsigned long long>(row.found),
-                     static_cast<unsigned long long>(row.runs), row.median_s);
       rows.push_back(row);
+      if (done) done(rows);
     }
   }
   return rows;
@@ -168,10 +216,14 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options) {
 
 std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
                                        const PlanningOptions& options) {
-  ReportTable table("puzzle,planner,found,runs,median_s,length_mm,certified_percent");
+  ReportTable table(
+      "puzzle,clearance_mm,planner,found,runs,median_s,most_s,limit_s,seeds,length_mm,"
+      "certified_percent");
   for (const PlanningRow& row : rows) {
     const bool any = row.steps > 0;
-    table.add({row.puzzle, row.planner, row.found, row.runs, shown_as("%.3g", row.median_s),
+    table.add({row.puzzle, shown_as("%g", row.clearance_mm), row.planner, row.found, row.runs,
+               shown_as("%.3g", row.median_s), shown_as("%.3g", row.most_s),
+               shown_as("%g", options.seconds), "1 to " + std::to_string(row.runs),
                any ? shown_as("%.4g", row.length_mm) : Cell{},
                any ? shown_as("%.5g", 100.0 * static_cast<double>(row.certified) /
                                           static_cast<double>(row.steps))
@@ -182,7 +234,9 @@ std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
       " s a run. `felt part` is `host_sim plan` without its shortening; the others are OMPL's, "
       "with our "
       "verdict of poses and straight ways, in a box of 2.5 radii of the part about start and goal. "
-      "A turn of 1 rad counts as the part's radius. `cage` has no solution.\n\n";
+      "A turn of 1 rad counts as the part's radius. The clearance is what is left on either side "
+      "where "
+      "a place is tightest. `cage` has no solution. A run that finds nothing takes its time.\n\n";
   return {{"planning.md", head + table.markdown()}, {"planning.csv", table.csv()}};
 }
 

@@ -4,6 +4,7 @@
 /// whether what they find is proved.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,24 +17,31 @@ struct PlanningOptions {
   double seconds = 120;     ///< for one run
   std::uint64_t seeds = 3;  ///< runs of each planner on each puzzle
   bool ours_only = false;
-  bool quick = false;  ///< three puzzles, for tests
+  bool quick = false;   ///< three puzzles, for tests
+  std::string puzzles;  ///< only those whose name begins so; empty: all
+  std::string rows;     ///< file that keeps the rows that are done (KeptRows); empty: none
+  bool resume = false;  ///< goes on with that file
   bool progress = false;
 };
 
 /// A planner on a puzzle, over all seeds.
 struct PlanningRow {
   std::string puzzle, planner;
+  double clearance_mm = 0;
   bool solvable = true;
   std::uint64_t runs = 0, found = 0;
-  double median_s = 0;                     ///< of all runs; one that found nothing took its time
+  double median_s = 0, most_s = 0;         ///< of all runs; one that found nothing took its time
   double length_mm = 0;                    ///< of the shortest, before any shortening
   std::uint64_t steps = 0, certified = 0;  ///< of what was found
 };
 
-/// All puzzles of the table; `quick`: three of them.
-[[nodiscard]] std::vector<Puzzle> planning_puzzles(bool quick);
+/// The puzzles that are asked for.
+[[nodiscard]] std::vector<Puzzle> planning_puzzles(const PlanningOptions& options);
 
-[[nodiscard]] std::vector<PlanningRow> run_planning(const PlanningOptions& options);
+/// `done` is called after each row with all that are done.
+using PlanningDone = std::function<void(const std::vector<PlanningRow>&)>;
+[[nodiscard]] std::vector<PlanningRow> run_planning(const PlanningOptions& options,
+                                                    const PlanningDone& done = {});
 
 /// The table as a page and as CSV.
 [[nodiscard]] std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,

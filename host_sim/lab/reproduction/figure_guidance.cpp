@@ -104,7 +104,7 @@ Study make_study() {
   if (found.verdict != TranslationVerdict::kFound)
     throw std::runtime_error("no translation leads into the hole: " + found.why);
   const double turn_m = static_cast<double>(study.view.pieces()[0].reach_m);
-  study.exact = shortened(start, found.motion, prover, turn_m, {});
+  study.exact = shortened(found.motion, prover, turn_m, {});
   std::vector<Vec3d> corners;
   for (const PlanPose& pose : study.exact.corners) corners.push_back(place_of(pose));
   study.field = make_harmonic_field(found.space, corners);

@@ -185,15 +185,17 @@ PegRest peg_rest_in(CoreSession& session, const TrialSetting& setting, double se
   std::size_t k = 0;
   for (int stage = 1; stage <= kPegStages; ++stage) {
     const PegRest before = rest;
-    rest = {0, 0, stage * seconds, true};
+    rest = {0, 0, stage * seconds, true, before.off_m};
     const std::size_t end = in_ticks(kPegMotion_s + rest.rest_s);
     for (; k < end; ++k) {
       const double t_s = static_cast<double>(k) * loop.period_s();
       const LoopTick tick = loop.step({target(t_s), target(t_s + loop.period_s())});
       const double speed = tick.device.velocity_w.norm(),
                    turn = tick.device.angular_velocity_w.norm();
-      rest.in_place = std::abs(tick.device.x0_w.z() - start.z()) < hold.thrown_m;
-      if (!(speed < kRunaway_m_per_s) || !rest.in_place) return {speed, turn, rest.rest_s, false};
+      rest.off_m = std::max(rest.off_m, std::abs(tick.device.x0_w.z() - start.z()));
+      rest.in_place = rest.off_m < hold.thrown_m;
+      if (!(speed < kRunaway_m_per_s) || !rest.in_place)
+        return {speed, turn, rest.rest_s, false, rest.off_m};
       if (k + watched < end) continue;
       rest.speed_m_per_s = std::max(rest.speed_m_per_s, speed);
       rest.turn_rad_per_s = std::max(rest.turn_rad_per_s, turn);

@@ -54,6 +54,7 @@ struct PegRest {
   double speed_m_per_s = 0, turn_rad_per_s = 0;
   double rest_s = 0;     ///< how long the target had rested
   bool in_place = true;  ///< not shaken along the hole by 1 mm
+  double off_m = 0;      ///< the farthest along the hole so far
   [[nodiscard]] bool slow() const { return speed_m_per_s < 0.5e-3; }
   [[nodiscard]] bool turns_slowly() const { return turn_rad_per_s < 0.05; }
   [[nodiscard]] bool at_rest() const { return in_place && slow() && turns_slowly(); }

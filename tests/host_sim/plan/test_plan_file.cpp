@@ -126,7 +126,7 @@ TEST_SUITE("tools.plan") {
     CHECK(plan.stations.size() <= tools::kMostPlanStations);
     const tools::PlanProof proof = tools::prove_plan(written().scene.view, plan, "p.plan");
     CHECK(proof.failure == "");
-    CHECK(proof.certified == plan.steps.size());
+    CHECK(proof.certified == plan.steps());
     CHECK(proof.least_m >= -plan.tolerance_m);
   }
 
@@ -138,7 +138,7 @@ TEST_SUITE("tools.plan") {
       CHECK(refusal.find("make the plan again") != std::string::npos);
     };
     has(refusal_of(""), "p.plan:1: the file ends before 'haptic-plan'");
-    has(refusal_of(replaced(text, "haptic-plan 1", "haptic-plan 2")), "another version");
+    has(refusal_of(replaced(text, "haptic-plan 2", "haptic-plan 1")), "another version");
     has(refusal_of(replaced(text, "seed 1", "seed x")), "p.plan:4: 'x' is no count");
     has(refusal_of(replaced(text, "seed 1", "seed 2")), "its hash differs");
     has(refusal_of(text + "x"), "more behind its end");
@@ -162,16 +162,90 @@ TEST_SUITE("tools.plan") {
     plan.poses[last].x0_m[0] += 0.001;
     tools::PlanProof proof = tools::prove_plan(view, plan, "p");
     CHECK_FALSE(proof.holds());
-    CHECK(proof.certified == plan.steps.size() - 1);
+    CHECK(proof.certified == plan.steps() - 1);
     CHECK(proof.failure.find("step " + std::to_string(last - 1)) == 0);
     plan = written().found.plan;
-    plan.steps.back().clear();
+    for (tools::PlanPlane& plane : plan.planes) {
+      std::erase_if(plane.runs,
+                    [&](const tools::PlanRun& run) { return run.last + 1 == plan.steps(); });
+    }
     proof = tools::prove_plan(view, plan, "p");
     CHECK(proof.failure.find("have no plane") != std::string::npos);
     plan = written().found.plan;
     plan.stations[2].clearance_m += 1e-6;
     proof = tools::prove_plan(view, plan, "p");
     CHECK(proof.failure.find("station 2: states a clearance") == 0);
+  }
+
+  TEST_CASE("plan file: planes that many steps share must be of these pairs and steps") {
+    const std::string& text = subject().text;
+    const auto has = [](const std::string& refusal, const char* part) {
+      CAPTURE(refusal);
+      CHECK(refusal.find(part) != std::string::npos);
+    };
+    // The first run of the first plane, and the same once more, later, backwards and without end.
+    const std::size_t at = text.find("\npair ");
+    const std::string run = text.substr(at, text.find('\n', at + 1) - at);
+    const tools::PlanRun first = subject().found.plan.planes.front().runs.front();
+    REQUIRE(first.last > first.first);
+    const std::string pair =
+        "\npair " + std::to_string(first.piece_a) + " " + std::to_string(first.piece_b) + " ";
+    const auto with = [&](std::uint64_t from, std::uint64_t to) {
+      const std::string other = pair + std::to_string(from) + " " + std::to_string(to);
+      return refusal_of(tools::resealed_plan(replaced(text, run, other)));
+    };
+    has(with(first.last, first.first), "a run of steps does not exist");
+    has(with(first.first, subject().found.plan.steps()), "a run of steps does not exist");
+    has(with(first.first, 1u << 30), "is more than");
+    const std::string count = " " + std::to_string(subject().found.plan.planes.front().runs.size());
+    const std::string twice = replaced(replaced(text, run, run + run), count + run, " 2" + run);
+    has(refusal_of(tools::resealed_plan(twice)), "runs of a plane are out of order");
+    const std::string& planes = "planes " + std::to_string(subject().found.plan.planes.size());
+    const std::string more =
+        "planes " + std::to_string(subject().found.plan.planes.size() + 1) + "\nplane B 0 0 1 1";
+    has(refusal_of(tools::resealed_plan(replaced(text, planes, more + run))),
+        "a pair of pieces has two planes in one step");
+  }
+
+  TEST_CASE("plan proof: a plane is proved in every step of its run, and for each pair alone") {
+    const SceneView& view = subject().scene.view;
+    const tools::Plan& good = subject().found.plan;
+    std::size_t shared = 0, failed = 0;
+    for (std::size_t k = 0; k < good.planes.size(); ++k) {
+      for (std::size_t j = 0; j < good.planes[k].runs.size(); ++j) {
+        const tools::PlanRun run = good.planes[k].runs[j];
+        if (run.last == run.first) continue;
+        shared += 1;
+        // Another pair's plane, over the same run: no step may pass by what is near.
+        tools::Plan plan = good;
+        for (double& x : plan.planes[k].direction.of_b) x = -x;
+        for (double& x : plan.planes[k].direction.of_a) x = -x;
+        const tools::PlanProof turned = tools::prove_plan(view, plan, "p");
+        CHECK_FALSE(turned.holds());
+        // One step less: its pair is not kept apart there, but where spheres do it.
+        plan = good;
+        plan.planes[k].runs[j].last -= 1;
+        const tools::PlanProof proof = tools::prove_plan(view, plan, "p");
+        if (proof.certified == proof.steps) continue;
+        failed += 1;
+        CHECK(proof.certified == proof.steps - 1);
+        CHECK(proof.failure.find("step " + std::to_string(run.last) + ": ") == 0);
+      }
+    }
+    CHECK(shared > 0);
+    CHECK(failed > 0);
+  }
+
+  TEST_CASE("plan proof: edges without a direction across them keep nothing apart") {
+    const SceneView& view = subject().scene.view;
+    tools::Plan plan = subject().found.plan;
+    for (tools::PlanPlane& plane : plan.planes) {
+      plane.direction = {'C', {1, 0, 0}, {1, 0, 0}};
+      for (tools::PlanPose& pose : plan.poses) pose.q_wxyz = {1, 0, 0, 0};
+    }
+    const tools::PlanProof proof = tools::prove_plan(view, plan, "p");
+    CHECK_FALSE(proof.holds());
+    CHECK(proof.failure.find("are not kept apart by their plane") != std::string::npos);
   }
 
   TEST_CASE("plan file: 200 damaged ones are refused with a sentence or proved again") {

@@ -122,7 +122,7 @@ TEST_SUITE("host_sim.translations") {
       CHECK(found.why == "");
       REQUIRE(found.verdict == TranslationVerdict::kFound);
       const CorneredMotion motion =
-          shortened(found.start, found.motion, trial.prover, trial.part.radius_m(), {});
+          shortened(found.motion, trial.prover, trial.part.radius_m(), {});
       const tools::PlanProof proof = trial.prove(motion);
       CHECK(proof.failure == "");
       CHECK(proof.certified == proof.steps);
@@ -214,8 +214,7 @@ TEST_SUITE("host_sim.translations") {
       Trial trial(puzzle.scene, puzzle.goal);
       const TranslationResult found = trial.plan();
       REQUIRE(found.verdict == TranslationVerdict::kFound);
-      const CorneredMotion about =
-          shortened(found.start, found.motion, trial.prover, trial.part.radius_m(), {});
+      const CorneredMotion about = shortened(found.motion, trial.prover, trial.part.radius_m(), {});
       const HarmonicField field = make_harmonic_field(found.space, places(about));
       for (std::uint32_t k = 0; k < field.cells.size(); ++k) {
         CHECK(field.value[k] > -1e-9);
