@@ -71,11 +71,11 @@ struct TwoBoxes {
 
 TEST_SUITE("host_sim.proxy_fuzz") {
   TEST_CASE("no friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
-    check_invariants(run(40000, 1, 2, std::nullopt, {0.0}));
+    check_invariants(run(20000, 1, 2, std::nullopt, {0.0}));
   }
 
   TEST_CASE("friction: free, no rise, stall, wall, crossing or cap passed, in every tick") {
-    check_invariants(run(40000, 1, 2, std::nullopt, {0.3}));
+    check_invariants(run(20000, 1, 2, std::nullopt, {0.3}));
   }
 
   TEST_CASE("[long] no friction: the same over a million ticks and another seed") {

@@ -178,7 +178,7 @@ TEST_SUITE("tools.plan") {
   }
 
   TEST_CASE("plan file: planes that many steps share must be of these pairs and steps") {
-    const std::string& text = subject().text;
+    const std::string& text = written().text;
     const auto has = [](const std::string& refusal, const char* part) {
       CAPTURE(refusal);
       CHECK(refusal.find(part) != std::string::npos);
@@ -186,7 +186,7 @@ TEST_SUITE("tools.plan") {
     // The first run of the first plane, and the same once more, later, backwards and without end.
     const std::size_t at = text.find("\npair ");
     const std::string run = text.substr(at, text.find('\n', at + 1) - at);
-    const tools::PlanRun first = subject().found.plan.planes.front().runs.front();
+    const tools::PlanRun first = written().found.plan.planes.front().runs.front();
     REQUIRE(first.last > first.first);
     const std::string pair =
         "\npair " + std::to_string(first.piece_a) + " " + std::to_string(first.piece_b) + " ";
@@ -195,21 +195,21 @@ TEST_SUITE("tools.plan") {
       return refusal_of(tools::resealed_plan(replaced(text, run, other)));
     };
     has(with(first.last, first.first), "a run of steps does not exist");
-    has(with(first.first, subject().found.plan.steps()), "a run of steps does not exist");
+    has(with(first.first, written().found.plan.steps()), "a run of steps does not exist");
     has(with(first.first, 1u << 30), "is more than");
-    const std::string count = " " + std::to_string(subject().found.plan.planes.front().runs.size());
+    const std::string count = " " + std::to_string(written().found.plan.planes.front().runs.size());
     const std::string twice = replaced(replaced(text, run, run + run), count + run, " 2" + run);
     has(refusal_of(tools::resealed_plan(twice)), "runs of a plane are out of order");
-    const std::string& planes = "planes " + std::to_string(subject().found.plan.planes.size());
+    const std::string& planes = "planes " + std::to_string(written().found.plan.planes.size());
     const std::string more =
-        "planes " + std::to_string(subject().found.plan.planes.size() + 1) + "\nplane B 0 0 1 1";
+        "planes " + std::to_string(written().found.plan.planes.size() + 1) + "\nplane B 0 0 1 1";
     has(refusal_of(tools::resealed_plan(replaced(text, planes, more + run))),
         "a pair of pieces has two planes in one step");
   }
 
   TEST_CASE("plan proof: a plane is proved in every step of its run, and for each pair alone") {
-    const SceneView& view = subject().scene.view;
-    const tools::Plan& good = subject().found.plan;
+    const SceneView& view = written().scene.view;
+    const tools::Plan& good = written().found.plan;
     std::size_t shared = 0, failed = 0;
     for (std::size_t k = 0; k < good.planes.size(); ++k) {
       for (std::size_t j = 0; j < good.planes[k].runs.size(); ++j) {
@@ -237,8 +237,8 @@ TEST_SUITE("tools.plan") {
   }
 
   TEST_CASE("plan proof: edges without a direction across them keep nothing apart") {
-    const SceneView& view = subject().scene.view;
-    tools::Plan plan = subject().found.plan;
+    const SceneView& view = written().scene.view;
+    tools::Plan plan = written().found.plan;
     for (tools::PlanPlane& plane : plan.planes) {
       plane.direction = {'C', {1, 0, 0}, {1, 0, 0}};
       for (tools::PlanPose& pose : plan.poses) pose.q_wxyz = {1, 0, 0, 0};
