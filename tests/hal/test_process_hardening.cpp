@@ -258,7 +258,7 @@ TEST_SUITE("hal.process_hardening") {
             if (kept.error != 0 || !kept.held_any) return 1;
             if (!have_only(0) || !has_only("CapBnd:", 0)) return 2;
             if (prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) != 1) return 3;
-            return setpriority(PRIO_PROCESS, 0, -1) != 0 ? 0 : 4;
+            return setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) - 1) != 0 ? 0 : 4;
           }).exit_code == 0);
   }
 
