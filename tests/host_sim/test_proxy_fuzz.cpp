@@ -102,7 +102,7 @@ TEST_SUITE("host_sim.proxy_fuzz") {
   }
 
   TEST_CASE("a vertex in the wrong place: inside obstacles, and through plates") {
-    const ProxyFuzzTotals t = run(20000, 1, 2, ProxyFault::kVertex).totals();
+    const ProxyFuzzTotals t = run(6000, 1, 2, ProxyFault::kVertex).totals();
     CHECK(t.deep > 0);
     CHECK(t.crossings > 0);
   }

@@ -103,7 +103,7 @@ TEST_SUITE("host_sim.surface_fuzz") {
 
   TEST_CASE("strict: solids are let in by less than the tolerance, which is then too deep") {
     SurfaceFuzzSize size;
-    size.ticks = 4000;
+    size.ticks = 1000;
     size.scenes = 2;
     size.frictions = {0.0};
     CHECK(run_surface_fuzz(size, {2, false}).totals().failed() == 0);
