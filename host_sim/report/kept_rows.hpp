@@ -21,8 +21,8 @@ class KeptRows {
 
   /// The numbers of a row that is done; null: it is not.
   [[nodiscard]] const std::vector<double>* find(const std::string& key) const;
-  /// Adds a row and writes the file anew, which appears whole. Any thread. The key has no comma and
-  /// no end of a line. @throws OsError it cannot be written.
+  /// Adds a row and replaces the file by one that has it, at once. Any thread. The key has no comma
+  /// and no end of a line. @throws OsError it cannot be written.
   void keep(const std::string& key, const std::vector<double>& numbers);
 
  private:
