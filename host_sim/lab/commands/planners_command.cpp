@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim planners --out DIR [--seconds S] [--seeds N] [--ours-only] [--puzzles NAME] [--resume]
-// ...
+// host_sim planners --out DIR [--seconds S] [--seeds N] [--ours-only] [--until-failed]
+// [--puzzles NAME] [--resume] ...
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -43,11 +43,13 @@ Command add_planners_command(CLI::App& program) {
       "planners", "Compares the planner with those of OMPL, where it is built in, on puzzles.");
   app->add_option("-o,--out", o->out, "folder for the table, planning.md and planning.csv")
       ->required();
-  app->add_option("--seconds", o->options.seconds, "for one run (default 120)")
+  app->add_option("--seconds", o->options.seconds, "of a processor, for one run (default 120)")
       ->check(tools::positive_number());
   app->add_option("--seeds", o->options.seeds, "runs of a planner on a puzzle (default 3)")
       ->check(CLI::Range(1, 1000));
   app->add_flag("--ours-only", o->options.ours_only, "without OMPL's");
+  app->add_flag("--until-failed", o->options.until_failed,
+                "do not run a planner of OMPL where it failed with a larger clearance");
   app->add_flag("--quick", o->options.quick, "three puzzles, for tests");
   app->add_option("--puzzles", o->options.puzzles,
                   "only those whose name begins so: ring, ring_0.1");

@@ -124,17 +124,10 @@ std::vector<double> run_hostile(const Place& place, const GuideLimitsOptions& op
   return {run.stated_j, run.most_j, static_cast<double>(run.on), static_cast<double>(run.ticks)};
 }
 
-/// Processor time of this thread: what others do on the machine does not count.
-double thread_s() {
-  timespec now{};
-  static_cast<void>(::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now));
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// The cells of one setting, at the goal and on the way: without the guide they are one run.
 std::vector<double> run_setting(const TrialScenes& scenes, const TrialSetting& setting,
                                 double seconds) {
-  const double began_s = thread_s();
+  const double began_s = thread_processor_s();
   std::vector<PegHold> holds;
   for (const Place& place : scenes.places) {
     PegHold hold;
@@ -147,7 +140,7 @@ std::vector<double> run_setting(const TrialScenes& scenes, const TrialSetting& s
   std::vector<double> numbers = largest_at_rest(scenes.plain, setting, seconds, holds);
   for (std::size_t k = 0; k < holds.size(); ++k)
     numbers.push_back(largest_at_rest(scenes.places[k].guided, setting, seconds, {holds[k]})[0]);
-  numbers.push_back(thread_s() - began_s);
+  numbers.push_back(thread_processor_s() - began_s);
   return numbers;
 }
 

@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <span>
 
+#include "host_sim/lab/planning/processor_time.hpp"
 #include "host_sim/lab/planning/sampling_planners.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/report/kept_rows.hpp"
@@ -58,9 +60,10 @@ class Bench {
     SearchLimits limits;
     limits.seconds = o.seconds;
     limits.seed = seed;
+    const double began_s = thread_processor_s();
     const SearchResult result = search_plan(view_, part, prover, start(part), goal(part), limits,
                                             [](const SearchState&) {});
-    Run run{result.found, result.state.seconds};
+    Run run{result.found, thread_processor_s() - began_s};
     if (result.found) judge(result.motion.corners, prover, part.radius_m(), run);
     return run;
   }
@@ -157,6 +160,11 @@ PlanningRow run_row(const Bench& bench, const PlanningOptions& options, Planning
   return row;
 }
 
+/// A puzzle and a planner, whatever the clearance.
+std::string planner_on(const Puzzle& puzzle, const std::string& planner) {
+  return puzzle.name.substr(0, puzzle.name.rfind('_')) + " " + planner;
+}
+
 std::vector<double> numbers_of(const PlanningRow& row) {
   return {static_cast<double>(row.runs),
           static_cast<double>(row.found),
@@ -189,15 +197,20 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options, const Plan
     planners.insert(planners.end(), sampling_planners().begin(), sampling_planners().end());
   KeptRows kept(options.rows,
                 "planners, seconds " + tools::short_number(options.seconds, 9) + ", seeds " +
-                    std::to_string(options.seeds),
+                    std::to_string(options.seeds) + (options.until_failed ? ", until failed" : ""),
                 options.resume);
   std::vector<PlanningRow> rows;
+  std::set<std::string> failed;
   for (const Puzzle& puzzle : planning_puzzles(options)) {
     std::unique_ptr<Bench> bench;
     for (const std::string& planner : planners) {
       PlanningRow row{puzzle.name, planner, puzzle.clearance_mm, puzzle.solvable};
       const std::string key = puzzle.name + " " + planner;
       const std::vector<double>* const numbers = kept.find(key);
+      if (failed.contains(planner_on(puzzle, planner))) {
+        rows.push_back(row);
+        continue;
+      }
       if (numbers == nullptr || !take_numbers(*numbers, row)) {
         if (bench == nullptr) bench = std::make_unique<Bench>(puzzle);
         row = run_row(*bench, options, row);
@@ -207,6 +220,8 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options, const Plan
                        row.planner.c_str(), static_cast<unsigned long long>(row.found),
                        static_cast<unsigned long long>(row.runs), row.median_s);
       }
+      if (options.until_failed && planner != kOurs && row.found == 0)
+        failed.insert(planner_on(puzzle, planner));
       rows.push_back(row);
       if (done) done(rows);
     }
@@ -222,8 +237,10 @@ std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
   for (const PlanningRow& row : rows) {
     const bool any = row.steps > 0;
     table.add({row.puzzle, shown_as("%g", row.clearance_mm), row.planner, row.found, row.runs,
-               shown_as("%.3g", row.median_s), shown_as("%.3g", row.most_s),
-               shown_as("%g", options.seconds), "1 to " + std::to_string(row.runs),
+               row.runs > 0 ? shown_as("%.3g", row.median_s) : Cell{},
+               row.runs > 0 ? shown_as("%.3g", row.most_s) : Cell{},
+               shown_as("%g", options.seconds),
+               row.runs > 0 ? "1 to " + std::to_string(row.runs) : Cell{},
                any ? shown_as("%.4g", row.length_mm) : Cell{},
                any ? shown_as("%.5g", 100.0 * static_cast<double>(row.certified) /
                                           static_cast<double>(row.steps))
@@ -231,12 +248,15 @@ std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
   }
   const std::string head =
       "# Planners\n\nAt most " + tools::short_number(options.seconds, 4) +
-      " s a run. `felt part` is `host_sim plan` without its shortening; the others are OMPL's, "
+      " s of a processor a run. `felt part` is `host_sim plan` without its shortening; the others "
+      "are OMPL's, "
       "with our "
       "verdict of poses and straight ways, in a box of 2.5 radii of the part about start and goal. "
       "A turn of 1 rad counts as the part's radius. The clearance is what is left on either side "
       "where "
-      "a place is tightest. `cage` has no solution. A run that finds nothing takes its time.\n\n";
+      "a place is tightest. `cage` has no solution. A run that finds nothing takes its time. A "
+      "planner with 0 runs had "
+      "failed where the clearance is larger.\n\n";
   return {{"planning.md", head + table.markdown()}, {"planning.csv", table.csv()}};
 }
 

@@ -14,9 +14,11 @@
 namespace haptic::sim {
 
 struct PlanningOptions {
-  double seconds = 120;     ///< for one run
+  double seconds = 120;     ///< of a processor, for one run
   std::uint64_t seeds = 3;  ///< runs of each planner on each puzzle
   bool ours_only = false;
+  /// A planner of OMPL that found nothing at one clearance of a puzzle is not run at smaller ones.
+  bool until_failed = false;
   bool quick = false;   ///< three puzzles, for tests
   std::string puzzles;  ///< only those whose name begins so; empty: all
   std::string rows;     ///< file that keeps the rows that are done (KeptRows); empty: none
@@ -29,8 +31,8 @@ struct PlanningRow {
   std::string puzzle, planner;
   double clearance_mm = 0;
   bool solvable = true;
-  std::uint64_t runs = 0, found = 0;
-  double median_s = 0, most_s = 0;         ///< of all runs; one that found nothing took its time
+  std::uint64_t runs = 0, found = 0;       ///< 0 runs: it had failed where there is more room
+  double median_s = 0, most_s = 0;         ///< of a processor; all runs
   double length_mm = 0;                    ///< of the shortest, before any shortening
   std::uint64_t steps = 0, certified = 0;  ///< of what was found
 };

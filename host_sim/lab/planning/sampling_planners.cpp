@@ -18,8 +18,9 @@
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
 
-#include <chrono>
 #include <stdexcept>
+
+#include "host_sim/lab/planning/processor_time.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -118,12 +119,13 @@ SamplingResult run_sampling_planner(const std::string& name, const SamplingProbl
   length->setCostThreshold(length->infiniteCost());  // any way will do
   setup.setOptimizationObjective(length);
   setup.setPlanner(planner_of(name, info));
-  const auto began = std::chrono::steady_clock::now();
+  const double began_s = thread_processor_s();
+  const auto taken_s = [&] { return thread_processor_s() - began_s; };
   const ob::PlannerStatus status = setup.solve(ob::plannerOrTerminationCondition(
-      ob::timedPlannerTerminationCondition(seconds),
+      ob::PlannerTerminationCondition([&] { return taken_s() > seconds; }),
       ob::exactSolnPlannerTerminationCondition(setup.getProblemDefinition())));
   SamplingResult result;
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  result.seconds = taken_s();
   result.solved = status == ob::PlannerStatus::EXACT_SOLUTION;
   if (!result.solved) return result;
   for (const ob::State* state : setup.getSolutionPath().getStates())

@@ -24,14 +24,15 @@ struct SamplingProblem {
 
 struct SamplingResult {
   bool solved = false;
-  double seconds = 0;
+  double seconds = 0;                ///< of a processor
   std::vector<tools::PlanPose> way;  ///< solved: free straight ways from start to goal
 };
 
 /// Names of the planners that were built in; empty: none.
 [[nodiscard]] const std::vector<std::string>& sampling_planners();
 
-/// @throws std::invalid_argument for a name that is not in the list.
+/// `seconds` of a processor at most. @throws std::invalid_argument for a name that is not in the
+/// list.
 [[nodiscard]] SamplingResult run_sampling_planner(const std::string& name,
                                                   const SamplingProblem& problem, double seconds,
                                                   std::uint32_t seed);

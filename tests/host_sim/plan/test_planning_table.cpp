@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host_sim/lab/planning/planning_table.hpp"
+#include "host_sim/lab/planning/sampling_planners.hpp"
 #include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tests/support/program_run.hpp"
@@ -70,5 +71,36 @@ TEST_SUITE("host_sim.planning_table") {
     const std::string page = planning_files(again, options)[0].content;
     for (const char* const column : {"clearance_mm", "limit_s", "seeds", "certified_percent"})
       CHECK(page.find(column) != std::string::npos);
+  }
+
+  TEST_CASE("planners: what failed with more room is not run with less, where that is asked") {
+    if (sampling_planners().empty()) {
+      MESSAGE("skipped: built without OMPL");
+      return;
+    }
+    const ScratchFolder scratch("planning_failed");
+    PlanningOptions options;
+    options.seeds = 1;
+    options.puzzles = "peg";
+    options.rows = scratch.file("rows.txt");
+    options.resume = options.until_failed = true;
+    // Every row is kept, so nothing is run: one planner fails at 1 mm, ours at 0.5 mm.
+    std::string text = "planners, seconds 120, seeds 1, until failed\n";
+    for (const Puzzle& puzzle : planning_puzzles(options)) {
+      const auto row = [&](const std::string& planner, bool found) {
+        text += puzzle.name + " " + planner + ",1," + (found ? "1" : "0") + ",1,1,10,4,4\n";
+      };
+      row("felt part", puzzle.clearance_mm != 0.5);
+      for (const std::string& planner : sampling_planners())
+        row(planner, planner != "EST" || puzzle.clearance_mm != 1);
+    }
+    write_whole_file(options.rows, text);
+    const std::vector<PlanningRow> rows = run_planning(options);
+    CHECK_FALSE(planning_passed(rows));
+    for (const PlanningRow& row : rows) {
+      CAPTURE(row.planner);
+      CAPTURE(row.clearance_mm);
+      CHECK(row.runs == (row.planner == "EST" && row.clearance_mm < 1 ? 0 : 1));
+    }
   }
 }
