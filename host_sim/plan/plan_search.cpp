@@ -68,7 +68,7 @@ class Search {
 
   SearchResult run(const PlanPose& start, const PlanPose& goal,
                    const std::function<void(const SearchState&)>& progress) {
-    began_ = std::chrono::steady_clock::now();
+    began_s_ = limits_.clock_s();
     SearchResult result;
     trees_[0] = {{}, goal};
     trees_[1] = {{}, start};
@@ -95,9 +95,7 @@ class Search {
   }
 
  private:
-  [[nodiscard]] double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
-  }
+  [[nodiscard]] double seconds() const { return limits_.clock_s() - began_s_; }
   [[nodiscard]] bool over(SearchResult& result) const {
     result.timed_out = seconds() > limits_.seconds;
     return result.timed_out ||
@@ -361,10 +359,14 @@ class Search {
   std::uint64_t branches_ = 0, pushes_ = 0;
   std::uint32_t roots_moved_ = 0;  ///< moves of both roots that were made for kBeforeRoots
   std::vector<HoldingPlane> goal_held_;
-  std::chrono::steady_clock::time_point began_;
+  double began_s_ = 0;
 };
 
 }  // namespace
+
+double wall_clock_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 SearchResult search_plan(const SceneView& scene, SlidingPart& part, StepProver& prover,
                          const PlanPose& start, const PlanPose& goal, const SearchLimits& limits,

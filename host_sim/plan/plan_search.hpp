@@ -18,8 +18,12 @@
 
 namespace haptic::sim {
 
+/// A clock on the wall [s].
+[[nodiscard]] double wall_clock_s();
+
 struct SearchLimits {
   double seconds = 120;
+  double (*clock_s)() = wall_clock_s;  ///< what the seconds are of
   std::uint64_t most_nodes = 200'000;
   std::uint64_t seed = 1;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim planners --out DIR [--seconds S] [--seeds N] [--ours-only] [--until-failed]
-// [--puzzles NAME] [--resume] ...
+// [--puzzles NAME | --scene FILE --goal POSE] [--resume] ...
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -22,6 +22,9 @@ int do_planners(const PlannersArguments& o) {
   tools::claim_folder(o.out, "--out", {"planning.md", "planning.csv"});
   PlanningOptions options = o.options;
   options.rows = o.out + "/planning_rows.txt";
+  if (options.scene.empty() != options.goal.empty() ||
+      (!options.scene.empty() && !options.puzzles.empty()))
+    throw tools::UsageError("--scene: give --goal with it, and no --puzzles");
   if (planning_puzzles(options).empty())
     throw tools::UsageError("--puzzles: no puzzle's name begins with '" + options.puzzles +
                             "'; peg, corner, window, slot, ring, twist and cage are puzzles");
@@ -53,6 +56,10 @@ Command add_planners_command(CLI::App& program) {
   app->add_flag("--quick", o->options.quick, "three puzzles, for tests");
   app->add_option("--puzzles", o->options.puzzles,
                   "only those whose name begins so: ring, ring_0.1");
+  app->add_option("--scene", o->options.scene,
+                  "a compiled scene instead of puzzles, from its start");
+  app->add_option("--goal", o->options.goal,
+                  "with --scene: x,y,z[,qw,qx,qy,qz] of the moving part's file frame [m, or 5mm]");
   app->add_flag("--resume", o->options.resume,
                 "goes on with the rows that a run with the same options left in the folder");
   app->add_flag("--progress", o->options.progress, "a line per planner on standard error");

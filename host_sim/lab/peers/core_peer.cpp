@@ -106,8 +106,8 @@ Real GeometricQuery::query(const Pose& pose_wa) {
              : found.d_near_m;
 }
 
-constexpr double kEpsilon_m = 1e-4;  // the paper's, of the near set
-constexpr double kStiffness_n_per_m = 1000.0;
+constexpr double kPaperEpsilon_m = 1e-4;  // the paper's, of the near set
+constexpr double kPeerStiffness_n_per_m = 1000.0;
 
 Pose pose_of(const PeerPose& pose) {
   return pose_at(Vector(pose.p_wa[0], pose.p_wa[1], pose.p_wa[2]),
@@ -163,7 +163,7 @@ PeerAnswer CorePeer::answer() const {
 class LiteralPeer final : public PeerQuery {
  public:
   LiteralPeer(const Solid& a, const Solid& b, DeltaReading reading)
-      : session_(scene_of(a, {&b, 1}, kStiffness_n_per_m, kEpsilon_m), a.name + " on " + b.name),
+      : session_(scene_of(a, {&b, 1}, kPeerStiffness_n_per_m, kPaperEpsilon_m), a.name + " on " + b.name),
         tracker_(session_.view(), reading) {}
 
   void prepare(const PeerPose& pose) override { pose_ = pose_of(pose); }
@@ -175,7 +175,7 @@ class LiteralPeer final : public PeerQuery {
     answer.patch_points = static_cast<std::uint32_t>(tracker_.near_nodes(0).size());
     answer.separated = SeparatedValue::kPlane;
     Point force{}, torque{};
-    tracker_.wrench(kStiffness_n_per_m, force, torque);
+    tracker_.wrench(kPeerStiffness_n_per_m, force, torque);
     const double length =
         std::sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
     if (length > 0) answer.normal_w = {force[0] / length, force[1] / length, force[2] / length};
@@ -194,7 +194,7 @@ class LiteralPeer final : public PeerQuery {
 
 std::vector<std::byte> core_scene(const Solid& a, std::span<const Solid> pieces,
                                   const CoreSetting& setting) {
-  return scene_of(a, pieces, kStiffness_n_per_m, setting.epsilon_m, setting.law,
+  return scene_of(a, pieces, kPeerStiffness_n_per_m, setting.epsilon_m, setting.law,
                   setting.exact_band_m, setting.max_pair_visits);
 }
 

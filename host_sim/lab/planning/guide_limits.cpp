@@ -2,11 +2,11 @@
 #include "host_sim/lab/planning/guide_limits.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <functional>
 #include <utility>
 
 #include "host_sim/lab/planning/guided_scene.hpp"
+#include "host_sim/lab/planning/processor_time.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/puzzles.hpp"
 #include "host_sim/report/kept_rows.hpp"

@@ -10,7 +10,7 @@
 namespace haptic::sim {
 namespace {
 
-constexpr const char* kColours[] = {kPointColour, kRegionColour, kLitColour, kForceColour,
+constexpr const char* kGuideColours[] = {kPointColour, kRegionColour, kLitColour, kForceColour,
                                     kTorqueColour};
 
 double median(const StudyCell& cell, double InsertionRun::*figure) {
@@ -117,13 +117,13 @@ std::string picture(const GuideStudyBench& bench, const std::vector<StudyCell>& 
     std::size_t guide = 0;
     for (const StudyCell& c : cells) {
       if (c.hand != hands[h]) continue;
-      svg += curve(panel, times, shares_by(c, times), kColours[guide % std::size(kColours)], 1.8);
+      svg += curve(panel, times, shares_by(c, times), kGuideColours[guide % std::size(kGuideColours)], 1.8);
       ++guide;
     }
   }
   for (std::size_t g = 0; g < bench.guides.size(); ++g) {
     svg += legend_entry(70 + 180 * static_cast<double>(g), kTop + kHigh + 62,
-                        kColours[g % std::size(kColours)], bench.guides[g].name);
+                        kGuideColours[g % std::size(kGuideColours)], bench.guides[g].name);
   }
   const double below = kTop + kHigh + 100;
   svg += table_picture(cells, below);

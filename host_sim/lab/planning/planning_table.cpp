@@ -14,8 +14,10 @@
 #include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "tools/c_space/pose_text.hpp"
+#include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/plan/plan_check.hpp"
 
@@ -29,7 +31,8 @@ constexpr double kClearances_mm[] = {2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01};
 /// Halvings of a straight way of theirs, and of a step of ours.
 constexpr int kHalvings = 14;
 
-tools::SceneBytes compiled(const Puzzle& puzzle) {
+tools::SceneBytes compiled(const Puzzle& puzzle, const PlanningOptions& options) {
+  if (!options.scene.empty()) return tools::read_scene_bytes(options.scene);
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.file("ell_insert"));
   write_whole_file(folder.file("ell_insert/insert.obj"), gallery_file("ell_insert", "insert.obj"));
@@ -47,11 +50,18 @@ struct Run {
 /// One puzzle with what its runs share.
 class Bench {
  public:
-  explicit Bench(const Puzzle& puzzle) : puzzle_(puzzle), bytes_(compiled(puzzle)) {
-    if (SceneView::open(bytes_.span(), view_) != RtStatus::kOk)
-      throw tools::InputError(puzzle.name + ": the puzzle just compiled does not open");
+  Bench(const Puzzle& puzzle, const PlanningOptions& options)
+      : puzzle_(puzzle), bytes_(compiled(puzzle, options)) {
+    const CoreSession session(bytes_.span(), puzzle.name, GoalContact::kLeftOut);  // checks it
+    static_cast<void>(SceneView::open(bytes_.span(), view_));
     check_ = std::make_unique<tools::PlanCheck>(view_);
     tolerance_m_ = plan_tolerance_m(view_);
+    const SlidingPart part(view_);
+    StepProver prover(view_, tolerance_m_);
+    if (!prover.is_free(start(part)))
+      throw tools::InputError(puzzle.name + ": the start is not free; give the scene another");
+    if (!prover.is_free(goal(part)))
+      throw tools::InputError(puzzle.name + ": the goal is not free; give another pose");
   }
 
   [[nodiscard]] Run ours(const PlanningOptions& o, std::uint64_t seed) const {
@@ -60,6 +70,7 @@ class Bench {
     SearchLimits limits;
     limits.seconds = o.seconds;
     limits.seed = seed;
+    limits.clock_s = thread_processor_s;
     const double began_s = thread_processor_s();
     const SearchResult result = search_plan(view_, part, prover, start(part), goal(part), limits,
                                             [](const SearchState&) {});
@@ -125,6 +136,8 @@ class Bench {
 }  // namespace
 
 std::vector<Puzzle> planning_puzzles(const PlanningOptions& options) {
+  if (!options.scene.empty())
+    return {{std::filesystem::path(options.scene).stem().string(), "", options.goal}};
   std::vector<Puzzle> puzzles;
   if (options.quick) {
     puzzles = {peg_puzzle(0.1), corner_puzzle(1), window_puzzle(1)};
@@ -197,7 +210,8 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options, const Plan
     planners.insert(planners.end(), sampling_planners().begin(), sampling_planners().end());
   KeptRows kept(options.rows,
                 "planners, seconds " + tools::short_number(options.seconds, 9) + ", seeds " +
-                    std::to_string(options.seeds) + (options.until_failed ? ", until failed" : ""),
+                    std::to_string(options.seeds) + (options.until_failed ? ", until failed" : "") +
+                    (options.scene.empty() ? "" : ", to " + options.goal),
                 options.resume);
   std::vector<PlanningRow> rows;
   std::set<std::string> failed;
@@ -212,7 +226,7 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options, const Plan
         continue;
       }
       if (numbers == nullptr || !take_numbers(*numbers, row)) {
-        if (bench == nullptr) bench = std::make_unique<Bench>(puzzle);
+        if (bench == nullptr) bench = std::make_unique<Bench>(puzzle, options);
         row = run_row(*bench, options, row);
         kept.keep(key, numbers_of(row));
         if (options.progress)
@@ -220,7 +234,7 @@ std::vector<PlanningRow> run_planning(const PlanningOptions& options, const Plan
                        row.planner.c_str(), static_cast<unsigned long long>(row.found),
                        static_cast<unsigned long long>(row.runs), row.median_s);
       }
-      if (options.until_failed && planner != kOurs && row.found == 0)
+      if (options.until_failed && puzzle.clearance_mm > 0 && planner != kOurs && row.found == 0)
         failed.insert(planner_on(puzzle, planner));
       rows.push_back(row);
       if (done) done(rows);
@@ -236,15 +250,15 @@ std::vector<OutputText> planning_files(const std::vector<PlanningRow>& rows,
       "certified_percent");
   for (const PlanningRow& row : rows) {
     const bool any = row.steps > 0;
-    table.add({row.puzzle, shown_as("%g", row.clearance_mm), row.planner, row.found, row.runs,
-               row.runs > 0 ? shown_as("%.3g", row.median_s) : Cell{},
-               row.runs > 0 ? shown_as("%.3g", row.most_s) : Cell{},
-               shown_as("%g", options.seconds),
-               row.runs > 0 ? "1 to " + std::to_string(row.runs) : Cell{},
-               any ? shown_as("%.4g", row.length_mm) : Cell{},
-               any ? shown_as("%.5g", 100.0 * static_cast<double>(row.certified) /
-                                          static_cast<double>(row.steps))
-                   : Cell{}});
+    table.add(
+        {row.puzzle, row.clearance_mm > 0 ? shown_as("%g", row.clearance_mm) : Cell{}, row.planner,
+         row.found, row.runs, row.runs > 0 ? shown_as("%.3g", row.median_s) : Cell{},
+         row.runs > 0 ? shown_as("%.3g", row.most_s) : Cell{}, shown_as("%g", options.seconds),
+         row.runs > 0 ? "1 to " + std::to_string(row.runs) : Cell{},
+         any ? shown_as("%.4g", row.length_mm) : Cell{},
+         any ? shown_as("%.5g",
+                        100.0 * static_cast<double>(row.certified) / static_cast<double>(row.steps))
+             : Cell{}});
   }
   const std::string head =
       "# Planners\n\nAt most " + tools::short_number(options.seconds, 4) +

@@ -21,6 +21,8 @@ struct PlanningOptions {
   bool until_failed = false;
   bool quick = false;   ///< three puzzles, for tests
   std::string puzzles;  ///< only those whose name begins so; empty: all
+  std::string scene;    ///< a compiled scene instead of puzzles, from its start
+  std::string goal;     ///< with `scene`: pose of the moving part's file frame
   std::string rows;     ///< file that keeps the rows that are done (KeptRows); empty: none
   bool resume = false;  ///< goes on with that file
   bool progress = false;
@@ -29,7 +31,7 @@ struct PlanningOptions {
 /// A planner on a puzzle, over all seeds.
 struct PlanningRow {
   std::string puzzle, planner;
-  double clearance_mm = 0;
+  double clearance_mm = 0;  ///< 0: none that is stated
   bool solvable = true;
   std::uint64_t runs = 0, found = 0;       ///< 0 runs: it had failed where there is more room
   double median_s = 0, most_s = 0;         ///< of a processor; all runs
@@ -37,7 +39,7 @@ struct PlanningRow {
   std::uint64_t steps = 0, certified = 0;  ///< of what was found
 };
 
-/// The puzzles that are asked for.
+/// The puzzles that are asked for; of a scene of its own the one, with neither text nor clearance.
 [[nodiscard]] std::vector<Puzzle> planning_puzzles(const PlanningOptions& options);
 
 /// `done` is called after each row with all that are done.

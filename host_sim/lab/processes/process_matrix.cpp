@@ -29,7 +29,7 @@ namespace haptic::sim {
 namespace {
 
 // Heights of the hand's target about touch, as in the fault matrix.
-constexpr double kFree_m = 0.005, kLight_m = -0.004, kFirm_m = -0.0185;
+constexpr double kAbove_m = 0.005, kLight_m = -0.004, kFirm_m = -0.0185;
 constexpr std::uint32_t kDeadman = 1;
 // Of the force that the hand reaches by pressing: what counts as pressed, light and firm.
 constexpr double kLightly_n = 0.3, kFirmly_n = 2.0;
@@ -153,9 +153,9 @@ class ProcessPlay {
 };
 
 bool ProcessPlay::arm_free() {
-  device_.hold(kFree_m, 0);
+  device_.hold(kAbove_m, 0);
   sleep_ms(100);
-  device_.hold(kFree_m, kDeadman);
+  device_.hold(kAbove_m, kDeadman);
   sleep_ms(250);
   return true;
 }
@@ -293,7 +293,7 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
   }
   if (fault.cause == ProcessCause::kReplace) {
     // Armed again, the new device's own limit holds.
-    device_.hold(kFree_m, 0);
+    device_.hold(kAbove_m, 0);
     sleep_ms(300);
     const std::size_t from = device_.record().commands.size();
     (void)arm_free();
