@@ -11,7 +11,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr const char* kGuideColours[] = {kPointColour, kRegionColour, kLitColour, kForceColour,
-                                    kTorqueColour};
+                                         kTorqueColour};
 
 double median(const StudyCell& cell, double InsertionRun::*figure) {
   return quantile(cell.sorted(figure), 0.5);
@@ -117,7 +117,8 @@ std::string picture(const GuideStudyBench& bench, const std::vector<StudyCell>& 
     std::size_t guide = 0;
     for (const StudyCell& c : cells) {
       if (c.hand != hands[h]) continue;
-      svg += curve(panel, times, shares_by(c, times), kGuideColours[guide % std::size(kGuideColours)], 1.8);
+      svg += curve(panel, times, shares_by(c, times),
+                   kGuideColours[guide % std::size(kGuideColours)], 1.8);
       ++guide;
     }
   }
