@@ -59,7 +59,7 @@ TEST_CASE("contact_workload: a quarter to a third of the poses are in contact") 
     for (const std::uint64_t seed : {1u, 5u}) {
       CAPTURE(pair.name);
       CAPTURE(seed);
-      const TruthfulWorkload workload = truthful_workload(pair, 20000, seed);
+      const TruthfulWorkload workload = truthful_workload(pair, 8000, seed);
       CHECK(workload.penetrating_share() > 0.25);
       CHECK(workload.penetrating_share() < 0.33);
     }

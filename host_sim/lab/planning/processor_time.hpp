@@ -13,4 +13,11 @@ namespace haptic::sim {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// Of the whole process, in s.
+[[nodiscard]] inline double process_processor_s() {
+  timespec now{};
+  static_cast<void>(::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now));
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 }  // namespace haptic::sim

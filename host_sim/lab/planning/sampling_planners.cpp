@@ -119,8 +119,9 @@ SamplingResult run_sampling_planner(const std::string& name, const SamplingProbl
   length->setCostThreshold(length->infiniteCost());  // any way will do
   setup.setOptimizationObjective(length);
   setup.setPlanner(planner_of(name, info));
-  const double began_s = thread_processor_s();
-  const auto taken_s = [&] { return thread_processor_s() - began_s; };
+  // Of the process: PRM asks from a thread of its own, too, whether its time is over.
+  const double began_s = process_processor_s();
+  const auto taken_s = [&] { return process_processor_s() - began_s; };
   const ob::PlannerStatus status = setup.solve(ob::plannerOrTerminationCondition(
       ob::PlannerTerminationCondition([&] { return taken_s() > seconds; }),
       ob::exactSolnPlannerTerminationCondition(setup.getProblemDefinition())));

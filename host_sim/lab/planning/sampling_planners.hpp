@@ -31,7 +31,8 @@ struct SamplingResult {
 /// Names of the planners that were built in; empty: none.
 [[nodiscard]] const std::vector<std::string>& sampling_planners();
 
-/// `seconds` of a processor at most. @throws std::invalid_argument for a name that is not in the
+/// `seconds` of a processor at most, by the clock of the process, which must run nothing else
+/// meanwhile. @throws std::invalid_argument for a name that is not in the
 /// list.
 [[nodiscard]] SamplingResult run_sampling_planner(const std::string& name,
                                                   const SamplingProblem& problem, double seconds,
