@@ -99,13 +99,13 @@ TEST_SUITE("host_sim.acceptance") {
 
   TEST_CASE("our own meshes are accepted, damaged ones too, and what is said is true") {
     AcceptanceSize size;
-    size.damaged = 21;
+    size.damaged = 42;
     const AcceptanceResult result = run_acceptance(size);
     CAPTURE(acceptance_page(result));
     CHECK(result.failures() == 0);
     CHECK(result.whole.size() == good_meshes().size());
     for (const Acceptance& a : result.whole) CHECK(a.accepted());
-    CHECK(result.damaged.size() == 21);
+    CHECK(result.damaged.size() == 42);
   }
 
   TEST_CASE("a mesh that takes too long is not ended, and ends nothing") {
