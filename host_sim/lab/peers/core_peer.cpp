@@ -163,7 +163,8 @@ PeerAnswer CorePeer::answer() const {
 class LiteralPeer final : public PeerQuery {
  public:
   LiteralPeer(const Solid& a, const Solid& b, DeltaReading reading)
-      : session_(scene_of(a, {&b, 1}, kPeerStiffness_n_per_m, kPaperEpsilon_m), a.name + " on " + b.name),
+      : session_(scene_of(a, {&b, 1}, kPeerStiffness_n_per_m, kPaperEpsilon_m),
+                 a.name + " on " + b.name),
         tracker_(session_.view(), reading) {}
 
   void prepare(const PeerPose& pose) override { pose_ = pose_of(pose); }
