@@ -173,7 +173,7 @@ PlanningRow run_row(const Bench& bench, const PlanningOptions& options, Planning
   return row;
 }
 
-/// A puzzle and a planner, whatever the clearance.
+/// A planner on a puzzle of any clearance.
 std::string planner_on(const Puzzle& puzzle, const std::string& planner) {
   return puzzle.name.substr(0, puzzle.name.rfind('_')) + " " + planner;
 }
