@@ -78,7 +78,7 @@ TEST_SUITE("host_sim.hole_divisions") {
     CHECK_FALSE(same_pieces(inserts[0], inserts[1]));
   }
 
-  TEST_CASE("faces in every tick, the rest by share, forces as strong as the paper's [long]") {
+  TEST_CASE("faces in every tick, the rest by share, forces as strong as the paper's") {
     if (HAPTIC_REAL_IS_FLOAT) return;
     for (const DivisionCase& contact : hole_division_cases()) {
       CAPTURE(contact.title);
