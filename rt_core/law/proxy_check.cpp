@@ -80,7 +80,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
                                    ProxyTick& tick) const noexcept {
   SharedGap best;
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!pair.view->has_skin() || pair.inside) return best;
+  if (!pair.view->has_facet() || pair.inside) return best;
   const Real least_valid = -valid_depth(parameters_.scale);
   std::uint32_t asked = 0;
   for (const ImposedPlane& imposed : imposed_) {

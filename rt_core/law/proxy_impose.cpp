@@ -96,7 +96,7 @@ bool Proxy::is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept {
 /// would along it: at p, or at the end of `step`. Not asked of others.
 bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!pair.view->has_skin() || pair.inside) return true;
+  if (!pair.view->has_facet() || pair.inside) return true;
   // Not where the features lie over each other elsewhere, but where the pieces are nearest.
   const auto touches = [&](const PlaneRegion& region) {
     const Real most_m = region.gap.gap_m + parameters_.scale.tolerance_m;
@@ -120,7 +120,7 @@ bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick)
 /// that follow another pair come last. None: the length of the list.
 std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real least_m,
                                       ProxyTick& tick) noexcept {
-  if (!pairs_[reached_[check.worst].pair].view->has_skin()) return check.worst;
+  if (!pairs_[reached_[check.worst].pair].view->has_facet()) return check.worst;
   for (const bool follow : {false, true}) {
     std::array<std::uint32_t, kMaxMeetingLooks> worst;
     std::uint32_t count = 0;

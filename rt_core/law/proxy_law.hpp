@@ -36,7 +36,7 @@ namespace haptic {
 /// Lengths of the passes; they grow with the part.
 struct ProxyScale {
   Real tolerance_m = 0;             ///< depth that counts as free
-  Real skin_m = 0;                  ///< gap that is held between a facet and anything else
+  Real skin_m = 0;                  ///< gap that is held in a scene with facets
   Real step_m = 0;                  ///< largest displacement of a pass
   Real turn_rad = 0;                ///< largest turn of a pass
   Real margin_m = 0;                ///< what corrections may add to a displacement
@@ -272,14 +272,18 @@ class Proxy {
   }
   /// What the gap of every pair that is not in the list is at least.
   [[nodiscard]] Real unlisted_m() const noexcept {
-    const Real skin_m = scene_[0].has_facets() ? parameters_.scale.skin_m : Real{0};
-    return near_pairs_.unlisted_m(odometer_m()) - skin_m;
+    return near_pairs_.unlisted_m(odometer_m()) - skin_m();
+  }
+  /// Held between every two pieces of a scene with facets, solid ones too: where a solid and a
+  /// facet lie in one plane, the part slides on evenly.
+  [[nodiscard]] Real skin_m() const noexcept {
+    return has_facets() ? parameters_.scale.skin_m : Real{0};
   }
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
   /// The direction along which the gap of a pair of facets has been measured.
   static void hold(ProxyPair& pair, const Vec3& normal_w) noexcept {
-    if (!pair.view->has_skin()) return;
+    if (!pair.view->has_facet()) return;
     pair.held_w = normal_w;
     pair.has_held = true;
   }

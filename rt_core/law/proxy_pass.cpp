@@ -300,7 +300,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     const std::uint32_t worst = worst_that_meets(result, step, least_m, tick);
     const ReachedPair& lacking = reached_[result.worst];
     const bool has_room =
-        pairs_[lacking.pair].view->has_skin() && lacking.gap_m > scale.tolerance_m;
+        pairs_[lacking.pair].view->has_facet() && lacking.gap_m > scale.tolerance_m;
     if (worst == reached_.size() && has_room) {
       const Real moved_m = s * far + s_turn * turn * parameters_.radius_m;
       const Real least = nearer < kMostNearer ? kNearerShare : kLeastRoom;

@@ -162,7 +162,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     gap = clear;
     if (reached.exact_p && !pair.known) {
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
-      if (pair.view->has_skin()) gap = std::max(gap, clear);  // boxes know more of a facet
+      if (pair.view->has_facet()) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
       if (gap >= reach_m_) return false;
     }
@@ -241,7 +241,7 @@ void Proxy::enter(std::uint32_t slot) noexcept {
   const SceneView& scene = scene_[0];
   PairView& view = views_[slot];
   view = scene.pair(near.pair);
-  if (view.a.is_facet() || view.b.is_facet()) view.skin_m = parameters_.scale.skin_m;
+  view.skin_m = skin_m();
   const BodyRecord& body = scene.bodies()[view.b.record->body];
   ProxyPair& pair = pairs_[slot];
   pair = ProxyPair{};

@@ -137,11 +137,12 @@ struct PairView {
   const FixedPairRecord* fixed = nullptr;  ///< of a part that never turns, else null
   const FixedPlane* planes = nullptr;      ///< of the pair; null without `fixed`
   const FixedNode* plane_nodes = nullptr;
-  /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m].
+  /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m];
+  /// law proxy alone sets it.
   Real skin_m = 0;
 
-  /// One of the two is a facet, as law proxy sees it, which alone sets skin_m.
-  [[nodiscard]] bool has_skin() const noexcept { return kSceneTraits.facets && skin_m > 0; }
+  /// One of the two is a facet.
+  [[nodiscard]] bool has_facet() const noexcept { return a.is_facet() || b.is_facet(); }
   [[nodiscard]] bool has_lists() const noexcept {
     return kSceneTraits.free_orientation && graph_stored;
   }

@@ -86,42 +86,6 @@ std::vector<ComparedScene> compared_scenes() {
   return scenes;
 }
 
-/// Whether a point lies in a triangle or on its border, but for rounding.
-bool holds(const FuzzMesh& mesh, const std::array<std::uint32_t, 3>& t, const Vector& normal,
-           const Vector& point) {
-  constexpr double kRounding_m = 1e-12;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector& from = mesh.vertices[t[k]];
-    const Vector inward = normal.cross(mesh.vertices[t[(k + 1) % 3]] - from).normalized();
-    if (inward.dot(point - from) < -kRounding_m) return false;
-  }
-  return std::abs(normal.dot(point - mesh.vertices[t[0]])) < kRounding_m;
-}
-
-/// A closed mesh with every face moved outwards by `by_m`: the shortest way of each corner that
-/// does so to all faces on which it lies.
-FuzzMesh swollen(FuzzMesh mesh, double by_m) {
-  std::vector<Vector> normals;
-  for (const auto& t : mesh.triangles) {
-    const Vector& from = mesh.vertices[t[0]];
-    normals.push_back((mesh.vertices[t[1]] - from).cross(mesh.vertices[t[2]] - from).normalized());
-  }
-  std::vector<Vector> moved;
-  for (const Vector& vertex : mesh.vertices) {
-    // Normal equations of n.d = by_m, least where the faces leave d free.
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    Vector right = Vector::Zero();
-    for (std::size_t k = 0; k < normals.size(); ++k) {
-      if (!holds(mesh, mesh.triangles[k], normals[k], vertex)) continue;
-      sum += normals[k] * normals[k].transpose();
-      right += normals[k] * by_m;
-    }
-    moved.push_back(vertex + sum.completeOrthogonalDecomposition().solve(right));
-  }
-  mesh.vertices = std::move(moved);
-  return mesh;
-}
-
 /// Poses of the device, tick by tick.
 std::vector<Pose> walked(const std::vector<Vector>& stations, const Gait& gait) {
   std::vector<Pose> poses;
@@ -144,12 +108,6 @@ std::vector<Pose> walked(const std::vector<Vector>& stations, const Gait& gait) 
     poses.push_back(pose_at(p, yaw * roll));
   }
   return poses;
-}
-
-/// How far from each other the scene holds its parts.
-double skin_m(const CompiledSurface& scene) {
-  const CoreSession session(scene.blob, scene.name, GoalContact::kLeftOut);
-  return session.view().has_facets() ? static_cast<double>(proxy_scale(session.view()).skin_m) : 0;
 }
 
 SurfaceComparisonRow compared(const ComparedScene& scene, const Gait& gait,
@@ -212,7 +170,7 @@ SurfaceComparison compare_surfaces(PartKind as, bool faulty, const RunOptions& o
         scene.part_as = scene.around_as = as;
         others[k] = compiled_surface(scene, 0, kDefaultProxyPasses);
         scene.part_as = scene.around_as = PartKind::kSolid;
-        scene.around = swollen(scene.around, skin_m(others[k]));
+        scene.has_bystander = as == PartKind::kSurface;
         solids[k] = compiled_surface(scene, 0, kDefaultProxyPasses);
       });
   SurfaceComparison comparison;
@@ -234,8 +192,8 @@ std::string surface_comparison_page(const SurfaceComparison& comparison) {
           to_text(comparison.as) +
           ". Differences of the force over the ticks with a force; at most " +
           number_text(widen(kMostApart_n)) +
-          " N pass. Facets are held apart by a skin: the solid obstacle "
-          "is larger by it, so that both hold the part at the same place.\n\n";
+          " N pass. Scenes with facets hold all parts apart by a skin, "
+          "so a facet out of reach stands beside the solids.\n\n";
   return text + table_of(comparison).markdown();
 }
 

@@ -200,6 +200,8 @@ CompiledSurface compiled(const tools::SceneFile& file) {
   return result;
 }
 
+constexpr const char* kBystander_obj = "v -0.01 0.2 0\nv 0.01 0.2 0\nv 0 0.2 0.01\nf 1 2 3\n";
+
 /// The line of a scene file that says how a part is taken.
 std::string as_line(PartKind kind) { return "as = \"" + std::string(to_text(kind)) + "\"\n"; }
 
@@ -238,6 +240,9 @@ std::string scene_text(const SurfaceScene& scene, double friction, std::uint32_t
   text += "material = \"part\"\n" + as_line(scene.part_as);
   text += "[[static]]\nmesh = \"around.obj\"\nscale_to_m = 1\nmaterial = \"around\"\n" +
           as_line(scene.around_as);
+  if (scene.has_bystander) {
+    text += "[[static]]\nmesh = \"bystander.obj\"\nscale_to_m = 1\n" + as_line(PartKind::kSurface);
+  }
   append_line(text, "[rendering]\nk_f_n_per_m = %g", kStiffness_n_per_m);
   append_line(text, "[coupling]\npasses = %u", passes);
   append_line(text, "[[friction]]\nmaterials = [\"part\", \"around\"]\nmu = %.17g", friction);
@@ -251,6 +256,7 @@ CompiledSurface compiled_surface(const SurfaceScene& scene, double friction, std
   };
   put("part.obj", obj_text(scene.part));
   put("around.obj", obj_text(scene.around));
+  if (scene.has_bystander) put("bystander.obj", kBystander_obj);
   const std::string text = scene_text(scene, friction, passes);
   return compiled(tools::parse_scene_file(text, scene.name, folder.path()));
 }

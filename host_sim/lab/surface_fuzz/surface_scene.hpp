@@ -22,6 +22,8 @@ struct SurfaceScene {
   std::string name;
   FuzzMesh part, around;
   PartKind part_as = PartKind::kSolid, around_as = PartKind::kSolid;
+  /// With a facet out of reach, so that solids are held apart by the skin of facets.
+  bool has_bystander = false;
   double share = 1;  ///< of the ticks; less where they take longer
   /// A way through the obstacle: into its hole where it has one, across the middle of a sheet.
   Vector through_at = Vector::Zero(), through_axis = Vector::UnitZ();

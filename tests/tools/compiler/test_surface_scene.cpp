@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <limits>
 
 #include "rt_core/haptic_core.hpp"
 #include "tests/support/program_run.hpp"
@@ -121,6 +122,21 @@ TEST_SUITE("tools.surface_scene") {
       }
       CHECK(folds == 1);
     }
+  }
+
+  TEST_CASE("a solid in the plane of a sheet holds the part where the sheet does") {
+    const ScratchFolder folder("sheet");
+    const SceneBytes bytes{
+        compile_scene(sheet_scene(folder, 0.0,
+                                  "[[static]]\nshape = \"box\"\nsize_m = [0.02, 0.02, 0.01]\n"
+                                  "position_m = [-0.03, 0.01, -0.005]\n"),
+                      {})
+            .bytes};
+    const Wrench on_sheet = pressed(bytes, 0.005, 0.005, -0.002);
+    const Wrench on_solid = pressed(bytes, -0.035, 0.005, -0.002);
+    constexpr Real kRounding_n = 1e5_r * std::numeric_limits<Real>::epsilon();
+    CHECK(on_sheet.force_w.z() > 1.6_r);
+    CHECK(std::abs(on_solid.force_w.z() - on_sheet.force_w.z()) < kRounding_n);
   }
 
   TEST_CASE("a flat sheet is one facet") {
