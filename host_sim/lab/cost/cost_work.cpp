@@ -116,7 +116,8 @@ CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
       const StepInput input = input_of(motion[i], i);
       StepResult step;
       least_ns[i] = std::min(least_ns[i], clock.ns_of([&] { step = session.core().step(input); }));
-      if (r == 0) run.ticks.push_back(tick_of(motion[i].t_s, step));
+      if (r > 0) continue;  // what a guide has done stays done, so a later run is another one
+      run.ticks.push_back(tick_of(motion[i].t_s, step));
       question.state_hash = step.state_hash;
     }
   }
