@@ -2,6 +2,7 @@
 // The proxy on triangle meshes under random devices, and proof that the checks can fail.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -75,7 +76,11 @@ TEST_SUITE("host_sim.surface_fuzz") {
       INFO(row.scene);
       CHECK(row.median_n < (sizeof(Real) == sizeof(float) ? 1e-3 : 1e-13));
       CHECK(row.p99_n < (sizeof(Real) == sizeof(float) ? 2 : 2e-6));
+      CHECK(row.farther_off_n < (sizeof(Real) == sizeof(float) ? 2 : 1e-13));
     }
+    // Both blocks have a flat top.
+    CHECK(std::ranges::count_if(compared.rows, [](const auto& row) { return row.on_top > 50; }) ==
+          6);
   }
 
   TEST_CASE("[long] closed meshes: the same on 40 pairs over a million ticks and another seed") {
@@ -151,7 +156,9 @@ TEST_SUITE("host_sim.surface_fuzz") {
       CHECK(row.largest_n == 0);
       CHECK(row.largest_force_n > 2);
     }
-    CHECK(compare_surfaces(PartKind::kSolid, true, {2, false}).failed());
+    const SurfaceComparison moved = compare_surfaces(PartKind::kSolid, true, {2, false});
+    CHECK(moved.failed());
+    CHECK(moved.rows.front().farther_off_n > 0.5);
   }
 
   TEST_CASE("a scene file is run as it says, about its own grip") {

@@ -23,6 +23,10 @@ struct SurfaceComparisonRow {
   std::uint64_t ticks = 0, held = 0;  ///< held: with a force above 1 mN in either
   double largest_force_n = 0;
   double median_n = 0, p99_n = 0, largest_n = 0;  ///< of the difference, over the held ticks
+  /// Ticks in which a flat top alone holds the part in both, so that the force is known; how far
+  /// the solids' is from it at most, and by how much the other's is farther in the same tick.
+  std::uint64_t on_top = 0;
+  double solid_off_n = 0, farther_off_n = 0;
 
   [[nodiscard]] bool failed() const { return held == 0 || !(largest_n <= kMostApart_n); }
 };
