@@ -110,7 +110,7 @@ std::string picture(const GuideStudyBench& bench, const std::vector<StudyCell>& 
   }
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const Panel panel{
-        70 + kApart * static_cast<double>(h), kTop, kWide, kHigh, 0, bench.task.limit_s, 0, 102};
+        78 + kApart * static_cast<double>(h), kTop, kWide, kHigh, 0, bench.task.limit_s, 0, 102};
     svg += panel_frame(panel, h == 0 ? "in (%)" : " ", true);
     svg += text_at(panel.left + kWide / 2, kTop - 10, hands[h] + " hand", "middle", 13);
     svg += text_at(panel.left + kWide, kTop + kHigh + 32, "time (s)", "end", 12);
