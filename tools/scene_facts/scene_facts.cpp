@@ -148,9 +148,13 @@ std::string section_name(SectionId id) {
                                            "fixed pairs",
                                            "fixed planes",
                                            "fixed nodes",
-                                           "simplified"};
+                                           "simplified",
+                                           "cone ranges",
+                                           "cone directions",
+                                           "guide",
+                                           "guide stations"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kSimplified));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kGuideStations));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }

@@ -78,6 +78,8 @@ struct BodyFacts {
   std::uint32_t planes = 0;
   std::vector<PieceFacts> pieces;
   BodyRecheck recheck;
+  /// A surface: facets, which have no volume.
+  [[nodiscard]] bool is_surface() const { return !pieces.empty() && pieces.front().faces == 2; }
 };
 
 struct SceneFacts {

@@ -64,9 +64,11 @@ SceneProof wholeness(const SceneFacts& facts) {
                    "repeat; a piece lost or doubled since then would show here.",
                    "", ProofResult::kHolds};
   for (const BodyFacts& body : facts.bodies) {
-    const double share = std::abs(body.recheck.volume_m3 - body.volume_m3) / body.volume_m3;
-    proof.figures += formatted("%s'%.100s': volumes %.2g apart, ",
-                               proof.figures.empty() ? "" : "; ", body.name.c_str(), share);
+    const double off_m3 = std::abs(body.recheck.volume_m3 - body.volume_m3);
+    const double share = body.is_surface() ? 0 : off_m3 / body.volume_m3;
+    proof.figures += (proof.figures.empty() ? "'" : "; '") + body.name + "': ";
+    proof.figures += body.is_surface() ? "a surface, without volume, "
+                                       : formatted("volumes %.2g apart, ", share);
     proof.figures += grouped(body.recheck.source_conflicts) + " vertices at odds";
     if (!(share <= kVolumeShare) || body.recheck.source_conflicts > 0) {
       proof.result = ProofResult::kFails;
@@ -83,6 +85,12 @@ SceneProof completeness(const Inspection& inspection) {
       "is marked as unable to: which features other pieces hide and which orientations "
       "are allowed was decided again from these bytes, with other arithmetic.",
       "", ProofResult::kHolds};
+  if (p.holds() && p.has_facets) {
+    proof.figures =
+        "beside surfaces only features inside of solids are left out, and the second decision "
+        "hides each of them too";
+    return proof;
+  }
   if (p.holds()) {
     proof.figures = grouped(p.needed) + " contacts are needed by the second decision, " +
                     grouped(p.counts.live.all()) + " are kept, none is missing";

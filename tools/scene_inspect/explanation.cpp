@@ -141,6 +141,17 @@ std::string unshown_rows(std::size_t count) {
 std::string left_out_as_text(const Inspection& inspection) {
   const PruningRecheck& p = inspection.pruning;
   const PairCounts& n = p.counts;
+  if (p.has_facets) {
+    return wrapped(
+        motion_sentence(inspection.facts.parameters.envelope) +
+            "Beside a surface no contact is left out beforehand: whether it carries a force is "
+            "told in the tick by what goes on beside the facet. " +
+            of_all(sum_of(p.pieces, &PieceHidden::faces)) + " faces, " +
+            of_all(sum_of(p.pieces, &PieceHidden::edges)) + " edges and " +
+            of_all(sum_of(p.pieces, &PieceHidden::vertices)) +
+            " vertices are hidden where a part goes on in another piece.",
+        2);
+  }
   const std::size_t all = n.nodes.all();
   const std::string occurring = n.reachable.all() == all
                                     ? "All " + grouped(all) + " basic contacts can occur."
@@ -179,8 +190,11 @@ std::string left_out_as_text(const Inspection& inspection) {
 /// first 20 of each.
 std::string pruning_tables_as_text(const Inspection& inspection) {
   const PruningRecheck& p = inspection.pruning;
-  std::string text = formatted("    %-15s %-22s %-22s %-22s %s\n", "moving, static", "all (A B C)",
-                               "can occur", "exposed", "live");
+  std::string text;
+  if (!p.pairs.empty()) {
+    text = formatted("    %-15s %-22s %-22s %-22s %s\n", "moving, static", "all (A B C)",
+                     "can occur", "exposed", "live");
+  }
   for (std::size_t i = 0; i < std::min(p.pairs.size(), kPrunedRows); ++i) {
     const PairPruning& pair = p.pairs[i];
     text +=
@@ -261,7 +275,7 @@ std::string counted(std::uint64_t n, const std::string& one) {
 std::string simplified_sentence(const BodyFacts& body) {
   if (!body.simplified) return "";
   const SimplifiedBody& s = *body.simplified;
-  const bool is_solid = body.volume_m3 > 0;
+  const bool is_solid = !body.is_surface();
   const std::string text = std::string("It is NOT the ") + (is_solid ? "solid" : "surface") +
                            " of its mesh but was simplified: no point of either surface is "
                            "farther than " +
@@ -274,11 +288,15 @@ std::string simplified_sentence(const BodyFacts& body) {
 std::string body_sentences(const Inspection& inspection, std::size_t index,
                            std::size_t first_piece) {
   const BodyFacts& body = inspection.facts.bodies[index];
-  std::string text = "'" + body.name + "' " +
-                     (index == 0 ? "moves with the hand." : "stands still.") + " Volume " +
-                     short_number(1e6 * body.volume_m3, 4) + " cm3, " +
-                     counted(body.planes, "plane") + ". " + simplified_sentence(body);
+  std::string text =
+      "'" + body.name + "' " + (index == 0 ? "moves with the hand. " : "stands still. ");
   const std::size_t pieces = body.pieces.size();
+  if (body.is_surface()) {
+    return text + "It is a surface of " + counted(pieces, "flat facet") + " in " +
+           counted(body.planes, "plane") + ". " + simplified_sentence(body);
+  }
+  text += "Volume " + short_number(1e6 * body.volume_m3, 4) + " cm3, " +
+          counted(body.planes, "plane") + ". " + simplified_sentence(body);
   if (pieces == 1) {
     const PieceFacts& p = body.pieces[0];
     return text + "It is convex and stays one piece, of " + grouped(p.vertices) + " vertices, " +

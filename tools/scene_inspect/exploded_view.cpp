@@ -51,16 +51,18 @@ ExplodedPiece exploded_piece(const PieceView& view, const PieceExposure& exposur
   return piece;
 }
 
-/// Centre of volume of the pieces, each taken at its middle.
+/// Centre of volume of the pieces, each taken at its middle; of facets, which have no volume, the
+/// mean of their middles.
 Point3 centre_of(const SceneView& view, const BodyRecord& body) {
   Point3 sum{0, 0, 0};
-  double volume = 0.0;
+  double total = 0.0;
   for (std::uint32_t i = 0; i < body.piece_count; ++i) {
     const PieceRecord& piece = view.pieces()[body.piece_begin + i];
-    sum = vec::add(sum, vec::scaled(to_point(piece.centre_m), piece.volume_m3));
-    volume += piece.volume_m3;
+    const double weight = body.volume_m3 > 0 ? piece.volume_m3 : 1.0;
+    sum = vec::add(sum, vec::scaled(to_point(piece.centre_m), weight));
+    total += weight;
   }
-  return vec::scaled(sum, 1.0 / volume);
+  return vec::scaled(sum, 1.0 / total);
 }
 
 /// +1: `other` lies before `piece` as a face plane of `piece` shows, -1: behind it, 0: the plane is

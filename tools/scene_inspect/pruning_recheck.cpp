@@ -200,6 +200,7 @@ void recheck_pieces(const SceneView& view, const SceneDescription& again,
     if (result.missing == 0) result.first_missing = i;
     result.missing += missing;
   }
+  if (result.has_facets) return;
   result.needed = account.counts.live.all();
   result.counts.live = {open[0].a * open[1].b, open[0].b * open[1].a, open[0].c * open[1].c};
 }
@@ -235,6 +236,7 @@ SceneDescription description_of(const SceneView& view) {
 
 PruningRecheck recheck_pruning(const SceneView& view) {
   PruningRecheck result;
+  result.has_facets = view.has_facets();
   for (std::uint32_t b = 0; b < view.bodies().size(); ++b) {
     for (PieceExposure& exposure : exposure_of_body(view, b, body_tolerance(view, b))) {
       result.pieces.push_back(hidden_of(exposure));

@@ -46,6 +46,9 @@ struct PruningRecheck {
   std::vector<PieceExposure> exposure;  ///< by piece; what the drawing shows
   /// Every pair of pieces, also those left out; none where the scene does not list them.
   std::vector<PairPruning> pairs;
+  /// The scene has surfaces: which of their contacts carry a force is told in the tick, and nothing
+  /// is counted here.
+  bool has_facets = false;
   PairCounts counts;             ///< of all pairs
   std::uint64_t mark_bytes = 0;  ///< what the marks themselves take
   std::uint64_t needed = 0;      ///< live nodes by the repeated decision

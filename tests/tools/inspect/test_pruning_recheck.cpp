@@ -13,6 +13,7 @@
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_inspect/explanation.hpp"
+#include "tools/scene_inspect/exploded_obj.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
@@ -220,6 +221,26 @@ TEST_SUITE("tools.pruning_recheck") {
     CHECK(proof(proofs, "disjoint").figures.find("a cover") != std::string::npos);
     CHECK(is_sound(proofs));
     CHECK(doubled.view.bodies()[1].volume_m3 > 1.01 * whole_m3);
+  }
+
+  TEST_CASE("a surface beside a solid: sound, without volumes and without counts of contacts") {
+    SceneFile file = own_scene("ell_insert");
+    file.moving.kind = PartKind::kSurface;
+    const Compiled compiled(file);
+    const Inspection inspection = inspection_of(compiled.view);
+    CHECK(inspection.facts.bodies[0].is_surface());
+    CHECK_FALSE(inspection.facts.bodies[1].is_surface());
+    const auto proofs = certificates_of(inspection);
+    CHECK(is_sound(proofs));
+    CHECK(proof(proofs, "whole").figures.find("a surface, without volume") != std::string::npos);
+    const std::string text = explanation(inspection, {});
+    INFO(text);
+    CHECK(text.find("It is a surface of") != std::string::npos);
+    CHECK(text.find("18 446") == std::string::npos);
+    for (const char* word : {"nan", "inf ", "section "})
+      CHECK(text.find(word) == std::string::npos);
+    const auto drawn = exploded_bodies(compiled.view, inspection.pruning.exposure, 0.6);
+    CHECK(exploded_obj(drawn, "exploded.mtl").find("nan") == std::string::npos);
   }
 
   TEST_CASE("a pruned scene whose live contacts fit is not said to lack room for them") {
