@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim plan SCENE.rtscene --goal POSE -o PLAN
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -18,6 +20,7 @@
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -122,8 +125,33 @@ void say_impossible(const SceneView& view, const TranslationResult& result) {
       "mm\n",
       what, 1e3 * e.low.x(), 1e3 * e.high.x(), 1e3 * e.low.y(), 1e3 * e.high.y(), 1e3 * e.low.z(),
       1e3 * e.high.z());
+  if (tools::PlanLimits(view.parameters().envelope).has_box())
+    std::printf("  places beyond [motion_limits] workspace count as shut\n");
   for (const BlockingFace& face : e.faces)
     std::printf("  the %s is shut in by %s\n", what, face_text(view, face).c_str());
+}
+
+bool is_turned(const PlanPose& start, const PlanPose& goal) {
+  return turn_between(start, goal).norm() > kSameTurn_rad;
+}
+
+/// The pose of the option, which a plan file can hold and the scene's limits allow.
+PlanPose pose_of_option(const SceneView& view, const SlidingPart& part, const Pose& mesh_wa,
+                        const std::string& option) {
+  const PlanPose pose = part.grip_pose(mesh_wa);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (std::abs(pose.x0_m[k]) <= tools::kMostPlanPlace_m) continue;
+    throw tools::UsageError(
+        option + tools::formatted(": the grip point's %c is %.6g m, and a plan holds places to "
+                                  "%.3g m from the origin; give a nearer pose",
+                                  "xyz"[k], pose.x0_m[k], tools::kMostPlanPlace_m));
+  }
+  const std::string left = tools::PlanLimits(view.parameters().envelope).left_by(pose);
+  if (left.empty()) return pose;
+  throw tools::InputError(option + ": " + left +
+                          (view.is_fixed() ? "; give x,y,z within the limits and no quaternion, or "
+                                           : "; give a pose within the limits, or ") +
+                          "widen them in the scene file and compile it again");
 }
 
 void require_free(StepProver& prover, const PlanPose& pose, const std::string& option) {
@@ -155,7 +183,8 @@ ShorteningProgress say_shortening(const ShorteningLimits& limits) {
   };
 }
 
-void say_failure(const SceneView& view, const SlidingPart& part, const SearchResult& result) {
+void say_failure(const SceneView& view, const SlidingPart& part, const SearchResult& result,
+                 bool turned) {
   std::printf("no plan found in %.0f s (%llu pushes, %llu ticks); got as far as this state:\n",
               result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
               static_cast<unsigned long long>(result.state.ticks));
@@ -167,6 +196,10 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
               1e3 * result.state.nearest_m, 1e3 * part.radius_m());
   for (const HoldingPlane& plane : result.goal_held)
     std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
+  if (!turned && !view.is_fixed())
+    std::printf(
+        "  the goal is turned as the start: --method translations may find a motion that does not "
+        "turn the part, or prove that there is none\n");
 }
 
 /// The start and the goal of a plan, and what proves its steps.
@@ -302,7 +335,7 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
     if (o.json) {
       std::printf("%s\n", json.dump(2).c_str());
     } else {
-      say_failure(task.view, task.part, result);
+      say_failure(task.view, task.part, result, is_turned(task.start, task.goal));
     }
     return tools::kExitCheckFailed;
   }
@@ -316,14 +349,16 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
 }
 
 int do_plan(const PlanArguments& o) {
+  if (o.out.empty()) throw tools::UsageError("--out: is empty; name the plan to write");
   const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out");
   SlidingPart part(view);
   const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
-  const PlanPose start = part.grip_pose(start_wa);
-  const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
+  const PlanPose start = pose_of_option(view, part, start_wa, "--start");
+  const PlanPose goal =
+      pose_of_option(view, part, tools::pose_from_text(view, "--goal", o.goal), "--goal");
   const double tolerance_m = plan_tolerance_m(view);
   StepProver prover(view, tolerance_m);
   require_free(prover, start, "--start");
@@ -331,7 +366,7 @@ int do_plan(const PlanArguments& o) {
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
     throw tools::UsageError("--goal: is the start; give another pose");
   const Task task{view, part, prover, start_wa, start, goal, tolerance_m};
-  const bool turned = turn_between(start, goal).norm() > kSameTurn_rad;
+  const bool turned = is_turned(start, goal);
   if (turned && o.method != PlanMethod::kSearch) {
     throw tools::UsageError(
         "--method: is for translations, and the goal is turned; leave --method out");
@@ -340,6 +375,31 @@ int do_plan(const PlanArguments& o) {
     if (const std::optional<int> code = plan_by_cells(task, o)) return *code;
   }
   return plan_by_search(task, o);
+}
+
+/// Unlike CLI::Range it refuses what is no number.
+CLI::Validator number_from(double low, double high) {
+  return CLI::Validator(
+      [low, high](std::string& word) {
+        double value = 0;
+        if (CLI::detail::lexical_cast(word, value) && value >= low && value <= high)
+          return std::string();
+        return tools::formatted("'%s' is no number from %.3g to %.3g", word.c_str(), low, high);
+      },
+      tools::formatted("%.3g to %.3g", low, high));
+}
+
+/// Digits alone, of at most 64 bits.
+CLI::Validator whole_number() {
+  return CLI::Validator(
+      [](std::string& word) {
+        std::uint64_t value = 0;
+        const char* const end = word.data() + word.size();
+        const auto read = std::from_chars(word.data(), end, value);
+        if (read.ec == std::errc() && read.ptr == end) return std::string();
+        return "'" + word + "' is no whole number from 0 to 18446744073709551615";
+      },
+      "0, 1, ..");
 }
 
 }  // namespace
@@ -356,15 +416,17 @@ Command add_plan_command(CLI::App& program) {
                   "where it begins, written alike; default: the scene's start");
   app->add_option("-o,--out", o->out, "plan to write")->required();
   app->add_option("--seconds", o->seconds, "time for the search (default 120)")
-      ->check(tools::positive_number());
+      ->check(tools::positive_number())
+      ->check(number_from(0, 1e9));
   app->add_option(
          "--shorten-millions", o->shorten_millions,
          "work on making the plan shorter: vertices that it may look at, in millions "
          "(default 6000, about half a minute); it is counted, not timed, so that the plan is "
          "the same on any machine")
-      ->check(CLI::Range(0.0, 1e12));
+      ->check(number_from(0, 1e12));
   app->add_option("--seed", o->seed,
-                  "of the random pushes (default 1); the same seed gives the same plan");
+                  "of the random pushes (default 1); the same seed gives the same plan")
+      ->check(whole_number());
   tools::add_choice<PlanMethod>(
       *app, "--method", o->method,
       {{"search", PlanMethod::kSearch},

@@ -39,7 +39,9 @@ double CorneredMotion::length_m(double turn_m) const {
 }
 
 StepProver::StepProver(const SceneView& scene, double tolerance_m)
-    : moving_(scene.bodies()[0].piece_count), tolerance_m_(kTolerated * tolerance_m) {
+    : limits_(scene.parameters().envelope),
+      moving_(scene.bodies()[0].piece_count),
+      tolerance_m_(kTolerated * tolerance_m) {
   for (std::uint32_t k = 0; k < scene.pieces().size(); ++k) {
     const PieceView view = scene.piece(k);
     Piece piece;
@@ -294,6 +296,7 @@ StepProver::Found StepProver::try_step(const PlanPose& from, const PlanPose& to,
 template <typename Take>
 bool StepProver::prove_steps(const PlanPose& from, const PlanPose& to, int halvings,
                              ProofSearch search, const ClearEnds& clear, const Take& take) {
+  if (!limits_.hold(from) || !limits_.hold(to) || !limits_.hold_between(from, to)) return false;
   // Depth first, from the start on; a stack of ends that are still to be reached.
   struct End {
     PlanPose to;
@@ -344,6 +347,7 @@ bool StepProver::prove(const PlanPose& from, const PlanPose& to, int halvings, P
 }
 
 bool StepProver::is_free(const PlanPose& pose) {
+  if (!limits_.hold(pose)) return false;
   std::vector<PlanWitness> planes;
   return try_step(pose, pose, ProofSearch::kAny, {}, planes) == Found::kProved;
 }

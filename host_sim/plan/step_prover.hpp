@@ -3,7 +3,8 @@
 /// Finds the planes that prove a straight motion of the part free: for every pair of pieces that
 /// spheres do not keep apart, the plane of a face or of two edges that leaves a distance on all of
 /// the way (tools/plan/plan_check.hpp has the bound, and checks what is found here). A motion whose
-/// planes turn too fast for the bound is cut in halves.
+/// planes turn too fast for the bound is cut in halves. A pose that leaves the scene's limits is
+/// not free, and no way leads there.
 
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,7 @@
 
 #include "host_sim/plan/pose_algebra.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 namespace haptic::sim {
 
@@ -57,7 +59,7 @@ class StepProver {
   [[nodiscard]] bool prove(const PlanPose& from, const PlanPose& to, int halvings,
                            ProofSearch search, ProvedMotion& motion, const ClearEnds& ends = {});
 
-  /// Whether a plane of every pair leaves a distance at the pose.
+  /// Whether the pose is within the scene's limits, and a plane of every pair leaves a distance.
   [[nodiscard]] bool is_free(const PlanPose& pose);
 
   /// Lower bound of the distance of the nearest pair at a pose, and the direction that parts it;
@@ -128,6 +130,7 @@ class StepProver {
   void for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
                       const Visit& visit);
 
+  tools::PlanLimits limits_;
   std::vector<Piece> pieces_;
   /// Fixed pieces by where the middles of their spheres lie along the axis on which they lie the
   /// farthest apart, but for large ones; the largest radius of these spheres; the large ones.

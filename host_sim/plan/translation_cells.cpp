@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "tools/common/formatted.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -15,6 +16,8 @@ namespace {
 constexpr double kOnPlane_m = kCellRounding_m / 8;
 /// The box is larger than all that it holds by this share of its diagonal.
 constexpr double kMargin = 0.1;
+/// A box thinner than this has no cells [m].
+constexpr double kLeastBox_m = 64 * kCellRounding_m;
 /// Less area than this in common is none, in squares of rounding.
 constexpr double kLeastArea_m2 = 64 * kCellRounding_m * kCellRounding_m;
 /// Planes whose normals differ by less are parallel.
@@ -315,7 +318,19 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
     high = high.cwiseMax(x);
   }
   const Vec3d margin = Vec3d::Constant(kMargin * (high - low).norm());
-  space.cells = {box_cell(low - margin, high + margin)};
+  low -= margin;
+  high += margin;
+  if (const tools::PlanLimits limits(scene.parameters().envelope); limits.has_box()) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::max(low[axis], limits.low_m(axis));
+      high[axis] = std::min(high[axis], limits.high_m(axis));
+      if (high[axis] - low[axis] > kLeastBox_m) continue;
+      space.undecided = tools::formatted("[motion_limits] workspace leaves no room along %c",
+                                         "xyz"[static_cast<std::size_t>(axis)]);
+      return space;
+    }
+  }
+  space.cells = {box_cell(low, high)};
   for (std::size_t k = 0; k < obstacles.size(); ++k) {
     const std::span<const PlacedFace> faces(space.faces.data() + first_face[k],
                                             first_face[k + 1] - first_face[k]);

@@ -89,7 +89,8 @@ struct TranslationSpace {
 };
 
 /// The free places at the orientation of `pose_wa` (mesh frame) in a box about all C-obstacles and
-/// `places`. Cost: the C-obstacles of all pairs, and cells times C-faces.
+/// `places`, within the scene's workspace. Cost: the C-obstacles of all pairs, and cells times
+/// C-faces.
 [[nodiscard]] TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose_wa,
                                                       std::span<const Vec3d> places,
                                                       double tolerance_m);

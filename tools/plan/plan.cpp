@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::string_view kFirstWord = "haptic-plan";
 constexpr std::string_view kVersion = "2";
-constexpr double kMostCoordinate_m = 1.0e6;
 /// Rounding of a quaternion's length, and of sums of lengths as a share of them.
 constexpr double kUnitRounding = 1.0e-12, kLengthRounding = 1.0e-9;
 
@@ -141,7 +140,7 @@ PlanPose read_pose(PlanReader& in) {
   in.begin_line("pose");
   PlanPose pose;
   double square = 0;
-  for (double& x : pose.x0_m) x = in.number(kMostCoordinate_m);
+  for (double& x : pose.x0_m) x = in.number(kMostPlanPlace_m);
   for (double& q : pose.q_wxyz) {
     q = in.number(2);
     square += q * q;
@@ -218,7 +217,7 @@ PlanStation read_station(PlanReader& in) {
   in.begin_line("station");
   PlanStation station;
   station.pose = in.index(kMostPlanPoses);
-  station.clearance_m = in.number(2 * kMostCoordinate_m);
+  station.clearance_m = in.number(2 * kMostPlanPlace_m);
   station.cost_to_go_m = in.number(std::numeric_limits<double>::max());
   const std::uint64_t contacts = in.count(kMostPlanRuns);
   for (std::uint64_t k = 0; k < contacts; ++k) {
@@ -434,7 +433,7 @@ Plan parse_plan(std::string_view text, const std::string& file) {
         {"contact", &plan.contact_m},
         {"length", &plan.length_m}}) {
     in.begin_line(name);
-    *value = in.number(kMostCoordinate_m);
+    *value = in.number(kMostPlanPlace_m);
     if (!(*value > 0)) in.fail("the " + std::string(name) + " is not positive");
     in.end_line();
   }

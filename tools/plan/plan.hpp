@@ -96,6 +96,7 @@ inline constexpr std::size_t kMostPlanPoses = 200'000;
 inline constexpr std::size_t kMostPlanPlanes = 2'000'000;
 inline constexpr std::size_t kMostPlanRuns = 16'000'000;  ///< of all planes
 inline constexpr std::size_t kMostPlanStations = 256;
+inline constexpr double kMostPlanPlace_m = 1.0e6;  ///< of each coordinate
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 30;
 
 /// The planes of a plan, one step after the other.

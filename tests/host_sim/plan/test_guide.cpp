@@ -134,6 +134,39 @@ TEST_SUITE("rt_core.guide") {
     CHECK_THROWS_AS((void)guided_peg(wrong), tools::InputError);
   }
 
+  TEST_CASE("guide: a plan that leaves the scene's limits is refused by its pose and the key") {
+    const tools::Plan& plan = guided_peg().plan;
+    const auto refusal = [&](const auto& limit) {
+      tools::SceneFile scene = tools::read_scene_file(peg_folder() / "scene.toml");
+      limit(scene);
+      try {
+        (void)guided_scene(std::move(scene), plan);
+      } catch (const tools::InputError& error) {
+        return std::string(error.what());
+      }
+      return std::string();
+    };
+    const double goal_z_m = plan.poses.back().x0_m[2];
+    const auto deep = [&](double more_m) {
+      return [=](tools::SceneFile& scene) {
+        scene.workspace = tools::WorkspaceBox{{-1, -1, goal_z_m - more_m}, {1, 1, 1}};
+      };
+    };
+    CHECK(refusal(deep(1e-4)) == "");
+    const std::string low = refusal(deep(-1e-4));
+    CAPTURE(low);
+    CHECK(low.find("[guide] plan") != std::string::npos);
+    CHECK(low.find("pose ") != std::string::npos);
+    CHECK(low.find("[motion_limits] workspace min_m") != std::string::npos);
+    const std::string turned = refusal([&](tools::SceneFile& scene) {
+      // About the start's, from which the goal's is turned by 0.12 rad.
+      scene.orientation =
+          tools::OrientationEnvelope{{0.026816719, 0.053633438, 0, 0.998200540}, 0.05};
+    });
+    CAPTURE(turned);
+    CHECK(turned.find("[motion_limits] orientation") != std::string::npos);
+  }
+
   TEST_CASE("guide: a station that is not the compiler's own is refused") {
     const tools::SceneBytes& sound = guided_peg().guided;
     SceneView view;

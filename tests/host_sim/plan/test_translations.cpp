@@ -233,6 +233,27 @@ TEST_SUITE("host_sim.translations") {
     }
   }
 
+  TEST_CASE("translations: round a wall as far as the workspace allows") {
+    const auto wall = [](const std::string& high_m) {
+      return "format = 1\nname = \"wall\"\n[moving]\nshape = \"box\"\n"
+             "size_m = [0.02, 0.02, 0.04]\nposition_m = [0.0, -0.02, 0.0]\n"
+             "[[static]]\nshape = \"box\"\nsize_m = [0.2, 0.002, 0.2]\n"
+             "[rendering]\nk_f_n_per_m = 800.0\n[motion_limits]\n"
+             "workspace = { min_m = [-0.1, -0.1, -0.1], max_m = [0.1, 0.1, " +
+             high_m + "] }\norientation = { max_angle_rad = 0.0 }\n";
+    };
+    Trial over(wall("0.125"), "0,0.02,0");
+    const TranslationResult found = over.plan();
+    REQUIRE(found.verdict == TranslationVerdict::kFound);
+    CHECK(over.prove(found.motion).holds());
+    for (const Vec3d& x : places(found.motion)) {
+      CHECK(x.cwiseAbs().head<2>().maxCoeff() <= 0.1);
+      CHECK(x.z() <= 0.125);
+    }
+    Trial shut(wall("0.115"), "0,0.02,0");
+    CHECK(shut.plan().verdict == TranslationVerdict::kImpossible);
+  }
+
   TEST_CASE("translations: a surface is not decided, and says why") {
     const PlannedScene scene(
         "format = 1\nname = \"surface\"\n[moving]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.01]\n"

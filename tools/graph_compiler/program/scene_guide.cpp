@@ -5,8 +5,32 @@
 #include "tools/common/formatted.hpp"
 #include "tools/plan/guide_tables.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 namespace haptic::tools {
+namespace {
+
+/// The core holds the part inside the limits, and could not follow a plan that leaves them.
+void require_within(const EnvelopeParameters& envelope, const Plan& plan,
+                    const std::string& where) {
+  const PlanLimits limits(envelope);
+  for (std::size_t k = 0; k < plan.poses.size(); ++k) {
+    std::string left = limits.left_by(plan.poses[k]);
+    if (left.empty() && k > 0 && !limits.hold_between(plan.poses[k - 1], plan.poses[k])) {
+      left =
+          "the part turns there through half a turn from the middle of [motion_limits] orientation";
+    }
+    if (left.empty()) continue;
+    throw InputError(
+        where +
+        formatted(": pose %zu of %zu (from 0) leaves the scene's limits: ", k, plan.poses.size()) +
+        left +
+        "; make the plan with host_sim plan from a scene with these limits, or widen "
+        "them");
+  }
+}
+
+}  // namespace
 
 GuideTables make_guide(const SceneGuide& guide, const SceneView& scene, const std::string& file,
                        std::vector<std::string>& notes) {
@@ -22,6 +46,7 @@ GuideTables make_guide(const SceneGuide& guide, const SceneView& scene, const st
     throw InputError(name + ": the plan is not proved: " + proof.failure +
                      "; make it again with host_sim plan");
   }
+  require_within(scene.parameters().envelope, plan, file + ": [guide] plan " + name);
   GuideGains gains;
   gains.pull_n = guide.pull_n.value_or(gains.pull_n);
   gains.hold_n = guide.hold_n.value_or(gains.hold_n);
