@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tools/common/split_mix.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -37,6 +38,12 @@ constexpr int kBridgeHalvings = 8;
 constexpr double kLedOn = 0.5;
 constexpr std::uint32_t kMostRepeats = 48;
 
+/// After so many pushes every other random pose may lie farther from the straight way than the
+/// first do, and twice as far with every so many more.
+constexpr std::uint64_t kNearPushes = 1000, kWidenPushes = 500, kMostWidenings = 40;
+/// Past the obstacles a way is looked for so far, in radii.
+constexpr double kPast = 1.5;
+
 /// Moves of a node: towards the other root; along and about A's axes and W's; then along the lines
 /// that two planes leave.
 constexpr std::uint32_t kAxisMoves = 6, kFirstAxis = 1, kFirstTurn = kFirstAxis + 2 * kAxisMoves,
@@ -64,6 +71,7 @@ class Search {
       : part_(part), prover_(prover), limits_(limits), words_(tools::hashed(limits.seed)) {
     radius_m_ = part.radius_m();
     fixed_ = scene.is_fixed();
+    set_far_box(scene);
   }
 
   SearchResult run(const PlanPose& start, const PlanPose& goal,
@@ -74,6 +82,10 @@ class Search {
     trees_[1] = {{}, start};
     way_m_ = distance_m(start, goal);
     nearest_m_ = way_m_;
+    for (const PlanPose& pose : {start, goal}) {
+      far_low_ = far_low_.cwiseMin(place_of(pose));
+      far_high_ = far_high_.cwiseMax(place_of(pose));
+    }
     add_root(trees_[0], start);
     add_root(trees_[1], goal);
     double said_s = 0;
@@ -309,11 +321,47 @@ class Search {
       if (v.squaredNorm() <= 1) return v;
     }
   }
+  /// Where the part may have to go to pass round all that stands there, within the workspace.
+  void set_far_box(const SceneView& scene) {
+    const Vec3d past = Vec3d::Constant(kPast * radius_m_);
+    far_low_.setConstant(std::numeric_limits<double>::infinity());
+    far_high_ = -far_low_;
+    for (std::uint32_t k = scene.bodies()[0].piece_count; k < scene.pieces().size(); ++k) {
+      const PieceView piece = scene.piece(k);
+      const Vec3d at(scene.bodies()[piece.record->body].reference_m);
+      for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
+        const Vec3d x = at + piece.vertex(v).cast<double>();
+        far_low_ = far_low_.cwiseMin(x - past);
+        far_high_ = far_high_.cwiseMax(x + past);
+      }
+    }
+    const tools::PlanLimits limits(scene.parameters().envelope);
+    for (int axis = 0; axis < 3 && limits.has_box(); ++axis) {
+      low_[axis] = limits.low_m(axis);
+      high_[axis] = limits.high_m(axis);
+    }
+    far_low_ = far_low_.cwiseMax(low_).cwiseMin(high_);
+    far_high_ = far_high_.cwiseMin(high_).cwiseMax(low_);
+  }
+  /// About a place between the roots; after many pushes also farther away.
+  [[nodiscard]] Vec3d random_place(const Vec3d& middle) {
+    const double near_m = radius_m_ + way_m_ / 4;
+    random_places_ += 1;
+    if (pushes_ < kNearPushes || random_places_ % 2 == 0) {
+      return (middle + near_m * random_in_ball()).cwiseMax(low_).cwiseMin(high_);
+    }
+    const std::uint64_t widenings = 1 + (pushes_ - kNearPushes) / kWidenPushes;
+    const double far_m = std::ldexp(near_m, static_cast<int>(std::min(widenings, kMostWidenings)));
+    const Vec3d low = far_low_.cwiseMax(middle - Vec3d::Constant(far_m));
+    const Vec3d high = far_high_.cwiseMin(middle + Vec3d::Constant(far_m));
+    const double x = words_.uniform(), y = words_.uniform(), z = words_.uniform();
+    return low + Vec3d(x, y, z).cwiseProduct(high - low);
+  }
   /// Between the two roots and about, turned by anything.
   [[nodiscard]] PlanPose random_pose() {
     const double share = words_.uniform();
     const PlanPose middle = between(trees_[1].other_root, trees_[0].other_root, share);
-    const Vec3d x = place_of(middle) + (radius_m_ + way_m_ / 4) * random_in_ball();
+    const Vec3d x = random_place(place_of(middle));
     if (fixed_) return plan_pose(x, turn_of(middle));
     const double most = words_.uniform() < 0.5 ? 0.3 : std::numbers::pi;
     return plan_pose(x, exp_of(most * random_in_ball()) * turn_of(middle));
@@ -354,6 +402,10 @@ class Search {
   tools::SplitMix64 words_;
   double radius_m_ = 0, way_m_ = 0, nearest_m_ = 0;
   bool fixed_ = false, arrived_ = false;
+  Vec3d low_ = Vec3d::Constant(-std::numeric_limits<double>::infinity());  ///< of the workspace
+  Vec3d high_ = Vec3d::Constant(std::numeric_limits<double>::infinity());
+  Vec3d far_low_ = Vec3d::Zero(), far_high_ = Vec3d::Zero();  ///< of random poses
+  std::uint64_t random_places_ = 0;
   Tree trees_[2];  ///< from the start, from the goal
   std::size_t meet_[2] = {0, 0};
   std::uint64_t branches_ = 0, pushes_ = 0;

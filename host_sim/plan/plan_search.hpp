@@ -4,7 +4,9 @@
 /// their contact states, one from the start and one from the goal, where the part of an assembly is
 /// held most and few motions are left (assembly by disassembly). A branch is a push: towards the
 /// other tree, along what the planes that hold the part leave, along and about the axes, or to a
-/// random pose. Steps of the core are certified in both directions, so a branch may be walked back.
+/// random pose: near the straight way at first, and the longer nothing is found the farther from
+/// it, as far as the obstacles and the scene's workspace reach. Steps of the core are certified in
+/// both directions, so a branch may be walked back.
 ///
 /// Same scene, poses and seed: same result, unless the time ends the search.
 

@@ -16,6 +16,7 @@
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/plan_limits.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
@@ -37,9 +38,122 @@ void check_puzzle(const Puzzle& puzzle) {
   check_plan(scene.view, plan_to(scene.view, puzzle.goal));
 }
 
+/// A block before a plate of 200 x 2 x 200 mm; `more` ends the scene file.
+std::string wall_scene(const std::string& more) {
+  return "format = 1\nname = \"wall\"\n[moving]\nshape = \"box\"\nsize_m = [0.02, 0.02, 0.04]\n"
+         "position_m = [0.0, -0.02, 0.0]\n"
+         "[[static]]\nshape = \"box\"\nsize_m = [0.2, 0.002, 0.2]\n"
+         "[rendering]\nk_f_n_per_m = 800.0\n" +
+         more;
+}
+
+/// The plate reaches to 100 mm, and the block 10 mm to the side and 20 mm up: round it leads but
+/// one way, over the plate, and with `high_m` less than 0.12 none.
+std::string limited_wall(double high_m, double angle_rad) {
+  return wall_scene(
+      "[motion_limits]\nworkspace = { min_m = [-0.1, -0.1, -0.1], max_m = [0.1, 0.1, " +
+      std::to_string(high_m) + "] }\norientation = { max_angle_rad = " + std::to_string(angle_rad) +
+      " }\n");
+}
+
+/// A peg at the bottom of a tube of 150 mm that a disc closes below.
+const std::string kCup =
+    "format = 1\nname = \"cup\"\n[moving]\nshape = \"cylinder\"\nradius_m = 0.01\n"
+    "height_m = 0.02\nsegments = 12\nposition_m = [0.0, 0.0, -0.05]\n"
+    "[[static]]\nshape = \"tube\"\ninner_radius_m = 0.012\nouter_radius_m = 0.02\n"
+    "height_m = 0.15\nsegments = 12\n"
+    "[[static]]\nshape = \"cylinder\"\nradius_m = 0.02\nheight_m = 0.005\nsegments = 12\n"
+    "position_m = [0.0, 0.0, -0.0775]\n[rendering]\nk_f_n_per_m = 800.0\n";
+
+/// Found and shortened with little work.
+MadePlan quick_plan(const SceneView& view, const std::string& goal, std::uint64_t most_nodes) {
+  SlidingPart part(view);
+  StepProver prover(view, plan_tolerance_m(view));
+  SearchLimits limits;
+  limits.most_nodes = most_nodes;
+  ShorteningLimits shortening;
+  shortening.work = 100'000'000;
+  return make_plan_between(view, part, prover,
+                           part.grip_pose(tools::pose_from_text(view, "s", "start")),
+                           part.grip_pose(tools::pose_from_text(view, "g", goal)), limits,
+                           shortening, [](const SearchState&) {});
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.plan") {
+  TEST_CASE("plan: far round a wide wall, and out of a deep cup to below it") {
+    for (const auto& [text, goal] : {std::pair{wall_scene(""), "0,0.02,0"}, {kCup, "0,0,-0.12"}}) {
+      const PlannedScene scene(text, "detour");
+      const MadePlan one = quick_plan(scene.view, goal, 20'000);
+      check_plan(scene.view, one);
+      const MadePlan same = quick_plan(scene.view, goal, 20'000);
+      CHECK(tools::plan_as_text(one.plan) == tools::plan_as_text(same.plan));
+    }
+  }
+
+  TEST_CASE("plan: every pose is within the scene's workspace and orientation") {
+    const PlannedScene scene(limited_wall(0.14, 0.3), "limited");
+    const MadePlan made = quick_plan(scene.view, "0,0.02,0", 20'000);
+    check_plan(scene.view, made);
+    const tools::PlanLimits limits(scene.view.parameters().envelope);
+    double highest_m = 0;
+    for (const PlanPose& pose : made.plan.poses) {
+      CHECK(limits.left_by(pose) == "");
+      CHECK(limits.hold(pose));
+      highest_m = std::max(highest_m, pose.x0_m[2]);
+    }
+    CHECK(highest_m > 0.115);
+    // The probe: without room above there is no way left.
+    const PlannedScene low(limited_wall(0.11, 0.1), "low");
+    CHECK_FALSE(quick_plan(low.view, "0,0.02,0", 3'000).search.found);
+  }
+
+  TEST_CASE("plan limits: what leaves them is named with its value") {
+    EnvelopeParameters envelope{};
+    envelope.q_wa_xyzw[3] = 1;
+    const auto turned = [](double angle_rad) {
+      return plan_pose(Vec3d::Zero(), exp_of(Vec3d(0, 0, angle_rad)));
+    };
+    const auto left_by = [&](const PlanPose& pose) {
+      return tools::PlanLimits(envelope).left_by(pose);
+    };
+    CHECK(left_by(plan_pose(Vec3d(9, 9, 9), turn_of(turned(3)))) == "");
+    envelope.given = kWorkspaceGiven;
+    for (double& x : envelope.max_m) x = 0.5;
+    CHECK(left_by(turned(3)) == "");
+    CHECK(left_by(plan_pose(Vec3d(0, -0.25, 0), Quatd::Identity())) ==
+          "the grip point's y is -0.25 m, and [motion_limits] workspace min_m is 0 m");
+    CHECK(left_by(plan_pose(Vec3d(0, 0, 0.75), Quatd::Identity())) ==
+          "the grip point's z is 0.75 m, and [motion_limits] workspace max_m is 0.5 m");
+    envelope.given = kOrientationGiven;
+    CHECK(left_by(turned(1e-3)) ==
+          "the part is turned by 0.001 rad from the middle of [motion_limits] orientation, and its "
+          "max_angle_rad is 0");
+    envelope.max_angle_rad = 2;
+    const tools::PlanLimits limits(envelope);
+    CHECK(limits.hold(turned(1.99)));
+    CHECK(limits.hold(turned(-1.99)));
+    CHECK_FALSE(limits.hold(turned(2.01)));
+    // From one side to the other the shorter way leads through half a turn.
+    CHECK(limits.hold_between(turned(1.5), turned(-1.5)));
+    CHECK_FALSE(limits.hold_between(turned(1.9), turned(-1.9)));
+  }
+
+  TEST_CASE("step prover: nothing beyond the scene's limits is free") {
+    const PlannedScene scene(limited_wall(0.14, 2), "limited");
+    StepProver prover(scene.view, plan_tolerance_m(scene.view));
+    const auto at = [](double z_m, double angle_rad) {
+      return plan_pose(Vec3d(0, -0.05, z_m), exp_of(Vec3d(0, 0, angle_rad)));
+    };
+    CHECK(prover.is_free(at(0.139, 0)));
+    CHECK_FALSE(prover.is_free(at(0.141, 0)));
+    CHECK_FALSE(prover.is_free(at(0, 2.1)));
+    CHECK(prover.prove(at(0, 0), at(0.139, 1.9), 12));
+    CHECK_FALSE(prover.prove(at(0, 0), at(0.141, 0), 12));
+    CHECK_FALSE(prover.prove(at(0, 1.9), at(0, -1.9), 12));
+  }
+
   TEST_CASE("plan: scenes of the gallery") {
     for (const auto& [folder, goal] : {std::pair{"square_peg_five", "0,0,-39mm,1,0,0,0"},
                                        {"ell_insert", "0,0,-19.9mm,1,0,0,0"},
