@@ -33,6 +33,12 @@ class UserFolder {
     REQUIRE(run_program(HAPTIC_GRAPH_COMPILER, at("scene.toml") + " -o " + made).exit_code == 0);
     REQUIRE(run_program(HAPTIC_HOST_SIM, "motion " + at("motion.toml") + " -o " + at("m.csv"))
                 .exit_code == 0);
+    write("limited.toml",
+          text_of_file(at("scene.toml")) +
+              "\n[motion_limits]\nworkspace = { min_m = [-1, -1, -1], max_m = [1, 1, "
+              "1] }\norientation = { max_angle_rad = 0.5 }\n");
+    REQUIRE(run_program(HAPTIC_GRAPH_COMPILER, at("limited.toml") + " -o " + at("limited.rtscene"))
+                .exit_code == 0);
     fs::create_symlink(at("m.csv"), at("link.csv"));
     fs::create_hard_link(at("m.csv"), at("twin.csv"));
     const std::string head = "t,x,y,z,qw,qx,qy,qz\n";
@@ -115,6 +121,22 @@ const Row kRows[] = {
     {kCompiler, "@tetrahedron.obj -o @a.rtscene", 3, "is a mesh; give the scene file"},
     {kCompiler, "@utf16.toml -o @a.rtscene", 3, "is UTF-16; save it as UTF-8"},
     {kRun, "run @utf16.toml", 3, "is UTF-16; save it as UTF-8"},
+    // A plan to where none can be, and numbers that are none.
+    {kSim, "plan @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
+     "z is 5 m, and [motion_limits] workspace max_m is 1 m; give a pose within the limits, or"},
+    {kSim, "plan @limited.rtscene --goal 0,0,0.2,0,1,0,0 -o @a.plan", 3,
+     "[motion_limits] orientation, and its max_angle_rad is 0.5"},
+    {kSim, "plan @limited.rtscene --goal 0,0,0.2 --start 3,0,0.2 -o @a.plan", 3,
+     "--start: the grip point's x is 3 m"},
+    {kSim, "plan @peg.rtscene --goal 1e300,0,0 -o @a.plan", 2, "a plan holds places to 1e+06 m"},
+    {kSim, "plan @peg.rtscene --goal 0,0,-2e6 -o @a.plan", 2, "a plan holds places to 1e+06 m"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seconds inf -o @a.plan", 2, "'inf' is no number"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --shorten-millions nan -o @a.plan", 2,
+     "'nan' is no number"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seed -1 -o @a.plan", 2, "no whole number"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seed 18446744073709551616 -o @a.plan", 2,
+     "no whole number"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 -o ''", 2, "--out: is empty"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},
