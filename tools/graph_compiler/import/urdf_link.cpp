@@ -7,6 +7,7 @@
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/toml_table.hpp"
+#include "tools/graph_compiler/import/fixed_axes.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/import/xml_file.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
@@ -45,14 +46,14 @@ class LinkReader {
  private:
   [[noreturn]] void refuse(const XMLElement& at, const std::string& defect,
                            const std::string& fix) const {
-    refuse_line(file_, static_cast<std::size_t>(at.GetLineNum()), defect, fix);
+    refuse_line(file_, line_of(at), defect, fix);
   }
 
   /// An attribute of `count` numbers.
   template <std::size_t kCount>
   std::array<double, kCount> numbers(const XMLElement& at, const char* name) const {
     const std::string text = attribute(at, name);
-    const auto line = static_cast<std::size_t>(at.GetLineNum());
+    const auto line = line_of(at);
     LineScanner scanner(text, {.comments = false});
     std::vector<std::string_view> words, all;
     while (scanner.next(words)) all.insert(all.end(), words.begin(), words.end());
@@ -72,6 +73,12 @@ class LinkReader {
     const XMLElement* form = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
     if (form == nullptr) {
       refuse(collision, "a <collision> has no <geometry> with a form", "give it one");
+    }
+    const XMLElement* second = form->NextSiblingElement();
+    if (second == nullptr) second = geometry->NextSiblingElement("geometry");
+    if (second != nullptr) {
+      refuse(*second, "a <collision> has a second form, <" + shown_word(second->Name()) + ">",
+             "give every form a <collision> of its own");
     }
     RawMesh part = form_of(*form);
     std::array<double, 3> xyz{}, rpy{};
@@ -148,12 +155,7 @@ class LinkReader {
 
   void append(const RawMesh& part, const std::array<double, 3>& xyz,
               const std::array<double, 3>& rpy, const XMLElement& at) {
-    // Turns about the fixed axes x, y, z, in this order.
-    const double cr = std::cos(rpy[0]), sr = std::sin(rpy[0]), cp = std::cos(rpy[1]),
-                 sp = std::sin(rpy[1]), cy = std::cos(rpy[2]), sy = std::sin(rpy[2]);
-    const double r[3][3] = {{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
-                            {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
-                            {-sp, cp * sr, cp * cr}};
+    const Turn r = turn_about_fixed_axes(rpy);
     if (mesh_.vertices.size() + part.vertices.size() > kMaxMeshVertices ||
         mesh_.faces.size() + part.faces.size() > kMaxMeshFaces) {
       refuse(at, "the link has more than " + std::to_string(kMaxMeshFaces) + " faces",
@@ -193,11 +195,20 @@ RawMesh link_mesh_of(const std::string& text, const std::string& file,
   tinyxml2::XMLDocument document;
   const XMLElement& robot = parse_xml(document, text, "robot", file);
   std::vector<std::string> names;
+  const XMLElement* found = nullptr;
   for (const XMLElement* l = robot.FirstChildElement("link"); l != nullptr;
        l = l->NextSiblingElement("link")) {
     names.push_back(attribute(*l, "name"));
-    if (names.back() == link) return LinkReader(file, folder).read(*l);
+    if (names.back() != link) continue;
+    if (found != nullptr) {
+      refuse_line(
+          file, line_of(*l),
+          "link " + shown_word(link) + " is in line " + std::to_string(line_of(*found)) + " too",
+          "give every link a name of its own");
+    }
+    found = l;
   }
+  if (found != nullptr) return LinkReader(file, folder).read(*found);
   if (names.empty()) {
     refuse_file(file, "the robot has no <link>",
                 "expand xacro files first: xacro FILE > robot.urdf");

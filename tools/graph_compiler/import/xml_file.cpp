@@ -19,11 +19,15 @@ const tinyxml2::XMLElement& parse_xml(tinyxml2::XMLDocument& document, std::stri
     name.remove_prefix(colon + 1);
   }
   if (name != root) {
-    refuse_line(file, element != nullptr ? static_cast<std::size_t>(element->GetLineNum()) : 1,
+    refuse_line(file, element != nullptr ? line_of(*element) : 1,
                 "the root element is " + shown_word(name),
                 "it must be <" + std::string(root) + ">; check the extension of the file");
   }
   return *element;
+}
+
+std::size_t line_of(const tinyxml2::XMLElement& element) {
+  return static_cast<std::size_t>(element.GetLineNum());
 }
 
 std::string attribute(const tinyxml2::XMLElement& element, const char* name) {

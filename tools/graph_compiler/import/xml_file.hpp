@@ -14,6 +14,9 @@ namespace haptic::tools {
 const tinyxml2::XMLElement& parse_xml(tinyxml2::XMLDocument& document, std::string_view text,
                                       std::string_view root, const std::string& file);
 
+/// Where an element begins: the number of its line.
+std::size_t line_of(const tinyxml2::XMLElement& element);
+
 /// An attribute, empty where it is absent.
 std::string attribute(const tinyxml2::XMLElement& element, const char* name);
 
