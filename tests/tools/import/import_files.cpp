@@ -53,19 +53,29 @@ constexpr unsigned kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
 }  // namespace
 
-std::string tetrahedron_amf(const std::string& root) {
-  std::string text = "<?xml version=\"1.0\"?>\n<amf " + root + "><object id=\"0\"><mesh><vertices>";
+std::string amf_object(const std::string& id, int volumes) {
+  std::string text = "<object id=\"" + id + "\"><mesh><vertices>";
   for (const char* c : kCorners) {
     text += std::string("<vertex><coordinates><x>") + c[0] + "</x><y>" + c[2] + "</y><z>" + c[4] +
             "</z></coordinates></vertex>";
   }
-  text += "</vertices><volume>";
-  for (const auto& f : kFaces) {
-    text += "<triangle><v1>" + std::to_string(f[0]) + "</v1><v2>" + std::to_string(f[1]) +
-            "</v2><v3>" + std::to_string(f[2]) + "</v3></triangle>";
+  text += "</vertices>";
+  for (int k = 0; k < volumes; ++k) {
+    text += "<volume>";
+    for (const auto& f : kFaces) {
+      text += "<triangle><v1>" + std::to_string(f[0]) + "</v1><v2>" + std::to_string(f[1]) +
+              "</v2><v3>" + std::to_string(f[2]) + "</v3></triangle>";
+    }
+    text += "</volume>";
   }
-  return text + "</volume></mesh></object></amf>\n";
+  return text + "</mesh></object>";
 }
+
+std::string amf_of(const std::string& items, const std::string& root) {
+  return "<?xml version=\"1.0\"?>\n<amf " + root + ">" + items + "</amf>\n";
+}
+
+std::string tetrahedron_amf(const std::string& root) { return amf_of(amf_object("0"), root); }
 
 std::string tetrahedron_dae(const std::string& asset, const std::string& node) {
   return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"

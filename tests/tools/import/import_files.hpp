@@ -14,6 +14,10 @@ enum class Packing : unsigned char { kStored, kDeflated };
 
 /// `root`: more attributes of the root element, such as unit="inch".
 std::string tetrahedron_amf(const std::string& root = "");
+/// AMF of such objects and constellations.
+std::string amf_of(const std::string& items, const std::string& root = "");
+/// An object with the tetrahedron as each of its volumes.
+std::string amf_object(const std::string& id, int volumes = 1);
 /// `asset`: what stands in the asset, such as <unit meter="0.01"/>; `node`: before the mesh in its
 /// node, such as <translate>.
 std::string tetrahedron_dae(const std::string& asset = "", const std::string& node = "");

@@ -168,7 +168,7 @@ TEST_SUITE("tools.mesh_import") {
         {with(tetrahedron_dae(), "0 2 1 0 1 3", "0 2 1 0 1 9"), ImportFormat::kDae, ""},
         {model, ImportFormat::k3mf, "no ZIP archive"},
         {archive_of_3mf(model).substr(9), ImportFormat::k3mf, ""},
-        {zip_of({{"a.txt", "x"}}), ImportFormat::k3mf, "holds no file '*.model'"},
+        {zip_of({{"a.txt", "x"}}), ImportFormat::k3mf, "holds no file '*_rels/.rels'"},
         {claiming(packed, 1u << 30), ImportFormat::k3mf, "the ZIP archive is damaged"},
         {claiming(packed, 99), ImportFormat::k3mf, "the ZIP archive is damaged"},
         {claiming(packed, (1u << 30) + 1), ImportFormat::k3mf,
@@ -177,7 +177,19 @@ TEST_SUITE("tools.mesh_import") {
         {archive_of_3mf(model_of_3mf("requiredextensions=\"p\"")), ImportFormat::k3mf,
          "needs extensions of 3MF that are not read: 'p'"},
         {archive_of_3mf(with(model, "v2=\"2\"", "v2=\"77\"")), ImportFormat::k3mf, ""},
-        {archive_of_3mf(model_of_3mf("", "")), ImportFormat::k3mf, ""}};
+        {archive_of_3mf(model_of_3mf("", "")), ImportFormat::k3mf,
+         "its <build> has no <item>, so none of its objects is placed"},
+        {archive_of_3mf(model_of_3mf("", "\n<item objectid=\"7\"/>")), ImportFormat::k3mf,
+         "part:3: <item> names object '7', which is not in the model"},
+        {archive_of_3mf(with(model, "</resources>",
+                             "<object id=\"2\"><components><component objectid=\"9\"/>"
+                             "</components></object></resources>")),
+         ImportFormat::k3mf, "<component> names object '9'"},
+        {zip_of({{"_rels/.rels", "<Relationships/>"}, {"3D/3dmodel.model", model}}),
+         ImportFormat::k3mf, "its _rels/.rels names no model"},
+        {zip_of({{"3D/3dmodel.model", model}}), ImportFormat::k3mf, "holds no file '*_rels/.rels'"},
+        {with(tetrahedron_dae(), "<instance_geometry", "\n<instance_controller url=\"#c\"/><a"),
+         ImportFormat::kDae, "part:3: a node bends its mesh by controller '#c'"}};
     for (const Damage& damage : damages) {
       CAPTURE(damage.bytes);
       const std::string text = refusal_of(damage.bytes, damage.format);
@@ -186,6 +198,36 @@ TEST_SUITE("tools.mesh_import") {
       CHECK(contains(text, "; "));
       CHECK(contains(text, damage.says));
     }
+  }
+
+  TEST_CASE("extensions of glTF that a file requires are refused unless they are of the looks") {
+    if (is_skipped()) return;
+    const auto requiring = [](const std::string& extension) {
+      const std::string text = tetrahedron_gltf();
+      return "{\"extensionsRequired\":[\"KHR_materials_unlit\"," + extension + "]," +
+             text.substr(1);
+    };
+    CHECK(import(requiring("\"KHR_texture_transform\""), ImportFormat::kGltf).mesh.faces.size() ==
+          4);
+    for (const char* name : {"EXT_mesh_gpu_instancing", "KHR_mesh_quantization", "ACME_dents"}) {
+      const std::string text =
+          refusal_of(requiring('"' + std::string(name) + '"'), ImportFormat::kGltf);
+      CHECK(text == "part: the file requires extension '" + std::string(name) +
+                        "', which is not read; export it without this extension, or as STL");
+    }
+    CHECK(contains(refusal_of(requiring("7"), ImportFormat::kGltf), "requires extension ''"));
+    // In a .glb the key takes the place of another.
+    std::string glb = tetrahedron_glb();
+    const std::string from = "\"asset\":{\"version\":\"2.0\"},\"scene\":0,";
+    std::string to = "\"extensionsRequired\":[\"A_\"],";
+    to.resize(from.size(), ' ');
+    glb.replace(glb.find(from), from.size(), to);
+    CHECK(contains(refusal_of(glb, ImportFormat::kGlb), "requires extension 'A_'"));
+
+    std::string whole_numbers = tetrahedron_gltf();
+    whole_numbers.replace(whole_numbers.find("5126"), 4, "5122");
+    CHECK(contains(refusal_of(whole_numbers, ImportFormat::kGltf),
+                   "accessor 0 holds corners that are no floats"));
   }
 
   TEST_CASE("a .gltf opens buffers below its folder and nothing else") {
@@ -197,7 +239,17 @@ TEST_SUITE("tools.mesh_import") {
     std::ofstream(folder.file("in/part.gltf")) << tetrahedron_gltf("", "part");
     std::ofstream(folder.file("in/sly.gltf")) << tetrahedron_gltf("", "../out");
     CHECK(import_mesh(folder.file("in/part.gltf")).mesh.faces.size() == 4);
-    CHECK_THROWS_AS(import_mesh(folder.file("in/sly.gltf")), InputError);
+    CHECK_THROWS_WITH_AS(
+        import_mesh(folder.file("in/sly.gltf")),
+        (folder.file("in/sly.gltf") +
+         ": buffer 0 is '../out.bin', and no such file may be read; a buffer is a file *.bin in "
+         "the "
+         "folder of the .gltf or below it; put it there, or export the part as .glb")
+            .c_str(),
+        InputError);
+    std::ofstream(folder.file("in/lone.gltf")) << tetrahedron_gltf("", "absent");
+    CHECK_THROWS_WITH_AS(import_mesh(folder.file("in/lone.gltf")),
+                         doctest::Contains("buffer 0 is 'absent.bin'"), InputError);
     CHECK_THROWS_AS(import_mesh(folder.file("in/absent.gltf")), InputError);
   }
 

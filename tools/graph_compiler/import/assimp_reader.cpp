@@ -15,11 +15,14 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <set>
 
 #include "tools/common/files.hpp"
+#include "tools/graph_compiler/import/amf_reader.hpp"
+#include "tools/graph_compiler/import/gltf_check.hpp"
 #include "tools/graph_compiler/import/guarded_import.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
-#include "tools/graph_compiler/import/xml_file.hpp"
+#include "tools/graph_compiler/import/xml_unit.hpp"
 #include "tools/graph_compiler/import/zip_entry.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -79,13 +82,7 @@ class MemoryFiles final : public Assimp::IOSystem {
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
  private:
-  [[nodiscard]] bool is_buffer(const std::filesystem::path& path) const {
-    std::error_code error;
-    if (folder_.empty() || path.is_absolute() || !equals_lower(path.extension().string(), ".bin"))
-      return false;
-    if (std::ranges::find(path, "..") != path.end()) return false;
-    return std::filesystem::is_regular_file(folder_ / path, error);
-  }
+  [[nodiscard]] bool is_buffer(const char* path) const { return is_gltf_buffer(folder_, path); }
 
   std::span<const char> bytes_;
   std::string name_;
@@ -99,12 +96,11 @@ struct Reader {
 };
 
 const Reader& reader_of(ImportFormat format) {
-  static const std::array<Reader, 5> kReaders{{
+  static const std::array<Reader, 4> kReaders{{
       {"3MF", "3mf Importer", "3mf"},
       {"glTF", "glTF2 Importer", "gltf"},
       {"GLB", "glTF2 Importer", "glb"},
       {"COLLADA", "Collada Importer", "dae"},
-      {"AMF", "Additive manufacturing file format(AMF) Importer", "amf"},
   }};
   return kReaders[static_cast<std::size_t>(format)];
 }
@@ -126,33 +122,61 @@ void keep_one(Assimp::Importer& importer, const Reader& reader, const std::strin
   }
 }
 
-// Units, which assimp leaves out (3MF, AMF) or applies without saying it (COLLADA).
-
-struct NamedUnit {
-  std::string_view name;
-  double unit_m;
-};
-
-double named_unit(const tinyxml2::XMLElement& root, std::span<const NamedUnit> known,
-                  const std::string& file) {
-  const std::string name = attribute(root, "unit");
-  if (name.empty()) return 1e-3;
-  std::string names;
-  for (const NamedUnit& unit : known) {
-    if (name == unit.name) return unit.unit_m;
-    names += (names.empty() ? "" : ", ") + std::string(unit.name);
-  }
-  refuse_line(file, static_cast<std::size_t>(root.GetLineNum()), "the unit is " + shown_word(name),
-              "the units are " + names);
-}
+// Units, which assimp leaves out (3MF) or applies without saying it (COLLADA).
 
 constexpr NamedUnit k3mfUnits[] = {{"micron", 1e-6}, {"millimeter", 1e-3}, {"centimeter", 1e-2},
                                    {"inch", 0.0254}, {"foot", 0.3048},     {"meter", 1.0}};
-constexpr NamedUnit kAmfUnits[] = {{"micron", 1e-6}, {"millimeter", 1e-3}, {"inch", 0.0254},
-                                   {"feet", 0.3048}, {"foot", 0.3048},     {"meter", 1.0}};
+
+/// The text of the model that the package names, as assimp finds it.
+std::string model_text_of_3mf(std::span<const char> bytes, const std::string& file) {
+  constexpr const char* kRelations = "_rels/.rels";
+  const std::string text = zip_entry(bytes, kRelations, kMaxMeshBytes, file);
+  tinyxml2::XMLDocument document;
+  const tinyxml2::XMLElement& root = parse_xml(document, text, "Relationships", file);
+  for (const auto* r = root.FirstChildElement("Relationship"); r != nullptr;
+       r = r->NextSiblingElement("Relationship")) {
+    if (attribute(*r, "Type") != "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel") {
+      continue;
+    }
+    const std::string target = attribute(*r, "Target");
+    return zip_entry(bytes, target.starts_with('/') ? target.substr(1) : target, kMaxMeshBytes,
+                     file);
+  }
+  refuse_file(file, std::string("its ") + kRelations + " names no model", "export the file again");
+}
+
+/// Refuses what assimp drops in silence.
+void check_build_of_3mf(const tinyxml2::XMLElement& root, const std::string& file) {
+  std::set<std::string> ids;
+  const tinyxml2::XMLElement* resources = root.FirstChildElement("resources");
+  const auto* first = resources != nullptr ? resources->FirstChildElement("object") : nullptr;
+  for (const auto* o = first; o != nullptr; o = o->NextSiblingElement("object")) {
+    ids.insert(attribute(*o, "id"));
+  }
+  const auto check_id = [&](const tinyxml2::XMLElement& at) {
+    const std::string id = attribute(at, "objectid");
+    if (ids.contains(id)) return;
+    refuse_line(file, line_of(at),
+                std::string("<") + at.Name() + "> names object " + shown_word(id) +
+                    ", which is not in the model",
+                "export the file again");
+  };
+  for (const auto* o = first; o != nullptr; o = o->NextSiblingElement("object")) {
+    const tinyxml2::XMLElement* parts = o->FirstChildElement("components");
+    const auto* part = parts != nullptr ? parts->FirstChildElement("component") : nullptr;
+    for (; part != nullptr; part = part->NextSiblingElement("component")) check_id(*part);
+  }
+  const tinyxml2::XMLElement* build = root.FirstChildElement("build");
+  const auto* item = build != nullptr ? build->FirstChildElement("item") : nullptr;
+  if (item == nullptr) {
+    refuse_file(file, "its <build> has no <item>, so none of its objects is placed",
+                "export the file again with the parts on the plate");
+  }
+  for (; item != nullptr; item = item->NextSiblingElement("item")) check_id(*item);
+}
 
 double unit_of_3mf(std::span<const char> bytes, const std::string& file) {
-  const std::string text = zip_entry(bytes, ".model", kMaxMeshBytes, file);
+  const std::string text = model_text_of_3mf(bytes, file);
   tinyxml2::XMLDocument document;
   const tinyxml2::XMLElement& root = parse_xml(document, text, "model", file);
   const std::string extensions = attribute(root, "requiredextensions");
@@ -161,22 +185,38 @@ double unit_of_3mf(std::span<const char> bytes, const std::string& file) {
                 "the file needs extensions of 3MF that are not read: " + shown_word(extensions),
                 "export it with the core of 3MF alone, or as STL");
   }
+  check_build_of_3mf(root, file);
   return named_unit(root, k3mfUnits, file);
 }
 
-double unit_of_amf(std::string_view text, const std::string& file) {
-  tinyxml2::XMLDocument document;
-  return named_unit(parse_xml(document, text, "amf", file), kAmfUnits, file);
-}
+/// assimp reads the mesh of a controller but neither its bind shape nor its joints and morphs.
+class ControllerSearch final : public tinyxml2::XMLVisitor {
+ public:
+  explicit ControllerSearch(const std::string& file) : file_(file) {}
+  bool VisitEnter(const tinyxml2::XMLElement& element, const tinyxml2::XMLAttribute*) override {
+    if (element.Name() == std::string_view("instance_controller")) {
+      refuse_line(file_, line_of(element),
+                  "a node bends its mesh by controller " + shown_word(attribute(element, "url")) +
+                      " (skin or morph), which is not read",
+                  "apply it to the mesh in the program that made the file, and export again");
+    }
+    return true;
+  }
+
+ private:
+  const std::string& file_;
+};
 
 double unit_of_dae(std::string_view text, const std::string& file) {
   tinyxml2::XMLDocument document;
   const tinyxml2::XMLElement& root = parse_xml(document, text, "COLLADA", file);
+  ControllerSearch controllers(file);
+  root.Accept(&controllers);
   const tinyxml2::XMLElement* asset = root.FirstChildElement("asset");
   const tinyxml2::XMLElement* unit = asset != nullptr ? asset->FirstChildElement("unit") : nullptr;
   const std::string meter = unit != nullptr ? attribute(*unit, "meter") : "";
   if (meter.empty()) return 1.0;
-  const auto line = static_cast<std::size_t>(unit->GetLineNum());
+  const auto line = line_of(*unit);
   const double unit_m = parse_number(meter, file, line, "unit", nullptr);
   if (!(unit_m > 0.0)) refuse_line(file, line, "the unit is " + shown_word(meter), "correct it");
   return unit_m;
@@ -187,8 +227,6 @@ double unit_of(std::span<const char> bytes, ImportFormat format, const std::stri
   switch (format) {
     case ImportFormat::k3mf:
       return unit_of_3mf(bytes, file);
-    case ImportFormat::kAmf:
-      return unit_of_amf(text, file);
     case ImportFormat::kDae:
       return unit_of_dae(text, file);
     default:
@@ -292,6 +330,12 @@ class Merge {
 ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::string& file,
                   const std::filesystem::path& folder) {
   const Reader& reader = reader_of(format);
+  // Where the buffers of a .gltf are.
+  const std::filesystem::path below =
+      format == ImportFormat::kGltf ? folder : std::filesystem::path();
+  if (format == ImportFormat::kGltf || format == ImportFormat::kGlb) {
+    check_gltf(bytes, format == ImportFormat::kGlb, file, below);
+  }
   ImportedMesh imported;
   imported.unit_m = unit_of(bytes, format, file);
   Assimp::Importer importer;
@@ -299,8 +343,7 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const std::string name = "part." + std::string(reader.extension);
   // The importer owns it.
-  importer.SetIOHandler(new MemoryFiles(
-      bytes, name, format == ImportFormat::kGltf ? folder : std::filesystem::path()));
+  importer.SetIOHandler(new MemoryFiles(bytes, name, below));
   const aiScene* scene = importer.ReadFile(name, 0);
   if (scene == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0) {
     const std::string reason = importer.GetErrorString();
@@ -324,6 +367,7 @@ bool can_import() { return true; }
 ImportedMesh import_by_assimp(std::span<const char> bytes, ImportFormat format,
                               const std::string& file, const std::filesystem::path& folder) {
   check_mesh_bytes(bytes.size(), file);
+  if (format == ImportFormat::kAmf) return guarded(file, [&] { return read_amf(bytes, file); });
   return guarded(file, [&] { return read(bytes, format, file, folder); });
 }
 

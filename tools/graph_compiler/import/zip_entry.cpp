@@ -41,10 +41,12 @@ class ZipBytes {
 
 constexpr std::uint32_t kEnd = 0x06054b50, kEntry = 0x02014b50, kLocal = 0x04034b50;
 
+char lower_of(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
+
 bool ends_with_any_case(std::string_view name, std::string_view ending) {
   if (name.size() < ending.size()) return false;
-  return std::ranges::equal(name.substr(name.size() - ending.size()), ending, {},
-                            [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
+  return std::ranges::equal(name.substr(name.size() - ending.size()), ending, {}, lower_of,
+                            lower_of);
 }
 
 /// Deflate unpacks a byte to no more than these.
