@@ -9,7 +9,8 @@ namespace {
 
 std::string number(std::uint32_t value, unsigned bytes) {
   std::string text;
-  for (unsigned k = 0; k < bytes; ++k) text += static_cast<char>((value >> (8 * k)) & 0xFFU);
+  for (unsigned k = 0; k < bytes; ++k)
+    text += static_cast<char>((std::uint64_t{value} >> (8 * k)) & 0xFFU);
   return text;
 }
 
