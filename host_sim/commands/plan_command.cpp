@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim plan SCENE.rtscene --goal POSE -o PLAN
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/plan/harmonic_field.hpp"
+#include "host_sim/plan/inside_surface.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/part_report.hpp"
@@ -154,8 +156,18 @@ PlanPose pose_of_option(const SceneView& view, const SlidingPart& part, const Po
                           "widen them in the scene file and compile it again");
 }
 
-void require_free(StepProver& prover, const PlanPose& pose, const std::string& option) {
-  if (prover.is_free(pose)) return;
+void require_free(const SceneView& view, StepProver& prover, const PlanPose& pose,
+                  const std::string& option) {
+  if (prover.is_free(pose)) {
+    const std::optional<std::uint32_t> body = enclosing_body(view, pose);
+    if (!body) return;
+    const BodyRecord& record = view.bodies()[*body];
+    std::string name(view.text(record.name_offset, record.name_bytes));
+    std::replace_if(name.begin(), name.end(), tools::is_control, '?');
+    throw tools::InputError(
+        option + ": the part and '" + name +
+        "' lie in one another there, within a closed surface; give a pose outside of it");
+  }
   const StepProver::Blocked& pair = prover.blocked();
   throw tools::InputError(option + ": the part is not free there: pieces " +
                           std::to_string(pair.piece_a) + " and " + std::to_string(pair.piece_b) +
@@ -361,8 +373,8 @@ int do_plan(const PlanArguments& o) {
       pose_of_option(view, part, tools::pose_from_text(view, "--goal", o.goal), "--goal");
   const double tolerance_m = plan_tolerance_m(view);
   StepProver prover(view, tolerance_m);
-  require_free(prover, start, "--start");
-  require_free(prover, goal, "--goal");
+  require_free(view, prover, start, "--start");
+  require_free(view, prover, goal, "--goal");
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
     throw tools::UsageError("--goal: is the start; give another pose");
   const Task task{view, part, prover, start_wa, start, goal, tolerance_m};

@@ -91,6 +91,9 @@ struct Plan {
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
+/// A control character of ASCII, which a plan's name of a scene does not hold.
+[[nodiscard]] constexpr bool is_control(char c) { return (c >= 0 && c < ' ') || c == 127; }
+
 /// Limits of the format.
 inline constexpr std::size_t kMostPlanPoses = 200'000;
 inline constexpr std::size_t kMostPlanPlanes = 2'000'000;
@@ -133,9 +136,9 @@ class PlanSweep {
 [[nodiscard]] std::string plan_as_text(const Plan& plan);
 
 /// Reads it back. Everything is checked that can be without the scene: the hash, that every number
-/// is one and within the format's limits, that indices exist and ascend, that no pair has two
-/// planes in a step, and that the costs to go are those of the poses. @throws InputError
-/// "FILE:LINE: defect; fix".
+/// is one and within the format's limits, that no pose is there twice in a row, that indices exist
+/// and ascend, that no pair has two planes in a step, and that the costs to go are those of the
+/// poses. @throws InputError "FILE:LINE: defect; fix".
 [[nodiscard]] Plan parse_plan(std::string_view text, const std::string& file);
 [[nodiscard]] Plan read_plan(const std::string& path);
 

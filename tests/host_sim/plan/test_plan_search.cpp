@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "host_sim/plan/inside_surface.hpp"
 #include "host_sim/plan/puzzles.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
@@ -138,6 +139,27 @@ TEST_SUITE("host_sim.plan") {
     // From one side to the other the shorter way leads through half a turn.
     CHECK(limits.hold_between(turned(1.5), turned(-1.5)));
     CHECK_FALSE(limits.hold_between(turned(1.9), turned(-1.9)));
+  }
+
+  TEST_CASE("plan: the material of a closed surface encloses a part, its bore does not") {
+    const auto surface = [](const std::string& shape) {
+      return "format = 1\nname = \"shell\"\n[moving]\nshape = \"box\"\n"
+             "size_m = [0.01, 0.01, 0.01]\nposition_m = [0.0, 0.0, 0.2]\n[[static]]\n" +
+             shape + "as = \"surface\"\n[rendering]\nk_f_n_per_m = 800.0\n";
+    };
+    const auto at = [](double x_m) { return plan_pose(Vec3d(x_m, 0, 0), Quatd::Identity()); };
+    const PlannedScene box(surface("shape = \"box\"\nsize_m = [0.1, 0.1, 0.1]\n"), "box");
+    CHECK(enclosing_body(box.view, at(0)) == 1);
+    CHECK(enclosing_body(box.view, at(0.04)) == 1);
+    CHECK_FALSE(enclosing_body(box.view, at(0.06)));
+    const PlannedScene tube(surface("shape = \"tube\"\ninner_radius_m = 0.02\n"
+                                    "outer_radius_m = 0.06\nheight_m = 0.1\nsegments = 16\n"),
+                            "tube");
+    CHECK_FALSE(enclosing_body(tube.view, at(0)));
+    CHECK(enclosing_body(tube.view, at(0.04)) == 1);
+    CHECK_FALSE(enclosing_body(tube.view, at(0.08)));
+    const PlannedScene solid(wall_scene(""), "solid");
+    CHECK_FALSE(enclosing_body(solid.view, at(0)));
   }
 
   TEST_CASE("step prover: nothing beyond the scene's limits is free") {
