@@ -303,7 +303,7 @@ std::vector<PlanPose> station_poses(const CorneredMotion& motion, double turn_m,
     const PlanPose &from = motion.corners[k - 1], &to = motion.corners[k];
     const double parts = std::ceil(tools::step_length_m(from, to, turn_m) / apart);
     for (double part = 1; part < parts; ++part) poses.push_back(between(from, to, part / parts));
-    poses.push_back(to);
+    if (!(to == poses.back())) poses.push_back(to);
   }
   const std::size_t every =
       (poses.size() + tools::kMostPlanStations - 2) / (tools::kMostPlanStations - 1);
@@ -326,7 +326,7 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
   plan.geometry = tools::geometry_hash(check.scene());
   plan.seed = title.seed;
   plan.scene = title.scene;
-  std::replace(plan.scene.begin(), plan.scene.end(), '\n', ' ');
+  std::replace_if(plan.scene.begin(), plan.scene.end(), tools::is_control, ' ');
   plan.tolerance_m = title.tolerance_m;
   plan.contact_m = title.contact_m;
   plan.length_m = title.turn_m;

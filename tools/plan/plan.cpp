@@ -237,7 +237,11 @@ void read_poses(PlanReader& in, Plan& plan) {
   const std::uint64_t poses = in.count(kMostPlanPoses);
   in.end_line();
   if (poses < 1) in.fail("a plan has a pose at least");
-  for (std::uint64_t k = 0; k < poses; ++k) plan.poses.push_back(read_pose(in));
+  for (std::uint64_t k = 0; k < poses; ++k) {
+    const PlanPose pose = read_pose(in);
+    if (k > 0 && pose == plan.poses.back()) in.fail("is the pose before it once more");
+    plan.poses.push_back(pose);
+  }
 }
 
 void read_planes(PlanReader& in, Plan& plan) {
@@ -418,6 +422,7 @@ Plan parse_plan(std::string_view text, const std::string& file) {
   Plan plan;
   in.begin_line(kFirstWord);
   if (const std::string_view version = in.rest(); version != kVersion) {
+    if (version.ends_with('\r')) in.fail("its lines end in CR LF, and a plan's in LF alone");
     in.fail("is of another version than " + std::string(kVersion));
   }
   in.begin_line("geometry");
@@ -425,6 +430,9 @@ Plan parse_plan(std::string_view text, const std::string& file) {
   in.end_line();
   in.begin_line("scene");
   plan.scene = in.rest();
+  if (std::any_of(plan.scene.begin(), plan.scene.end(), is_control)) {
+    in.fail("the scene's name has a control character");
+  }
   in.begin_line("seed");
   plan.seed = in.count(std::numeric_limits<std::uint64_t>::max());
   in.end_line();

@@ -142,6 +142,11 @@ TEST_SUITE("tools.plan") {
     has(refusal_of(replaced(text, "seed 1", "seed x")), "p.plan:4: 'x' is no count");
     has(refusal_of(replaced(text, "seed 1", "seed 2")), "its hash differs");
     has(refusal_of(text + "x"), "more behind its end");
+    has(refusal_of(replaced(text, "haptic-plan 2\n", "haptic-plan 2\r\n")), "end in CR LF");
+    has(refusal_of(replaced(text, "\nscene ", "\nscene \x1b[31m")), "control character");
+    const std::size_t first = text.find("\npose ") + 1, second = text.find('\n', first) + 1;
+    const std::string pose = text.substr(first, second - first);
+    has(refusal_of(std::string(text).insert(second, pose)), "once more");
     has(refusal_of(tools::resealed_plan(replaced(text, "tolerance ", "tolerance -"))),
         "not positive");
     has(refusal_of(tools::resealed_plan(replaced(text, "station 1 ", "station 2 "))), "station");
