@@ -11,6 +11,8 @@
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/lab/planning/guided_scene.hpp"
 #include "host_sim/lab/planning/hostile_hand.hpp"
+#include "host_sim/report/part_report.hpp"
+#include "host_sim/session/child_run.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/motion_script.hpp"
 #include "rt_core/base/rotation.hpp"
@@ -165,6 +167,27 @@ TEST_SUITE("rt_core.guide") {
     });
     CAPTURE(turned);
     CHECK(turned.find("[motion_limits] orientation") != std::string::npos);
+  }
+
+  TEST_CASE("guide: gains that a device or a hand cannot follow are named") {
+    const TemporaryFolder folder;
+    write_whole_file(folder.file("guide.plan"), tools::plan_as_text(guided_peg().plan));
+    const auto compiled = [&](double pull_n, double let_go_m) {
+      tools::SceneFile scene = tools::read_scene_file(peg_folder() / "scene.toml");
+      add_device(scene.parameters);
+      scene.parameters.device.max_force_n = 3;
+      scene.guide.emplace();
+      scene.guide->plan = folder.file("guide.plan");
+      scene.guide->pull_n = pull_n;
+      scene.guide->let_go_m = let_go_m;
+      std::string all;
+      for (const std::string& note : tools::compile_scene(scene, {}).notes) all += note + "\n";
+      return all;
+    };
+    CHECK(compiled(1.9, 0.01).find("max_force_n") == std::string::npos);
+    CHECK(compiled(2.1, 0.01).find("more than [device] max_force_n, 3 N") != std::string::npos);
+    CHECK_THROWS_WITH_AS((void)compiled(1, 1e-12), doctest::Contains("[guide] let_go_m is 1e-12 m"),
+                         tools::InputError);
   }
 
   TEST_CASE("guide: a station that is not the compiler's own is refused") {

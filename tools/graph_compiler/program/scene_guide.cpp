@@ -30,6 +30,25 @@ void require_within(const EnvelopeParameters& envelope, const Plan& plan,
   }
 }
 
+/// No device lets a hand stay nearer to a way than this [m].
+constexpr double kLeastLetGo_m = 1.0e-6;
+
+void check_gains(const GuideRecord& g, const DeviceParameters& device, const std::string& where,
+                 std::vector<std::string>& notes) {
+  if (g.let_go_m < kLeastLetGo_m) {
+    throw InputError(where + formatted("let_go_m is %.3g m: the guide would let go at once; give "
+                                       "%.0e at least",
+                                       g.let_go_m, kLeastLetGo_m));
+  }
+  if (device.given == 0 || !(device.max_force_n > 0) || g.pull_n + g.hold_n <= device.max_force_n)
+    return;
+  notes.push_back(
+      formatted("warning: [guide] pull_n and hold_n are %.3g N together, more than "
+                "[device] max_force_n, %.3g N: the hand cannot feel all of it; lower "
+                "one of the two",
+                g.pull_n + g.hold_n, device.max_force_n));
+}
+
 }  // namespace
 
 GuideTables make_guide(const SceneGuide& guide, const SceneView& scene, const std::string& file,
@@ -54,6 +73,7 @@ GuideTables make_guide(const SceneGuide& guide, const SceneView& scene, const st
   gains.let_go_m = guide.let_go_m.value_or(gains.let_go_m);
   GuideTables tables = guide_tables(scene, plan, gains);
   const GuideRecord& g = tables.record;
+  check_gains(g, scene.parameters().device, file + ": [guide] ", notes);
   notes.push_back(
       formatted("guide: %zu stations over %.4g mm, %llu steps proved; at most %.3g N and "
                 "%.3g J, off beyond %.3g mm",

@@ -14,7 +14,7 @@ namespace haptic::tools {
 /// The tables for `scene`, which is the same without a guide. A line for people is added to
 /// `notes`.
 /// @throws InputError when the plan cannot be read, is of another scene, is not proved or leaves
-/// the scene's limits, or the law is none with a felt part.
+/// the scene's limits, let_go_m is none, or the law is none with a felt part.
 [[nodiscard]] GuideTables make_guide(const SceneGuide& guide, const SceneView& scene,
                                      const std::string& file, std::vector<std::string>& notes);
 
