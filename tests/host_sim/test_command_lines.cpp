@@ -123,11 +123,11 @@ const Row kRows[] = {
     {kRun, "run @utf16.toml", 3, "is UTF-16; save it as UTF-8"},
     // A plan to where none can be, and numbers that are none.
     {kSim, "plan @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
-     "z is 5 m, and [motion_limits] workspace max_m is 1 m; give a pose within the limits, or"},
+     "m, and [motion_limits] workspace max_m is 1 m; give a pose within the limits, or"},
     {kSim, "plan @limited.rtscene --goal 0,0,0.2,0,1,0,0 -o @a.plan", 3,
      "[motion_limits] orientation, and its max_angle_rad is 0.5"},
     {kSim, "plan @limited.rtscene --goal 0,0,0.2 --start 3,0,0.2 -o @a.plan", 3,
-     "--start: the grip point's x is 3 m"},
+     "--start: the grip point's x is 2.98"},
     {kSim, "plan @peg.rtscene --goal 1e300,0,0 -o @a.plan", 2, "a plan holds places to 1e+06 m"},
     {kSim, "plan @peg.rtscene --goal 0,0,-2e6 -o @a.plan", 2, "a plan holds places to 1e+06 m"},
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seconds inf -o @a.plan", 2, "'inf' is no number"},
