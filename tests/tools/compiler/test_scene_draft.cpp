@@ -173,6 +173,14 @@ TEST_SUITE("tools.scene_draft") {
     CHECK_FALSE(bench.says(bench.draft(), "are both in the same unit?"));
   }
 
+  TEST_CASE("a line break in the name of a file is written by its number") {
+    DraftBench bench;
+    bench.peg = bench.folder.file("a\nb\x7F.obj");
+    write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
+    write_boxes(bench.hole, walls(2));
+    CHECK(bench.draft().toml.find("mesh = \"a\\u000Ab\\u007F.obj\"\n") != std::string::npos);
+  }
+
   TEST_CASE("the program writes a scene file that compiles, and overwrites nothing") {
     DraftBench bench;
     write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});

@@ -173,10 +173,16 @@ std::string way_text(const std::array<int, 3>& direction) {
   return {};
 }
 
-/// In quotes, as TOML has it.
+/// In quotes, as TOML has it: control characters, such as a line break, by their numbers.
 std::string quoted(const std::string& text) {
+  constexpr char kDigits[] = "0123456789ABCDEF";
   std::string out = "\"";
   for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) {
+      out += std::string("\\u00") + kDigits[byte >> 4] + kDigits[byte & 15U];
+      continue;
+    }
     if (c == '"' || c == '\\') out += '\\';
     out += c;
   }
