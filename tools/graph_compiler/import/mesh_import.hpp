@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Mesh formats that are read through other libraries: 3MF, glTF 2 (.gltf, .glb), COLLADA
-/// (.dae) and AMF through assimp, STEP (.step, .stp) through Open CASCADE. Optional: a build
-/// without the libraries refuses such files and names the packages.
+/// Mesh formats that are read through other libraries: 3MF, glTF 2 (.gltf, .glb) and COLLADA
+/// (.dae) through assimp, AMF through tinyxml2, STEP (.step, .stp) through Open CASCADE. Optional:
+/// a build without the libraries refuses such files and names the packages.
 
 #include <cstdint>
 #include <filesystem>
