@@ -68,6 +68,7 @@ std::vector<Corners> walls(int axis) {
 }
 
 struct DraftBench {
+  std::string name = "peg";
   ScratchFolder folder{"draft"};
   std::string peg = folder.file("peg.obj"), hole = folder.file("hole.obj");
 
@@ -76,7 +77,7 @@ struct DraftBench {
     request.moving = peg;
     request.fixed = {hole};
     request.folder = folder.file("");
-    request.name = "peg";
+    request.name = name;
     return draft_scene(request);
   }
   static bool says(const SceneDraft& draft, const std::string& words) {
@@ -173,11 +174,13 @@ TEST_SUITE("tools.scene_draft") {
     CHECK_FALSE(bench.says(bench.draft(), "are both in the same unit?"));
   }
 
-  TEST_CASE("a line break in the name of a file is written by its number") {
+  TEST_CASE("a line break in the name of a file leaves the scene file valid") {
     DraftBench bench;
     bench.peg = bench.folder.file("a\nb\x7F.obj");
     write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
     write_boxes(bench.hole, walls(2));
+    bench.name = "a\nb";
+    CHECK(bench.draft().toml.find("name = \"a b\"\n") != std::string::npos);
     CHECK(bench.draft().toml.find("mesh = \"a\\u000Ab\\u007F.obj\"\n") != std::string::npos);
   }
 

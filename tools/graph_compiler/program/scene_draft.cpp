@@ -189,6 +189,13 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
+/// A name that a scene may have: blanks in place of control characters.
+std::string scene_name(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
 std::string mesh_path(const std::filesystem::path& mesh, const std::filesystem::path& folder) {
   return std::filesystem::proximate(mesh, folder.empty() ? "." : folder).generic_string();
 }
@@ -226,7 +233,7 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
   std::string text =
       "# What each key means, and the others: tools/graph_compiler/SCENE_FILE.md. Units are SI.\n"
       "format = 1\nname = " +
-      quoted(request.name) + "\n\n[moving]                # the part in the hand\n" +
+      quoted(scene_name(request.name)) + "\n\n[moving]                # the part in the hand\n" +
       lines_of(meshes[0]) + "position_m = [" + number(draft.start_m[0]) + ", " +
       number(draft.start_m[1]) + ", " + number(draft.start_m[2]) +
       "]  # where it starts\n"
