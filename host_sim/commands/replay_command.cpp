@@ -45,6 +45,23 @@ void write_page(const std::string& path, const std::string& page, const SceneVie
   write_whole_file(path, filled_page(page, scene, recorded));
 }
 
+/// @throws tools::InputError when `option` needs the contact at the device's pose, which the scene
+/// has no room for.
+void require_goal_contact(const CoreSession& session, const std::string& scene,
+                          const std::string& option) {
+  if (has_goal_contact(session.view().parameters())) return;
+  std::string mend =
+      "leave it out; the felt part of a surface is checked, triangle by triangle, by "
+      "host_lab surface-fuzz SCENE.toml --strict";
+  if (!session.view().has_facets()) {
+    mend = "compile the scene with goal_contact = true in its table [rendering]";
+  }
+  throw tools::InputError(scene + ": " + option +
+                          " needs the contact at the device's pose, which this scene does not "
+                          "search; " +
+                          mend);
+}
+
 int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.out, "--out");
   tools::claim_output(o.plot, "--plot");
@@ -52,6 +69,8 @@ int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.contacts, "--contacts");
   tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
+  if (o.check) require_goal_contact(session, o.scene, "--check");
+  if (!o.reference.empty()) require_goal_contact(session, o.scene, "--reference");
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);

@@ -17,7 +17,9 @@ struct PressedPoint {
   Rotation q_wa = Rotation::Identity();
   double way_m = -1;  ///< from the start; 0: it touches there; negative: the way is free
 };
-/// To half a millimetre. Leaves the core reset. Cost: up to 4001 ticks.
+/// To half a millimetre; in a scene that does not search the contact at the device's pose, as one
+/// with surfaces, a touch is a part that cannot follow. Leaves the core reset. Cost: up to 4001
+/// ticks, and some hundred more for a part that is held.
 [[nodiscard]] PressedPoint touched_point(CoreSession& session);
 
 /// A hand motion for a scene without a script: from the start pose of A straight towards the

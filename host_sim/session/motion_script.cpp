@@ -162,7 +162,7 @@ WayPoint read_waypoint(const Reader& reader, const toml::table& table) {
   reader.check_keys(table,
                     {"phase", "t_s", "position_m", "quaternion", "axis", "angle_rad", "tremor"});
   WayPoint point;
-  point.phase = reader.text(reader.required(table, "phase"), "phase");
+  if (const toml::node* phase = table.get("phase")) point.phase = reader.text(*phase, "phase");
   point.t_s = reader.number(reader.required(table, "t_s"), "t_s", 0.0, kLargestTime_s);
   reader.numbers(reader.required(table, "position_m"), "position_m", -kLargestPosition_m,
                  kLargestPosition_m, point.p);

@@ -21,7 +21,7 @@ struct MotionSample {
 
 /// A pose to be reached at `t_s`, at rest.
 struct WayPoint {
-  std::string phase;  ///< name of the segment that ends here
+  std::string phase = "motion";  ///< name of the segment that ends here
   double t_s = 0.0;
   double p[3] = {0.0, 0.0, 0.0};            ///< [m]
   double q_wxyz[4] = {1.0, 0.0, 0.0, 0.0};  ///< unit

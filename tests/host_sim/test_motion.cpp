@@ -101,6 +101,11 @@ const std::string kScript =
     "quaternion = { w = 0.5, x = 0.5, y = -0.5, z = 0.5 }\n"
     "tremor = 0\n";
 
+/// The smallest, as the README has it.
+const std::string kSmallest =
+    "format = 1\n[[waypoint]]\nt_s = 0.0\nposition_m = [0, 0, 0.05]\n"
+    "[[waypoint]]\nt_s = 2.0\nposition_m = [0, 0, -0.01]\n";
+
 MotionScript script_from(const std::string& text) {
   const TestFile file("script.toml", text);
   return haptic::sim::read_motion_script(file.path());
@@ -219,6 +224,7 @@ TEST_SUITE("host_sim.motion_script") {
     REQUIRE(script.waypoints.size() == 3);
     CHECK(script.waypoints[0].q_wxyz[0] == 1.0);
     CHECK(script.waypoints[1].phase == "down");
+    CHECK(script_from(kSmallest).waypoints[1].phase == "motion");
     CHECK(script.waypoints[1].p[1] == 0.02);
     CHECK(script.waypoints[1].q_wxyz[0] == doctest::Approx(std::cos(0.5)).epsilon(1e-6));
     CHECK(script.waypoints[1].q_wxyz[3] == doctest::Approx(std::sin(0.5)).epsilon(1e-6));

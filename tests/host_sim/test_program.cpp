@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host_sim/lab/golden/golden_check.hpp"
+#include "host_sim/lab/surface_fuzz/surface_scene.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tests/support/program_run.hpp"
@@ -121,6 +122,24 @@ TEST_SUITE("host_sim.program") {
         host_sim("replay " + f.both + " --literal --delta dx --check --json");
     const auto json = nlohmann::json::parse(checked.out);
     CHECK(checked.exit_code == (json.at("check").at("passed") == true ? 0 : 1));
+  }
+
+  TEST_CASE("replay of a surface: checks of the device's pose are refused with what to do") {
+    const Files f;
+    SurfaceScene surface;
+    surface.name = "surface";
+    surface.part = box_mesh_of({0.01, 0.01, 0.01});
+    surface.around = box_mesh_of({0.05, 0.05, 0.01});
+    surface.around_as = PartKind::kSurface;
+    f.write(compiled_surface(surface, 0, kDefaultProxyPasses).blob);
+    CHECK(host_sim("replay " + f.both).exit_code == 0);
+    const std::string reference = f.folder.file("r.csv");
+    std::ofstream(reference) << "t,contact\n0,0\n";
+    for (const std::string& option : {std::string("--check"), "--reference '" + reference + "'"}) {
+      const ProgramResult r = host_sim("replay " + f.both + " " + option);
+      CHECK(r.exit_code == 3);
+      CHECK(r.err.find("host_lab surface-fuzz") != std::string::npos);
+    }
   }
 
   TEST_CASE("vectors: 0 for good files, 1 for a wrong expectation, 3 for malformed JSON") {

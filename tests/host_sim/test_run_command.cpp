@@ -12,6 +12,7 @@
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/pressing_script.hpp"
+#include "host_sim/lab/surface_fuzz/surface_scene.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "tests/support/program_run.hpp"
@@ -94,6 +95,18 @@ TEST_SUITE("host_sim.run") {
     CHECK(std::abs(script.waypoints[3].p[2] - script.waypoints[1].p[2]) < 1e-12);
     CHECK(script.waypoints[4].p[2] == 0);
     CHECK(make_motion(script).size() == 2001);
+  }
+
+  TEST_CASE("pressing script: a surface is pressed where the part cannot follow") {
+    SurfaceScene scene;
+    scene.name = "surface";
+    scene.part = box_mesh_of({0.01, 0.01, 0.01});
+    scene.around = box_mesh_of({0.05, 0.05, 0.01});
+    scene.around_as = PartKind::kSurface;
+    CoreSession session(compiled_surface(scene, 0, kDefaultProxyPasses).blob, "surface");
+    const double pressed_m = pressing_script(session, 1000, 2.0).waypoints[1].p[2];
+    CHECK(pressed_m < 0.0171);
+    CHECK(pressed_m > 0.0163);
   }
 
   TEST_CASE("run: files, account, energy; equal runs give equal bytes") {

@@ -339,6 +339,35 @@ TEST_SUITE("tools.surface_simplification") {
     CHECK_FALSE(narrowest_passage(steps, false, 1.0e-6, 0.02));
   }
 
+  TEST_CASE("the hole in a sheet is a passage, across it and not along its border") {
+    // Four strips round a square hole of 2 mm in a sheet of 20 mm.
+    const auto framed = [](double half) {
+      MeshBuilder m;
+      const double far = 0.01;
+      std::array<std::uint32_t, 4> out{}, in{};
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double x = k == 0 || k == 3 ? -1 : 1, y = k < 2 ? -1 : 1;
+        out[k] = m.vertex({x * far, y * far, 0});
+        in[k] = m.vertex({x * half, y * half, 0});
+      }
+      for (std::size_t k = 0; k < 4; ++k) {
+        m.face({out[k], out[(k + 1) % 4], in[(k + 1) % 4], in[k]});
+      }
+      return m.raw();
+    };
+    SurfaceOptions as_triangles;
+    as_triangles.merge = false;
+    const TriangleMesh mesh = triangle_mesh(make_surface_part(framed(0.001), as_triangles));
+    const auto passage = narrowest_passage(mesh, false, 1.0e-6, 0.0022);
+    REQUIRE(passage);
+    CHECK(passage->width_m == doctest::Approx(0.002));
+    CHECK(std::abs(passage->at[0]) + std::abs(passage->at[1]) < 0.0011);
+    CHECK_FALSE(passage->is_wall);
+    CHECK_FALSE(narrowest_passage(mesh, false, 1.0e-6, 0.00199));
+    CHECK(contains(refusal_of(framed(0.001), 1.1e-3), "would close a hole or gap of 0.002 m near"));
+    CHECK(refusal_of(framed(0.001), 0.9e-3) == "");
+  }
+
   TEST_CASE("a thread keeps its shape: closed, one ball or ring, no triangles that cross") {
     const double pitch = 0.002, diameter = 0.016;
     for (const bool internal : {false, true}) {

@@ -27,6 +27,7 @@
 #include "tools/graph_compiler/simplify/simplification.hpp"
 #include "tools/graph_compiler/simplify/surface_simplification.hpp"
 #include "tools/graph_compiler/surface/surface_body.hpp"
+#include "tools/plan/plan_limits.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 
@@ -206,8 +207,8 @@ WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const S
   report.certificate = pieces.certificate;
   append(report.steps, surface.steps);
   append(report.steps, flat.steps);
-  for (const std::vector<std::string>& warnings :
-       {surface.warnings, flat.warnings, pieces.warnings}) {
+  // Those of the surface are among those of its flat faces.
+  for (const std::vector<std::string>& warnings : {flat.warnings, pieces.warnings}) {
     for (const std::string& warning : warnings) {
       report.warnings.push_back(without_file(warning, raw.file));
     }
@@ -479,6 +480,22 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   parts[0].report.warnings.push_back(text);
 }
 
+/// The core holds the part inside the scene's limits: from a start outside them the hand would pull
+/// at a part that cannot come, and feel nothing.
+/// @throws InputError naming the limit, both values and the mend.
+void check_start_limits(const SceneFile& scene, const SceneView& view) {
+  const SceneParameters& p = view.parameters();
+  const double* const q = p.start_q_wa_xyzw;
+  const Eigen::Quaterniond q_wa(q[3], q[0], q[1], q[2]);
+  const Eigen::Vector3d grip_w =
+      Eigen::Vector3d(p.start_p_wa_m) + q_wa * Eigen::Vector3d(view.bodies()[0].reference_m);
+  const PlanPose start{{grip_w[0], grip_w[1], grip_w[2]}, {q[3], q[0], q[1], q[2]}};
+  const std::string left = PlanLimits(p.envelope).left_by(start);
+  if (left.empty()) return;
+  throw InputError(scene.file + ": the start pose of [moving] lies outside the scene's limits: " +
+                   left + "; move the start inside, or widen the limit");
+}
+
 std::size_t pieces_of(const PartReport& report) {
   return report.surface ? report.surface->facets : report.pieces.size();
 }
@@ -632,6 +649,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
     throw std::logic_error("the scene just written does not open");
   }
+  check_start_limits(scene, view);
   check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
   add_contact_cost(scene, options, view, result);

@@ -402,7 +402,7 @@ std::vector<std::string> epsilon_warnings(const CompiledScene& compiled) {
                                     " over its neighbors,",
                                 epsilon_m));
     }
-    first += part.pieces.size();
+    first += part.surface ? part.surface->facets : part.pieces.size();
   }
   return result;
 }

@@ -664,17 +664,114 @@ std::optional<Overhang> overhang_of(const FaceTriangle& other, const FaceTriangl
   return lowest;
 }
 
+constexpr double kOpposite = 0.94;  // cosine of 20 degrees
+
+/// An edge of one triangle alone.
+struct OpenEdge {
+  std::uint32_t from = 0, to = 0;
+  Point3 along{0, 0, 0}, outward{0, 0, 0};  ///< unit; outward in the triangle's plane
+};
+
+std::vector<OpenEdge> open_edges(const TriangleMesh& mesh, const std::vector<Point3>& normals) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) sides.emplace_back(std::minmax(t[k], t[(k + 1) % 3]));
+  }
+  std::ranges::sort(sides);
+  std::vector<OpenEdge> edges;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = t[k], to = t[(k + 1) % 3];
+      const std::pair<std::uint32_t, std::uint32_t> side = std::minmax(from, to);
+      if (std::ranges::equal_range(sides, side).size() != 1) continue;
+      const Point3 along = vec::unit(vec::sub(mesh.points[to], mesh.points[from]));
+      edges.push_back({from, to, along, vec::unit(vec::cross(along, normals[i]))});
+    }
+  }
+  return edges;
+}
+
+/// The least distance from the line of `edge` to the part of `other` that lies beside it, outward
+/// of it; absent where there is none.
+std::optional<Overhang> beside(const TriangleMesh& mesh, const OpenEdge& edge,
+                               const OpenEdge& other, double inset) {
+  const Point3& origin = mesh.points[edge.from];
+  const double length = vec::norm(vec::sub(mesh.points[edge.to], origin));
+  Point3 p = mesh.points[other.from], q = mesh.points[other.to];
+  const auto at = [&](const Point3& x) { return vec::dot(edge.along, vec::sub(x, origin)); };
+  for (const auto& [bound, sign] : {std::pair{inset, 1.0}, std::pair{length - inset, -1.0}}) {
+    const double in_p = sign * (at(p) - bound), in_q = sign * (at(q) - bound);
+    if (in_p < 0 && in_q < 0) return std::nullopt;
+    if (in_p * in_q >= 0) continue;
+    const Point3 cut = vec::add(p, vec::scaled(vec::sub(q, p), in_p / (in_p - in_q)));
+    (in_p < 0 ? p : q) = cut;
+  }
+  std::optional<Overhang> nearest;
+  for (const Point3& x : {p, q}) {
+    const Point3 off = vec::sub(vec::sub(x, origin), vec::scaled(edge.along, at(x)));
+    if (!(vec::dot(edge.outward, off) > inset)) return std::nullopt;
+    const double distance = vec::norm(off);
+    if (!nearest || distance < nearest->height) {
+      nearest = {distance, vec::sub(x, vec::scaled(off, 0.5))};
+    }
+  }
+  return nearest;
+}
+
+/// The narrowest hole or gap between open edges, below `reach_m`.
+std::optional<NarrowPassage> narrowest_opening(const TriangleMesh& mesh,
+                                               const std::vector<Point3>& normals,
+                                               double touching_m, double reach_m) {
+  const std::vector<OpenEdge> edges = open_edges(mesh, normals);
+  std::vector<vec::Box> boxes(edges.size());
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    boxes[e].include(mesh.points[edges[e].from]);
+    boxes[e].include(mesh.points[edges[e].to]);
+  }
+  const BoxTree tree(boxes);
+  std::optional<NarrowPassage> found;
+  std::vector<std::uint32_t> near;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const OpenEdge& edge = edges[e];
+    const double reach = found ? found->width_m : reach_m;
+    vec::Box box;
+    for (const std::uint32_t v : {edge.from, edge.to}) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        Point3 p = mesh.points[v];
+        p[k] += reach;
+        box.include(p);
+        p[k] -= 2 * reach;
+        box.include(p);
+      }
+    }
+    tree.find(box, near);
+    for (const std::uint32_t k : near) {
+      const OpenEdge& other = edges[k];
+      if (other.from == edge.from || other.from == edge.to || other.to == edge.from ||
+          other.to == edge.to || !(vec::dot(edge.outward, other.outward) < -kOpposite)) {
+        continue;
+      }
+      const auto gap = beside(mesh, edge, other, touching_m);
+      if (!gap || !(gap->height > touching_m) || !(gap->height < reach)) continue;
+      if (!found || gap->height < found->width_m) found = {gap->height, gap->at, false};
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 std::optional<NarrowPassage> narrowest_passage(const TriangleMesh& mesh, bool closed,
                                                double touching_m, double reach_m) {
-  constexpr double kOpposite = 0.94;  // cosine of 20 degrees
   const BoxTree tree = tree_of(mesh);
   std::vector<Point3> normals;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     normals.push_back(vec::unit(twice_area_of(mesh.corners(i))));
   }
   std::optional<NarrowPassage> found;
+  if (!closed) found = narrowest_opening(mesh, normals, touching_m, reach_m);
   std::vector<std::uint32_t> near;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const FaceTriangle t = mesh.corners(i);

@@ -83,7 +83,7 @@ class EdgeCollapse {
   std::unique_ptr<Work> work_;
 };
 
-/// Two facets opposite each other.
+/// Two facets, or two open edges, opposite each other.
 struct NarrowPassage {
   double width_m = 0.0;  ///< where it is narrowest
   Point3 at{0, 0, 0};    ///< in its middle there
@@ -93,9 +93,10 @@ struct NarrowPassage {
 /// The narrowest passage below `reach_m` between facets that look at each other (normals less than
 /// 20 degrees from opposite) and have no corner in common: the least height over a triangle, along
 /// its normal, of what stands over it. Facets that come as near as `touching_m` there are closed
-/// already.
+/// already. Where the mesh is open, also between open edges whose triangles lie away from each
+/// other: the hole in a sheet.
 /// @param closed  the normals are those of a solid.
-/// Cost: the pairs of triangles nearer than the reach.
+/// Cost: the pairs of triangles, and of open edges, nearer than the reach.
 std::optional<NarrowPassage> narrowest_passage(const TriangleMesh& mesh, bool closed,
                                                double touching_m, double reach_m);
 
