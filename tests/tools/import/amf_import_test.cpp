@@ -17,7 +17,7 @@ RawMesh amf(const std::string& items) {
   return import_bytes(amf_of(items, "unit=\"meter\""), ImportFormat::kAmf, "part", {}).mesh;
 }
 
-std::string refusal_of(const std::string& bytes) {
+std::string amf_refusal(const std::string& bytes) {
   try {
     import_bytes(bytes, ImportFormat::kAmf, "part", {});
   } catch (const InputError& error) {
@@ -37,7 +37,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(text.find(from), from.size(), to);
 }
 
-bool is_skipped() {
+bool is_amf_skipped() {
   if (can_import()) return false;
   MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
   return true;
@@ -47,7 +47,7 @@ bool is_skipped() {
 
 TEST_SUITE("tools.amf_import") {
   TEST_CASE("all volumes of all objects, each a group") {
-    if (is_skipped()) return;
+    if (is_amf_skipped()) return;
     const RawMesh mesh = amf(amf_object("1", 3) + amf_object("2"));
     REQUIRE(mesh.faces.size() == 16);
     CHECK(mesh.vertices.size() == 16);
@@ -57,7 +57,7 @@ TEST_SUITE("tools.amf_import") {
   }
 
   TEST_CASE("instances are turned about the fixed axes x, y, z and then shifted") {
-    if (is_skipped()) return;
+    if (is_amf_skipped()) return;
     const auto placed = [](const std::string& place) {
       return amf("<constellation id=\"2\"><instance objectid=\"1\">" + place +
                  "</instance></constellation>" + amf_object("1"));
@@ -80,7 +80,7 @@ TEST_SUITE("tools.amf_import") {
   }
 
   TEST_CASE("nested constellations; what they name stands only where they place it") {
-    if (is_skipped()) return;
+    if (is_amf_skipped()) return;
     const RawMesh mesh =
         amf(amf_object("1") + amf_object("free") +
             "<constellation id=\"row\"><instance objectid=\"1\"><deltax>2</deltax></instance>"
@@ -97,7 +97,7 @@ TEST_SUITE("tools.amf_import") {
   }
 
   TEST_CASE("units, archives, and what is skipped") {
-    if (is_skipped()) return;
+    if (is_amf_skipped()) return;
     const std::pair<const char*, double> units[] = {{"", 1e-3},
                                                     {"unit=\"micron\"", 1e-6},
                                                     {"unit=\"micrometer\"", 1e-6},
@@ -122,7 +122,7 @@ TEST_SUITE("tools.amf_import") {
   }
 
   TEST_CASE("defects are said with their line") {
-    if (is_skipped()) return;
+    if (is_amf_skipped()) return;
     const std::string object = amf_object("1");
     const auto constellation = [](const std::string& id, const std::string& objectid) {
       return "<constellation id=\"" + id + "\">\n<instance objectid=\"" + objectid + "\"/>" +
@@ -163,11 +163,11 @@ TEST_SUITE("tools.amf_import") {
         {"<object id=\"1\"/>", "the file holds no face"}};
     for (const auto& [items, says] : defects) {
       CAPTURE(items);
-      const std::string text = refusal_of(amf_of(items, "unit=\"meter\""));
+      const std::string text = amf_refusal(amf_of(items, "unit=\"meter\""));
       CAPTURE(text);
       CHECK(contains(text, says));
       CHECK(contains(text, "; "));
     }
-    CHECK(contains(refusal_of(zip_of({{"a.txt", "x"}})), "holds no file '*.amf'"));
+    CHECK(contains(amf_refusal(zip_of({{"a.txt", "x"}})), "holds no file '*.amf'"));
   }
 }

@@ -24,7 +24,7 @@ ImportedMesh import(const std::string& text, const ImportOptions& options = {}) 
   return import_bytes(text, ImportFormat::kStep, "part.step", {}, options);
 }
 
-std::string refusal_of(const std::string& text) {
+std::string step_refusal(const std::string& text) {
   try {
     import(text);
   } catch (const InputError& error) {
@@ -33,7 +33,7 @@ std::string refusal_of(const std::string& text) {
   return {};
 }
 
-bool is_skipped() {
+bool is_step_skipped() {
   if (can_import_step()) return false;
   MESSAGE("skipped: built without Open CASCADE");
   return true;
@@ -67,13 +67,13 @@ double side_error(const RawMesh& mesh, double radius_m) {
 TEST_SUITE("tools.step_import") {
   TEST_CASE("a build without Open CASCADE names the package") {
     if (can_import_step()) return;
-    const std::string text = refusal_of(step_box({1, 2, 3}));
+    const std::string text = step_refusal(step_box({1, 2, 3}));
     CHECK(contains(text, "part.step: this program was built without"));
     CHECK(contains(text, "install libocct-data-exchange-dev"));
   }
 
   TEST_CASE("a box in any unit is twelve triangles in metres") {
-    if (is_skipped()) return;
+    if (is_step_skipped()) return;
     const std::pair<const char*, double> units[] = {
         {kStepMillimetre, 1e-3}, {kStepMetre, 1.0}, {kStepInch, 0.0254}};
     for (const auto& [unit, unit_m] : units) {
@@ -92,7 +92,7 @@ TEST_SUITE("tools.step_import") {
   }
 
   TEST_CASE("a cylinder is as near to its round face as asked, and finer where asked for less") {
-    if (is_skipped()) return;
+    if (is_step_skipped()) return;
     const std::string text = step_cylinder(10, 30);
     std::size_t faces = 0;
     for (const double asked_m : {1e-3, 1e-4, 1e-5}) {
@@ -117,7 +117,7 @@ TEST_SUITE("tools.step_import") {
   }
 
   TEST_CASE("the default deflection is a share of the size at any size") {
-    if (is_skipped()) return;
+    if (is_step_skipped()) return;
     std::size_t faces = 0;
     for (const double size : {0.1, 1.0, 100.0, 1e4}) {
       CAPTURE(size);
@@ -132,7 +132,7 @@ TEST_SUITE("tools.step_import") {
   }
 
   TEST_CASE("damaged files are refused with what is wrong and how to fix it") {
-    if (is_skipped()) return;
+    if (is_step_skipped()) return;
     const std::string box = step_box({1, 2, 3});
     const std::pair<std::string, const char*> damages[] = {
         {"", "the file is empty"},
@@ -143,7 +143,7 @@ TEST_SUITE("tools.step_import") {
         {with(box, "SHAPE_DEFINITION_REPRESENTATION", "X"), ""},
         {with(box, "CLOSED_SHELL", "OPEN_BOOK"), ""}};
     for (const auto& [text, says] : damages) {
-      const std::string refusal = refusal_of(text);
+      const std::string refusal = step_refusal(text);
       CAPTURE(text.substr(0, 100));
       CAPTURE(refusal);
       CHECK(refusal.starts_with("part.step: "));
@@ -153,7 +153,7 @@ TEST_SUITE("tools.step_import") {
   }
 
   TEST_CASE("a scene: unit from the file, the deflection is a key and is told") {
-    if (is_skipped()) return;
+    if (is_step_skipped()) return;
     const ScratchFolder folder("step_scenes");
     std::ofstream(folder.file("pin.step")) << step_cylinder(5, 20);
     std::ofstream(folder.file("part.off")) << "OFF\n";
