@@ -50,16 +50,16 @@ void write_page(const std::string& path, const std::string& page, const SceneVie
 void require_goal_contact(const CoreSession& session, const std::string& scene,
                           const std::string& option) {
   if (has_goal_contact(session.view().parameters())) return;
-  std::string mend =
+  std::string fix =
       "leave it out; the felt part of a surface is checked, triangle by triangle, by "
       "host_lab surface-fuzz SCENE.toml --strict";
   if (!session.view().has_facets()) {
-    mend = "compile the scene with goal_contact = true in its table [rendering]";
+    fix = "compile the scene with goal_contact = true in its table [rendering]";
   }
   throw tools::InputError(scene + ": " + option +
                           " needs the contact at the device's pose, which this scene does not "
                           "search; " +
-                          mend);
+                          fix);
 }
 
 int do_replay(const ReplayArguments& o) {

@@ -482,7 +482,7 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
 
 /// The core holds the part inside the scene's limits: from a start outside them the hand would pull
 /// at a part that cannot come, and feel nothing.
-/// @throws InputError naming the limit, both values and the mend.
+/// @throws InputError naming the limit, both values and the fix.
 void check_start_limits(const SceneFile& scene, const SceneView& view) {
   const SceneParameters& p = view.parameters();
   const double* const q = p.start_q_wa_xyzw;
