@@ -480,10 +480,10 @@ void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   parts[0].report.warnings.push_back(text);
 }
 
-/// The core holds the part inside the scene's limits: from a start outside them the hand would pull
-/// at a part that cannot come, and feel nothing.
-/// @throws InputError naming the limit, both values and the fix.
-void check_start_limits(const SceneFile& scene, const SceneView& view) {
+/// The core holds the part inside the scene's limits: a hand that begins at a start outside them
+/// pulls at a part that cannot come, and feels nothing. A warning and no refusal, for a motion of
+/// its own need not begin there.
+void warn_of_start_limits(const SceneView& view, PartReport& moving) {
   const SceneParameters& p = view.parameters();
   const double* const q = p.start_q_wa_xyzw;
   const Eigen::Quaterniond q_wa(q[3], q[0], q[1], q[2]);
@@ -492,8 +492,10 @@ void check_start_limits(const SceneFile& scene, const SceneView& view) {
   const PlanPose start{{grip_w[0], grip_w[1], grip_w[2]}, {q[3], q[0], q[1], q[2]}};
   const std::string left = PlanLimits(p.envelope).left_by(start);
   if (left.empty()) return;
-  throw InputError(scene.file + ": the start pose of [moving] lies outside the scene's limits: " +
-                   left + "; move the start inside, or widen the limit");
+  moving.warnings.push_back(
+      "the start pose lies outside the scene's limits, and a hand that "
+      "begins there feels nothing: " +
+      left + "; move the start inside, or widen the limit");
 }
 
 std::size_t pieces_of(const PartReport& report) {
@@ -649,7 +651,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   if (SceneView::open(aligned.span(), view) != RtStatus::kOk) {
     throw std::logic_error("the scene just written does not open");
   }
-  check_start_limits(scene, view);
+  warn_of_start_limits(view, result.parts[0]);
   check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
   add_contact_cost(scene, options, view, result);
