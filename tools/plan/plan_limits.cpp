@@ -70,4 +70,18 @@ std::string PlanLimits::left_by(const PlanPose& pose) const {
       angle_rad(pose), envelope_.max_angle_rad);
 }
 
+std::string PlanLimits::left_by(const Plan& plan) const {
+  for (std::size_t k = 0; k < plan.poses.size(); ++k) {
+    std::string left = left_by(plan.poses[k]);
+    if (left.empty() && k > 0 && !hold_between(plan.poses[k - 1], plan.poses[k])) {
+      left =
+          "the part turns there through half a turn from the middle of [motion_limits] orientation";
+    }
+    if (left.empty()) continue;
+    return formatted("pose %zu of %zu (from 0) leaves the scene's limits: ", k, plan.poses.size()) +
+           left;
+  }
+  return "";
+}
+
 }  // namespace haptic::tools

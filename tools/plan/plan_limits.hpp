@@ -6,7 +6,7 @@
 #include <string>
 
 #include "rt_core/scene/scene_format.hpp"
-#include "tools/plan/plan_pose.hpp"
+#include "tools/plan/plan.hpp"
 
 namespace haptic::tools {
 
@@ -27,6 +27,8 @@ class PlanLimits {
   [[nodiscard]] bool hold_between(const PlanPose& from, const PlanPose& to) const;
   /// Which limit a pose leaves, as a sentence with the two values; empty: none.
   [[nodiscard]] std::string left_by(const PlanPose& pose) const;
+  /// The same for the first of a plan's poses that does, or is reached by a way that does.
+  [[nodiscard]] std::string left_by(const Plan& plan) const;
 
  private:
   [[nodiscard]] double product(const PlanPose& pose) const;

@@ -72,6 +72,7 @@ Json body_json(const BodyFacts& body, bool moving) {
 Json parameters_json(const SceneParameters& p) {
   Json result = {
       {"law", law_name(p.law)},
+      {"goal_contact", p.goal_contact != 0},
       {"k_f_n_per_m", p.k_f_n_per_m},
       {"epsilon_m", p.epsilon_m},
       {"epsilon_o_m", p.epsilon_o_m},

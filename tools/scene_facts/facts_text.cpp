@@ -76,6 +76,7 @@ std::string parameters_text(const SceneParameters& p) {
       "  law %s, k_F %.9g N/m, epsilon %.9g m, epsilon_o %.9g m, exact within %.9g m, loop %.9g "
       "Hz\n",
       law_name(p.law), p.k_f_n_per_m, p.epsilon_m, p.epsilon_o_m, p.exact_band_m, p.rate_hz);
+  if (p.goal_contact == 0) text += "  the contact at the device's pose is not searched\n";
   text +=
       formatted("  start pose (%.9g, %.9g, %.9g) m, quaternion w x y z (%.9g, %.9g, %.9g, %.9g)\n",
                 p.start_p_wa_m[0], p.start_p_wa_m[1], p.start_p_wa_m[2], p.start_q_wa_xyzw[3],

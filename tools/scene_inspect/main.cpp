@@ -15,6 +15,7 @@
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/plan_limits.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 #include "tools/scene_inspect/c_space_view.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
@@ -100,10 +101,12 @@ int draw_c_space(const Arguments& arguments, const SceneView& view) {
   return kExitDone;
 }
 
-/// The plan alone: proves every step again, in long double from the vertices of the scene.
+/// The plan alone: proves every step again, in long double from the vertices of the scene, and
+/// looks whether it stays within the scene's limits.
 int inspect_plan(const Arguments& arguments, const SceneView& view) {
   const Plan plan = read_plan(arguments.plan);
-  const PlanProof proof = prove_plan(view, plan, arguments.plan);
+  PlanProof proof = prove_plan(view, plan, arguments.plan);
+  if (proof.holds()) proof.failure = PlanLimits(view.parameters().envelope).left_by(plan);
   if (arguments.json) {
     const nlohmann::ordered_json json = {{"plan", arguments.plan},
                                          {"scene", plan.scene},

@@ -108,6 +108,10 @@ TEST_SUITE("host_sim.plan") {
     // The probe: without room above there is no way left.
     const PlannedScene low(limited_wall(0.11, 0.1), "low");
     CHECK_FALSE(quick_plan(low.view, "0,0.02,0", 3'000).search.found);
+    CHECK(limits.left_by(made.plan) == "");
+    CHECK(tools::PlanLimits(low.view.parameters().envelope)
+              .left_by(made.plan)
+              .find("leaves the scene's limits: the grip point's z is") != std::string::npos);
   }
 
   TEST_CASE("plan limits: what leaves them is named with its value") {

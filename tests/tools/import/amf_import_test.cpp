@@ -156,6 +156,9 @@ TEST_SUITE("tools.amf_import") {
         {object + constellation("2", ""), "an instance names object ''"},
         {object + constellation("2", "2"), "part:2: constellation '2' places itself"},
         {object + constellation("2", "3") + constellation("3", "2"), "places itself"},
+        {object + "\n<constellation id=\"2\"><instance objectid=\"1\"/><instance objectid=\"2\"/>"
+                  "</constellation>",
+         "part:3: constellation '2' places itself"},
         {object + constellation("2", "3") + constellation("3", "2") + constellation("4", "3"),
          "places itself"},
         {deep, "constellations are nested too deeply"},

@@ -185,6 +185,12 @@ TEST_SUITE("tools.mesh_import") {
                              "<object id=\"2\"><components><component objectid=\"9\"/>"
                              "</components></object></resources>")),
          ImportFormat::k3mf, "<component> names object '9'"},
+        {archive_of_3mf(with(model, "</resources>",
+                             "<object id=\"2\"><components><component objectid=\"1\"/>"
+                             "<component objectid=\"3\"/></components></object>"
+                             "\n<object id=\"3\"><components><component objectid=\"2\"/>"
+                             "</components></object></resources>")),
+         ImportFormat::k3mf, "the components of object '2' run in a circle"},
         {zip_of({{"_rels/.rels", "<Relationships/>"}, {"3D/3dmodel.model", model}}),
          ImportFormat::k3mf, "its _rels/.rels names no model"},
         {zip_of({{"3D/3dmodel.model", model}}), ImportFormat::k3mf, "holds no file '*_rels/.rels'"},
@@ -228,6 +234,21 @@ TEST_SUITE("tools.mesh_import") {
     whole_numbers.replace(whole_numbers.find("5126"), 4, "5122");
     CHECK(contains(refusal_of(whole_numbers, ImportFormat::kGltf),
                    "accessor 0 holds corners that are no floats"));
+  }
+
+  TEST_CASE("a glTF node that bends, morphs or multiplies its mesh is refused") {
+    if (is_skipped()) return;
+    for (const auto& [node, says] : std::vector<std::pair<std::string, std::string>>{
+             {"\"skin\":0,", "node 0 bends its mesh by a skin"},
+             {"\"weights\":[0,0.5],", "node 0 morphs its mesh"},
+             {"\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}},",
+              "node 0 places its mesh many times"}}) {
+      CHECK(contains(refusal_of(tetrahedron_gltf(node), ImportFormat::kGltf), says));
+    }
+    CHECK(import(tetrahedron_gltf("\"weights\":[0],"), ImportFormat::kGltf).mesh.faces.size() == 4);
+    std::string morphed = tetrahedron_gltf();
+    morphed.replace(morphed.find("\"primitives\""), 0, "\"weights\":[1],");
+    CHECK(contains(refusal_of(morphed, ImportFormat::kGltf), "mesh 0 is morphed"));
   }
 
   TEST_CASE("a .gltf opens buffers below its folder and nothing else") {

@@ -69,7 +69,7 @@ class AmfReader {
     }
     // Constellations that no other names place all that is named, unless they run in a circle.
     for (const AmfItem& item : items_) {
-      if (!item.is_placed) refuse_circle(*item.element);
+      if (!item.is_placed && !item.is_object) refuse_circle(*item.element);
     }
   }
 

@@ -14,8 +14,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <memory>
-#include <set>
+#include <vector>
 
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/import/amf_reader.hpp"
@@ -145,27 +146,57 @@ std::string model_text_of_3mf(std::span<const char> bytes, const std::string& fi
   refuse_file(file, std::string("its ") + kRelations + " names no model", "export the file again");
 }
 
-/// Refuses what assimp drops in silence.
+/// Refuses components that place each other in a circle, which assimp follows without end.
+void check_components_of_3mf(
+    const std::map<std::string, std::vector<const tinyxml2::XMLElement*>>& components,
+    const std::string& file) {
+  // Takes away object after object whose components are all taken away; a circle stays.
+  std::map<std::string, std::vector<std::string>> users;
+  std::map<std::string, std::size_t> left;
+  std::vector<std::string> taken;
+  for (const auto& [id, parts] : components) {
+    left[id] = parts.size();
+    if (parts.empty()) taken.push_back(id);
+    for (const auto* part : parts) users[attribute(*part, "objectid")].push_back(id);
+  }
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    for (const std::string& user : users[std::string(taken[k])]) {
+      if (--left[user] == 0) taken.push_back(user);
+    }
+  }
+  for (const auto& [id, parts] : components) {
+    if (left[id] == 0) continue;
+    refuse_line(file, line_of(*parts.front()),
+                "the components of object " + shown_word(id) + " run in a circle",
+                "correct their objectid");
+  }
+}
+
+/// Refuses what assimp drops in silence or dies of.
 void check_build_of_3mf(const tinyxml2::XMLElement& root, const std::string& file) {
-  std::set<std::string> ids;
+  std::map<std::string, std::vector<const tinyxml2::XMLElement*>> components;
   const tinyxml2::XMLElement* resources = root.FirstChildElement("resources");
-  const auto* first = resources != nullptr ? resources->FirstChildElement("object") : nullptr;
-  for (const auto* o = first; o != nullptr; o = o->NextSiblingElement("object")) {
-    ids.insert(attribute(*o, "id"));
+  const auto* o = resources != nullptr ? resources->FirstChildElement("object") : nullptr;
+  for (; o != nullptr; o = o->NextSiblingElement("object")) {
+    auto& of_object = components[attribute(*o, "id")];
+    const tinyxml2::XMLElement* parts = o->FirstChildElement("components");
+    const auto* part = parts != nullptr ? parts->FirstChildElement("component") : nullptr;
+    for (; part != nullptr; part = part->NextSiblingElement("component")) {
+      of_object.push_back(part);
+    }
   }
   const auto check_id = [&](const tinyxml2::XMLElement& at) {
     const std::string id = attribute(at, "objectid");
-    if (ids.contains(id)) return;
+    if (components.contains(id)) return;
     refuse_line(file, line_of(at),
                 std::string("<") + at.Name() + "> names object " + shown_word(id) +
                     ", which is not in the model",
                 "export the file again");
   };
-  for (const auto* o = first; o != nullptr; o = o->NextSiblingElement("object")) {
-    const tinyxml2::XMLElement* parts = o->FirstChildElement("components");
-    const auto* part = parts != nullptr ? parts->FirstChildElement("component") : nullptr;
-    for (; part != nullptr; part = part->NextSiblingElement("component")) check_id(*part);
+  for (const auto& [id, parts] : components) {
+    for (const auto* part : parts) check_id(*part);
   }
+  check_components_of_3mf(components, file);
   const tinyxml2::XMLElement* build = root.FirstChildElement("build");
   const auto* item = build != nullptr ? build->FirstChildElement("item") : nullptr;
   if (item == nullptr) {

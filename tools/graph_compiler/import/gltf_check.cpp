@@ -78,6 +78,34 @@ void check_corners(const Json& root, const std::string& file) {
   }
 }
 
+/// assimp places a mesh by its node alone: no joints, no morphs, and one instance.
+void check_shapes(const Json& root, const std::string& file) {
+  const auto refuse = [&](const std::string& what, std::size_t index, const char* how) {
+    refuse_file(file, what + " " + std::to_string(index) + how,
+                "apply it in the program that made the file and export again, or as STL");
+  };
+  const auto is_morphed = [](const Json& of) {
+    const Json& weights = member(of, "weights");
+    return std::ranges::any_of(weights, [](const Json& w) { return w.is_number() && w != 0; });
+  };
+  std::size_t node_index = 0, mesh_index = 0;
+  for (const Json& node : member(root, "nodes")) {
+    if (!member(node, "skin").is_null()) {
+      refuse("node", node_index, " bends its mesh by a skin, which is not read");
+    }
+    if (!member(member(node, "extensions"), "EXT_mesh_gpu_instancing").is_null()) {
+      refuse("node", node_index,
+             " places its mesh many times (EXT_mesh_gpu_instancing), which is not read");
+    }
+    if (is_morphed(node)) refuse("node", node_index, " morphs its mesh, which is not read");
+    ++node_index;
+  }
+  for (const Json& mesh : member(root, "meshes")) {
+    if (is_morphed(mesh)) refuse("mesh", mesh_index, " is morphed, which is not read");
+    ++mesh_index;
+  }
+}
+
 void check_buffers(const Json& root, const std::string& file, const std::filesystem::path& folder) {
   std::size_t index = 0;
   for (const Json& buffer : member(root, "buffers")) {
@@ -118,6 +146,7 @@ void check_gltf(std::span<const char> bytes, bool is_glb, const std::string& fil
   }
   check_extensions(root, file);
   check_corners(root, file);
+  check_shapes(root, file);
   check_buffers(root, file, folder);
 }
 

@@ -13,21 +13,11 @@ namespace {
 /// The core holds the part inside the limits, and could not follow a plan that leaves them.
 void require_within(const EnvelopeParameters& envelope, const Plan& plan,
                     const std::string& where) {
-  const PlanLimits limits(envelope);
-  for (std::size_t k = 0; k < plan.poses.size(); ++k) {
-    std::string left = limits.left_by(plan.poses[k]);
-    if (left.empty() && k > 0 && !limits.hold_between(plan.poses[k - 1], plan.poses[k])) {
-      left =
-          "the part turns there through half a turn from the middle of [motion_limits] orientation";
-    }
-    if (left.empty()) continue;
-    throw InputError(
-        where +
-        formatted(": pose %zu of %zu (from 0) leaves the scene's limits: ", k, plan.poses.size()) +
-        left +
-        "; make the plan with host_sim plan from a scene with these limits, or widen "
-        "them");
-  }
+  const std::string left = PlanLimits(envelope).left_by(plan);
+  if (left.empty()) return;
+  throw InputError(where + ": " + left +
+                   "; make the plan with host_sim plan from a scene with these limits, or widen "
+                   "them");
 }
 
 /// No device lets a hand stay nearer to a way than this [m].
