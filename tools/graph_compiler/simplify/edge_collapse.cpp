@@ -685,7 +685,9 @@ std::vector<OpenEdge> open_edges(const TriangleMesh& mesh, const std::vector<Poi
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = t[k], to = t[(k + 1) % 3];
       const std::pair<std::uint32_t, std::uint32_t> side = std::minmax(from, to);
-      if (std::ranges::equal_range(sides, side).size() != 1) continue;
+      // clang++ 14 takes no range of std::ranges for one.
+      const auto [first, last] = std::equal_range(sides.begin(), sides.end(), side);
+      if (last - first != 1) continue;
       const Point3 along = vec::unit(vec::sub(mesh.points[to], mesh.points[from]));
       edges.push_back({from, to, along, vec::unit(vec::cross(along, normals[i]))});
     }
