@@ -276,20 +276,6 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
   return tools::kExitDone;
 }
 
-/// A motion down a harmonic function about the one that was found.
-CorneredMotion down_field(const Task& task, const TranslationSpace& space,
-                          const CorneredMotion& about, std::string& how) {
-  std::vector<Vec3d> corners;
-  for (const PlanPose& pose : about.corners) corners.push_back(place_of(pose));
-  const HarmonicField field = make_harmonic_field(space, corners);
-  CorneredMotion motion;
-  for (const Vec3d& x : descend(field, corners.front(), corners.back()))
-    motion.corners.push_back(plan_pose(x, turn_of(task.start)));
-  how += tools::formatted("  harmonic  %zu cells of %.3g mm, %u rounds, residual %.2g\n",
-                          field.cells.size(), 1e3 * field.pitch_m, field.rounds, field.residual);
-  return motion;
-}
-
 /// The answer of the cells, where they have one.
 std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
   const TranslationResult result = plan_translation(task.view, task.prover, task.start_wa,
@@ -323,7 +309,13 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
       tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %llu pairs\n",
                        result.seconds, result.space.cells.size(), result.space.faces.size(),
                        static_cast<unsigned long long>(task.view.pair_count()));
-  if (o.method == PlanMethod::kHarmonic) motion = down_field(task, result.space, motion, how);
+  if (o.method == PlanMethod::kHarmonic) {
+    HarmonicDescent down = descend_about(result.space, motion);
+    motion = std::move(down.motion);
+    how += tools::formatted("  harmonic  %zu cells of %.3g mm, %u rounds, residual %.2g\n",
+                            down.field.cells.size(), 1e3 * down.field.pitch_m, down.field.rounds,
+                            down.field.residual);
+  }
   json["method"] = o.method == PlanMethod::kHarmonic ? "harmonic" : "translations";
   return keep_plan(task, o, plan_from(task.view, task.part, task.prover, motion, o.seed),
                    std::move(json), how);

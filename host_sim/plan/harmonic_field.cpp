@@ -297,4 +297,14 @@ std::vector<Vec3d> descend(const HarmonicField& field, const Vec3d& start, const
   return way;
 }
 
+HarmonicDescent descend_about(const TranslationSpace& space, const CorneredMotion& about) {
+  std::vector<Vec3d> corners;
+  for (const PlanPose& pose : about.corners) corners.push_back(place_of(pose));
+  HarmonicDescent result;
+  result.field = make_harmonic_field(space, corners);
+  for (const Vec3d& x : descend(result.field, corners.front(), corners.back()))
+    result.motion.corners.push_back(plan_pose(x, turn_of(about.corners.front())));
+  return result;
+}
+
 }  // namespace haptic::sim

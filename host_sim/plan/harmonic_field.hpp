@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "host_sim/plan/step_prover.hpp"
 #include "host_sim/plan/translation_cells.hpp"
 
 namespace haptic::sim {
@@ -46,5 +47,14 @@ struct HarmonicField {
 /// first place is `start`, the last is `goal`.
 [[nodiscard]] std::vector<Vec3d> descend(const HarmonicField& field, const Vec3d& start,
                                          const Vec3d& goal);
+
+struct HarmonicDescent {
+  HarmonicField field;
+  CorneredMotion motion;
+};
+/// The field about a motion of a part that does not turn, and the motion down it between the same
+/// ends. @throws as make_harmonic_field
+[[nodiscard]] HarmonicDescent descend_about(const TranslationSpace& space,
+                                            const CorneredMotion& about);
 
 }  // namespace haptic::sim

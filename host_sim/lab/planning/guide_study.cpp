@@ -6,8 +6,10 @@
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/lab/planning/guided_scene.hpp"
+#include "host_sim/plan/harmonic_field.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/puzzles.hpp"
+#include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "tools/c_space/pose_text.hpp"
@@ -21,7 +23,9 @@ constexpr double kRate_hz = 1000;
 constexpr const char* kDeviceText =
     "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1.0\nrotor_inertia_kg_m2 = 1.0e-4\n"
     "rotor_damping_nms_per_rad = 1.0e-3\n";
-/// Start of a plan that begins elsewhere, and how far the hole of another scene lies aside [m].
+/// The start without its tilt; that of a plan that begins elsewhere; how far the hole of another
+/// scene lies aside [m].
+constexpr const char* kUprightStart = "6mm,4mm,55mm,1,0,0,0";
 constexpr const char* kOtherStart = "-6mm,-6mm,50mm,1,0,0,0";
 constexpr double kOtherHole_m[3] = {0.0024, 0.0018, 0};
 /// The peg is in when it is this near to the goal, which is 1 mm above the floor.
@@ -46,6 +50,22 @@ tools::Plan plan_of(const SceneView& view, const std::string& start, const std::
   MadePlan made = make_plan_between(view, start, goal, seed, kPlanning_s);
   if (!made.search.found) throw tools::InputError("the study's task was not planned");
   return made.plan;
+}
+
+/// Down a harmonic function, by translations alone.
+tools::Plan harmonic_plan_of(const SceneView& view, const std::string& goal, std::uint64_t seed) {
+  SlidingPart part(view);
+  StepProver prover(view, plan_tolerance_m(view));
+  const Pose start_wa = tools::pose_from_text(view, "start", kUprightStart);
+  const TranslationResult found = plan_translation(
+      view, prover, start_wa, part.grip_pose(start_wa),
+      part.grip_pose(tools::pose_from_text(view, "goal", goal)), plan_tolerance_m(view));
+  if (found.verdict != TranslationVerdict::kFound)
+    throw tools::InputError("the study's task was not planned by translations: " + found.why);
+  ShorteningLimits shortening;
+  shortening.seed = seed;
+  const CorneredMotion shortest = shortened(found.motion, prover, part.radius_m(), shortening);
+  return plan_from(view, part, prover, descend_about(found.space, shortest).motion, seed);
 }
 
 HandTarget target_of(const PlanPose& pose) { return {place_of(pose), turn_of(pose)}; }
@@ -82,15 +102,16 @@ GuideStudyBench guide_study_bench(const GuideStudyOptions& options) {
   bench.task.depth_m = kPegPuzzleDepth_m;
   bench.task.arrived_m = kArrived_m;
   bench.device = device_of(view.parameters(), kRate_hz);
-  StudyGuide none{"none", false, {}}, right{"plan", false, {}}, start{"other start", true, {}},
-      hole{"other hole", true, {}};
+  StudyGuide none{"none", false, {}}, right{"plan", false, {}}, harmonic{"harmonic", false, {}},
+      start{"other start", true, {}}, hole{"other hole", true, {}};
   for (std::uint64_t seed = 1; seed <= options.plans; ++seed) {
     right.scenes.push_back(guided_scene(file, plan_of(view, "start", puzzle.goal, seed)));
+    harmonic.scenes.push_back(guided_scene(file, harmonic_plan_of(view, puzzle.goal, seed)));
     start.scenes.push_back(guided_scene(file, plan_of(view, kOtherStart, puzzle.goal, seed)));
     hole.scenes.push_back(with_hole_aside(right.scenes.back()));
   }
   none.scenes.push_back(std::move(plain));
-  for (StudyGuide* guide : {&none, &right, &start, &hole})
+  for (StudyGuide* guide : {&none, &right, &harmonic, &start, &hole})
     bench.guides.push_back(std::move(*guide));
   return bench;
 }

@@ -29,8 +29,9 @@ struct StudyGuide {
   std::vector<tools::SceneBytes> scenes;
 };
 
-/// The task and all guides. Without a guide; with the plan; with one that begins 16 mm aside and
-/// upright, not where the hand does; with that of another scene, whose hole lies 3 mm aside.
+/// The task and all guides. Without a guide; with the plan; with one down a harmonic function, by
+/// translations alone from where the hand begins, upright; with one that begins 16 mm aside and
+/// upright; with that of another scene, whose hole lies 3 mm aside.
 struct GuideStudyBench {
   InsertionTask task;
   DeviceModel device;

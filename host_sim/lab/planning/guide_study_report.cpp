@@ -149,9 +149,10 @@ std::string page(const GuideStudyBench& bench, const std::vector<StudyCell>& cel
          short_number(task.limit_s, 3) +
          " s, which then is its time. `plan` is the guide of `[guide]` with its defaults, over " +
          std::to_string(options.plans) +
-         " plans; `other start` a plan to the same goal that begins 16 mm aside, upright; `other "
-         "hole` one whose hole lies "
-         "3 mm aside. Peak: largest contact force, median and p95 of the runs. The hand's work is "
+         " plans; `harmonic` leads down a harmonic function along a channel in C-space, by "
+         "translations alone from where the hand begins, upright; `other start` is a plan to the "
+         "same goal that begins 16 mm aside, upright; `other hole` one whose hole lies 3 mm aside. "
+         "Peak: largest contact force, median and p95 of the runs. The hand's work is "
          "the median, the guide's the most of any run at any time.\n\n" +
          picture_line("guide_study.svg", "Share of runs that are in by a time, and the table") +
          "\n" + table_of(cells).markdown() + "\n" + table_head({"must hold", "holds"}) +

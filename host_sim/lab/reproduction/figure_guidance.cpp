@@ -105,11 +105,9 @@ Study make_study() {
     throw std::runtime_error("no translation leads into the hole: " + found.why);
   const double turn_m = static_cast<double>(study.view.pieces()[0].reach_m);
   study.exact = shortened(found.motion, prover, turn_m, {});
-  std::vector<Vec3d> corners;
-  for (const PlanPose& pose : study.exact.corners) corners.push_back(place_of(pose));
-  study.field = make_harmonic_field(found.space, corners);
-  for (const Vec3d& x : descend(study.field, kFrom, kGoal))
-    study.down.corners.push_back(plan_pose(x, Quatd::Identity()));
+  HarmonicDescent down = descend_about(found.space, study.exact);
+  study.field = std::move(down.field);
+  study.down = std::move(down.motion);
   study.guides[0] = guide_of("shortest of the C-faces", study, study.exact, prover, tolerance_m);
   study.guides[1] = guide_of("harmonic function", study, study.down, prover, tolerance_m);
   for (Guide& guide : study.guides) follow(guide);
