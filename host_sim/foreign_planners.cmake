@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# OMPL, whose planners `host_sim planners` compares ours with: built in where it is found, and nothing else depends on it.
+# OMPL, whose planners `host_sim planners` compares ours with and `host_sim plan-sampled` runs: built in where it is found, and nothing else depends on it.
 set(HAPTIC_PLANNERS AUTO CACHE STRING "Planners of OMPL in `host_sim planners`: AUTO (where it is found) or OFF")
 set_property(CACHE HAPTIC_PLANNERS PROPERTY STRINGS AUTO OFF)
 if(NOT HAPTIC_PLANNERS MATCHES "^(AUTO|OFF)$")
@@ -13,7 +13,7 @@ if(HAPTIC_PLANNERS STREQUAL "AUTO")
 endif()
 if(HAPTIC_PLANNERS STREQUAL "AUTO" AND HAPTIC_OMPL_FOUND)
   # It sees none of the core's flags, so it is compiled as the library's own programs are.
-  add_library(haptic_sampling_planners OBJECT lab/planning/sampling_planners.cpp)
+  add_library(haptic_sampling_planners OBJECT lab/planning/sampling_planners.cpp lab/planning/sliding_rrt.cpp)
   target_include_directories(haptic_sampling_planners PRIVATE ${PROJECT_SOURCE_DIR})
   target_include_directories(haptic_sampling_planners SYSTEM PRIVATE ${HAPTIC_OMPL_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
   target_link_libraries(haptic_sampling_planners PRIVATE haptic_warnings)

@@ -32,6 +32,7 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"hold", "Holds the device still after stress: a fixed point, balanced, no energy gained."},
     {"pareto", "Error against run time of the core and of other collision methods."},
     {"pegs", "Leads pegs into their holes and tells what the hand feels: steps, holds, forces."},
+    {"plan-sampled", "Finds a plan by OMPL's planners, where they are built in."},
     {"planners", "Compares the planner with those of OMPL, where it is built in, on puzzles."},
     {"proxy-fuzz", "Random, jittering and jumping devices against the proxy; every tick judged."},
     {"rates", "Finds the highest rate of the servo loop that holds on this machine."},

@@ -18,6 +18,6 @@ namespace haptic::sim {
 
 /// Becomes host_lab with the same arguments; returns only where that program cannot be started.
 /// @throws std::system_error, with what to build
-void become_laboratory(char** argv);
+[[noreturn]] void become_laboratory(char** argv);
 
 }  // namespace haptic::sim

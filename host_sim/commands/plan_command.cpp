@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/commands/laboratory.hpp"
 #include "host_sim/plan/harmonic_field.hpp"
 #include "host_sim/plan/inside_surface.hpp"
 #include "host_sim/plan/plan_making.hpp"
@@ -39,7 +40,7 @@ struct PlanArguments {
   double seconds = 120, shorten_millions = 1e-6 * static_cast<double>(kShorteningWork);
   std::uint64_t seed = 1;
   PlanMethod method = PlanMethod::kSearch;
-  bool json = false;
+  bool json = false, fallback = false;
 };
 
 using Json = nlohmann::ordered_json;
@@ -246,12 +247,7 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
         tools::kMostPlanRuns);
     return tools::kExitCheckFailed;
   }
-  // The file as it will be read, so that no plan is written that its reader would not prove.
-  const std::string text = tools::plan_as_text(plan);
-  const tools::PlanProof proof =
-      tools::prove_plan(task.view, tools::parse_plan(text, o.out), o.out);
-  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
-  write_whole_file(o.out, text);
+  const tools::PlanProof proof = write_proved_plan(task.view, plan, o.out);
   if (o.json) {
     json["plan"] = o.out;
     json["steps"] = proof.steps;
@@ -321,6 +317,23 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
                    std::move(json), how);
 }
 
+/// Goes on as the laboratory, which has OMPL's planners.
+[[noreturn]] void plan_by_sampling(const PlanArguments& o) {
+  std::fflush(stdout);
+  std::vector<std::string> words{"host_lab",
+                                 "plan-sampled",
+                                 o.scene,
+                                 "--goal=" + o.goal,
+                                 "--start=" + o.start,
+                                 "--out=" + o.out,
+                                 "--seconds=" + tools::short_number(o.seconds, 9),
+                                 "--seed=" + std::to_string(o.seed)};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  become_laboratory(argv.data());
+}
+
 int plan_by_search(const Task& task, const PlanArguments& o) {
   SearchLimits limits;
   limits.seconds = o.seconds;
@@ -341,6 +354,7 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
     } else {
       say_failure(task.view, task.part, result, is_turned(task.start, task.goal));
     }
+    if (o.fallback) plan_by_sampling(o);
     return tools::kExitCheckFailed;
   }
   const std::string how = tools::formatted(
@@ -439,7 +453,11 @@ Command add_plan_command(CLI::App& program) {
       "search (default): by pushing the part; translations: exactly, from the C-faces at the "
       "start's orientation (always for a part that never turns); harmonic: down a harmonic "
       "function along a channel of their cells");
-  app->add_flag("--json", o->json, "the account as JSON on stdout");
+  CLI::Option* const fallback =
+      app->add_flag("--fallback", o->fallback,
+                    "where the search finds none, goes on with OMPL's planners, each for --seconds "
+                    "(plan-sampled of host_lab)");
+  app->add_flag("--json", o->json, "the account as JSON on stdout")->excludes(fallback);
   return {app, [o] { return do_plan(*o); },
           "host_sim plan peg.rtscene --goal 0,0,-40mm,1,0,0,0 -o peg.plan"};
 }

@@ -2,9 +2,10 @@
 #include "host_sim/plan/plan_making.hpp"
 
 #include <chrono>
+#include <stdexcept>
 
+#include "host_sim/report/part_report.hpp"
 #include "tools/c_space/pose_text.hpp"
-#include "tools/plan/plan_check.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -23,6 +24,15 @@ tools::Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProve
   const PlanTitle title{std::string(scene.text(p.name_offset, p.name_bytes)), seed,
                         plan_tolerance_m(scene), kPlanContact_m, part.radius_m()};
   return make_plan(motion, prover, tools::PlanCheck(scene), title);
+}
+
+tools::PlanProof write_proved_plan(const SceneView& scene, const tools::Plan& plan,
+                                   const std::string& file) {
+  const std::string text = tools::plan_as_text(plan);
+  tools::PlanProof proof = tools::prove_plan(scene, tools::parse_plan(text, file), file);
+  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
+  write_whole_file(file, text);
+  return proof;
 }
 
 MadePlan make_plan_between(const SceneView& scene, SlidingPart& part, StepProver& prover,

@@ -9,6 +9,7 @@
 #include "host_sim/plan/plan_shortening.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/plan/plan.hpp"
+#include "tools/plan/plan_check.hpp"
 
 namespace haptic::sim {
 
@@ -24,6 +25,12 @@ inline constexpr double kPlanContact_m = 5.0e-5;
 [[nodiscard]] tools::Plan plan_from(const SceneView& scene, const SlidingPart& part,
                                     StepProver& prover, const CorneredMotion& motion,
                                     std::uint64_t seed);
+
+/// Proves the plan as its reader would, and writes it then.
+/// @throws std::runtime_error when it is not proved; tools::InputError when its reader would refuse
+///         it.
+[[nodiscard]] tools::PlanProof write_proved_plan(const SceneView& scene, const tools::Plan& plan,
+                                                 const std::string& file);
 
 struct MadePlan {
   SearchResult search;

@@ -137,6 +137,10 @@ const Row kRows[] = {
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seed 18446744073709551616 -o @a.plan", 2,
      "no whole number"},
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 -o ''", 2, "--out: is empty"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seconds 1e-9 --fallback -o @a.plan", 1, "OMPL"},
+    {kSim, "plan @peg.rtscene --goal 0,0,0.3 --fallback --json -o @a.plan", 2, "--json"},
+    {kSim, "plan-sampled @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
+     "--goal: is not free, or outside [motion_limits]"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},
@@ -215,11 +219,29 @@ TEST_CASE("what nobody could read was not given: a full device, in every program
 }
 
 TEST_CASE("every help is text, names its exit codes and an example") {
-  const char* lab[] = {"accept",          "calm",  "compare-laws", "continuity",   "cost",
-                       "crossings",       "delay", "faults",       "flight",       "hold",
-                       "pareto",          "pegs",  "planners",     "proxy-fuzz",   "rates",
-                       "reproduce-paper", "soak",  "stability",    "surface-fuzz", "vectors",
-                       "verify",          "wcet"};
+  const char* lab[] = {"accept",
+                       "calm",
+                       "compare-laws",
+                       "continuity",
+                       "cost",
+                       "crossings",
+                       "delay",
+                       "faults",
+                       "flight",
+                       "hold",
+                       "pareto",
+                       "pegs",
+                       "plan-sampled",
+                       "planners",
+                       "proxy-fuzz",
+                       "rates",
+                       "reproduce-paper",
+                       "soak",
+                       "stability",
+                       "surface-fuzz",
+                       "vectors",
+                       "verify",
+                       "wcet"};
   const char* sim[] = {"motion", "plan", "play", "replay", "run", "serve", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

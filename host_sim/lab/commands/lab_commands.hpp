@@ -22,6 +22,7 @@ using tools::Command;
 [[nodiscard]] Command add_hold_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
 [[nodiscard]] Command add_pegs_command(CLI::App& program);
+[[nodiscard]] Command add_plan_sampled_command(CLI::App& program);
 [[nodiscard]] Command add_planners_command(CLI::App& program);
 [[nodiscard]] Command add_proxy_fuzz_command(CLI::App& program);
 [[nodiscard]] Command add_rates_command(CLI::App& program);

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "host_sim/lab/planning/processor_time.hpp"
-#include "host_sim/lab/planning/sampling_planners.hpp"
+#include "host_sim/lab/planning/sampled_plan.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/quantile.hpp"
@@ -25,11 +25,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr const char* kOurs = "felt part";
-/// Room about start and goal for the sampling planners, in radii of the part.
-constexpr double kRoom = 2.5;
 constexpr double kClearances_mm[] = {2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01};
-/// Halvings of a straight way of theirs, and of a step of ours.
-constexpr int kHalvings = 14;
 
 tools::SceneBytes compiled(const Puzzle& puzzle, const PlanningOptions& options) {
   if (!options.scene.empty()) return tools::read_scene_bytes(options.scene);
@@ -83,21 +79,9 @@ class Bench {
                              std::uint64_t seed) const {
     const SlidingPart part(view_);
     StepProver prover(view_, tolerance_m_);
-    SamplingProblem problem;
-    problem.start = start(part);
-    problem.goal = goal(part);
-    problem.turn_m = part.radius_m();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(problem.start.x0_m[k], problem.goal.x0_m[k]);
-      problem.low_m[k] = low - kRoom * part.radius_m();
-      problem.high_m[k] = high + kRoom * part.radius_m();
-    }
-    problem.is_free = [&](const PlanPose& pose) { return prover.is_free(pose); };
-    problem.is_way_free = [&](const PlanPose& from, const PlanPose& to) {
-      return prover.prove(from, to, kHalvings);
-    };
     const SamplingResult result =
-        run_sampling_planner(name, problem, o.seconds, static_cast<std::uint32_t>(seed));
+        run_sampling_planner(name, sampling_problem(part, prover, start(part), goal(part)),
+                             o.seconds, static_cast<std::uint32_t>(seed));
     Run run{result.solved, result.seconds};
     if (!result.solved) return run;
     judge(result.way, prover, part.radius_m(), run);
@@ -115,7 +99,7 @@ class Bench {
   void judge(const std::vector<PlanPose>& way, StepProver& prover, double turn_m, Run& run) const {
     for (std::size_t k = 1; k < way.size() && run.found; ++k) {
       ProvedMotion motion;
-      run.found = prover.prove(way[k - 1], way[k], kHalvings, ProofSearch::kAny, motion);
+      run.found = prover.prove(way[k - 1], way[k], kWayHalvings, ProofSearch::kAny, motion);
       run.length_mm += 1e3 * tools::step_length_m(way[k - 1], way[k], turn_m);
       PlanPose at = way[k - 1];
       for (std::size_t j = 0; j < motion.poses.size(); ++j) {

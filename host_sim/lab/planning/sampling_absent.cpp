@@ -16,4 +16,9 @@ SamplingResult run_sampling_planner(const std::string& name, const SamplingProbl
   throw std::invalid_argument("'" + name + "': this program was built without OMPL");
 }
 
+SamplingResult run_sliding_rrt(const SamplingProblem&, const SlideTowards&, double, double,
+                               std::uint32_t) {
+  throw std::invalid_argument("this program was built without OMPL");
+}
+
 }  // namespace haptic::sim

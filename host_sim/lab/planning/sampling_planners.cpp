@@ -2,9 +2,7 @@
 #include "host_sim/lab/planning/sampling_planners.hpp"
 
 #include <ompl/base/MotionValidator.h>
-#include <ompl/base/PlannerTerminationCondition.h>
 #include <ompl/base/objectives/PathLengthOptimizationObjective.h>
-#include <ompl/base/spaces/SE3StateSpace.h>
 #include <ompl/geometric/PathGeometric.h>
 #include <ompl/geometric/SimpleSetup.h>
 #include <ompl/geometric/planners/est/EST.h>
@@ -20,6 +18,7 @@
 
 #include <stdexcept>
 
+#include "host_sim/lab/planning/ompl_poses.hpp"
 #include "host_sim/lab/planning/processor_time.hpp"
 
 namespace haptic::sim {
@@ -28,20 +27,6 @@ namespace {
 namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using Space = ob::SE3StateSpace;
-
-tools::PlanPose pose_of(const ob::State* state) {
-  const auto* const s = state->as<Space::StateType>();
-  return {{s->getX(), s->getY(), s->getZ()},
-          {s->rotation().w, s->rotation().x, s->rotation().y, s->rotation().z}};
-}
-
-void set_pose(const tools::PlanPose& pose, Space::StateType& state) {
-  state.setXYZ(pose.x0_m[0], pose.x0_m[1], pose.x0_m[2]);
-  state.rotation().w = pose.q_wxyz[0];
-  state.rotation().x = pose.q_wxyz[1];
-  state.rotation().y = pose.q_wxyz[2];
-  state.rotation().z = pose.q_wxyz[3];
-}
 
 /// Straight ways by their proof instead of samples along them.
 class ProvedMotions : public ob::MotionValidator {
@@ -97,15 +82,7 @@ SamplingResult run_sampling_planner(const std::string& name, const SamplingProbl
                                     double seconds, std::uint32_t seed) {
   ompl::msg::noOutputHandler();
   ompl::RNG::setSeed(seed + 1);
-  const auto space = std::make_shared<Space>();
-  ob::RealVectorBounds bounds(3);
-  for (unsigned k = 0; k < 3; ++k) {
-    bounds.setLow(k, problem.low_m[k]);
-    bounds.setHigh(k, problem.high_m[k]);
-  }
-  space->setBounds(bounds);
-  // Distance in SO(3) is half the angle.
-  space->setSubspaceWeight(1, 2 * problem.turn_m);
+  const auto space = space_of(problem);
   og::SimpleSetup setup(space);
   const ob::SpaceInformationPtr& info = setup.getSpaceInformation();
   setup.setStateValidityChecker(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The planners of OMPL (Sucan, Moll, Kavraki 2012) on our verdict, to compare with: present where
-/// the library is found when this is built (Debian's libompl-dev).
+/// The planners of OMPL (Sucan, Moll, Kavraki 2012) on our verdict, to compare with and to fall
+/// back on: present where the library is found when this is built (Debian's libompl-dev).
 
 #include <array>
 #include <cstdint>
@@ -37,5 +37,16 @@ struct SamplingResult {
 [[nodiscard]] SamplingResult run_sampling_planner(const std::string& name,
                                                   const SamplingProblem& problem, double seconds,
                                                   std::uint32_t seed);
+
+/// From a pose towards another: the poses of free straight ways, the last of which was reached.
+using SlideTowards = std::function<std::vector<tools::PlanPose>(const tools::PlanPose& from,
+                                                                const tools::PlanPose& towards)>;
+
+/// OMPL's RRT, steered by motions that slide along what is in the way instead of ending there.
+/// Time, seed and way as for run_sampling_planner; `goal_m`: it is there when it is so near.
+/// @throws std::invalid_argument  nothing of OMPL was built in.
+[[nodiscard]] SamplingResult run_sliding_rrt(const SamplingProblem& problem,
+                                             const SlideTowards& slide, double goal_m,
+                                             double seconds, std::uint32_t seed);
 
 }  // namespace haptic::sim

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "host_sim/lab/planning/sampled_plan.hpp"
 #include "host_sim/plan/inside_surface.hpp"
 #include "host_sim/plan/puzzles.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
@@ -90,6 +91,27 @@ TEST_SUITE("host_sim.plan") {
       check_plan(scene.view, one);
       const MadePlan same = quick_plan(scene.view, goal, 20'000);
       CHECK(tools::plan_as_text(one.plan) == tools::plan_as_text(same.plan));
+    }
+  }
+
+  TEST_CASE("sampled plan: RRT steered by the felt part leads into a hole and out of a cup") {
+    if (sampling_planners().empty()) {
+      MESSAGE("skipped: built without OMPL");
+      return;
+    }
+    const Puzzle peg = peg_puzzle(0.05);
+    for (const auto& [text, goal] : {std::pair{peg.scene, peg.goal}, {kCup, "0,0,0.1"}}) {
+      const PlannedScene scene(text, "sampled");
+      const SlidingPart part(scene.view);
+      const auto pose = [&](const std::string& words) {
+        return part.grip_pose(tools::pose_from_text(scene.view, "pose", words));
+      };
+      const auto made = [&] { return sampled_plan(scene.view, pose("start"), pose(goal), 60, 1); };
+      const std::optional<SampledPlan> found = made();
+      REQUIRE(found);
+      CHECK(found->planner == "RRT steered by the felt part");
+      CHECK(tools::prove_plan(scene.view, found->plan, "p").holds());
+      CHECK(tools::plan_as_text(made()->plan) == tools::plan_as_text(found->plan));
     }
   }
 

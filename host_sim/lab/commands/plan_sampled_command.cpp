@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_lab plan-sampled SCENE.rtscene --goal POSE -o PLAN [--start POSE] [--seconds S] [--seed N]
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/lab/planning/sampled_plan.hpp"
+#include "host_sim/plan/plan_making.hpp"
+#include "tools/c_space/pose_text.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
+#include "tools/common/files.hpp"
+
+namespace haptic::sim {
+namespace {
+
+struct PlanSampledArguments {
+  std::string scene, start = "start", goal, out;
+  double seconds = 120;
+  std::uint32_t seed = 1;
+};
+
+int do_plan_sampled(const PlanSampledArguments& o) {
+  const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
+  const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
+  const SceneView& view = session.view();
+  tools::claim_output(o.out, "--out");
+  const SlidingPart part(view);
+  const PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
+  const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
+  StepProver prover(view, plan_tolerance_m(view));
+  for (const auto& [pose, name] : {std::pair{&start, "--start"}, {&goal, "--goal"}}) {
+    if (!prover.is_free(*pose))
+      throw tools::InputError(std::string(name) +
+                              ": is not free, or outside [motion_limits]; give another pose");
+  }
+  if (sampling_planners().empty()) {
+    std::printf(
+        "no plan: this program was built without OMPL; install libompl-dev and build it "
+        "again\n");
+    return tools::kExitCheckFailed;
+  }
+  const auto found =
+      sampled_plan(view, start, goal, o.seconds, o.seed, [](const std::string& planner) {
+        std::fprintf(stderr, "host_lab plan-sampled: %s\n", planner.c_str());
+      });
+  if (!found) {
+    std::printf(
+        "no plan found by OMPL's planners in %.4g s each; that is no proof that there is "
+        "none\n",
+        o.seconds);
+    return tools::kExitCheckFailed;
+  }
+  const tools::PlanProof proof = write_proved_plan(view, found->plan, o.out);
+  std::printf("%s: %zu steps, %zu stations, %.4g mm\n  %s, %.2f s; certified %llu of %llu steps\n",
+              o.out.c_str(), found->plan.steps(), found->plan.stations.size(),
+              1e3 * found->plan.stations.front().cost_to_go_m, found->planner.c_str(),
+              found->seconds, static_cast<unsigned long long>(proof.certified),
+              static_cast<unsigned long long>(proof.steps));
+  return tools::kExitDone;
+}
+
+}  // namespace
+
+Command add_plan_sampled_command(CLI::App& program) {
+  const auto o = std::make_shared<PlanSampledArguments>();
+  CLI::App* app = program.add_subcommand(
+      "plan-sampled", "Finds a plan by OMPL's planners, where they are built in.");
+  app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
+  app->add_option("--goal", o->goal,
+                  "where the part is to go: x,y,z[,qw,qx,qy,qz] of its file frame [m, or 5mm]")
+      ->required();
+  app->add_option("--start", o->start,
+                  "where it begins, written alike; default: the scene's start");
+  app->add_option("-o,--out", o->out, "plan to write")->required();
+  app->add_option("--seconds", o->seconds, "of a processor, for each planner (default 120)")
+      ->check(tools::positive_number());
+  app->add_option("--seed", o->seed, "of the planners (default 1)");
+  return {app, [o] { return do_plan_sampled(*o); },
+          "host_sim plan-sampled peg.rtscene --goal 0,0,-40mm,1,0,0,0 -o peg.plan"};
+}
+
+}  // namespace haptic::sim
