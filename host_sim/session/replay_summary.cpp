@@ -171,9 +171,9 @@ std::string text_summary(const ReplayReport& report) {
 }
 
 std::string json_summary(const ReplayReport& report) {
-  using Json = nlohmann::ordered_json;
+  using OrderedJson = nlohmann::ordered_json;
   const ReplayTotals& t = report.totals;
-  Json json;
+  OrderedJson json;
   json["scene"] = report.scene;
   json["motion"] = report.motion;
   json["mode"] = report.mode;

@@ -100,13 +100,15 @@ TEST_SUITE("host_sim.plan") {
       return;
     }
     const Puzzle peg = peg_puzzle(0.05);
-    for (const auto& [text, goal] : {std::pair{peg.scene, peg.goal}, {kCup, "0,0,0.1"}}) {
-      const PlannedScene scene(text, "sampled");
+    for (const auto& task : {std::pair{peg.scene, peg.goal}, {kCup, "0,0,0.1"}}) {
+      const PlannedScene scene(task.first, "sampled");
       const SlidingPart part(scene.view);
       const auto pose = [&](const std::string& words) {
         return part.grip_pose(tools::pose_from_text(scene.view, "pose", words));
       };
-      const auto made = [&] { return sampled_plan(scene.view, pose("start"), pose(goal), 60, 1); };
+      const auto made = [&] {
+        return sampled_plan(scene.view, pose("start"), pose(task.second), 60, 1);
+      };
       const std::optional<SampledPlan> found = made();
       REQUIRE(found);
       CHECK(found->planner == "RRT steered by the felt part");
@@ -203,14 +205,14 @@ TEST_SUITE("host_sim.plan") {
   }
 
   TEST_CASE("plan: scenes of the gallery") {
-    for (const auto& [folder, goal] : {std::pair{"square_peg_five", "0,0,-39mm,1,0,0,0"},
-                                       {"ell_insert", "0,0,-19.9mm,1,0,0,0"},
-                                       {"dovetail", "0,0,0.1mm,1,0,0,0"},
-                                       {"two_pins", "0,0,0.1mm,1,0,0,0"},
-                                       {"gear_on_shaft", "0,0,-24.9mm,1,0,0,0"}}) {
-      CAPTURE(folder);
-      const PlannedScene scene{std::string(folder)};
-      check_plan(scene.view, plan_to(scene.view, goal));
+    for (const auto& task : {std::pair{"square_peg_five", "0,0,-39mm,1,0,0,0"},
+                             {"ell_insert", "0,0,-19.9mm,1,0,0,0"},
+                             {"dovetail", "0,0,0.1mm,1,0,0,0"},
+                             {"two_pins", "0,0,0.1mm,1,0,0,0"},
+                             {"gear_on_shaft", "0,0,-24.9mm,1,0,0,0"}}) {
+      CAPTURE(task.first);
+      const PlannedScene scene{std::string(task.first)};
+      check_plan(scene.view, plan_to(scene.view, task.second));
     }
   }
 
