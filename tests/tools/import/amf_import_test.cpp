@@ -164,7 +164,9 @@ TEST_SUITE("tools.amf_import") {
         {deep, "constellations are nested too deeply"},
         {wide, "place more than 1000000 parts"},
         {"<object id=\"1\"/>", "the file holds no face"}};
-    for (const auto& [items, says] : defects) {
+    for (const auto& defect : defects) {
+      const auto& items = defect.first;
+      const auto& says = defect.second;
       CAPTURE(items);
       const std::string text = amf_refusal(amf_of(items, "unit=\"meter\""));
       CAPTURE(text);

@@ -76,7 +76,9 @@ TEST_SUITE("tools.step_import") {
     if (is_step_skipped()) return;
     const std::pair<const char*, double> units[] = {
         {kStepMillimetre, 1e-3}, {kStepMetre, 1.0}, {kStepInch, 0.0254}};
-    for (const auto& [unit, unit_m] : units) {
+    for (const auto& named : units) {
+      const auto& unit = named.first;
+      const auto& unit_m = named.second;
       CAPTURE(unit);
       const ImportedMesh imported = import(step_box({1, 2, 3}, unit));
       CHECK(imported.unit_m == doctest::Approx(unit_m).epsilon(1e-12));
@@ -142,7 +144,9 @@ TEST_SUITE("tools.step_import") {
         {step_box({1, 2, 3}, ""), "it states no unit of length"},
         {with(box, "SHAPE_DEFINITION_REPRESENTATION", "X"), ""},
         {with(box, "CLOSED_SHELL", "OPEN_BOOK"), ""}};
-    for (const auto& [text, says] : damages) {
+    for (const auto& damage : damages) {
+      const auto& text = damage.first;
+      const auto& says = damage.second;
       const std::string refusal = step_refusal(text);
       CAPTURE(text.substr(0, 100));
       CAPTURE(refusal);

@@ -172,7 +172,9 @@ TEST_SUITE("tools.urdf_link") {
         {robot(collision("<mesh filename=\"no.obj\"/>")), "r.urdf:3: no mesh 'no.obj'"},
         {robot(collision("<mesh filename=\"package://no/no.obj\"/>")), "and above"},
         {robot(collision("<sphere radius=\"1\"/>", "<origin xyz=\"1e400 0 0\"/>")), "r.urdf:3: "}};
-    for (const auto& [text, says] : defects) {
+    for (const auto& defect : defects) {
+      const auto& text = defect.first;
+      const auto& says = defect.second;
       CAPTURE(text);
       const std::string refusal = refusal_of(text);
       CAPTURE(refusal);

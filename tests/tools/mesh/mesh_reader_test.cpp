@@ -316,7 +316,9 @@ TEST_SUITE("tools.mesh_reader") {
         {sound + "-1\n", "part:13: a list of -1"},
         {sound + "3 0 1 2\n7\n", "part:14: data after the last element"},
         {head + vertex + face + "0 0 nan\n", "part:10: coordinate 'nan'"}};
-    for (const auto& [text, says] : defects) {
+    for (const auto& defect : defects) {
+      const auto& text = defect.first;
+      const auto& says = defect.second;
       CAPTURE(text);
       const std::string said = refusal(text, MeshFormat::kPly);
       CAPTURE(said);
