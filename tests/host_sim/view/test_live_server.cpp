@@ -77,14 +77,15 @@ TEST_SUITE("host_sim.live_server") {
                      {"/?token=" + served.token + "0", served.host(), ""},
                      {"/?other=" + served.token, served.host(), ""},
                      {"/secret?token=" + wrong, served.host(), own}};
-    for (const auto& [target, host, origin] : strangers) {
-      CAPTURE(target);
-      CAPTURE(host);
-      CAPTURE(origin);
-      const Answer answer = ask(served.port, {target, host, origin});
+    for (const auto& stranger : strangers) {
+      CAPTURE(stranger.target);
+      CAPTURE(stranger.host);
+      CAPTURE(stranger.origin);
+      const Answer answer = ask(served.port, {stranger.target, stranger.host, stranger.origin});
       CHECK(answer.status == 403);
       CHECK(answer.body.find(served.token) == std::string::npos);
-      CHECK(TestClient(served, kPage, origin, target, host).status == 403);
+      CHECK(TestClient(served, kPage, stranger.origin, stranger.target, stranger.host).status ==
+            403);
     }
     CHECK(served.server->counts().refused == 3 * std::size(strangers));
     CHECK(served.server->counts().clients == 0);
