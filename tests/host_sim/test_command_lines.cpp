@@ -140,7 +140,7 @@ const Row kRows[] = {
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seconds 1e-9 --fallback -o @a.plan", 1, "OMPL"},
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --fallback --json -o @a.plan", 2, "--json"},
     {kSim, "plan-sampled @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
-     "--goal: is not free, or outside [motion_limits]"},
+     "--goal: is not free, inside a closed surface, or outside [motion_limits]"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},

@@ -6,6 +6,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
+#include "host_sim/plan/inside_surface.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
@@ -31,9 +32,10 @@ int do_plan_sampled(const PlanSampledArguments& o) {
   const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
   StepProver prover(view, plan_tolerance_m(view));
   for (const auto& [pose, name] : {std::pair{&start, "--start"}, {&goal, "--goal"}}) {
-    if (!prover.is_free(*pose))
+    if (!prover.is_free(*pose) || enclosing_body(view, *pose))
       throw tools::InputError(std::string(name) +
-                              ": is not free, or outside [motion_limits]; give another pose");
+                              ": is not free, inside a closed surface, or outside "
+                              "[motion_limits]; give another pose");
   }
   if (sampling_planners().empty()) {
     std::printf(
