@@ -39,6 +39,12 @@ class UserFolder {
               "1] }\norientation = { max_angle_rad = 0.5 }\n");
     REQUIRE(run_program(HAPTIC_GRAPH_COMPILER, at("limited.toml") + " -o " + at("limited.rtscene"))
                 .exit_code == 0);
+    write("closed.toml",
+          "format = 1\nname = \"closed\"\n[moving]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.01]\n"
+          "position_m = [0, 0, 0.2]\n[[static]]\nshape = \"box\"\nas = \"surface\"\n"
+          "size_m = [0.1, 0.1, 0.1]\n[rendering]\nk_f_n_per_m = 800.0\n");
+    REQUIRE(run_program(HAPTIC_GRAPH_COMPILER, at("closed.toml") + " -o " + at("closed.rtscene"))
+                .exit_code == 0);
     fs::create_symlink(at("m.csv"), at("link.csv"));
     fs::create_hard_link(at("m.csv"), at("twin.csv"));
     const std::string head = "t,x,y,z,qw,qx,qy,qz\n";
@@ -141,6 +147,8 @@ const Row kRows[] = {
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --fallback --json -o @a.plan", 2, "--json"},
     {kSim, "plan-sampled @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
      "--goal: is not free, inside a closed surface, or outside [motion_limits]"},
+    {kSim, "plan-sampled @closed.rtscene --start 0,0,0 --goal 0.02,0,0 -o @a.plan", 3,
+     "--start: is not free, inside a closed surface"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},
