@@ -25,7 +25,7 @@ missing_packages() {
 
 # install_packages <package>..: with one update of the package list before; where it cannot, says why and is not zero.
 install_packages() {
-  local as_root=(env DEBIAN_FRONTEND=noninteractive) patience=(-o Acquire::http::Timeout=20)
+  local as_root=(env DEBIAN_FRONTEND=noninteractive) patience=(-o Acquire::http::Timeout=20) since="$SECONDS"
   if [ "$(id -u)" -ne 0 ]; then
     if ! command -v sudo >/dev/null; then
       echo "Neither root nor sudo here; install them as root: apt-get install $*"
@@ -36,7 +36,10 @@ install_packages() {
   echo "Installing: $*"
   "${as_root[@]}" apt-get "${patience[@]}" update -q ||
     echo "The package list could not be renewed; trying with the present one."
-  "${as_root[@]}" apt-get "${patience[@]}" install -q -y --no-install-recommends "$@" && return
+  if "${as_root[@]}" apt-get "${patience[@]}" install -q -y --no-install-recommends "$@"; then
+    echo "Installed in $((SECONDS - since)) s."
+    return
+  fi
   echo "apt-get could not install: $*. Check the network and /etc/apt/sources.list (Debian 12)."
   return 1
 }
