@@ -13,6 +13,8 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
     -DFOLDER=${samples}/installed_header -DREMOVE=include/haptic/rt_core/base/pose.hpp -P ${checks}/installed.cmake)
   haptic_build_probe(installed.probe_component "the component 'hal' of haptic is not installed" ${installed}
     -DFOLDER=${samples}/installed_component "-DCOMPONENTS=core|tools" -P ${checks}/installed.cmake)
+  haptic_build_probe(installed.probe_not_built "Build it first: cmake --build " ${CMAKE_COMMAND} -DSOURCE=${PROJECT_SOURCE_DIR}
+    -DCOMPILER=${CMAKE_CXX_COMPILER} -DFOLDER=${samples}/installed_not_built -P ${checks}/install_not_built.cmake)
   haptic_build_probe(installed.probe_version "the version found is not 0.0.1" ${installed} -DVERSION=0.0.1
     -DFOLDER=${samples}/installed_version -P ${checks}/installed.cmake)
 endif()
@@ -69,7 +71,7 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
   endif()
   # Made once; the probes look at the same ones.
   set(packages ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DCPACK=${CMAKE_CPACK_COMMAND}
-    -DDPKG_DEB=${HAPTIC_DPKG_DEB} -DFOLDER=${samples}/packages)
+    -DDPKG_DEB=${HAPTIC_DPKG_DEB} -DFOLDER=${samples}/packages -DNEEDS=libc6)
   haptic_build_check(packages ${packages} -DLINTIAN=${HAPTIC_LINTIAN} -DVERSION=${PROJECT_VERSION}
     -P ${checks}/packages.cmake)
   set_tests_properties(build_checks.packages PROPERTIES TIMEOUT 600 FIXTURES_SETUP packages)
@@ -78,9 +80,11 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
       -DVERSION=${PROJECT_VERSION} -DLACKS=bin/host_lab -P ${checks}/packages.cmake)
     haptic_build_probe(packages.probe_version "there is no package libhaptic0 of version 0.0.1" ${packages} -DMADE=ON
       -DVERSION=0.0.1 -P ${checks}/packages.cmake)
+    haptic_build_probe(packages.probe_depends "haptic-tools: does not depend on libhaptic-nothing" ${packages} -DMADE=ON
+      -DVERSION=${PROJECT_VERSION} -DNEEDS=libhaptic-nothing -P ${checks}/packages.cmake)
     haptic_build_probe(packages.probe_script "haptic-tools: lacks the script preinst" ${packages} -DMADE=ON
       -DVERSION=${PROJECT_VERSION} -DLACKS_SCRIPT=preinst -P ${checks}/packages.cmake)
-    set_tests_properties(build_checks.packages.probe_file build_checks.packages.probe_script build_checks.packages.probe_version
-      PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
+    set_tests_properties(build_checks.packages.probe_depends build_checks.packages.probe_file
+      build_checks.packages.probe_script build_checks.packages.probe_version PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
   endif()
 endif()

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-# Rule: the Debian packages are made, are of the project's version, have their files and no others', and lintian finds no
-# error in them.
-# cmake -DBUILD=<build> -DFOLDER=<work> -DVERSION=<x.y.z> -DCPACK=<cpack> [-DDPKG_DEB=<dpkg-deb>] [-DLINTIAN=<lintian>] [-DLACKS=<path>]
-#       [-DLACKS_SCRIPT=<name>] [-DMADE=ON] -P packages.cmake; LACKS: what is wanted in haptic-tools too; MADE: they are in FOLDER already
+# Rule: the Debian packages are made, are of the project's version, have their files and no others', depend on the libraries
+# that their programs load, and lintian finds no error in them.
+# cmake -DBUILD=<build> -DFOLDER=<work> -DVERSION=<x.y.z> -DCPACK=<cpack> -DNEEDS=<package> [-DDPKG_DEB=<dpkg-deb>] [-DLINTIAN=<lintian>]
+#       [-DLACKS=<path>] [-DLACKS_SCRIPT=<name>] [-DMADE=ON] -P packages.cmake; NEEDS: what programs depend on; LACKS: what is
+#       wanted in haptic-tools too; MADE: they are in FOLDER already
 cmake_minimum_required(VERSION 3.25)
 
 if(NOT DPKG_DEB)
   message("skipped: no dpkg-deb; packages are made on Debian alone")
+  return()
+endif()
+find_program(FILE file)
+find_program(SHLIBDEPS dpkg-shlibdeps)
+if(NOT FILE OR NOT SHLIBDEPS)
+  message("skipped: cpack makes no Debian package without file and dpkg-shlibdeps; on Debian: apt-get install file dpkg-dev")
   return()
 endif()
 if(NOT MADE)
@@ -85,6 +92,16 @@ foreach(line IN LISTS starts)
     string(APPEND violations "  haptic-run.service: ${line}\n")
   endif()
 endforeach()
+# Found by dpkg-shlibdeps; without it a package would install and not run.
+foreach(name libhaptic0 haptic-tools haptic-lab)
+  file(GLOB file ${FOLDER}/${name}_${VERSION}_*.deb)
+  if(file)
+    execute_process(COMMAND ${DPKG_DEB} --field ${file} Depends OUTPUT_VARIABLE depends COMMAND_ERROR_IS_FATAL ANY)
+    if(NOT ", ${depends}" MATCHES ", ${NEEDS} ")
+      string(APPEND violations "  ${name}: does not depend on ${NEEDS}, but on: ${depends}\n")
+    endif()
+  endif()
+endforeach()
 if(LINTIAN)
   execute_process(COMMAND ${LINTIAN} --allow-root --fail-on error --tag-display-limit 0 ${files}
     OUTPUT_FILE ${FOLDER}/lintian.txt ERROR_FILE ${FOLDER}/lintian.txt RESULT_VARIABLE code)
@@ -96,6 +113,9 @@ if(LINTIAN)
 endif()
 if(violations)
   message(FATAL_ERROR "packages:\n${violations}")
+endif()
+if(NOT LINTIAN)
+  message("packages: skipped: lintian is missing; on Debian: apt-get install lintian")
 endif()
 list(LENGTH files count)
 message("packages: ${count} of version ${VERSION}")

@@ -89,8 +89,14 @@ haptic_peer_packages=(libccd-dev libbullet-dev)
 # What the tests of the Python package need; they are skipped where it is absent.
 haptic_python_packages=(python3-numpy)
 
+# What makes Debian packages: dpkg-dev finds what a program depends on, and cpack asks file which files are programs.
+haptic_deb_packages=(file dpkg-dev)
+
 # What looks at the interface of the library and at the Debian packages; those checks are skipped where absent.
 haptic_release_packages=(abigail-tools lintian)
+
+# A browser without a window, which the tests of the page open it in; they are skipped where it is absent.
+haptic_browser_packages=(chromium-headless-shell)
 
 # Libraries that read more mesh formats; such files are refused and their tests skipped where absent.
 haptic_import_packages=(libassimp-dev libtinyxml2-dev zlib1g-dev)
@@ -132,4 +138,37 @@ build() {
   step "build preset $preset on $(nproc) cores"
   export NINJA_STATUS='[%f of %t, %e s] '
   cmake --build --preset "$preset" --parallel "$(nproc)" "$@"
+}
+
+# all_but_summary <file>: passes CTest's output on as it comes, but its summary at the end to the file.
+all_but_summary() {
+  local line
+  : >"$1"
+  while IFS= read -r line; do
+    if [[ "$line" =~ ^[0-9]+%\ tests\ passed ]]; then
+      { echo "$line" && cat; } >"$1"
+    else
+      printf '%s\n' "$line"
+    fi
+  done
+}
+
+# not_checked <log of CTest>..: a line for each reason for which something was skipped, with the tests that say so.
+not_checked() {
+  awk '/^[0-9]+\/[0-9]+ Test: / { test = $3 }
+    match($0, /(^|: )(SKIPPED|skipped): /) {
+      reason = substr($0, RSTART + RLENGTH)
+      if (!(reason in tests)) order[++count] = reason
+      if (index(" " tests[reason], " " test ",") == 0) { tests[reason] = tests[reason] " " test ","; ++times[reason] }
+    }
+    END {
+      for (k = 1; k <= count; ++k) {
+        split(tests[order[k]], names, ", ?")
+        said = names[1]
+        for (i = 2; i <= times[order[k]] && i <= 4; ++i) said = said ", " names[i]
+        sub(/^ /, "", said)
+        if (times[order[k]] > 4) said = said " and " times[order[k]] - 4 " more"
+        print "NOT CHECKED: " order[k] " (" said ")"
+      }
+    }' "$@"
 }

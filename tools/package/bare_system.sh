@@ -69,6 +69,6 @@ inside_debian() {
   shift 2
   home="$(awk -F: -v user="$user" '$1 == user { print $6 }' "$root/etc/passwd")"
   env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME="$home" USER="$user" LOGNAME="$user" \
-    LC_ALL=C.UTF-8 prlimit --rtprio=0 --nice=0 --memlock=8388608 --nofile=1024:524288 --core=0 \
+    LC_ALL=C.UTF-8 prlimit --rtprio=0 --nice=0 --memlock=8388608 --core=0 \
     chroot "$root" setpriv --reuid="$user" --regid="$user" --init-groups -- "$@" </dev/null
 }
