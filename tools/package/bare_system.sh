@@ -62,6 +62,12 @@ enter_debian() {
   printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(uname -n)" >"$root/etc/hosts"
 }
 
+# leave_debian <folder>: so that it can be removed.
+leave_debian() {
+  local name
+  for name in proc sys dev; do umount --lazy --recursive "$1/$name" 2>/dev/null || true; done
+}
+
 # inside_debian <folder> <user> <command>..: as that user, with the limits that a user has there, nothing of this machine's
 # environment and nobody to answer a question.
 inside_debian() {
