@@ -56,11 +56,11 @@ void check_text(std::string& text, const CheckTotals& c) {
 
 const char* flag_name(std::size_t bit) {
   constexpr const char* kNames[] = {
-      "first_tick",   "relocalised",    "far_band",       "verdict_touching", "verdict_undecided",
-      "near_set_cut", "inexact",        "budget_used_up", "motion_exceeded",  "several_planes",
-      "bad_pose",     "recovery",       "saturated",      "clutched",         "proxy_limited",
-      "proxy_stuck",  "hooked",         "passivity",      "ramping",          "outside_envelope",
-      "behind",       "local_set_empty"};
+      "first_tick",   "relocalised", "far_band",       "verdict_touching", "verdict_undecided",
+      "near_set_cut", "inexact",     "budget_used_up", "motion_exceeded",  "several_planes",
+      "bad_pose",     "recovery",    "saturated",      "clutched",         "proxy_limited",
+      "proxy_stuck",  "hooked",      "passivity",      "ramping",          "outside_envelope",
+      "behind",       "list_full",   "local_set_empty"};
   static_assert(std::size(kNames) == kFlagCount);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";
 }

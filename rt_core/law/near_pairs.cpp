@@ -6,10 +6,22 @@
 #include <cmath>
 #include <limits>
 
+#include "rt_core/contact/c_face_plane.hpp"
+#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 
 namespace haptic {
 namespace {
+
+/// Normals whose tips are no farther apart than this are one direction.
+constexpr Real kSameDirection = 1.0e-3_r;
+/// Roundings of what a motion takes, in those of the whole motion.
+constexpr Real kTakenRounding = 16;
+
+/// Order of a heap with the farthest pair on its top.
+constexpr auto is_nearer = [](const auto& l, const auto& r) {
+  return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair > r.pair);
+};
 
 Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
   const Real between = std::sqrt((a_w.centre - b_w.centre).squaredNorm());
@@ -19,6 +31,16 @@ Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
 }
 
 }  // namespace
+
+Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  const Real far = std::sqrt(dx_m.squaredNorm());
+  const Real turn = std::sqrt(dtheta_rad.squaredNorm());
+  const Real across = std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm());
+  const Real swept = far + left.reach_m * turn;
+  return -left.normal_w.dot(dx_m) + left.spread * swept +
+         left.reach_m * (across + kTurnBend * turn * turn) +
+         kTakenRounding * kRealEpsilon * (swept + std::abs(left.gap_m));
+}
 
 void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept {
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
@@ -40,6 +62,9 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
   at_ = arena.take<Place>(1);
   waiting_ = arena.take<NodePair>(kMostWaiting);
   found_ = BoundedList<Found>(arena.take<Found>(slots));
+  const bool overflows = scene.pair_count() > slots && !boxed;
+  left_out_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
+  leaving_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
 }
 
 void NearPairs::read_scene(const SceneView& scene) noexcept {
@@ -86,6 +111,7 @@ void NearPairs::reset() noexcept {
   list_ = begun_lists_ = 0;
   for (PlacedBox& placed : placed_) placed.list = 0;
   begun_ = false;
+  left_out_.clear();
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
 
@@ -185,12 +211,78 @@ void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m) noexce
   waiting_count_ = 1;
   visited_ = 0;
   found_.clear();
+  leaving_.clear();
+  refining_ = false;
+  refined_ = 0;
 }
 
-bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
+/// There is no room for all pairs within the range: a lower bound of the gap of this one that is as
+/// good as a face of either piece makes it, or as it takes to be above the range.
+void NearPairs::refine(Found& found) noexcept {
+  const GripPose& p = at_[0].p;
+  const PairView view = scene_->pair(found.pair);
+  const BodyRecord& body = scene_->bodies()[view.b.record->body];
+  Vec3 y_w = p.x0_w;
+  for (int k = 0; k < 3; ++k) y_w[k] -= static_cast<Real>(body.reference_m[k]);
+  const Real rounding_m = gap_rounding(view, y_w);
+  found.along_m = -std::numeric_limits<Real>::max();
+  const auto improve = [&](const PlaneGap& gap) {
+    visited_ += kListVisitsOfUnit;
+    if (!gap.defined || !(gap.gap_m - rounding_m > found.along_m)) return;
+    found.along_m = gap.gap_m - rounding_m;
+    found.normal_w = gap.normal_w;
+  };
+  if (kSceneTraits.is_fixed(scene_->is_fixed())) {
+    const NearestPlane nearest = nearest_fixed_plane(view, y_w);
+    visited_ += view.fixed->bounding_count;
+    improve(fixed_plane_gap(view, y_w, fixed_plane_id(nearest.number)));
+  } else {
+    SupportPair support{};
+    const auto ask = [&](ContactType type, std::uint32_t count) {
+      for (std::uint32_t f = 0; f < count && !(found.along_m > range_m_); ++f) {
+        PlaneId id;
+        id.type = type;
+        (type == ContactType::kA ? id.i : id.j) = static_cast<std::uint16_t>(f);
+        visited_ += 1;
+        if (face_bound(view, p.r_wa, y_w, id, support) < found.along_m) continue;
+        const PlaneGap gap = plane_gap(view, p.r_wa, y_w, id, support);
+        support = gap.support;
+        improve(gap);
+      }
+    };
+    ask(ContactType::kB, plane_count(*view.b.record));
+    ask(ContactType::kA, plane_count(*view.a.record));
+  }
+  found.gap_m = std::max(found.gap_m, found.along_m);
+}
+
+/// The list is full: of the pairs that it holds, one after the other, a better gap. Then those
+/// beyond the range leave it.
+void NearPairs::refine_next() noexcept {
+  refine(found_[refined_]);
+  if (++refined_ < found_.size()) return;
+  std::uint32_t kept = 0;
+  for (const Found& found : found_) {
+    if (found.gap_m > range_m_) {
+      left_m_ = std::min(left_m_, found.gap_m);
+    } else {
+      found_[kept++] = found;
+    }
+  }
+  found_.truncate(kept);
+  refined_ = found_.capacity();
+  if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+}
+
+bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m) noexcept {
   const std::uint32_t of_a = scene_->bodies()[0].piece_count;
-  for (std::uint32_t visits = 0; waiting_count_ > 0; ++visits) {
-    if (visits == most_visits) return false;
+  const std::uint32_t begin = visited_;
+  while (waiting_count_ > 0 || has_to_refine()) {
+    if (visited_ - begin >= most_visits) return false;
+    if (has_to_refine()) {
+      refine_next();
+      continue;
+    }
     const NodePair next = waiting_[--waiting_count_];
     visited_ += 1;
     const PieceNode& a = tree_a_.node(next.a);
@@ -200,11 +292,17 @@ bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
     if (a.count == 1 && b.count == 1) {
       const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
+      const bool full = found_.size() == found_.capacity();
+      if (full && !refining_ && leaving_.capacity() > 0) {
+        refining_ = true;
+        waiting_[waiting_count_++] = next;
+        continue;
+      }
       const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m);
       if (closer > range_m_) {
         left_m_ = std::min(left_m_, closer);
       } else {
-        take(pair, closer);
+        take({pair, closer, 0, Vec3::Zero()});
       }
     } else if (b.count == 1 || (a.count > 1 && a.sphere.radius_m > b.sphere.radius_m)) {
       waiting_[waiting_count_++] = {a.child + 1, next.b};
@@ -214,31 +312,69 @@ bool NearPairs::go_on(std::uint32_t most_visits) noexcept {
       waiting_[waiting_count_++] = {next.a, b.child};
     }
   }
-  finish();
+  finish(odometer_m);
   return true;
 }
 
 /// Takes a pair into the list that is begun; where that is full, in place of the farthest.
-void NearPairs::take(PairIndex pair, Real gap_m) noexcept {
-  const auto is_nearer = [](const Found& l, const Found& r) {
-    return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair > r.pair);
-  };
-  if (found_.push({pair, gap_m})) {
+void NearPairs::take(Found found) noexcept {
+  if (refining_) {
+    refine(found);
+    if (found.gap_m > range_m_) {
+      left_m_ = std::min(left_m_, found.gap_m);
+      return;
+    }
+  }
+  if (found_.push(found)) {
     if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
     return;
   }
-  const Real farthest_m = found_[0].gap_m;
-  const bool has_farther = farthest_m > gap_m;
-  left_m_ = std::min(left_m_, has_farther ? farthest_m : gap_m);
-  range_m_ = std::min(range_m_, farthest_m);
+  const Found farthest = found_[0];
+  const bool has_farther = farthest.gap_m > found.gap_m;
+  if (refining_) {
+    leave_out(has_farther ? farthest : found);
+  } else {
+    left_m_ = std::min(left_m_, has_farther ? farthest.gap_m : found.gap_m);
+    range_m_ = std::min(range_m_, farthest.gap_m);
+  }
   if (!has_farther) return;
   std::pop_heap(found_.begin(), found_.end(), is_nearer);
-  found_[found_.size() - 1] = {pair, gap_m};
+  found_[found_.size() - 1] = found;
   std::push_heap(found_.begin(), found_.end(), is_nearer);
 }
 
+/// A pair within the range that has no slot: with those along whose faces it is apart in about the
+/// same direction.
+void NearPairs::leave_out(const Found& found) noexcept {
+  if (leaving_.capacity() == 0 || found.normal_w.isZero(0)) {
+    left_m_ = std::min(left_m_, found.gap_m);
+    return;
+  }
+  LeftOut* nearest = nullptr;
+  Real nearest2 = std::numeric_limits<Real>::max();
+  for (LeftOut& left : leaving_) {
+    const Real apart2 = (left.normal_w - found.normal_w).squaredNorm();
+    if (!(apart2 < nearest2)) continue;
+    nearest2 = apart2;
+    nearest = &left;
+  }
+  const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
+  const Real reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
+  if (!(nearest2 <= kSameDirection * kSameDirection) &&
+      leaving_.push({found.normal_w, 0, reach_m, found.along_m})) {
+    return;
+  }
+  nearest->spread = std::max(nearest->spread, std::sqrt(nearest2));
+  nearest->reach_m = std::max(nearest->reach_m, reach_m);
+  nearest->gap_m = std::min(nearest->gap_m, found.along_m);
+}
+
+void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  for (LeftOut& left : left_out_) left.gap_m -= taken_m(left, dx_m, dtheta_rad);
+}
+
 /// The list that was begun takes the place of the one before.
-void NearPairs::finish() noexcept {
+void NearPairs::finish(double odometer_m) noexcept {
   begun_ = false;
   list_ += 1;
   for (NearPair& pair : pairs_) {
@@ -276,6 +412,12 @@ void NearPairs::finish() noexcept {
     left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m);
   }
   clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
+  // The part has gone on since the list was begun.
+  left_out_.clear();
+  for (LeftOut left : leaving_) {
+    left.gap_m -= static_cast<Real>(odometer_m - odometer_m_) * (1 + kRealEpsilon);
+    static_cast<void>(left_out_.push(left));
+  }
 }
 
 /// Puts a pair into a free slot, or that of a pair which is not in the list any more.
@@ -290,7 +432,7 @@ void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
     if (cursor < pairs_.size()) slot = cursor;
   }
   if (slot == kNoSlot) {  // pairs that must stay have left no room
-    left_m_ = std::min(left_m_, found.gap_m);
+    leave_out(found);
     return;
   }
   pairs_[slot] = {found.pair, found.gap_m, list_, true, false};

@@ -32,6 +32,25 @@ struct NearPair {
   bool pinned = false;       ///< stays in the next list
 };
 
+/// Pairs within the range of a list that it has no slot for, those taken together whose best faces
+/// look about one way: along `normal_w`, or a unit vector no farther than `spread` from its tip.
+struct LeftOut {
+  Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A, fixed in W
+  Real spread = 0;
+  Real reach_m = 0;  ///< lever of their pieces of A about the grip point, the largest
+  Real gap_m = 0;    ///< along those vectors, a lower bound
+};
+/// Such groups of one list at most; further pairs widen the nearest of them.
+inline constexpr std::uint32_t kMostLeftOut = 16;
+
+/// A turn by theta moves a point of lever v by theta x v but for this times |v| theta^2, theta up
+/// to 1 rad: (1 - cos theta) and (theta - sin theta), over theta^2.
+inline constexpr Real kTurnBend = 2.0_r / 3;
+
+/// What a motion takes from the gap of a group at most, negative where it adds to it; no point of
+/// the way there takes more than the larger of this and zero.
+[[nodiscard]] Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+
 class NearPairs {
  public:
   /// `slots`: pairs that the list can hold.
@@ -41,21 +60,33 @@ class NearPairs {
   void reset() noexcept;
 
   /// Begins a list of the pairs that are within `range_m` of each other at `p`; where they are more
-  /// than there are slots, of the nearest. `odometer_m`: how far the part has come. The list before
+  /// than there are slots, of the nearest as their faces tell: spheres round long pieces overlap
+  /// where these are far apart. `odometer_m`: how far the part has come. The list before
   /// stays until this one is finished, however far the part goes meanwhile.
   void begin(const GripPose& p, double odometer_m, Real range_m) noexcept;
   [[nodiscard]] bool is_begun() const noexcept { return begun_; }
   /// Goes on with the list that is begun; true: it is finished and takes the place of the one
   /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
-  /// hold another pair than before, or none any more. Cost: a node of one tree with one of the
-  /// other for each visit, and a heap's height for each pair that there is no room for; at the end
-  /// once all slots.
-  [[nodiscard]] bool go_on(std::uint32_t most_visits) noexcept;
+  /// hold another pair than before, or none any more. `odometer_m`: now. Cost: a node of one tree
+  /// with one of the other for each visit, a gap along a face for each kListVisitsOfUnit, and a
+  /// heap's height for each pair that there is no room for; at the end once all slots. The faces of
+  /// one pair may come on top of `most_visits`.
+  [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m) noexcept;
   [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
   /// The pair of this slot stays in the next list, however far it is.
   void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
 
-  /// A lower bound of the gap of every pair that is not in the list [m].
+  /// There may be such pairs: of a scene of solids with more pairs than slots.
+  [[nodiscard]] bool may_leave_out() const noexcept { return left_out_.capacity() > 0; }
+  /// The part has moved by so much.
+  void follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+  /// Pairs near the part that the list has no slot for.
+  [[nodiscard]] std::span<const LeftOut> left_out() const noexcept { return left_out_.view(); }
+  [[nodiscard]] std::span<LeftOut> left_out() noexcept {
+    return {left_out_.begin(), left_out_.size()};
+  }
+
+  /// A lower bound of the gap of every other pair that is not in the list [m].
   [[nodiscard]] Real unlisted_m(double odometer_m) const noexcept {
     return static_cast<Real>(clear_until_m_ - odometer_m);
   }
@@ -75,6 +106,8 @@ class NearPairs {
   struct Found {
     PairIndex pair = 0;
     Real gap_m = 0;
+    Real along_m = 0;              ///< along `normal_w`, a lower bound
+    Vec3 normal_w = Vec3::Zero();  ///< of the face with the largest gap; zero: not asked for
   };
 
   struct Place {
@@ -99,8 +132,14 @@ class NearPairs {
     Vec3 reference_m = Vec3::Zero();  ///< of its body
   };
 
-  void take(PairIndex pair, Real gap_m) noexcept;
-  void finish() noexcept;
+  void take(Found found) noexcept;
+  void refine(Found& found) noexcept;
+  void refine_next() noexcept;
+  [[nodiscard]] bool has_to_refine() const noexcept {
+    return refining_ && refined_ < found_.size();
+  }
+  void leave_out(const Found& found) noexcept;
+  void finish(double odometer_m) noexcept;
   void put(const Found& found, std::uint32_t& cursor) noexcept;
   [[nodiscard]] std::uint32_t* entry_of(PairIndex pair) noexcept;
   void fill_table() noexcept;
@@ -120,6 +159,7 @@ class NearPairs {
   std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
   std::uint64_t list_ = 0;          ///< counts the lists
   double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
+  BoundedList<LeftOut> left_out_;   ///< of it, where a scene has more pairs than slots
 
   // The list that is begun.
   bool begun_ = false;
@@ -133,6 +173,9 @@ class NearPairs {
   std::uint32_t waiting_count_ = 0;
   std::uint32_t visited_ = 0;
   BoundedList<Found> found_;  ///< once full a heap with the farthest on its top
+  BoundedList<LeftOut> leaving_;
+  bool refining_ = false;      ///< there are more than slots: gaps are asked along faces
+  std::uint32_t refined_ = 0;  ///< of `found_`
 };
 
 }  // namespace haptic

@@ -13,9 +13,6 @@ namespace {
 
 /// A step is not shortened by more than this at once.
 constexpr Real kLeastShare = 1.0e-3_r;
-/// A turn by theta moves a point of lever v by theta x v but for this times |v| theta^2, theta up
-/// to 1 rad: (1 - cos theta) and (theta - sin theta), over theta^2.
-constexpr Real kTurnBend = 2.0_r / 3;
 /// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
 constexpr Real kHeldRounding = 16;
 
@@ -80,7 +77,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
                                    ProxyTick& tick) const noexcept {
   SharedGap best;
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!pair.view->has_facet() || pair.inside) return best;
+  if (!pair.view->has_facet()) return best;
   const Real least_valid = -valid_depth(parameters_.scale);
   std::uint32_t asked = 0;
   for (const ImposedPlane& imposed : imposed_) {
@@ -115,6 +112,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   const ProxyPair& pair = pairs_[reached.pair];
   const Vec3 y_w = step.q.x0_w - pair.reference_w;
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  bool deep_plane = false;
   Real worth_m = kLowest;  // by how much the gap is enough, at the end and on the way
   Real exposed_worth_m = kLowest;
   const auto measure = [&](const PlaneId& id, SupportPair from, Real gap_p_m, bool first) {
@@ -122,14 +120,18 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     tick.plane_gaps += 1;
     Real worth = kLowest, path = kLowest;
     if (gap.defined) {
-      worth = gap.gap_m + reached.allowed_m - least_m;
+      worth = gap.gap_m - least_m;
       path = gap.gap_m;
-      if (worth >= 0 && !pair.inside) {
+      if (worth >= 0) {
         path = path_gap(pair, gap_p_m, gap, step);
         worth = std::min(worth, path - deepest_on_way(parameters_.scale, gap_p_m));
       }
     }
-    if (!first && !(worth > worth_m)) return;
+    // Rows of a plane that p is as deep behind as no step may end would not raise p: it comes last
+    // of those that do not certify.
+    const bool deep = worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
+    if (!first && (deep != deep_plane ? deep : !(worth > worth_m))) return;
+    deep_plane = deep;
     worth_m = worth;
     reached.plane = id;
     reached.support = gap.support;
@@ -193,7 +195,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     reached.path_m = exposed.path_m;
   }
   // A direction that is good for the end asks for a shorter step, not for a plane.
-  const bool lacks = reached.gap_q_m + reached.allowed_m < least_m;
+  const bool lacks = reached.gap_q_m < least_m;
   if (lacks && shared.worth_m > kLowest) take_shared();
   return true;
 }
@@ -229,6 +231,16 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     result.ok = false;
     result.share = std::max(clear_m / motion, kLeastShare);
     if (!(clear_m > kLeastShare * motion)) tick.limited = true;
+    tick.crowded = tick.crowded || has_left_out();
+  }
+  for (const LeftOut& left : near_pairs_.left_out()) {
+    const Real taken = taken_m(left, step.dx_m, step.dtheta_rad);
+    const Real room_m = std::max(left.gap_m + parameters_.scale.tolerance_m / 2, Real{0});
+    if (!(taken > room_m)) continue;
+    result.ok = false;
+    result.share = std::min(result.share, std::max(room_m / taken, kLeastShare));
+    if (!(room_m > kLeastShare * taken)) tick.limited = true;
+    tick.crowded = true;
   }
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];
@@ -254,7 +266,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       tick.spent = !(result.lacking_m > 0);
       return result;
     }
-    const Real lacking = least_m - (reached.gap_q_m + reached.allowed_m);
+    const Real lacking = least_m - reached.gap_q_m;
     const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
     if (lacking > 0) {
       if (lacking > result.lacking_m) {
@@ -262,7 +274,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
         result.worst = k;
       }
       result.ok = false;
-    } else if (reached.path_m < deepest_m && !pair.inside) {
+    } else if (reached.path_m < deepest_m) {
       // How deep the way dips grows with the square of the step.
       const Real ends = std::min(reached.gap_p_m, reached.gap_q_m);
       const Real room = std::max(ends - deepest_m, 0.25_r * parameters_.scale.tolerance_m);
@@ -300,7 +312,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
       if (!gap.defined) continue;
       QpRow row;
       row.g.head<3>() = gap.normal_w;
-      row.h = -gap.gap_m - reached.allowed_m;
+      row.h = -gap.gap_m;
       if (!rows_.push(row)) return false;
     }
     const QpResult found = solve_rows(1.0e-4_r * scale.tolerance_m, tick);

@@ -78,10 +78,11 @@ ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Rea
 /// Keeps those planes of the last program that p_ touches: a step that was cut short may have ended
 /// before it reached them.
 void Proxy::feel(ProxyTick& tick) noexcept {
-  const ContactSituation last = felt_.situation;
+  FeltContact& contact = felt_[0];
+  const ContactSituation last = contact.situation;
   const Real epsilon = parameters_.epsilon_m;
-  felt_.plane_count = felt_.point_count = 0;
-  felt_.situation = ContactSituation::kNone;
+  contact.plane_count = contact.point_count = 0;
+  contact.situation = ContactSituation::kNone;
   FeltPoints points;
   for (const ImposedPlane& active : active_) {
     const ProxyPair& pair = pairs_[active.pair];
@@ -89,7 +90,7 @@ void Proxy::feel(ProxyTick& tick) noexcept {
     const PlaneGap& gap = region.gap;
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
     const std::uint32_t before = points.count;
-    FeltPlane& felt = felt_.planes[felt_.plane_count++];
+    FeltPlane& felt = contact.planes[contact.plane_count++];
     felt = {pair.index, gap.normal_w, gap.gap_m, 0, active.id.type};
     if (is_fixed()) {
       const FixedPlane& plane = pair.view->planes[plane_number(active.id)];
@@ -103,12 +104,12 @@ void Proxy::feel(ProxyTick& tick) noexcept {
     }
     felt.point_count = points.count - before;
   }
-  felt_.point_count = points.count;
-  if (felt_.plane_count == 0) return;
+  contact.point_count = points.count;
+  if (contact.plane_count == 0) return;
   // Only the label waits, so that tremor does not make it chatter.
-  felt_.situation = label_of(felt_, points, epsilon, 1);
-  if (felt_.situation != last && label_of(felt_, points, epsilon, 0.5_r) == last) {
-    felt_.situation = last;
+  contact.situation = label_of(contact, points, epsilon, 1);
+  if (contact.situation != last && label_of(contact, points, epsilon, 0.5_r) == last) {
+    contact.situation = last;
   }
 }
 

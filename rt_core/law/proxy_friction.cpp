@@ -46,7 +46,8 @@ constexpr Real kSlipShare = 4;
 }  // namespace
 
 void Proxy::begin_cones() noexcept {
-  std::swap(cones_, last_cones_);
+  // A climb that is tried again goes on from the pass before it.
+  if (climbing_ <= 1) std::swap(cones_, last_cones_);
   cones_.clear();
   cone_programs_ = 0;
   wedged_ = std::any_of(last_cones_.begin(), last_cones_.end(), [&](const FrictionCone& cone) {

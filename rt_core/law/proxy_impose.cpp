@@ -16,33 +16,25 @@ constexpr std::uint32_t kNewChoiceAge = 16;
 
 }  // namespace
 
-/// Imposes the planes that held the proxy last, where they are C-faces still, and those of pairs in
-/// recovery.
+/// Imposes the planes that held the proxy last, where they are C-faces still.
 void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
   for (const ImposedPlane& last : active_) pairs_[last.pair].held_in = pass_;
   for (const ReachedPair& reached : reached_) {
     const ProxyPair& pair = pairs_[reached.pair];
-    if (!pair.inside && pair.held_in != pass_) continue;
+    if (pair.held_in != pass_) continue;
     const auto take = [&](const PlaneId& id, SupportPair support) {
       const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
       if (!region.gap.defined) return;
       // Past the end of what it held, another plane may certify the pair: let the step tell.
-      if (!pair.inside && (!region.overlap || region.gap.gap_m < -valid_depth(parameters_.scale))) {
-        return;
-      }
+      if (!region.overlap || region.gap.gap_m < -valid_depth(parameters_.scale)) return;
       ImposedPlane plane;
       plane.pair = reached.pair;
       plane.id = id;
-      plane.allowed_m = reached.allowed_m;
       plane.at_start = true;
       if (!imposed_.push(plane) || !add_region(imposed_.size() - 1, region, error)) {
         tick.limited = true;
       }
     };
-    if (pair.inside) {
-      take(pair.plane, pair.support);
-      continue;
-    }
     // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
     if (is_fixed() || choose_from_start_) continue;
     for (const ImposedPlane& last : active_) {
@@ -96,7 +88,7 @@ bool Proxy::is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept {
 /// would along it: at p, or at the end of `step`. Not asked of others.
 bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
-  if (!pair.view->has_facet() || pair.inside) return true;
+  if (!pair.view->has_facet()) return true;
   // Not where the features lie over each other elsewhere, but where the pieces are nearest.
   const auto touches = [&](const PlaneRegion& region) {
     const Real most_m = region.gap.gap_m + parameters_.scale.tolerance_m;
@@ -127,9 +119,7 @@ std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real
     std::uint32_t last = reached_.size();
     while (count < worst.size()) {
       std::uint32_t next = reached_.size();
-      const auto gap_m = [&](std::uint32_t k) {
-        return reached_[k].gap_q_m + reached_[k].allowed_m;
-      };
+      const auto gap_m = [&](std::uint32_t k) { return reached_[k].gap_q_m; };
       const auto is_before = [&](std::uint32_t k, std::uint32_t other) {
         return gap_m(k) < gap_m(other) || (gap_m(k) == gap_m(other) && k < other);
       };
@@ -165,7 +155,6 @@ bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& erro
     plane.pair = reached.pair;
     plane.id = reached.plane;
     plane.support = reached.support;
-    plane.allowed_m = reached.allowed_m;
     if (short_) take_touching(reached, plane, tick);
     if (!imposed_.push(plane)) return false;
   }
@@ -190,8 +179,7 @@ bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& erro
 /// came closest at the step would hold the part past the end of its features.
 void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
                           ProxyTick& tick) noexcept {
-  const ProxyPair& pair = pairs_[reached.pair];
-  if (is_fixed() || pair.inside || reached.gap_p_m > parameters_.scale.tolerance_m) return;
+  if (is_fixed() || reached.gap_p_m > parameters_.scale.tolerance_m) return;
   const auto touches = [&](const PlaneId& id, SupportPair support) {
     const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
     return region.gap.defined && region.overlap;

@@ -23,8 +23,8 @@ constexpr Real kFacetTrust = 0.5_r;
 /// Radius of the part for which the lengths below were chosen.
 constexpr Real kChosenFor_m = 0.05_r;
 
-/// Sums of motion are rounded up by this share.
-constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
+/// No lower step between two faces is made on purpose.
+constexpr Real kLowStep_m = 5.0e-6_r;
 
 /// Of the ticks with one goal, to the bit, those are counted that lower the energy by less than
 /// kOnItsWay of it though the part might have moved farther, less the others: the count after which
@@ -66,11 +66,12 @@ SceneSize scene_size(const SceneView& scene) noexcept {
 
 ProxyScale proxy_scale(const SceneView& scene) noexcept {
   const SceneSize size = scene_size(scene);
-  return proxy_scale(size.radius_m, size.extent_m,
-                     static_cast<Real>(scene.parameters().coupling.tolerance_m));
+  const CouplingParameters& c = scene.parameters().coupling;
+  return proxy_scale(size.radius_m, size.extent_m, static_cast<Real>(c.tolerance_m),
+                     static_cast<Real>(c.climb_m));
 }
 
-ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept {
+ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m, Real climb_m) noexcept {
   const Real share = radius_m / kChosenFor_m;
   const Real floor_m = 64 * kRealEpsilon * (radius_m + extent_m);
   ProxyScale scale;
@@ -83,6 +84,8 @@ ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept 
   scale.manifold_m = 2.0e-3_r * share;
   scale.reach_m = scale.step_m + scale.turn_rad * radius_m + scale.margin_m;
   scale.recovery_step_m = 2.0e-4_r * share;
+  const Real low_m = std::min(std::max(kLowStep_m, 10 * scale.tolerance_m), radius_m / 1000);
+  scale.climb_m = climb_m > 0 ? climb_m : climb_m < 0 ? Real{0} : low_m;
   scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);
   scale.still_rad = scale.still_m / std::max(radius_m, std::numeric_limits<Real>::min());
   scale.last_m = 100 * scale.still_m;
@@ -110,10 +113,15 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
   settled_tick_ = arena.take<ProxyTick>(1);
+  felt_ = arena.take<FeltContact>(1);
   near_pairs_.place(arena, scene, slots);
-  if (scene.has_facets()) hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  list_visits_of_tick_ =
-      static_cast<std::uint32_t>(list_visits(moving_pieces, scene.pieces().size() - moving_pieces));
+  has_facets_ = scene.has_facets();
+  if (has_facets_ || slots > kManyNearPairs) {
+    hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  }
+  const bool overflows = c.pair_count > slots && !has_facets_;
+  list_visits_of_tick_ = static_cast<std::uint32_t>(
+      list_visits(moving_pieces, scene.pieces().size() - moving_pieces, overflows));
   pairs_ = arena.take<ProxyPair>(slots);
   views_ = arena.take<PairView>(slots);
   reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(slots));
@@ -175,7 +183,9 @@ void Proxy::reset() noexcept {
   held_ = slow_ = 0;
   chosen_planes_ = 0;
   chosen_ago_ = 0;
-  felt_ = FeltContact{};
+  felt_[0] = FeltContact{};
+  way_out_w_.setZero();
+  climbed_count_ = 0;
   for (PlaneRegion& region : regions_) region.version = 0;
   path_m_ = turn_rad_ = 0;
   version_ = 1;
@@ -247,6 +257,7 @@ void Proxy::adapt_trust(PassEnd end) noexcept {
 /// Moves p_ to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
+  near_pairs_.follow(step.dx_m, step.dtheta_rad);
   way_.translation_m -= step.dx_m;
   way_.rotation_rad -= step.dtheta_rad;
   slid_.translation_m += step.dx_m;
@@ -262,11 +273,12 @@ void Proxy::accept(const Step& step) noexcept {
                                parameters_.radius_m * std::sqrt(step.dtheta_rad.squaredNorm()));
   p_ = step.q;
   version_ += 1;
-  path_m_ =
-      (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kUp) * (1 + 0x1p-52);
+  path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
+            (1 + 0x1p-52);
   if (!is_fixed())
-    turn_rad_ = (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kUp) *
-                (1 + 0x1p-52);
+    turn_rad_ =
+        (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kOdometerUp) *
+        (1 + 0x1p-52);
   for (const ReachedPair& reached : reached_) {
     ProxyPair& pair = pairs_[reached.pair];
     pair.plane = reached.plane;
@@ -299,11 +311,15 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   near_scratch_ = &scratch;
   grants_ = 0;
   list_visits_left_ = list_visits_of_tick_;
+  if (has_left_out()) {  // gaps along faces leave the passes half of the budget
+    list_visits_left_ =
+        std::min(list_visits_left_, kListVisitsOfUnit * (parameters_.work_units / 2));
+  }
   waited_ = waiting_;
   waiting_ = false;
   if (!started_) {
     p_ = goal_ = goal;
-    started_ = true;
+    started_ = led_out_ = true;
     version_ += 1;
     held_ = 0;
   } else if (goal.x0_w == goal_.x0_w && goal.q_wa.coeffs() == goal_.q_wa.coeffs()) {
@@ -355,6 +371,12 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
       break;
     }
   }
+  if (end != PassEnd::kSpent && tick.passes < parameters_.passes) {
+    if (climb(goal, tick)) {
+      end = PassEnd::kMoved;
+      tick.moved = true;
+    }
+  }
   behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
   tick.behind_ticks = behind_ticks_;
   choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));
@@ -371,8 +393,9 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   }
   settle_slip();
   feel(tick);
-  still_ = !tick.moved && !tick.recovering && !tick.spent &&
-           (end == PassEnd::kDone || held_ >= kLeastHeld);
+  if (!tick.inside && !waiting_ && unlisted_m() > 0) led_out_ = false;
+  still_ =
+      !tick.moved && !tick.inside && !tick.spent && (end == PassEnd::kDone || held_ >= kLeastHeld);
   // Only with planes that this tick has chosen from the start; else the next one with this goal
   // does.
   settled_ = still_ && chosen;

@@ -35,21 +35,24 @@ namespace haptic {
 
 /// Lengths of the passes; they grow with the part.
 struct ProxyScale {
-  Real tolerance_m = 0;             ///< depth that counts as free
-  Real skin_m = 0;                  ///< gap that is held in a scene with facets
-  Real step_m = 0;                  ///< largest displacement of a pass
-  Real turn_rad = 0;                ///< largest turn of a pass
-  Real margin_m = 0;                ///< what corrections may add to a displacement
-  Real manifold_m = 0;              ///< height within which a face or edge lies in a contact
-  Real reach_m = 0;                 ///< pairs farther apart than this cannot meet within a pass
-  Real recovery_step_m = 0;         ///< depth taken back in a pass of recovery
+  Real tolerance_m = 0;      ///< depth that counts as free
+  Real skin_m = 0;           ///< gap that is held in a scene with facets
+  Real step_m = 0;           ///< largest displacement of a pass
+  Real turn_rad = 0;         ///< largest turn of a pass
+  Real margin_m = 0;         ///< what corrections may add to a displacement
+  Real manifold_m = 0;       ///< height within which a face or edge lies in a contact
+  Real reach_m = 0;          ///< pairs farther apart than this cannot meet within a pass
+  Real recovery_step_m = 0;  ///< way out that a pass of recovery goes
+  Real climb_m = 0;          ///< a step no higher than this does not hold the part; 0: any does
   Real still_m = 0, still_rad = 0;  ///< a shorter move is none
   Real last_m = 0, last_rad = 0;    ///< a shorter move is the last of a tick whose goal moves
 };
 
 /// Lengths for a part whose vertices lie within `radius_m` of the grip point, in a scene with
-/// coordinates up to `extent_m`; `tolerance_m` replaces the derived one when > 0.
-[[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m) noexcept;
+/// coordinates up to `extent_m`; `tolerance_m` and `climb_m` replace the derived ones when > 0, and
+/// with `climb_m` < 0 every step holds the part.
+[[nodiscard]] ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m,
+                                     Real climb_m = 0) noexcept;
 
 /// What those lengths are chosen for.
 struct SceneSize {
@@ -58,7 +61,7 @@ struct SceneSize {
 };
 /// Cost: one look at each piece.
 [[nodiscard]] SceneSize scene_size(const SceneView& scene) noexcept;
-/// The lengths of a scene, with the tolerance that it asks for.
+/// The lengths of a scene, with the tolerance and the climb that it asks for.
 [[nodiscard]] ProxyScale proxy_scale(const SceneView& scene) noexcept;
 
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
@@ -73,7 +76,7 @@ struct alignas(64) ProxyPair {
   std::uint64_t gap_version = 0;
   std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
   bool known = false;
-  bool inside = false;  ///< no plane had a gap: the pair is being recovered
+  bool inside = false;  ///< no plane had a gap: the part is led out
   bool waits = false;   ///< for a search that a tick had no budget for
   bool has_held = false;
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
@@ -95,8 +98,7 @@ struct alignas(64) ProxyPair {
 /// A pair that a pass can reach.
 struct ReachedPair {
   std::uint32_t pair = 0;
-  Real gap_m = 0;      ///< at p, along the pair's plane, or a lower bound of it
-  Real allowed_m = 0;  ///< depth allowed at the end of the pass; 0 but in recovery
+  Real gap_m = 0;  ///< at p, along the pair's plane, or a lower bound of it
   /// Its certificate at the configuration checked last, or, where none was, the plane that came
   /// closest: of those that can carry a force while one of these is valid.
   PlaneId plane;
@@ -122,7 +124,6 @@ struct ImposedPlane {
   std::uint32_t pair = 0;
   PlaneId id;
   SupportPair support;
-  Real allowed_m = 0;
   bool at_start = false;  ///< its rows at p are in
   bool at_step = false;   ///< and those at the step below from p
   std::uint8_t times = 0;
@@ -191,7 +192,10 @@ struct ProxyTick {
   bool spent = false;              ///< this is one
   bool moved = false;              ///< p is not where it was
   bool limited = false;            ///< a cap was met, or a residual is left
-  bool recovering = false;         ///< inside an obstacle
+  bool inside = false;             ///< the last pass has led p out of an obstacle
+  bool recovering = false;         ///< the same of where it was put, or of more than what rounding
+                                   ///< and low steps make: no wrench is due
+  bool crowded = false;            ///< pairs that the list has no slot for have cut a step
 
   /// Work so far, in units of the budget.
   [[nodiscard]] std::uint32_t units() const noexcept {
@@ -234,7 +238,7 @@ class Proxy {
   /// Planes that hold the proxy: those with a multiplier in the last pass.
   [[nodiscard]] std::span<const ImposedPlane> active() const noexcept { return active_.view(); }
   /// Those of them that the proxy touches, at the end of the last tick.
-  [[nodiscard]] const FeltContact& felt() const noexcept { return felt_; }
+  [[nodiscard]] const FeltContact& felt() const noexcept { return felt_[0]; }
   /// Appends the near set of pair `index` at the proxy to `near`, by a search without history that
   /// leaves the proxy as it is; for reports between ticks. `pose`: the pair's.
   [[nodiscard]] NearResult near_set_of(PairIndex index, NearScratch& scratch,
@@ -267,13 +271,17 @@ class Proxy {
   [[nodiscard]] std::span<const std::uint32_t> hot_pairs() noexcept;
   /// What the gap of every pair that hot_pairs has left aside is at least.
   [[nodiscard]] Real cold_m() const noexcept {
-    if (!has_facets()) return std::numeric_limits<Real>::max();
+    if (hot_.capacity() == 0) return std::numeric_limits<Real>::max();
     return static_cast<Real>(hot_until_m_ - odometer_m());
   }
   /// What the gap of every pair that is not in the list is at least.
   [[nodiscard]] Real unlisted_m() const noexcept {
     return near_pairs_.unlisted_m(odometer_m()) - skin_m();
   }
+  /// Whether the scene has more pairs than slots, of pieces whose faces are asked then.
+  [[nodiscard]] bool has_left_out() const noexcept { return near_pairs_.may_leave_out(); }
+  /// What the gap of every pair is at least that the list has had no slot for.
+  [[nodiscard]] Real left_out_m() const noexcept;
   /// Held between every two pieces of a scene with facets, solid ones too: where a solid and a
   /// facet lie in one plane, the part slides on evenly.
   [[nodiscard]] Real skin_m() const noexcept {
@@ -301,9 +309,7 @@ class Proxy {
   void adapt_trust(PassEnd end) noexcept;
   [[nodiscard]] Real most_trust_m() const noexcept;
   /// Some piece is a facet.
-  [[nodiscard]] bool has_facets() const noexcept {
-    return kSceneTraits.facets && hot_.capacity() > 0;
-  }
+  [[nodiscard]] bool has_facets() const noexcept { return kSceneTraits.facets && has_facets_; }
   [[nodiscard]] static bool has_held(const ProxyPair& pair) noexcept {
     return kSceneTraits.facets && pair.has_held;
   }
@@ -315,12 +321,31 @@ class Proxy {
     return std::min<std::size_t>(pass_of_tick_, pass_steps_m_.size() - 1);
   }
   void search_fully(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void search_between(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] bool find_face(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
 
   [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;
   [[nodiscard]] bool correct(Step& step, ProxyTick& tick) noexcept;
   [[nodiscard]] PassEnd end_spent() noexcept;
+
+  /// Recovery (proxy_recovery.cpp).
+  [[nodiscard]] Real way_out_m(const Vec3& along_w, Real least_m, Real most_m,
+                               ProxyTick& tick) noexcept;
+  [[nodiscard]] Real choose_way_out(ProxyTick& tick) noexcept;
+  void lead_out(const GripPose& goal, ProxyTick& tick) noexcept;
+
+  /// Steps that do not hold the part (proxy_climb.cpp).
+  struct Rise;
+  struct ClimbStart;
+  [[nodiscard]] bool climb(const GripPose& goal, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool may_climb(const ProxyTick& tick) const noexcept;
+  [[nodiscard]] bool find_rise(Rise& rise, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool find_low_face(const ImposedPlane& imposed, const Vec3& normal_w,
+                                   ValidPlane& low, ProxyTick& tick) noexcept;
+  [[nodiscard]] PlaneGap gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept;
+  void step_back(const ClimbStart& start, ProxyTick& tick) noexcept;
+
   [[nodiscard]] bool is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept;
   void impose_last(const PoseError& error, ProxyTick& tick) noexcept;
   void impose_pending(const PoseError& error, ProxyTick& tick) noexcept;
@@ -410,6 +435,7 @@ class Proxy {
   Parameters parameters_;
   GripPose p_;
   bool started_ = false;
+  bool led_out_ = false;              ///< p_ was put inside an obstacle and has not been free since
   double path_m_ = 0, turn_rad_ = 0;  ///< how far p_ has come, rounded up
   std::uint64_t version_ = 1;         ///< of p_: vertices are turned once for each
 
@@ -427,7 +453,8 @@ class Proxy {
   std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
   std::uint32_t list_ticks_ = 1;    ///< that the last list took
   std::uint32_t pass_of_tick_ = 0;  ///< of this pass
-  BoundedList<std::uint32_t> hot_;  ///< slots of the pairs that are near; of facets alone
+  bool has_facets_ = false;
+  BoundedList<std::uint32_t> hot_;  ///< slots of the pairs that are near, where there may be many
   double hot_until_m_ = 0;          ///< reading of the odometer at which another pair may be
   /// Motion of the last steps, fading: of the first pass of a tick, and of the later ones.
   std::array<Real, 2> pass_steps_m_{};
@@ -459,7 +486,7 @@ class Proxy {
   bool choice_spent_ = false;          ///< nor did the budget suffice to choose the planes again
   bool settled_ = false;               ///< nor can with planes chosen from the start
   std::span<ProxyTick> settled_tick_;  ///< its account; one
-  FeltContact felt_;
+  std::span<FeltContact> felt_;        ///< one
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row
   BoundedList<FrictionCone> cones_, last_cones_;  ///< of this pass and of the one before
@@ -481,8 +508,17 @@ class Proxy {
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
   bool wedged_ = false;        ///< contact points with friction lie in planes that are not parallel
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
-  bool short_ = false;         ///< the steps of this try are a few times the tolerance
-  bool far_rows_ = false;      ///< rows linearised away from p_ are in the program
+  Vec3 way_out_w_ = Vec3::Zero();  ///< unit, out of all that p_ is inside of; zero: none chosen
+  /// The last climb that led nowhere: of which pairs, from where, and the energy then and what it
+  /// lacked.
+  std::array<std::uint32_t, kMaxFeltPlanes> climbed_{};
+  std::uint32_t climbed_count_ = 0;
+  Vec3 climbed_x0_w_ = Vec3::Zero();
+  Real climbed_v_j_ = 0, climbed_lacks_j_ = 0;
+  std::uint32_t climbing_ =
+      0;                   ///< this pass is the second leg of a climb, the so-manieth of a tick
+  bool short_ = false;     ///< the steps of this try are a few times the tolerance
+  bool far_rows_ = false;  ///< rows linearised away from p_ are in the program
 };
 
 }  // namespace haptic

@@ -65,6 +65,12 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   // The program lowers the energy of the secant, and with it that of the spring.
   secant_ = secant_spring(spring, error);
   gather(error, tick);
+  if (tick.inside && climbing_ > 0) return PassEnd::kRejected;
+  if (tick.inside) {
+    lead_out(goal, tick);
+    return PassEnd::kMoved;
+  }
+  way_out_w_.setZero();
   rows_.clear();
   imposed_.clear();
   begin_cones();
@@ -80,9 +86,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   far_rows_ = false;
   impose_last(error, tick);
 
-  const Real limit_j = tick.recovering ? std::numeric_limits<Real>::max()
-                       : closes        ? start_j + gained_j
-                                       : start_j - least_fall_j(start_j);
+  const Real limit_j = closes ? start_j + gained_j : start_j - least_fall_j(start_j);
   Real end_j = start_j;
   const auto affordable = [&](const Step& step) {
     end_j = potential_j(spring, error_of(goal, step.q));
@@ -126,6 +130,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
       end_j = short_j;
     }
   }
+  if (!ok && climbing_ > 0) return PassEnd::kRejected;
   if (!ok) ok = correct(step, tick) && affordable(step);
   if (tick.spent) return end_spent();
   if (!ok) {
@@ -202,6 +207,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
+    if (climbing_ > 0 && round == kProxyRounds) return false;
     if (round == retry_at) {
       const bool last = round + kProxyRetryRounds >= kRounds;
       short_ = last;
@@ -340,7 +346,7 @@ bool Proxy::stay_still(Step& step, ProxyTick& tick) noexcept {
 
 /// Whether the goal rests and a step lowers the energy by no more than a part at rest may leave.
 bool Proxy::gains_nothing(const Step& step, const ProxyTick& tick) const noexcept {
-  if (held_ == 0 || tick.recovering || close_m_ > 0) return false;
+  if (held_ == 0 || close_m_ > 0) return false;
   const Real end_j = potential_j(parameters_.spring, error_of(goal_, step.q));
   return tick.end_potential_j - end_j < kIdleShare * tick.end_potential_j;
 }

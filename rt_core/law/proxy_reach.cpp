@@ -22,6 +22,9 @@ constexpr Real kHotReaches = 1.5_r;
 /// Among facets a pass first looks no farther than so many of the last steps.
 constexpr Real kReachSteps = 1.5_r, kFacetMargin = 0.125_r;
 
+/// Pairs of edges of two facets along whose nearest points a gap is asked.
+constexpr std::uint32_t kMostBetween = 256;
+
 /// A gap that the part's motion may have taken less of than this is not computed again.
 constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
 
@@ -74,6 +77,46 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.gap_version = version_;
   pair.has_held = false;
   pair.known = true;
+  pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
+  if (kSceneTraits.facets && pair.inside && pair.view->has_facet()) search_between(pair, tick);
+}
+
+/// Two facets may be apart though they are along none of their C-faces: where neither has a vertex
+/// over the other, along the line between the nearest points of two of their edges. The longest gap
+/// of those is held as the pair's direction.
+void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
+  const PieceView &a = pair.view->a, &b = pair.view->b;
+  const Vec3 y_w = p_.x0_w - pair.reference_w;
+  DirectionGap best;
+  best.gap_m = pair.gap_m;
+  std::uint32_t asked = 0;
+  for (std::uint32_t i = 0; i < a.edge_count; ++i) {
+    const Vec3 a0_w = p_.r_wa * a.vertex(a.edges[i].vertex[0]) + y_w;
+    const Vec3 u = p_.r_wa * a.vertex(a.edges[i].vertex[1]) + y_w - a0_w;
+    for (std::uint32_t j = 0; j < b.edge_count && asked < kMostBetween; ++j, ++asked) {
+      const Vec3 b0_w = b.vertex(b.edges[j].vertex[0]);
+      const Vec3 v = b.vertex(b.edges[j].vertex[1]) - b0_w;
+      // Nearest points a0 + s u and b0 + t v: s and t between 0 and 1.
+      const Vec3 w = a0_w - b0_w;
+      const Real uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+      const Real uw = u.dot(w), vw = v.dot(w), across = uu * vv - uv * uv;
+      const Real crossing = across > kRealEpsilon * uu * vv ? (uv * vw - vv * uw) / across : 0;
+      const Real t =
+          std::clamp((uv * std::clamp(crossing, Real{0}, Real{1}) + vw) / vv, Real{0}, Real{1});
+      const Real s = std::clamp((uv * t - uw) / uu, Real{0}, Real{1});
+      const Vec3 between_w = w + s * u - t * v;
+      const Real length = std::sqrt(between_w.squaredNorm());
+      if (!(length > parameters_.scale.still_m)) continue;
+      tick.plane_gaps += 2;
+      const DirectionGap gap =
+          direction_gap(*pair.view, p_.r_wa, y_w, between_w / length, pair.support);
+      if (gap.gap_m > best.gap_m) best = gap;
+    }
+  }
+  if (!(best.gap_m > pair.gap_m)) return;
+  hold(pair, best.normal_w);
+  pair.support = best.support;
+  pair.gap_m = best.gap_m;
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
 }
 
@@ -144,7 +187,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   Real gap = pair.gap_m;
   if (pair.inside) {
-    // Recovery: the plane that leads out may change; where it cannot be searched for, it is held.
+    // The part is led out; where the pair cannot be searched again, its plane tells how deep it is.
     if (may_search(pair, tick)) {
       search_fully(pair, tick);
     } else {
@@ -175,8 +218,6 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
   reached.gap_m = reached.gap_p_m = reached.gap_q_m = reached.path_m = gap;
   reached.plane = pair.plane;
   reached.support = pair.support;
-  reached.allowed_m =
-      pair.inside ? std::max(-pair.gap_m - parameters_.scale.recovery_step_m, Real{0}) : Real{0};
   return true;
 }
 
@@ -201,7 +242,7 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
                       parameters_.radius_m * std::sqrt(error.rotation_rad.squaredNorm());
   reach_m_ = std::min({scale.reach_m, pull_m + scale.margin_m,
                        trust_m_ < scale.reach_m ? trust_m_ + scale.margin_m : scale.reach_m});
-  tick.recovering = false;
+  tick.inside = tick.recovering = false;
   worst_gap_m_ = std::numeric_limits<Real>::max();
   // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
   if (has_facets()) {
@@ -263,7 +304,9 @@ void Proxy::enter(std::uint32_t slot) noexcept {
 void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Real clear_m = unlisted_m();
-  const bool short_of = !(clear_m >= reach_m_);
+  // Pairs without a slot that have cut a step may have one in a list made where the part is now.
+  const bool cut = tick.crowded && (path_m_ != list_path_m_ || turn_rad_ != list_turn_rad_);
+  const bool short_of = cut || !(clear_m >= reach_m_);
   const Real until_made_m = kEarlyTicks * static_cast<Real>(list_ticks_) * tick_motion_m_;
   const bool early = list_ticks_ > 1 && !(clear_m >= reach_m_ + until_made_m);
   if (!short_of && !early && !near_pairs_.is_begun()) return;
@@ -282,9 +325,9 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   if (list_visits_left_ == 0) return;
   for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
   const std::uint32_t before = near_pairs_.visited();
-  const bool finished = near_pairs_.go_on(list_visits_left_);
+  const bool finished = near_pairs_.go_on(list_visits_left_, odometer_m());
   const std::uint32_t visits = near_pairs_.visited() - before;
-  list_visits_left_ -= visits;
+  list_visits_left_ -= std::min(visits, list_visits_left_);
   tick.list_visits += visits;
   if (!finished) return;
   list_ticks_ = near_pairs_.visited() / kListVisitsOfTick + 1;
@@ -299,7 +342,7 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
 /// The pairs that a pass looks at one by one: all, or of many those that are near, so that the
 /// others cost one comparison together.
 std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
-  if (!has_facets()) return near_pairs_.slots();
+  if (hot_.capacity() == 0) return near_pairs_.slots();
   if (cold_m() >= reach_m_) return hot_.view();
   hot_.clear();
   Real cold_m = std::numeric_limits<Real>::max();
@@ -316,11 +359,17 @@ std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
   return hot_.view();
 }
 
+Real Proxy::left_out_m() const noexcept {
+  Real gap_m = std::numeric_limits<Real>::max();
+  for (const LeftOut& left : near_pairs_.left_out()) gap_m = std::min(gap_m, left.gap_m);
+  return gap_m;
+}
+
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
-  nearest_m_ = std::min(unlisted_m(), cold_m());
+  nearest_m_ = std::min({unlisted_m(), cold_m(), left_out_m()});
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
   for (const std::uint32_t slot : slots) {
     ProxyPair& pair = pairs_[slot];
@@ -336,7 +385,12 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
         nearest = reached.gap_m;
         worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
         static_cast<void>(reached_.push(reached));
-        tick.recovering = tick.recovering || pair.inside;
+        if (pair.inside) {
+          // Rounding and what is lower than a step that holds the part are left without a word.
+          const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
+          tick.inside = true;
+          tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
+        }
       } else {
         nearest = clear_m(pair);
         tick.gap_m = std::min(tick.gap_m, nearest);
@@ -356,7 +410,6 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
     reached.exposed_count = 0;
     if (valid_.push({pair.plane, pair.support, pair.gap_m})) reached.valid_count = 1;
   };
-  if (pair.inside) return only();
   std::array<ValidPlane, kMaxValidPlanes> planes;
   const Real least = -valid_depth(parameters_.scale);
   const ValidResult found =

@@ -87,17 +87,14 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const P
 /// linearised, null: at p; with friction the point gets its cone.
 bool Proxy::add_row(std::uint32_t imposed, const RowArm& arm, Real gap_m, const Vec3& normal_w,
                     const Step* at, const PoseError& error) noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  const ImposedPlane& plane = imposed_[imposed];
-  const ProxyPair& pair = pairs_[plane.pair];
-  // Rows that zero motion would violate by more than this could be inconsistent.
-  const Real most = pair.inside ? scale.tolerance_m + scale.recovery_step_m : close_m_;
+  const ProxyPair& pair = pairs_[imposed_[imposed].pair];
   Real along = 0;
   if (at != nullptr) {
     along = normal_w.dot(at->dx_m);
     if (!is_fixed()) along += turned_m(arm, normal_w, at->dtheta_rad);
   }
-  const Real least = std::min(along - gap_m - plane.allowed_m, most);
+  // Rows that zero motion would violate by more than this could be inconsistent.
+  const Real least = std::min(along - gap_m, close_m_);
   if (rubs(pair)) return add_cone(imposed, arm, normal_w, least, error);
   return push_row(imposed, arm, normal_w, least, error, kMaxProxyRows);
 }

@@ -43,6 +43,9 @@ struct Proxy::SharedGap {
 /// A pair with at least so many basic contacts is certified by a face, if one does, before its
 /// valid set is asked for.
 inline constexpr std::uint32_t kManyNodes = 700;
+/// Sums of motion are rounded up by this share.
+inline constexpr double kOdometerUp = 1 + 64 * static_cast<double>(kRealEpsilon);
+
 /// By how much the longest step shrinks where the budget has not sufficed, and grows where it has.
 inline constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
 /// The shortest of the longest steps, in tolerances.

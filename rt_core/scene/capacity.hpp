@@ -87,9 +87,17 @@ constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
   return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};
 }
 
-/// Nodes of two trees over pieces that lists of near pairs look at in one tick.
-constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces_b) noexcept {
+/// Nodes of two trees over pieces that lists of near pairs look at in one tick. `overflows`: there
+/// may be more near pairs than slots, whose gaps are then asked along faces, which counts as
+/// visits.
+constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces_b,
+                                    bool overflows) noexcept {
+  if (overflows) return kListVisitsOfTick;
   return std::min<std::uint64_t>((2 * pieces_a - 1) * (2 * pieces_b - 1), kListVisitsOfTick);
+}
+/// What the last pair of such a list may add to them; `search`: PairWork::search of any pair.
+constexpr std::uint64_t last_visits(std::uint64_t search, bool overflows) noexcept {
+  return overflows ? (kListVisitsOfUnit + 1) * (search + 1) : 0;
 }
 
 /// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when
@@ -232,8 +240,11 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   if (passes == 0) return c;
   bool friction = false;
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
-  const std::uint64_t visits = list_visits(pieces_a, pieces_b);
   c.near_slots = near_slots(c.pair_count, parameters.coupling.near_pairs, facets);
+  if (pair_count > c.near_slots) c.unproven |= kUnprovenNearPairs;
+  const bool overflows = pair_count > c.near_slots && !facets;
+  const std::uint64_t visits =
+      list_visits(pieces_a, pieces_b, overflows) + last_visits(work.search, overflows);
   c.max_work_units =
       clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction, facets));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);

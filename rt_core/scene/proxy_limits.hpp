@@ -66,8 +66,11 @@ inline constexpr std::uint32_t kFewFaces = 16;
 
 /// Pairs near the part that a tick can follow at once, further ones bound its way: where the scene
 /// does not say, the same with surfaces, whose facets are many, and the most that a scene may ask
-/// for.
-inline constexpr std::uint32_t kMaxNearPairs = 512, kMaxNearFacets = 16384, kMostNearPairs = 32768;
+/// for. As many as the pairs that a scene of solids lists, so that no such scene has more.
+inline constexpr std::uint32_t kMaxNearPairs = 4096, kMaxNearFacets = 16384, kMostNearPairs = 32768;
+/// With more slots than this a pass does not look at each of them: those far away are left aside
+/// together.
+inline constexpr std::uint32_t kManyNearPairs = 512;
 /// `asked`: by the scene, 0: nothing; `facets`: it has pieces that are flat.
 [[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs, std::uint32_t asked,
                                                  bool facets) noexcept {

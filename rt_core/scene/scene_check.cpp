@@ -214,7 +214,8 @@ RtStatus check::coupling(const CouplingParameters& c) noexcept {
                     c.max_turn_nm >= 0.0 && c.passivity <= 1 && c.allow_active <= 1 &&
                     c.passes >= 1 && c.passes <= kMaxProxyPasses &&
                     c.near_pairs <= kMostNearPairs &&
-                    in_range(c.tolerance_m, 0.0, kMaxSceneLength_m);
+                    in_range(c.tolerance_m, 0.0, kMaxSceneLength_m) &&
+                    in_range(c.climb_m, -kMaxSceneLength_m, kMaxSceneLength_m);
   return stiffnesses && damping && anchor && window && rest ? RtStatus::kOk
                                                             : RtStatus::kBlobBadNumber;
 }

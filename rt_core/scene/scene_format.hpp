@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 9;
+inline constexpr std::uint32_t kSceneVersion = 10;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -106,13 +106,14 @@ struct SceneCapacity {
   friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
 };
 
-/// Why a search at the goal pose cannot be certified; law kProxy, which needs none, has no such
-/// limit. The work of a tick is bounded in every case; these bits say
-/// that a tick might have to give up exactness, with a flag, to keep to it.
+/// Why what a tick does cannot be certified: of a search at the goal pose, and of law kProxy only
+/// the pairs near the part. The work of a tick is bounded in every case; these bits say that a tick
+/// might have to give up exactness, or the part lag, with a flag, to keep to it.
 enum UnprovenBound : std::uint32_t {
-  kUnprovenEdgePairs = 1u << 0,  ///< a pair has more pairs of edges than a tick may test
-  kUnprovenNearSet = 1u << 1,    ///< a pair has more nodes than its near set may hold
-  kUnprovenPairVisits = 1u << 2  ///< more pairs can be near at once than a tick may visit
+  kUnprovenEdgePairs = 1u << 0,   ///< a pair has more pairs of edges than a tick may test
+  kUnprovenNearSet = 1u << 1,     ///< a pair has more nodes than its near set may hold
+  kUnprovenPairVisits = 1u << 2,  ///< more pairs can be near at once than a tick may visit
+  kUnprovenNearPairs = 1u << 3    ///< more pairs can be near at once than law kProxy can follow
 };
 
 struct SceneHeader {
@@ -182,7 +183,8 @@ struct CouplingParameters {
   double max_pull_n;               ///< force at which the spring saturates; 0: no limit
   double max_turn_nm;              ///< torque at which it does; 0: no limit
   double tolerance_m;              ///< depth that counts as free; 0: from the size of the part
-  std::uint32_t passes;            ///< of the proxy in one tick, 1 to kMaxProxyPasses
+  double climb_m;  ///< steps up to this height do not hold the part; 0: by its size; < 0: all do
+  std::uint32_t passes;        ///< of the proxy in one tick, 1 to kMaxProxyPasses
   std::uint32_t near_pairs;    ///< that a tick can follow, up to kMostNearPairs; 0: by the pieces
   std::uint32_t passivity;     ///< 1: energy observer and controller act on the wrench
   std::uint32_t allow_active;  ///< 1: gains beyond the passivity budget were allowed
@@ -441,9 +443,9 @@ constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
 
 static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
               sizeof(SceneHeader) == 160);
-static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 104 &&
+static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 112 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
-              sizeof(SceneParameters) == 608);
+              sizeof(SceneParameters) == 616);
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);

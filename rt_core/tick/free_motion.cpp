@@ -87,6 +87,7 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   const PoseError& error = free.work.error;
   if (free.work.limited) free.flags |= kFlagProxyLimited;
   if (free.work.spent) free.flags |= kFlagBehind;
+  if (free.work.crowded) free.flags |= kFlagListFull;
   if (free.work.recovering) free.flags |= kFlagRecovery;
   if (!free.work.moved && free.work.residual_n > kResidual_n) free.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * radius_m_;

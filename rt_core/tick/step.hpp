@@ -54,7 +54,8 @@ enum StepFlag : std::uint32_t {
   kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
   kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
   kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
-  kFlagRecovery = 1u << 11,         ///< the proxy is inside an obstacle: wrench ramped out
+  kFlagRecovery = 1u << 11,         ///< the proxy was put inside an obstacle and is led out of it:
+                                    ///< wrench ramped out
   kFlagSaturated = 1u << 12,        ///< the pull has met its limit of force or torque
   kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
   kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or
@@ -65,8 +66,10 @@ enum StepFlag : std::uint32_t {
   kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
   kFlagOutsideEnvelope = 1u << 19,  ///< the scene's envelope was left, or was about to be: the
                                     ///< wrench is ramped out; latched until reset()
-  kFlagBehind = 1u << 20            ///< the proxy's budget of work was spent before it had got as
+  kFlagBehind = 1u << 20,           ///< the proxy's budget of work was spent before it had got as
                                     ///< far as it could; see behind_ticks
+  kFlagListFull = 1u << 21          ///< more pairs are near than the scene's near_pairs: one without
+                                    ///< a slot has cut the proxy's step
 };
 
 /// Those that the search at the goal pose sets: never set in a tick that does without it.

@@ -314,9 +314,11 @@ std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capa
   const std::size_t moving = t.bodies[0].piece_count;
   const bool friction =
       std::ranges::any_of(t.bodies, [](const BodyRecord& body) { return body.friction > 0; });
-  return static_cast<std::uint32_t>(begun_units(PairWork{}, capacity.near_slots,
-                                                list_visits(moving, t.pieces.size() - moving),
-                                                friction, has_facets(t.pieces)));
+  const bool facets = has_facets(t.pieces);
+  const bool overflows = capacity.pair_count > capacity.near_slots && !facets;
+  const std::uint64_t visits = list_visits(moving, t.pieces.size() - moving, overflows);
+  return static_cast<std::uint32_t>(
+      begun_units(PairWork{}, capacity.near_slots, visits, friction, facets));
 }
 
 }  // namespace

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a proxy that starts inside an obstacle is led out of it.
+//
+// The nearest face of a piece is often a seam: behind it lies the next piece, and two pieces that
+// push the part out over their common seam hold it there for ever. So the way out is one for all
+// pieces: straight along a direction n, as far as it takes until every pair is apart. Some way
+// along n any pair is apart along n itself, and stays so from there on; before that, it may be
+// along the plane that it has. A seam's normal leads into the piece behind it, its way is long, and
+// it loses.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/contact/fixed_obstacle.hpp"
+#include "rt_core/law/proxy_step.hpp"
+
+namespace haptic {
+namespace {
+
+constexpr Real kEndless = std::numeric_limits<Real>::max();
+
+/// How far a part that never turns goes along `along_w` until a plane of the pair's list that it
+/// does not go back behind has a gap of `free_m`.
+Real fixed_way_m(const PairView& pair, const Vec3& y_w, const Vec3& along_w, Real free_m) noexcept {
+  Real way_m = kEndless;
+  for (std::uint32_t k = 0; k < pair.fixed->bounding_count; ++k) {
+    const PlaneGap gap = plane_gap(pair, Mat3::Identity(), y_w, fixed_plane_id(k), {});
+    const Real ahead = gap.normal_w.dot(along_w);
+    if (gap.defined && ahead > kRealEpsilon) way_m = std::min(way_m, (free_m - gap.gap_m) / ahead);
+  }
+  return way_m;
+}
+
+}  // namespace
+
+/// How far p_ has to go along a direction until every listed pair is apart, as far as the budget
+/// tells; at least `least_m`, and from `most_m` on no matter how much farther.
+Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick& tick) noexcept {
+  const Real free_m = -parameters_.scale.tolerance_m / 2;
+  Real way_m = least_m;
+  // What keeps a pair apart now may not farther on.
+  for (bool longer = true; longer && way_m < most_m;) {
+    longer = false;
+    for (const std::uint32_t slot : near_pairs_.slots()) {
+      const ProxyPair& pair = pairs_[slot];
+      if (!pair.inside && clear_m(pair) > way_m) continue;
+      if (!has_budget(tick)) return way_m;
+      const Vec3 y_w = p_.x0_w - pair.reference_w;
+      if (pair.known) {
+        const PlaneGap held = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
+        tick.plane_gaps += 1;
+        if (held.defined && held.gap_m + way_m * held.normal_w.dot(along_w) >= free_m) continue;
+      }
+      Real own_m = 0;
+      if (is_fixed()) {
+        tick.search_work += pair.view->fixed->bounding_count;
+        own_m = fixed_way_m(*pair.view, y_w, along_w, free_m);
+      } else {
+        tick.plane_gaps += 2;
+        own_m = free_m - direction_gap(*pair.view, p_.r_wa, y_w, along_w, pair.support).gap_m;
+      }
+      if (!(own_m > way_m)) continue;
+      way_m = own_m;
+      longer = true;
+    }
+  }
+  return way_m;
+}
+
+/// The direction of the shortest way out that the budget lets it find, of the planes of the pairs
+/// that p_ is inside of; @return that way.
+Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
+  Real way_m = kEndless;
+  const auto ask = [&](const ReachedPair& reached, const PlaneId& id) {
+    const ProxyPair& pair = pairs_[reached.pair];
+    const PlaneGap gap =
+        plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), id, pair.support);
+    tick.plane_gaps += 1;
+    // Of its own pair alone a way is at least as long as that pair is deep.
+    if (!gap.defined || !(-gap.gap_m < way_m)) return;
+    const Real far_m = way_out_m(gap.normal_w, std::max(-gap.gap_m, Real{0}), way_m, tick);
+    if (!(far_m < way_m)) return;
+    way_m = far_m;
+    way_out_w_ = gap.normal_w;
+  };
+  for (const ReachedPair& reached : reached_) {
+    if (!pairs_[reached.pair].inside) continue;
+    ask(reached, pairs_[reached.pair].plane);
+    if (!has_budget(tick)) break;
+  }
+  for (const ReachedPair& reached : reached_) {
+    const ProxyPair& pair = pairs_[reached.pair];
+    if (!pair.inside) continue;
+    if (!has_budget(tick)) break;
+    if (is_fixed()) {
+      for (std::uint32_t k = 0; k < pair.view->fixed->bounding_count && has_budget(tick); ++k) {
+        ask(reached, fixed_plane_id(k));
+      }
+      continue;
+    }
+    for_each_face(*pair.view, [&](const PlaneId& id) {
+      ask(reached, id);
+      return has_budget(tick);
+    });
+  }
+  return way_m;
+}
+
+/// A pass of recovery: straight on along the way out until p_ is free, whatever the goal is.
+void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
+  const Real way_m =
+      way_out_w_.isZero(0) ? choose_way_out(tick) : way_out_m(way_out_w_, Real{0}, kEndless, tick);
+  // Some pair is inside: where the budget did not tell how far, as far as a pass may go.
+  const Real most_m = parameters_.scale.recovery_step_m;
+  const Step step =
+      step_by((way_m > 0 ? std::min(way_m, most_m) : most_m) * way_out_w_, Vec3::Zero());
+  p_ = step.q;
+  version_ += 1;
+  path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
+            (1 + 0x1p-52);
+  near_pairs_.follow(step.dx_m, step.dtheta_rad);
+  active_.clear();
+  imposed_.clear();
+  pending_.clear();
+  cones_.clear();
+  last_cones_.clear();
+  last_qp_ = QpResult{};
+  tick.end_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
+  moved_little_ = false;
+  tick.limited = true;
+}
+
+}  // namespace haptic
