@@ -104,7 +104,7 @@ struct ListBench {
   int make(Real range_m, std::uint32_t visits) {
     list.begin(p, 1.0, range_m);
     int slices = 1;
-    while (!list.go_on(visits)) slices += 1;
+    while (!list.go_on(visits, 1.0)) slices += 1;
     return slices;
   }
 
@@ -170,9 +170,9 @@ TEST_SUITE("host_sim.near_pair_list") {
     const std::vector<double> before = sliced.gaps();
     sliced.p.x0_w[2] += 1e-4_r;
     sliced.list.begin(sliced.p, 2.0, 2e-4_r);
-    CHECK(!sliced.list.go_on(64));
+    CHECK(!sliced.list.go_on(64, 2.0));
     CHECK(sliced.gaps() == before);
-    while (!sliced.list.go_on(64)) continue;
+    while (!sliced.list.go_on(64, 2.0)) continue;
     CHECK(sliced.gaps() != before);
   }
 
