@@ -4,17 +4,27 @@
 
 debian_release=bookworm
 
-# in_own_namespaces <argument>..: runs the script again, with these arguments, where its mounts and processes are its own.
-# Exit 4 where the machine refuses that.
+# in_own_namespaces <argument>..: runs the script again, with these arguments, where its mounts and processes are its own, and
+# ends with its exit code; there it returns, and own_folder is a folder that is removed at the end. Exit 4 where the machine
+# refuses that.
 in_own_namespaces() {
-  local script
-  [ -z "${HAPTIC_OWN_NAMESPACES:-}" ] || return 0
+  local script code=0 pid
+  own_folder="${HAPTIC_OWN_FOLDER:-}"
+  [ -z "$own_folder" ] || return 0
   script="$(readlink -f "$0")"
   step "namespaces for mounts and processes"
   [ "$(id -u)" -eq 0 ] || fail "Only root may make a Debian: sudo $script $*" 4
   unshare --mount --pid --fork --propagation private --mount-proc true ||
     fail "This machine lets not even root have mounts of its own (a container without CAP_SYS_ADMIN?); take another." 4
-  HAPTIC_OWN_NAMESPACES=1 exec unshare --mount --pid --fork --kill-child --propagation private --mount-proc "$script" "$@"
+  own_folder="$(mktemp -d --tmpdir bare_debian.XXXXXX)"
+  trap 'rm -rf --one-file-system "$own_folder"' EXIT
+  HAPTIC_OWN_FOLDER="$own_folder" unshare --mount --pid --fork --kill-child --propagation private --mount-proc \
+    "$script" "$@" &
+  pid=$!
+  # With unshare goes its child, the first process of the namespace, and with that all others.
+  trap 'kill -KILL "$pid"; wait "$pid" || true; exit 130' INT TERM HUP
+  wait "$pid" || code=$?
+  exit "$code"
 }
 
 # debian_sources: a line for each source of packages that makes a bare Debian. HAPTIC_MIRROR; else those of this machine,
@@ -60,12 +70,6 @@ enter_debian() {
   done
   cp -L /etc/resolv.conf "$root/etc/resolv.conf"
   printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(uname -n)" >"$root/etc/hosts"
-}
-
-# leave_debian <folder>: so that it can be removed.
-leave_debian() {
-  local name
-  for name in proc sys dev; do umount --lazy --recursive "$1/$name" 2>/dev/null || true; done
 }
 
 # inside_debian <folder> <user> <command>..: as that user, with the limits that a user has there, nothing of this machine's
