@@ -2,9 +2,12 @@
 #include "rt_core/tick/free_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
+#include "rt_core/law/proxy_qp.hpp"
 #include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
@@ -12,6 +15,9 @@ namespace {
 
 /// The goal counts as hooked when it is this many radii of the part away from the proxy.
 constexpr Real kHookedShare = 1.0_r;
+/// A pull that nothing holds is no larger where the part stays where it is [N], and the share of it
+/// that a plane may leave.
+constexpr Real kStuck_n = 0.05_r, kStuckShare = 0.01_r;
 
 }  // namespace
 
@@ -80,6 +86,28 @@ Real FreeMotion::room_to_limit(const Wrench& spring_w) const noexcept {
   return std::max(room, Real{1});
 }
 
+/// Whether the part has stayed where it is although a pull is left that nothing holds: of the last
+/// program, with its friction, and of the planes that the part touches. A part that nothing touches
+/// is free in rotation too.
+bool FreeMotion::is_stuck(const FreePose& free) const noexcept {
+  if (free.work.moved || free.work.recovering || !(free.work.residual_n > kStuck_n)) return false;
+  const Wrench& pull = free.spring_w;
+  const Vec3 leverage = pull.torque_w / spring_.length_m;
+  const Real pull2 = pull.force_w.squaredNorm() + leverage.squaredNorm();
+  if (felt().plane_count == 0) return pull2 > kStuck_n * kStuck_n;
+  // The force that is left is the shortest z + F with n.(z + F) >= 0 for every normal n.
+  std::array<QpRow, kMaxFeltPlanes> rows;
+  for (std::uint32_t k = 0; k < felt().plane_count; ++k) {
+    const Vec3& normal_w = felt().planes[k].normal_w;
+    rows[k].g.head<3>() = normal_w;
+    rows[k].h = -normal_w.dot(pull.force_w);
+  }
+  const QpResult found =
+      closest_point(std::span(rows).first(felt().plane_count), kStuckShare * kStuck_n);
+  const Vec3 left_n = found.z.head<3>() + pull.force_w;
+  return !found.capped && left_n.squaredNorm() > kStuck_n * kStuck_n;
+}
+
 FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
   free.work = proxy_.tick(goal, room.scratch);
@@ -89,7 +117,6 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   if (free.work.spent) free.flags |= kFlagBehind;
   if (free.work.crowded) free.flags |= kFlagListFull;
   if (free.work.recovering) free.flags |= kFlagRecovery;
-  if (!free.work.moved && free.work.residual_n > kResidual_n) free.flags |= kFlagProxyStuck;
   const Real hooked = kHookedShare * radius_m_;
   if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
   if (is_saturated(spring_, error)) free.flags |= kFlagSaturated;
@@ -97,6 +124,7 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   at_rest_ = felt().plane_count == 0 && turned_m <= tolerance_m_ &&
              error.translation_m.squaredNorm() <= tolerance_m_ * tolerance_m_;
   free.spring_w = free.wrench_w = spring_wrench(spring_, error);
+  if (is_stuck(free)) free.flags |= kFlagProxyStuck;
   free.stored.linear_j =
       static_cast<double>(potential_j(spring_, {error.translation_m, Vec3::Zero()}));
   free.stored.angular_j =

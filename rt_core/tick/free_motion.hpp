@@ -57,6 +57,7 @@ class FreeMotion {
  private:
   [[nodiscard]] Real damping_gain(const Wrench& spring_w, const Twist& twist_w) const noexcept;
   [[nodiscard]] Real room_to_limit(const Wrench& spring_w) const noexcept;
+  [[nodiscard]] bool is_stuck(const FreePose& free) const noexcept;
 
   Proxy proxy_;
   Spring spring_;

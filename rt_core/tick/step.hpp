@@ -58,9 +58,9 @@ enum StepFlag : std::uint32_t {
                                     ///< wrench ramped out
   kFlagSaturated = 1u << 12,        ///< the pull has met its limit of force or torque
   kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
-  kFlagProxyLimited = 1u << 14,     ///< a pass of the proxy was cut short by a cap or
-                                    ///< rejected, or a pull above 0.01 N was not followed
-  kFlagProxyStuck = 1u << 15,       ///< the same, and the proxy has not moved at all
+  kFlagProxyLimited = 1u << 14,     ///< a pass met a cap or was rejected, or a pull is not followed
+  kFlagProxyStuck = 1u << 15,       ///< a pull above 0.05 N is left along a way that the planes
+                                    ///< that hold the part leave open, and it has not moved
   kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
   kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
   kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
