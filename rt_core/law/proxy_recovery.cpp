@@ -110,10 +110,11 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
 void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real way_m =
       way_out_w_.isZero(0) ? choose_way_out(tick) : way_out_m(way_out_w_, Real{0}, kEndless, tick);
-  // Some pair is inside: where the budget did not tell how far, as far as a pass may go.
+  // Some pair is inside: where the budget did not tell how far, as far as a pass may go. What is
+  // apart by the way may be deep by what counts as free; steps end no deeper, so out to its face.
   const Real most_m = parameters_.scale.recovery_step_m;
-  const Step step =
-      step_by((way_m > 0 ? std::min(way_m, most_m) : most_m) * way_out_w_, Vec3::Zero());
+  const Real out_m = way_m > 0 ? way_m + parameters_.scale.tolerance_m / 2 : most_m;
+  const Step step = step_by(std::min(out_m, most_m) * way_out_w_, Vec3::Zero());
   p_ = step.q;
   version_ += 1;
   path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
