@@ -41,6 +41,8 @@ constexpr LaboratoryCommand kLaboratory[] = {
      "Runs the stack for a long time with a fault every few seconds, and watches memory and "
      "descriptors."},
     {"stability", "Measures where the haptic loop is stable, compared with the theory."},
+    {"strangers",
+     "Brings pairs of parts as people draw them, by defaults: what the programs give is judged."},
     {"surface-fuzz",
      "Random devices against triangle meshes; every felt pose judged by triangles."},
     {"vectors", "Compares the core with golden vectors."},

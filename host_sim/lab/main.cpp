@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
                                    sim::add_reproduce_paper_command(program),
                                    sim::add_soak_command(program),
                                    sim::add_stability_command(program),
+                                   sim::add_strangers_command(program),
                                    sim::add_surface_fuzz_command(program),
                                    sim::add_vectors_command(program),
                                    sim::add_verify_command(program),

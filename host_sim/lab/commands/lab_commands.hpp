@@ -29,6 +29,7 @@ using tools::Command;
 [[nodiscard]] Command add_reproduce_paper_command(CLI::App& program);
 [[nodiscard]] Command add_soak_command(CLI::App& program);
 [[nodiscard]] Command add_stability_command(CLI::App& program);
+[[nodiscard]] Command add_strangers_command(CLI::App& program);
 [[nodiscard]] Command add_surface_fuzz_command(CLI::App& program);
 [[nodiscard]] Command add_vectors_command(CLI::App& program);
 [[nodiscard]] Command add_verify_command(CLI::App& program);
