@@ -22,10 +22,10 @@ namespace {
 /// Planes whose normals have a cosine below this are not one plane. What one plane holds is pressed
 /// on it; a step holds what is pressed on something else too.
 constexpr Real kOtherPlane = 0.9_r;
-/// A climb that led nowhere is not tried again within so many heights.
+/// A climb that led nowhere is not tried again within so many heights, nor before this share of
+/// what it lacked has come in; where it lacked something else, this share of the energy.
 constexpr Real kFarClimbs = 100;
-/// Nor before this share of what it lacked has come in.
-constexpr Real kMoreShare = 0.5_r;
+constexpr Real kMoreShare = 0.5_r, kMoreOfAll = 0.01_r;
 /// Rises of one climb: a step behind another, or beside it.
 constexpr std::uint32_t kMostRises = 3;
 /// A rise is no longer than so many heights: out of two faces at once.
@@ -37,6 +37,9 @@ constexpr Real kMostHeights = 2;
 struct Proxy::Rise {
   Vec3 way_m = Vec3::Zero();
   Real gain_j = 0;  ///< about what the energy falls by without the planes that hold p there
+  /// Pairs whose faces p rises over: their planes do not hold it beyond.
+  std::array<std::uint32_t, kMaxImposedPlanes> pairs{};
+  std::uint32_t pair_count = 0;
 };
 
 /// What a climb that leads nowhere puts back. The order of the active planes is kept.
@@ -80,8 +83,7 @@ bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
   if (!std::all_of(active_.begin(), active_.end(), was_climbed)) return true;
   const Real far_m = kFarClimbs * climb_m;
   if ((p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m) return true;
-  return climbed_lacks_j_ > 0 &&
-         tick.end_potential_j > climbed_v_j_ + kMoreShare * climbed_lacks_j_;
+  return tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;
 }
 
 /// Of the pair of an imposed plane, the face that p is least below, of those that it is below by no
@@ -127,6 +129,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     pull_pair[pulls++] = imposed_[row_plane_[row]].pair;
   }
   QpVector held_back = QpVector::Zero();
+  rise.pair_count = 0;
   rows_.clear();
   const auto push = [&](const Vec3& normal_w, Real gap_m) {
     QpRow row;
@@ -134,7 +137,6 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     row.h = std::max(-gap_m, Real{0});
     return rows_.push(row);
   };
-  bool found = false;
   for (std::uint32_t at = 0; at < imposed_.size(); ++at) {
     const ImposedPlane& imposed = imposed_[at];
     const PlaneGap held = gap_at_p(imposed, tick);
@@ -151,9 +153,9 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     for (std::uint32_t k = 0; k < pulls; ++k) {
       if (pull_pair[k] == imposed.pair) held_back += pull[k];
     }
-    found = true;
+    rise.pairs[rise.pair_count++] = imposed.pair;
   }
-  if (!found) return false;
+  if (rise.pair_count == 0) return false;
   rise.gain_j = secant_.k_t_n_per_m / 2 * held_back.squaredNorm();
   rise.way_m = solve_rows(1.0e-4_r * scale.tolerance_m, tick).z.head<3>();
   const Real most_m = kMostHeights * scale.climb_m;
@@ -205,7 +207,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   for (const ImposedPlane& plane : active_) climbed_[climbed_count_++] = plane.pair;
   climbed_x0_w_ = p_.x0_w;
   climbed_v_j_ = tick.end_potential_j;
-  climbed_lacks_j_ = 0;
+  climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
   ClimbStart start;
   start.p = p_;
   start.way = way_;
@@ -229,19 +231,30 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
     if (!find_rise(rise, tick)) break;
     const Step up = step_by(rise.way_m, Vec3::Zero());
     const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
-    climbed_lacks_j_ = std::max(up_j - tick.end_potential_j, Real{0});
-    if (k == 1 && rise.gain_j < climbed_lacks_j_) break;  // not yet
+    const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});
+    if (k == 1 && rise.gain_j < lacks_j) {  // not yet
+      climbed_lacks_j_ = kMoreShare * lacks_j;
+      break;
+    }
     if (!check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
     start.back_m += static_cast<double>(std::sqrt(up.dx_m.squaredNorm()));
     accept(up);
-    choose_from_start_ = true;
+    // What p is pressed on beside holds it up here too.
+    std::uint32_t kept = 0;
+    for (const ImposedPlane& plane : active_) {
+      const auto end = rise.pairs.begin() + rise.pair_count;
+      if (std::find(rise.pairs.begin(), end, plane.pair) == end) active_[kept++] = plane;
+    }
+    active_.truncate(kept);
+    choose_from_start_ = false;
     climbing_ = k;
     // Its limit is the energy at the start, not that up here.
     over = pass(goal, tick) == PassEnd::kMoved;
     climbing_ = 0;
+    if (tick.spent) break;
   }
-  tick.spent = was_spent;
   if (over) {
+    tick.spent = was_spent;
     tick.passes += 1;
     climbed_count_ = 0;
   } else {

@@ -371,7 +371,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
       break;
     }
   }
-  if (end != PassEnd::kSpent && tick.passes < parameters_.passes) {
+  // With one pass in a tick its way is straight.
+  if (end != PassEnd::kSpent && parameters_.passes > 1) {
     if (climb(goal, tick)) {
       end = PassEnd::kMoved;
       tick.moved = true;

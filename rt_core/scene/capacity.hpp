@@ -138,9 +138,11 @@ constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes
           kMaxQpIterations, programs, programs * kMaxQpIterations};
 }
 
-/// Passes that a tick of a scene makes: none but of law kProxy.
+/// Passes that a tick of a scene makes at most: none but of law kProxy. Where they are several, one
+/// more may go on over a low step.
 constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
-  return p.law == LawId::kProxy ? p.coupling.passes : 0;
+  if (p.law != LawId::kProxy) return 0;
+  return p.coupling.passes + (p.coupling.passes > 1 ? 1 : 0);
 }
 
 /// Capacities and bounds of a scene of which a search at the goal visits at most `max_pair_visits`
