@@ -231,7 +231,7 @@ TEST_SUITE("tools.scene_writer") {
     CHECK(derived.view.bodies()[1].friction_static == 0.25);
 
     CouplingParameters& given = description.parameters.coupling;
-    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 9.0, 0.5, 2e-7, 5, 0, 1, 1};
+    given = {500.0, 2.0, 1.5, 0.25, 0.3, 0.01, 0.0, 0.005, 9.0, 0.5, 2e-7, 4e-6, 5, 0, 1, 1};
     const LoadedScene kept(description);
     CHECK(std::memcmp(&kept.view.parameters().coupling, &given, sizeof given) == 0);
     given.k_r_nm_per_rad = 0.0;
