@@ -68,6 +68,33 @@ void add_walls(DrawnMesh& mesh, const Layer& layer) {
   }
 }
 
+/// Cuts every triangle with a corner of the outlines inside one of its sides, so that triangles
+/// meet side to side.
+void cut_at_corners(std::vector<tools::FaceTriangle>& triangles,
+                    const std::vector<std::vector<tools::Point3>>& loops) {
+  constexpr double kOnSide_mm = 1e-9;
+  const auto on_side = [](const tools::Point3& p, const tools::Point3& a, const tools::Point3& b) {
+    const double x = b[0] - a[0], y = b[1] - a[1], length = std::hypot(x, y);
+    const double along = ((p[0] - a[0]) * x + (p[1] - a[1]) * y) / length;
+    const double beside = ((p[1] - a[1]) * x - (p[0] - a[0]) * y) / length;
+    return std::abs(beside) < kOnSide_mm && along > kOnSide_mm && along < length - kOnSide_mm;
+  };
+  for (const std::vector<tools::Point3>& loop : loops) {
+    for (const tools::Point3& p : loop) {
+      // Those that are appended have the corner at one of theirs.
+      for (std::size_t t = 0, count = triangles.size(); t < count; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const tools::FaceTriangle whole = triangles[t];
+          if (!on_side(p, whole[k], whole[(k + 1) % 3])) continue;
+          triangles[t] = {whole[k], p, whole[(k + 2) % 3]};
+          triangles.push_back({p, whole[(k + 1) % 3], whole[(k + 2) % 3]});
+          break;
+        }
+      }
+    }
+  }
+}
+
 /// The faces at a height where the outlines of what ends and of what begins differ: a place is part
 /// of them where it is in the material of one side only, that is, where the outlines of both sides
 /// together hold it an odd number of times.
@@ -108,6 +135,7 @@ void add_caps(DrawnMesh& mesh, double z, const Outlines& ending, const Outlines&
     std::vector<tools::FaceTriangle> cut;
     if (!tools::triangulate_face(loops, {0, 0, 1}, cut))
       throw std::logic_error(tools::formatted("outlines at %g mm enclose no area", z));
+    cut_at_corners(cut, loops);
     for (const tools::FaceTriangle& t : cut) {
       const auto corner = [&](std::size_t i) { return Vector(t[i][0], t[i][1], t[i][2]); };
       mesh.triangles.push_back({corner(0), corner(up ? 1 : 2), corner(up ? 2 : 1)});
