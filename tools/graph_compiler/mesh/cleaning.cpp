@@ -26,9 +26,10 @@ namespace {
 }
 
 constexpr double kToleranceOfDiagonal = 5.0e-6;
-constexpr double kToleranceOfPrint = 1.5;
 constexpr double kCoarsestPrint = 2.0e-4;     // of the diagonal
 constexpr double kLargestTolerance = 1.0e-2;  // of the diagonal
+/// Of the last printed place: a corner that was rounded lies farther off its plane, but by luck.
+constexpr double kExactOfPrint = 1.0e-2;
 
 void check_scale(const WorkMesh& mesh, const std::array<double, 3>& scale) {
   for (const double s : scale) {
@@ -116,13 +117,10 @@ void choose_tolerance(WorkMesh& mesh, const CleaningOptions& options, const vec:
   }
   const double resolution = coordinate_resolution(*mesh.raw, options.scale_to_m, largest);
   mesh.tolerance_m = plane_tolerance(mesh.diagonal_m, resolution);
+  const double of_size = kToleranceOfDiagonal * mesh.diagonal_m;
+  if (mesh.tolerance_m > of_size) mesh.printed = PrintedPlanes{kExactOfPrint * resolution, of_size};
   const bool coarse = resolution > kCoarsestPrint * mesh.diagonal_m;
-  if (coarse && mesh.raw->print_resolution < 1.0) {
-    mesh.warnings.push_back("the coordinates have few digits (last place " +
-                            length_text(resolution) +
-                            ") and are taken as exact; if they are rounded, give "
-                            "--plane-tolerance");
-  }
+  if (coarse && mesh.raw->print_resolution < 1.0) mesh.taken_as_exact_m = resolution;
 }
 
 /// A shell without thickness survived the removal of faces; its planes would all fall into one.
@@ -173,6 +171,8 @@ Surface to_surface(WorkMesh& mesh, std::vector<Shell> shells, std::size_t solid_
   surface.centre_m = mesh.centre_m;
   surface.diagonal_m = mesh.diagonal_m;
   surface.plane_tolerance_m = mesh.tolerance_m;
+  surface.printed = mesh.printed;
+  surface.taken_as_exact_m = mesh.taken_as_exact_m;
   surface.vertices = std::move(mesh.points);
   surface.source_vertex = std::move(mesh.source_vertex);
   surface.faces.resize(mesh.faces.size());
@@ -185,6 +185,7 @@ Surface to_surface(WorkMesh& mesh, std::vector<Shell> shells, std::size_t solid_
   surface.solid_count = solid_count;
   surface.steps = std::move(mesh.steps);
   surface.warnings = std::move(mesh.warnings);
+  surface.close_faces = std::move(mesh.close_faces);
   return surface;
 }
 
@@ -216,7 +217,7 @@ double coordinate_resolution(const RawMesh& raw, const std::array<double, 3>& sc
 
 double plane_tolerance(double diagonal_m, double resolution_m) {
   const double print = resolution_m > kCoarsestPrint * diagonal_m ? 0.0 : resolution_m;
-  return std::max(kToleranceOfDiagonal * diagonal_m, kToleranceOfPrint * print);
+  return std::max(kToleranceOfDiagonal * diagonal_m, kTolerancesOfPrint * print);
 }
 
 Surface clean_surface(const RawMesh& raw, const CleaningOptions& options) {

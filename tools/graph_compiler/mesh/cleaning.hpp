@@ -39,6 +39,9 @@ struct CleaningOptions {
 double coordinate_resolution(const RawMesh& raw, const std::array<double, 3>& scale_to_m,
                              double largest_coordinate_m);
 
+/// The plane tolerance of rounded coordinates, in last printed places.
+inline constexpr double kTolerancesOfPrint = 1.5;
+
 /// The default tolerance [m] for a part of this diagonal.
 /// `resolution_m` is the last printed place. Coordinates with so few digits that it exceeds 2e-4 of
 /// the diagonal are design values (a unit cube, whole millimetres), not roundings, and do not

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,23 @@ struct Shell {
       0;  ///< index of the solid (one outer shell and its voids) that the shell bounds
 };
 
+/// A place where parallel faces of two shells lie nearer than a solid's wall may be thin.
+struct CloseFaces {
+  std::uint32_t shell = 0, other_shell = 0;
+  std::uint32_t source_face = 0, other_source_face = 0;  ///< 0-based, of the file
+  double distance_m = 0.0;
+  Point3 place{0, 0, 0};  ///< local [m]
+};
+
+/// What the last printed place tells of planes, where that place alone makes the plane tolerance
+/// as large as it is.
+struct PrintedPlanes {
+  /// Corners this near to their plane were not rounded off it.
+  double exact_m = 0.0;
+  /// A plane that the file has exactly takes corners within this, and no others.
+  double join_m = 0.0;
+};
+
 /// Result of the cleaning: welded, without degenerate or duplicate faces, T-junctions stitched,
 /// oriented, every edge shared by exactly two faces of one shell. Coordinates in metres relative to
 /// `centre_m` of the part's own (scaled) file frame; nothing has been flattened yet.
@@ -68,7 +86,11 @@ struct Surface {
   Point3 centre_m{0, 0, 0};        ///< file frame (scaled) = local + centre_m
   double diagonal_m = 0.0;         ///< diagonal of the bounding box
   double plane_tolerance_m = 0.0;  ///< tol of METHOD section 3
-  std::vector<Point3> vertices;    ///< local [m]
+  /// Absent: the tolerance is that of the size, or was asked for.
+  std::optional<PrintedPlanes> printed;
+  /// The last printed place, where it is so coarse that the coordinates are taken as exact; else 0.
+  double taken_as_exact_m = 0.0;
+  std::vector<Point3> vertices;  ///< local [m]
   std::vector<std::uint32_t>
       source_vertex;  ///< 0-based index in the file of one vertex welded into this one
   std::vector<SurfaceFace> faces;
@@ -76,6 +98,7 @@ struct Surface {
   std::size_t solid_count = 0;
   std::vector<CleaningStep> steps;
   std::vector<std::string> warnings;
+  std::vector<CloseFaces> close_faces;  ///< whether they become one plane, the plane fit decides
 };
 
 }  // namespace haptic::tools

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <utility>
+#include <optional>
 
 #include "tools/graph_compiler/mesh/box_tree.hpp"
 
@@ -15,6 +14,7 @@ constexpr double kOpposite = -0.8;  // cosine between the normals of the two sid
 constexpr double kWideInTolerances = 20.0;
 constexpr double kTouchInTolerances = 0.05;  // nearer than this: they touch, nothing lies between
 constexpr std::size_t kMostComparisons = 20'000'000;
+constexpr std::size_t kMostCloseFaces = 100'000;
 
 struct FacePlane {
   Point3 normal{0, 0, 0};
@@ -79,7 +79,6 @@ class ThinWallSearch {
     if (comparisons > kMostComparisons) {
       mesh_.warnings.push_back("the search for thin walls stopped at its limit of comparisons");
     }
-    tell_coincident();
     if (gaps_ > 0) {
       mesh_.warnings.push_back("gap of only " + length_text(narrowest_gap_) + " at " +
                                place_text(mesh_, gap_place_));
@@ -117,18 +116,18 @@ class ThinWallSearch {
     }
     const bool same_shell = shell_of_face_[faces_of_point_[v][0]] == shell_of_face_[f];
     bool opposite = false;
-    bool parallel = false;
+    std::optional<std::uint32_t> parallel;
     for (const std::uint32_t own : faces_of_point_[v]) {
       const double cosine = vec::dot(planes_[own].normal, plane.normal);
       opposite = opposite || (planes_[own].wide && cosine < kOpposite);
-      parallel = parallel || (planes_[own].wide && std::abs(cosine) > 1.0 - 1.0e-6);
+      if (planes_[own].wide && std::abs(cosine) > 1.0 - 1.0e-6) parallel = own;
     }
-    if (!(same_shell ? opposite : parallel) ||
+    if (!(same_shell ? opposite : parallel.has_value()) ||
         !over_polygon(mesh_.points, face.loop, plane.normal, p, mesh_.tolerance_m)) {
       return;
     }
     if (!same_shell) {
-      note_coincident(v, f, std::abs(height));
+      note_close(v, *parallel, f, std::abs(height));
     } else if (height < 0.0) {
       refuse_mesh(mesh_,
                   "thinner than the plane tolerance " + length_text(mesh_.tolerance_m) +
@@ -143,26 +142,11 @@ class ThinWallSearch {
     }
   }
 
-  void note_coincident(std::uint32_t v, std::uint32_t f, double distance) {
-    const std::uint32_t a = shell_of_face_[faces_of_point_[v][0]];
-    const std::uint32_t b = shell_of_face_[f];
-    if (coincident_.empty() || distance < least_distance_) {
-      least_distance_ = distance;
-      coincident_text_ = "shells " + std::to_string(a) + " and " + std::to_string(b) +
-                         " have parallel faces only " + length_text(distance) + " apart at " +
-                         place_text(mesh_, mesh_.points[v]) + " that are not merged";
-    }
-    coincident_.insert({std::min(a, b), std::max(a, b)});
-  }
-
-  /// One warning for all pairs of shells, with the closest.
-  void tell_coincident() {
-    if (coincident_.size() > 1) {
-      coincident_text_ += "; the closest of " + std::to_string(coincident_.size()) + " such pairs";
-    }
-    if (!coincident_.empty()) {
-      mesh_.warnings.push_back(coincident_text_);
-    }
+  void note_close(std::uint32_t v, std::uint32_t own, std::uint32_t f, double distance) {
+    if (mesh_.close_faces.size() >= kMostCloseFaces) return;
+    mesh_.close_faces.push_back({shell_of_face_[own], shell_of_face_[f],
+                                 mesh_.faces[own].source_face, mesh_.faces[f].source_face, distance,
+                                 mesh_.points[v]});
   }
 
   WorkMesh& mesh_;
@@ -171,9 +155,6 @@ class ThinWallSearch {
   std::vector<std::vector<std::uint32_t>> faces_of_point_;
   double reach_;
   BoxTree tree_;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> coincident_;  ///< pairs of shells
-  double least_distance_ = 0.0;
-  std::string coincident_text_;
   std::size_t gaps_ = 0;
   double narrowest_gap_ = 0.0;
   Point3 gap_place_{0, 0, 0};

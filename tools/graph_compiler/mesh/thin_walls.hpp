@@ -14,9 +14,9 @@ inline constexpr double kThinnestWallInTolerances = 10.0;
 
 /// Looks from each vertex for a face of the same shell that is opposite to one at the vertex
 /// (normals more than 143 degrees apart) and nearer than ten tolerances. Faces narrower than 20
-/// tolerances are noise and do not count. Nearly coincident parallel faces of different shells, and
-/// narrow gaps, are warnings. Cost: O(V log F); stops after a fixed number of comparisons, with a
-/// warning.
+/// tolerances are noise and do not count. Nearly coincident parallel faces of different shells are
+/// listed in mesh.close_faces; narrow gaps are warnings. Cost: O(V log F); stops after a fixed
+/// number of comparisons, with a warning.
 /// @throws InputError "thinner than the plane tolerance ..." with the place.
 void check_thin_walls(WorkMesh& mesh, const std::vector<std::uint32_t>& shell_of_face);
 

@@ -3,6 +3,7 @@
 /// The mesh while it is being cleaned: shared by the cleaning steps, not used outside this folder.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,15 @@ struct WorkMesh {
   const RawMesh* raw = nullptr;
   Point3 centre_m{0, 0, 0};
   double diagonal_m = 0.0;
-  double tolerance_m = 0.0;    ///< `tol` of METHOD section 3
+  double tolerance_m = 0.0;  ///< `tol` of METHOD section 3
+  std::optional<PrintedPlanes> printed;
+  double taken_as_exact_m = 0.0;  ///< as of Surface
   std::vector<Point3> points;  ///< local [m]
   std::vector<std::uint32_t> source_vertex;
   std::vector<WorkFace> faces;
   std::vector<CleaningStep> steps;
   std::vector<std::string> warnings;
+  std::vector<CloseFaces> close_faces;
 };
 
 /// "(x, y, z) m" in the scaled file frame.

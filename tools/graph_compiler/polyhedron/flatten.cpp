@@ -8,9 +8,12 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_merge.hpp"
 #include "tools/graph_compiler/polyhedron/flatten_split.hpp"
@@ -371,14 +374,59 @@ void warn_coincident(const Surface& s, const PlaneFit& fit, std::vector<std::str
   }
 }
 
+/// One warning for all pairs of shells with parallel faces that lie close and became two planes,
+/// with the closest. Those that became one are no step any more.
+void warn_close_shells(const Surface& s, const PlaneFit& fit, std::vector<std::string>& warnings) {
+  if (s.close_faces.empty()) return;
+  std::map<std::uint32_t, std::set<std::uint32_t>> planes_of;  // by face of the file
+  for (std::uint32_t f = 0; f < s.faces.size(); ++f) {
+    planes_of[s.faces[f].source_face].insert(fit.face_plane[f]);
+  }
+  const CloseFaces* closest = nullptr;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const CloseFaces& c : s.close_faces) {
+    if (planes_of[c.source_face] == planes_of[c.other_source_face]) continue;
+    if (closest == nullptr || c.distance_m < closest->distance_m) closest = &c;
+    pairs.insert(std::minmax(c.shell, c.other_shell));
+  }
+  if (closest == nullptr) return;
+  std::string text = "shells " + std::to_string(closest->shell) + " and " +
+                     std::to_string(closest->other_shell) +
+                     formatted(" have parallel faces only %.3g m apart at ", closest->distance_m) +
+                     place_text(s, closest->place) + " that are not merged";
+  if (pairs.size() > 1) {
+    text += "; the closest of " + std::to_string(pairs.size()) + " such pairs";
+  }
+  warnings.push_back(s.file + ": " + text);
+}
+
+/// Coordinates of few digits are taken as exact. That is said only where it matters: where planes
+/// would be one if the last place were rounded.
+void warn_few_digits(const Surface& s, std::size_t planes, std::vector<std::string>& warnings) {
+  if (!(s.taken_as_exact_m > 0.0)) return;
+  Surface rounded = s;
+  rounded.plane_tolerance_m = kTolerancesOfPrint * s.taken_as_exact_m;
+  const FaceNeighbors neighbors(rounded);
+  const std::size_t fewer = fit_planes(rounded, neighbors).planes.size();
+  if (fewer >= planes) return;
+  warnings.push_back(s.file + ": " +
+                     formatted("the coordinates have few digits (last place %.3g m) and are taken "
+                               "as exact: %zu planes; rounded ones would have %zu; if they are "
+                               "rounded, give --plane-tolerance %.3g",
+                               s.taken_as_exact_m, planes, fewer, rounded.plane_tolerance_m));
+}
+
 }  // namespace
 
 FlatBody flatten(const Surface& surface, const FlattenLimits& limits) {
   if (surface.faces.empty()) throw InputError(surface.file + ": no faces; give a closed mesh");
   const FaceNeighbors neighbors(surface);
   PlaneFit fit = fit_planes(surface, neighbors);
+  const std::size_t planes = fit.planes.size();
   MergedSurface merged = merge_faces(surface, neighbors, fit);
-  return flatten(surface, std::move(fit), std::move(merged), limits);
+  FlatBody body = flatten(surface, std::move(fit), std::move(merged), limits);
+  warn_few_digits(surface, planes, body.warnings);
+  return body;
 }
 
 FlatBody flatten(const Surface& surface, PlaneFit fit, MergedSurface merged,
@@ -412,6 +460,7 @@ FlatBody flatten(const Surface& surface, PlaneFit fit, MergedSurface merged,
                 {"realise corners", corners.graph.corners.size(), moved}};
   body.merged_plane_count = fit.planes.size();
   body.warnings = surface.warnings;
+  warn_close_shells(surface, fit, body.warnings);
   if (realiser.split_count() > 0) {
     char text[200];
     std::snprintf(

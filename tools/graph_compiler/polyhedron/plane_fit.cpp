@@ -130,13 +130,43 @@ struct Cluster {
   std::vector<int> signs;  // per face, against plane.n
   double area = 0.0;
   bool narrow = true;  // all its faces are
+  bool exact = false;  // the file has its plane exactly
 };
+
+/// Whether the points lie on two parallel lines, or on one. Such points have a plane however they
+/// were rounded along the lines: the four corners of a facet of a prism.
+bool on_two_lines(const std::vector<Point3>& all, const std::vector<std::uint32_t>& which,
+                  double within_m) {
+  const auto fits = [&](std::uint32_t from, std::uint32_t to) {
+    const Point3 along = vec::unit(vec::sub(all[to], all[from]));
+    if (!(vec::norm(along) > 0.0)) return false;
+    const Point3* second = nullptr;
+    for (const std::uint32_t v : which) {
+      if (vec::norm(vec::cross(along, vec::sub(all[v], all[from]))) <= within_m) continue;
+      if (second == nullptr) second = &all[v];
+      if (vec::norm(vec::cross(along, vec::sub(all[v], *second))) > within_m) return false;
+    }
+    return true;
+  };
+  // The first point has another on its line, or all others are on the second line.
+  for (std::size_t k = 1; k < which.size(); ++k) {
+    if (fits(which[0], which[k])) return true;
+  }
+  return which.size() < 3 || fits(which[1], which[2]);
+}
+
+/// Corners of a face that are looked at for whether they lie on two lines; a face with more does
+/// not.
+constexpr std::size_t kMostLineCorners = 64;
 
 /// Growing and uniting of clusters over one body.
 class PlaneGrower {
  public:
   PlaneGrower(const Surface& surface, const FaceNeighbors& neighbors)
-      : surface_(surface), neighbors_(neighbors), tol_(surface.plane_tolerance_m) {
+      : surface_(surface),
+        neighbors_(neighbors),
+        tol_(surface.plane_tolerance_m),
+        exact_tol_(surface.printed ? surface.printed->join_m : tol_) {
     measure_faces();
   }
 
@@ -147,6 +177,7 @@ class PlaneGrower {
                      [&](std::uint32_t a, std::uint32_t b) { return area_[a] > area_[b]; });
     owner_.assign(surface_.faces.size(), kUnassigned);
     vertex_stamp_.assign(surface_.vertices.size(), kUnassigned);
+    looked_at_.assign(surface_.faces.size(), kUnassigned);
     for (const std::uint32_t seed : order) {
       if (owner_[seed] == kUnassigned) grow_from(seed);
     }
@@ -165,6 +196,7 @@ class PlaneGrower {
  private:
   void measure_faces();
   void grow_from(std::uint32_t seed);
+  bool is_exact(std::uint32_t seed);
   bool accepts(const Cluster& cluster, std::uint32_t face) const;
   void take(Cluster& cluster, std::uint32_t face, std::uint32_t id);
   bool unite_pass();
@@ -174,11 +206,13 @@ class PlaneGrower {
   const Surface& surface_;
   const FaceNeighbors& neighbors_;
   double tol_;
+  double exact_tol_;             // of planes that the file has exactly
   std::vector<FlatPlane> flat_;  // per face
   std::vector<double> area_;
   std::vector<bool> narrow_;
   std::vector<std::uint32_t> owner_;         // per face: cluster
   std::vector<std::uint32_t> vertex_stamp_;  // per vertex: last cluster that took it
+  std::vector<std::uint32_t> looked_at_;     // per face: last seed that asked for it
   std::vector<Cluster> clusters_;
 };
 
@@ -211,11 +245,51 @@ void PlaneGrower::measure_faces() {
   }
 }
 
+/// Whether the file has the plane of a face exactly, and rounding would not have left it so: the
+/// face and those that continue it have four corners or more that lie in one plane to a hundredth
+/// of the last printed place, and either all print the same number or are not on two lines. A face
+/// of a rounded prism has four corners in a plane by construction, and says nothing.
+bool PlaneGrower::is_exact(std::uint32_t seed) {
+  if (!surface_.printed) return false;
+  const double within_m = surface_.printed->exact_m;
+  const FlatPlane& plane = flat_[seed];
+  std::vector<std::uint32_t> faces{seed}, corners;
+  looked_at_[seed] = seed;
+  for (std::size_t k = 0; k < faces.size(); ++k) {
+    const std::vector<std::uint32_t>& loop = surface_.faces[faces[k]].vertices;
+    corners.insert(corners.end(), loop.begin(), loop.end());
+    for (std::size_t e = 0; e < loop.size(); ++e) {
+      const std::uint32_t next = neighbors_.across(faces[k], e);
+      if (looked_at_[next] == seed || owner_[next] != kUnassigned) continue;
+      looked_at_[next] = seed;
+      if (vec::dot(flat_[next].n, plane.n) < kGrowCosine) continue;
+      const auto& own = surface_.faces[next].vertices;
+      if (std::ranges::all_of(own, [&](std::uint32_t v) {
+            return plane.distance(surface_.vertices[v]) <= within_m;
+          })) {
+        faces.push_back(next);
+      }
+    }
+  }
+  std::ranges::sort(corners);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  if (corners.size() < 4 || largest_distance(surface_.vertices, corners, plane) > within_m) {
+    return false;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [low, high] =
+        std::ranges::minmax(corners, {}, [&](std::uint32_t v) { return surface_.vertices[v][i]; });
+    if (surface_.vertices[high][i] - surface_.vertices[low][i] <= within_m) return true;
+  }
+  return corners.size() > kMostLineCorners || !on_two_lines(surface_.vertices, corners, within_m);
+}
+
 bool PlaneGrower::accepts(const Cluster& cluster, std::uint32_t face) const {
+  const double tol = cluster.exact ? exact_tol_ : tol_;
   const double cosine = vec::dot(flat_[face].n, cluster.plane.n);
   if (cosine < (narrow_[face] ? kNarrowCosine : kGrowCosine)) return false;
   for (const std::uint32_t v : surface_.faces[face].vertices) {
-    if (cluster.plane.distance(surface_.vertices[v]) > tol_) return false;
+    if (cluster.plane.distance(surface_.vertices[v]) > tol) return false;
   }
   return true;
 }
@@ -237,6 +311,7 @@ void PlaneGrower::grow_from(std::uint32_t seed) {
   const auto id = static_cast<std::uint32_t>(clusters_.size());
   Cluster cluster;
   cluster.plane = flat_[seed];
+  cluster.exact = is_exact(seed);
   take(cluster, seed, id);
   double worst = largest_distance(surface_.vertices, cluster.vertices, cluster.plane);
   if (worst > tol_) {
@@ -284,9 +359,11 @@ bool PlaneGrower::unite_pass() {
     std::size_t host = kept;
     for (std::size_t j = 0; j < kept && host == kept; ++j) {
       const Cluster& large = clusters_[j];
-      if (large.plane.distance(probe) > tol_) continue;
+      // What the file tells apart stays so; a narrow face between the two is their step.
+      const double tol = large.exact && (small.exact || small.narrow) ? exact_tol_ : tol_;
+      if (large.plane.distance(probe) > tol) continue;
       if (!small.narrow && std::abs(vec::dot(large.plane.n, small.plane.n)) < kGrowCosine) continue;
-      if (largest_distance(surface_.vertices, small.vertices, large.plane) <= tol_) host = j;
+      if (largest_distance(surface_.vertices, small.vertices, large.plane) <= tol) host = j;
     }
     if (host == kept) {
       if (kept != i) clusters_[kept] = std::move(small);
