@@ -134,6 +134,73 @@ TEST_SUITE("tools.scene_draft") {
     CHECK(bench.says(odd, "are both in the same unit?"));
   }
 
+  TEST_CASE(
+      "parts that are drawn in place and touch, or have room, are told so, solids and surfaces") {
+    // A plug on the floor of its hole; the floor is a piece of its own, so that seams end beside
+    // it.
+    std::vector<Corners> hole = walls(2);
+    hole.push_back({{-10, -10, -15}, {10, 10, -5}});
+    for (const bool surface : {false, true}) {
+      CAPTURE(surface);
+      DraftBench bench;
+      const auto told = [&](double half, double bottom) {
+        write_boxes(bench.hole, hole);
+        write_boxes(bench.peg, {{{-half, -half, bottom}, {half, half, 20}}});
+        // A loose triangle within: the part is a surface then.
+        if (surface) {
+          std::ofstream(bench.peg, std::ios::app) << "v 0 0 18\nv 1 0 18\nv 0 1 18\nf 9 10 11\n";
+        }
+        return bench.draft();
+      };
+      const SceneDraft snug = told(10.0, -5.0);
+      CHECK(bench.says(snug, "the parts touch, and are free"));
+      const SceneDraft standing = told(9.96, -5.0);
+      CHECK(bench.says(standing, "the parts touch, and are free"));
+      const SceneDraft hanging = told(9.96, -4.5);
+      CHECK(bench.says(hanging, "the parts are 0.04 mm apart"));
+      // Rounding of coordinates, in the last digits that a file of floats has.
+      const SceneDraft rounded = told(10.00000001, -5.00000001);
+      CHECK(bench.says(rounded, "the parts touch, and are free"));
+      for (const SceneDraft* draft : {&snug, &standing, &hanging, &rounded}) {
+        CHECK_FALSE(bench.says(*draft, "overlap"));
+        CHECK_FALSE(bench.says(*draft, "cannot go there"));
+        CHECK_FALSE(bench.says(*draft, "no straight way"));
+        CHECK(draft->way == std::array<int, 3>{0, 0, 1});
+      }
+      // The probes: a hundredth of a millimetre too wide, and too long.
+      for (const SceneDraft& deep : {told(10.01, -5.0), told(9.96, -5.01)}) {
+        CHECK(bench.says(deep, surface ? "where the files have it the part meets face"
+                                       : "the parts overlap by 0.01 mm"));
+        CHECK_FALSE(bench.says(deep, "touch"));
+      }
+    }
+  }
+
+  TEST_CASE("a part that fills a piece of its hole in flush faces alone is told to overlap") {
+    // No edge of one passes through the other: the faces all round are the same.
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-10, -10, -10}, {10, 10, 10}}});
+    write_boxes(bench.hole, {{{-10, -10, 5}, {10, 10, 30}}});
+    CHECK(bench.says(bench.draft(), "the parts overlap by 5 mm"));
+    write_boxes(bench.hole, {{{-10, -10, 10}, {10, 10, 30}}});
+    CHECK(bench.says(bench.draft(), "the parts touch, and are free"));
+  }
+
+  TEST_CASE("a part in the mouth of a piece that its seam alone parts from it touches") {
+    // An L of two pieces: their seam goes on from the faces that the block lies in. As deep as the
+    // next face of the mesh is from the block's corner, nothing overlaps.
+    DraftBench bench;
+    std::ofstream(bench.hole)
+        << "v 0 0 0\nv 40 0 0\nv 40 0 10\nv 10 0 10\nv 10 0 40\nv 0 0 40\n"
+           "v 0 30 0\nv 40 30 0\nv 40 30 10\nv 10 30 10\nv 10 30 40\nv 0 30 40\n"
+           "f 1 2 3 4 5 6\nf 12 11 10 9 8 7\nf 1 7 8 2\nf 2 8 9 3\nf 3 9 10 4\nf 4 10 11 5\n"
+           "f 5 11 12 6\nf 6 12 7 1\n";
+    write_boxes(bench.peg, {{{10, 0, 10}, {30, 30, 30}}});
+    const SceneDraft draft = bench.draft();
+    CHECK(bench.says(draft, "the parts touch, and are free"));
+    CHECK_FALSE(bench.says(draft, "overlap"));
+  }
+
   TEST_CASE("a sheet, which has no depth, is left along the way with the fewest collisions") {
     DraftBench bench;
     std::ofstream(bench.hole) << "v -30 -30 0\nv 30 -30 0\nv 30 30 0\nv -30 30 0\nf 1 2 3 4\n";

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "rt_core/haptic_core.hpp"
+#include "rt_core/law/proxy_law.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -14,6 +14,7 @@
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/solid_places.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -23,6 +24,8 @@ constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
 constexpr double kOddRatio = 200.0;
 /// Between the boxes of the parts at the start, as a share of the moving part.
 constexpr double kStartMargin = 0.1;
+/// Of the moving part: a clearance larger than this is not measured.
+constexpr double kFarApart = 0.1;
 constexpr int kSamples = 200;        ///< of a way out
 constexpr int kSurfaceSamples = 50;  ///< of one where a part is a surface: each costs milliseconds
 
@@ -56,61 +59,42 @@ std::string length_text(double length_m) {
                         : short_number(length_m, 3) + " m";
 }
 
-/// Verdicts over the pairs at one pose.
-struct PlaceVerdict {
-  bool separated = false;  ///< every pair, each with its proof
-  double d_near_m = 0.0;   ///< negative: how deep they overlap
-};
-
 /// Exact answers at any place of the part, its axes as filed.
 class Places {
  public:
   /// @param filed_m  from where the shapes of `compiled` have the part to where the files have it
   Places(const CompiledScene& compiled, const Point3& filed_m)
-      : filed_m_(filed_m), scene_(compiled.bytes) {
-    for (const PartReport& part : compiled.parts) has_surface_ |= part.is_surface();
-    if (has_surface_) {
-      fixed_.assign(compiled.start_shapes.begin() + 1, compiled.start_shapes.end());
-      facets_.emplace(compiled.start_shapes[0], fixed_);
-      return;
-    }
-    if (SceneView::open(scene_.span(), view_) != RtStatus::kOk)
+      : filed_m_(filed_m),
+        fixed_(compiled.start_shapes.begin() + 1, compiled.start_shapes.end()),
+        surfaces_(compiled.start_shapes[0], fixed_) {
+    const SceneBytes bytes{compiled.bytes};
+    SceneView view;
+    if (SceneView::open(bytes.span(), view) != RtStatus::kOk)
       throw std::logic_error("the scene just written does not open");
-    state_ = SceneBytes(HapticCore::state_bytes(view_));
-    if (HapticCore::create(state_.span(), view_, core_) != RtStatus::kOk)
-      throw std::logic_error("the core refuses the scene just written");
+    // What the core takes for free.
+    touching_m_ = static_cast<double>(proxy_scale(view).tolerance_m);
+    for (const PartReport& part : compiled.parts) has_surface_ |= part.is_surface();
+    if (!has_surface_) solids_.emplace(view, touching_m_);
   }
 
   [[nodiscard]] bool has_surface() const { return has_surface_; }
 
-  /// Verdict of every pair. Absent: a part is a surface, or the scene has too many pairs for that.
-  [[nodiscard]] std::optional<PlaceVerdict> verdict(const Point3& p) {
-    if (has_surface_ || !view_.lists_pairs()) return std::nullopt;
-    core_->reset();
-    StepInput input;
-    input.pose_wa.p_wa =
-        Vec3(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
-    input.report_goal_contact = true;
-    const StepResult result = core_->step(input);
-    PlaceVerdict verdict;
-    verdict.separated = result.has_goal_contact;
-    verdict.d_near_m = static_cast<double>(result.d_near_m);
-    for (std::uint32_t k = 0; k < core_->pair_count(); ++k)
-      verdict.separated &= core_->pair_report(k).verdict == Verdict::kSeparated;
-    return verdict;
+  /// Parts overlap; those that touch do not.
+  [[nodiscard]] bool collides(const Point3& p) const {
+    return solids_ ? solids_->overlaps(p) : collision(p).has_value();
   }
-
-  /// Of facets; with solids alone: none.
   [[nodiscard]] std::optional<StartCollision> collision(const Point3& p) const {
-    if (!facets_) return std::nullopt;
-    return facets_->collision(vec::add(filed_m_, p));
+    return surfaces_.collision(vec::add(filed_m_, p), touching_m_);
   }
-
-  [[nodiscard]] bool collides(const Point3& p) {
-    if (has_surface_) return collision(p).has_value();
-    const auto found = verdict(p);
-    return found && !found->separated && found->d_near_m < 0;
+  /// Of solids alone.
+  [[nodiscard]] double depth_m(const Point3& p) const {
+    return solids_ ? solids_->depth_m(p) : 0.0;
   }
+  /// Of parts that do not overlap.
+  [[nodiscard]] double distance_m(const Point3& p, double most_m) const {
+    return surfaces_.distance_m(vec::add(filed_m_, p), most_m);
+  }
+  [[nodiscard]] double touching_m() const { return touching_m_; }
   [[nodiscard]] int samples() const { return has_surface_ ? kSurfaceSamples : kSamples; }
 
   [[nodiscard]] const StartShape& fixed(std::size_t index) const { return fixed_[index]; }
@@ -118,11 +102,10 @@ class Places {
  private:
   Point3 filed_m_;
   bool has_surface_ = false;
-  SceneBytes scene_, state_;
-  SceneView view_;
-  HapticCore* core_ = nullptr;
+  double touching_m_ = 0.0;
   std::vector<StartShape> fixed_;
-  std::optional<StartPlaces> facets_;
+  StartPlaces surfaces_;
+  std::optional<SolidPlaces> solids_;
 };
 
 /// A straight way along an axis, until the boxes are apart.
@@ -250,6 +233,27 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
          "# materials = [\"steel\", \"pom\"]\n# mu = 0.2\n";
 }
 
+/// How the parts lie to each other where the files have them.
+std::string filed_text(const Places& places, double size_m) {
+  constexpr Point3 kFiled{0.0, 0.0, 0.0};
+  constexpr const char* kWhy =
+      "; a part that is larger than its hole, or was not drawn in its place, cannot go there";
+  if (places.has_surface()) {
+    if (const auto found = places.collision(kFiled)) {
+      return "where the files have it the part " +
+             collision_place_text(*found, places.fixed(found->fixed)) + kWhy;
+    }
+  } else if (const double depth_m = places.depth_m(kFiled); depth_m > 0.0) {
+    return "where the files have them the parts overlap by " + length_text(depth_m) + kWhy;
+  }
+  const double most_m = kFarApart * size_m;
+  const double distance_m = places.distance_m(kFiled, most_m);
+  if (distance_m <= places.touching_m())
+    return "where the files have them the parts touch, and are free";
+  return "where the files have them the parts are " +
+         std::string(distance_m < most_m ? "" : "more than ") + length_text(distance_m) + " apart";
+}
+
 }  // namespace
 
 FileUnit guessed_unit(double diagonal) {
@@ -319,6 +323,7 @@ SceneDraft draft_scene(const DraftRequest& request) {
   scene.file = scene.name = request.name;
   scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
   scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
+  scene.parameters.goal_contact = 0;  // nothing is asked of the core
   scene.moving = part_of(meshes[0], draft.scale_to_m);
   // Clear of the others, as every start must be; the places asked about are others.
   scene.moving.position_m[2] = std::max(0.0, fixed_box.high[2] - moving_box.low[2] + size_m);
@@ -330,7 +335,6 @@ SceneDraft draft_scene(const DraftRequest& request) {
   const CompiledScene compiled = compile_scene(scene, options);
   Places places(compiled, vec::scaled(scene.moving.position_m, -1.0));
 
-  const auto as_filed = places.verdict({0.0, 0.0, 0.0});
   const WayOut way = ways_out(moving_box, fixed_box, places, [&](double fraction) {
                        if (request.progress)
                          request.progress(request.name, "looking for a way out", fraction);
@@ -338,39 +342,15 @@ SceneDraft draft_scene(const DraftRequest& request) {
   draft.way = way.direction;
   const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
-  const auto start = places.verdict(draft.start_m);
   const std::string place =
       away_m > 0 ? length_text(away_m) + " along " + way_text(way.direction) + " from where"
                  : std::string("where");
-  if (places.has_surface()) {
-    if (places.collision(draft.start_m))
-      throw std::logic_error("parts whose boxes are apart have facets that meet");
-    draft.remarks.push_back("start: " + place +
-                            " the files have the part; free of all fixed parts, by an exact test "
-                            "of their facets");
-    if (const auto filed = places.collision({0.0, 0.0, 0.0})) {
-      draft.remarks.push_back("where the files have it the part " +
-                              collision_place_text(*filed, places.fixed(filed->fixed)) +
-                              "; a part that is larger than its hole, or was not drawn in its "
-                              "place, cannot go there");
-    }
-  } else if (!as_filed || !start) {
-    draft.remarks.push_back(
-        "the parts have too many pieces for a verdict here; the start is free since their boxes "
-        "are apart");
-  } else if (!start->separated) {
-    throw std::logic_error("parts whose boxes are apart are not separated");
-  } else {
-    draft.remarks.push_back("start: " + place +
-                            " the files have the part; free of all fixed parts, by the exact "
-                            "verdict of every pair");
-  }
-  if (as_filed && as_filed->d_near_m < 0) {
-    draft.remarks.push_back("where the files have them the parts overlap by " +
-                            length_text(-as_filed->d_near_m) +
-                            "; a part that is larger than its hole, or was not drawn in its place, "
-                            "cannot go there");
-  }
+  if (places.collides(draft.start_m)) throw std::logic_error("parts whose boxes are apart overlap");
+  draft.remarks.push_back("start: " + place +
+                          " the files have the part; free of all fixed parts, " +
+                          (places.has_surface() ? "by an exact test of their facets"
+                                                : "by the exact verdict of every pair"));
+  draft.remarks.push_back(filed_text(places, size_m));
   if (way.collisions > 0) {
     draft.remarks.push_back(
         "no straight way along an axis leads out without a collision; the best "

@@ -12,6 +12,7 @@
 #include "tools/graph_compiler/mesh/edge_table.hpp"
 #include "tools/graph_compiler/mesh/shell_interior.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
+#include "tools/graph_compiler/surface/triangle_gap.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -26,6 +27,9 @@ constexpr double kOpenMiddle = 0.25;
 constexpr std::size_t kMostMouths = 64;
 /// Of the diagonal: how well the bisection finds the end of the collision.
 constexpr double kMoveShare = 1.0e-4;
+/// Of the largest distance that is asked for: how far is looked at first; and how much farther
+/// next.
+constexpr double kFirstReach = 1.0e-4, kWiderReach = 8.0;
 
 Point3 turned(const std::array<double, 4>& q, const Point3& x) {
   const double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
@@ -195,6 +199,16 @@ std::vector<vec::Box> boxes_of(const std::vector<TriangleCorners>& triangles) {
   return boxes;
 }
 
+/// Never above that of what is in them.
+double distance_of(const vec::Box& a, const vec::Box& b) {
+  double square = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double gap = std::max({0.0, a.low[k] - b.high[k], b.low[k] - a.high[k]});
+    square += gap * gap;
+  }
+  return std::sqrt(square);
+}
+
 TriangleCorners shifted(const TriangleCorners& t, const Point3& by) {
   return {vec::add(t[0], by), vec::add(t[1], by), vec::add(t[2], by)};
 }
@@ -205,11 +219,13 @@ TriangleCorners shifted(const TriangleCorners& t, const Point3& by) {
 struct StartObstacle {
   explicit StartObstacle(const StartShape& fixed)
       : shape(&fixed),
-        tree(boxes_of(fixed.triangles)),
+        boxes(boxes_of(fixed.triangles)),
+        tree(boxes),
         box(box_of(fixed.triangles)),
         interior(fixed.shells, kOnShell * box.diagonal()),
         open_interior(fixed.open_facets, fixed.rim, kOnShell * box.diagonal()) {}
   const StartShape* shape;
+  std::vector<vec::Box> boxes;  ///< of the triangles
   BoxTree tree;
   vec::Box box;
   ShellInterior interior;
@@ -235,6 +251,12 @@ bool has_mouth(const StartShape& shell, const OpenShellInterior& interior, const
     if (std::abs(winding - std::round(winding)) > kOpenMiddle) return true;
   }
   return false;
+}
+
+bool all_inside(const std::vector<Point3>& points, const Point3& by, const ShellInterior& shell) {
+  return std::ranges::all_of(points, [&](const Point3& p) {
+    return shell.place_of(vec::add(p, by)) == PointPlace::kInside;
+  });
 }
 
 /// The open facets of `shell` enclose most of the points, and the part that these belong to cannot
@@ -274,23 +296,27 @@ class StartSearch {
   }
 
   /// With the moving part shifted by `by`: one that involves a surface first.
-  [[nodiscard]] std::optional<StartCollision> at(const Point3& by) const {
+  [[nodiscard]] std::optional<StartCollision> at(const Point3& by, double touching_m = 0.0) const {
     std::optional<StartCollision> found;
     for (const bool of_surfaces : {true, false}) {
       for (std::size_t i = 0; i < obstacles_.size() && !found; ++i) {
-        if (has_surface(obstacles_[i]) == of_surfaces) found = collision(by, i);
+        if (has_surface(obstacles_[i]) == of_surfaces) found = collision(by, i, touching_m);
       }
     }
     return found;
   }
+
+  [[nodiscard]] double distance_m(const Point3& by, double most_m) const;
 
  private:
   [[nodiscard]] bool has_surface(const StartObstacle& o) const {
     return moving_.is_surface || o.shape->is_surface;
   }
 
-  [[nodiscard]] std::optional<StartCollision> collision(const Point3& by, std::size_t index) const;
-  [[nodiscard]] std::optional<StartCollision> crossing(const Point3& by, std::size_t index) const;
+  [[nodiscard]] std::optional<StartCollision> collision(const Point3& by, std::size_t index,
+                                                        double touching_m = 0.0) const;
+  [[nodiscard]] std::optional<StartCollision> crossing(const Point3& by, std::size_t index,
+                                                       double touching_m) const;
   [[nodiscard]] bool is_free(const Point3& by) const {
     for (std::size_t i = 0; i < obstacles_.size(); ++i) {
       if (collision(by, i)) return false;
@@ -309,13 +335,14 @@ class StartSearch {
 };
 
 /// With the moving part shifted by `by`.
-std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size_t index) const {
+std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size_t index,
+                                                     double touching_m) const {
   const StartObstacle& o = obstacles_[index];
   vec::Box all = box_;
   all.low = vec::add(all.low, by);
   all.high = vec::add(all.high, by);
   if (!all.meets(o.box)) return std::nullopt;
-  if (const auto crossed = crossing(by, index)) return crossed;
+  if (const auto crossed = crossing(by, index, touching_m)) return crossed;
   const auto inside = [&](const Point3& place) {
     StartCollision found;
     found.fixed = index;
@@ -324,12 +351,22 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
     return found;
   };
   const Point3 back = vec::scaled(by, -1.0);
-  for (const Point3& p : moving_.probes) {
-    const Point3 at = vec::add(p, by);
-    if (o.interior.place_of(at) == PointPlace::kInside) return inside(at);
-  }
-  for (const Point3& p : o.shape->probes) {
-    if (interior_.place_of(vec::add(p, back)) == PointPlace::kInside) return inside(p);
+  if (touching_m > 0.0) {
+    // Nothing crosses: what hangs together lies on one side, but for corners that touch.
+    for (const std::vector<Point3>& points : moving_.samples) {
+      if (all_inside(points, by, o.interior)) return inside(vec::add(points[0], by));
+    }
+    for (const std::vector<Point3>& points : o.shape->samples) {
+      if (all_inside(points, back, interior_)) return inside(points[0]);
+    }
+  } else {
+    for (const Point3& p : moving_.probes) {
+      const Point3 at = vec::add(p, by);
+      if (o.interior.place_of(at) == PointPlace::kInside) return inside(at);
+    }
+    for (const Point3& p : o.shape->probes) {
+      if (interior_.place_of(vec::add(p, back)) == PointPlace::kInside) return inside(p);
+    }
   }
   if (!o.shape->open_facets.empty() && !o.has_mouth) {
     for (const std::vector<Point3>& points : moving_.samples) {
@@ -345,7 +382,8 @@ std::optional<StartCollision> StartSearch::collision(const Point3& by, std::size
 }
 
 /// A pair of facets that meet, or of solids that cross.
-std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_t index) const {
+std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_t index,
+                                                    double touching_m) const {
   const StartObstacle& o = obstacles_[index];
   const bool touching_counts = has_surface(o);
   std::vector<std::uint32_t> near;
@@ -355,6 +393,7 @@ std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_
     if (!(touching_counts ? triangles_meet(t, other) : triangles_cross(t, other))) {
       return std::nullopt;
     }
+    if (touching_m > 0.0 && triangle_overlap_m(t, other) <= touching_m) return std::nullopt;
     vec::Box ours, theirs;
     for (const Point3& p : t) ours.include(p);
     for (const Point3& p : other) theirs.include(p);
@@ -394,6 +433,27 @@ std::optional<StartCollision> StartSearch::crossing(const Point3& by, std::size_
     }
   }
   return std::nullopt;
+}
+
+double StartSearch::distance_m(const Point3& by, double most_m) const {
+  std::vector<std::uint32_t> near;
+  // Wider and wider, so that little is looked at where the parts are close.
+  for (double reach_m = kFirstReach * most_m;; reach_m = std::min(kWiderReach * reach_m, most_m)) {
+    double least = reach_m;
+    for (const StartObstacle& o : obstacles_) {
+      for (const TriangleCorners& triangle : moving_.triangles) {
+        const TriangleCorners t = shifted(triangle, by);
+        vec::Box box;
+        for (const Point3& p : t) box.include(p);
+        o.tree.find(box.grown(least), near);
+        for (const std::uint32_t k : near) {
+          if (distance_of(box, o.boxes[k]) < least)
+            least = std::min(least, triangle_distance_m(t, o.shape->triangles[k]));
+        }
+      }
+    }
+    if (least < reach_m || reach_m >= most_m) return least;
+  }
 }
 
 /// A distance along `direction` after which the box of the moving part is beyond all others.
@@ -532,8 +592,12 @@ StartPlaces::StartPlaces(const StartShape& moving, const std::vector<StartShape>
     : search_(std::make_unique<StartSearch>(moving, fixed)) {}
 StartPlaces::~StartPlaces() = default;
 
-std::optional<StartCollision> StartPlaces::collision(const Point3& by) const {
-  return search_->at(by);
+std::optional<StartCollision> StartPlaces::collision(const Point3& by, double touching_m) const {
+  return search_->at(by, touching_m);
+}
+
+double StartPlaces::distance_m(const Point3& by, double most_m) const {
+  return search_->distance_m(by, most_m);
 }
 
 std::string collision_place_text(const StartCollision& c, const StartShape& fixed) {

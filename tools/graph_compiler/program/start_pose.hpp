@@ -83,7 +83,14 @@ class StartPlaces {
   StartPlaces& operator=(const StartPlaces&) = delete;
 
   /// Of the part moved by `by` from where its shape is, in W; without `free_move_m`.
-  [[nodiscard]] std::optional<StartCollision> collision(const Point3& by) const;
+  /// @param touching_m  above 0: facets that overlap by no more than this touch, and touching is no
+  /// collision.
+  [[nodiscard]] std::optional<StartCollision> collision(const Point3& by,
+                                                        double touching_m = 0.0) const;
+
+  /// Least distance of the moving part from all others; `most_m` where it is not below. 0 where
+  /// surfaces cross. Cost: that of a few questions for a collision.
+  [[nodiscard]] double distance_m(const Point3& by, double most_m) const;
 
  private:
   std::unique_ptr<StartSearch> search_;
