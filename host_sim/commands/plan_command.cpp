@@ -15,6 +15,7 @@
 #include "host_sim/commands/laboratory.hpp"
 #include "host_sim/plan/harmonic_field.hpp"
 #include "host_sim/plan/inside_surface.hpp"
+#include "host_sim/plan/plan_clearance.hpp"
 #include "host_sim/plan/plan_making.hpp"
 #include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/part_report.hpp"
@@ -49,6 +50,11 @@ using Json = nlohmann::ordered_json;
 constexpr double kSameTurn_rad = 1.0e-9;
 /// Basic contacts of a C-face that are named.
 constexpr std::size_t kMostNamed = 3;
+
+std::string millimetres_or_less(double length_m) {
+  return length_m >= 1e-4 ? tools::formatted("%.3g mm", 1e3 * length_m)
+                          : tools::formatted("%.3g um", 1e6 * length_m);
+}
 
 std::string pose_as_option(const Pose& pose) {
   std::string text;
@@ -248,6 +254,7 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
     return tools::kExitCheckFailed;
   }
   const tools::PlanProof proof = write_proved_plan(task.view, plan, o.out);
+  const PlanClearance clearance = clearance_of(task.view, plan);
   if (o.json) {
     json["plan"] = o.out;
     json["steps"] = proof.steps;
@@ -255,6 +262,8 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
     json["stations"] = plan.stations.size();
     json["length_m"] = plan.stations.front().cost_to_go_m;
     json["least_distance_m"] = proof.least_m;
+    json["clearance_m"] = clearance.least_m;
+    json["clearance_poses"] = clearance.poses;
     std::printf("%s\n", json.dump(2).c_str());
     return tools::kExitDone;
   }
@@ -262,8 +271,13 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
               plan.stations.size(), 1e3 * plan.stations.front().cost_to_go_m);
   std::printf("%s", how.c_str());
   std::printf(
-      "  certified %llu of %llu steps (%.4g %%), by %llu planes over %llu runs of steps; least "
-      "distance %.3g um\n",
+      "  clearance %s: the least distance of the surfaces at %zu poses of the way, at most %s "
+      "apart\n",
+      millimetres_or_less(clearance.least_m).c_str(), clearance.poses,
+      millimetres_or_less(clearance.apart_m).c_str());
+  std::printf(
+      "  certified %llu of %llu steps (%.4g %%), by %llu planes over %llu runs of steps, which "
+      "leave %.3g um at least\n",
       static_cast<unsigned long long>(proof.certified),
       static_cast<unsigned long long>(proof.steps),
       100.0 * static_cast<double>(proof.certified) / static_cast<double>(proof.steps),

@@ -150,7 +150,7 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
     links.push_back(place_in(kLinkOrder, r.link));
     situations.push_back(r.loop.tick.situation);
     apart_m.push_back(r.loop.tick.apart_m);
-    d_near_m.push_back(r.loop.tick.d_near_m);
+    d_near_m.push_back(searched_depth_m(r.loop.tick));
     contact += r.loop.tick.situation != ContactSituation::kNone ? 1u : 0u;
   }
   std::string svg = heading_at(kStackLeft, 28, title);

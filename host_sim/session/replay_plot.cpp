@@ -101,6 +101,13 @@ std::string apart_panel(Panel panel, std::span<const double> times,
                                              "the pose of the device:", "the spring's length"});
 }
 
+double searched_depth_m(const TickRecord& tick) {
+  // kFlagFarBand tells of any pair; where it is the nearest, d_near is above the top of the panel.
+  return (tick.flags & (kFlagInexact | kFlagBudgetUsedUp)) != 0
+             ? std::numeric_limits<double>::quiet_NaN()
+             : tick.d_near_m;
+}
+
 bool shows_depth(std::span<const double> d_near_m) {
   return d_near_m.empty() ||
          std::ranges::any_of(d_near_m, [](double m) { return std::isfinite(m); });
@@ -153,7 +160,7 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
     times.push_back(tick.t_s);
     contact += length_of(tick.force_n) > kForceFloor_n ? 1u : 0u;
     apart_m.push_back(tick.apart_m);
-    d_near_m.push_back(tick.d_near_m);
+    d_near_m.push_back(searched_depth_m(tick));
     situations.push_back(tick.situation);
   }
   double top = 62;

@@ -22,6 +22,8 @@ namespace haptic::sim {
 /// finite; with no others there is nothing to draw.
 [[nodiscard]] std::string depth_panel(Panel panel, std::span<const double> times,
                                       std::span<const double> d_near_m);
+/// d_near of a tick where it was searched, else no number: a bound is not drawn as if it were one.
+[[nodiscard]] double searched_depth_m(const TickRecord& tick);
 [[nodiscard]] bool shows_depth(std::span<const double> d_near_m);
 
 /// Contact situation over time as a band with times below it; what its colours mean at `key_y`.

@@ -124,6 +124,21 @@ TEST_SUITE("host_sim.report") {
     CHECK(svg == replay_plot(run, "peg <&> \"hole\""));
   }
 
+  TEST_CASE("plot: d_near is drawn where it was searched, not where it is a bound") {
+    std::vector<TickRecord> run = wavy_run(200);
+    CHECK(searched_depth_m(run[0]) == run[0].d_near_m);
+    for (const std::uint32_t flag : {kFlagInexact, kFlagBudgetUsedUp}) {
+      for (TickRecord& r : run) r.flags = flag;
+      CHECK(std::isnan(searched_depth_m(run[0])));
+      CHECK(replay_plot(run, "bounds").find("d_near (mm)") == std::string::npos);
+      run[100].flags = 0;
+      CHECK(replay_plot(run, "one tick").find("d_near (mm)") != std::string::npos);
+    }
+    // Told of pairs that are far, also where the nearest one was searched.
+    for (TickRecord& r : run) r.flags = kFlagFarBand;
+    CHECK(replay_plot(run, "far").find("d_near (mm)") != std::string::npos);
+  }
+
   TEST_CASE("plot: no ticks, one tick and a flat run are drawn") {
     for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{5}}) {
       std::vector<TickRecord> flat(n);

@@ -58,9 +58,9 @@ export function isMarked(flags: number): boolean {
   return (flags & kMarked) !== 0;
 }
 
-/** Whether D_near is a lower bound: beyond the exact band, or not exact. */
+/** Whether D_near is a lower bound: beyond the exact band, not exact, or of a pair that was not searched. */
 export function isBound(flags: number): boolean {
-  return ((flags >>> 2) & 1) === 1 || ((flags >>> 6) & 1) === 1;
+  return [2, 6, 7].some((bit) => ((flags >>> bit) & 1) === 1);
 }
 
 export function flagTexts(flags: number): [string, string][] {
