@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "rt_core/scene/proxy_limits.hpp"
 #include "tools/scene_facts/facts_text.hpp"
 
 namespace haptic::tools {
@@ -76,6 +77,16 @@ std::vector<std::string> unproven_reasons(const SceneFacts& facts) {
                       "; set [budget] pair_visits = " + std::to_string(c.pair_count) +
                       " where the loop has the time, or make the parts of fewer pieces");
   }
+  if ((c.unproven & kUnprovenNearPairs) != 0) {
+    reasons.push_back(grouped(facts.pair_count) + " pairs can be near at once, a tick follows " +
+                      grouped(c.near_slots) +
+                      (facts.state_with_all_pairs > 0
+                           ? "; set [budget] near_pairs = " + std::to_string(facts.pair_count) +
+                                 ", " + grouped(facts.state_with_all_pairs - c.state_bytes) +
+                                 " bytes more of state"
+                           : "; [budget] near_pairs may be " + grouped(kMostNearPairs) +
+                                 " at the most: make the parts of fewer pieces, with tolerance_m"));
+  }
   return reasons;
 }
 
@@ -101,7 +112,10 @@ std::string bounds_as_text(const SceneFacts& facts) {
   }
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) {
-    return text + "  every tick is exact within these bounds: the scene can be certified\n";
+    return text + "  no list of a tick can overflow: the scene can be certified\n" +
+           (c.max_work_units > 0
+                ? "    (where the units of work are spent, the part lags, with a flag)\n"
+                : "");
   }
   text += "  a tick may have to give up exactness, with a flag, to keep to them:\n";
   for (std::size_t i = 0; i < std::min(reasons.size(), kShownReasons); ++i) {

@@ -58,6 +58,9 @@ std::string coupling_as_text(const SceneFacts& facts) {
                     short_length(size.radius_m).c_str(), size.length_scale);
   text += short_length(size.tolerance_m);
   text += size.floored ? " (rounding of the coordinates)\n" : "\n";
+  text += size.climb_m > 0.0 ? "    steps up to " + short_length(size.climb_m) +
+                                   " between faces do not hold the part\n"
+                             : std::string("    every step between faces holds the part\n");
   return text + formatted("    stiffness in a contact at the largest lever: %.4g of k_t\n",
                           size.stiffness_share);
 }
@@ -86,6 +89,7 @@ Json coupling_as_json(const SceneFacts& facts) {
           {"stiffness_share_at_largest_lever", size.stiffness_share},
           {"length_scale", size.length_scale},
           {"tolerance_m", size.tolerance_m},
+          {"climb_m", size.climb_m},
           {"largest_coordinate_m", size.coordinate_m},
           {"largest_coordinate_served_m", size.largest_offset_m}};
 }

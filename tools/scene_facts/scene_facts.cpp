@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "rt_core/haptic_core.hpp"
+#include "tools/common/changed_scene.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
 namespace haptic::tools {
@@ -172,6 +173,15 @@ SceneFacts facts_of(const SceneView& view) {
   facts.capacity = header.capacity;
   facts.pair_count = view.pair_count();
   facts.state = HapticCore::state_account(view);
+  if ((header.capacity.unproven & kUnprovenNearPairs) != 0 && facts.pair_count <= kMostNearPairs) {
+    const SceneBytes roomy = changed_scene(view, [&](SceneParameters& p) {
+      p.coupling.near_pairs = static_cast<std::uint32_t>(facts.pair_count);
+    });
+    SceneView changed;
+    if (SceneView::open(roomy.span(), changed) == RtStatus::kOk) {
+      facts.state_with_all_pairs = changed.header().capacity.state_bytes;
+    }
+  }
   for (const SectionEntry& s : view.sections()) {
     facts.sections.push_back(
         {s.id, section_name(s.id), s.element_bytes, s.count, s.count * s.element_bytes});

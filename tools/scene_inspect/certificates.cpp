@@ -112,8 +112,9 @@ SceneProof completeness(const Inspection& inspection) {
 
 SceneProof boundedness(const SceneFacts& facts) {
   SceneProof proof{"bounded",
-                   "For any motion of the hand, no tick exceeds the bounds below, and within them "
-                   "every tick is exact: the scene can be certified.",
+                   "For any motion of the hand, no tick exceeds the bounds below, and none of its "
+                   "lists can overflow: the scene can be certified. Where the units of work of law "
+                   "proxy are spent the part lags, with a flag.",
                    "no list of a tick can overflow", ProofResult::kHolds};
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) return proof;

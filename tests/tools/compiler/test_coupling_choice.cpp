@@ -204,6 +204,27 @@ TEST_SUITE("tools.coupling_choice") {
                 "friction of cube.obj is not rendered by this law"));
   }
 
+  TEST_CASE("climb_m: by the size, as asked, or none") {
+    const ScratchFolder folder("coupling");
+    const auto coupling_of = [&](const std::string& more) {
+      const CompiledScene made = compile_scene(parsed(scene_text("800", more), folder), {});
+      const SceneBytes bytes{made.bytes};
+      SceneView view;
+      REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
+      return std::pair{view.parameters().coupling.climb_m, report_as_text(made)};
+    };
+    const auto [by_size, usual] = coupling_of("");
+    CHECK(by_size == 0.0);
+    CHECK(has(usual, "between faces do not hold the part"));
+    const auto [asked, told] = coupling_of("[coupling]\nclimb_m = 2e-5\n");
+    CHECK(asked == 2e-5);
+    CHECK(has(told, "steps up to 20 um between faces do not hold the part"));
+    const auto [none, off] = coupling_of("[coupling]\nclimb_m = 0\n");
+    CHECK(none < 0.0);
+    CHECK(has(off, "every step between faces holds the part"));
+    CHECK_THROWS_AS(coupling_of("[coupling]\nclimb_m = -1\n"), InputError);
+  }
+
   TEST_CASE("the report states the budget by contact state, or that none was checked") {
     const ScratchFolder folder("coupling");
     const auto compiled = [&](const std::string& more) {

@@ -150,6 +150,26 @@ TEST_SUITE("tools.memory_budget") {
     CHECK(find(budget_proposals(Opened(peg()).view, two - 1), "pair_visits = 1 ") != nullptr);
   }
 
+  TEST_CASE("proposal: the near pairs that are said fit the budget, and one more does not") {
+    SceneFile file = peg();
+    const std::uint64_t now = HapticCore::state_bytes(Opened(file).view);
+    file.budget.near_pairs = 2;
+    const std::uint64_t two = HapticCore::state_bytes(Opened(file).view);
+    REQUIRE(two < now);
+    const auto all = budget_proposals(Opened(peg()).view, two);
+    const BudgetProposal* pairs = find(all, "near_pairs = 2, now 5 of ");
+    REQUIRE(pairs != nullptr);
+    CHECK(pairs->state_saved == now - two);
+    CHECK(find(budget_proposals(Opened(peg()).view, two - 1), "near_pairs = 1, ") != nullptr);
+    // The refusal names it.
+    SceneFile tight = peg();
+    tight.budget.state = BudgetLimit{two, 4, 1};
+    CHECK(refusal(tight).find("[budget] near_pairs = 2, now 5 of ") != std::string::npos);
+    // The probe: a scene of one pair has nothing to give.
+    CHECK(find(budget_proposals(Opened(own_scene("tetrahedron_on_box")).view, 0), "near_pairs") ==
+          nullptr);
+  }
+
   TEST_CASE("over budget: refused with place, breakdown and proposals; at the budget accepted") {
     SceneFile file = peg();
     const Opened scene(file);

@@ -230,7 +230,7 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(solid.certificate.holds());
     CHECK(contains(solid.reason, "closed, 320 reflex edges; "));
     CHECK(contains(solid.reason,
-                   "; contact all over takes 3 % of the work of a tick with 5 convex pieces, "));
+                   "; contact all over takes 2 % of the work of a tick with 5 convex pieces, "));
     // No two reflex edges in one plane.
     const CompiledScene toothed =
         compile_scene(read_scene_file(scene_of_meshes(folder, star(310), cube(), 0.01, 0.2)), {});
@@ -239,7 +239,7 @@ TEST_SUITE("tools.part_kinds") {
     CHECK(surface.is_surface());
     CHECK(contains(surface.reason, "310 reflex edges, limit 300: too curved"));
     CHECK(contains(surface.reason,
-                   "; contact all over takes 187 % of the work of a tick with about "
+                   "; contact all over takes 143 % of the work of a tick with about "
                    "311 convex pieces, "));
   }
 

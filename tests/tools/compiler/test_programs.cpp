@@ -2,9 +2,11 @@
 // graph_compiler and scene_inspect as a user runs them: exit codes, files, streams.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/tools/compiler/part_scenes.hpp"
 
@@ -36,8 +38,8 @@ std::size_t file_count(const std::string& folder) {
 TEST_SUITE("tools.programs") {
   TEST_CASE("graph_compiler writes the scene and its report, says a summary, exits 0") {
     const ScratchFolder folder("programs");
-    const ProgramResult r =
-        compile(kScene + " -o " + folder.file("a.rtscene") + " --report " + folder.file("a.json"));
+    const ProgramResult r = compile(kScene + " --full -o " + folder.file("a.rtscene") +
+                                    " --report " + folder.file("a.json"));
     CHECK(r.exit_code == 0);
     CHECK(r.err.empty());
     for (const char* word : {"moving tetrahedron.obj", "certificate: convex, partition",
@@ -57,11 +59,49 @@ TEST_SUITE("tools.programs") {
     CHECK(text_of_file(folder.file("a.rtscene")) == text_of_file(folder.file("b.rtscene")));
   }
 
+  TEST_CASE(
+      "the summary is twelve lines: parts, pairs, tick, stiffness, memory, certificate last") {
+    const ScratchFolder folder("programs");
+    const std::string out = folder.file("a.rtscene");
+    const auto lines_of = [&](const std::string& scene) {
+      const ProgramResult r =
+          compile(std::string(HAPTIC_SCENES_DIR) + "/" + scene + "/scene.toml -o " + out);
+      CHECK(r.exit_code == 0);
+      CHECK(r.err.empty());
+      std::istringstream text(r.out);
+      std::vector<std::string> lines;
+      for (std::string line; std::getline(text, line);) lines.push_back(line);
+      return lines;
+    };
+    for (const char* scene : {"square_peg_five", "tetrahedron_on_box", "gear_on_shaft"}) {
+      CAPTURE(scene);
+      const std::vector<std::string> lines = lines_of(scene);
+      CHECK(lines.size() <= 12);
+      REQUIRE(lines.size() >= 9);
+      CHECK(lines.front().find(std::string("'") + scene + "'") != std::string::npos);
+      for (const char* word : {"moving ", "static ", "pairs ", "tick ", "stiffness ", "memory ",
+                               "warnings     none", "written "}) {
+        CAPTURE(word);
+        CHECK(std::ranges::any_of(lines,
+                                  [&](const std::string& line) { return line.starts_with(word); }));
+      }
+      CHECK(lines.back().starts_with("certificate  no list of a tick can overflow"));
+    }
+    // What a part is made of, and its volume, in one line.
+    const std::vector<std::string> peg = lines_of("square_peg_five");
+    CHECK(peg[1] ==
+          "moving       peg.off: solid: closed, 0 reflex edges; 6 faces, 1 convex piece; solids 1, "
+          "volume 2.4e-05 m3");
+    // Many parts are not listed.
+    const std::vector<std::string> pins = lines_of("two_pins");
+    CHECK(pins.size() <= 12);
+  }
+
   TEST_CASE("the needed basic contacts are reported, and all of them kept with --no-prune") {
     const ScratchFolder folder("programs");
     const std::string scene = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
     const std::string out =
-        " -o " + folder.file("a.rtscene") + " --report " + folder.file("a.json");
+        " --full -o " + folder.file("a.rtscene") + " --report " + folder.file("a.json");
     const ProgramResult r = compile(scene + out);
     CHECK(r.exit_code == 0);
     CHECK(r.out.find("needed basic contacts: 1 moving and 5 static pieces") != std::string::npos);
@@ -162,7 +202,13 @@ TEST_SUITE("tools.programs") {
           std::string::npos);
     CHECK(refused.err.find("pair_visits = 2") != std::string::npos);
     CHECK(file_count(folder.file("")) == 2);  // the scene file and its mesh
-    const ProgramResult shown = compile(one_visit + " -o " + folder.file("b.rtscene"));
+    const ProgramResult brief = compile(one_visit + " -o " + folder.file("b.rtscene"));
+    CHECK(brief.exit_code == 0);
+    CHECK(brief.err.find("warning: not certified: 2 pairs can be near at once") !=
+          std::string::npos);
+    const std::size_t last = brief.out.rfind('\n', brief.out.size() - 2) + 1;
+    CHECK(brief.out.find("warning      2 pairs can be near at once") == last);
+    const ProgramResult shown = compile(one_visit + " --full -o " + folder.file("b.rtscene"));
     CHECK(shown.exit_code == 0);
     CHECK(shown.out.find("a tick may have to give up exactness") != std::string::npos);
     CHECK(shown.out.find("no [motion_limits]: no speed certificate") != std::string::npos);
@@ -171,6 +217,43 @@ TEST_SUITE("tools.programs") {
     CHECK(facts["capacity"]["certifiable"] == false);
     CHECK(facts["capacity"]["unproven"].size() == 1);
     CHECK(compile(scene("[budget]\npair_visits = 2\n") + out).exit_code == 0);
+  }
+
+  TEST_CASE("a scene with more near pairs than its list is not certified, and everybody says so") {
+    const ScratchFolder folder("programs");
+    write_cube(folder.file("cube.obj"));
+    const auto scene = [&](const std::string& budget) {
+      std::ofstream(folder.file("scene.toml"))
+          << "format = 1\nname = \"n\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
+             "position_m = [0, 0, 0.5]\n[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n"
+             "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.2\nposition_m = [1, 0, 0]\n"
+             "[rendering]\nk_f_n_per_m = 100\n"
+          << budget;
+      return folder.file("scene.toml");
+    };
+    const std::string words =
+        "2 pairs can be near at once, a tick follows 1; set [budget] "
+        "near_pairs = 2, ";
+    const std::string one = scene("[budget]\nnear_pairs = 1\n");
+    const ProgramResult refused = compile(one + " --certified -o " + folder.file("a.rtscene"));
+    CHECK(refused.exit_code == 1);
+    CHECK(refused.err.find("not certified: " + words) != std::string::npos);
+    CHECK(!fs::exists(folder.file("a.rtscene")));
+    const ProgramResult said = compile(one + " -o " + folder.file("a.rtscene"));
+    CHECK(said.exit_code == 0);
+    CHECK(said.err.find("warning: not certified: " + words) != std::string::npos);
+    CHECK(said.out.find("warning      " + words) == said.out.rfind('\n', said.out.size() - 2) + 1);
+    CHECK(said.out.find("certificate") == std::string::npos);
+    const ProgramResult inspected = inspect(folder.file("a.rtscene") + " --brief");
+    CHECK(inspected.out.find("bounded     [limited]") != std::string::npos);
+    const auto facts = nlohmann::json::parse(inspect(folder.file("a.rtscene") + " --json").out);
+    CHECK(facts["capacity"]["certifiable"] == false);
+    // The probe: without the key there is room for all.
+    const ProgramResult certified =
+        compile(scene("") + " --certified -o " + folder.file("a.rtscene"));
+    CHECK(certified.exit_code == 0);
+    CHECK(certified.err.empty());
+    CHECK(certified.out.find("certificate  no list of a tick can overflow") != std::string::npos);
   }
 
   TEST_CASE("a graph without room is formed on the fly, and both programs say so") {

@@ -159,6 +159,37 @@ TEST_SUITE("tools.scene_facts") {
     CHECK(said("basic contacts, its near set holds"));
   }
 
+  TEST_CASE("more pairs than a tick can follow are named with the key and its bytes") {
+    const auto scene_with = [](std::uint32_t near_pairs) {
+      tools::SceneDescription scene = scene_of(
+          box({0, 0, 0}, {1, 1, 1}),
+          {box({2, 0, 0}, {3, 1, 1}), box({4, 0, 0}, {5, 1, 1}), box({6, 0, 0}, {7, 1, 1})});
+      scene.parameters.law = LawId::kProxy;
+      scene.parameters.coupling.near_pairs = near_pairs;
+      return scene;
+    };
+    const LoadedScene few(scene_with(2)), all(scene_with(3)), by_default(scene_with(0));
+    const SceneFacts facts = tools::facts_of(few.view);
+    CHECK(facts.capacity.unproven == kUnprovenNearPairs);
+    const std::vector<std::string> reasons = tools::unproven_reasons(facts);
+    REQUIRE(reasons.size() == 1);
+    const std::uint64_t more =
+        all.view.header().capacity.state_bytes - few.view.header().capacity.state_bytes;
+    CHECK(reasons[0] ==
+          "3 pairs can be near at once, a tick follows 2; set [budget] near_pairs = "
+          "3, " +
+              tools::grouped(more) + " bytes more of state");
+    CHECK(tools::bounds_as_text(facts).find("to give up exactness") != std::string::npos);
+    // The probes: with room for all there is nothing to say.
+    for (const SceneView* view : {&all.view, &by_default.view}) {
+      const SceneFacts roomy = tools::facts_of(*view);
+      CHECK(roomy.capacity.unproven == 0);
+      CHECK(roomy.state_with_all_pairs == 0);
+      CHECK(tools::unproven_reasons(roomy).empty());
+      CHECK(tools::bounds_as_text(roomy).find("can be certified") != std::string::npos);
+    }
+  }
+
   TEST_CASE("bytes are said with two digits and a unit") {
     CHECK(tools::short_bytes(0) == "0 bytes");
     CHECK(tools::short_bytes(999) == "999 bytes");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "tests/support/shapes.hpp"
@@ -27,16 +28,21 @@ SteadyWork work_at(double linear_m_per_s, double angular_rad_per_s) {
   return *work;
 }
 
-/// Warnings of a cube of the given size [m] against a large one.
-std::vector<std::string> warnings_for(const std::string& scale_to_m, double epsilon_m) {
+/// A cube of the given size [m] against a large one.
+tools::CompiledScene cube_scene(const std::string& scale_to_m, double epsilon_m,
+                                const std::string& rendering) {
   const ScratchFolder folder("steady");
   write_cube(folder.file("cube.obj"));
   std::ofstream(folder.file("scene.toml"))
       << "format = 1\nname = \"w\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = " << scale_to_m
       << "\n[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.3\n[rendering]\nk_f_n_per_m = 100\n"
-      << "epsilon_m = " << epsilon_m << "\n";
-  return tools::epsilon_warnings(
-      tools::compile_scene(tools::read_scene_file(folder.file("scene.toml")), {}));
+      << "epsilon_m = " << epsilon_m << "\n"
+      << rendering;
+  return tools::compile_scene(tools::read_scene_file(folder.file("scene.toml")), {});
+}
+
+std::vector<std::string> warnings_for(const std::string& scale_to_m, double epsilon_m) {
+  return tools::epsilon_warnings(cube_scene(scale_to_m, epsilon_m, ""));
 }
 
 }  // namespace
@@ -82,5 +88,18 @@ TEST_SUITE("tools.steady_work") {
     CHECK(thin[0].find("of piece 0, 0.05 mm; the tracker stays exact but is slower; fix: "
                        "epsilon_m below 0.025 mm") != std::string::npos);
     CHECK(thin[1].find("the height of vertex") != std::string::npos);
+  }
+
+  TEST_CASE("epsilon is warned of where near sets are formed, and nowhere else") {
+    const auto told = [](const std::string& rendering) {
+      const auto all = tools::warnings_of(cube_scene("[0.1, 0.1, 0.00005]", 1e-4, rendering));
+      return std::ranges::count_if(all, [](const std::string& warning) {
+        return warning.find("epsilon_m") != std::string::npos;
+      });
+    };
+    CHECK(told("") == 0);
+    CHECK(told("law = \"proxy\"\n") == 0);
+    CHECK(told("goal_contact = true\n") == 2);
+    CHECK(told("law = \"weighted_region\"\n") == 2);
   }
 }

@@ -44,6 +44,8 @@ class Choice {
     c.allow_active = request_.allow_active ? 1 : 0;
     c.passes = request_.passes.value_or(kDefaultProxyPasses);
     c.tolerance_m = request_.tolerance_m.value_or(0.0);
+    // The format has 0 for a height by the size, and below 0 for none.
+    c.climb_m = !request_.climb_m ? 0.0 : *request_.climb_m > 0.0 ? *request_.climb_m : -1.0;
     c.passivity = request_.passivity.value_or(device.mass_kg > 0.0) ? 1 : 0;
     c.damping_share = request_.damping_share.value_or(kDefaultDampingShare);
     c.min_window_s = request_.min_window_s.value_or(kDefaultMinWindow_s);

@@ -19,6 +19,7 @@ struct CouplingRequest {
   std::optional<double> damping_share, max_rotation_error_rad, max_translation_error_m;
   std::optional<double> min_window_s, max_window_s;
   std::optional<double> tolerance_m;
+  std::optional<double> climb_m;  ///< 0: no step is climbed
   std::optional<std::uint32_t> passes;
   std::optional<bool> passivity;
   bool allow_active = false;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "rt_core/law/proxy_law.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -33,6 +35,7 @@ ServedSize served_size(const SceneView& scene) {
   const double floor = kToleranceRoundings * kRounding * size.coordinate_m;
   size.floored = floor > scaled;
   size.tolerance_m = std::max(scaled, floor);
+  size.climb_m = static_cast<double>(proxy_scale(scene).climb_m);
   size.largest_offset_m =
       kLargestToleranceShare * size.radius_m / (kToleranceRoundings * kRounding);
   const CouplingParameters& c = p.coupling;

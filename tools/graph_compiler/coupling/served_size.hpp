@@ -27,6 +27,7 @@ struct ServedSize {
   double coordinate_m = 0.0;  ///< largest coordinate in W: parts as placed, start pose
   double tolerance_m = 0.0;   ///< of the law: scaled, or the floor
   bool floored = false;       ///< the floor is the larger of the two
+  double climb_m = 0.0;       ///< height of a step that does not hold the part; 0: every step does
   double largest_offset_m = 0.0;  ///< largest coordinate that this part allows
   /// 1 / (1 + k_t rho^2 / k_r) at the largest lever rho = r_A: the share of the stiffness k_t that
   /// is left of it in a contact there. 1 at the grip.

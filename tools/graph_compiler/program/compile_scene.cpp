@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
+#include "rt_core/law/proxy_law.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -16,6 +18,7 @@
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
+#include "tools/graph_compiler/program/flush_faces.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/scene_guide.hpp"
@@ -555,6 +558,29 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
                                            options.propose_tolerance, proposal));
 }
 
+/// Notes on faces of fixed parts that are almost in one plane: real steps first, the highest first.
+void add_flush_notes(const SceneFile& scene, const SceneView& view,
+                     const std::vector<PieceExposure>& exposure, std::vector<std::string>& notes) {
+  if (scene.parameters.law != LawId::kProxy) return;
+  constexpr std::size_t kMostTold = 6;
+  constexpr double kUsualClimb_m = 5e-6;  // told of by, where none is climbed
+  const ProxyScale scale = proxy_scale(view);
+  const auto climb_m = static_cast<double>(scale.climb_m);
+  std::vector<FlushStep> steps =
+      flush_steps(view, exposure, static_cast<double>(scale.tolerance_m),
+                  kToldClimbs * (climb_m > 0.0 ? climb_m : kUsualClimb_m));
+  std::ranges::stable_sort(steps, std::ranges::greater{}, &FlushStep::height_m);
+  for (std::size_t k = 0; k < std::min(steps.size(), kMostTold); ++k) {
+    const FlushStep& step = steps[k];
+    notes.push_back(flush_step_text(step, scene.statics[step.body - 1].mesh,
+                                    scene.statics[step.other - 1].mesh, climb_m));
+  }
+  if (steps.size() > kMostTold) {
+    notes.push_back("and " + grouped(steps.size() - kMostTold) +
+                    " more pairs of fixed parts with lower steps between flush faces");
+  }
+}
+
 /// The part for the scene writer. A facet has no seam.
 WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartReport& report) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
@@ -590,9 +616,6 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   check_law(scene, parts);
   check_start(scene, parts);
   if (options.for_questions) {
-    const bool all_solid = std::ranges::none_of(
-        parts, [](const CompiledPart& part) { return part.report.is_surface(); });
-    description.parameters.goal_contact = all_solid ? 1 : 0;
     result.start_shapes.push_back(start_shape_of(parts[0], scene.moving));
     for (std::size_t i = 0; i < scene.statics.size(); ++i)
       result.start_shapes.push_back(start_shape_of(parts[i + 1], scene.statics[i]));
@@ -654,6 +677,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   warn_of_start_limits(view, result.parts[0]);
   check_budgets(scene, view, options.image);
   check_size(scene, view, result.notes);
+  add_flush_notes(scene, view, description.exposure, result.notes);
   add_contact_cost(scene, options, view, result);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);

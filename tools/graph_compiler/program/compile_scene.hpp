@@ -79,10 +79,8 @@ struct CompileOptions {
   std::optional<double> simplify_m;         ///< before that of every part
   bool disjoint = false;                    ///< for every part, besides what the parts ask for
   bool propose_tolerance = false;           ///< try which one meets the budget of the rate
-  /// For questions about places: start shapes are kept and, of solids alone, the core can be asked
-  /// for the contact at the goal, also where the scene file does not.
-  bool for_questions = false;
-  bool image = false;  ///< for a core that is compiled for this scene
+  bool for_questions = false;               ///< about places: start shapes are kept
+  bool image = false;                       ///< for a core that is compiled for this scene
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;

@@ -30,8 +30,8 @@ struct Arguments {
   double simplify_m = 0.0, work_limit = 0.0;
   std::size_t max_reflex = 0, max_pieces = 0;
   bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
-  bool has_simplify = false, disjoint = false, propose = false, quiet = false, no_prune = false,
-       certified = false, progress = false, json = false;
+  bool has_simplify = false, disjoint = false, propose = false, quiet = false, full = false,
+       no_prune = false, certified = false, progress = false, json = false;
 };
 
 std::string header_of(const CompiledScene& compiled, const Arguments& arguments) {
@@ -96,7 +96,9 @@ int compile(const Arguments& arguments) {
     std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
   }
   if (arguments.json || !arguments.quiet) {
-    const std::string text = arguments.json ? json : report_as_text(compiled);
+    const std::string text = arguments.json   ? json
+                             : arguments.full ? report_as_text(compiled)
+                                              : summary_as_text(compiled, arguments.output);
     std::fwrite(text.data(), 1, text.size(), stdout);
   }
   return kExitDone;
@@ -163,6 +165,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
   app.add_flag("--json", arguments.json, "the report as JSON on stdout instead of the summary");
+  app.add_flag("--full", arguments.full, "everything instead of a summary of twelve lines");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   const auto run = [&] {
     arguments.has_tolerance = tolerance->count() > 0;

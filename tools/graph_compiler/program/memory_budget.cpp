@@ -60,6 +60,30 @@ void propose_visits(const SceneView& scene, std::uint64_t state_budget,
                        0, saved(now, bytes(fits))});
 }
 
+/// The most pairs to be followed whose state fits, else one.
+void propose_near_pairs(const SceneView& scene, std::uint64_t state_budget,
+                        std::vector<BudgetProposal>& proposals) {
+  const std::uint32_t slots = scene.header().capacity.near_slots;
+  if (slots < 2) return;  // of law kProxy alone there are some
+  const std::uint64_t now = HapticCore::state_bytes(scene);
+  const auto bytes = [&](std::uint32_t pairs) {
+    return state_of(scene, scene.header().capacity.max_pair_visits,
+                    [pairs](SceneParameters& p) { p.coupling.near_pairs = pairs; });
+  };
+  std::uint32_t fits = 1, too_many = slots;
+  while (state_budget > 0 && too_many - fits > 1) {  // the state grows with the pairs
+    const std::uint32_t middle = fits + (too_many - fits) / 2;
+    (bytes(middle) <= state_budget ? fits : too_many) = middle;
+  }
+  const std::uint64_t fewer = bytes(fits);
+  if (now <= fewer) return;
+  proposals.push_back({"follow fewer pairs at once: [budget] near_pairs = " + std::to_string(fits) +
+                           ", now " + std::to_string(slots) + " of " +
+                           std::to_string((now - fewer) / (slots - fits)) +
+                           " bytes each (a scene with more pairs cannot be certified)",
+                       0, now - fewer});
+}
+
 void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& proposals) {
   const std::uint64_t now = HapticCore::state_bytes(scene);
   const std::uint32_t visits = scene.header().capacity.max_pair_visits;
@@ -176,6 +200,7 @@ std::vector<BudgetProposal> budget_proposals(const SceneView& scene, std::uint64
   std::vector<BudgetProposal> proposals;
   propose_graphs(scene, proposals);
   propose_visits(scene, state_budget, proposals);
+  propose_near_pairs(scene, state_budget, proposals);
   propose_parameters(scene, proposals);
   propose_pieces(scene, proposals);
   std::stable_sort(proposals.begin(), proposals.end(),

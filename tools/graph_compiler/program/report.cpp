@@ -223,6 +223,7 @@ Json budget_json(const SceneBudget& budget) {
   if (budget.state) result["state_bytes"] = budget.state->bytes;
   if (budget.stack) result["stack_bytes"] = budget.stack->bytes;
   if (budget.pair_visits) result["pair_visits"] = *budget.pair_visits;
+  if (budget.near_pairs) result["near_pairs"] = *budget.near_pairs;
   return result;
 }
 
@@ -290,6 +291,32 @@ std::string part_text(const PartReport& part, bool moving) {
   }
   text += part.pieces.size() > kShown ? ", ...\n" : "\n";
   return text + "    certificate: " + certificate_text(part.certificate) + "\n";
+}
+
+/// The part in one line.
+std::string part_line(const PartReport& part, bool moving) {
+  std::string text = std::string(moving ? "moving       " : "static       ") + part.mesh + ": " +
+                     (part.is_surface() ? "surface: " : "solid: ") + part.reason;
+  if (part.is_surface()) return text + "\n";
+  text += formatted("; solids %zu, volume %.9g m3", part.solids, part.volume_m3);
+  constexpr double kToldMove_m = 1e-12;
+  if (part.largest_move_m > kToldMove_m)
+    text += formatted(", moved at most %.2g m", part.largest_move_m);
+  return text + (part.certificate.holds() ? "\n" : "; certificate FAILED\n");
+}
+
+std::string stiffness_line(const SceneFacts& facts) {
+  const CouplingParameters& k = facts.parameters.coupling;
+  if (facts.parameters.law != LawId::kProxy) {
+    return formatted("stiffness    %.6g N/m, law %s\n", facts.parameters.k_f_n_per_m,
+                     law_name(facts.parameters.law));
+  }
+  const PassivityBudget& budget = facts.budget;
+  return formatted("stiffness    %.6g N/m, %.4g N m/rad, damping %.4g N s/m; %s\n", k.k_t_n_per_m,
+                   k.k_r_nm_per_rad, k.damping_ns_per_m,
+                   !budget.unchecked.empty() ? (budget.unchecked + ": not checked").c_str()
+                   : budget.holds()          ? "within what the device holds stable"
+                                             : "BEYOND what the device holds stable");
 }
 
 Json steady_json(const CompiledScene& compiled) {
@@ -462,6 +489,54 @@ std::string report_as_text(const CompiledScene& compiled) {
   return text + formatted("time %.3f s\n", total_seconds(compiled));
 }
 
+std::string summary_as_text(const CompiledScene& compiled, const std::string& output) {
+  const SceneFacts facts = facts_of_bytes(compiled.bytes);
+  const SceneCapacity& c = facts.capacity;
+  const bool proxy = facts.parameters.law == LawId::kProxy;
+  std::string text = formatted("scene        '%s', compiled in %.3f s\n", facts.name.c_str(),
+                               total_seconds(compiled));
+  constexpr std::size_t kShown = 4;
+  for (std::size_t i = 0; i < std::min(compiled.parts.size(), kShown); ++i) {
+    text += part_line(compiled.parts[i], i == 0);
+  }
+  if (compiled.parts.size() > kShown) {
+    text += "static       and " + grouped(compiled.parts.size() - kShown) +
+            " more parts (--full lists them)\n";
+  }
+  text += "pairs        " + grouped(facts.pair_count) + " pairs of pieces";
+  if (proxy) {
+    text += facts.pair_count > c.near_slots
+                ? "; a tick follows the nearest " + grouped(c.near_slots)
+                : std::string("; a tick can follow all of them");
+  }
+  text += "\n";
+  if (c.max_work_units > 0) {
+    const double bound_s = kUnitPrice_s * c.max_work_units;
+    text += "tick         " + grouped(facts.parameters.work_units) +
+            " units of work, with what it may have begun " + grouped(c.max_work_units) +
+            formatted(": at %.0f ns a unit %.0f us, %.1f %% of the period\n", 1e9 * kUnitPrice_s,
+                      1e6 * bound_s, 100 * bound_s * facts.parameters.rate_hz);
+  }
+  text += stiffness_line(facts);
+  text += "memory       constants " + grouped(facts.bytes) + " bytes, state " +
+          grouped(c.state_bytes) + " bytes\n";
+  const std::size_t warned = warnings_of(compiled).size();
+  text += "warnings     " + (warned > 0 ? grouped(warned) : std::string("none")) + "\n";
+  for (const std::string& note : compiled.notes) text += "note         " + note + "\n";
+  text += "written      " + output + " (--full says more, --json all)\n";
+  const std::vector<std::string> reasons = unproven_reasons(facts);
+  if (reasons.empty()) {
+    return text + "certificate  no list of a tick can overflow" +
+           (proxy ? "; a tick whose units are spent lags, with a flag\n"
+                  : "; every tick is exact\n");
+  }
+  text += "warning      " + reasons[0];
+  if (reasons.size() > 1) {
+    text += " (and " + grouped(reasons.size() - 1) + " more; --full lists them)";
+  }
+  return text + "\n";
+}
+
 std::vector<std::string> unproven_of(const CompiledScene& compiled) {
   return unproven_reasons(facts_of_bytes(compiled.bytes));
 }
@@ -471,7 +546,10 @@ std::vector<std::string> warnings_of(const CompiledScene& compiled) {
   for (const PartReport& part : compiled.parts) {
     for (const std::string& warning : part.warnings) result.push_back(part.mesh + ": " + warning);
   }
-  for (std::string& warning : epsilon_warnings(compiled)) result.push_back(std::move(warning));
+  // Law kProxy forms no near sets, but for who asks at the goal pose.
+  if (has_goal_contact(compiled.scene.parameters)) {
+    for (std::string& warning : epsilon_warnings(compiled)) result.push_back(std::move(warning));
+  }
   const DeviceParameters& device = compiled.scene.parameters.device;
   const SceneParameters p = parameters_of(compiled.bytes);
   const bool proxy = p.law == LawId::kProxy;
@@ -480,6 +558,9 @@ std::vector<std::string> warnings_of(const CompiledScene& compiled) {
     result.push_back(formatted("%s is %.9g, above the device's max_stiffness_n_per_m %.9g",
                                proxy ? "[coupling] k_t_n_per_m" : "[rendering] k_f_n_per_m", k,
                                device.max_stiffness_n_per_m));
+  }
+  for (std::string& reason : unproven_of(compiled)) {
+    result.push_back("not certified: " + std::move(reason));
   }
   return result;
 }

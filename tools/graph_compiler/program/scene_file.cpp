@@ -27,6 +27,7 @@ constexpr Range kStiffness{0.0, kMaxStiffness_n_per_m, true};
 constexpr Range kRotaryStiffness{0.0, kMaxStiffness_n_per_m* kMaxSceneLength_m* kMaxSceneLength_m,
                                  true};
 constexpr Range kLength{0.0, kMaxSceneLength_m, true};
+constexpr Range kClimb{0.0, kMaxSceneLength_m};
 constexpr Range kDamping{0.0, kMaxCouplingDamping_ns_per_m};
 constexpr Range kShare{0.0, 1.0};
 constexpr Range kRotation{0.0, kMaxRotationError_rad, true};
@@ -35,10 +36,11 @@ constexpr Range kWindow{0.0, kMaxWindow_s};
 /// Reads `[coupling]`, which may be absent; `device` is that of the scene.
 CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& device) {
   CouplingRequest request;
-  const auto t = top.table(
-      "coupling", {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m", "damping_share",
-                   "max_rotation_error_rad", "max_translation_error_m", "min_window_s",
-                   "max_window_s", "passivity", "allow_active", "passes", "tolerance_m"});
+  const auto t =
+      top.table("coupling",
+                {"k_t_n_per_m", "k_r_nm_per_rad", "length_m", "damping_ns_per_m", "damping_share",
+                 "max_rotation_error_rad", "max_translation_error_m", "min_window_s",
+                 "max_window_s", "passivity", "allow_active", "passes", "tolerance_m", "climb_m"});
   if (!t) return request;
   request.k_t_n_per_m = t->number("k_t_n_per_m", kStiffness);
   request.k_r_nm_per_rad = t->number("k_r_nm_per_rad", kRotaryStiffness);
@@ -68,6 +70,7 @@ CouplingRequest read_coupling(const TomlTable& top, const DeviceParameters& devi
     request.passes = static_cast<std::uint32_t>(*passes);
   }
   request.tolerance_m = t->number("tolerance_m", kLength);
+  request.climb_m = t->number("climb_m", kClimb);
   request.allow_active = t->flag("allow_active").value_or(false);
   request.k_t_at = t->place("k_t_n_per_m");
   request.k_r_at = t->place(request.length_m ? "length_m" : "k_r_nm_per_rad");

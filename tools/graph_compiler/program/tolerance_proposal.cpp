@@ -51,6 +51,10 @@ class Side {
   std::unique_ptr<EdgeCollapse> collapse_;
 };
 
+/// A pair of polyhedra takes about as many units as so many pairs of facets: its planes are looked
+/// for among those of all features, not of two.
+constexpr double kPieceWeight = 6.3;
+
 std::string microseconds(double x_s) { return formatted("%.0f us", 1.0e6 * x_s); }
 
 }  // namespace
@@ -67,7 +71,8 @@ double contact_share(std::size_t pieces, bool surface, double rate_hz, std::uint
   // Where every piece has a pair, the pairs raise the budget to its largest.
   const auto slots = static_cast<std::uint32_t>(
       std::min<std::size_t>(pieces, std::numeric_limits<std::uint32_t>::max()));
-  return contact_cost(pieces, 0, passes).units / work_units_at(rate_hz, slots, 0, 0, surface);
+  return (surface ? 1.0 : kPieceWeight) * contact_cost(pieces, 0, passes).units /
+         work_units_at(rate_hz, slots, 0, 0, surface);
 }
 
 std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const ProposalPart& b,
