@@ -26,7 +26,7 @@ std::vector<PlayedTick> silent(const HandMotion& hand) {
   return ticks;
 }
 
-bool has(const std::vector<FoundFault>& faults, StrangerFault kind) {
+bool has_fault(const std::vector<FoundFault>& faults, StrangerFault kind) {
   return std::ranges::any_of(faults, [&](const FoundFault& f) { return f.kind == kind; });
 }
 
@@ -119,7 +119,7 @@ TEST_SUITE("host_sim.strangers") {
       std::vector<PlayedTick> ticks = silent(hand);
       falsify(ticks, hand, fault);
       CAPTURE(to_text(fault));
-      CHECK(has(faults_of(ticks), fault));
+      CHECK(has_fault(faults_of(ticks), fault));
     }
     for (const StrangerFault fault : {StrangerFault::kMore, StrangerFault::kWall}) {
       std::vector<PlayedTick> ticks = silent(hand);
@@ -128,7 +128,7 @@ TEST_SUITE("host_sim.strangers") {
       find_excess("hand", excess_of(ticks, silent(hand)), hand, fault == StrangerFault::kWall,
                   found);
       CAPTURE(to_text(fault));
-      CHECK(has(found, fault));
+      CHECK(has_fault(found, fault));
     }
   }
 

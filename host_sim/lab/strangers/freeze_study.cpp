@@ -19,8 +19,8 @@ using tools::formatted;
 
 constexpr double kClearance_mm = 0.05;
 /// Flags of a tick whose force may be another one than that of the full list.
-constexpr std::uint32_t kSaid =
-    kFlagProxyLimited | kFlagProxyStuck | kFlagBehind | kFlagRamping | kFlagRecovery;
+constexpr std::uint32_t kSaid = kFlagProxyLimited | kFlagProxyStuck | kFlagBehind | kFlagRamping |
+                                kFlagRecovery | kFlagListFull;
 /// Forces that are equal: two runs take other orders of the same planes.
 constexpr double kSameForce_n = 1e-3;
 
