@@ -84,7 +84,8 @@ ProxyBench::ProxyBench(const tools::SceneDescription& description, std::uint32_t
   parameters.spring.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
   parameters.spring.length_m =
       std::sqrt(parameters.spring.k_r_nm_per_rad / parameters.spring.k_t_n_per_m);
-  parameters.scale = proxy_scale(radius, extent, 0);
+  parameters.scale =
+      proxy_scale(radius, extent, 0, static_cast<Real>(view.parameters().coupling.climb_m));
   parameters.radius_m = radius;
   parameters.passes = passes;
   parameters.epsilon_m = static_cast<Real>(view.parameters().epsilon_m);

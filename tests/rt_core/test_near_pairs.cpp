@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// More pairs near the part than the list has slots for: nothing is crossed, free air is free, and
+// what is pressed on comes free.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "rt_core/law/near_pairs.hpp"
+#include "tests/support/proxy_bench.hpp"
+#include "tests/support/random.hpp"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr bool kNearSingle = HAPTIC_REAL_IS_FLOAT;
+
+/// Bars side by side, along x in the part and along y in the fixed one: the spheres round them
+/// overlap from far away.
+tools::Body bar_grating(int bars, bool along_x, double low_m, double high_m) {
+  std::vector<tools::Body> pieces;
+  for (int k = 0; k < bars; ++k) {
+    const double at = -0.03 + 0.06 * k / bars, to = at + 0.04 / bars;
+    pieces.push_back(along_x ? box({-0.03, at, low_m}, {0.03, to, high_m})
+                             : box({at, -0.03, low_m}, {to, 0.03, high_m}));
+  }
+  return join(pieces);
+}
+
+tools::SceneDescription two_gratings(std::uint32_t near_pairs) {
+  tools::SceneDescription description =
+      proxy_scene_of(bar_grating(12, true, -0.002, 0.002), {bar_grating(12, false, -0.004, 0)});
+  description.parameters.coupling.near_pairs = near_pairs;
+  return description;
+}
+
+double pull_of(const StepResult& r) {
+  return static_cast<double>(std::sqrt(r.wrench_w.force_w.squaredNorm()));
+}
+
+}  // namespace
+
+TEST_SUITE("rt_core.near_pairs") {
+  TEST_CASE("a scene of solids has a slot for every pair, and one with fewer says so") {
+    const LoadedScene all(two_gratings(0)), few(two_gratings(16));
+    CHECK(all.view.header().capacity.near_slots == 144);
+    CHECK((all.view.header().capacity.unproven & kUnprovenNearPairs) == 0);
+    CHECK(few.view.header().capacity.near_slots == 16);
+    CHECK((few.view.header().capacity.unproven & kUnprovenNearPairs) != 0);
+  }
+
+  TEST_CASE("free air is free with any number of slots") {
+    for (const std::uint32_t slots : {0u, 64u, 16u}) {
+      CAPTURE(slots);
+      LoadedScene scene(two_gratings(slots));
+      static_cast<void>(scene.step({0, 0, 0.03}));
+      double largest = 0;
+      for (int k = 0; k <= 1000; ++k)
+        largest = std::max(largest,
+                           pull_of(scene.step({0.02 * std::sin(0.01 * k), 0, 0.03 - 2.5e-5 * k})));
+      CHECK(largest < (slots == 16 ? 0.05 : 0.001));
+    }
+  }
+
+  TEST_CASE("pressed on more pairs than there are slots for, it enters none and comes free") {
+    const double depth = (kNearSingle ? 4.0 : 1.01);
+    for (const std::uint32_t slots : {16u, 8u}) {
+      CAPTURE(slots);
+      ProxyBench bench(two_gratings(slots));
+      static_cast<void>(bench.tick({0, 0, 0.01}));
+      bool crowded = false;
+      double largest_n = 0;
+      const auto go = [&](const Point& p) {
+        const ProxyTick tick = bench.tick(p);
+        crowded = crowded || tick.crowded;
+        const double gap = static_cast<double>(bench.distance_m(bench.proxy.pose()));
+        CHECK(gap >= -depth * static_cast<double>(bench.parameters.scale.tolerance_m));
+        largest_n =
+            std::max(largest_n,
+                     1000 * std::sqrt(static_cast<double>(tick.error.translation_m.squaredNorm())));
+      };
+      for (int k = 0; k <= 400; ++k) go({0, 0, 0.01 - 2.5e-5 * k});  // 2 mm deep
+      for (int k = 0; k <= 400; ++k) go({0.01 * k / 400, 0.004 * k / 400, 0});
+      CHECK(largest_n > 1.9);
+      for (int k = 0; k <= 400; ++k) go({0.01, 0.004, 2.5e-5 * k});
+      for (int k = 0; k < 200; ++k) go({0.01, 0.004, 0.01});
+      CHECK(crowded);
+      largest_n = 0;
+      go({0.01, 0.004, 0.01});
+      CHECK(largest_n < 1e-6);
+    }
+  }
+
+  TEST_CASE("what a motion takes from a group is no less than from any of its pairs") {
+    Random random(11);
+    const auto vector = [&](double size) {
+      return Vec3(static_cast<Real>(random.uniform(-size, size)),
+                  static_cast<Real>(random.uniform(-size, size)),
+                  static_cast<Real>(random.uniform(-size, size)));
+    };
+    int more = 0;
+    for (int k = 0; k < 20000; ++k) {
+      LeftOut left;
+      left.normal_w = vector(1).normalized();
+      const Vec3 other_w = (left.normal_w + vector(0.2)).normalized();
+      left.spread = (other_w - left.normal_w).norm() * (1 + 4 * kRealEpsilon);
+      const Vec3 lever = vector(0.02), dx = vector(0.002), dtheta = vector(0.3);
+      left.reach_m = lever.norm() * (1 + 4 * kRealEpsilon);
+      const GripPose moved_to = moved(GripPose{}, dx, dtheta);
+      const Vec3 moved_by = moved_to.r_wa * lever + moved_to.x0_w - lever;
+      const Real taken = -other_w.dot(moved_by);
+      CHECK(taken <= taken_m(left, dx, dtheta));
+      more += taken > taken_m(LeftOut{left.normal_w, 0, 0, 0}, dx, dtheta) ? 1 : 0;
+    }
+    CHECK(more > 1000);  // without lever and spread the bound would not hold
+  }
+}
