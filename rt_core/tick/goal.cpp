@@ -127,10 +127,21 @@ bool GoalStage::hold(GripPose& goal) const noexcept {
   return is_fixed() ? hold_place(envelope_, goal) : hold_inside(envelope_, goal);
 }
 
+/// The wrench is ramped out until reset: nothing has to be followed for it. Where the device asks
+/// the part to be is told on.
+Goal GoalStage::left_goal(Goal goal, bool clutched) noexcept {
+  goal.outside = outside_of(offset_goal(goal.device));
+  goal.flags = kFlagOutsideEnvelope | (clutched ? std::uint32_t{kFlagClutched} : 0u);
+  goal.grip = frozen_;
+  goal.pose_wa = mesh_pose(goal.grip);
+  return goal;
+}
+
 Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt,
                        bool at_rest) noexcept {
   Goal goal;
   goal.device = device_grip(pose_wa);
+  if (holds_ && left_) return left_goal(goal, clutched);
   if (offset_.clutched && clutched) {  // the goal stays
     goal.grip = frozen_;
     goal.flags = kFlagClutched;
@@ -157,6 +168,7 @@ Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt,
   left_ = left_ || goal.outside != 0;
   if (left_) goal.flags |= kFlagOutsideEnvelope;
   const bool held = hold(goal.grip);
+  if (holds_ && left_) frozen_ = goal.grip;
   const bool as_given = offset_.is_zero && !offset_.clutched && !held;
   goal.pose_wa = as_given ? pose_wa : mesh_pose(goal.grip);
   if (as_given && is_fixed()) goal.pose_wa.q_wa = goal.grip.q_wa;

@@ -23,7 +23,9 @@ struct Goal {
 /// What the scene says about where the part goes.
 [[nodiscard]] MotionEnvelope envelope_of(const SceneParameters& parameters) noexcept;
 
-/// Clutch, anchor and envelope. Keeps the goal's offset from the device.
+/// Clutch, anchor and envelope. Keeps the goal's offset from the device. Law kProxy: once the
+/// envelope is left the goal stays where it was in that tick, until `reset`, and the clutch moves
+/// nothing; Goal::outside goes on to say where the device asks for.
 class GoalStage {
  public:
   void read_scene(const SceneView& scene) noexcept;
@@ -55,6 +57,7 @@ class GoalStage {
   [[nodiscard]] GripPose offset_goal(const GripPose& device) const noexcept;
   void turn_back() noexcept;
   [[nodiscard]] std::uint32_t outside_of(const GripPose& goal) noexcept;
+  [[nodiscard]] Goal left_goal(Goal goal, bool clutched) noexcept;
   [[nodiscard]] bool hold(GripPose& goal) const noexcept;
 
   Vec3 grip_a_ = Vec3::Zero();  ///< grip point in A's mesh frame
@@ -65,7 +68,7 @@ class GoalStage {
   Real anchor_rad_ = 0;     ///< largest turn of the goal from the proxy
   Real turn_back_rad_ = 0;  ///< of the anchor in a tick
   Offset offset_;
-  GripPose frozen_;  ///< the goal while clutched
+  GripPose frozen_;  ///< the goal while clutched, or since the envelope was left
   EnvelopeWatch watch_;
   bool left_ = false;  ///< the envelope, since the last reset
 };
