@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim play FILE --scene S.rtscene [--html FILE] [--json]
+// host_sim play FILE --scene S.rtscene [--device FILE] [--delay N] [--html FILE] [--json]
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "hal/usb/bus_record.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/bus_player.hpp"
+#include "host_sim/device/loop_run.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/view/core_tape.hpp"
 #include "tools/common/error.hpp"
@@ -17,9 +21,26 @@ namespace haptic::sim {
 namespace {
 
 struct PlayArguments {
-  std::string file, scene, html;
+  std::string file, scene, html, device;
+  std::optional<unsigned> delay;
   bool json = false;
 };
+
+/// A scene that names no device was recorded with gains that the run's device holds: the same are
+/// found from the same device. A scene that was recorded as it is stays so.
+void fit_as_recorded(const PlayArguments& o, CoreSession& session,
+                     std::span<const std::uint8_t> file) {
+  hal::BusSession recorded;
+  std::size_t first = 0;
+  if (!hal::read_header(file, recorded, first).text.empty()) return;  // play_session says so
+  if (recorded.scene_hash == session.view().header().content_hash || recorded.period_ns <= 0)
+    return;
+  const double rate_hz = 1e9 / static_cast<double>(recorded.period_ns);
+  DeviceModel device = o.device.empty() ? device_of(session.view().parameters(), rate_hz)
+                                        : read_device_file(o.device, rate_hz);
+  if (o.delay) device.delay_samples = *o.delay;
+  (void)fit_to_device(session, device, rate_hz, recorded.report_clocked ? 0 : 1 / rate_hz);
+}
 
 nlohmann::ordered_json account(const PlayArguments& o, const PlayResult& played) {
   nlohmann::ordered_json json;
@@ -61,6 +82,8 @@ int do_play(const PlayArguments& o) {
   tools::claim_output(o.html, "--html");
   const std::string page = o.html.empty() ? std::string() : read_page();
   CoreSession session(o.scene);
+  const std::vector<std::uint8_t> file = read_recording(o.file);
+  fit_as_recorded(o, session, file);
   std::optional<CoreTape> tape;
   PlayWatch watch;
   if (!o.html.empty())
@@ -69,7 +92,7 @@ int do_play(const PlayArguments& o) {
       if (!tape) tape.emplace(session.view(), parameters);
       (void)tape->take(input, result);
     };
-  const PlayResult played = play_session(session, read_recording(o.file), o.file, watch);
+  const PlayResult played = play_session(session, file, o.file, watch);
   if (tape) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
   if (o.json) {
     std::printf("%s\n", account(o, played).dump(2).c_str());
@@ -92,6 +115,9 @@ Command add_play_command(CLI::App& program) {
       ->required();
   app->add_option("--scene", o->scene, "compiled scene (.rtscene) that it was recorded with")
       ->required();
+  app->add_option("--device", o->device, "as of the run, where that had one: its device model");
+  app->add_option("--delay", o->delay, "as of the run, where that had one")
+      ->check(CLI::Range(0u, kMaxDelaySamples));
   app->add_option("--html", o->html,
                   "page to write: the ticks of its core to see, computed again in the browser");
   app->add_flag("--json", o->json, "account as JSON on stdout");

@@ -42,6 +42,8 @@ struct RunSubject {
   LawId law = LawId::kProxy;
   double rate_hz = 0;
   DeviceModel device;
+  CouplingParameters rendered{};  ///< the scene's, or what the device holds of it
+  std::string lowered;            ///< which of them: a sentence; empty: the scene's
 };
 
 /// The whole stack: the same, and what happened between rendering and device.
@@ -123,6 +125,10 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
                     {"max_force_n", device.max_force_n},
                     {"max_torque_nm", device.max_torque_nm},
                     {"delay_samples", device.delay_samples}};
+  json["rendered"] = {{"k_t_n_per_m", subject.rendered.k_t_n_per_m},
+                      {"k_r_nm_per_rad", subject.rendered.k_r_nm_per_rad},
+                      {"damping_ns_per_m", subject.rendered.damping_ns_per_m},
+                      {"lowered", subject.lowered}};
   json["ticks"] = t.ticks;
   json["duration_s"] = t.duration_s;
   json["contact_ticks"] = t.contact_ticks;
@@ -446,10 +452,17 @@ int do_run(const RunArguments& o) {
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
   const SceneParameters& parameters = session.view().parameters();
-  RunSubject subject{o.scene, o.hand, parameters.law, o.rate_hz.value_or(parameters.rate_hz), {}};
+  RunSubject subject{o.scene, o.hand, parameters.law, o.rate_hz.value_or(parameters.rate_hz), {},
+                     {},      {}};
   subject.device = o.device.empty() ? device_of(parameters, subject.rate_hz)
                                     : read_device_file(o.device, subject.rate_hz);
   if (o.delay) subject.device.delay_samples = *o.delay;
+  // Through a carrier a command goes out with the next report.
+  const bool waits = o.carrier != "none" && !o.report_clocked;
+  subject.lowered =
+      fit_to_device(session, subject.device, subject.rate_hz, waits ? 1 / subject.rate_hz : 0);
+  subject.rendered = session.view().parameters().coupling;
+  if (!subject.lowered.empty()) std::fprintf(stderr, "host_sim: %s\n", subject.lowered.c_str());
   const bool passed = o.carrier == "none" ? run_alone(o, session, subject, *hand)
                                           : run_device(o, session, subject, *hand);
   return passed ? tools::kExitDone : tools::kExitCheckFailed;

@@ -107,6 +107,8 @@ int do_serve(const ServeArguments& o) {
   const double rate_hz = parameters.rate_hz;
   const DeviceModel device =
       o.device.empty() ? device_of(parameters, rate_hz) : read_device_file(o.device, rate_hz);
+  const std::string lowered = fit_to_device(*session, device, rate_hz);
+  if (!lowered.empty()) std::fprintf(stderr, "host_sim: %s\n", lowered.c_str());
   ServedLoop loop(o, *session, device, *hand, rate_hz);
   const std::uint64_t ticks = loop.run(o.seconds);
   std::printf("served %llu ticks\n", static_cast<unsigned long long>(ticks));

@@ -358,9 +358,11 @@ PlayResult play_session(CoreSession& session, std::span<const std::uint8_t> file
   const hal::RecordDefect bad_header = hal::read_header(file, header, first);
   if (!bad_header.text.empty()) throw tools::InputError(place_text(name, bad_header));
   if (header.scene_hash != session.view().header().content_hash)
-    throw tools::InputError(name +
-                            ": recorded with another scene than the one given; name the scene "
-                            "file of the recording, compiled by the same compiler");
+    throw tools::InputError(
+        name +
+        ": recorded with another scene than the one given; name the scene "
+        "file of the recording, compiled by the same compiler, and --device and --delay "
+        "where the run had them");
   if (header.driver != hal::ReferenceDriver().profile().name)
     throw tools::InputError(name + ": recorded with the driver '" + header.driver +
                             "'; only sessions of the reference device can be played");

@@ -6,6 +6,8 @@
 
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
+#include "tools/graph_compiler/coupling/simulated_gains.hpp"
 
 namespace haptic::sim {
 
@@ -56,6 +58,23 @@ HandTarget ClosedLoop::grip_of(const MotionSample& sample) const {
 
 Pose ClosedLoop::mesh_pose(const HandTarget& grip) const {
   return pose_at(grip.x0_w - grip.q_wa * grip_a_, grip.q_wa);
+}
+
+std::string fit_to_device(CoreSession& session, const DeviceModel& device, double rate_hz,
+                          double late_s) {
+  tools::SimulatedLoop loop;
+  loop.rate_hz = rate_hz;
+  DeviceParameters& d = loop.device;
+  d.mass_kg = device.mass_kg;
+  d.damping_ns_per_m = device.damping_ns_per_m;
+  std::ranges::fill(d.rotor_inertia_kg_m2, device.rotor_kg_m2);
+  std::ranges::fill(d.rotor_damping_nms_per_rad, device.rotor_damping_nms_per_rad);
+  d.delay_s = device.delay_samples / rate_hz + late_s;
+  const double radius_m = tools::served_size(session.view()).radius_m;
+  const auto gains = tools::simulated_gains(session.view().parameters(), radius_m, loop);
+  if (!gains) return {};
+  session.change([&](SceneParameters& p) { gains->put(p); });
+  return gains->text;
 }
 
 std::int64_t loop_stamp_ns(std::uint64_t tick, double rate_hz) {

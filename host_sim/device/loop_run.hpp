@@ -30,6 +30,12 @@ struct LoopTick {
   double delivered_j = 0;  ///< work of the rendering on the device up to the next sample
 };
 
+/// Makes the session render a scene that names no device with gains that this one holds
+/// (simulated_gains). `late_s`: from a sample to its command, beyond the device's own delay.
+/// @return what has changed, a sentence; empty: nothing.
+std::string fit_to_device(CoreSession& session, const DeviceModel& device, double rate_hz,
+                          double late_s = 0);
+
 /// Stamp of tick number `tick`, from one period on: a stamp of 0 means "not stamped".
 [[nodiscard]] std::int64_t loop_stamp_ns(std::uint64_t tick, double rate_hz);
 

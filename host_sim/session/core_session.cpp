@@ -26,6 +26,11 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
   open(name, asked);
 }
 
+void CoreSession::change(const std::function<void(SceneParameters&)>& change) {
+  blob_ = tools::changed_scene(view_, change);
+  open("the changed scene", GoalContact::kLeftOut);
+}
+
 void CoreSession::open(const std::string& name, GoalContact asked) {
   RtStatus opened = SceneView::open(blob_.span(), view_);
   if (opened == RtStatus::kOk && asked == GoalContact::kAsked && view_.lists_pairs() &&

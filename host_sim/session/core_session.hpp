@@ -4,6 +4,7 @@
 /// starts from.
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,10 @@ class CoreSession {
               GoalContact asked = GoalContact::kAsked);
   CoreSession(const CoreSession&) = delete;
   CoreSession& operator=(const CoreSession&) = delete;
+
+  /// The scene with other parameters from now on, and a core of its own; views and references of
+  /// before are no longer valid. @throws tools::InputError when it is refused with them.
+  void change(const std::function<void(SceneParameters&)>& change);
 
   [[nodiscard]] const SceneView& view() const { return view_; }
   [[nodiscard]] HapticCore& core() { return *core_; }

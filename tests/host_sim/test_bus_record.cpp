@@ -318,6 +318,9 @@ TEST_SUITE("host_sim.bus_record") {
     const auto played = [&](const std::string& file, const std::string& over) {
       return test::run_program(HAPTIC_HOST_SIM, "play " + file + " --scene " + over);
     };
+    // The scene names no device: recorded with what the default one holds, which play finds, too.
+    CHECK(run.err.find("is more than the simulated device holds") != std::string::npos);
+    CHECK(played("'" + recording + "' --delay 2", scene).exit_code == 3);
     const test::ProgramResult equal = played("'" + recording + "'", scene);
     CAPTURE(equal.err);
     CHECK(equal.exit_code == 0);

@@ -24,14 +24,15 @@ namespace {
 
 /// A cube inside the reach of a wall whose surface is at z = 0; A starts at the origin of W, so the
 /// wall stands 20 mm below the cube's lower face.
-std::vector<std::byte> scene_bytes() {
+std::vector<std::byte> scene_bytes(LawId law = LawId::kPaper) {
   const Solid wall = box_solid("wall", {-0.1, -0.1, -0.08}, {0.1, 0.1, -0.03});
-  return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&wall, 1}, 800, 1e-4);
+  return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&wall, 1}, 800, 1e-4, law);
 }
 
-std::string scene_file(const test::ScratchFolder& folder) {
-  const std::vector<std::byte> bytes = scene_bytes();
-  const std::string path = folder.file("wall.rtscene");
+std::string scene_file(const test::ScratchFolder& folder,
+                       const std::vector<std::byte>& bytes = scene_bytes(),
+                       const std::string& name = "wall.rtscene") {
+  const std::string path = folder.file(name);
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
@@ -136,6 +137,47 @@ TEST_SUITE("host_sim.run") {
       CHECK(nlohmann::json::parse(test::text_of_file(out + "/run.json")) == json);
     }
     CHECK(csv[0] == csv[1]);
+  }
+
+  TEST_CASE(
+      "run: a scene that names no device is rendered as stiff as the simulated one holds it") {
+    const test::ScratchFolder folder("run_gains");
+    // Law proxy: 4.7 N m/rad by its length, of which the default rotor holds 1.
+    const std::vector<std::byte> bytes = scene_bytes(LawId::kProxy);
+    const std::string scene = scene_file(folder, bytes);
+    const auto run = [&](const std::string& of, const std::string& options) {
+      return test::run_program(HAPTIC_HOST_SIM,
+                               "run '" + of + "' --json --seconds 3 --hand light " + options);
+    };
+    const test::ProgramResult lowered = run(scene, "");
+    CAPTURE(lowered.err);
+    CHECK(lowered.exit_code == 0);
+    CHECK(lowered.err.find("N m/rad, is more than the simulated device holds") !=
+          std::string::npos);
+    const nlohmann::json json = nlohmann::json::parse(lowered.out);
+    CHECK(json["rendered"]["k_t_n_per_m"] == 800);
+    CHECK(json["rendered"]["k_r_nm_per_rad"].get<double>() == doctest::Approx(1).epsilon(0.02));
+    CHECK(json["rest"]["oscillates"] == false);
+    CHECK(json["runs_away"] == false);
+    CHECK(json["largest_delivered_j"].get<double>() < 1e-3);
+    CHECK(lowered.err.find(json["rendered"]["lowered"].get<std::string>()) != std::string::npos);
+    // Later, and through the whole stack: less.
+    const nlohmann::json late = nlohmann::json::parse(run(scene, "--delay 1").out);
+    CHECK(late["rendered"]["k_t_n_per_m"].get<double>() == doctest::Approx(333).epsilon(0.02));
+    const nlohmann::json carried = nlohmann::json::parse(run(scene, "--carrier direct").out);
+    CHECK(carried["rendered"]["k_t_n_per_m"] == late["rendered"]["k_t_n_per_m"]);
+    CHECK(carried["passed"] == true);
+    // Asked for as it is, it is no loop that holds: that is why.
+    CoreSession session(bytes, "wall");
+    session.change([](SceneParameters& p) { p.coupling.allow_active = 1; });
+    const std::span<const std::byte> active = session.view().blob();
+    const test::ProgramResult as_is =
+        run(scene_file(folder, {active.begin(), active.end()}, "active.rtscene"), "");
+    CHECK(as_is.err.empty());
+    CHECK(as_is.exit_code == 1);
+    const nlohmann::json wild = nlohmann::json::parse(as_is.out);
+    CHECK(wild["rendered"]["k_r_nm_per_rad"].get<double>() > 4);
+    CHECK((wild["runs_away"] == true || wild["rest"]["oscillates"] == true));
   }
 
   TEST_CASE("run: device, delay and rate are used") {

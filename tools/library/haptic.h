@@ -303,6 +303,23 @@ typedef struct haptic_state {
 /// one copy.
 HAPTIC_API int haptic_session_state(const haptic_session* session, haptic_state* state);
 
+/// The stiffness that a session renders. A scene without a [device] is rendered with what the
+/// simulated handle, the hand on it and the delay of the loop hold.
+typedef struct haptic_gains {
+  uint32_t struct_size;
+  uint32_t lowered;             ///< not 0: less than the scene asks for
+  double stiffness_n_per_m;     ///< rendered
+  double stiffness_nm_per_rad;  ///< law proxy; else 0
+  double asked_n_per_m;         ///< by the scene
+  double asked_nm_per_rad;
+  char text[512];  ///< where it is lowered: a sentence, with the way to have it otherwise; else empty
+} haptic_gains;
+#define HAPTIC_GAINS_INIT \
+  { sizeof(haptic_gains), 0, 0, 0, 0, 0, { 0 } }
+
+/// The same all through the session. Any thread. Cost: one copy.
+HAPTIC_API int haptic_session_gains(const haptic_session* session, haptic_gains* gains);
+
 /// One tick of the past.
 typedef struct haptic_tick {
   uint64_t tick;

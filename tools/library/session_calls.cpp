@@ -77,6 +77,13 @@ int haptic_session_state(const haptic_session* session, haptic_state* state) {
   return HAPTIC_OK;
 }
 
+int haptic_session_gains(const haptic_session* session, haptic_gains* gains) {
+  if (const int error = check_structure(gains); error != HAPTIC_OK) return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  session->loop.gains(*gains);
+  return HAPTIC_OK;
+}
+
 int haptic_session_history(const haptic_session* session, haptic_tick* ticks, size_t capacity,
                            size_t tick_bytes, size_t* count) {
   if (count == nullptr) return HAPTIC_ERROR_NULL;

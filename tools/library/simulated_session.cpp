@@ -9,6 +9,9 @@
 #include "hal/clock/linux_process.hpp"
 #include "hal/clock/servo_clock.hpp"
 #include "hal/device_limits.hpp"
+#include "tools/common/changed_scene.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
+#include "tools/graph_compiler/coupling/simulated_gains.hpp"
 #include "tools/library/call.hpp"
 
 namespace haptic::tools {
@@ -27,6 +30,26 @@ SceneView view_of(const SceneBytes& scene) {
   if (SceneView::open(scene.span(), view) != RtStatus::kOk)
     throw std::logic_error("the scene was not opened before");
   return view;
+}
+
+double stiffness_of(const SceneParameters& p) {
+  return p.law == LawId::kProxy ? p.coupling.k_t_n_per_m : p.k_f_n_per_m;
+}
+
+/// The scene as the session renders it: with gains that handle and hand hold.
+SceneBytes rendered_scene(std::span<const std::byte> scene, std::int64_t period_ns,
+                          double& asked_n_per_m, double& asked_nm_per_rad, std::string& lowered) {
+  SceneBytes bytes(scene);
+  const SceneView view = view_of(bytes);
+  const SceneParameters& p = view.parameters();
+  asked_n_per_m = stiffness_of(p);
+  asked_nm_per_rad = p.law == LawId::kProxy ? p.coupling.k_r_nm_per_rad : 0.0;
+  const double period_s = 1e-9 * static_cast<double>(period_ns);
+  const SimulatedLoop loop{held_peer(kPeerLatePeriods * period_s), 1 / period_s, false};
+  const auto gains = simulated_gains(p, served_size(view).radius_m, loop);
+  if (!gains) return bytes;
+  lowered = gains->text;
+  return changed_scene(view, [&](SceneParameters& changed) { gains->put(changed); });
 }
 
 std::size_t recorded_ticks(const SessionSettings& settings) {
@@ -125,7 +148,8 @@ HandWish GuidedHand::wish(double t_s) noexcept {
 SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
                                    const SessionSettings& settings)
     : settings_(settings),
-      scene_(scene),
+      scene_(
+          rendered_scene(scene, settings.period_ns, asked_n_per_m_, asked_nm_per_rad_, lowered_)),
       history_memory_(FlightRecorder::bytes_for(recorded_ticks(settings))),
       view_(view_of(scene_)),
       core_(core_in(core_memory_, view_)),
@@ -227,6 +251,17 @@ void SimulatedSession::state(haptic_state& state) const noexcept {
   const TickRecord& record = reader.newest(&found);
   state = HAPTIC_STATE_INIT;
   if (found) state = record.state;
+}
+
+void SimulatedSession::gains(haptic_gains& gains) const noexcept {
+  gains = HAPTIC_GAINS_INIT;
+  const SceneParameters& p = view_.parameters();
+  gains.lowered = lowered_.empty() ? 0 : 1;
+  gains.stiffness_n_per_m = stiffness_of(p);
+  gains.stiffness_nm_per_rad = p.law == LawId::kProxy ? p.coupling.k_r_nm_per_rad : 0.0;
+  gains.asked_n_per_m = asked_n_per_m_;
+  gains.asked_nm_per_rad = asked_nm_per_rad_;
+  lowered_.copy(gains.text, sizeof gains.text - 1);
 }
 
 std::size_t SimulatedSession::history(std::span<haptic_tick> ticks) const {

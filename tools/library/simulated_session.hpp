@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <mutex>
 #include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -83,6 +84,7 @@ class SimulatedSession {
 
   /// Any thread, without waiting.
   void state(haptic_state& state) const noexcept;
+  void gains(haptic_gains& gains) const noexcept;
   [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks) const;
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
@@ -106,6 +108,8 @@ class SimulatedSession {
   void note(const ServoInput& input, const ServoResult& result) noexcept;
 
   SessionSettings settings_;
+  double asked_n_per_m_ = 0, asked_nm_per_rad_ = 0;  ///< stiffness of the scene as it was given
+  std::string lowered_;  ///< why less is rendered; empty: it is rendered
   SceneBytes scene_, core_memory_, history_memory_;
   SceneView view_;
   HapticCore* core_ = nullptr;

@@ -52,6 +52,15 @@ std::array<double, 3> turn_between(const std::array<double, 4>& a, const std::ar
 
 }  // namespace
 
+DeviceParameters held_peer(double late_s) noexcept {
+  DeviceParameters d{};
+  d.given = 1;
+  d.mass_kg = kMass_kg;
+  d.damping_ns_per_m = kDamping_ns_per_m + kHandDamping_ns_per_m;
+  d.delay_s = late_s;
+  return d;
+}
+
 HandWish PressingHand::wish(double t_s) noexcept {
   HandWish wish;
   wish.position_m[2] = -depth_of_hand_m(t_s);

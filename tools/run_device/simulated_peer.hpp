@@ -10,6 +10,7 @@
 
 #include "hal/drivers/reference_codec.hpp"
 #include "hal/local/local_peer.hpp"
+#include "rt_core/scene/scene_format.hpp"
 
 namespace haptic::tools {
 
@@ -19,6 +20,12 @@ struct HandWish {
   std::array<double, 4> q_xyzw{0, 0, 0, 1};  ///< unit
   bool deadman = false;
 };
+
+/// The peer as a loop meets it: the hand never lets go of it, so its damper counts, and no torque
+/// turns it. `late_s`: from a sample to the begin of its wrench.
+[[nodiscard]] DeviceParameters held_peer(double late_s) noexcept;
+/// Periods that a loop by the timer and the link's thread let pass between the two, at most.
+inline constexpr double kPeerLatePeriods = 2;
 
 /// Owner: the link's thread.
 class SimulatedHand {

@@ -265,6 +265,11 @@ void sessions_wrong(Answers& answers) {
   std::size_t count = 0;
   answers.take(haptic_session_state(nullptr, &state), HAPTIC_ERROR_NULL);
   answers.take(haptic_session_state(session, nullptr), HAPTIC_ERROR_NULL);
+  haptic_gains gains = HAPTIC_GAINS_INIT;
+  answers.take(haptic_session_gains(nullptr, &gains), HAPTIC_ERROR_NULL);
+  answers.take(haptic_session_gains(session, nullptr), HAPTIC_ERROR_NULL);
+  for (haptic_gains& wrong : of_unknown_sizes(gains))
+    answers.take(haptic_session_gains(session, &wrong), HAPTIC_ERROR_VERSION);
   answers.take(haptic_session_history(nullptr, &tick, 1, sizeof tick, &count), HAPTIC_ERROR_NULL);
   answers.take(haptic_session_history(session, nullptr, 1, sizeof tick, &count), HAPTIC_ERROR_NULL);
   answers.take(haptic_session_history(session, &tick, 1, sizeof tick, nullptr), HAPTIC_ERROR_NULL);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "rt_core/scene/capacity.hpp"
 #include "tools/common/error.hpp"
@@ -17,10 +16,6 @@ namespace {
 /// Error at which a derived rotary spring may reach the device's largest torque, at least [rad]:
 /// about a degree, far above a hand's tremor, so that the torque does not switch.
 constexpr double kLeastFullTurn_rad = 0.02;
-
-/// Boundary of stability over a derived stiffness: with a loose hand and an encoder, the loop
-/// swings by more than its last digit above half of the boundary (`host_sim calm`).
-constexpr double kCalmMargin = 2.0;
 
 std::string number(double x) {
   char text[32];
@@ -124,14 +119,6 @@ class Choice {
     if (c.k_t_n_per_m == wanted) return;
     note("k_t_n_per_m is " + number(c.k_t_n_per_m) + " N/m instead of " + number(wanted) +
          " (k_F)");
-  }
-
-  /// Stiffness that the device's own damping holds: at rest, within an encoder's last digits, the
-  /// coupling's damping knows no velocity, and a loop that relies on it swings by many counts.
-  /// An axis without damping of its own has none such: there the coupling's must do.
-  static double calm_stiffness(const SampledAxis& axis) {
-    const double boundary = stiffness_boundary(axis, 0.0);
-    return boundary > 0.0 ? boundary / kCalmMargin : std::numeric_limits<double>::max();
   }
 
   /// A derived rotary stiffness is what the rotor holds and the motors render.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
 
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
@@ -195,6 +196,11 @@ double damping_boundary(const SampledAxis& axis, double stiffness_n_per_m) {
   const double factor = std::pow(10.0, 1.0 / kStepsPerDecade);
   while (low < most && !stable(low)) low *= factor;
   return low < most ? boundary_between(low, 2.0 * most, stable) : 0.0;
+}
+
+double calm_stiffness(const SampledAxis& axis) {
+  const double boundary = stiffness_boundary(axis, 0.0);
+  return boundary > 0.0 ? boundary / kCalmMargin : std::numeric_limits<double>::max();
 }
 
 double first_order_stiffness(const SampledAxis& axis) {

@@ -63,6 +63,15 @@ inline constexpr double kAssumedRotorRadius_m = 0.01;
 /// Under the direct laws they are taken to act at this share of r_A.
 inline constexpr double kDirectRotorShare = 0.75;
 
+/// Boundary of stability over a derived stiffness: with a loose hand and an encoder, the loop
+/// swings by more than its last digit above half of the boundary (`host_sim calm`).
+inline constexpr double kCalmMargin = 2.0;
+/// Stiffness that the axis' own damping holds at rest: there, within an encoder's last digits, the
+/// coupling's damping knows no velocity, and a loop that relies on it swings by many counts. An
+/// axis without damping of its own has none such: there the coupling's must do, and this is the
+/// largest double.
+double calm_stiffness(const SampledAxis& axis);
+
 /// Boundary of stability over budget.
 inline constexpr double kBudgetMargin = 1.25;
 /// Gains derived from a radius meet the budget of that radius within its rounding to a scalar.

@@ -169,6 +169,7 @@ static void run_session(const void* scene, size_t scene_bytes) {
   haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
   haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
   haptic_state state = HAPTIC_STATE_INIT;
+  haptic_gains gains = HAPTIC_GAINS_INIT;
   haptic_session* session = NULL;
   static haptic_tick ticks[2000];
   uint64_t number = 0;
@@ -178,6 +179,8 @@ static void run_session(const void* scene, size_t scene_bytes) {
   REQUIRE(haptic_session_open(scene, scene_bytes, &options, &session));
   REQUIRE(haptic_session_state(session, &state));
   EXPECT(fabs(state.hand_pose[2] - 0.035) < 1e-3);
+  REQUIRE(haptic_session_gains(session, &gains));
+  EXPECT(gains.stiffness_n_per_m == gains.asked_n_per_m && gains.lowered == 0);
   goal.pose[2] = 0.005;
   goal.seconds = 0.5;
   REQUIRE(haptic_session_move_hand(session, &goal, &number));

@@ -172,6 +172,18 @@ class StateOutput(_Sized):
     ]
 
 
+class GainsOutput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("lowered", c_uint32),
+        ("stiffness_n_per_m", c_double),
+        ("stiffness_nm_per_rad", c_double),
+        ("asked_n_per_m", c_double),
+        ("asked_nm_per_rad", c_double),
+        ("text", c_char * 512),
+    ]
+
+
 class HandGoal(_Sized):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -210,6 +222,7 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_compiled_free": (c_int, [_OUT]),
     "haptic_session_open": (c_int, [c_void_p, c_size_t, POINTER(SessionOptions), _OUT]),
     "haptic_session_state": (c_int, [_HANDLE, POINTER(StateOutput)]),
+    "haptic_session_gains": (c_int, [_HANDLE, POINTER(GainsOutput)]),
     "haptic_session_history": (
         c_int,
         [_HANDLE, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)],

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 import os
 import time
+import warnings
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Optional, Sequence, Type, Union
@@ -166,6 +167,12 @@ class Session:
             )
         )
         self._records = int(history * (rate or scene.info.rate_hz)) + 1
+        gains = c.GainsOutput()
+        c.require(c.library.haptic_session_gains(self._handle, ctypes.byref(gains)))
+        #: that the hand feels [N/m]: the scene's, or less where the scene has no [device] (then a warning says so)
+        self.stiffness: float = gains.stiffness_n_per_m
+        if gains.lowered:
+            warnings.warn(gains.text.decode(), stacklevel=2)
         self.hand = Hand(self)
 
     def state(self) -> State:
