@@ -102,6 +102,30 @@ StepInput core_input(const DeviceState& state, const ServoParameters& parameters
   return in;
 }
 
+ServoParameters with_scene(ServoParameters parameters, const SceneView& scene) noexcept {
+  const auto real = [](double x) { return static_cast<Real>(x); };
+  const double* grip = scene.bodies()[0].reference_m;
+  const double* p = scene.parameters().start_p_wa_m;
+  const double* q = scene.parameters().start_q_wa_xyzw;
+  parameters.map.grip_a = Vec3(real(grip[0]), real(grip[1]), real(grip[2]));
+  parameters.start.pose_wa.p_wa = Vec3(real(p[0]), real(p[1]), real(p[2]));
+  parameters.start.pose_wa.q_wa = Quat(real(q[3]), real(q[0]), real(q[1]), real(q[2]));
+  return parameters;
+}
+
+WorkspaceMap begun_map(WorkspaceMap map, const StartPlace& start, const Pose& handle_dh) noexcept {
+  if (start.turn) {
+    const Quat held = (map.q_wd * handle_dh.q_wa).normalized();
+    map.q_ha = (held.conjugate() * start.pose_wa.q_wa.normalized()).normalized();
+  }
+  if (!start.place) return map;
+  // As the goal will be turned; with `turn` as the start is.
+  const Pose goal = mesh_pose(map, handle_dh);
+  const Vec3 wanted_w = start.pose_wa.p_wa + start.pose_wa.q_wa.normalized() * map.grip_a;
+  map.offset_w += wanted_w - (goal.p_wa + goal.q_wa * map.grip_a);
+  return map;
+}
+
 ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
                      const SceneCapacity& bounds, FlightRecorder* recorder) noexcept
     : core_(core),
@@ -111,7 +135,8 @@ ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
       own_limits_(usable(parameters.limits)),
       state_period_ns_(own_limits_.period_ns),
       limiter_(parameters.limits),
-      usable_(is_usable(parameters.map) && is_usable(parameters.envelope)) {
+      usable_(is_usable(parameters.map) && is_usable(parameters.envelope) &&
+              is_pose(parameters.start.pose_wa)) {
   parameters_.limits = own_limits_;
   const MotionEnvelope& of_scene = core.envelope();
   if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
@@ -275,9 +300,12 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     core_.reset();
     watch_.reset();
     broken_ = false;
+    result.began = true;
   }
-  const WorkspaceMap& map = parameters_.map;
+  WorkspaceMap& map = parameters_.map;
   arm_d_ = handle_arm(map, pose_of(state.pose_dh).q_wa);
+  if (result.began)
+    map = begun_map(map, parameters_.start, at_handle_point(pose_of(state.pose_dh), arm_d_));
   StepInput in = core_input(state, parameters_, arm_d_, limiter_.last());
   if (frame_.is_used()) {
     const Vec3 grip_w = in.pose_wa.p_wa + in.pose_wa.q_wa * map.grip_a;
@@ -305,6 +333,7 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   const bool linked = state.link == LinkState::kReady;
   const std::uint32_t mask = parameters_.switches.deadman;
   const std::uint32_t count = arming_.count();
+  const bool after_fault = arming_.latched() != 0;
   ArmingInput in;
   in.deadman = !linked || (mask != 0 && (state.switches & mask) == mask);
   in.ready =
@@ -313,20 +342,43 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   in.output_is_zero = is_zero(limiter_.last());
   in.output_is_full = full_;
   static_cast<void>(arming_.update(in));
-  // Back inside and felt by nobody: what the core has latched may go.
+  // Back inside, or to begin inside, and felt by nobody: what the core has latched may go.
   const bool felt =
       arming_.state() != ArmingState::kDisarmed && arming_.state() != ArmingState::kFaulted;
   const bool left = (last_rendered_.flags & kFlagOutsideEnvelope) != 0;
-  if (left && last_rendered_.outside == 0 && !felt) broken_ = true;
+  if (left && (last_rendered_.outside == 0 || parameters_.start.place) && !felt) broken_ = true;
   if (arming_.count() == count) return;
   const bool coupled = last_rendered_.potential_j > 0.0_r;  // by a proxy
   const Wrench pull_d = exerted(last_rendered_.spring_w);
-  if ((last_rendered_.flags & kFlagHooked) != 0 ||
+  const bool begins = after_fault && (parameters_.start.place || parameters_.start.turn);
+  if (begins || (last_rendered_.flags & kFlagHooked) != 0 ||
       (coupled && is_beyond(pull_d, parameters_.limits))) {
     broken_ = true;
     last_rendered_.wrench_w = last_rendered_.spring_w = Wrench{};
     last_rendered_.guidance.wrench_w = Wrench{};
   }
+}
+
+/// Why nothing arms now.
+std::uint32_t ServoTick::waits(const ServoInput& input, std::uint32_t present) const noexcept {
+  const DeviceState& state = input.state;
+  if (arming_.wants_force()) return 0;
+  std::uint32_t waits = 0;
+  if (arming_.state() == ArmingState::kDisarming) waits |= kWaitRampOut;
+  if (state.link != LinkState::kReady || !has_state_) {
+    waits |= kWaitDevice;
+  } else if ((state.faults & kDeviceNotHomed) != 0) {
+    waits |= kWaitHomed;
+  } else if (!has_rendered_ || broken_) {
+    waits |= kWaitPose;
+  }
+  if (late_ > parameters_.limits.held_periods) waits |= kWaitLate;
+  if ((last_rendered_.flags & kFlagRecovery) != 0) waits |= kWaitInside;
+  if (present != 0) waits |= kWaitCause;
+  const std::uint32_t mask = parameters_.switches.deadman;
+  const bool held = mask != 0 && (state.switches & mask) == mask;
+  waits |= held ? kWaitDeadmanReleased : kWaitDeadmanPressed;
+  return waits;
 }
 
 void ServoTick::record(const ServoInput& input, const ServoResult& result) noexcept {
@@ -355,6 +407,7 @@ void ServoTick::record(const ServoInput& input, const ServoResult& result) noexc
   trace.link = static_cast<std::uint8_t>(state.link);
   trace.arming = static_cast<std::uint8_t>(result.arming);
   trace.situation = static_cast<std::uint8_t>(result.rendered.situation);
+  trace.began = result.began ? 1 : 0;
   if (result.rendered_new) {
     const StepCounters& n = result.rendered.counters;
     trace.work = n.plane_gaps + n.feature_evaluations;
@@ -395,6 +448,8 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   result.arming = arming_.state();
   result.faults = arming_.latched();
   result.limiter_flags = limited.flags;
+  result.present = present;
+  result.waits = waits(input, present);
   record(input, result);
   return result;
 }

@@ -28,8 +28,17 @@ struct SwitchMap {
   std::uint32_t emergency_stop = 0;
 };
 
+/// Where the part begins, and begins again after each fault: by default where the map has the
+/// device's pose.
+struct StartPlace {
+  bool place = false;  ///< at `pose_wa` wherever the handle stands: offset_w of the map is found
+  bool turn = false;   ///< turned as there however the handle is: q_ha of the map is found
+  Pose pose_wa;        ///< of A's mesh frame in W; unit to 1e-3
+};
+
 struct ServoParameters {
   WorkspaceMap map;
+  StartPlace start;
   SafetyLimits limits;
   SwitchMap switches;
   /// Outside, or about to be there by the next tick if the part goes on as in the last, the wrench
@@ -37,6 +46,10 @@ struct ServoParameters {
   /// core watches it, and this is not looked at.
   MotionEnvelope envelope;
 };
+
+/// With the grip point and the start pose of the scene.
+[[nodiscard]] ServoParameters with_scene(ServoParameters parameters,
+                                         const SceneView& scene) noexcept;
 
 /// What a tick is given in addition to the device's state.
 struct ServoInput {
@@ -56,7 +69,14 @@ struct ServoResult {
   std::uint32_t faults = 0;         ///< SafetyFault, latched
   std::uint32_t limiter_flags = 0;  ///< LimiterFlag
   bool rendered_new = false;        ///< a new state was rendered; else the last wrench was kept
+  bool began = false;               ///< and the core was reset before it: the part begins there
+  std::uint32_t present = 0;        ///< SafetyFault: causes that are there now
+  std::uint32_t waits = 0;  ///< ArmingWait: why it does not arm now; 0: it is armed, or arming
 };
+
+/// The map of a tick in which the part begins: `start` with the handle at `handle_dh`.
+[[nodiscard]] WorkspaceMap begun_map(WorkspaceMap map, const StartPlace& start,
+                                     const Pose& handle_dh) noexcept;
 
 /// What the core is given for a new state of the device, in the frame W. `arm_d`: handle_arm at the
 /// state's orientation; `sent_d`: the last command, which counts as accepted by a device that does
@@ -83,6 +103,10 @@ inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 /// output's limits or the goal is out of its reach. A part that is then inside an obstacle is
 /// brought out without force (kFlagRecovery), and the core ramps its wrench in after that.
 ///
+/// With StartPlace the map is found at each such reset, from the first pose that can be used after
+/// it: the part begins where the scene has it start, and the handle leads it from there. Every
+/// arming after a fault begins so, too; an envelope that was left needs no way back then.
+///
 /// The core works in the frame of the fixed parts, wherever its owner moves it (MovingFrame): the
 /// proxy and its certificate are the same as if they stood still and the hand moved. Limits of
 /// place and turn are in that frame; those of force and torque, and jumps, in the device's.
@@ -92,8 +116,8 @@ inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 /// of the device's stated reports, the longer of the two: between two reports the wrench is held.
 class ServoTick {
  public:
-  /// A map or envelope that is not usable is kFaultInternal in every tick: nothing ever arms.
-  /// `recorder` may be nullptr.
+  /// A map, start or envelope that is not usable is kFaultInternal in every tick: nothing ever
+  /// arms. `recorder` may be nullptr.
   ServoTick(HapticCore& core, const ServoParameters& parameters, const SceneCapacity& bounds,
             FlightRecorder* recorder) noexcept;
 
@@ -105,6 +129,7 @@ class ServoTick {
   [[nodiscard]] std::uint32_t check_pose(const DeviceState& state) noexcept;
   [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t check_frame(const ServoInput& input) noexcept;
+  [[nodiscard]] std::uint32_t waits(const ServoInput& input, std::uint32_t present) const noexcept;
   [[nodiscard]] std::uint32_t render(const ServoInput& input, ServoResult& result) noexcept;
   [[nodiscard]] std::uint32_t check_rendered() noexcept;
   [[nodiscard]] std::uint32_t check_envelope() noexcept;

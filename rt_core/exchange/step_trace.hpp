@@ -24,7 +24,8 @@ struct StepTrace {
   double d_near_m = 0;  ///< at the goal pose; NaN where it was not searched
   std::uint32_t step_flags = 0, limiter_flags = 0, faults = 0, device_faults = 0;
   std::uint32_t switches = 0, late_periods = 0;
-  std::uint8_t link = 0, arming = 0, situation = 0, reserved = 0;
+  std::uint8_t link = 0, arming = 0, situation = 0;
+  std::uint8_t began = 0;  ///< 1: the core was reset before this tick (ServoResult::began)
   std::uint32_t work = 0;  ///< plane gaps and feature evaluations
 };
 static_assert(std::is_trivially_copyable_v<StepTrace> && sizeof(StepTrace) % 8 == 0);

@@ -28,6 +28,19 @@ enum SafetyFault : std::uint32_t {
 /// Text of the lowest bit set, for people. Never null; static storage.
 [[nodiscard]] const char* fault_text(std::uint32_t fault) noexcept;
 
+/// What has to come first before a press of the deadman switch arms, as bits.
+enum ArmingWait : std::uint32_t {
+  kWaitDevice = 1u << 0,           ///< the link is not ready, or no state has come
+  kWaitHomed = 1u << 1,            ///< the device is not calibrated
+  kWaitPose = 1u << 2,             ///< no pose of it that can be used has been rendered yet
+  kWaitLate = 1u << 3,             ///< states or ticks come too late
+  kWaitInside = 1u << 4,           ///< the part is being led out of an obstacle
+  kWaitCause = 1u << 5,            ///< the cause of a fault is there
+  kWaitRampOut = 1u << 6,          ///< the force ramps to zero
+  kWaitDeadmanReleased = 1u << 7,  ///< the switch is held: it is to be released, then pressed
+  kWaitDeadmanPressed = 1u << 8    ///< the switch is to be pressed
+};
+
 enum class ArmingState : std::uint8_t {
   kDisarmed = 0,  ///< no force; deadman switch not held, or not pressed again
   kArming,        ///< deadman held, force ramps in

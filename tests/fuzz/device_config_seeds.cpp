@@ -18,6 +18,7 @@ std::vector<Seed> seeds() {
            "servo_priority = 90\nusb_priority = 80\nservo_cpu = 3\nusb_cpu = 2\n"
            "lock_memory = false\nstrict = true\n[workspace]\nscale = 2.5\n"
            "offset_m = [0.1, -0.2, 3]\nrotation = { w = 0.6, x = 0.8, y = 0, z = -0.0 }\n"
+           "part_rotation = { w = 0, x = 0, y = 1, z = 0 }\n"
            "[limits]\nmax_force_n = 2\nmax_torque_nm = 0.01\nfull_speed_m_per_s = 0.5\n"
            "zero_speed_m_per_s = 0.6\nfull_turn_rad_per_s = 1\nzero_turn_rad_per_s = 2\n"
            "[switches]\ndeadman = 4\nclutch = 8\nemergency_stop = 0xffffffff\n"

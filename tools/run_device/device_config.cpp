@@ -168,7 +168,12 @@ void read_workspace(const TomlTable& top, DeviceConfig& config) {
   const Quat upright = config.driver->capabilities().q_wd;
   map.q_wd = upright;
   map.handle_offset_h = config.driver->capabilities().handle_offset_h;
-  const auto t = top.table("workspace", {"scale", "offset_m", "rotation", "handle_offset_m"});
+  const auto t =
+      top.table("workspace", {"scale", "offset_m", "rotation", "part_rotation", "handle_offset_m"});
+  // Where the device's origin is, and how the part is turned in the handle: found where nobody
+  // says.
+  config.servo.start.place = !t || !t->has("offset_m");
+  config.servo.start.turn = config.servo.start.place && (!t || !t->has("part_rotation"));
   if (!t) return;
   if (const auto offset = t->vector3("handle_offset_m", kHandleOffset_m)) {
     for (int k = 0; k < 3; ++k)
@@ -179,6 +184,10 @@ void read_workspace(const TomlTable& top, DeviceConfig& config) {
     for (int k = 0; k < 3; ++k)
       map.offset_w[k] = static_cast<Real>((*offset)[static_cast<std::size_t>(k)]);
   }
+  if (const auto q = t->quaternion_wxyz("part_rotation"))
+    map.q_ha = Quat(static_cast<Real>((*q)[0]), static_cast<Real>((*q)[1]),
+                    static_cast<Real>((*q)[2]), static_cast<Real>((*q)[3]))
+                   .normalized();
   if (const auto q = t->quaternion_wxyz("rotation")) {
     const Quat turn(static_cast<Real>((*q)[0]), static_cast<Real>((*q)[1]),
                     static_cast<Real>((*q)[2]), static_cast<Real>((*q)[3]));

@@ -36,7 +36,7 @@ struct DeviceConfig {
   bool has_motors = false;         ///< force can reach a hand
   bool accept_unbudgeted = false;  ///< gains beyond the device's passivity budget, or without one
   LoopConfig loop;
-  ServoParameters servo;  ///< except for the grip point, which the scene has
+  ServoParameters servo;  ///< except for grip point and start, which the scene has
   double flight_seconds = 4.0;
   std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
 };

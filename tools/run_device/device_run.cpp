@@ -369,6 +369,7 @@ void Run::finish() {
   bus_.begin_ending();
   account_.seconds = held_ns_ == 0 ? 0 : seconds_held();
   account_.trouble = link_ == nullptr ? "" : link_->trouble();
+  account_.waits_for = wait_text(status_of(board()).arming_news);
   if (!guardian_.stop() && account_.exit_code == kExitDone) {
     account_.exit_code = kExitCheckFailed;
     account_.why += "; a servo process had to be killed";

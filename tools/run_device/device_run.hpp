@@ -69,6 +69,7 @@ struct RunAccount {
   std::int64_t heap_grown_bytes = 0;
   hal::LinkCounters link;
   std::string trouble;
+  std::string waits_for;  ///< why nothing was armed at the end; empty: it was
   RunEnding ending;
   std::optional<SimulatedPeerCounters> peer;
   std::vector<Refusal> refusals;

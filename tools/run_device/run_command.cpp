@@ -20,6 +20,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/commands.hpp"
 #include "tools/run_device/device_run.hpp"
 #include "tools/run_device/run_events.hpp"
@@ -111,6 +112,8 @@ std::string status_text(const RunStatus& s) {
                 s.is_silent() ? "silent" : to_text(s.servo.arming), s.force_n, s.torque_nm);
   const std::string faults = faults_text(s.servo.safety_faults, s.device_faults());
   if (!faults.empty()) line += "  " + faults;
+  const std::string wait = wait_text(s.servo.arming_news);
+  if (!wait.empty()) line += "\n           not armed: " + wait;
   if (!s.trouble.empty()) line += "\n         " + s.trouble;
   return line;
 }
@@ -132,6 +135,8 @@ ordered_json status_json(const RunStatus& s) {
           {"asked_torque_nm", s.servo.torque_nm},
           {"silent_s", 1e-9 * static_cast<double>(s.silence_ns)},
           {"d_near_m", s.servo.d_near_m},
+          {"waits_for", wait_text(s.servo.arming_news)},
+          {"inside_ticks", s.servo.arming_news.inside_ticks},
           {"safety_faults", hal::safety_fault_texts(s.servo.safety_faults)},
           {"device_faults", hal::device_fault_texts(s.device_faults())},
           {"reports", s.counters.reports},
@@ -172,6 +177,7 @@ std::string summary_text(const RunAccount& a) {
       formatted("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
                 wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
                 c.largest_torque_nm);
+  if (c.armed_ticks == 0 && !a.waits_for.empty()) text += "  not armed   " + a.waits_for + "\n";
   text += formatted(
       "  link        %llu connects, %llu disconnects, %llu reports, %llu bad, %llu sent, %llu "
       "failed\n",
@@ -210,6 +216,7 @@ ordered_json summary_json(const RunAccount& a) {
                        {"armed_ticks", c.armed_ticks},
                        {"contact_ticks", c.contact_ticks},
                        {"armings", c.armings},
+                       {"waits_for", a.waits_for},
                        {"largest_force_n", c.largest_force_n},
                        {"largest_torque_nm", c.largest_torque_nm},
                        {"safety_faults", hal::safety_fault_texts(c.safety_faults)},
@@ -288,7 +295,7 @@ struct LiveView {
         setrlimit(RLIMIT_RTPRIO, &none) != 0 || setrlimit(RLIMIT_MEMLOCK, &none) != 0) {
       return kExitDeviceOrOs;
     }
-    sim::serve_trace(door, view, config.servo.map, {flights.begin(), flights.end()});
+    sim::serve_trace(door, view, config.servo, {flights.begin(), flights.end()});
     return kExitDone;
   }
 

@@ -5,6 +5,7 @@
 
 #include "hal/realtime/flight_report.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/device_run.hpp"
 
 namespace haptic::tools {
@@ -54,7 +55,11 @@ void RunEvents::look(const RunStatus& s) {
   }
   const std::uint32_t safety = s.servo.safety_faults & ~safety_faults_;
   const std::uint32_t device = s.device_faults() & ~device_faults_;
-  if ((safety | device) != 0) tell(s.t_s, "fault", faults_text(safety, device), LineLevel::kError);
+  if ((safety | device) != 0) {
+    const std::string fix = fix_text(safety, s.servo.arming_news);
+    tell(s.t_s, "fault", faults_text(safety, device) + (fix.empty() ? "" : "; " + fix),
+         LineLevel::kError);
+  }
   safety_faults_ = s.servo.safety_faults;
   device_faults_ = s.device_faults();
   if (s.servo.arming != arming_) {
@@ -62,6 +67,29 @@ void RunEvents::look(const RunStatus& s) {
     tell(s.t_s, to_text(arming_), formatted("%s, %.2f N", to_text(arming_), s.force_n),
          arming_ == ArmingState::kFaulted ? LineLevel::kError : LineLevel::kNotice);
   }
+  look_at_arming(s);
+}
+
+/// Where the part begins, and why nothing arms where that lasts.
+void RunEvents::look_at_arming(const RunStatus& s) {
+  const ArmingNews& news = s.servo.arming_news;
+  if (link_ == LinkState::kReady && news.begins != begins_) {
+    begins_ = news.begins;
+    if (news.finds_place != 0) {
+      tell(s.t_s, "begun",
+           "the part begins where the scene has it start; to have it there again: " +
+               place_keys(news),
+           LineLevel::kNotice);
+    }
+  }
+  if (news.waits != waits_ || s.is_silent()) {
+    waits_ = news.waits;
+    waits_from_s_ = s.t_s;
+    wait_told_ = false;
+  }
+  if (wait_told_ || waits_ == 0 || s.t_s < waits_from_s_ + kLongWait_s) return;
+  wait_told_ = true;
+  tell(s.t_s, "waiting", "not armed: " + wait_text(news), LineLevel::kNotice);
 }
 
 }  // namespace haptic::tools

@@ -7,6 +7,8 @@
 #include <functional>
 #include <string>
 
+#include "rt_core/exchange/device_exchange.hpp"
+#include "rt_core/safety/arming.hpp"
 #include "tools/run_device/teller.hpp"
 
 namespace haptic::tools {
@@ -16,7 +18,8 @@ struct RunStatus;
 struct RunEvent {
   double t_s = 0;  ///< since the device is held
   /// "connected", "disconnected", "armed", "arming", "disarming", "disarmed", "faulted", "fault",
-  /// "trouble", "silent", "servo ended", "spare begins", "keeper ended", "stopping", "crash file".
+  /// "trouble", "silent", "servo ended", "spare begins", "keeper ended", "stopping", "crash file",
+  /// "begun" (where the part begins), "waiting" (why nothing arms).
   std::string event;
   std::string text;  ///< one line, for people
   LineLevel level = LineLevel::kNotice;
@@ -34,15 +37,23 @@ class RunEvents {
 
   /// What has changed since the last look.
   void look(const RunStatus& status);
+  /// What has held up an arming for this long is told, once.
+  static constexpr double kLongWait_s = 1.0;
   void tell(double t_s, const std::string& event, const std::string& text, LineLevel level) const;
 
  private:
+  void look_at_arming(const RunStatus& status);
+
   std::function<void(const RunEvent&)> told_;
   LinkState link_ = LinkState::kAbsent;
   ArmingState arming_ = ArmingState::kDisarmed;
   std::uint32_t safety_faults_ = 0, device_faults_ = 0;
   bool silent_ = false;
   std::string trouble_;
+  std::uint32_t begins_ = 0;
+  std::uint32_t waits_ = 0;  ///< ArmingWait, since waits_from_s_
+  double waits_from_s_ = 0;
+  bool wait_told_ = false;
 };
 
 }  // namespace haptic::tools

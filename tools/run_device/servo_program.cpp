@@ -8,15 +8,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/process_hardening.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/simplified_bodies.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
+#include "tools/graph_compiler/coupling/simulated_gains.hpp"
+#include "tools/run_device/simulated_peer.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -52,14 +58,15 @@ struct CoreInMemory {
 class TickWatcher {
  public:
   TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, std::uint64_t wanted,
-              const DeviceConfig& config)
+              const DeviceConfig& config, const ServoParameters& parameters)
       : loop_(loop),
         board_(board),
         said_(board.status),
         wanted_(wanted),
         quarter_ns_(config.loop.period_ns / 4),
         lost_periods_(config.servo.limits.lost_periods),
-        judge_(config.loop.period_ns, config.loop.report_clocked) {}
+        judge_(config.loop.period_ns, config.loop.report_clocked),
+        arming_(parameters) {}
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     static_cast<TickWatcher*>(self)->take(input, result);
@@ -121,6 +128,8 @@ class TickWatcher {
     status_.safety_faults = result.faults;
     status_.device_faults = input.state.faults;
     status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
+    arming_.take(input, result);
+    status_.arming_news = arming_.news();
     if (counted_) count(input, result, armed);
     judge_.begin(input, loop_.counters().last_lateness_ns);
     begun_ = true;
@@ -135,15 +144,9 @@ class TickWatcher {
   std::uint32_t lost_periods_;
   ServoStatus status_;
   hal::LateJudge judge_;
+  ArmingNewsTaker arming_;
   bool begun_ = false, counted_ = false;  ///< the newest tick
 };
-
-ServoParameters parameters_of(const DeviceConfig& config, const SceneView& view) {
-  ServoParameters parameters = config.servo;
-  const double* grip = view.bodies()[0].reference_m;
-  for (int k = 0; k < 3; ++k) parameters.map.grip_a[k] = static_cast<Real>(grip[k]);
-  return parameters;
-}
 
 hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
   hal::ServoLoopSettings settings;
@@ -151,6 +154,20 @@ hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
   settings.report_clocked = loop.report_clocked;
   settings.report_wait_ns = loop.period_ns + loop.period_ns / 2;
   return settings;
+}
+
+/// With gains that the simulated handle and the hand on it hold.
+SceneBytes held_scene(const DeviceConfig& config, const SceneView& view, SceneBytes bytes) {
+  const double period_s = 1e-9 * static_cast<double>(config.loop.period_ns);
+  const auto scale = static_cast<double>(config.servo.map.scale);
+  SimulatedLoop loop{held_peer((config.loop.report_clocked ? 1 : kPeerLatePeriods) * period_s),
+                     1 / period_s, false};
+  loop.device.mass_kg /= scale * scale;  // x_w = s x_d, F_w = F_d / s
+  loop.device.damping_ns_per_m /= scale * scale;
+  const auto gains = simulated_gains(view.parameters(), served_size(view).radius_m, loop);
+  if (!gains) return bytes;
+  std::fprintf(stderr, "run_device: %s\n", gains->text.c_str());
+  return changed_scene(view, [&](SceneParameters& changed) { gains->put(changed); });
 }
 
 }  // namespace
@@ -192,7 +209,7 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
     throw InputError(config.scene.string() + ": not a usable scene: " + to_text(status) +
                      "; compile it again");
   tell_simplification("run_device", config.scene.string(), tried.view);
-  return bytes;
+  return config.simulated ? held_scene(config, tried.view, std::move(bytes)) : std::move(bytes);
 }
 
 int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoSeat& seat) {
@@ -202,9 +219,10 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
   CoreInMemory own;
   if (own.open(scene.span()) != RtStatus::kOk) return kExitBadInput;
   FlightRecorder recorder(seat.flight);
-  ServoTick tick(*own.core, parameters_of(config, own.view), own.view.header().capacity, &recorder);
+  const ServoParameters parameters = with_scene(config.servo, own.view);
+  ServoTick tick(*own.core, parameters, own.view.header().capacity, &recorder);
   hal::ServoLoop loop(tick, seat.mailbox, loop_settings(config.loop));
-  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config);
+  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config, parameters);
   loop.watch(&TickWatcher::watch, &watcher);
 
   hal::RealtimeProcess process;

@@ -15,6 +15,7 @@
 #include "hal/realtime/wakeup_measurement.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/device_fit.hpp"
 
@@ -51,6 +52,7 @@ struct ServoStatus {
   std::uint32_t safety_faults = 0, device_faults = 0;  ///< now
   double force_n = 0, torque_nm = 0;                   ///< commanded
   double d_near_m = 0;
+  ArmingNews arming_news;
 };
 
 /// What a servo process asked Linux for, and what came of it.
@@ -100,8 +102,9 @@ struct ServoBoard {
 /// Records of the flight recorder for the configured time.
 [[nodiscard]] std::size_t flight_records(const DeviceConfig& config);
 
-/// The scene read and tried: a core can be built over it. Which bodies were simplified is said on
-/// standard error. @throws InputError
+/// The scene read and tried: a core can be built over it; a scene without a [device] with what the
+/// simulated handle holds, where that is the device. Which bodies were simplified, and which gains
+/// are lower than the scene's, is said on standard error. @throws InputError
 [[nodiscard]] SceneBytes read_usable_scene(const DeviceConfig& config);
 
 }  // namespace haptic::tools

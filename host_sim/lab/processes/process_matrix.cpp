@@ -77,7 +77,7 @@ class Bench {
     const std::vector<std::byte> scene = fault_scene();
     const std::string config =
         "scene = \"wall.rtscene\"\n[device]\ndriver = \"reference\"\n"
-        "address = \"unix:device.sock\"\n[recorder]\n"
+        "address = \"unix:device.sock\"\n[workspace]\noffset_m = [0, 0, 0]\n[recorder]\n"
         "crash_file = \"crash.csv\"\n";
     tools::write_files(
         {{file("wall.rtscene"), scene}, {file("run.toml"), std::as_bytes(std::span(config))}});

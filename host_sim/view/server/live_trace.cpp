@@ -36,8 +36,8 @@ bool is_usable(const StepTrace& trace) {
 }  // namespace
 
 TraceFollower::TraceFollower(std::vector<std::span<const std::byte>> recorders,
-                             const WorkspaceMap& map, LiveBoard& board)
-    : recorders_(std::move(recorders)), map_(map), writer_(board), room_(kMostNew) {}
+                             const WorkspaceMap& map, LiveBoard& board, const StartPlace& start)
+    : recorders_(std::move(recorders)), map_(map), start_(start), writer_(board), room_(kMostNew) {}
 
 /// The recorder with the newest tick.
 std::size_t TraceFollower::at_work() {
@@ -76,6 +76,7 @@ void TraceFollower::take(const StepTrace& trace, bool goes_on) {
   if (begin_ns_ == 0) begin_ns_ = trace.now_ns;
   const Pose sensed_dh = handle_in(trace);
   const Vec3 arm_d = handle_arm(map_, sensed_dh.q_wa);
+  if (trace.began != 0) map_ = begun_map(map_, start_, at_handle_point(sensed_dh, arm_d));
   const Pose pose = mesh_pose(map_, at_handle_point(sensed_dh, arm_d));
   LiveTick tick;
   tick.stamp_ns = trace.stamp_ns;
@@ -104,13 +105,11 @@ void TraceFollower::take(const StepTrace& trace, bool goes_on) {
   writer_.publish(tick, state);
 }
 
-void serve_trace(LiveDoor& door, const SceneView& scene, const WorkspaceMap& map,
+void serve_trace(LiveDoor& door, const SceneView& scene, const ServoParameters& servo,
                  std::vector<std::span<const std::byte>> recorders) {
   const auto board = std::make_unique<LiveBoard>();
-  WorkspaceMap with_grip = map;
-  const double* grip = scene.bodies()[0].reference_m;
-  for (int k = 0; k < 3; ++k) with_grip.grip_a[k] = static_cast<Real>(grip[k]);
-  TraceFollower follower(std::move(recorders), with_grip, *board);
+  const ServoParameters of_scene = with_scene(servo, scene);
+  TraceFollower follower(std::move(recorders), of_scene.map, *board, of_scene.start);
   LiveOffer offer;
   offer.scene = &scene;
   offer.board = board.get();

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "host_sim/view/server/live_session.hpp"
-#include "rt_core/base/workspace_map.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
 #include "rt_core/exchange/step_trace.hpp"
+#include "rt_core/servo_tick.hpp"
 
 namespace haptic::sim {
 
@@ -19,9 +19,10 @@ namespace haptic::sim {
 /// one thread.
 class TraceFollower {
  public:
-  /// `recorders`: memory of a FlightRecorder each, which outlives this. `map`: with its grip point.
+  /// `recorders`: memory of a FlightRecorder each, which outlives this. `map`: with its grip point;
+  /// `start`: with which the servo tick finds the rest of the map.
   TraceFollower(std::vector<std::span<const std::byte>> recorders, const WorkspaceMap& map,
-                LiveBoard& board);
+                LiveBoard& board, const StartPlace& start = {});
 
   void look();
 
@@ -31,6 +32,7 @@ class TraceFollower {
 
   std::vector<std::span<const std::byte>> recorders_;
   WorkspaceMap map_;
+  StartPlace start_;
   LiveWriter writer_;
   std::vector<StepTrace> room_;
   std::size_t process_ = 0;
@@ -38,8 +40,9 @@ class TraceFollower {
   std::int64_t begin_ns_ = 0;  ///< of the first tick
 };
 
-/// Serves the session of a device until it is killed; view only.
-void serve_trace(LiveDoor& door, const SceneView& scene, const WorkspaceMap& map,
+/// Serves the session of a device until it is killed; view only. `servo`: of its tick, but for grip
+/// point and start pose, which the scene has.
+void serve_trace(LiveDoor& door, const SceneView& scene, const ServoParameters& servo,
                  std::vector<std::span<const std::byte>> recorders);
 
 }  // namespace haptic::sim

@@ -102,6 +102,40 @@ TEST_SUITE("tools.run_device.loop") {
     }
   }
 
+  TEST_CASE("without offset_m the part begins where the scene starts: armed, and no fault") {
+    const Bench bench;
+    write(bench.config, kHead);  // as in the README
+    const ProgramResult r = bench.run("--seconds 2.5 --json");
+    CAPTURE(r.err);
+    CHECK(r.exit_code == 0);
+    bool begun = false;
+    double armed_s = 1e9;
+    for (const json& line : lines_of(r.out)) {
+      if (line["kind"] != "event") continue;
+      CHECK(line["text"].get<std::string>().find("starts inside") == std::string::npos);
+      if (line["event"] == "begun") {
+        begun = true;
+        CHECK(line["text"].get<std::string>().find("[workspace] offset_m = [") !=
+              std::string::npos);
+      }
+      if (line["event"] == "armed") armed_s = std::min(armed_s, line["t_s"].get<double>());
+    }
+    CHECK(begun);
+    CHECK(armed_s < 2.0);
+    CHECK(lines_of(r.out).back()["waits_for"].is_string());
+  }
+
+  TEST_CASE("a place inside: a fault with the keys that give the scene's start") {
+    const Bench bench;
+    write(bench.config, std::string(kHead) + "[workspace]\noffset_m = [0.0, 0.0, 0.005]\n");
+    const ProgramResult r = bench.run("--seconds 0.5 --json");
+    CAPTURE(r.err);
+    CHECK(r.exit_code == 0);
+    CHECK(r.err.find("the part starts inside an obstacle; give [workspace] offset_m = [") !=
+          std::string::npos);
+    CHECK(r.err.find("then release and press the deadman switch") != std::string::npos);
+  }
+
   TEST_CASE("--ticks that --seconds are too short for: exit 1") {
     const Bench bench;
     const ProgramResult r = bench.run("--ticks 1000000 --seconds 1 --json");
