@@ -8,8 +8,13 @@
 #include <fstream>
 #include <string>
 
+#include "hal/drivers/reference_driver.hpp"
+#include "rt_core/scene/scene_view.hpp"
 #include "tests/tools/compiler/part_scenes.hpp"
 #include "tests/tools/import/import_files.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/program/scene_draft.hpp"
 
@@ -67,6 +72,13 @@ std::vector<Corners> walls(int axis) {
   return boxes;
 }
 
+haptic::SceneParameters parameters_in(const std::string& scene) {
+  const haptic::tools::SceneBytes bytes = haptic::tools::read_scene_bytes(scene);
+  haptic::SceneView view;
+  REQUIRE(haptic::SceneView::open(bytes.span(), view) == haptic::RtStatus::kOk);
+  return view.parameters();
+}
+
 struct DraftBench {
   std::string name = "peg";
   ScratchFolder folder{"draft"};
@@ -118,6 +130,48 @@ TEST_SUITE("tools.scene_draft") {
       CHECK_FALSE(bench.says(draft, "overlap"));
       CHECK_FALSE(bench.says(draft, "no straight way"));
     }
+  }
+
+  TEST_CASE("a draft names the reference device, and what is felt is half of what that holds") {
+    const haptic::DeviceParameters d = haptic::tools::drafted_device();
+    const haptic::hal::DeviceCapabilities stated = haptic::hal::reference_capabilities();
+    for (const auto& [drafted, reference] :
+         {std::pair{d.mass_kg, stated.mass_kg},
+          {d.damping_ns_per_m, stated.damping_ns_per_m},
+          {d.coulomb_friction_n, stated.coulomb_friction_n},
+          {d.encoder_step_m, stated.encoder_step_m},
+          {d.encoder_step_rad, stated.encoder_step_rad},
+          {d.max_force_n, stated.max_force_n},
+          {d.max_torque_nm, stated.max_torque_nm},
+          {d.max_force_rate_n_per_s, stated.max_force_rate_n_per_s},
+          {d.max_torque_rate_nm_per_s, stated.max_torque_rate_nm_per_s}})
+      CHECK(drafted == doctest::Approx(static_cast<double>(reference)).epsilon(1e-6));
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
+    write_boxes(bench.hole, walls(2));
+    const SceneDraft draft = bench.draft();
+    const std::string scene = bench.folder.file("s.toml"), report = bench.folder.file("r.json");
+    std::ofstream(scene) << draft.toml;
+    const ProgramResult r =
+        run_program(HAPTIC_GRAPH_COMPILER,
+                    scene + " -o " + bench.folder.file("s.rtscene") + " --report " + report);
+    CAPTURE(r.err);
+    REQUIRE(r.exit_code == 0);
+    const haptic::SceneParameters compiled = parameters_in(bench.folder.file("s.rtscene"));
+    CHECK(compiled.device.given == 1);
+    const haptic::tools::PassivityBudget budget = haptic::tools::passivity_budget(compiled, 0.025);
+    CHECK(budget.holds());
+    CHECK(compiled.coupling.k_t_n_per_m ==
+          doctest::Approx(0.5 * haptic::tools::stiffness_boundary(budget.translation, 0)));
+    CHECK(compiled.coupling.k_r_nm_per_rad ==
+          doctest::Approx(0.5 * haptic::tools::stiffness_boundary(budget.rotation, 0)));
+    // The comments say what comes of it.
+    CHECK(draft.toml.find("half of what it holds: " +
+                          haptic::tools::short_number(compiled.coupling.k_t_n_per_m, 3) + " N/m") !=
+          std::string::npos);
+    CHECK(draft.toml.find(
+              "likewise: " + haptic::tools::short_number(compiled.coupling.k_r_nm_per_rad, 3) +
+              " N m/rad") != std::string::npos);
   }
 
   TEST_CASE("a peg that is larger than its hole, and one of another unit, are remarked on") {

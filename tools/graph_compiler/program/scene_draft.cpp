@@ -10,6 +10,8 @@
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/coupling/coupling_choice.hpp"
+#include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
@@ -203,8 +205,42 @@ ScenePart part_of(const DraftMesh& mesh, double scale) {
   return part;
 }
 
+/// The table [device], with what it makes of the stiffness asked for.
+std::string device_table(double stiffness_n_per_m, double radius_m) {
+  SceneParameters p{};
+  p.law = LawId::kProxy;
+  p.rate_hz = 1000.0;
+  p.k_f_n_per_m = stiffness_n_per_m;
+  p.device = drafted_device();
+  const CouplingParameters felt = choose_coupling(p, {}, radius_m).coupling;
+  const DeviceParameters& d = p.device;
+  std::string text;
+  const auto line = [&text](const char* key, double value, const std::string& means) {
+    std::string row = std::string(key) + " = " + short_number(value, 6);
+    if (!means.empty()) row.append(std::max<std::size_t>(row.size() + 1, 33) - row.size(), ' ');
+    text += row + (means.empty() ? "" : "# " + means) + "\n";
+  };
+  text +=
+      "\n[device]  # what the device can do: the reference device; give the numbers of your own\n";
+  line("mass_kg", d.mass_kg, "that moves in the hand");
+  line("damping_ns_per_m", d.damping_ns_per_m,
+       "its own; the stiffness is at most half of what it holds: " +
+           short_number(felt.k_t_n_per_m, 3) + " N/m");
+  line("rotor_inertia_kg_m2", d.rotor_inertia_kg_m2[0], "that turns with the handle");
+  line("rotor_damping_nms_per_rad", d.rotor_damping_nms_per_rad[0],
+       "likewise: " + short_number(felt.k_r_nm_per_rad, 3) + " N m/rad are felt");
+  line("encoder_step_m", d.encoder_step_m, "");
+  line("encoder_step_rad", d.encoder_step_rad, "");
+  line("delay_s", d.delay_s, "from sensing to acting: one period of the loop");
+  line("max_force_n", d.max_force_n, "the pull grows no further");
+  line("max_torque_nm", d.max_torque_nm, "");
+  line("max_force_rate_n_per_s", d.max_force_rate_n_per_s, "");
+  line("max_torque_rate_nm_per_s", d.max_torque_rate_nm_per_s, "");
+  return text;
+}
+
 std::string text_of(const DraftRequest& request, const SceneDraft& draft, const FileUnit& unit,
-                    const std::vector<DraftMesh>& meshes) {
+                    const std::vector<DraftMesh>& meshes, double radius_m) {
   const auto number = [](double x) { return short_number(x == 0.0 ? 0.0 : x, 9); };
   const auto lines_of = [&](const DraftMesh& mesh) {
     const std::string line = "mesh = " + quoted(mesh_path(mesh.path, request.folder)) + "\n";
@@ -227,7 +263,8 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
     text += "\n[[static]]              # a fixed part\n" + lines_of(meshes[k]);
   }
   return text + "\n[rendering]\nk_f_n_per_m = " + number(request.stiffness_n_per_m) +
-         "     # stiffness that the hand feels\n"
+         "     # stiffness that the hand feels, where the device holds it\n" +
+         device_table(request.stiffness_n_per_m, radius_m) +
          "\n# [loop]\n# rate_hz = 1000         # ticks per second\n"
          "\n# [[friction]]           # give the parts a `material` too\n"
          "# materials = [\"steel\", \"pom\"]\n# mu = 0.2\n";
@@ -272,6 +309,23 @@ FileUnit guessed_unit(double diagonal) {
     }
   }
   return *best;
+}
+
+DeviceParameters drafted_device() {
+  DeviceParameters d{};
+  d.given = 1;
+  d.mass_kg = 0.1;
+  d.damping_ns_per_m = 1.0;
+  std::ranges::fill(d.rotor_inertia_kg_m2, 1e-4);
+  std::ranges::fill(d.rotor_damping_nms_per_rad, 1e-3);
+  d.encoder_step_m = 1e-6;
+  d.encoder_step_rad = 1e-5;
+  d.delay_s = 1e-3;
+  d.max_force_n = 12.0;
+  d.max_torque_nm = 0.3;
+  d.max_force_rate_n_per_s = 2000.0;
+  d.max_torque_rate_nm_per_s = 40.0;
+  return d;
 }
 
 SceneDraft draft_scene(const DraftRequest& request) {
@@ -358,7 +412,11 @@ SceneDraft draft_scene(const DraftRequest& request) {
         way_text(way.direction) + ", with " + std::to_string(way.collisions) + " of " +
         std::to_string(places.samples()) + " places colliding");
   }
-  draft.toml = text_of(request, draft, unit, meshes);
+  const SceneBytes bytes(compiled.bytes);
+  SceneView view;
+  if (SceneView::open(bytes.span(), view) != RtStatus::kOk)
+    throw std::logic_error("the scene just written does not open");
+  draft.toml = text_of(request, draft, unit, meshes, served_size(view).radius_m);
   return draft;
 }
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "rt_core/scene/scene_format.hpp"
+
 namespace haptic::tools {
 
 struct DraftRequest {
@@ -34,6 +36,11 @@ struct FileUnit {
 /// 5 mm and 2 m, millimetres before metres where both are possible. A part too small or too large
 /// in every unit: the unit in which it is nearest to that.
 [[nodiscard]] FileUnit guessed_unit(double diagonal);
+
+/// The device that a draft names until a person names another: the reference device of
+/// hal/drivers/PROTOCOL.md with a rotor as `host_sim run` has it, in a loop by the timer, which is
+/// a period late.
+[[nodiscard]] DeviceParameters drafted_device();
 
 struct SceneDraft {
   std::string toml;
