@@ -100,6 +100,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   scene = {};
   scene.k_t_n_per_m = p.coupling.k_t_n_per_m;
   scene.k_r_nm_per_rad = p.coupling.k_r_nm_per_rad;
+  scene.damping_ns_per_m = p.coupling.damping_ns_per_m;
   scene.k_f_n_per_m = p.k_f_n_per_m;
   std::copy_n(p.start_p_wa_m, 3, scene.start_p_wa_m);
   std::copy_n(p.start_q_wa_xyzw, 4, scene.start_q_wa_xyzw);
@@ -510,6 +511,7 @@ std::string layout_text() {
   HAPTIC_VIEW_OUT(guide_station);
   HAPTIC_VIEW_SCENE(k_t_n_per_m);
   HAPTIC_VIEW_SCENE(k_r_nm_per_rad);
+  HAPTIC_VIEW_SCENE(damping_ns_per_m);
   HAPTIC_VIEW_SCENE(k_f_n_per_m);
   HAPTIC_VIEW_SCENE(start_p_wa_m);
   HAPTIC_VIEW_SCENE(start_q_wa_xyzw);

@@ -53,6 +53,7 @@ struct ViewResult {
 /// What the scene says of itself.
 struct ViewScene {
   double k_t_n_per_m = 0, k_r_nm_per_rad = 0, k_f_n_per_m = 0;
+  double damping_ns_per_m = 0;  ///< of the coupling; in rotation times k_r / k_t
   double start_p_wa_m[3] = {}, start_q_wa_xyzw[4] = {};
   double grip_a_m[3] = {};  ///< in A's mesh frame
   double rate_hz = 0, epsilon_m = 0, max_force_n = 0, max_torque_nm = 0;

@@ -95,6 +95,8 @@ const kShare = 0.5;
 const kLag_s = 0.02;
 /** The damper takes at least this many periods to give up what both springs hold: with fewer the sum would swing. */
 const kPeriods = 3;
+/** And is this many times as strong as the coupling's, which feels the device's velocity a tick late. */
+const kDamperShare = 2;
 
 export class Hand {
   readonly k: number;
@@ -109,13 +111,14 @@ export class Hand {
   constructor(
     kT: number,
     kR: number,
+    damping: number,
     private readonly grip: Vec,
     private readonly period: number,
   ) {
     this.k = kShare * kT;
     this.kR = kShare * kR;
-    this.b = Math.max(this.k * kLag_s, kPeriods * (this.k + kT) * period);
-    this.bR = Math.max(this.kR * kLag_s, kPeriods * (this.kR + kR) * period);
+    this.b = Math.max(this.k * kLag_s, kPeriods * (this.k + kT) * period, kDamperShare * damping);
+    this.bR = Math.max(this.kR * kLag_s, kPeriods * (this.kR + kR) * period, (kDamperShare * damping * kR) / kT);
   }
 
   /** The device stands there, and the hand wants it there. */

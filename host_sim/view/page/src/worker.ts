@@ -68,7 +68,7 @@ class Runner {
     const period = 1 / (scene.rate_hz || 1000);
     const kT = scene.law === 3 ? scene.k_t_n_per_m : scene.k_f_n_per_m;
     const kR = scene.k_r_nm_per_rad || kT * 0.01;
-    this.hand = new Hand(kT, kR, scene.grip_a_m, period);
+    this.hand = new Hand(kT, kR, scene.law === 3 ? scene.damping_ns_per_m : 0, scene.grip_a_m, period);
     this.device = { p: scene.start_p_wa_m, q: scene.start_q_wa_xyzw };
     this.hand.place(this.device);
     const names = core.names();
