@@ -83,7 +83,7 @@ ProxyScale proxy_scale(Real radius_m, Real extent_m, Real tolerance_m, Real clim
   scale.margin_m = 1.0e-4_r * share;
   scale.manifold_m = 2.0e-3_r * share;
   scale.reach_m = scale.step_m + scale.turn_rad * radius_m + scale.margin_m;
-  scale.recovery_step_m = 1.5e-4_r * share;
+  scale.recovery_step_m = 2.0e-4_r * share;
   const Real low_m = std::min(std::max(kLowStep_m, 10 * scale.tolerance_m), radius_m / 1000);
   scale.climb_m = climb_m > 0 ? climb_m : climb_m < 0 ? Real{0} : low_m;
   scale.still_m = std::max(1.0e-9_r * share, floor_m / 64);

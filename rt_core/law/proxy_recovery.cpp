@@ -127,7 +127,7 @@ void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
   last_cones_.clear();
   last_qp_ = QpResult{};
   tick.end_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
-  moved_little_ = false;
+  moved_little_ = short_ = false;
   tick.limited = true;
 }
 
