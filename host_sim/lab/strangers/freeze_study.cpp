@@ -63,7 +63,8 @@ struct FreezeRun {
   std::size_t open_pulls =
       0;  ///< ticks with a force where the program says that nothing is touched
   std::vector<PlayedTick> ticks;
-  std::size_t unlike = 0;  ///< ticks without a flag in either run whose forces differ
+  std::size_t unlike_run = 0;  ///< most of the next in a row
+  std::size_t unlike = 0;      ///< ticks without a flag in either run whose forces differ
   double unlike_n = 0;
   std::uint64_t median_instructions = 0, most_instructions = 0;
 };
@@ -125,11 +126,14 @@ PartReport freeze_study(const StudySize& size, const RunOptions& options) {
   for (std::size_t k = 0; k < runs.size(); ++k) {
     FreezeRun& run = runs[k];
     const std::vector<PlayedTick>& full = runs[k / kChoices * kChoices + kChoices - 1].ticks;
+    std::size_t in_a_row = 0;
     for (std::size_t t = 0; t < std::min(run.ticks.size(), full.size()); ++t) {
       if (((run.ticks[t].flags | full[t].flags) & kSaid) != 0) continue;
       const double by = (run.ticks[t].force_n - full[t].force_n).norm();
       run.unlike += by > kSameForce_n ? 1u : 0u;
       run.unlike_n = std::max(run.unlike_n, by);
+      in_a_row = by > kSameForce_n ? in_a_row + 1 : 0;
+      run.unlike_run = std::max(run.unlike_run, in_a_row);
     }
     std::string verdict;
     for (const FoundFault& fault : run.faults) {
@@ -139,7 +143,8 @@ PartReport freeze_study(const StudySize& size, const RunOptions& options) {
       words.push_back(parts[k / kChoices].name + ", near_pairs " + kLists[k % kChoices].name +
                       ": " + to_text(fault.kind) + ": " + fault.words);
     }
-    if (run.unlike > 0) verdict += (verdict.empty() ? "" : "+") + std::string("UNLIKE");
+    if (run.unlike_run > kPassingTicks)
+      verdict += (verdict.empty() ? "" : "+") + std::string("UNLIKE");
     report.passed = report.passed && verdict.empty();
     table.add({parts[k / kChoices].name, kLists[k % kChoices].name, run.pairs, run.slots,
                shown_as("%.3f", run.account.largest_n), shown_as("%.2g", run.account.end_n),
