@@ -91,6 +91,7 @@ std::vector<std::byte> compiled(const ScratchFolder& folder, bool goal_contact) 
   scene.parameters = tools::default_parameters();
   scene.parameters.k_f_n_per_m = 800;
   scene.parameters.goal_contact = goal_contact ? 1u : 0u;
+  scene.budget.near_pairs = 512;  // the state is to follow the pieces
   return tools::compile_scene(scene, {}).bytes;
 }
 
