@@ -32,7 +32,7 @@ void say_touching(const TouchingScript& touching, const std::vector<TickRecord>&
   for (const TickRecord& tick : ticks) {
     force_n = std::max(force_n, length_of(tick.force_n));
     torque_nm = std::max(torque_nm, length_of(tick.torque_nm));
-    in_contact += tick.situation != ContactSituation::kNone ? 1 : 0;
+    in_contact += tick.in_contact ? 1 : 0;
   }
   std::printf("  approach  %.4g mm along %s until the part touches\n", 1e3 * touching.way_m,
               way_text(touching.along_w).c_str());
@@ -57,11 +57,15 @@ int motion_for_scene(const MotionArguments& o) {
   CoreSession session(o.scene);
   const TouchingScript touching = touching_script(session, o.scene);
   const std::vector<MotionSample> motion = make_motion(touching.script);
-  const ReplayResult played = replay(session, motion, {});
+  ReplayOptions options;
+  options.expects_contact = true;
+  const ReplayResult played = replay(session, motion, options);
   write_motion_csv(o.out, motion);
   say_samples(o.out, motion, touching.script.rate_hz);
   say_touching(touching, played.ticks);
-  return tools::kExitDone;
+  const tools::SessionVerdict verdict = played.verdict.value_or(tools::SessionVerdict{});
+  std::printf("%s\n", tools::verdict_line(verdict).text.data());
+  return verdict.failed() ? tools::kExitCheckFailed : tools::kExitDone;
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "host_sim/view/core_tape.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -42,7 +43,14 @@ void fit_as_recorded(const PlayArguments& o, CoreSession& session,
   (void)fit_to_device(session, device, rate_hz, recorded.report_clocked ? 0 : 1 / rate_hz);
 }
 
-nlohmann::ordered_json account(const PlayArguments& o, const PlayResult& played) {
+/// The session that was played, and that it was another one.
+std::string verdict_text(const PlayResult& played, const tools::SessionVerdict& verdict) {
+  return std::string(
+      tools::verdict_line(verdict, played.diverged ? "other bits than recorded" : "").view());
+}
+
+nlohmann::ordered_json account(const PlayArguments& o, const PlayResult& played,
+                               const tools::SessionVerdict& verdict) {
   nlohmann::ordered_json json;
   json["recording"] = o.file;
   json["scene"] = o.scene;
@@ -59,6 +67,7 @@ nlohmann::ordered_json account(const PlayArguments& o, const PlayResult& played)
                           {"record", played.record},
                           {"offset", played.offset},
                           {"text", played.text}};
+  json["verdict"] = tools::verdict_json(verdict, verdict_text(played, verdict));
   return json;
 }
 
@@ -85,21 +94,24 @@ int do_play(const PlayArguments& o) {
   const std::vector<std::uint8_t> file = read_recording(o.file);
   fit_as_recorded(o, session, file);
   std::optional<CoreTape> tape;
-  PlayWatch watch;
-  if (!o.html.empty())
-    watch = [&](const ServoParameters& parameters, const ServoInput& input,
-                const ServoResult& result) {
-      if (!tape) tape.emplace(session.view(), parameters);
-      (void)tape->take(input, result);
-    };
+  tools::SessionJudge judge(session.view());
+  const PlayWatch watch = [&](const ServoParameters& parameters, const ServoInput& input,
+                              const ServoResult& result) {
+    if (result.rendered_new) judge.take(result.rendered);
+    if (o.html.empty()) return;
+    if (!tape) tape.emplace(session.view(), parameters);
+    (void)tape->take(input, result);
+  };
   const PlayResult played = play_session(session, file, o.file, watch);
   if (tape) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
   if (o.json) {
-    std::printf("%s\n", account(o, played).dump(2).c_str());
+    std::printf("%s\n", account(o, played, judge.verdict()).dump(2).c_str());
   } else {
     print(o, played);
+    std::printf("%s\n", verdict_text(played, judge.verdict()).c_str());
   }
-  if (played.diverged) return tools::kExitCheckFailed;
+  if (played.diverged || (played.complete && judge.verdict().failed()))
+    return tools::kExitCheckFailed;
   if (played.complete) return tools::kExitDone;
   std::fprintf(stderr, "host_sim: %s; equal as far as it goes\n", played.cut.c_str());
   return tools::kExitBadInput;

@@ -29,6 +29,8 @@
 #include "host_sim/view/server/live_session.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::sim {
 
@@ -61,6 +63,12 @@ std::vector<std::string> names_of(std::uint32_t faults) {
     if ((faults >> bit & 1u) != 0) names.emplace_back(fault_text(1u << bit));
   }
   return names;
+}
+
+std::string fault_words(std::uint32_t faults) {
+  std::string words;
+  for (const std::string& name : names_of(faults)) words += (words.empty() ? "" : "; ") + name;
+  return words;
 }
 
 /// The lines that both forms have.
@@ -105,9 +113,38 @@ nlohmann::ordered_json rest_account(const RestOscillation& rest) {
           {"oscillates", rest.oscillates()}};
 }
 
+/// The verdict, and what fails a run besides it.
+struct RunEnd {
+  tools::SessionVerdict verdict;
+  std::string other;
+
+  void add_failure(bool failed, const std::string& what) {
+    if (failed) other += (other.empty() ? "" : "; ") + what;
+  }
+  [[nodiscard]] bool passed() const { return other.empty() && !verdict.failed(); }
+  [[nodiscard]] std::string line() const {
+    return std::string(tools::verdict_line(verdict, other).view());
+  }
+};
+
+/// What fails the loop over any device.
+void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& rest,
+                       bool bounded) {
+  end.add_failure(!t.finite, "a number is not finite");
+  end.add_failure(t.runs_away(),
+                  tools::formatted("the loop runs away, %.4g m/s and %.4g rad/s: this hand cannot "
+                                   "hold it stable",
+                                   t.largest_speed_m_per_s, t.largest_turn_rad_per_s));
+  end.add_failure(t.refused_poses > 0, std::to_string(t.refused_poses) + " poses were refused");
+  end.add_failure(rest.oscillates(),
+                  tools::formatted("the loop does not come to rest, %.4g N to and fro at %.4g Hz",
+                                   rest.force_pp_n, rest.frequency_hz));
+  end.add_failure(!bounded, "a count of work is over its bound");
+}
+
 /// The loop that the core closes over the device alone.
 nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
-                                    const RestOscillation& rest, bool passed) {
+                                    const RestOscillation& rest, const RunEnd& end) {
   const DeviceModel& device = subject.device;
   nlohmann::ordered_json json;
   json["scene"] = subject.scene;
@@ -149,25 +186,33 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   json["largest_turn_rad_per_s"] = t.largest_turn_rad_per_s;
   json["runs_away"] = t.runs_away();
   json["rest"] = rest_account(rest);
-  json["passed"] = passed;
+  json["passed"] = end.passed();
+  json["verdict"] = tools::verdict_json(end.verdict, end.line());
   return json;
 }
 
+void print_end(const RunEnd& end) {
+  std::printf("  result           %s\n", end.passed() ? "passed" : "FAILED");
+  std::printf("%s\n", end.line().c_str());
+}
+
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
-                bool passed) {
+                const RunEnd& end) {
   std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", subject.scene.c_str(),
               law_name(subject.law), subject.hand.c_str(), subject.rate_hz,
               subject.device.delay_samples);
   print_motion(t);
   print_rest(rest);
-  std::printf("  result           %s\n", passed ? "passed" : "FAILED");
+  print_end(end);
 }
 
 nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTotals& t,
                                      const RestOscillation& rest, const hal::LinkCounters& link,
-                                     bool passed) {
-  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, passed);
+                                     const RunEnd& end) {
+  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, end);
+  const nlohmann::ordered_json verdict = json["verdict"];
   json.erase("passed");
+  json.erase("verdict");
   json["carrier"] = subject.carrier;
   json["report_clocked"] = subject.report_clocked;
   json["fault_script"] = subject.faults_file;
@@ -203,12 +248,13 @@ nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTot
                   {"connects", link.connects},
                   {"disconnects", link.disconnects},
                   {"guard_held", link.guard_held}};
-  json["passed"] = passed;
+  json["passed"] = end.passed();
+  json["verdict"] = verdict;
   return json;
 }
 
 void print_stack(const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
-                 const hal::LinkCounters& link, bool passed) {
+                 const hal::LinkCounters& link, const RunEnd& end) {
   const RunSubject& run = subject.run;
   std::printf("device stack on %s: carrier %s, %s-clocked, law %s, %s hand, %g Hz, delay %u\n",
               run.scene.c_str(), subject.carrier.c_str(),
@@ -232,14 +278,13 @@ void print_stack(const StackSubject& subject, const StackTotals& t, const RestOs
         static_cast<unsigned long long>(link.send_failed + link.in_failed),
         static_cast<unsigned long long>(link.disconnects));
   }
-  std::string faults;
-  for (const std::string& name : names_of(t.faults)) faults += (faults.empty() ? "" : "; ") + name;
+  const std::string faults = fault_words(t.faults);
   if (faults.empty()) {
     std::printf("  faults           none\n");
   } else {
     std::printf("  faults           first at %.4f s: %s\n", t.first_fault_at_s, faults.c_str());
   }
-  std::printf("  result           %s\n", passed ? "passed" : "FAILED");
+  print_end(end);
 }
 
 constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
@@ -271,6 +316,11 @@ std::vector<MotionSample> hand_motion(const RunArguments& o, CoreSession& sessio
     }
   }
   return motion;
+}
+
+/// A hand that presses on the nearest part, in the time that this takes.
+bool is_made_to_press(const RunArguments& o) {
+  return o.script.empty() && !o.seconds && o.hand != "none";
 }
 
 std::string title_of(const RunArguments& o, const CoreSession& session) {
@@ -320,11 +370,17 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   const LoopTotals totals = total(records);
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
-  const bool passed = totals.finite && !totals.runs_away() && totals.refused_poses == 0 &&
-                      !rest.oscillates() &&
-                      within_bounds(session.core().peaks(), session.view().header().capacity);
+  tools::SessionJudge judge(session.view());
+  if (is_made_to_press(o)) judge.expect_contact();
   std::vector<TickRecord> ticks;
-  for (const LoopRecord& record : records) ticks.push_back(record.tick);
+  for (const LoopRecord& record : records) {
+    ticks.push_back(record.tick);
+    judge.take(judged_tick(record.tick));
+    judge.note_work(record.delivered_j);
+  }
+  RunEnd end{judge.verdict(), {}};
+  add_loop_failures(end, totals, rest,
+                    within_bounds(session.core().peaks(), session.view().header().capacity));
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
   if (!o.html.empty()) {
     std::vector<RecordedTick> recorded;
@@ -333,10 +389,10 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
     write_whole_file(o.html, filled_page(page, session.view(), recorded));
   }
   keep(o, loop_csv(records, GuideLegs(session.view())), replay_plot(ticks, title_of(o, session)),
-       loop_account(subject, totals, rest, passed));
-  if (!o.json) print_loop(subject, totals, rest, passed);
+       loop_account(subject, totals, rest, end));
+  if (!o.json) print_loop(subject, totals, rest, end);
   if (live) stay(*live);
-  return passed;
+  return end.passed();
 }
 
 /// Everyone who looks at the servo ticks of a run.
@@ -425,22 +481,33 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
 
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
-  const bool as_scripted = !events.empty() || (totals.faults == 0 && totals.ended_ready);
+  tools::SessionJudge judge(session.view());
+  if (is_made_to_press(o)) judge.expect_contact();
   std::vector<LoopRecord> felt;
-  for (const StackRecord& record : records) felt.push_back(record.loop);
+  for (const StackRecord& record : records) {
+    felt.push_back(record.loop);
+    if (record.rendered_new) judge.take(judged_tick(record.loop.tick));
+    judge.note_work(record.loop.delivered_j);
+  }
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
-  const bool passed = totals.loop.finite && !totals.loop.runs_away() &&
-                      totals.loop.refused_poses == 0 && as_scripted && !rest.oscillates() &&
-                      totals.ended_at_zero &&
-                      within_bounds(session.core().peaks(), session.view().header().capacity);
+  RunEnd end{judge.verdict(), {}};
+  add_loop_failures(end, totals.loop, rest,
+                    within_bounds(session.core().peaks(), session.view().header().capacity));
+  if (events.empty()) {
+    end.add_failure(totals.faults != 0,
+                    tools::formatted("a fault at %.4f s: ", totals.first_fault_at_s) +
+                        fault_words(totals.faults));
+    end.add_failure(!totals.ended_ready, "the link is not ready at the end");
+  }
+  end.add_failure(!totals.ended_at_zero, "the last wrench handed over is not zero");
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
   keep(o, stack_csv(records, GuideLegs(session.view())), stack_plot(records, title),
-       stack_account(subject, totals, rest, link, passed));
-  if (!o.json) print_stack(subject, totals, rest, link, passed);
+       stack_account(subject, totals, rest, link, end));
+  if (!o.json) print_stack(subject, totals, rest, link, end);
   if (live) stay(*live);
-  return passed;
+  return end.passed();
 }
 
 int do_run(const RunArguments& o) {

@@ -107,6 +107,7 @@ class DeviceStack final : private hal::LinkObserver {
 
   [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
   [[nodiscard]] double period_s() const;
+  [[nodiscard]] LawId law() const { return session_.view().parameters().law; }
   [[nodiscard]] hal::LinkCounters link_counters() const;
   [[nodiscard]] std::vector<StepTrace> flight() const;
 

@@ -123,7 +123,7 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
 
 LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick) {
   LoopRecord record;
-  record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.grip_in_part());
+  record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.law(), loop.grip_in_part());
   record.device_wa = tick.sensed_wa;
   record.accepted_w = tick.accepted_w;
   record.proxy_wa = tick.result.proxy_pose_wa;
@@ -193,7 +193,7 @@ LoopTotals total(std::span<const LoopRecord> records) {
     t.largest_force_n = std::max(t.largest_force_n, force.norm());
     t.largest_torque_nm = std::max(t.largest_torque_nm, torque.norm());
     t.refused_poses += r.tick.status != RtStatus::kOk ? 1u : 0u;
-    t.contact_ticks += is_in_contact(r.tick) ? 1u : 0u;
+    t.contact_ticks += r.tick.in_contact ? 1u : 0u;
     t.largest_speed_m_per_s = std::max(t.largest_speed_m_per_s, r.speed_m_per_s);
     t.largest_turn_rad_per_s = std::max(t.largest_turn_rad_per_s, r.turn_rad_per_s);
     t.largest_delivered_j = std::max(t.largest_delivered_j, r.delivered_j);

@@ -62,6 +62,7 @@ class ClosedLoop {
   [[nodiscard]] double period_s() const { return period_s_; }
   [[nodiscard]] const SimulatedDevice& device() const { return device_; }
 
+  [[nodiscard]] LawId law() const { return session_.view().parameters().law; }
   /// Grip point in A's mesh frame [m].
   [[nodiscard]] Vec3 grip_in_part() const { return grip_a_.cast<Real>(); }
   /// The grip point and orientation of a pose of A's mesh frame, and back.

@@ -103,7 +103,7 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose) {
   double least_m = std::numeric_limits<double>::max();
   for (int k = 0, still = 0; k < kMostTicks && still < kStillTicks; ++k) {
     const StepResult result = session.core().step(input);
-    const double apart_m = record_of(0, 0, result, grip_a).apart_m;
+    const double apart_m = record_of(0, 0, result, LawId::kProxy, grip_a).apart_m;
     if (apart_m <= kFollowed_m) return {false, static_cast<double>(result.proxy_gap_m)};
     still = apart_m < least_m - kStill_m ? 0 : still + 1;
     least_m = std::min(least_m, apart_m);

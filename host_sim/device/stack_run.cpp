@@ -93,12 +93,12 @@ void take(double given, Real& value) {
   if (given > 0) value = static_cast<Real>(given);
 }
 
-StackRecord record_of(const StackTick& tick, bool was_rendered, double delivered_j,
+StackRecord record_of(const StackTick& tick, LawId law, bool was_rendered, double delivered_j,
                       const MotionSample& wanted) {
   StackRecord out;
   LoopRecord& loop = out.loop;
   const StepResult& rendered = tick.servo.rendered;
-  loop.tick = sim::record_of(tick.period, tick.t_s, rendered);
+  loop.tick = sim::record_of(tick.period, tick.t_s, rendered, law);
   // Before the first report nothing touches.
   if (!was_rendered) loop.tick.d_near_m = std::numeric_limits<double>::infinity();
   loop.device_wa = rendered.goal_pose_wa;
@@ -108,6 +108,7 @@ StackRecord record_of(const StackTick& tick, bool was_rendered, double delivered
   loop.speed_m_per_s = tick.device.velocity_w.norm();
   loop.turn_rad_per_s = tick.device.angular_velocity_w.norm();
   loop.delivered_j = delivered_j;
+  out.rendered_new = tick.servo.rendered_new;
   out.arming = tick.servo.arming;
   out.faults = tick.servo.faults;
   out.device_faults = tick.state.faults;
@@ -143,15 +144,17 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
   }
   std::vector<std::size_t> armings, links;
   std::vector<ContactSituation> situations;
+  std::vector<std::uint32_t> flags;
   std::vector<double> apart_m, d_near_m;
   std::size_t contact = 0;
   for (const StackRecord& r : records) {
     armings.push_back(place_in(kArmingOrder, r.arming));
     links.push_back(place_in(kLinkOrder, r.link));
     situations.push_back(r.loop.tick.situation);
+    flags.push_back(r.loop.tick.flags);
     apart_m.push_back(r.loop.tick.apart_m);
     d_near_m.push_back(searched_depth_m(r.loop.tick));
-    contact += r.loop.tick.situation != ContactSituation::kNone ? 1u : 0u;
+    contact += r.loop.tick.in_contact ? 1u : 0u;
   }
   std::string svg = heading_at(kStackLeft, 28, title);
   svg += text_at(kStackLeft, 48,
@@ -168,17 +171,24 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
   svg += stage_panel(panel(190), times, "|torque| (N m)", torque, 1.0e-4);
   if (shows_apart(apart_m)) svg += apart_panel(panel(110), times, apart_m);
   if (shows_depth(d_near_m)) svg += depth_panel(panel(130), times, d_near_m);
+  const bool marks = shows_marks(flags);
+  const double marks_top = top;
+  if (marks) top += 24;
   const Panel arming = panel(24, 10), link = panel(24, 10), situation = panel(24, 0);
   svg += band(arming, "arming", false, times, armings, kArmings, BandColumn::kLastOfTable);
   svg += band(link, "link", false, times, links, kLinks, BandColumn::kLastOfTable);
   svg += situation_band(situation, times, situations, top + 98);
+  if (marks) {
+    svg += mark_band(time_panel(times, kStackLeft, marks_top, kStackPlotWidth, 14), times, flags,
+                     top + 122);
+  }
   svg += text_at(kStackLeft + kStackPlotWidth / 2, top + 36, "time (s)", "middle", 13);
   svg += band_key(kStackLeft, top + 50, armings, kArmings);
   svg += band_key(kStackLeft, top + 74, links, kLinks);
   const char* const names[] = {"arming", "link", "situation"};
   for (std::size_t k = 0; k < 3; ++k)
     svg += text_at(kStackLeft - 8, top + 61 + 24 * static_cast<double>(k), names[k], "end", 13);
-  return svg_document(kStackWidth, top + 126, svg);
+  return svg_document(kStackWidth, top + (marks ? 150 : 126), svg);
 }
 
 StackSettings stack_over(StackCarrier carrier, const DeviceModel& device,
@@ -233,7 +243,7 @@ std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSam
     const double delivered_j =
         stack.bus().with_model([](const ReferenceModel& model) { return model.delivered_j(); });
     was_rendered = was_rendered || tick.servo.rendered_new;
-    records.push_back(record_of(tick, was_rendered, delivered_j, motion[k]));
+    records.push_back(record_of(tick, stack.law(), was_rendered, delivered_j, motion[k]));
     if (after_step) after_step(records.back());
   }
   return records;

@@ -39,8 +39,9 @@ struct StackRecord {
   std::uint32_t device_faults = 0;  ///< DeviceFault, of the state that the tick saw
   LinkState link = LinkState::kAbsent;
   bool drives_on = false;
-  Wrench handed_d;  ///< in the newest command that was handed to the bus
-  Load acting_w;    ///< on the handle in this period
+  bool rendered_new = false;  ///< the core has ticked; else its last result is there again
+  Wrench handed_d;            ///< in the newest command that was handed to the bus
+  Load acting_w;              ///< on the handle in this period
   std::uint64_t sends = 0;
   std::uint32_t armings = 0, cuts = 0;  ///< so far; by the operator, and by the device's watchdog
 };

@@ -11,15 +11,16 @@ namespace {
 
 /// One tick of the core; `values` gets one per pair where it has room, `goal_wa` the pose that they
 /// belong to.
-TickRecord core_tick(HapticCore& core, const StepInput& input, double t_s, const Vec3& grip_a,
+TickRecord core_tick(CoreSession& session, const StepInput& input, double t_s, const Vec3& grip_a,
                      Pose& goal_wa, std::vector<PairValue>& values) {
+  HapticCore& core = session.core();
   const StepResult result = core.step(input);
   for (std::uint32_t k = 0; k < values.size(); ++k) {
     const PairReport report = core.pair_report(k);
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
   }
   goal_wa = result.goal_pose_wa;
-  return record_of(input.sequence, t_s, result, grip_a);
+  return record_of(input.sequence, t_s, result, session.view().parameters().law, grip_a);
 }
 
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
@@ -37,6 +38,7 @@ TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepI
   std::copy(torque.begin(), torque.end(), record.torque_nm);
   const std::uint32_t nearest = tracker.nearest_pair();
   record.d_near_m = values[nearest].d_near_m;
+  record.in_contact = record.d_near_m <= 0;
   record.near_count = static_cast<std::uint32_t>(tracker.near_nodes(nearest).size());
   record.nodes_evaluated = static_cast<std::uint32_t>(tracker.nodes_evaluated());
   if (tracker.empty_local_sets() > 0) record.flags |= kFlagLocalSetEmpty;
@@ -59,6 +61,8 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   if (options.contacts && !literal) contacts.emplace(view);
   const Vec3 grip_a = grip_in_part(view);
   TrackCheck check;
+  tools::SessionJudge judge(view);
+  if (options.expects_contact) judge.expect_contact();
   std::vector<PairVerdict> verdicts;
   std::vector<PairValue> values(literal || oracle ? view.pair_count() : 0);
   for (std::size_t i = 0; i < motion.size(); ++i) {
@@ -67,9 +71,10 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
     Pose goal_wa = input.pose_wa;
     TickRecord record =
         literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, values)
-                : core_tick(session.core(), input, t_s, grip_a, goal_wa, values);
+                : core_tick(session, input, t_s, grip_a, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
+    if (!literal) judge.take(judged_tick(record));
     if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);
     if (oracle && record.status == RtStatus::kOk) {
       oracle->evaluate(goal_wa, verdicts);
@@ -80,6 +85,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
                    i + 1 == motion.size() ? "\n" : "");
     }
   }
+  if (!literal) result.verdict = judge.verdict();
   if (options.check) result.check = check.totals();
   if (contacts) result.contact_csv = contacts->csv();
   return result;

@@ -20,10 +20,13 @@ struct ReplayOptions {
   std::optional<DeltaReading> literal;  ///< the paper's literal steps instead of the core
   bool contacts = false;                ///< keep the contacts of every tick of the core
   bool progress = false;                ///< a status line on stderr
+  bool expects_contact = false;         ///< a motion that was made to touch
 };
 
 struct ReplayResult {
   std::vector<TickRecord> ticks;
+  /// Of the core; the literal method is not judged.
+  std::optional<tools::SessionVerdict> verdict;
   std::optional<CheckTotals> check;
   std::string contact_csv;  ///< session/contact_log.hpp; empty unless asked for
 };

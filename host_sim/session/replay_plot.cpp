@@ -43,6 +43,32 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
   return curve_panel(panel, label, times, series, false);
 }
 
+/// What is marked, gravest last.
+constexpr struct {
+  std::uint32_t flags;
+  BandValue value;
+} kMarks[] = {{0, {"follows", "#ffffff"}},
+              {kFlagRamping, {"force ramped", "#c8b400"}},
+              {kFlagSaturated, {"pull at its limit", "#cc79a7"}},
+              {kFlagBehind, {"behind", "#56b4e9"}},
+              {kFlagListFull, {"list full", "#0072b2"}},
+              {kFlagProxyStuck, {"stuck", "#d55e00"}},
+              {kFlagRecovery, {"recovery", "#a0005a"}},
+              {kFlagOutsideEnvelope, {"outside limits", "#404040"}},
+              {kFlagBadPose, {"pose refused", "#000000"}}};
+
+std::size_t mark_of(std::uint32_t flags) {
+  for (std::size_t k = std::size(kMarks) - 1; k > 0; --k) {
+    if ((flags & kMarks[k].flags) != 0) return k;
+  }
+  return 0;
+}
+
+/// Whether something holds the part, and its force is not taken away by a ramp.
+bool is_held(const TickRecord& tick) {
+  return tick.in_contact && (tick.flags & (kFlagRamping | kFlagRecovery)) == 0;
+}
+
 /// A sudden fall of the force: the part slipped off what held it.
 struct Release {
   double t_s = 0, fall_n = 0;
@@ -56,7 +82,8 @@ std::vector<Release> releases_of(std::span<const TickRecord> ticks) {
   std::vector<Release> found;
   for (std::size_t i = kReleaseTicks; i < ticks.size(); ++i) {
     const double fall_n = length_of(ticks[i - kReleaseTicks].force_n) - length_of(ticks[i].force_n);
-    if (!(fall_n >= least_n)) continue;
+    if (!(fall_n >= least_n) || !is_held(ticks[i - kReleaseTicks])) continue;
+    if ((ticks[i].flags & (kFlagRamping | kFlagRecovery)) != 0) continue;
     if (!found.empty() && ticks[i].t_s - found.back().t_s < kReleaseApart_s) {
       if (fall_n > found.back().fall_n) found.back() = {ticks[i].t_s, fall_n};
     } else {
@@ -151,12 +178,28 @@ std::string situation_band(const Panel& panel, std::span<const double> times,
          band_key(panel.left, key_y, values, table);
 }
 
+bool shows_marks(std::span<const std::uint32_t> flags) {
+  return std::ranges::any_of(flags, [](std::uint32_t of) { return mark_of(of) > 0; });
+}
+
+std::string mark_band(const Panel& panel, std::span<const double> times,
+                      std::span<const std::uint32_t> flags, double key_y) {
+  std::vector<BandValue> table;
+  for (const auto& mark : kMarks) table.push_back(mark.value);
+  std::vector<std::size_t> values;
+  for (const std::uint32_t of : flags) values.push_back(mark_of(of));
+  return band(panel, "does not follow", false, times, values, table, BandColumn::kLastOfTable) +
+         band_key(panel.left, key_y, values, table);
+}
+
 std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title) {
   std::vector<double> times;
   std::size_t contact = 0;
   std::vector<double> apart_m, d_near_m;
   std::vector<ContactSituation> situations;
+  std::vector<std::uint32_t> flags;
   for (const TickRecord& tick : ticks) {
+    flags.push_back(tick.flags);
     times.push_back(tick.t_s);
     contact += length_of(tick.force_n) > kForceFloor_n ? 1u : 0u;
     apart_m.push_back(tick.apart_m);
@@ -178,7 +221,14 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
   if (shows_depth(d_near_m)) svg += depth_panel(panel(130), times, d_near_m);
   const std::vector<Release> releases = releases_of(ticks);
   svg += release_marks(first, top - 18, releases);
+  const bool marks = shows_marks(flags);
+  const double marks_top = top;
+  if (marks) top += 32;
   const Panel strip = panel(36);
+  if (marks) {
+    svg += mark_band(time_panel(times, kReplayLeft, marks_top, kReplayPlotWidth, 14), times, flags,
+                     strip.top + strip.height + 76);
+  }
   svg += situation_band(strip, times, situations, strip.top + strip.height + 52);
   svg += text_at(kReplayLeft + kReplayPlotWidth / 2, top + 18, "time (s)", "middle", 13);
   svg += heading_at(kReplayLeft, 28, title + ": reaction on the hand");
@@ -186,7 +236,7 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
       std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " with force";
   if (!releases.empty()) note += "; release: the part slips off what held it";
   svg += text_at(kReplayLeft, 48, note, "start", 13, "fill=\"#505050\"");
-  return svg_document(kReplayWidth, top + 62, svg);
+  return svg_document(kReplayWidth, top + (marks ? 86 : 62), svg);
 }
 
 }  // namespace haptic::sim

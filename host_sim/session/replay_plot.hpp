@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Picture of a replay over time: force, torque, distance of the part from the device's pose,
-/// d_near and contact situation; sudden releases are marked.
+/// d_near and contact situation; marked are sudden releases of what was held, and the ticks in
+/// which the part does not follow the hand.
 
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -30,6 +32,13 @@ namespace haptic::sim {
 [[nodiscard]] std::string situation_band(const Panel& panel, std::span<const double> times,
                                          std::span<const ContactSituation> situations,
                                          double key_y);
+
+/// Why the part does not follow the hand, over time, as a band without times: the core's flags of
+/// each tick, the gravest of a pixel column. The key of its colours at `key_y`.
+[[nodiscard]] std::string mark_band(const Panel& panel, std::span<const double> times,
+                                    std::span<const std::uint32_t> flags, double key_y);
+/// Whether there is a mark.
+[[nodiscard]] bool shows_marks(std::span<const std::uint32_t> flags);
 
 /// A complete SVG document. Curves are reduced to their least and largest value per pixel column,
 /// so no peak is lost and the size stays below 1 MB for any number of ticks. `title` may hold any

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/common/formatted.hpp"
+#include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -52,6 +53,26 @@ void check_text(std::string& text, const CheckTotals& c) {
   append_line(text, "  result                %s", c.passed() ? "passed" : "FAILED");
 }
 
+/// What fails a replay besides its verdict; empty: nothing.
+std::string other_failures(const ReplayReport& report) {
+  std::string text;
+  const auto add = [&text](bool failed, const char* what) {
+    if (failed) text += (text.empty() ? "" : "; ") + std::string(what);
+  };
+  add(!report.bounded || !report.totals.within_bounds(), "a count of work is over its bound");
+  add(report.check && !report.check->passed(), "the exhaustive search finds other contacts");
+  add(report.reference && report.reference->wrong > 0, "contact is not that of the reference");
+  return text;
+}
+
+/// The last line.
+std::string verdict_text(const ReplayReport& report) {
+  const std::string other = other_failures(report);
+  if (report.verdict) return std::string(tools::verdict_line(*report.verdict, other).view());
+  return (other.empty() ? "" : "FAILED: " + other + "; ") +
+         "the literal steps of the paper are not judged";
+}
+
 }  // namespace
 
 const char* flag_name(std::size_t bit) {
@@ -90,7 +111,7 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
       ++t.refused_poses;
     } else {
       t.smallest_d_near_m = std::min(t.smallest_d_near_m, r.d_near_m);
-      t.contact_ticks += is_in_contact(r) ? 1u : 0u;
+      t.contact_ticks += r.in_contact ? 1u : 0u;
       ++t.situation_ticks[static_cast<std::size_t>(r.situation)];
     }
     nodes += r.nodes_evaluated;
@@ -113,6 +134,10 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
     t.final_hash = ticks.back().state_hash;
   }
   return t;
+}
+
+bool ReplayReport::passed() const {
+  return other_failures(*this).empty() && !(verdict && verdict->failed());
 }
 
 std::string text_summary(const ReplayReport& report) {
@@ -167,7 +192,7 @@ std::string text_summary(const ReplayReport& report) {
         r.wrong > 0 ? "  FAILED" : "");
     if (r.wrong > 0) append_line(text, "  first wrong           t = %.3f s", r.first_wrong_t_s);
   }
-  return text;
+  return text + verdict_text(report) + "\n";
 }
 
 std::string json_summary(const ReplayReport& report) {
@@ -228,6 +253,7 @@ std::string json_summary(const ReplayReport& report) {
                          {"unmatched", r.unmatched},
                          {"wrong", r.wrong}};
   }
+  if (report.verdict) json["verdict"] = tools::verdict_json(*report.verdict, verdict_text(report));
   return json.dump(2) + "\n";
 }
 

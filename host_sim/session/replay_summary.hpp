@@ -47,8 +47,13 @@ struct ReplayReport {
   ReplayTotals totals;
   std::optional<CheckTotals> check;
   std::optional<ReferenceTotals> reference;
+  std::optional<tools::SessionVerdict> verdict;
+  bool bounded = true;  ///< every count of the core within its bound
+
+  [[nodiscard]] bool passed() const;
 };
 
+/// Lines for people; the last one is the verdict.
 [[nodiscard]] std::string text_summary(const ReplayReport& report);
 /// One JSON object, two spaces of indent, keys in a fixed order.
 [[nodiscard]] std::string json_summary(const ReplayReport& report);

@@ -12,7 +12,13 @@ Vec3 grip_in_part(const SceneView& view) {
   return {static_cast<Real>(at[0]), static_cast<Real>(at[1]), static_cast<Real>(at[2])};
 }
 
-TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, const Vec3& grip_a) {
+tools::JudgedTick judged_tick(const TickRecord& record) noexcept {
+  return {record.status != RtStatus::kOk, record.in_contact, record.pull_n, record.flags,
+          record.energy_j};
+}
+
+TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, LawId law,
+                     const Vec3& grip_a) {
   TickRecord record;
   record.tick = tick;
   record.t_s = t_s;
@@ -22,6 +28,9 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, c
   }
   record.d_near_m = static_cast<double>(result.d_near_m);
   record.situation = result.situation;
+  const tools::JudgedTick judged = tools::judged_tick(result, law);
+  record.in_contact = judged.in_contact;
+  record.pull_n = judged.pull_n;
   record.near_count = result.near_count;
   record.nodes_evaluated = result.counters.feature_evaluations + result.counters.edge_pairs;
   record.support_pairs = result.counters.support_pairs;

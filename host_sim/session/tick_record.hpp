@@ -9,6 +9,7 @@
 
 #include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
 
@@ -37,6 +38,8 @@ struct TickRecord {
   double torque_nm[3] = {0, 0, 0};  ///< about the grip point, W axes
   double d_near_m = 0;              ///< smallest over the pairs; <= 0: collision
   ContactSituation situation = ContactSituation::kNone;
+  bool in_contact = false;  ///< the part as it is felt touches: tools::felt_part_touches
+  double pull_n = 0;        ///< force of the spring alone: StepResult::spring_w
   std::uint32_t near_count = 0;
   std::uint32_t nodes_evaluated = 0;  ///< faces, edges and pairs of edges
   std::uint32_t support_pairs = 0;
@@ -52,15 +55,13 @@ struct TickRecord {
   TickGuide guide;
 };
 
-/// Whether contact is felt, or the goal lies in the material.
-[[nodiscard]] inline bool is_in_contact(const TickRecord& r) noexcept {
-  return r.status == RtStatus::kOk && (r.situation != ContactSituation::kNone || r.d_near_m <= 0);
-}
+/// What is judged of a tick.
+[[nodiscard]] tools::JudgedTick judged_tick(const TickRecord& record) noexcept;
 
-/// The record of tick number `tick` from the core's result. `grip_a`: grip point in A's mesh frame
-/// [m].
+/// The record of tick number `tick` from the core's result under `law`. `grip_a`: grip point in A's
+/// mesh frame [m].
 [[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result,
-                                   const Vec3& grip_a = Vec3::Zero());
+                                   LawId law, const Vec3& grip_a = Vec3::Zero());
 /// Grip point of the scene's moving part in A's mesh frame [m].
 [[nodiscard]] Vec3 grip_in_part(const SceneView& view);
 

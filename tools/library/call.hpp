@@ -3,6 +3,7 @@
 /// What every function of the C interface does first and last: structures of a size that is known,
 /// numbers within their range, exceptions turned into error numbers.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <exception>
@@ -10,6 +11,7 @@
 
 #include "rt_core/base/pose.hpp"
 #include "tools/library/haptic.h"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
 
@@ -40,6 +42,34 @@ inline void write_numbers(const Wrench& wrench, double* p) noexcept {
     p[k] = static_cast<double>(wrench.force_w[k]);
     p[3 + k] = static_cast<double>(wrench.torque_w[k]);
   }
+}
+
+/// The judgement as the caller's structure, which is of a size that is known.
+inline void write_verdict(const SessionVerdict& from, haptic_verdict& to) noexcept {
+  static_assert(sizeof to.text == sizeof VerdictLine{}.text);
+  static_assert(HAPTIC_VERDICT_COUNT == static_cast<int>(Outcome::kNothingTouched));
+  to = HAPTIC_VERDICT_INIT;
+  to.verdict = static_cast<uint32_t>(from.outcome);
+  to.failures = from.failures;
+  to.started_inside = from.started_inside ? 1 : 0;
+  to.ticks = from.ticks;
+  to.followed_ticks = from.followed_ticks;
+  to.contact_ticks = from.contact_ticks;
+  const auto ticks = [&from](WhyNot why) { return from.why_not[static_cast<std::size_t>(why)]; };
+  to.refused_ticks = ticks(WhyNot::kRefused);
+  to.inside_ticks = ticks(WhyNot::kInside);
+  to.outside_ticks = ticks(WhyNot::kOutside);
+  to.stuck_ticks = ticks(WhyNot::kStuck);
+  to.list_full_ticks = ticks(WhyNot::kListFull);
+  to.behind_ticks = ticks(WhyNot::kBehind);
+  to.saturated_ticks = ticks(WhyNot::kSaturated);
+  to.ramped_ticks = ticks(WhyNot::kRamped);
+  to.longest_open_ticks = from.longest_open.ticks;
+  to.longest_stuck_ticks = from.longest_stuck.ticks;
+  to.open_force_n = from.open_force_n;
+  to.given_out_j = from.given_out_j;
+  const VerdictLine line = verdict_line(from);
+  std::copy(line.text.begin(), line.text.end(), to.text);
 }
 
 /// A position within 100 km and a quaternion of unit length to 1e-3: what the core takes as one.

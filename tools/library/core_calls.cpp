@@ -21,6 +21,7 @@ struct alignas(kStateAlignment) haptic_core {
   SceneView view;
   HapticCore* core = nullptr;
   std::uint64_t ticks = 0;
+  SessionJudge judge;
 };
 
 namespace {
@@ -91,6 +92,7 @@ int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool cl
   input.pose_wa = pose_of_numbers(pose);
   input.clutched = clutched;
   result = handle.core->step(input);
+  handle.judge.take(result);
   if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
   handle.ticks += 1;
   return HAPTIC_OK;
@@ -161,6 +163,7 @@ int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size
   if (!is_aligned(memory) || bytes < memory_bytes(view)) return HAPTIC_ERROR_MEMORY;
   auto* handle = new (memory) haptic_core;  // placement, no heap
   handle->view = view;
+  handle->judge = SessionJudge(view);
   std::byte* const state = static_cast<std::byte*>(memory) + sizeof(haptic_core);
   if (HapticCore::create({state, bytes - sizeof(haptic_core)}, handle->view, handle->core) !=
       RtStatus::kOk)
@@ -202,11 +205,20 @@ int haptic_core_replay(haptic_core* core, haptic_replay* replay) {
   return replay_ticks(*call, *replay);
 }
 
+int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict) {
+  if (const int error = check_structure(verdict); error != HAPTIC_OK) return error;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  write_verdict((*call).judge.verdict(), *verdict);
+  return HAPTIC_OK;
+}
+
 int haptic_core_reset(haptic_core* core) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
   (*call).core->reset();
   (*call).ticks = 0;
+  (*call).judge.reset();
   return HAPTIC_OK;
 }
 

@@ -90,6 +90,48 @@ typedef struct haptic_scene_info {
 /// Any thread. Cost: one pass over the bytes.
 HAPTIC_API int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* info);
 
+/// What a session came to, gravest first. From HAPTIC_VERDICT_ENERGY on it has failed.
+typedef enum haptic_verdict_code {
+  HAPTIC_VERDICT_FOLLOWED = 0,    ///< the part followed the hand, but for what is counted
+  HAPTIC_VERDICT_NO_TICKS = 1,    ///< there was none
+  HAPTIC_VERDICT_ENERGY = 2,      ///< the rendering gave out more than 1 mJ
+  HAPTIC_VERDICT_OPEN_FORCE = 3,  ///< above 0.05 N for more than 100 ticks in a row in which the
+                                  ///< part touched nothing
+  HAPTIC_VERDICT_STUCK = 4,       ///< free to move and pulled, it stayed for more than 100 ticks
+  HAPTIC_VERDICT_INSIDE = 5,      ///< inside an obstacle for the last 100 ticks and more
+  HAPTIC_VERDICT_BEHIND = 6,  ///< more than 1 % of the ticks, and of 10, ended for want of budget
+  HAPTIC_VERDICT_COUNT = 7
+} haptic_verdict_code;
+
+/// The judgement of all ticks since the core was created or reset, or the session opened: the same
+/// that `host_sim` and `run_device` end with. A tick followed the hand where none of the counts
+/// from refused_ticks on has it; a tick may be in several.
+typedef struct haptic_verdict {
+  uint32_t struct_size;
+  uint32_t verdict;   ///< haptic_verdict_code, the gravest
+  uint32_t failures;  ///< bit set: 1 << haptic_verdict_code
+  uint32_t started_inside;
+  uint64_t ticks, followed_ticks;
+  uint64_t contact_ticks;        ///< the part as it is felt touched something
+  uint64_t refused_ticks;        ///< pose not usable; of a core: the calls with HAPTIC_ERROR_POSE
+  uint64_t inside_ticks;         ///< inside an obstacle, led out without force
+  uint64_t outside_ticks;        ///< after the scene's limits of motion were left, without force
+  uint64_t stuck_ticks;          ///< free to move and pulled by more than 0.05 N, not moved
+  uint64_t list_full_ticks;      ///< more pairs near than the scene's near_pairs
+  uint64_t behind_ticks;         ///< ended for want of budget
+  uint64_t saturated_ticks;      ///< the pull at its limit
+  uint64_t ramped_ticks;         ///< the force ramped out or in
+  uint64_t longest_open_ticks;   ///< longest run with force and without contact
+  uint64_t longest_stuck_ticks;  ///< longest run of stuck ticks
+  double open_force_n;           ///< largest force in a run without contact that fails
+  double given_out_j;            ///< by the rendering; not a number: the scene has no observer of it
+  char text[768];                ///< one line for people: what helps, by the key of the scene
+} haptic_verdict;
+#define HAPTIC_VERDICT_INIT                                                             \
+  {                                                                                     \
+    sizeof(haptic_verdict), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, { 0 } \
+  }
+
 typedef struct haptic_core haptic_core;
 
 /// Builds a core for `scene` at the begin of `memory`. Both stay where they are until the core is
@@ -153,8 +195,11 @@ typedef struct haptic_replay {
 /// Threads as haptic_core_step. Cost: `count` ticks.
 HAPTIC_API int haptic_core_replay(haptic_core* core, haptic_replay* replay);
 
-/// Forgets all contact: the next tick is a first tick. Threads as haptic_core_step. Cost: one pass
-/// over the memory.
+/// The verdict so far. Threads as haptic_core_step; constant cost.
+HAPTIC_API int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict);
+
+/// Forgets all contact and the verdict: the next tick is a first tick. Threads as haptic_core_step.
+/// Cost: one pass over the memory.
 HAPTIC_API int haptic_core_reset(haptic_core* core);
 
 /// The core is over: its memory may be used for something else. Until then every call gives
@@ -319,6 +364,10 @@ typedef struct haptic_gains {
 
 /// The same all through the session. Any thread. Cost: one copy.
 HAPTIC_API int haptic_session_gains(const haptic_session* session, haptic_gains* gains);
+
+/// The verdict so far, up to the newest tick; after haptic_session_close of the whole session.
+/// Never waits. Any thread. Cost: one copy and a line of text.
+HAPTIC_API int haptic_session_verdict(const haptic_session* session, haptic_verdict* verdict);
 
 /// One tick of the past.
 typedef struct haptic_tick {

@@ -84,6 +84,13 @@ int haptic_session_gains(const haptic_session* session, haptic_gains* gains) {
   return HAPTIC_OK;
 }
 
+int haptic_session_verdict(const haptic_session* session, haptic_verdict* verdict) {
+  if (const int error = check_structure(verdict); error != HAPTIC_OK) return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  write_verdict(session->loop.verdict(), *verdict);
+  return HAPTIC_OK;
+}
+
 int haptic_session_history(const haptic_session* session, haptic_tick* ticks, size_t capacity,
                            size_t tick_bytes, size_t* count) {
   if (count == nullptr) return HAPTIC_ERROR_NULL;

@@ -159,7 +159,8 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
       link_thread_(link_, thread_settings(settings)),
       recorder_(history_memory_.span()),
       tick_(*core_, parameters_, view_.header().capacity, &recorder_),
-      loop_(tick_, mailbox_, loop_settings(settings, frames_)) {
+      loop_(tick_, mailbox_, loop_settings(settings, frames_)),
+      judge_(view_) {
   loop_.watch(&SimulatedSession::watch, this);
 }
 
@@ -213,7 +214,8 @@ void SimulatedSession::watch(void* self, const ServoInput& input, const ServoRes
 
 // On the servo thread. The counters of the loop are those of the tick before.
 void SimulatedSession::note(const ServoInput& input, const ServoResult& result) noexcept {
-  TickRecord record{HAPTIC_STATE_INIT};
+  if (result.rendered_new) judge_.take(result.rendered);
+  TickRecord record{HAPTIC_STATE_INIT, judge_.verdict()};
   haptic_state& s = record.state;
   const StepResult& rendered = result.rendered;
   const hal::ServoLoopCounters& counters = loop_.counters();
@@ -262,6 +264,13 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
   gains.asked_n_per_m = asked_n_per_m_;
   gains.asked_nm_per_rad = asked_nm_per_rad_;
   lowered_.copy(gains.text, sizeof gains.text - 1);
+}
+
+SessionVerdict SimulatedSession::verdict() const noexcept {
+  NewestReader<TickRecord> reader(newest_);
+  bool found = false;
+  const TickRecord& record = reader.newest(&found);
+  return found ? record.verdict : SessionVerdict{};
 }
 
 std::size_t SimulatedSession::history(std::span<haptic_tick> ticks) const {

@@ -20,6 +20,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/library/haptic.h"
 #include "tools/run_device/simulated_peer.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
 
@@ -85,6 +86,7 @@ class SimulatedSession {
   /// Any thread, without waiting.
   void state(haptic_state& state) const noexcept;
   void gains(haptic_gains& gains) const noexcept;
+  [[nodiscard]] SessionVerdict verdict() const noexcept;
   [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks) const;
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
@@ -101,6 +103,7 @@ class SimulatedSession {
   /// As the servo thread leaves it after a tick.
   struct TickRecord {
     haptic_state state;
+    SessionVerdict verdict;
   };
   static_assert(sizeof(TickRecord) % sizeof(RecordWord) == 0);
 
@@ -127,6 +130,7 @@ class SimulatedSession {
   FlightRecorder recorder_;
   ServoTick tick_;
   hal::ServoLoop loop_;
+  SessionJudge judge_;  ///< servo thread
   NewestRecord<TickRecord> newest_;
   NewestWriter<TickRecord> newest_writer_{newest_};
   std::int64_t opened_ns_ = 0;

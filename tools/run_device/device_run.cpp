@@ -285,7 +285,9 @@ bool Run::take_end() {
            "): " + hal::to_text(end),
        LineLevel::kError);
   watch_.crash({end.number, end.pid, hal::to_text(end), end.records});
-  add(status_of(board(end.number)).counts, account_.counts);
+  const ServoStatus last_word = status_of(board(end.number));
+  add(last_word.counts, account_.counts);
+  add(last_word.verdict, account_.verdict);
   account_.processes += 1;
   if (end.end.signal != 0) {
     account_.exit_code = kExitCheckFailed;
@@ -376,7 +378,9 @@ void Run::finish() {
   }
   ServoBoard& last = board();
   if (at_work_) {
-    add(status_of(last).counts, account_.counts);
+    const ServoStatus last_word = status_of(last);
+    add(last_word.counts, account_.counts);
+    add(last_word.verdict, account_.verdict);
     account_.processes += 1;
   }
   account_.times = last.times;
@@ -388,6 +392,8 @@ void Run::finish() {
   if (peer_ != nullptr) account_.peer = peer_->counters();
   account_.link_times = bus_.times();
   account_.ending = bus_.ending();
+  account_.failed_by_verdict = account_.exit_code == kExitDone && account_.verdict.failed();
+  if (account_.failed_by_verdict) account_.exit_code = kExitCheckFailed;
 }
 
 RunAccount Run::go() {

@@ -61,7 +61,8 @@ struct RunAccount {
   int exit_code = 0;
   std::string driver, scene, why;  ///< why it ended, for people
   double seconds = 0;
-  TickCounts counts;  ///< over all servo processes
+  TickCounts counts;       ///< over all servo processes
+  SessionVerdict verdict;  ///< over all servo processes
   unsigned processes = 0;
   ServoTimes times;  ///< of the last servo process
   LinkTimes link_times;
@@ -73,8 +74,9 @@ struct RunAccount {
   RunEnding ending;
   std::optional<SimulatedPeerCounters> peer;
   std::vector<Refusal> refusals;
-  bool refused = false;  ///< in strict: nothing was armed, as the machine is not fit
-  double share = 1;      ///< of force and torque, as the machine is fit for them
+  bool failed_by_verdict = false;  ///< nothing else is why exit_code is not 0
+  bool refused = false;            ///< in strict: nothing was armed, as the machine is not fit
+  double share = 1;                ///< of force and torque, as the machine is fit for them
 };
 
 /// What a run reports while it goes on; called on the thread that runs it.

@@ -25,6 +25,7 @@
 #include "tools/run_device/device_run.hpp"
 #include "tools/run_device/run_events.hpp"
 #include "tools/run_device/teller.hpp"
+#include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -156,6 +157,17 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
   return text + "Mend: run_device doctor says how\n";
 }
 
+/// The last line: the verdict, or why the run failed otherwise. That no force was ever given is
+/// said too.
+std::string verdict_text(const RunAccount& a) {
+  std::string other;
+  if (a.exit_code != kExitDone && !a.failed_by_verdict)
+    other = (a.processes > 1 ? "a servo process crashed; " : "") + a.why;
+  std::string text(verdict_line(a.verdict, other).view());
+  if (a.counts.armings == 0) text += "; the device was never armed";
+  return text;
+}
+
 /// Several lines.
 std::string summary_text(const RunAccount& a) {
   const TickCounts& c = a.counts;
@@ -197,7 +209,7 @@ std::string summary_text(const RunAccount& a) {
         static_cast<long long>(a.heap_grown_bytes));
   }
   text += "  end         " + ending_text(a.ending);
-  return text;
+  return text + verdict_text(a);
 }
 
 /// {"kind": "summary", ...}
@@ -248,6 +260,7 @@ ordered_json summary_json(const RunAccount& a) {
   json["refusals"] = ordered_json::array();
   for (const Refusal& refusal : a.refusals)
     json["refusals"].push_back({{"what", refusal.what}, {"error", errno_name(refusal.error)}});
+  json["verdict"] = verdict_json(a.verdict, verdict_text(a));
   return json;
 }
 
@@ -442,10 +455,12 @@ Command add_run_command(CLI::App& program) {
   sim::add_serve_options(*app, o->live);
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
-      "Exit codes: 0 ended in order, 1 the servo process crashed or --seconds were over before\n"
-      "--ticks, 2 usage, 3 bad configuration or scene, 4 the machine refused (with strict: "
-      "anything\n"
-      "asked for), or the device was not there within --seconds.");
+      "Exit codes: 0 ended in order, 1 the part did not follow the hand as it should (the last "
+      "line\n"
+      "says so), the servo process crashed or --seconds were over before --ticks, 2 usage, 3 bad\n"
+      "configuration or scene, 4 the machine refused (with strict: anything asked for), or the "
+      "device\n"
+      "was not there within --seconds.");
   return {app, [o] { return run(*o); }, "run_device run device.toml"};
 }
 

@@ -58,15 +58,17 @@ struct CoreInMemory {
 class TickWatcher {
  public:
   TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, std::uint64_t wanted,
-              const DeviceConfig& config, const ServoParameters& parameters)
+              const DeviceConfig& config, const ServoParameters& parameters, const SceneView& scene)
       : loop_(loop),
         board_(board),
         said_(board.status),
         wanted_(wanted),
         quarter_ns_(config.loop.period_ns / 4),
         lost_periods_(config.servo.limits.lost_periods),
-        judge_(config.loop.period_ns, config.loop.report_clocked),
-        arming_(parameters) {}
+        late_judge_(config.loop.period_ns, config.loop.report_clocked),
+        arming_(parameters),
+        judge_(scene),
+        law_(scene.parameters().law) {}
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     static_cast<TickWatcher*>(self)->take(input, result);
@@ -82,7 +84,7 @@ class TickWatcher {
     if (!begun_) return;
     begun_ = false;
     const std::int64_t tick_ns = loop_.counters().last_tick_ns;
-    const hal::LateCause cause = judge_.end(tick_ns);
+    const hal::LateCause cause = late_judge_.end(tick_ns);
     if (!counted_) return;
     board_.times.ticks.add(tick_ns);
     status_.counts.causes[static_cast<std::size_t>(cause)] += 1;
@@ -109,7 +111,7 @@ class TickWatcher {
     TickCounts& c = status_.counts;
     c.ticks += 1;
     c.armed_ticks += armed ? 1u : 0u;
-    c.contact_ticks += armed && result.rendered.situation != ContactSituation::kNone ? 1u : 0u;
+    c.contact_ticks += armed && felt_part_touches(result.rendered, law_) ? 1u : 0u;
     c.late[static_cast<std::size_t>(degree_of(input.late_periods, late_ns))] += 1;
     c.safety_faults |= result.faults;
     c.device_faults |= input.state.faults;
@@ -131,7 +133,11 @@ class TickWatcher {
     arming_.take(input, result);
     status_.arming_news = arming_.news();
     if (counted_) count(input, result, armed);
-    judge_.begin(input, loop_.counters().last_lateness_ns);
+    if (result.rendered_new) {
+      judge_.take(result.rendered);
+      status_.verdict = judge_.verdict();
+    }
+    late_judge_.begin(input, loop_.counters().last_lateness_ns);
     begun_ = true;
     said_.publish(status_);
   }
@@ -143,8 +149,10 @@ class TickWatcher {
   std::int64_t quarter_ns_;
   std::uint32_t lost_periods_;
   ServoStatus status_;
-  hal::LateJudge judge_;
+  hal::LateJudge late_judge_;
   ArmingNewsTaker arming_;
+  SessionJudge judge_;
+  LawId law_;
   bool begun_ = false, counted_ = false;  ///< the newest tick
 };
 
@@ -222,7 +230,8 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
   const ServoParameters parameters = with_scene(config.servo, own.view);
   ServoTick tick(*own.core, parameters, own.view.header().capacity, &recorder);
   hal::ServoLoop loop(tick, seat.mailbox, loop_settings(config.loop));
-  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config, parameters);
+  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config, parameters,
+                      own.view);
   loop.watch(&TickWatcher::watch, &watcher);
 
   hal::RealtimeProcess process;

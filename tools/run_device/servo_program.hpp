@@ -18,6 +18,7 @@
 #include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/device_fit.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
 
@@ -53,6 +54,7 @@ struct ServoStatus {
   double force_n = 0, torque_nm = 0;                   ///< commanded
   double d_near_m = 0;
   ArmingNews arming_news;
+  SessionVerdict verdict;  ///< of all ticks so far in which the core rendered, armed or not
 };
 
 /// What a servo process asked Linux for, and what came of it.

@@ -122,7 +122,7 @@ ForceRun make_force_run() {
   for (std::uint64_t tick = 0; tick <= 2600; ++tick) {
     const MotionSample sample = pose_of_run(static_cast<double>(tick) * 1e-3);
     const StepResult result = session.core().step(input_of(sample, tick, GoalContact::kAsked));
-    run.ticks.push_back(record_of(tick, sample.t_s, result));
+    run.ticks.push_back(record_of(tick, sample.t_s, result, session.view().parameters().law));
     run.contacts.push_back(
         static_cast<std::uint32_t>(session.core().pair_report(0).contact_nodes.size()));
     if (run.sequence.empty() || run.sequence.back() != result.situation)

@@ -115,9 +115,11 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   scene.piece_count = static_cast<std::uint32_t>(view_.pieces().size());
   scene.pair_count = static_cast<std::uint32_t>(std::min<PairIndex>(view_.pair_count(), kNone));
   scene.body_count = static_cast<std::uint32_t>(view_.bodies().size());
+  scene.work_units = p.work_units;
   scene.max_work_units = view_.header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
   legs_ = GuideLegs(view_);
+  judge_ = tools::SessionJudge(view_);
 
   const std::uint32_t room = view_.header().capacity.largest_near;
   corners_.resize(room);
@@ -153,7 +155,9 @@ void ViewCore::step() {
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
   step.report_goal_contact = input.report_goal_contact != 0;
-  take(core_->step(step));
+  const StepResult made = core_->step(step);
+  judge_.take(made);
+  take(made);
 }
 
 void ViewCore::take(const StepResult& step) {
@@ -210,6 +214,13 @@ void ViewCore::describe_scene() {
 void ViewCore::describe_guide() {
   answer.clear();
   answer.text = legs_.place(static_cast<GuideState>(result.guide_state), result.guide_station);
+}
+
+void ViewCore::describe_verdict() {
+  answer.clear();
+  const tools::SessionVerdict verdict = judge_.verdict();
+  answer.text = tools::verdict_line(verdict).view();
+  answer.counts = {verdict.failed() ? 1u : 0u};
 }
 
 void ViewCore::describe_pieces() {
@@ -526,6 +537,7 @@ std::string layout_text() {
   HAPTIC_VIEW_SCENE(piece_count);
   HAPTIC_VIEW_SCENE(pair_count);
   HAPTIC_VIEW_SCENE(body_count);
+  HAPTIC_VIEW_SCENE(work_units);
   HAPTIC_VIEW_SCENE(max_work_units);
   HAPTIC_VIEW_SCENE(scalar_bytes);
 #undef HAPTIC_VIEW_IN

@@ -15,6 +15,7 @@
 #include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/c_space/c_obstacle.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
 
@@ -59,7 +60,10 @@ struct ViewScene {
   double rate_hz = 0, epsilon_m = 0, max_force_n = 0, max_torque_nm = 0;
   std::uint64_t content_hash = 0, state_bytes = 0;
   std::uint32_t law = 0, piece_count = 0, pair_count = 0, body_count = 0;
-  std::uint32_t max_work_units = 0, scalar_bytes = 0;
+  /// The budget of work, after which a tick begins nothing more; and the bound of a tick's work,
+  /// with what it may have begun then.
+  std::uint32_t work_units = 0, max_work_units = 0;
+  std::uint32_t scalar_bytes = 0;
 };
 
 /// Lists of an answer; each function below says what it puts there.
@@ -99,6 +103,8 @@ class ViewCore {
   /// One tick of `input` into `result`. Only after kOk of open().
   void step();
   void reset();
+  /// What is judged begins with the next tick.
+  void begin_verdict() noexcept { judge_.reset(); }
 
   /// All mutable memory of the core: a copy put back later continues from there.
   [[nodiscard]] std::span<std::byte> state() noexcept { return state_; }
@@ -114,6 +120,9 @@ class ViewCore {
   /// text: where on the plan of the guide the part is and which contact comes next
   /// (session/guide_legs.hpp); empty where the scene has no guide.
   void describe_guide();
+  /// text: the judgement of the ticks since begin_verdict, as host_sim ends with it; counts: 1 if
+  /// it is a failure, else 0.
+  void describe_verdict();
   /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
   /// then of the nearest by the search at the goal pose, or, where none is searched, by their
   /// distance; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. counts:
@@ -160,6 +169,7 @@ class ViewCore {
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;
   HapticCore* core_ = nullptr;
+  tools::SessionJudge judge_;
   Pose felt_wa_;
   std::optional<tools::ObstacleSearch> nearby_;  ///< made when it is first asked
   std::vector<Vec3> corners_;

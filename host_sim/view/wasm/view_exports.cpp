@@ -71,6 +71,10 @@ HAPTIC_EXPORT(view_reset) void view_reset() {
   if (is_open) core().reset();
 }
 
+HAPTIC_EXPORT(view_begin_verdict) void view_begin_verdict() {
+  if (is_open) core().begin_verdict();
+}
+
 HAPTIC_EXPORT(view_state) void* view_state() { return core().state().data(); }
 HAPTIC_EXPORT(view_state_bytes) std::uint32_t view_state_bytes() {
   return static_cast<std::uint32_t>(core().state().size());
@@ -81,6 +85,9 @@ HAPTIC_EXPORT(view_describe_scene) void view_describe_scene() {
 }
 HAPTIC_EXPORT(view_describe_guide) void view_describe_guide() {
   if (is_open) core().describe_guide();
+}
+HAPTIC_EXPORT(view_describe_verdict) void view_describe_verdict() {
+  if (is_open) core().describe_verdict();
 }
 HAPTIC_EXPORT(view_describe_pieces) void view_describe_pieces() {
   if (is_open) core().describe_pieces();

@@ -106,6 +106,36 @@ TEST_SUITE("tools.library") {
     CHECK(replay.done == 150);
   }
 
+  TEST_CASE("core: the verdict of all ticks, its line, and of a refused pose") {
+    const CoreBench bench;
+    haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
+    haptic_verdict verdict = HAPTIC_VERDICT_INIT;
+    REQUIRE(haptic_core_verdict(bench.core(), &verdict) == HAPTIC_OK);
+    CHECK(verdict.verdict == HAPTIC_VERDICT_NO_TICKS);
+    for (int k = 0; k < 300; ++k) {
+      const haptic_step_input input = input_at(0.020 - 1e-4 * k, 0.001 * k);
+      REQUIRE(haptic_core_step(bench.core(), &input, &output) == HAPTIC_OK);
+    }
+    REQUIRE(haptic_core_verdict(bench.core(), &verdict) == HAPTIC_OK);
+    CHECK(verdict.verdict == HAPTIC_VERDICT_FOLLOWED);
+    CHECK(verdict.failures == 0);
+    CHECK(verdict.ticks == 300);
+    CHECK(verdict.followed_ticks == 300);
+    CHECK(verdict.contact_ticks > 240);
+    CHECK(verdict.contact_ticks < 252);
+    CHECK(std::isnan(verdict.given_out_j));
+    CHECK(std::string(verdict.text) == "followed the hand in all 300 ticks");
+    haptic_step_input none = input_at(std::nan(""), 0.3);
+    CHECK(haptic_core_step(bench.core(), &none, &output) == HAPTIC_ERROR_POSE);
+    REQUIRE(haptic_core_verdict(bench.core(), &verdict) == HAPTIC_OK);
+    CHECK(verdict.refused_ticks == 1);
+    CHECK(std::string(verdict.text).find("1 tick with a pose that cannot be used") !=
+          std::string::npos);
+    REQUIRE(haptic_core_reset(bench.core()) == HAPTIC_OK);
+    REQUIRE(haptic_core_verdict(bench.core(), &verdict) == HAPTIC_OK);
+    CHECK(verdict.ticks == 0);
+  }
+
   TEST_CASE("compile: what is wrong with a mesh is said with part, place and remedy") {
     BlockOnPlate scene;
     scene.block.triangles[4] = 99;
@@ -177,6 +207,23 @@ TEST_SUITE("tools.library") {
     bench.wait_for([](const haptic_state& s) { return s.arming == 2 && s.sent_wrench[2] > 1; });
     REQUIRE(haptic_session_close(bench.session) == HAPTIC_OK);
     CHECK(bench.state().tick > 0);
+  }
+
+  TEST_CASE("session: the verdict goes on with the ticks, and stays after the end") {
+    SessionBench bench;
+    const std::uint64_t goal = bench.go_to(0.010, 0.3);
+    (void)bench.wait_for([&](const haptic_state& s) { return s.goals_reached >= goal; });
+    haptic_verdict verdict = HAPTIC_VERDICT_INIT, end = HAPTIC_VERDICT_INIT;
+    REQUIRE(haptic_session_verdict(bench.session, &verdict) == HAPTIC_OK);
+    CHECK(verdict.ticks > 0);
+    CHECK(verdict.contact_ticks > 0);
+    CHECK(std::string(verdict.text).starts_with("followed the hand in "));
+    REQUIRE(haptic_session_close(bench.session) == HAPTIC_OK);
+    REQUIRE(haptic_session_verdict(bench.session, &end) == HAPTIC_OK);
+    CHECK(end.ticks >= verdict.ticks);
+    CHECK(end.failures == 0);
+    CHECK(haptic_session_verdict(nullptr, &end) == HAPTIC_ERROR_NULL);
+    CHECK(haptic_session_verdict(bench.session, nullptr) == HAPTIC_ERROR_NULL);
   }
 
   TEST_CASE("session: a stop right after the begin holds, however late the first press is") {

@@ -181,6 +181,7 @@ void cores_wrong(Answers& answers) {
   replay.count = 1;
   // Memory that never was a core.
   auto* const none = reinterpret_cast<haptic_core*>(memory.at);
+  haptic_verdict verdict = HAPTIC_VERDICT_INIT;
   answers.take(haptic_core_step(none, &input, &output), HAPTIC_ERROR_HANDLE);
   answers.take(haptic_core_reset(none), HAPTIC_ERROR_HANDLE);
   const CoreBench bench;
@@ -189,11 +190,15 @@ void cores_wrong(Answers& answers) {
     answers.take(haptic_core_step(bad, &input, &output), expected);
     answers.take(haptic_core_replay(bad, &replay), expected);
     answers.take(haptic_core_reset(bad), expected);
+    answers.take(haptic_core_verdict(bad, &verdict), expected);
     answers.take(haptic_core_close(bad), expected);
   }
   answers.take(haptic_core_step(bench.core(), nullptr, &output), HAPTIC_ERROR_NULL);
   answers.take(haptic_core_step(bench.core(), &input, nullptr), HAPTIC_ERROR_NULL);
   answers.take(haptic_core_replay(bench.core(), nullptr), HAPTIC_ERROR_NULL);
+  answers.take(haptic_core_verdict(bench.core(), nullptr), HAPTIC_ERROR_NULL);
+  for (haptic_verdict& wrong : of_unknown_sizes(verdict))
+    answers.take(haptic_core_verdict(bench.core(), &wrong), HAPTIC_ERROR_VERSION);
   for (const haptic_step_input& wrong : of_unknown_sizes(input))
     answers.take(haptic_core_step(bench.core(), &wrong, &output), HAPTIC_ERROR_VERSION);
   for (haptic_step_output& wrong : of_unknown_sizes(output))

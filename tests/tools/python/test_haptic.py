@@ -114,6 +114,23 @@ class Replays(unittest.TestCase):
         self.assertEqual(len(expected), len(motion))
         self.assertGreater(abs(result.forces).max(), 0.1)
 
+    def test_the_verdict_is_that_of_the_ticks(self):
+        scene = block_scene()
+        core = scene.core()
+        self.assertEqual(core.verdict().outcome, "no_ticks")
+        heights = np.linspace(0.02, 0.01, 50)
+        poses = np.column_stack([np.zeros(50), np.zeros(50), heights])
+        verdict = scene.replay(poses).verdict
+        self.assertTrue(verdict)
+        self.assertEqual((verdict.outcome, verdict.failures), ("followed", ()))
+        self.assertEqual((verdict.ticks, verdict.followed_ticks), (50, 50))
+        self.assertEqual(str(verdict), verdict.text)
+        self.assertTrue(verdict.text.startswith("followed the hand in all 50 ticks"))
+        inside = scene.replay(np.zeros((20, 3))).verdict  # in the plate from the first tick on
+        self.assertTrue(inside.started_inside)
+        self.assertEqual(inside.inside_ticks, 20)
+        self.assertIn("inside an obstacle", inside.text)
+
     def test_a_refused_pose_is_named(self):
         poses = np.zeros((5, 7))
         poses[:, 6] = 1

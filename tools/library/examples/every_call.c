@@ -102,6 +102,7 @@ static void run_core(const void* scene, size_t scene_bytes) {
   haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
   haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
   haptic_replay replay = HAPTIC_REPLAY_INIT;
+  haptic_verdict verdict = HAPTIC_VERDICT_INIT;
   haptic_core* core = NULL;
   void* memory;
   static double poses[7 * 1000], wrenches[6 * 1000];
@@ -122,6 +123,11 @@ static void run_core(const void* scene, size_t scene_bytes) {
   EXPECT(fabs(output.wrench[2] - 2.5) < 0.05);  // 5 mm at 500 N/m
   EXPECT(fabs(output.felt_pose[2] - 0.015) < 1e-5);
   EXPECT(output.gap_m > -1e-6);
+
+  REQUIRE(haptic_core_verdict(core, &verdict));
+  printf("core: %s\n", verdict.text);
+  EXPECT(verdict.verdict == HAPTIC_VERDICT_FOLLOWED);
+  EXPECT(verdict.ticks == 1000 && verdict.contact_ticks > 150);
 
   REQUIRE(haptic_core_reset(core));
   replay.count = 1000;
@@ -170,6 +176,7 @@ static void run_session(const void* scene, size_t scene_bytes) {
   haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
   haptic_state state = HAPTIC_STATE_INIT;
   haptic_gains gains = HAPTIC_GAINS_INIT;
+  haptic_verdict verdict = HAPTIC_VERDICT_INIT;
   haptic_session* session = NULL;
   static haptic_tick ticks[2000];
   uint64_t number = 0;
@@ -197,6 +204,9 @@ static void run_session(const void* scene, size_t scene_bytes) {
   REQUIRE(haptic_session_close(session));
   EXPECT(haptic_session_hold(session, 1) == HAPTIC_ERROR_CLOSED);
   REQUIRE(haptic_session_state(session, &state));
+  REQUIRE(haptic_session_verdict(session, &verdict));
+  printf("session: %s\n", verdict.text);
+  EXPECT(verdict.failures == 0);
   REQUIRE(haptic_session_free(&session));
   EXPECT(session == NULL);
 }

@@ -17,7 +17,7 @@ by the system's loader.
 """
 
 from ._library import HapticError, Message, version
-from .scene import CompileError, Core, Part, Replay, Scene, StepResult, compile
+from .scene import CompileError, Core, Part, Replay, Scene, StepResult, Verdict, compile
 from .session import FAULT_FRAME, Hand, Session, State
 
 __version__ = version()
@@ -34,6 +34,7 @@ __all__ = [
     "Session",
     "State",
     "StepResult",
+    "Verdict",
     "compile",
     "version",
 ]

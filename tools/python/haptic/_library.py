@@ -50,6 +50,31 @@ class SceneInfo(_Sized):
     ]
 
 
+class VerdictOutput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("verdict", c_uint32),
+        ("failures", c_uint32),
+        ("started_inside", c_uint32),
+        ("ticks", c_uint64),
+        ("followed_ticks", c_uint64),
+        ("contact_ticks", c_uint64),
+        ("refused_ticks", c_uint64),
+        ("inside_ticks", c_uint64),
+        ("outside_ticks", c_uint64),
+        ("stuck_ticks", c_uint64),
+        ("list_full_ticks", c_uint64),
+        ("behind_ticks", c_uint64),
+        ("saturated_ticks", c_uint64),
+        ("ramped_ticks", c_uint64),
+        ("longest_open_ticks", c_uint64),
+        ("longest_stuck_ticks", c_uint64),
+        ("open_force_n", c_double),
+        ("given_out_j", c_double),
+        ("text", c_char * 768),
+    ]
+
+
 class StepInput(_Sized):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -213,6 +238,7 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_core_create": (c_int, [c_void_p, c_size_t, c_void_p, c_size_t, _OUT]),
     "haptic_core_step": (c_int, [_HANDLE, POINTER(StepInput), POINTER(StepOutput)]),
     "haptic_core_replay": (c_int, [_HANDLE, POINTER(ReplayCall)]),
+    "haptic_core_verdict": (c_int, [_HANDLE, POINTER(VerdictOutput)]),
     "haptic_core_reset": (c_int, [_HANDLE]),
     "haptic_core_close": (c_int, [_HANDLE]),
     "haptic_compile": (c_int, [POINTER(CompileInput), _OUT]),
@@ -223,6 +249,7 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_session_open": (c_int, [c_void_p, c_size_t, POINTER(SessionOptions), _OUT]),
     "haptic_session_state": (c_int, [_HANDLE, POINTER(StateOutput)]),
     "haptic_session_gains": (c_int, [_HANDLE, POINTER(GainsOutput)]),
+    "haptic_session_verdict": (c_int, [_HANDLE, POINTER(VerdictOutput)]),
     "haptic_session_history": (
         c_int,
         [_HANDLE, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)],

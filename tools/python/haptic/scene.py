@@ -189,6 +189,81 @@ def _aligned(count: int) -> Array:
     return room[skip : skip + count]
 
 
+#: What a session came to, gravest first; from "energy_given_out" on it has failed.
+OUTCOMES = (
+    "followed",
+    "no_ticks",
+    "energy_given_out",
+    "force_without_contact",
+    "stuck",
+    "inside",
+    "behind",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judgement of a session, the same that host_sim and run_device end with.
+
+    A tick followed the hand where none of the counts from refused_ticks on has it; a tick may be in several. A verdict is
+    true where the session has not failed.
+    """
+
+    outcome: str  #: of OUTCOMES, the gravest
+    failures: Tuple[str, ...]  #: all that failed
+    text: str  #: one line: what failed, and the key of the scene that helps
+    started_inside: bool
+    ticks: int
+    followed_ticks: int
+    contact_ticks: int  #: the part as it is felt touched something
+    refused_ticks: int  #: pose not usable
+    inside_ticks: int  #: inside an obstacle, led out without force
+    outside_ticks: int  #: after the scene's limits of motion were left
+    stuck_ticks: int  #: free to move and pulled, not moved
+    list_full_ticks: int  #: more pairs near than the scene's near_pairs
+    behind_ticks: int  #: ended for want of budget
+    saturated_ticks: int  #: the pull at its limit
+    ramped_ticks: int  #: the force ramped out or in
+    longest_open_ticks: int  #: longest run with force and without contact
+    longest_stuck_ticks: int
+    open_force: float  #: largest force in a run without contact that fails [N]
+    given_out: float  #: by the rendering [J]; nan: the scene has no observer of it
+
+    def __bool__(self) -> bool:
+        return not self.failures
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def verdict_of(call: Any, handle: ctypes.c_void_p) -> Verdict:
+    """What haptic_core_verdict or haptic_session_verdict says."""
+    v = c.VerdictOutput()
+    c.require(call(handle, ctypes.byref(v)))
+    failures = tuple(name for k, name in enumerate(OUTCOMES) if v.failures >> k & 1)
+    return Verdict(
+        OUTCOMES[v.verdict],
+        failures,
+        v.text.decode(errors="replace"),
+        v.started_inside != 0,
+        v.ticks,
+        v.followed_ticks,
+        v.contact_ticks,
+        v.refused_ticks,
+        v.inside_ticks,
+        v.outside_ticks,
+        v.stuck_ticks,
+        v.list_full_ticks,
+        v.behind_ticks,
+        v.saturated_ticks,
+        v.ramped_ticks,
+        v.longest_open_ticks,
+        v.longest_stuck_ticks,
+        v.open_force_n,
+        v.given_out_j,
+    )
+
+
 @dataclass(frozen=True)
 class Replay:
     """What a motion gives, a row for each tick."""
@@ -201,6 +276,7 @@ class Replay:
     situations: Array  #: index into SITUATIONS
     flags: Array  #: StepFlag of the C++ interface
     hashes: Array  #: equal runs have equal ones
+    verdict: Verdict  #: of the core, these ticks and those before
 
 
 @dataclass(frozen=True)
@@ -254,8 +330,12 @@ class Core:
             out.state_hash,
         )
 
+    def verdict(self) -> Verdict:
+        """The judgement of all ticks since the core was made or reset."""
+        return verdict_of(c.library.haptic_core_verdict, self._handle)
+
     def reset(self) -> None:
-        """Forgets all contact: the next tick is a first tick."""
+        """Forgets all contact and the verdict: the next tick is a first tick."""
         c.require(c.library.haptic_core_reset(self._handle))
 
     def replay(self, poses: Any, times: Any = None) -> Replay:
@@ -290,7 +370,10 @@ class Core:
             text = c.library.haptic_error_text(error).decode()
             raise c.HapticError(error, f"tick {call.done}: {text}")
         c.require(error)
-        return Replay(times, wrenches[:, :3], wrenches[:, 3:], felt, gaps, situations, flags, hashes)
+        verdict = self.verdict()
+        return Replay(
+            times, wrenches[:, :3], wrenches[:, 3:], felt, gaps, situations, flags, hashes, verdict
+        )
 
 
 class Scene:

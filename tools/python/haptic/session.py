@@ -14,7 +14,7 @@ from typing import Any, Optional, Sequence, Type, Union
 import numpy as np
 
 from . import _library as c
-from .scene import SITUATIONS, Array, Scene, pose_of
+from .scene import SITUATIONS, Array, Scene, Verdict, pose_of, verdict_of
 
 ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
 LINK = ("absent", "starting", "ready")
@@ -204,6 +204,10 @@ class Session:
             s.longest_tick_s,
             s.state_hash,
         )
+
+    def verdict(self) -> Verdict:
+        """The judgement of all ticks so far; after the end of the whole session. Never waits."""
+        return verdict_of(c.library.haptic_session_verdict, self._handle)
 
     def history(self) -> Array:
         """The newest ticks, oldest first: an array with the fields of TICK."""

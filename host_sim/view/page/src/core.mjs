@@ -107,6 +107,16 @@ export class Core {
     this.wasm.view_reset();
   }
 
+  /** What is judged begins with the next tick. */
+  beginVerdict() {
+    this.wasm.view_begin_verdict();
+  }
+  /** The judgement of the ticks since then, as the programs end with it. @returns {{text: string, failed: boolean}} */
+  verdict() {
+    const { counts } = this.describe("verdict");
+    return { text: this.text(this.wasm.view_text()), failed: counts[0] === 1 };
+  }
+
   /** All mutable memory of the core. */
   save() {
     const at = this.wasm.view_state();

@@ -562,7 +562,8 @@ class Page {
       ["gap of the part", lengthText(picture.gap)],
       ["part at", `${vectorText(picture.felt.p, 1e3, 2)} mm`, "felt-position"],
       ["planes that hold", String(picture.feltPlanes)],
-      ["work of the tick", scene.maxWork > 0 ? `${((100 * picture.work) / scene.maxWork).toFixed(1)} % of budget` : String(picture.work)],
+      ["work of the tick", scene.workBound > 0 ? `${picture.work} units, ${((100 * picture.work) / scene.workBound).toFixed(1)} % of its bound` : String(picture.work)],
+      ["work budget", scene.workBudget > 0 ? `${scene.workBudget} units: then a tick begins nothing more` : "-"],
       ["tick", String(picture.tick)],
       ["pace", this.live ? `${picture.behind} ticks behind` : `${(100 * picture.pace).toFixed(0)} % of real time`],
       ["input to picture", this.delay.text, "delay"],
@@ -604,6 +605,8 @@ class Page {
         }),
       );
     }
+    set("verdict", picture.verdict.text);
+    element("verdict").dataset.failed = String(picture.verdict.failed);
     const contacts = contactsOf(picture.contacts);
     const lines = contacts.map(
       (c) => `${scene.bodies[c.body]}, ${situationText(scene.situations[c.situation])}\n  ${c.ids.slice(0, 12).join(" ")}${c.ids.length > 12 ? " .." : ""}`,

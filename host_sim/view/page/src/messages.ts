@@ -29,7 +29,9 @@ export interface SceneFacts {
   hand: { k: number; kR: number };
   start: Pose;
   grip: Vec;
-  maxWork: number;
+  /** work after which a tick begins nothing more, and the most that a tick can do [units] */
+  workBudget: number;
+  workBound: number;
   single: boolean;
   pairCount: number;
   pieceCount: number;
@@ -39,6 +41,12 @@ export interface SceneFacts {
 }
 
 export type Mode = "hand" | "play" | "pause" | "live";
+
+/** The judgement of a session: a line, and whether it is a failure. */
+export interface Verdict {
+  text: string;
+  failed: boolean;
+}
 
 /** What is drawn: the newest tick. */
 export interface Picture {
@@ -61,7 +69,10 @@ export interface Picture {
   situation: number;
   flags: number;
   status: number;
+  /** units */
   work: number;
+  /** of the session so far; of a recording the whole of it */
+  verdict: Verdict;
   feltPlanes: number;
   obstacles: Answer;
   contacts: Answer;
@@ -83,7 +94,7 @@ export interface Picture {
 
 /** Channels of a sample. */
 export const kChannels = 7;
-/** Force [N], torque [N m], distance of device and felt part [m], situation, share of the budget, energy of the observer [J],
+/** Force [N], torque [N m], distance of device and felt part [m], situation, share of the bound of its work, energy of the observer [J],
  * and whether the core has flagged something that a person should see. */
 export enum Channel {
   force,

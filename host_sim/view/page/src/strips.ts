@@ -31,7 +31,7 @@ const kStrips: Strip[] = [
   { title: "torque [N m]", channel: Channel.torque, colour: (c) => c.torque, scale: 1, least: 0.001 },
   { title: "device to part [mm]", channel: Channel.apart, colour: (c) => c.contact, scale: 1e3, least: 0.01 },
   { title: "situation", channel: Channel.situation, colour: (c) => c.feltEdge, scale: 1, names: kSituations, least: 6 },
-  { title: "work [% of budget]", channel: Channel.work, colour: (c) => c.kinds[2], scale: 100, least: 1 },
+  { title: "work [% of its bound]", channel: Channel.work, colour: (c) => c.kinds[2], scale: 100, least: 1 },
   { title: "energy [mJ]", channel: Channel.energy, colour: (c) => c.device, scale: 1e3, least: 0.01 },
 ];
 /** Height of a mark, at the top of each strip. */

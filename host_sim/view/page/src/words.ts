@@ -42,12 +42,12 @@ const kFlags: ([string, string] | null)[] = [
   ["saturated", "the pull has met its limit of force or torque"],
   ["clutched", "the goal is frozen"],
   ["limited", "a pass of the proxy was cut short"],
-  ["stuck", "the part has not moved although it is pulled"],
+  ["stuck", "the part is pulled, free to move, and has not moved"],
   ["hooked", "the hand is out of reach: an obstacle stands between hand and part"],
   ["passivity", "the passivity controller took energy out"],
   ["ramp", "the force is ramped out or in"],
   ["outside", "the scene's envelope was left"],
-  ["behind", "the budget of work was spent before the part got as far as it could"],
+  ["behind", "the work budget was spent before the part got as far as it could"],
   ["list full", "more pairs are near than near_pairs: one without a slot has cut the part's step"],
 ];
 

@@ -5,7 +5,7 @@ import { Core, SceneRefused } from "./core.mjs";
 import { Hand } from "./hand";
 import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
 import type { Chunk, LiveState } from "./live";
-import type { FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec } from "./messages";
+import type { FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec, Verdict } from "./messages";
 import { DamagedPage, Recording } from "./recording";
 import { isMarked } from "./words";
 
@@ -58,6 +58,8 @@ class Runner {
   private account = new Account("");
   private said: LiveState | null = null;
   private behind = 0;
+  /** of the whole recording */
+  private recordedVerdict: Verdict | null = null;
 
   constructor(
     private readonly core: Core,
@@ -82,7 +84,8 @@ class Runner {
       hand: { k: this.hand.k, kR: this.hand.kR },
       start: this.device,
       grip: scene.grip_a_m,
-      maxWork: scene.max_work_units,
+      workBudget: scene.work_units,
+      workBound: scene.max_work_units,
       single: scene.scalar_bytes === 4,
       pairCount: scene.pair_count,
       pieceCount: scene.piece_count,
@@ -144,7 +147,7 @@ class Runner {
       length(this.core.list("torque_w_nm")),
       Math.hypot(goal[0] - felt[0], goal[1] - felt[1], goal[2] - felt[2]),
       this.core.one("situation") as number,
-      (this.core.one("work_units") as number) / Math.max(1, this.facts.maxWork),
+      (this.core.one("work_units") as number) / Math.max(1, this.facts.workBound),
       this.core.one("energy_j") as number,
       isMarked(this.core.one("flags") as number) ? 1 : 0,
     );
@@ -157,6 +160,7 @@ class Runner {
   /** Computes each tick of a session elsewhere as it comes. */
   private follow(live: LiveOrder): void {
     this.mode = "live";
+    this.core.beginVerdict();
     this.account = new Account(live.whyNotCompared);
     const lamp = () => {
       const { checked, differs, why } = this.account;
@@ -217,12 +221,14 @@ class Runner {
         setTimeout(portion, 0);
         return;
       }
+      this.recordedVerdict = this.core.verdict();
       post({ kind: "strips", samples: new Float32Array(samples) });
       this.seek(0);
       this.setMode("play");
       this.loop();
     };
     this.core.reset();
+    this.core.beginVerdict();
     this.tick = 0;
     portion();
   }
@@ -260,6 +266,7 @@ class Runner {
     }
     if (this.recording && this.mode !== "hand") return this.seek(0);
     this.core.reset();
+    this.core.beginVerdict();
     this.tick = 0;
     this.step(this.facts.start, 0n, true);
     this.hand.place(this.device);
@@ -292,6 +299,7 @@ class Runner {
     if (mode === "play" && !this.recording) mode = "hand";
     if (mode === "hand" && this.mode !== "hand") {
       this.hand.place(this.device);
+      this.core.beginVerdict();
       this.cut = true;
       this.samples = [];
     }
@@ -405,6 +413,7 @@ class Runner {
       flags: result.flags,
       status: result.status,
       work: result.work_units,
+      verdict: this.recordedVerdict && this.mode !== "hand" ? this.recordedVerdict : this.core.verdict(),
       feltPlanes: result.felt_planes,
       obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
       contacts: this.core.describe("contacts"),
