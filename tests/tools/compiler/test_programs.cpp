@@ -264,7 +264,7 @@ TEST_SUITE("tools.programs") {
         << "format = 1\nname = \"c\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
            "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n[rendering]\nk_f_n_per_m = 100\n"
            "[memory]\ngraph_bytes = 4000\n";
-    const ProgramResult compiled = compile(scene + " -o " + folder.file("a.rtscene"));
+    const ProgramResult compiled = compile(scene + " --full -o " + folder.file("a.rtscene"));
     CHECK(compiled.exit_code == 0);
     CHECK(compiled.out.find("formed on the fly: stored it would take 13 kB of the 4.0 kB") !=
           std::string::npos);
