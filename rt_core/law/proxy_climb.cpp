@@ -71,16 +71,18 @@ bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
     return plane_gap(*pair.view, p_.r_wa, y_w, plane.id, plane.support).normal_w;
   };
   const Vec3 first_w = normal_of(active_[0]);
-  if (std::none_of(active_.begin() + 1, active_.end(), [&](const ImposedPlane& plane) {
-        return normal_of(plane).dot(first_w) < kOtherPlane;
-      })) {
-    return false;
+  bool cornered = false;
+  for (std::uint32_t k = 1; k < active_.size() && !cornered; ++k)
+    cornered = normal_of(active_[k]).dot(first_w) < kOtherPlane;
+  if (!cornered) return false;
+  bool others = false;  // than those of the last climb
+  for (const ImposedPlane& plane : active_) {
+    bool climbed = false;
+    for (std::uint32_t k = 0; k < climbed_count_; ++k)
+      climbed = climbed || climbed_[k] == plane.pair;
+    others = others || !climbed;
   }
-  const auto was_climbed = [&](const ImposedPlane& plane) {
-    const auto end = climbed_.begin() + climbed_count_;
-    return std::find(climbed_.begin(), end, plane.pair) != end;
-  };
-  if (!std::all_of(active_.begin(), active_.end(), was_climbed)) return true;
+  if (others) return true;
   const Real far_m = kFarClimbs * climb_m;
   if ((p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m) return true;
   return tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;

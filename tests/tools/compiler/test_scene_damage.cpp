@@ -73,7 +73,7 @@ tools::SceneDescription general_scene() {
                              1,
                              0};
   scene.parameters.coupling = {900.0, 0.7, 0.9,  0.45, 0.31, 0.011, 0.0015, 0.025,
-                               9.0,   0.7, 3e-7, 4,    0,    1,     0};
+                               9.0,   0.7, 3e-7, 4e-6, 4,    0,     1,      0};
   scene.parameters.held.mass_kg = 0.37;
   scene.parameters.held.gravity_m_per_s2[2] = -9.81;
   scene.statics[0].friction = 0.3;

@@ -15,7 +15,7 @@ using namespace haptic::tools;
 
 namespace {
 
-constexpr double kRadius_m = 0.03;
+constexpr double kGainsRadius_m = 0.03;
 
 /// 800 N/m, and in rotation what the default length makes of it: 14.6 N m/rad.
 SceneParameters scene_of_law(LawId law) {
@@ -25,7 +25,7 @@ SceneParameters scene_of_law(LawId law) {
   p.device = {};
   p.k_f_n_per_m = 800;
   p.coupling = {};
-  complete_coupling(p, kRadius_m);
+  complete_coupling(p, kGainsRadius_m);
   return p;
 }
 
@@ -39,7 +39,7 @@ SimulatedLoop loop_of(double delay_s = 0) {
   return loop;
 }
 
-SampledAxis axis_of(double inertia, double damping, double delay_s) {
+SampledAxis gains_axis(double inertia, double damping, double delay_s) {
   SampledAxis axis;
   axis.mass_kg = inertia;
   axis.damping_ns_per_m = damping;
@@ -48,7 +48,7 @@ SampledAxis axis_of(double inertia, double damping, double delay_s) {
   return axis;
 }
 
-bool has(const std::string& text, const std::string& words) {
+bool gains_text_has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
@@ -59,10 +59,10 @@ TEST_SUITE("tools.simulated_gains") {
     for (const double delay_s : {0.0, 1e-3, 2e-3}) {
       CAPTURE(delay_s);
       const SceneParameters scene = scene_of_law(LawId::kProxy);
-      const auto gains = simulated_gains(scene, kRadius_m, loop_of(delay_s));
+      const auto gains = simulated_gains(scene, kGainsRadius_m, loop_of(delay_s));
       REQUIRE(gains);
-      const SampledAxis translation = axis_of(0.1, 1, delay_s);
-      const SampledAxis rotation = axis_of(1e-4, 1e-3, delay_s);
+      const SampledAxis translation = gains_axis(0.1, 1, delay_s);
+      const SampledAxis rotation = gains_axis(1e-4, 1e-3, delay_s);
       // The scene's own are no loop that holds; those rendered hold with twice as much.
       CHECK_FALSE(is_stable(rotation, scene.coupling.k_r_nm_per_rad, 0));
       CHECK(is_stable(rotation, gains->k_r_nm_per_rad, 0));
@@ -71,15 +71,16 @@ TEST_SUITE("tools.simulated_gains") {
       CHECK(is_stable(translation, 1.99 * gains->k_t_n_per_m, 0));
       CHECK(gains->k_t_n_per_m ==
             doctest::Approx(std::min(800.0, 0.5 * stiffness_boundary(translation, 0))));
-      CHECK(has(gains->text, "800 N/m and 14.6 N m/rad, is more than the simulated device holds"));
-      CHECK(has(gains->text, "[device]"));
+      CHECK(gains_text_has(gains->text,
+                           "800 N/m and 14.6 N m/rad, is more than the simulated device holds"));
+      CHECK(gains_text_has(gains->text, "[device]"));
       SceneParameters changed = scene;
       gains->put(changed);
       CHECK(changed.coupling.k_t_n_per_m == gains->k_t_n_per_m);
       CHECK(changed.coupling.k_r_nm_per_rad == gains->k_r_nm_per_rad);
       CHECK(changed.k_f_n_per_m == 800);
       // What is rendered now is held: nothing more to lower.
-      CHECK_FALSE(simulated_gains(changed, kRadius_m, loop_of(delay_s)));
+      CHECK_FALSE(simulated_gains(changed, kGainsRadius_m, loop_of(delay_s)));
     }
   }
 
@@ -87,53 +88,53 @@ TEST_SUITE("tools.simulated_gains") {
       "a scene with a device, one that allows active gains, and soft gains stay as they are") {
     SceneParameters scene = scene_of_law(LawId::kProxy);
     scene.coupling.allow_active = 1;
-    CHECK_FALSE(simulated_gains(scene, kRadius_m, loop_of()));
+    CHECK_FALSE(simulated_gains(scene, kGainsRadius_m, loop_of()));
     scene.coupling.allow_active = 0;
     scene.device.given = 1;
-    CHECK(
-        simulated_gains(scene, kRadius_m, loop_of()));  // it names no mass: no budget was computed
+    CHECK(simulated_gains(scene, kGainsRadius_m,
+                          loop_of()));  // it names no mass: no budget was computed
     scene.device.mass_kg = 0.2;
-    CHECK_FALSE(simulated_gains(scene, kRadius_m, loop_of()));
+    CHECK_FALSE(simulated_gains(scene, kGainsRadius_m, loop_of()));
     scene = scene_of_law(LawId::kProxy);
     scene.coupling.k_r_nm_per_rad = 0.9;
-    CHECK_FALSE(simulated_gains(scene, kRadius_m, loop_of()));
+    CHECK_FALSE(simulated_gains(scene, kGainsRadius_m, loop_of()));
   }
 
   TEST_CASE("a grip that holds every torque leaves the stiffness of rotation") {
     SceneParameters scene = scene_of_law(LawId::kProxy);
     SimulatedLoop loop = loop_of();
     loop.turns = false;
-    CHECK_FALSE(simulated_gains(scene, kRadius_m, loop));
+    CHECK_FALSE(simulated_gains(scene, kGainsRadius_m, loop));
     scene.coupling.k_t_n_per_m = 5000;
-    const auto gains = simulated_gains(scene, kRadius_m, loop);
+    const auto gains = simulated_gains(scene, kGainsRadius_m, loop);
     REQUIRE(gains);
     CHECK(gains->k_t_n_per_m < 1002);
     CHECK(gains->k_r_nm_per_rad == scene.coupling.k_r_nm_per_rad);
-    CHECK_FALSE(has(gains->text, "N m/rad"));
+    CHECK_FALSE(gains_text_has(gains->text, "N m/rad"));
   }
 
   TEST_CASE("a coupling damping beyond what is safe alone is lowered too") {
     SceneParameters scene = scene_of_law(LawId::kProxy);
     scene.coupling.damping_ns_per_m = 500;
-    const auto gains = simulated_gains(scene, kRadius_m, loop_of());
+    const auto gains = simulated_gains(scene, kGainsRadius_m, loop_of());
     REQUIRE(gains);
     CHECK(gains->damping_ns_per_m < 500);
-    CHECK(is_stable(axis_of(0.1, 1, 0), gains->k_t_n_per_m, gains->damping_ns_per_m));
+    CHECK(is_stable(gains_axis(0.1, 1, 0), gains->k_t_n_per_m, gains->damping_ns_per_m));
   }
 
   TEST_CASE("the direct laws: the stiffness of one plane, within the budget of a slot") {
     const SceneParameters scene = scene_of_law(LawId::kWeightedRegion);
-    const auto gains = simulated_gains(scene, kRadius_m, loop_of(1e-3));
+    const auto gains = simulated_gains(scene, kGainsRadius_m, loop_of(1e-3));
     REQUIRE(gains);
     CHECK(gains->k_f_n_per_m < 400);
-    CHECK(is_stable(axis_of(0.1, 1, 1e-3), 2 * gains->k_f_n_per_m, 0));
-    CHECK(has(gains->text, "800 N/m, is more"));
+    CHECK(is_stable(gains_axis(0.1, 1, 1e-3), 2 * gains->k_f_n_per_m, 0));
+    CHECK(gains_text_has(gains->text, "800 N/m, is more"));
   }
 
   TEST_CASE("a device that holds nothing is no better with less: the scene is rendered as it is") {
     SimulatedLoop loop = loop_of();
     loop.device.damping_ns_per_m = 0;
     std::ranges::fill(loop.device.rotor_damping_nms_per_rad, 0.0);
-    CHECK_FALSE(simulated_gains(scene_of_law(LawId::kProxy), kRadius_m, loop));
+    CHECK_FALSE(simulated_gains(scene_of_law(LawId::kProxy), kGainsRadius_m, loop));
   }
 }
