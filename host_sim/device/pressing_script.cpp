@@ -89,9 +89,9 @@ struct TouchVerdict {
 };
 
 TouchVerdict touch_at(CoreSession& session, const Pose& pose) {
-  // A large scene may take many ticks to let the part follow: it touches where it stops before it
-  // is there.
-  constexpr int kMostTicks = 500, kStillTicks = 8;
+  // A large scene may take many ticks to let the part follow, and some of them may not move it: it
+  // touches where it stops before it is there and is felt to touch.
+  constexpr int kMostTicks = 500, kStillTicks = 8, kWaitingTicks = 100;
   constexpr double kFollowed_m = 1.0e-6, kStill_m = 1.0e-8;
   StepInput input;
   input.pose_wa = pose;
@@ -101,14 +101,15 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose) {
   }
   const Vec3 grip_a = grip_in_part(session.view());
   double least_m = std::numeric_limits<double>::max();
-  for (int k = 0, still = 0; k < kMostTicks && still < kStillTicks; ++k) {
-    const StepResult result = session.core().step(input);
-    const double apart_m = record_of(0, 0, result, LawId::kProxy, grip_a).apart_m;
-    if (apart_m <= kFollowed_m) return {false, static_cast<double>(result.proxy_gap_m)};
-    still = apart_m < least_m - kStill_m ? 0 : still + 1;
-    least_m = std::min(least_m, apart_m);
+  TickRecord tick;
+  for (int k = 0, still = 0; k < kMostTicks && still < kWaitingTicks; ++k) {
+    tick = record_of(0, 0, session.core().step(input), LawId::kProxy, grip_a);
+    if (tick.apart_m <= kFollowed_m) return {false, tick.proxy_gap_m};
+    still = tick.apart_m < least_m - kStill_m ? 0 : still + 1;
+    least_m = std::min(least_m, tick.apart_m);
+    if (tick.in_contact && still >= kStillTicks) break;
   }
-  return {true, 0};
+  return {tick.in_contact, 0};
 }
 
 /// Length of the way to the touch.
