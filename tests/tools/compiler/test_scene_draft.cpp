@@ -159,6 +159,7 @@ TEST_SUITE("tools.scene_draft") {
     REQUIRE(r.exit_code == 0);
     const haptic::SceneParameters compiled = parameters_in(bench.folder.file("s.rtscene"));
     CHECK(compiled.device.given == 1);
+    CHECK(compiled.coupling.damping_ns_per_m < 1e-5);  // the wrench is the spring's
     const haptic::tools::PassivityBudget budget = haptic::tools::passivity_budget(compiled, 0.025);
     CHECK(budget.holds());
     CHECK(compiled.coupling.k_t_n_per_m ==

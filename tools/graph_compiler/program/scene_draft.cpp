@@ -236,6 +236,8 @@ std::string device_table(double stiffness_n_per_m, double radius_m) {
   line("max_torque_nm", d.max_torque_nm, "");
   line("max_force_rate_n_per_s", d.max_force_rate_n_per_s, "");
   line("max_torque_rate_nm_per_s", d.max_torque_rate_nm_per_s, "");
+  line("max_damping_ns_per_m", d.max_damping_ns_per_m,
+       "of the coupling: none, its own holds the stiffness");
   return text;
 }
 
@@ -325,6 +327,7 @@ DeviceParameters drafted_device() {
   d.max_torque_nm = 0.3;
   d.max_force_rate_n_per_s = 2000.0;
   d.max_torque_rate_nm_per_s = 40.0;
+  d.max_damping_ns_per_m = 1e-6;
   return d;
 }
 

@@ -39,7 +39,8 @@ struct FileUnit {
 
 /// The device that a draft names until a person names another: the reference device of
 /// hal/drivers/PROTOCOL.md with a rotor as `host_sim run` has it, in a loop by the timer, which is
-/// a period late.
+/// a period late, without damping of the
+/// coupling: the wrench is the spring's alone.
 [[nodiscard]] DeviceParameters drafted_device();
 
 struct SceneDraft {
