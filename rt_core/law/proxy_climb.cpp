@@ -65,6 +65,9 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
 bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
   const Real climb_m = parameters_.scale.climb_m;
   if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
+  // Where planes rub that are not parallel the cones lift the part over; in a thread a rise would
+  // let go of what holds it.
+  if (wedged_) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
     const ProxyPair& pair = pairs_[plane.pair];
     const Vec3 y_w = p_.x0_w - pair.reference_w;

@@ -120,6 +120,15 @@ void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
   path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
             (1 + 0x1p-52);
   near_pairs_.follow(step.dx_m, step.dtheta_rad);
+  for (ReachedPair& reached : reached_) {  // how deep it is now is told
+    const ProxyPair& pair = pairs_[reached.pair];
+    reached.gap_q_m = clear_m(pair);
+    if (!pair.inside) continue;
+    tick.plane_gaps += 1;
+    const PlaneGap gap =
+        plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), pair.plane, pair.support);
+    if (gap.defined) reached.gap_q_m = gap.gap_m;
+  }
   active_.clear();
   imposed_.clear();
   pending_.clear();
