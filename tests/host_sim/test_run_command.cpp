@@ -24,9 +24,9 @@ namespace {
 
 /// A cube inside the reach of a wall whose surface is at z = 0; A starts at the origin of W, so the
 /// wall stands 20 mm below the cube's lower face.
-std::vector<std::byte> scene_bytes(LawId law = LawId::kPaper) {
+std::vector<std::byte> scene_bytes(LawId law = LawId::kPaper, double k_n_per_m = 800) {
   const Solid wall = box_solid("wall", {-0.1, -0.1, -0.08}, {0.1, 0.1, -0.03});
-  return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&wall, 1}, 800, 1e-4, law);
+  return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&wall, 1}, k_n_per_m, 1e-4, law);
 }
 
 std::string scene_file(const test::ScratchFolder& folder,
@@ -142,12 +142,12 @@ TEST_SUITE("host_sim.run") {
   TEST_CASE(
       "run: a scene that names no device is rendered as stiff as the simulated one holds it") {
     const test::ScratchFolder folder("run_gains");
-    // Law proxy: 4.7 N m/rad by its length, of which the default rotor holds 1.
-    const std::vector<std::byte> bytes = scene_bytes(LawId::kProxy);
+    // The default device holds 1001 N/m and 1 N m/rad; a loose hand adds little.
+    const std::vector<std::byte> bytes = scene_bytes(LawId::kProxy, 20'000);
     const std::string scene = scene_file(folder, bytes);
     const auto run = [&](const std::string& of, const std::string& options) {
       return test::run_program(HAPTIC_HOST_SIM,
-                               "run '" + of + "' --json --seconds 3 --hand light " + options);
+                               "run '" + of + "' --json --seconds 3 --hand loose " + options);
     };
     const test::ProgramResult lowered = run(scene, "");
     CAPTURE(lowered.err);
@@ -155,29 +155,28 @@ TEST_SUITE("host_sim.run") {
     CHECK(lowered.err.find("N m/rad, is more than the simulated device holds") !=
           std::string::npos);
     const nlohmann::json json = nlohmann::json::parse(lowered.out);
-    CHECK(json["rendered"]["k_t_n_per_m"] == 800);
+    const double k_t_n_per_m = json["rendered"]["k_t_n_per_m"];
+    CHECK(k_t_n_per_m == doctest::Approx(1000).epsilon(0.02));
     CHECK(json["rendered"]["k_r_nm_per_rad"].get<double>() == doctest::Approx(1).epsilon(0.02));
-    CHECK(json["rest"]["oscillates"] == false);
-    CHECK(json["runs_away"] == false);
     CHECK(json["largest_delivered_j"].get<double>() < 1e-3);
     CHECK(lowered.err.find(json["rendered"]["lowered"].get<std::string>()) != std::string::npos);
     // Later, and through the whole stack: less.
     const nlohmann::json late = nlohmann::json::parse(run(scene, "--delay 1").out);
-    CHECK(late["rendered"]["k_t_n_per_m"].get<double>() == doctest::Approx(333).epsilon(0.02));
+    CHECK(late["rendered"]["k_t_n_per_m"].get<double>() == doctest::Approx(334).epsilon(0.02));
     const nlohmann::json carried = nlohmann::json::parse(run(scene, "--carrier direct").out);
     CHECK(carried["rendered"]["k_t_n_per_m"] == late["rendered"]["k_t_n_per_m"]);
     CHECK(carried["passed"] == true);
-    // Asked for as it is, it is no loop that holds: that is why.
+    // Asked for as it is, the loop gives energy out: that is why.
     CoreSession session(bytes, "wall");
     session.change([](SceneParameters& p) { p.coupling.allow_active = 1; });
     const std::span<const std::byte> active = session.view().blob();
     const test::ProgramResult as_is =
         run(scene_file(folder, {active.begin(), active.end()}, "active.rtscene"), "");
-    CHECK(as_is.err.empty());
+    CAPTURE(as_is.err);
     CHECK(as_is.exit_code == 1);
     const nlohmann::json wild = nlohmann::json::parse(as_is.out);
-    CHECK(wild["rendered"]["k_r_nm_per_rad"].get<double>() > 4);
-    CHECK((wild["runs_away"] == true || wild["rest"]["oscillates"] == true));
+    CHECK(wild["rendered"]["k_t_n_per_m"] == 20'000);
+    CHECK(wild["largest_delivered_j"].get<double>() > 1e-3);
   }
 
   TEST_CASE("run: device, delay and rate are used") {
@@ -221,7 +220,9 @@ TEST_SUITE("host_sim.run") {
       CHECK(json["link"]["reports"] == 2000);
       CHECK(json["link"]["sent"] == json["sends"]);
       CHECK(json["limits"]["max_force_n"] == 12);
-      CHECK(json["largest_handed_force_n"].get<double>() == doctest::Approx(1.2).epsilon(0.15));
+      // By the timer a wrench is a period late, and of the 800 N/m the device holds 267.
+      CHECK(json["largest_handed_force_n"].get<double>() ==
+            doctest::Approx(clock.empty() ? 0.6 : 1.2).epsilon(0.15));
       CHECK(json["largest_handed_force_step_n"].get<double>() > 0);
       CHECK(json["ended_at_zero"] == true);
       CHECK(direct.account["link"]["reports"] == 0);

@@ -72,7 +72,7 @@ TEST_SUITE("tools.simulated_gains") {
       CHECK(gains->k_t_n_per_m ==
             doctest::Approx(std::min(800.0, 0.5 * stiffness_boundary(translation, 0))));
       CHECK(gains_text_has(gains->text,
-                           "800 N/m and 14.6 N m/rad, is more than the simulated device holds"));
+                           "800 N/m and 14.58 N m/rad, is more than the simulated device holds"));
       CHECK(gains_text_has(gains->text, "[device]"));
       SceneParameters changed = scene;
       gains->put(changed);

@@ -10,7 +10,7 @@
 namespace haptic::tools {
 namespace {
 
-std::string digits_of(double value) { return short_number(value, 3); }
+std::string digits_of(double value) { return short_number(value, 5); }
 
 /// The scene's parameters on the device.
 SceneParameters on_device(const SceneParameters& scene, const SimulatedLoop& loop) {
