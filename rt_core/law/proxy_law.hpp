@@ -333,7 +333,9 @@ class Proxy {
   [[nodiscard]] Real way_out_m(const Vec3& along_w, Real least_m, Real most_m,
                                ProxyTick& tick) noexcept;
   [[nodiscard]] Real choose_way_out(ProxyTick& tick) noexcept;
+  [[nodiscard]] Vec3 short_way_out(ProxyTick& tick) noexcept;
   void lead_out(const GripPose& goal, ProxyTick& tick) noexcept;
+  void go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noexcept;
 
   /// Steps that do not hold the part (proxy_climb.cpp).
   struct Rise;
@@ -508,6 +510,7 @@ class Proxy {
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
   bool wedged_ = false;        ///< contact points with friction lie in planes that are not parallel
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
+  std::uint32_t short_ways_ = 0;   ///< passes that have gone out of several pairs at once
   Vec3 way_out_w_ = Vec3::Zero();  ///< unit, out of all that p_ is inside of; zero: none chosen
   /// The last climb that led nowhere: of which pairs, from where, and the energy then and what it
   /// lacked.

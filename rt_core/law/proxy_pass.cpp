@@ -71,6 +71,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     return PassEnd::kMoved;
   }
   way_out_w_.setZero();
+  short_ways_ = 0;
   rows_.clear();
   imposed_.clear();
   begin_cones();

@@ -18,6 +18,10 @@ namespace haptic {
 namespace {
 
 constexpr Real kEndless = std::numeric_limits<Real>::max();
+/// A way out of several pairs at once is taken where it is no longer than so many of their depths,
+/// for so many passes: no planes that contradict each other hold the part for ever.
+constexpr Real kFewDepths = 4;
+constexpr std::uint32_t kMostShortWays = 256;
 
 /// How far a part that never turns goes along `along_w` until a plane of the pair's list that it
 /// does not go back behind has a gap of `free_m`.
@@ -42,9 +46,10 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
   for (bool longer = true; longer && way_m < most_m;) {
     longer = false;
     for (const std::uint32_t slot : near_pairs_.slots()) {
-      const ProxyPair& pair = pairs_[slot];
+      ProxyPair& pair = pairs_[slot];
       if (!pair.inside && clear_m(pair) > way_m) continue;
       if (!has_budget(tick)) return way_m;
+      if (!pair.known && !measure(pair, tick)) return way_m;
       const Vec3 y_w = p_.x0_w - pair.reference_w;
       if (pair.known) {
         const PlaneGap held = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
@@ -65,6 +70,36 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
     }
   }
   return way_m;
+}
+
+/// The shortest translation after which every reached pair is apart along the plane that it has
+/// now, as a part lies in a corner that it was put into too deep; zero where these planes
+/// contradict each other, as those of a seam do, or it is far.
+Vec3 Proxy::short_way_out(ProxyTick& tick) noexcept {
+  if (short_ways_ == kMostShortWays) return Vec3::Zero();
+  short_ways_ += 1;
+  Real deepest_m = 0;
+  rows_.clear();
+  for (const ReachedPair& reached : reached_) {
+    const ProxyPair& pair = pairs_[reached.pair];
+    if (!pair.known) continue;
+    const PlaneGap gap =
+        plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), pair.plane, pair.support);
+    tick.plane_gaps += 1;
+    if (!gap.defined) continue;
+    QpRow row;
+    row.g.head<3>() = gap.normal_w;
+    row.h = -gap.gap_m;
+    if (!has_budget(tick) || !rows_.push(row)) return Vec3::Zero();
+    if (pair.inside) deepest_m = std::max(deepest_m, -gap.gap_m);
+  }
+  const Real tolerance_m = parameters_.scale.tolerance_m;
+  const Vec3 way_m = solve_rows(1.0e-4_r * tolerance_m, tick).z.head<3>();
+  for (const QpRow& row : rows_) {
+    if (row.g.head<3>().dot(way_m) < row.h - tolerance_m / 2) return Vec3::Zero();
+  }
+  const Real most_m = kFewDepths * deepest_m;
+  return way_m.squaredNorm() > most_m * most_m ? Vec3(Vec3::Zero()) : way_m;
 }
 
 /// The direction of the shortest way out that the budget lets it find, of the planes of the pairs
@@ -108,13 +143,23 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
 
 /// A pass of recovery: straight on along the way out until p_ is free, whatever the goal is.
 void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
+  const Real most_m = parameters_.scale.recovery_step_m;
+  Vec3 way_w = way_out_w_.isZero(0) ? short_way_out(tick) : Vec3(Vec3::Zero());
+  if (const Real far_m = std::sqrt(way_w.squaredNorm()); far_m > 0) {
+    if (far_m > most_m) way_w *= most_m / far_m;
+    return go_out(way_w, goal, tick);
+  }
   const Real way_m =
       way_out_w_.isZero(0) ? choose_way_out(tick) : way_out_m(way_out_w_, Real{0}, kEndless, tick);
   // Some pair is inside: where the budget did not tell how far, as far as a pass may go. What is
   // apart by the way may be deep by what counts as free; steps end no deeper, so out to its face.
-  const Real most_m = parameters_.scale.recovery_step_m;
   const Real out_m = way_m > 0 ? way_m + parameters_.scale.tolerance_m / 2 : most_m;
-  const Step step = step_by(std::min(out_m, most_m) * way_out_w_, Vec3::Zero());
+  go_out(std::min(out_m, most_m) * way_out_w_, goal, tick);
+}
+
+/// p by so much on its way out.
+void Proxy::go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noexcept {
+  const Step step = step_by(way_m, Vec3::Zero());
   p_ = step.q;
   version_ += 1;
   path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *

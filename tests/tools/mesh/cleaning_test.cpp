@@ -66,7 +66,7 @@ TEST_SUITE("tools.mesh_cleaning") {
     raw.print_resolution = 1.0;
     CHECK(clean(raw).plane_tolerance_m == doctest::Approx(5.0e-6 * std::sqrt(14.0)));
     raw.print_resolution = 0.1;
-    CHECK(clean(raw).warnings.size() == 1);
+    CHECK(clean(raw).warnings.empty());  // no plane is another for it
     raw.places_are_lines = false;
     for (Point3& p : raw.vertices) {
       p[0] += 1000.0;  // single precision steps of 6e-5 m there
