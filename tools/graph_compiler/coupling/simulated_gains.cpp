@@ -57,7 +57,8 @@ std::string device_text(const SimulatedLoop& loop) {
     text += ", " + digits_of(d.rotor_inertia_kg_m2[0]) + " kg m2 with " +
             digits_of(d.rotor_damping_nms_per_rad[0]) + " N m s/rad";
   }
-  return text + ", " + short_number(loop.rate_hz, 6) + " Hz, " + digits_of(1e3 * d.delay_s) + " ms late";
+  return text + ", " + short_number(loop.rate_hz, 6) + " Hz, " + digits_of(1e3 * d.delay_s) +
+         " ms late";
 }
 
 std::string text_of(const SimulatedGains& g, const SceneParameters& scene,
@@ -72,7 +73,8 @@ std::string text_of(const SimulatedGains& g, const SceneParameters& scene,
          (proxy ? gains(c.k_t_n_per_m, c.k_r_nm_per_rad) : gains(scene.k_f_n_per_m, 0)) +
          ", is more than the simulated device holds (" + device_text(loop) +
          "): " + (proxy ? gains(g.k_t_n_per_m, g.k_r_nm_per_rad) : gains(g.k_f_n_per_m, 0)) +
-         " are rendered; a [device] table in the scene with the numbers of another states that one, "
+         " are rendered; a [device] table in the scene with the numbers of another states that "
+         "one, "
          "[coupling] "
          "allow_active = true renders the scene as it is";
 }

@@ -25,7 +25,7 @@ struct WorkMesh {
   double tolerance_m = 0.0;  ///< `tol` of METHOD section 3
   std::optional<PrintedPlanes> printed;
   double taken_as_exact_m = 0.0;  ///< as of Surface
-  std::vector<Point3> points;  ///< local [m]
+  std::vector<Point3> points;     ///< local [m]
   std::vector<std::uint32_t> source_vertex;
   std::vector<WorkFace> faces;
   std::vector<CleaningStep> steps;
