@@ -141,7 +141,7 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
   return way_m;
 }
 
-/// A pass of recovery: straight on along the way out until p_ is free, whatever the goal is.
+/// A pass of recovery: straight on along the way out until p_ is free, for any goal.
 void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real most_m = parameters_.scale.recovery_step_m;
   Vec3 way_w = way_out_w_.isZero(0) ? short_way_out(tick) : Vec3(Vec3::Zero());
