@@ -104,47 +104,77 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
   return best;
 }
 
-/// Finds the plane that certifies a pair best; false: there was no budget for it. Of its
-/// certificate and, where that does not do, of its valid set. Exposed planes come first in the set,
-/// so the best of them is known before the rest is measured.
+/// What a plane of a reached pair is worth at a step: its gap at the end, and on the way there.
+Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const PlaneId& id, SupportPair from,
+                                  Real gap_p_m, const Step& step, Real least_m,
+                                  ProxyTick& tick) const noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  PlaneWorth found{id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
+  const PlaneGap gap =
+      plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w), id, from);
+  tick.plane_gaps += 1;
+  found.support = gap.support;
+  found.normal_q_w = gap.normal_w;
+  if (!gap.defined) return found;
+  found.gap_q_m = found.path_m = gap.gap_m;
+  found.worth_m = gap.gap_m - least_m;
+  if (found.worth_m < 0) return found;
+  found.path_m = path_gap(pair, gap_p_m, gap, step);
+  found.worth_m =
+      std::min(found.worth_m, found.path_m - deepest_on_way(parameters_.scale, gap_p_m));
+  return found;
+}
+
+void Proxy::take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept {
+  reached.plane = plane.id;
+  reached.support = plane.support;
+  reached.gap_p_m = plane.gap_p_m;
+  reached.gap_q_m = plane.gap_q_m;
+  reached.path_m = plane.path_m;
+  reached.normal_q_w = plane.normal_q_w;
+}
+
+/// By how much the gaps of a pair along its plane are enough.
+Real Proxy::worth_m(const ReachedPair& reached, Real least_m) const noexcept {
+  const Real worth = reached.gap_q_m - least_m;
+  if (worth < 0) return worth;
+  return std::min(worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m));
+}
+
+/// Whether the plane that a pair has certifies it.
+bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
+                        ProxyTick& tick) const noexcept {
+  reached.exact_q = true;
+  reached.shared = false;
+  reached.shared_m = -std::numeric_limits<Real>::max();
+  take_plane(reached, worth_of(reached, reached.plane, reached.support, reached.gap_p_m, step,
+                               least_m, tick));
+  return worth_m(reached, least_m) >= 0;
+}
+
+/// Finds the plane that certifies a pair best, whose own does not; false: there was no budget for
+/// it. Exposed planes come first in a valid set, so the best of them is known before the rest is
+/// measured.
 bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
                     ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   const Vec3 y_w = step.q.x0_w - pair.reference_w;
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
-  bool deep_plane = false;
-  Real worth_m = kLowest;  // by how much the gap is enough, at the end and on the way
-  Real exposed_worth_m = kLowest;
-  const auto measure = [&](const PlaneId& id, SupportPair from, Real gap_p_m, bool first) {
-    const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, y_w, id, from);
-    tick.plane_gaps += 1;
-    Real worth = kLowest, path = kLowest;
-    if (gap.defined) {
-      worth = gap.gap_m - least_m;
-      path = gap.gap_m;
-      if (worth >= 0) {
-        path = path_gap(pair, gap_p_m, gap, step);
-        worth = std::min(worth, path - deepest_on_way(parameters_.scale, gap_p_m));
-      }
-    }
-    // Rows of a plane that p is as deep behind as no step may end would not raise p: it comes last
-    // of those that do not certify.
-    const bool deep = worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
-    if (!first && (deep != deep_plane ? deep : !(worth > worth_m))) return;
-    deep_plane = deep;
-    worth_m = worth;
-    reached.plane = id;
-    reached.support = gap.support;
-    reached.gap_p_m = gap_p_m;
-    reached.gap_q_m = gap.defined ? gap.gap_m : kLowest;
-    reached.normal_q_w = gap.normal_w;
-    reached.path_m = path;
+  // Rows of a plane that p is as deep behind as no step may end would not raise p: it comes last of
+  // those that do not certify.
+  const auto is_deep = [&](Real worth, Real gap_p_m) {
+    return worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
   };
-  reached.exact_q = true;
-  reached.shared = false;
-  reached.shared_m = kLowest;
-  measure(PlaneId(reached.plane), reached.support, reached.gap_p_m, true);
-  if (worth_m >= 0) return true;
+  Real worth = worth_m(reached, least_m);
+  const auto measure = [&](const PlaneId& id, SupportPair from, Real gap_p_m, bool first) {
+    const PlaneWorth found = worth_of(reached, id, from, gap_p_m, step, least_m, tick);
+    const bool deep = is_deep(found.worth_m, gap_p_m);
+    const bool was_deep = is_deep(worth, reached.gap_p_m);
+    if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
+    worth = found.worth_m;
+    take_plane(reached, found);
+  };
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
   const SharedGap shared =
       has_budget(tick) ? shared_gap(reached, step, least_m, tick) : SharedGap{};
@@ -170,23 +200,24 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
       tick.plane_gaps += 1;
       const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
       if (at_p.gap_m >= least_valid) measure(id, at_p.support, at_p.gap_m, false);
-      return worth_m < 0;
+      return worth < 0;
     });
-    if (worth_m >= 0) return true;
+    if (worth >= 0) return true;
     reached = before;
   }
   if (!reached.searched) find_valid(reached, tick);
   ReachedPair exposed;
+  Real exposed_worth = kLowest;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     const ValidPlane& valid = valid_[reached.valid_begin + k];
     measure(valid.id, valid.support, valid.gap_m, k == 0);
     if (k + 1 != reached.exposed_count) continue;
     exposed = reached;
-    exposed_worth_m = worth_m;
+    exposed_worth = worth;
   }
-  if (worth_m >= 0) return true;
+  if (worth >= 0) return true;
   // Any plane certifies; one that only separates is imposed where nothing else is there to be.
-  if (exposed_worth_m > kLowest) {
+  if (exposed_worth > kLowest) {
     reached.plane = exposed.plane;
     reached.support = exposed.support;
     reached.gap_p_m = exposed.gap_p_m;
@@ -219,7 +250,10 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
           std::max(any.on_way_m, reached.gap_m - (std::max(fall_m, Real{0}) + bend_m))};
 }
 
-Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
+/// Looks at the planes of the pairs whose own do not certify them only as far as it may change the
+/// outcome: no plane lacks more than a pair's own, so a pair that lacks no more by that than another
+/// does by its best is not the worst. `all`: at those of every pair.
+Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick, bool all) noexcept {
   Check result;
   const Real far = std::sqrt(step.dx_m.squaredNorm());
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
@@ -242,10 +276,12 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     if (!(room_m > kLeastShare * taken)) tick.limited = true;
     tick.crowded = true;
   }
+  std::uint32_t first = reached_.size();  // lacks most by its own plane
+  bool unsure = false;
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     ReachedPair& reached = reached_[k];
     const ProxyPair& pair = pairs_[reached.pair];
-    result.checked = k;
+    reached.open = false;
     HeldGap held = held_gap(reached, step, far, turn);
     if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
       look_closer(reached, tick);
@@ -260,31 +296,54 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       reached.exact_q = reached.shared = false;
       continue;
     }
-    if (reached.unsure || !certify(reached, step, least_m, tick)) {
-      // Another pair that lacks a plane is told first: its plane may keep this one clear too.
-      result.ok = false;
-      tick.spent = !(result.lacking_m > 0);
-      return result;
+    if (reached.unsure) {
+      unsure = true;
+      reached.exact_q = false;
+      continue;
     }
-    const Real lacking = least_m - reached.gap_q_m;
-    const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
-    if (lacking > 0) {
-      if (lacking > result.lacking_m) {
-        result.lacking_m = lacking;
-        result.worst = k;
-      }
-      result.ok = false;
-    } else if (reached.path_m < deepest_m) {
-      // How deep the way dips grows with the square of the step.
-      const Real ends = std::min(reached.gap_p_m, reached.gap_q_m);
-      const Real room = std::max(ends - deepest_m, 0.25_r * parameters_.scale.tolerance_m);
-      const Real share = 0.9_r * std::sqrt(std::min<Real>(room / (ends - reached.path_m), 1));
-      result.share = std::min(result.share, std::max(share, kLeastShare));
-      result.ok = false;
-    }
+    if (keeps_plane(reached, step, least_m, tick)) continue;
+    reached.open = true;
+    if (first == reached_.size() || reached.gap_q_m < reached_[first].gap_q_m) first = k;
   }
-  result.checked = reached_.size();
+  for (std::uint32_t at = 0; at <= reached_.size() && first < reached_.size(); ++at) {
+    const std::uint32_t k = at == 0 ? first : at - 1;
+    ReachedPair& reached = reached_[k];
+    const bool lacks_less = result.lacking_m > 0 && !(least_m - reached.gap_q_m > result.lacking_m);
+    if (!reached.open || (lacks_less && !all)) continue;
+    if (!certify(reached, step, least_m, tick)) {
+      unsure = true;
+      break;
+    }
+    reached.open = false;
+    judge_gap(k, least_m, result);
+  }
+  // Another pair that lacks a plane is told first: its plane may keep this one clear too.
+  if (unsure) {
+    result.ok = false;
+    tick.spent = !(result.lacking_m > 0);
+  }
   return result;
+}
+
+/// What the planes of a pair at a step, all of them looked at, say of it.
+void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept {
+  const ReachedPair& reached = reached_[k];
+  const Real lacking = least_m - reached.gap_q_m;
+  const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
+  if (lacking > 0) {
+    result.ok = false;
+    if (lacking > result.lacking_m || (lacking == result.lacking_m && k < result.worst)) {
+      result.lacking_m = lacking;
+      result.worst = k;
+    }
+  } else if (reached.path_m < deepest_m) {
+    // How deep the way dips grows with the square of the step.
+    const Real ends = std::min(reached.gap_p_m, reached.gap_q_m);
+    const Real room = std::max(ends - deepest_m, 0.25_r * parameters_.scale.tolerance_m);
+    const Real share = 0.9_r * std::sqrt(std::min<Real>(room / (ends - reached.path_m), 1));
+    result.share = std::min(result.share, std::max(share, kLeastShare));
+    result.ok = false;
+  }
 }
 
 /// Displaces a step that is not certified out of what it violates, without turning it.
@@ -293,7 +352,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
   Step trial = step;
   for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
     if (!may_begin(kRoundGrant, tick)) return false;
-    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick);
+    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick, true);
     if (result.ok) {
       const Real most = scale.step_m + scale.margin_m;
       if ((trial.dx_m - step.dx_m).squaredNorm() > most * most) return false;

@@ -109,10 +109,12 @@ bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick)
 
 /// Of the pairs that a step lacks the one whose plane is to be imposed: of the first few, in the
 /// order of what they lack, the first that meets at p, or where none does at the step's end; those
-/// that follow another pair come last. None: the length of the list.
+/// that follow another pair come last. Of pairs that only their own plane was asked of, a few are
+/// looked at here, as their turn comes. None: the length of the list.
 std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real least_m,
                                       ProxyTick& tick) noexcept {
   if (!pairs_[reached_[check.worst].pair].view->has_facet()) return check.worst;
+  std::uint32_t opened = 0;
   for (const bool follow : {false, true}) {
     std::array<std::uint32_t, kMaxMeetingLooks> worst;
     std::uint32_t count = 0;
@@ -123,13 +125,23 @@ std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real
       const auto is_before = [&](std::uint32_t k, std::uint32_t other) {
         return gap_m(k) < gap_m(other) || (gap_m(k) == gap_m(other) && k < other);
       };
-      for (std::uint32_t k = 0; k < check.checked; ++k) {
+      for (std::uint32_t k = 0; k < reached_.size(); ++k) {
         const ReachedPair& reached = reached_[k];
         if (!reached.exact_q || !(gap_m(k) < least_m) || reached.follows() != follow) continue;
+        if (reached.open && opened == kMaxMeetingLooks) continue;
         if (last < reached_.size() && !is_before(last, k)) continue;
         if (next == reached_.size() || is_before(k, next)) next = k;
       }
       if (next == reached_.size()) break;
+      if (reached_[next].open) {
+        opened += 1;
+        if (certify(reached_[next], step, least_m, tick)) {
+          reached_[next].open = false;
+        } else {
+          opened = kMaxMeetingLooks;
+        }
+        continue;
+      }
       if (meets(reached_[next], nullptr, tick)) return next;
       worst[count++] = last = next;
     }

@@ -112,6 +112,7 @@ struct ReachedPair {
   bool exact_q = false;   ///< gap_q_m is, along `plane`
   bool shared = false;    ///< gap_q_m is, along normal_q_w, the normal of a plane of another pair
   Real shared_m = 0;      ///< the largest gap there along the normal of one
+  bool open = false;      ///< `plane` is its own still, which does not certify it
   bool searched = false;  ///< its valid set is there
   /// Whether a plane of another pair, moved out of the way, clears it too.
   [[nodiscard]] bool follows() const noexcept { return shared_m > gap_q_m; }
@@ -248,6 +249,7 @@ class Proxy {
   struct Step;
   struct Check;
   struct HeldGap;
+  struct PlaneWorth;
   struct SharedGap;
 
   /// How a pass ended.
@@ -403,7 +405,16 @@ class Proxy {
   void note_slip(const Step& step) noexcept;
   void settle_slip() noexcept;
 
-  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick,
+                            bool all = false) noexcept;
+  [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;
+  void judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept;
+  [[nodiscard]] PlaneWorth worth_of(const ReachedPair& reached, const PlaneId& id, SupportPair from,
+                                    Real gap_p_m, const Step& step, Real least_m,
+                                    ProxyTick& tick) const noexcept;
+  static void take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept;
+  [[nodiscard]] bool keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
+                                 ProxyTick& tick) const noexcept;
   [[nodiscard]] HeldGap held_gap(const ReachedPair& reached, const Step& step, Real far_m,
                                  Real turn_rad) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,

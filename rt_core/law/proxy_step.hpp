@@ -17,12 +17,21 @@ struct Proxy::Step {
 /// Whether every reached pair has kept a plane with a gap, and the pair that lacks most.
 struct Proxy::Check {
   bool ok = true;
-  Real lacking_m = 0;         ///< how far below the least allowed gap the worst pair is
-  std::uint32_t worst = 0;    ///< index in the list of reached pairs
-  std::uint32_t checked = 0;  ///< the first of that list
+  Real lacking_m = 0;       ///< how far below the least allowed gap the worst pair is
+  std::uint32_t worst = 0;  ///< index in the list of reached pairs
   /// Every pair has its gap at the end; the way there is certified if the step is shortened to this
   /// share of it, or less.
   Real share = 1;
+};
+
+/// A plane of a pair at the end of a step.
+struct Proxy::PlaneWorth {
+  PlaneId id;
+  SupportPair support;
+  Real gap_p_m = 0, gap_q_m = 0;  ///< at p, and at the step's end
+  Real path_m = 0;                ///< on the way there, at least
+  Real worth_m = 0;               ///< by how much these are enough
+  Vec3 normal_q_w = Vec3::Zero();
 };
 
 /// What is left of a pair's gap along a direction that is held fixed, at least [m].

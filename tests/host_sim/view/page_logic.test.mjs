@@ -68,7 +68,7 @@ test("hand: upright is the nearest axis-aligned orientation", () => {
 
 test("hand: the device comes to where it is wanted, and gives way to a force by the spring", () => {
   for (const stiffness of [10, 800, 1e5]) {
-    const hand = new Hand(stiffness, stiffness * 0.05, [0, 0, 0.05], 1e-3);
+    const hand = new Hand(stiffness, stiffness * 0.05, 0, [0, 0, 0.05], 1e-3);
     const start = { p: [0, 0, 0], q: [0, 0, 0, 1] };
     hand.place(start);
     hand.want({ p: [0.01, 0, 0], q: rotationOf([0, 0, 0.2]) });
@@ -86,6 +86,23 @@ test("hand: the device comes to where it is wanted, and gives way to a force by 
     }
     near(gripOf(pose, [0, 0, 0.05])[0], 0.004 + (hand.k * 0.006) / (hand.k + stiffness), 1e-9);
     near(largest, 0, 1e-12);
+  }
+});
+
+test("hand: a damping of the scene that its own damper would not hold does not make it swing", () => {
+  const [stiffness, period] = [800, 1e-3];
+  for (const damping of [0, 4, 40]) {
+    const hand = new Hand(stiffness, stiffness * 0.05, damping, [0, 0, 0.05], period);
+    hand.place({ p: [0.01, 0, 0], q: [0, 0, 0, 1] });
+    hand.want({ p: [0, 0, 0], q: [0, 0, 0, 1] });
+    let pose = { p: [0.01, 0, 0], q: [0, 0, 0, 1] };
+    let before = pose;
+    for (let k = 0; k < 4000; ++k) {
+      const speed = (pose.p[0] - before.p[0]) / period;
+      before = pose;
+      pose = hand.advance([-damping * speed, 0, 0], [0, 0, 0]);
+    }
+    near(pose.p[0], 0, 1e-6);
   }
 });
 
