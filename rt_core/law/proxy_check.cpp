@@ -251,9 +251,9 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
 }
 
 /// Looks at the planes of the pairs whose own do not certify them only as far as it may change the
-/// outcome: no plane lacks more than a pair's own, so a pair that lacks no more by that than another
-/// does by its best is not the worst. `all`: at those of every pair.
-Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick, bool all) noexcept {
+/// outcome: no plane lacks more than a pair's own, so a pair that lacks no more by that than
+/// another does by its best is not the worst.
+Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
   Check result;
   const Real far = std::sqrt(step.dx_m.squaredNorm());
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
@@ -309,7 +309,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick, bool 
     const std::uint32_t k = at == 0 ? first : at - 1;
     ReachedPair& reached = reached_[k];
     const bool lacks_less = result.lacking_m > 0 && !(least_m - reached.gap_q_m > result.lacking_m);
-    if (!reached.open || (lacks_less && !all)) continue;
+    if (!reached.open || lacks_less) continue;
     if (!certify(reached, step, least_m, tick)) {
       unsure = true;
       break;
@@ -346,13 +346,14 @@ void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexce
   }
 }
 
-/// Displaces a step that is not certified out of what it violates, without turning it.
+/// Displaces a step that is not certified out of what it violates, without turning it. A pair whose
+/// planes were not looked at has no row yet: what lacks more than it comes first.
 bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   Step trial = step;
   for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
     if (!may_begin(kRoundGrant, tick)) return false;
-    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick, true);
+    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick);
     if (result.ok) {
       const Real most = scale.step_m + scale.margin_m;
       if ((trial.dx_m - step.dx_m).squaredNorm() > most * most) return false;
@@ -362,7 +363,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
     if (k == kMaxCorrections || !(result.lacking_m > 0)) break;
     rows_.clear();
     for (const ReachedPair& reached : reached_) {
-      if (!reached.exact_q || reached.gap_q_m > scale.step_m) continue;
+      if (!reached.exact_q || reached.open || reached.gap_q_m > scale.step_m) continue;
       const ProxyPair& pair = pairs_[reached.pair];
       const PlaneGap gap =
           plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,

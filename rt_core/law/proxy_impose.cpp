@@ -134,12 +134,8 @@ std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real
       }
       if (next == reached_.size()) break;
       if (reached_[next].open) {
-        opened += 1;
-        if (certify(reached_[next], step, least_m, tick)) {
-          reached_[next].open = false;
-        } else {
-          opened = kMaxMeetingLooks;
-        }
+        opened = has_budget(tick) ? opened + 1 : kMaxMeetingLooks;
+        if (has_budget(tick)) reached_[next].open = !certify(reached_[next], step, least_m, tick);
         continue;
       }
       if (meets(reached_[next], nullptr, tick)) return next;

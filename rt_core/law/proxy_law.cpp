@@ -127,6 +127,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(slots));
   const std::uint32_t searches = std::min(slots, kMaxValidSearches);
   valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
+  sets_ = BoundedList<FoundSet>(arena.take<FoundSet>(slots));
   imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
   active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
   pending_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
@@ -189,6 +190,7 @@ void Proxy::reset() noexcept {
   for (PlaneRegion& region : regions_) region.version = 0;
   path_m_ = turn_rad_ = 0;
   version_ = 1;
+  sets_version_ = 0;
 }
 
 /// Whether a tick may begin something that costs more than a gap. The first of its kind it always

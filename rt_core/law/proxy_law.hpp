@@ -66,6 +66,8 @@ struct SceneSize {
 
 static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more rows");
 
+inline constexpr std::uint32_t kNoSet = ~0u;
+
 /// What the proxy keeps of one pair near it. Pairs are named by their slot. Every pass looks at the
 /// first line of the cache of each, and a step that has a direction to go by at the second.
 struct alignas(64) ProxyPair {
@@ -93,6 +95,7 @@ struct alignas(64) ProxyPair {
   Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
   std::uint64_t held_in = 0;        ///< the last pass that began with a plane of it
   PairIndex index = 0;              ///< of the scene
+  std::uint32_t set = kNoSet;  ///< its valid set in the list of those found at p, if it has one
 };
 
 /// A pair that a pass can reach.
@@ -118,6 +121,12 @@ struct ReachedPair {
   [[nodiscard]] bool follows() const noexcept { return shared_m > gap_q_m; }
   /// Its valid set; the first `exposed_count` of it can carry a force.
   std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;
+};
+
+/// The valid set of a pair: a part of the list of valid planes.
+struct FoundSet {
+  std::uint32_t pair = 0, begin = 0, count = 0;
+  std::uint32_t exposed = 0;  ///< the first of it, which can carry a force
 };
 
 /// A plane of a pair in the quadratic program.
@@ -326,6 +335,7 @@ class Proxy {
   void search_between(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] bool find_face(ProxyPair& pair, ProxyTick& tick) noexcept;
   void find_valid(ReachedPair& reached, ProxyTick& tick) noexcept;
+  void recall_valid(ReachedPair& reached) const noexcept;
 
   [[nodiscard]] bool solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept;
   [[nodiscard]] bool correct(Step& step, ProxyTick& tick) noexcept;
@@ -405,8 +415,7 @@ class Proxy {
   void note_slip(const Step& step) noexcept;
   void settle_slip() noexcept;
 
-  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick,
-                            bool all = false) noexcept;
+  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;
   void judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept;
   [[nodiscard]] PlaneWorth worth_of(const ReachedPair& reached, const PlaneId& id, SupportPair from,
@@ -457,7 +466,11 @@ class Proxy {
   std::span<ProxyPair> pairs_;  ///< by slot
   std::span<PairView> views_;   ///< by slot
   BoundedList<ReachedPair> reached_;
+  /// Found at p of version `sets_version_`, by any pass of any tick: a part that stays goes on with
+  /// what an earlier tick has found.
   BoundedList<ValidPlane> valid_;
+  BoundedList<FoundSet> sets_;
+  std::uint64_t sets_version_ = 0;
   BoundedList<ImposedPlane> imposed_, active_;
   BoundedList<ImposedPlane> pending_;  ///< of a pass at p_ that ended for want of budget
   Real trust_m_ = std::numeric_limits<Real>::max();       ///< no step is longer

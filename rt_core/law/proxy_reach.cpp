@@ -235,7 +235,11 @@ void Proxy::look_closer(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// The pairs that a pass can bring into contact.
 void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   reached_.clear();
-  valid_.clear();
+  if (sets_version_ != version_) {
+    sets_version_ = version_;
+    valid_.clear();
+    sets_.clear();
+  }
   pass_ += 1;
   const ProxyScale& scale = parameters_.scale;
   const Real pull_m = std::sqrt(error.translation_m.squaredNorm()) +
@@ -381,6 +385,7 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
         tick.gap_m = std::min(tick.gap_m, clear);
       } else if (reach_pair(pair, reached, tick)) {
         reached.pair = slot;
+        recall_valid(reached);
         pair.reached_in = pass_;
         nearest = reached.gap_m;
         worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
@@ -400,7 +405,18 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
   }
 }
 
-/// The valid set of a pair at p_, once in a pass.
+/// The valid set of a pair, if it has been found at p_.
+void Proxy::recall_valid(ReachedPair& reached) const noexcept {
+  const std::uint32_t number = pairs_[reached.pair].set;
+  if (number >= sets_.size() || sets_[number].pair != reached.pair) return;
+  const FoundSet& set = sets_[number];
+  reached.searched = true;
+  reached.valid_begin = set.begin;
+  reached.valid_count = set.count;
+  reached.exposed_count = set.exposed;
+}
+
+/// The valid set of a pair at p_, once while p_ stays.
 void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   ProxyPair& pair = pairs_[reached.pair];
   reached.searched = true;
@@ -422,9 +438,13 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   }
   reached.valid_count = valid_.size() - reached.valid_begin;
   reached.exposed_count = std::min(found.exposed, reached.valid_count);
-  if (reached.valid_count > 0) return;
-  search_fully(pair, tick);  // the plane has ceased to be a C-face and none is beside it
-  only();
+  if (reached.valid_count == 0) {
+    search_fully(pair, tick);  // the plane has ceased to be a C-face and none is beside it
+    only();
+  }
+  pair.set = sets_.size();
+  static_cast<void>(
+      sets_.push({reached.pair, reached.valid_begin, reached.valid_count, reached.exposed_count}));
 }
 
 }  // namespace haptic
