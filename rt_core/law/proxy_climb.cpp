@@ -65,9 +65,6 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
 bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
   const Real climb_m = parameters_.scale.climb_m;
   if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
-  // Where planes rub that are not parallel the cones lift the part over; in a thread a rise would
-  // let go of what holds it.
-  if (wedged_) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
     const ProxyPair& pair = pairs_[plane.pair];
     const Vec3 y_w = p_.x0_w - pair.reference_w;
@@ -167,6 +164,19 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
   return rise.way_m.squaredNorm() <= most_m * most_m;
 }
 
+/// Whether the part rubs on planes that look elsewhere than each other, beside those that it would
+/// rise over: in a thread a rise would let go of what holds it.
+bool Proxy::is_wedged_beside(const Rise& rise) const noexcept {
+  const FrictionCone* first = nullptr;
+  const auto end = rise.pairs.begin() + rise.pair_count;
+  for (const FrictionCone& cone : cones_) {
+    if (std::find(rise.pairs.begin(), end, cone.pair) != end) continue;
+    if (first == nullptr) first = &cone;
+    if (cone.normal_w.dot(first->normal_w) < kOtherPlane) return true;
+  }
+  return false;
+}
+
 /// p as it was, which is as free as it was.
 void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
   if (start.back_m > 0) {
@@ -233,7 +243,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   bool over = false;
   for (std::uint32_t k = 1; k <= kMostRises && !over; ++k) {
     Rise rise;
-    if (!find_rise(rise, tick)) break;
+    if (!find_rise(rise, tick) || is_wedged_beside(rise)) break;
     const Step up = step_by(rise.way_m, Vec3::Zero());
     const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
     const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});

@@ -186,8 +186,12 @@ void Proxy::reset() noexcept {
   chosen_ago_ = 0;
   felt_[0] = FeltContact{};
   way_out_w_.setZero();
-  climbed_count_ = 0;
+  short_ways_ = 0;
+  climbed_count_ = climbing_ = 0;
+  tried_m_ = 0;
+  wedged_ = keeps_active_ = short_ = far_rows_ = longest_ = moved_little_ = false;
   for (PlaneRegion& region : regions_) region.version = 0;
+  oldest_region_ = 0;
   path_m_ = turn_rad_ = 0;
   version_ = 1;
   sets_version_ = 0;
@@ -245,7 +249,9 @@ Real Proxy::most_trust_m() const noexcept {
 void Proxy::adapt_trust(PassEnd end) noexcept {
   if (has_facets()) {
     if (end == PassEnd::kMoved) trust_m_ *= kFacetTrustMore;
-    if (end == PassEnd::kRejected) {
+    // What a part at rest tried of rounding's size says nothing of longer steps.
+    const bool is_told = tried_m_ > parameters_.scale.last_m || !(tried_m_ < trust_m_);
+    if (end == PassEnd::kRejected && is_told) {
       trust_m_ = std::max(kTrustLess * std::min(trust_m_, tried_m_),
                           kLastTolerances * parameters_.scale.tolerance_m);
     }

@@ -355,6 +355,7 @@ class Proxy {
   [[nodiscard]] bool climb(const GripPose& goal, ProxyTick& tick) noexcept;
   [[nodiscard]] bool may_climb(const ProxyTick& tick) const noexcept;
   [[nodiscard]] bool find_rise(Rise& rise, ProxyTick& tick) noexcept;
+  [[nodiscard]] bool is_wedged_beside(const Rise& rise) const noexcept;
   [[nodiscard]] bool find_low_face(const ImposedPlane& imposed, const Vec3& normal_w,
                                    ValidPlane& low, ProxyTick& tick) noexcept;
   [[nodiscard]] PlaneGap gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept;

@@ -147,7 +147,8 @@ const cases = {
   async "run_device run --serve: a device is seen, and a page moves nothing"() {
     if (!runDevice) return;
     const config = resolve("live_device.toml");
-    writeFileSync(config, `scene = "${resolve(scene)}"\n[device]\ndriver = "sim"\n`);
+    // The part begins 40 mm above the hole, and the hand goes 30 mm down.
+    writeFileSync(config, `scene = "${resolve(scene)}"\n[device]\ndriver = "sim"\n[workspace]\nscale = 2\n`);
     const served = await serving(runDevice, ["run", config, "--serve", "--allow-degraded"]);
     const page = await pages.open(served.address);
     await lampIs(page, "grey", "a device is held");
