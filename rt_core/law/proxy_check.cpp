@@ -11,6 +11,8 @@
 namespace haptic {
 namespace {
 
+/// By so much of the tolerance the rounding of a program may deepen a gap that is to stay.
+constexpr Real kKeptShare = 1.0e-3_r;
 /// A step is not shortened by more than this at once.
 constexpr Real kLeastShare = 1.0e-3_r;
 /// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
@@ -104,21 +106,22 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
   return best;
 }
 
-/// What a plane of a reached pair is worth at a step: its gap at the end, and on the way there.
-Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const PlaneId& id, SupportPair from,
-                                  Real gap_p_m, const Step& step, Real least_m,
-                                  ProxyTick& tick) const noexcept {
+/// What a plane of a reached pair, with its gap at p, is worth at a step: its gap at the end, and
+/// on the way there.
+Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& plane,
+                                  const Step& step, Real least_m, ProxyTick& tick) const noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
-  PlaneWorth found{id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
-  const PlaneGap gap =
-      plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w), id, from);
+  const Real gap_p_m = plane.gap_m;
+  PlaneWorth found{plane.id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
+  const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w),
+                                 plane.id, plane.support);
   tick.plane_gaps += 1;
   found.support = gap.support;
   found.normal_q_w = gap.normal_w;
   if (!gap.defined) return found;
   found.gap_q_m = found.path_m = gap.gap_m;
-  found.worth_m = gap.gap_m - least_m;
+  found.worth_m = gap.gap_m - least_from(least_m, gap_p_m);
   if (found.worth_m < 0) return found;
   found.path_m = path_gap(pair, gap_p_m, gap, step);
   found.worth_m =
@@ -135,9 +138,17 @@ void Proxy::take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept {
   reached.normal_q_w = plane.normal_q_w;
 }
 
+/// What a gap may be at the end of a step that may end with `least_m`: where it is less at p, after
+/// a correction, it need not grow, since rows that asked for that would raise the energy. It never
+/// comes below the tolerance.
+Real Proxy::least_from(Real least_m, Real gap_p_m) const noexcept {
+  const Real tolerance_m = parameters_.scale.tolerance_m;
+  return std::min(least_m, std::max(gap_p_m - kKeptShare * tolerance_m, -tolerance_m));
+}
+
 /// By how much the gaps of a pair along its plane are enough.
 Real Proxy::worth_m(const ReachedPair& reached, Real least_m) const noexcept {
-  const Real worth = reached.gap_q_m - least_m;
+  const Real worth = reached.gap_q_m - least_from(least_m, reached.gap_p_m);
   if (worth < 0) return worth;
   return std::min(worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m));
 }
@@ -148,8 +159,8 @@ bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
   reached.exact_q = true;
   reached.shared = false;
   reached.shared_m = -std::numeric_limits<Real>::max();
-  take_plane(reached, worth_of(reached, reached.plane, reached.support, reached.gap_p_m, step,
-                               least_m, tick));
+  const ValidPlane own{reached.plane, reached.support, reached.gap_p_m};
+  take_plane(reached, worth_of(reached, own, step, least_m, tick));
   return worth_m(reached, least_m) >= 0;
 }
 
@@ -167,9 +178,9 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     return worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
   };
   Real worth = worth_m(reached, least_m);
-  const auto measure = [&](const PlaneId& id, SupportPair from, Real gap_p_m, bool first) {
-    const PlaneWorth found = worth_of(reached, id, from, gap_p_m, step, least_m, tick);
-    const bool deep = is_deep(found.worth_m, gap_p_m);
+  const auto measure = [&](const ValidPlane& plane, bool first) {
+    const PlaneWorth found = worth_of(reached, plane, step, least_m, tick);
+    const bool deep = is_deep(found.worth_m, plane.gap_m);
     const bool was_deep = is_deep(worth, reached.gap_p_m);
     if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
     worth = found.worth_m;
@@ -199,7 +210,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
       if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
       tick.plane_gaps += 1;
       const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
-      if (at_p.gap_m >= least_valid) measure(id, at_p.support, at_p.gap_m, false);
+      if (at_p.gap_m >= least_valid) measure({id, at_p.support, at_p.gap_m}, false);
       return worth < 0;
     });
     if (worth >= 0) return true;
@@ -209,8 +220,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   ReachedPair exposed;
   Real exposed_worth = kLowest;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
-    const ValidPlane& valid = valid_[reached.valid_begin + k];
-    measure(valid.id, valid.support, valid.gap_m, k == 0);
+    measure(valid_[reached.valid_begin + k], k == 0);
     if (k + 1 != reached.exposed_count) continue;
     exposed = reached;
     exposed_worth = worth;
@@ -226,7 +236,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     reached.path_m = exposed.path_m;
   }
   // A direction that is good for the end asks for a shorter step, not for a plane.
-  const bool lacks = reached.gap_q_m < least_m;
+  const bool lacks = reached.gap_q_m < least_from(least_m, reached.gap_p_m);
   if (lacks && shared.worth_m > kLowest) take_shared();
   return true;
 }
@@ -308,7 +318,8 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   for (std::uint32_t at = 0; at <= reached_.size() && first < reached_.size(); ++at) {
     const std::uint32_t k = at == 0 ? first : at - 1;
     ReachedPair& reached = reached_[k];
-    const bool lacks_less = result.lacking_m > 0 && !(least_m - reached.gap_q_m > result.lacking_m);
+    const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
+    const bool lacks_less = result.lacking_m > 0 && !(lacks_m > result.lacking_m);
     if (!reached.open || lacks_less) continue;
     if (!certify(reached, step, least_m, tick)) {
       unsure = true;
@@ -328,7 +339,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
 /// What the planes of a pair at a step, all of them looked at, say of it.
 void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept {
   const ReachedPair& reached = reached_[k];
-  const Real lacking = least_m - reached.gap_q_m;
+  const Real lacking = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
   const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
   if (lacking > 0) {
     result.ok = false;

@@ -127,7 +127,8 @@ std::uint32_t Proxy::worst_that_meets(const Check& check, const Step& step, Real
       };
       for (std::uint32_t k = 0; k < reached_.size(); ++k) {
         const ReachedPair& reached = reached_[k];
-        if (!reached.exact_q || !(gap_m(k) < least_m) || reached.follows() != follow) continue;
+        if (!reached.exact_q || !(gap_m(k) < least_from(least_m, reached.gap_p_m))) continue;
+        if (reached.follows() != follow) continue;
         if (reached.open && opened == kMaxMeetingLooks) continue;
         if (last < reached_.size() && !is_before(last, k)) continue;
         if (next == reached_.size() || is_before(k, next)) next = k;

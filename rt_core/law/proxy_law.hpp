@@ -417,11 +417,11 @@ class Proxy {
   void settle_slip() noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real least_from(Real least_m, Real gap_p_m) const noexcept;
   [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;
   void judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept;
-  [[nodiscard]] PlaneWorth worth_of(const ReachedPair& reached, const PlaneId& id, SupportPair from,
-                                    Real gap_p_m, const Step& step, Real least_m,
-                                    ProxyTick& tick) const noexcept;
+  [[nodiscard]] PlaneWorth worth_of(const ReachedPair& reached, const ValidPlane& plane,
+                                    const Step& step, Real least_m, ProxyTick& tick) const noexcept;
   static void take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept;
   [[nodiscard]] bool keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
                                  ProxyTick& tick) const noexcept;
