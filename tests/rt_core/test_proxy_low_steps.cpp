@@ -110,7 +110,7 @@ TEST_SUITE("rt_core.proxy_low_steps") {
 
   TEST_CASE("a part that never turns climbs by the planes of its C-obstacles") {
     for (const double climb_m : {0.0, -1.0}) {
-      tools::SceneDescription description = stepped_blocks(kStepSingle ? 2e-6 : 20e-9);
+      tools::SceneDescription description = stepped_blocks(kStepSingle ? 2e-6 : 100e-9);
       description.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, 0.0};
       description.parameters.coupling.climb_m = climb_m;
       LoadedScene fixed(description);
@@ -124,6 +124,7 @@ TEST_SUITE("rt_core.proxy_low_steps") {
         result = fixed.step({-0.015 + 5e-5 * k, 0, 0.006 - depth});
         largest_n = std::max(largest_n, std::abs(static_cast<double>(result.wrench_w.force_w[0])));
       }
+      CAPTURE(climb_m);
       CHECK(((largest_n < 0.2) == (climb_m == 0)));
       CHECK(((std::abs(static_cast<double>(result.proxy_pose_wa.p_wa[0]) - 0.015) < 1e-5) ==
              (climb_m == 0)));
