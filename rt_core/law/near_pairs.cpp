@@ -15,6 +15,8 @@ namespace {
 
 /// Normals whose tips are no farther apart than this are one direction.
 constexpr Real kSameDirection = 1.0e-3_r;
+/// Gaps below this share of the range of a list count as that where groups are joined.
+constexpr Real kLeastJoinRoom = 1.0e-3_r;
 /// Roundings of what a motion takes, in those of the whole motion.
 constexpr Real kTakenRounding = 16;
 
@@ -35,23 +37,34 @@ Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
 Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
   const Real far = std::sqrt(dx_m.squaredNorm());
   const Real turn = std::sqrt(dtheta_rad.squaredNorm());
-  const Real across = std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm());
-  const Real swept = far + left.reach_m * turn;
-  return -left.normal_w.dot(dx_m) + left.spread * swept +
+  const Real across = std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm()) +
+                      std::sqrt(left.spread.squaredNorm()) * turn;
+  return -left.normal_w.dot(dx_m) + left.spread.dot(dx_m.cwiseAbs()) +
          left.reach_m * (across + kTurnBend * turn * turn) +
-         kTakenRounding * kRealEpsilon * (swept + std::abs(left.gap_m));
+         kTakenRounding * kRealEpsilon * (far + left.reach_m * turn + std::abs(left.gap_m));
+}
+
+LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept {
+  const Vec3 low = (left.normal_w - left.spread).cwiseMin(other.normal_w - other.spread);
+  const Vec3 high = (left.normal_w + left.spread).cwiseMax(other.normal_w + other.spread);
+  const Vec3 rounding = Vec3::Constant(4 * kRealEpsilon);
+  return {(low + high) / 2, (high - low) / 2 + rounding, std::max(left.reach_m, other.reach_m),
+          std::min(left.gap_m, other.gap_m)};
 }
 
 void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept {
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
-  const bool boxed = scene.has_facets();
+  // Spheres round facets are mostly empty, and so are those round the bars and plates of which a
+  // scene has more pairs than slots.
+  const bool overflows = scene.pair_count() > slots && !scene.has_facets();
+  const bool boxed = scene.has_facets() || overflows;
   tree_a_.place(arena, of_a, boxed);
   tree_b_.place(arena, pieces - of_a, boxed);
   spheres_ = arena.take<PieceSphere>(pieces);
   if (boxed) {
     boxes_ = arena.take<PieceBox>(pieces);
-    flat_ = arena.take<FlatPiece>(pieces);
+    if (!overflows) flat_ = arena.take<FlatPiece>(pieces);
     placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
   }
   pairs_ = arena.take<NearPair>(slots);
@@ -62,7 +75,6 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
   at_ = arena.take<Place>(1);
   waiting_ = arena.take<NodePair>(kMostWaiting);
   found_ = BoundedList<Found>(arena.take<Found>(slots));
-  const bool overflows = scene.pair_count() > slots && !boxed;
   left_out_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
   leaving_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
 }
@@ -89,6 +101,7 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
       high = high.cwiseMax(view.vertex(v));
     }
     boxes_[i] = {0.5_r * (low + high) + reference, 0.5_r * (high - low)};
+    if (flat_.empty()) continue;
     flat_[i] = FlatPiece{};
     if (!view.is_facet()) continue;
     flat_[i] = {view.plane_normal(0), view.plane_offset(0), view.vertices, view.vertex_count,
@@ -110,7 +123,7 @@ void NearPairs::reset() noexcept {
   }
   list_ = begun_lists_ = 0;
   for (PlacedBox& placed : placed_) placed.list = 0;
-  begun_ = false;
+  begun_ = overflowed_ = false;
   left_out_.clear();
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
@@ -144,7 +157,7 @@ const PieceBox& NearPairs::box_w(std::uint32_t node_a) noexcept {
 }
 
 /// Whether the pieces of two nodes are farther apart than the range: their spheres are, or where
-/// pieces are facets, whose spheres are mostly empty, their boxes along the axes of either. Of two
+/// there are boxes these are, along the axes of either. Of two
 /// leaves within the range `gap_m` is the lower bound that says so.
 bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_m) noexcept {
   const Place& at = at_[0];
@@ -176,7 +189,7 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_
 /// A better lower bound of the gap between two facets than `gap_m`: of the plane of each; as far as
 /// it takes to be above the range.
 Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) const noexcept {
-  if (!kSceneTraits.free_orientation || boxes_.empty()) return gap_m;
+  if (!kSceneTraits.free_orientation || flat_.empty()) return gap_m;
   const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
   if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
   const Place& at = at_[0];
@@ -212,7 +225,7 @@ void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m) noexce
   visited_ = 0;
   found_.clear();
   leaving_.clear();
-  refining_ = false;
+  refining_ = leaves_pairs_ = false;
   refined_ = 0;
 }
 
@@ -329,6 +342,7 @@ void NearPairs::take(Found found) noexcept {
     if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
     return;
   }
+  leaves_pairs_ = true;
   const Found farthest = found_[0];
   const bool has_farther = farthest.gap_m > found.gap_m;
   if (refining_) {
@@ -350,23 +364,40 @@ void NearPairs::leave_out(const Found& found) noexcept {
     left_m_ = std::min(left_m_, found.gap_m);
     return;
   }
-  LeftOut* nearest = nullptr;
-  Real nearest2 = std::numeric_limits<Real>::max();
-  for (LeftOut& left : leaving_) {
-    const Real apart2 = (left.normal_w - found.normal_w).squaredNorm();
-    if (!(apart2 < nearest2)) continue;
-    nearest2 = apart2;
-    nearest = &left;
-  }
   const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
   const Real reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
-  if (!(nearest2 <= kSameDirection * kSameDirection) &&
-      leaving_.push({found.normal_w, 0, reach_m, found.along_m})) {
-    return;
+  LeftOut next{found.normal_w, Vec3::Zero(), reach_m, found.along_m};
+  visited_ += kListVisitsOfUnit;
+  // Of the groups, `next` among them, those two are one from now on that leave a motion along their
+  // faces most room: its share that their box takes, over their gap.
+  const auto cost = [&](const LeftOut& l, const LeftOut& r) {
+    const LeftOut both = joined(l, r);
+    const Real room_m = std::max(both.gap_m, kLeastJoinRoom * range_m_);
+    return both.spread.squaredNorm() / (room_m * room_m);
+  };
+  const auto best_for = [&](const LeftOut& group, std::uint32_t count) {
+    std::uint32_t best = 0;
+    for (std::uint32_t k = 1; k < count; ++k)
+      if (cost(leaving_[k], group) < cost(leaving_[best], group)) best = k;
+    return best;
+  };
+  std::uint32_t into = leaving_.size() > 0 ? best_for(next, leaving_.size()) : 0;
+  const bool is_known = leaving_.size() > 0 && joined(leaving_[into], next).spread.squaredNorm() <=
+                                                   kSameDirection * kSameDirection;
+  if (!is_known && leaving_.push(next)) return;
+  if (!is_known) {
+    Real least = cost(leaving_[into], next);
+    std::uint32_t freed = leaving_.size();
+    for (std::uint32_t k = 1; k < leaving_.size(); ++k) {
+      const std::uint32_t other = best_for(leaving_[k], k);
+      if (!(cost(leaving_[other], leaving_[k]) < least)) continue;
+      least = cost(leaving_[other], leaving_[k]);
+      into = other;
+      freed = k;
+    }
+    if (freed < leaving_.size()) std::swap(next, leaving_[freed]);
   }
-  nearest->spread = std::max(nearest->spread, std::sqrt(nearest2));
-  nearest->reach_m = std::max(nearest->reach_m, reach_m);
-  nearest->gap_m = std::min(nearest->gap_m, found.along_m);
+  leaving_[into] = joined(leaving_[into], next);
 }
 
 void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
@@ -376,6 +407,7 @@ void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
 /// The list that was begun takes the place of the one before.
 void NearPairs::finish(double odometer_m) noexcept {
   begun_ = false;
+  overflowed_ = leaves_pairs_;
   list_ += 1;
   for (NearPair& pair : pairs_) {
     pair.changed = false;
@@ -432,6 +464,7 @@ void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
     if (cursor < pairs_.size()) slot = cursor;
   }
   if (slot == kNoSlot) {  // pairs that must stay have left no room
+    overflowed_ = true;
     leave_out(found);
     return;
   }

@@ -33,14 +33,16 @@ struct NearPair {
 };
 
 /// Pairs within the range of a list that it has no slot for, those taken together whose best faces
-/// look about one way: along `normal_w`, or a unit vector no farther than `spread` from its tip.
+/// look about one way: along unit vectors from B to A, fixed in W, no component of which differs
+/// from that of `normal_w` by more than `spread` says.
 struct LeftOut {
-  Vec3 normal_w = Vec3::Zero();  ///< unit, from B to A, fixed in W
-  Real spread = 0;
+  Vec3 normal_w = Vec3::Zero(), spread = Vec3::Zero();
   Real reach_m = 0;  ///< lever of their pieces of A about the grip point, the largest
   Real gap_m = 0;    ///< along those vectors, a lower bound
 };
-/// Such groups of one list at most; further pairs widen the nearest of them.
+/// What both hold.
+[[nodiscard]] LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept;
+/// Such groups of one list at most; a further one joins another, or two of them join.
 inline constexpr std::uint32_t kMostLeftOut = 16;
 
 /// A turn by theta moves a point of lever v by theta x v but for this times |v| theta^2, theta up
@@ -78,6 +80,8 @@ class NearPairs {
 
   /// There may be such pairs: of a scene of solids with more pairs than slots.
   [[nodiscard]] bool may_leave_out() const noexcept { return left_out_.capacity() > 0; }
+  /// The list had no slot for a pair within the range that it was asked for.
+  [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
   /// The part has moved by so much.
   void follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
   /// Pairs near the part that the list has no slot for.
@@ -160,6 +164,7 @@ class NearPairs {
   std::uint64_t list_ = 0;          ///< counts the lists
   double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
   BoundedList<LeftOut> left_out_;   ///< of it, where a scene has more pairs than slots
+  bool overflowed_ = false;         ///< it had no slot for a pair within its range
 
   // The list that is begun.
   bool begun_ = false;
@@ -175,6 +180,7 @@ class NearPairs {
   BoundedList<Found> found_;  ///< once full a heap with the farthest on its top
   BoundedList<LeftOut> leaving_;
   bool refining_ = false;      ///< there are more than slots: gaps are asked along faces
+  bool leaves_pairs_ = false;  ///< for want of slots
   std::uint32_t refined_ = 0;  ///< of `found_`
 };
 

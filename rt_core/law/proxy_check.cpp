@@ -275,7 +275,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     result.ok = false;
     result.share = std::max(clear_m / motion, kLeastShare);
     if (!(clear_m > kLeastShare * motion)) tick.limited = true;
-    tick.crowded = tick.crowded || has_left_out();
+    tick.crowded = tick.crowded || near_pairs_.overflowed();
   }
   for (const LeftOut& left : near_pairs_.left_out()) {
     const Real taken = taken_m(left, step.dx_m, step.dtheta_rad);

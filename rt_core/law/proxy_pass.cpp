@@ -257,6 +257,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       if (has_long_lists()) trust_m = std::min(trust_m, kListShare * unlisted_m());
       // The list has been outrun: the part waits for the next one.
       if (motion > trust_m && !(trust_m > scale.still_m)) {
+        tick.crowded = tick.crowded || near_pairs_.overflowed();
         tick.spent = true;
         return false;
       }

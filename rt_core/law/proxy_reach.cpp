@@ -309,7 +309,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Real clear_m = unlisted_m();
   // Pairs without a slot that have cut a step may have one in a list made where the part is now.
-  const bool cut = tick.crowded && (path_m_ != list_path_m_ || turn_rad_ != list_turn_rad_);
+  const bool cut =
+      tick.crowded && has_left_out() && (path_m_ != list_path_m_ || turn_rad_ != list_turn_rad_);
   const bool short_of = cut || !(clear_m >= reach_m_);
   const Real until_made_m = kEarlyTicks * static_cast<Real>(list_ticks_) * tick_motion_m_;
   const bool early = list_ticks_ > 1 && !(clear_m >= reach_m_ + until_made_m);

@@ -106,14 +106,17 @@ TEST_SUITE("rt_core.near_pairs") {
       LeftOut left;
       left.normal_w = vector(1).normalized();
       const Vec3 other_w = (left.normal_w + vector(0.2)).normalized();
-      left.spread = (other_w - left.normal_w).norm() * (1 + 4 * kRealEpsilon);
+      left.spread = (other_w - left.normal_w).cwiseAbs() * (1 + 4 * kRealEpsilon);
       const Vec3 lever = vector(0.02), dx = vector(0.002), dtheta = vector(0.3);
       left.reach_m = lever.norm() * (1 + 4 * kRealEpsilon);
       const GripPose moved_to = moved(GripPose{}, dx, dtheta);
       const Vec3 moved_by = moved_to.r_wa * lever + moved_to.x0_w - lever;
       const Real taken = -other_w.dot(moved_by);
       CHECK(taken <= taken_m(left, dx, dtheta));
-      more += taken > taken_m(LeftOut{left.normal_w, 0, 0, 0}, dx, dtheta) ? 1 : 0;
+      more += taken > taken_m(LeftOut{left.normal_w, Vec3::Zero(), 0, 0}, dx, dtheta) ? 1 : 0;
+      // With another group beside it the bound holds too.
+      CHECK(taken <= taken_m(joined(left, {vector(1).normalized(), vector(0.1).cwiseAbs(), 0, 0}),
+                             dx, dtheta));
     }
     CHECK(more > 1000);  // without lever and spread the bound would not hold
   }

@@ -2,6 +2,7 @@
 /// graph_compiler SCENE.toml -o SCENE.rtscene: from meshes to a scene that the servo loop reads in
 /// place.
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <span>
 #include <stdexcept>
@@ -42,6 +43,9 @@ std::string header_of(const CompiledScene& compiled, const Arguments& arguments)
   }
   return traits_header(image_traits(view, arguments.without, arguments.with), compiled.scene.name);
 }
+
+/// Warnings that are shown without --full.
+constexpr std::size_t kMostShownWarnings = 8;
 
 int compile(const Arguments& arguments) {
   const bool has_report = !arguments.report.empty();
@@ -92,8 +96,14 @@ int compile(const Arguments& arguments) {
     files.push_back({arguments.report, std::as_bytes(std::span(json))});
   }
   write_files(files);
-  for (const std::string& warning : warnings_of(compiled)) {
-    std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
+  const std::vector<std::string> warnings = warnings_of(compiled);
+  const std::size_t shown = arguments.full ? warnings.size() : kMostShownWarnings;
+  for (std::size_t k = 0; k < std::min(shown, warnings.size()); ++k) {
+    std::fprintf(stderr, "graph_compiler: warning: %s\n", warnings[k].c_str());
+  }
+  if (warnings.size() > shown) {
+    std::fprintf(stderr, "graph_compiler: warning: and %zu more; --full lists them\n",
+                 warnings.size() - shown);
   }
   if (arguments.json || !arguments.quiet) {
     const std::string text = arguments.json   ? json
