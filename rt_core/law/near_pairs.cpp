@@ -57,14 +57,14 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
   const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
   // Spheres round facets are mostly empty, and so are those round the bars and plates of which a
   // scene has more pairs than slots.
-  const bool overflows = scene.pair_count() > slots && !scene.has_facets();
+  const bool overflows = scene.pair_count() > slots;
   const bool boxed = scene.has_facets() || overflows;
   tree_a_.place(arena, of_a, boxed);
   tree_b_.place(arena, pieces - of_a, boxed);
   spheres_ = arena.take<PieceSphere>(pieces);
   if (boxed) {
     boxes_ = arena.take<PieceBox>(pieces);
-    if (!overflows) flat_ = arena.take<FlatPiece>(pieces);
+    if (scene.has_facets()) flat_ = arena.take<FlatPiece>(pieces);
     placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
   }
   pairs_ = arena.take<NearPair>(slots);
@@ -264,7 +264,9 @@ void NearPairs::refine(Found& found) noexcept {
       }
     };
     ask(ContactType::kB, plane_count(*view.b.record));
-    ask(ContactType::kA, plane_count(*view.a.record));
+    // Along the planes of a facet a solid of many faces is apart where it is along its own.
+    const std::uint32_t of_a = plane_count(*view.a.record);
+    if (of_a <= kFewFaces || !view.b.is_facet()) ask(ContactType::kA, of_a);
   }
   found.gap_m = std::max(found.gap_m, found.along_m);
 }

@@ -279,7 +279,8 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   }
   for (const LeftOut& left : near_pairs_.left_out()) {
     const Real taken = taken_m(left, step.dx_m, step.dtheta_rad);
-    const Real room_m = std::max(left.gap_m + parameters_.scale.tolerance_m / 2, Real{0});
+    const Real room_m =
+        std::max(left.gap_m - skin_m() + parameters_.scale.tolerance_m / 2, Real{0});
     if (!(taken > room_m)) continue;
     result.ok = false;
     result.share = std::min(result.share, std::max(room_m / taken, kLeastShare));

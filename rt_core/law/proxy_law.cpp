@@ -119,7 +119,7 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   if (has_facets_ || slots > kManyNearPairs) {
     hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   }
-  const bool overflows = c.pair_count > slots && !has_facets_;
+  const bool overflows = c.pair_count > slots;
   list_visits_of_tick_ = static_cast<std::uint32_t>(
       list_visits(moving_pieces, scene.pieces().size() - moving_pieces, overflows));
   pairs_ = arena.take<ProxyPair>(slots);

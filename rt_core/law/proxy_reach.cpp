@@ -366,7 +366,7 @@ std::span<const std::uint32_t> Proxy::hot_pairs() noexcept {
 
 Real Proxy::left_out_m() const noexcept {
   Real gap_m = std::numeric_limits<Real>::max();
-  for (const LeftOut& left : near_pairs_.left_out()) gap_m = std::min(gap_m, left.gap_m);
+  for (const LeftOut& left : near_pairs_.left_out()) gap_m = std::min(gap_m, left.gap_m - skin_m());
   return gap_m;
 }
 

@@ -244,7 +244,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
   c.near_slots = near_slots(c.pair_count, parameters.coupling.near_pairs, facets);
   if (pair_count > c.near_slots) c.unproven |= kUnprovenNearPairs;
-  const bool overflows = pair_count > c.near_slots && !facets;
+  const bool overflows = pair_count > c.near_slots;
   const std::uint64_t visits =
       list_visits(pieces_a, pieces_b, overflows) + last_visits(work.search, overflows);
   c.max_work_units =

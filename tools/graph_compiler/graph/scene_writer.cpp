@@ -315,7 +315,7 @@ std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capa
   const bool friction =
       std::ranges::any_of(t.bodies, [](const BodyRecord& body) { return body.friction > 0; });
   const bool facets = has_facets(t.pieces);
-  const bool overflows = capacity.pair_count > capacity.near_slots && !facets;
+  const bool overflows = capacity.pair_count > capacity.near_slots;
   const std::uint64_t visits = list_visits(moving, t.pieces.size() - moving, overflows);
   return static_cast<std::uint32_t>(
       begun_units(PairWork{}, capacity.near_slots, visits, friction, facets));
