@@ -38,6 +38,8 @@ constexpr std::uint32_t kMostShortPasses = 2;
 constexpr std::uint32_t kChoicePeriod = 4;
 /// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.
 constexpr std::uint32_t kLeastHeld = 4;
+/// A choice of planes from the start that the budget cuts goes on in the next ticks, up to so many.
+constexpr std::uint32_t kMostChoices = 3;
 
 std::uint32_t largest_loop(const PieceView& piece) noexcept {
   std::uint32_t largest = 0;
@@ -405,9 +407,9 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   if (!tick.inside && !waiting_ && unlisted_m() > 0) led_out_ = false;
   still_ =
       !tick.moved && !tick.inside && !tick.spent && (end == PassEnd::kDone || held_ >= kLeastHeld);
-  // Only with planes that this tick has chosen from the start; else the next one with this goal
-  // does.
-  settled_ = still_ && chosen;
+  // Only with planes that this tick has chosen from the start, to the end; else the next one with
+  // this goal does, or goes on with it.
+  settled_ = still_ && chosen && (!keeps_active_ || held_ >= kMostChoices);
   // A part that is on its way, however long that takes, is not one that looks for its place.
   const bool gains = !may_move() || (tick.moved && longest_) ||
                      tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
