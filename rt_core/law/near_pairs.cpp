@@ -17,6 +17,8 @@ namespace {
 constexpr Real kSameDirection = 1.0e-3_r;
 /// Gaps below this share of the range of a list count as that where groups are joined.
 constexpr Real kLeastJoinRoom = 1.0e-3_r;
+/// What it takes to compare every two groups, in nodes of the trees.
+constexpr std::uint32_t kJoinVisits = 64;
 /// Roundings of what a motion takes, in those of the whole motion.
 constexpr Real kTakenRounding = 16;
 
@@ -369,37 +371,40 @@ void NearPairs::leave_out(const Found& found) noexcept {
   const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
   const Real reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
   LeftOut next{found.normal_w, Vec3::Zero(), reach_m, found.along_m};
-  visited_ += kListVisitsOfUnit;
   // Of the groups, `next` among them, those two are one from now on that leave a motion along their
   // faces most room: its share that their box takes, over their gap.
-  const auto cost = [&](const LeftOut& l, const LeftOut& r) {
-    const LeftOut both = joined(l, r);
-    const Real room_m = std::max(both.gap_m, kLeastJoinRoom * range_m_);
-    return both.spread.squaredNorm() / (room_m * room_m);
+  struct Joint {
+    std::uint32_t into = 0;
+    Real cost = std::numeric_limits<Real>::max();
   };
   const auto best_for = [&](const LeftOut& group, std::uint32_t count) {
-    std::uint32_t best = 0;
-    for (std::uint32_t k = 1; k < count; ++k)
-      if (cost(leaving_[k], group) < cost(leaving_[best], group)) best = k;
+    Joint best;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const LeftOut both = joined(leaving_[k], group);
+      const Real room_m = std::max(both.gap_m, kLeastJoinRoom * range_m_);
+      const Real cost = both.spread.squaredNorm() / (room_m * room_m);
+      if (cost < best.cost) best = {k, cost};
+    }
     return best;
   };
-  std::uint32_t into = leaving_.size() > 0 ? best_for(next, leaving_.size()) : 0;
-  const bool is_known = leaving_.size() > 0 && joined(leaving_[into], next).spread.squaredNorm() <=
-                                                   kSameDirection * kSameDirection;
+  Joint best = best_for(next, leaving_.size());
+  const bool is_known =
+      leaving_.size() > 0 &&
+      joined(leaving_[best.into], next).spread.squaredNorm() <= kSameDirection * kSameDirection;
   if (!is_known && leaving_.push(next)) return;
-  if (!is_known) {
-    Real least = cost(leaving_[into], next);
+  // A list that is finished has no more visits to spend.
+  if (!is_known && begun_) {
+    visited_ += kJoinVisits;
     std::uint32_t freed = leaving_.size();
     for (std::uint32_t k = 1; k < leaving_.size(); ++k) {
-      const std::uint32_t other = best_for(leaving_[k], k);
-      if (!(cost(leaving_[other], leaving_[k]) < least)) continue;
-      least = cost(leaving_[other], leaving_[k]);
-      into = other;
+      const Joint other = best_for(leaving_[k], k);
+      if (!(other.cost < best.cost)) continue;
+      best = other;
       freed = k;
     }
     if (freed < leaving_.size()) std::swap(next, leaving_[freed]);
   }
-  leaving_[into] = joined(leaving_[into], next);
+  leaving_[best.into] = joined(leaving_[best.into], next);
 }
 
 void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {

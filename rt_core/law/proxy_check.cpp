@@ -172,8 +172,8 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   const ProxyPair& pair = pairs_[reached.pair];
   const Vec3 y_w = step.q.x0_w - pair.reference_w;
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
-  // Rows of a plane that p is as deep behind as no step may end would not raise p: it comes last of
-  // those that do not certify.
+  // Rows of a plane that p is deeper behind than other steps may end would not raise p: it comes
+  // last of those that do not certify.
   const auto is_deep = [&](Real worth, Real gap_p_m) {
     return worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
   };
