@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "rt_core/contact/c_face_plane.hpp"
+#include "rt_core/contact/edge_lines.hpp"
 #include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 
@@ -17,8 +18,8 @@ namespace {
 constexpr Real kSameDirection = 1.0e-3_r;
 /// Gaps below this share of the range of a list count as that where groups are joined.
 constexpr Real kLeastJoinRoom = 1.0e-3_r;
-/// What it takes to compare every two groups, in nodes of the trees.
-constexpr std::uint32_t kJoinVisits = 64;
+/// Facets nearer along their planes than this share of the range are asked for their nearest edges.
+constexpr Real kLineShare = 1.0e-2_r;
 /// Roundings of what a motion takes, in those of the whole motion.
 constexpr Real kTakenRounding = 16;
 
@@ -39,19 +40,36 @@ Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
 Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
   const Real far = std::sqrt(dx_m.squaredNorm());
   const Real turn = std::sqrt(dtheta_rad.squaredNorm());
-  const Real across = std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm()) +
-                      std::sqrt(left.spread.squaredNorm()) * turn;
-  return -left.normal_w.dot(dx_m) + left.spread.dot(dx_m.cwiseAbs()) +
-         left.reach_m * (across + kTurnBend * turn * turn) +
+  const Real by_reach_m = left.reach_m * (std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm()) +
+                                          std::sqrt(left.spread.squaredNorm()) * turn);
+  const Real by_moment_m =
+      left.moment_spread_m.dot(dtheta_rad.cwiseAbs()) - left.moment_m.dot(dtheta_rad);
+  return left.spread.dot(dx_m.cwiseAbs()) - left.normal_w.dot(dx_m) +
+         std::min(by_reach_m, by_moment_m) + left.reach_m * kTurnBend * turn * turn +
          kTakenRounding * kRealEpsilon * (far + left.reach_m * turn + std::abs(left.gap_m));
 }
 
+void follow(LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  left.gap_m -= taken_m(left, dx_m, dtheta_rad);
+  const Real turn = std::sqrt(dtheta_rad.squaredNorm());
+  left.moment_spread_m += Vec3::Constant(left.reach_m * turn * (1 + 4 * kRealEpsilon));
+}
+
 LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept {
-  const Vec3 low = (left.normal_w - left.spread).cwiseMin(other.normal_w - other.spread);
-  const Vec3 high = (left.normal_w + left.spread).cwiseMax(other.normal_w + other.spread);
-  const Vec3 rounding = Vec3::Constant(4 * kRealEpsilon);
-  return {(low + high) / 2, (high - low) / 2 + rounding, std::max(left.reach_m, other.reach_m),
-          std::min(left.gap_m, other.gap_m)};
+  const auto join = [](const Vec3& a, const Vec3& a_spread, const Vec3& b, const Vec3& b_spread,
+                       Real size, Vec3& middle, Vec3& spread) {
+    const Vec3 low = (a - a_spread).cwiseMin(b - b_spread);
+    const Vec3 high = (a + a_spread).cwiseMax(b + b_spread);
+    middle = (low + high) / 2;
+    spread = (high - low) / 2 + Vec3::Constant(4 * kRealEpsilon * size);
+  };
+  LeftOut both;
+  both.reach_m = std::max(left.reach_m, other.reach_m);
+  both.gap_m = std::min(left.gap_m, other.gap_m);
+  join(left.normal_w, left.spread, other.normal_w, other.spread, 1, both.normal_w, both.spread);
+  join(left.moment_m, left.moment_spread_m, other.moment_m, other.moment_spread_m, both.reach_m,
+       both.moment_m, both.moment_spread_m);
+  return both;
 }
 
 void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept {
@@ -270,7 +288,34 @@ void NearPairs::refine(Found& found) noexcept {
     const std::uint32_t of_a = plane_count(*view.a.record);
     if (of_a <= kFewFaces || !view.b.is_facet()) ask(ContactType::kA, of_a);
   }
+  if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
   found.gap_m = std::max(found.gap_m, found.along_m);
+}
+
+/// Facets side by side look near along their planes: the line between their nearest edges tells how
+/// far apart they are.
+void NearPairs::ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept {
+  const std::uint32_t lines = view.a.edge_count * view.b.edge_count;
+  if (!view.has_facet() || lines > kMostEdgeLines) return;
+  const Mat3& r_wa = at_[0].p.r_wa;
+  visited_ += lines + 2 * kListVisitsOfUnit;
+  Vec3 nearest_w = Vec3::Zero();
+  Real length2 = std::numeric_limits<Real>::max();
+  for (std::uint32_t i = 0; i < view.a.edge_count; ++i) {
+    for (std::uint32_t j = 0; j < view.b.edge_count; ++j) {
+      const Vec3 line_w = line_between_edges_m(view, r_wa, y_w, i, j);
+      if (!(line_w.squaredNorm() < length2)) continue;
+      nearest_w = line_w;
+      length2 = line_w.squaredNorm();
+    }
+  }
+  const Real length = std::sqrt(length2);
+  if (!(length > 0) || !(length > found.along_m)) return;
+  const DirectionGap gap = direction_gap(view, r_wa, y_w, nearest_w / length, {});
+  const Real along_m = gap.gap_m - gap_rounding(view, y_w);
+  if (!(along_m > found.along_m)) return;
+  found.along_m = along_m;
+  found.normal_w = gap.normal_w;
 }
 
 /// The list is full: of the pairs that it holds, one after the other, a better gap. Then those
@@ -361,6 +406,21 @@ void NearPairs::take(Found found) noexcept {
   std::push_heap(found_.begin(), found_.end(), is_nearer);
 }
 
+/// A pair that has no slot, as a group of its own.
+LeftOut NearPairs::left_out_of(const Found& found) const noexcept {
+  const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
+  const Vec3& n = found.normal_w;
+  const Vec3 across = (Vec3::Ones() - n.cwiseAbs2()).cwiseMax(Vec3::Zero()).cwiseSqrt();
+  LeftOut left;
+  left.normal_w = n;
+  left.reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
+  left.gap_m = found.along_m;
+  left.moment_m = (at_[0].p.r_wa * spheres_[piece].centre).cross(n);
+  left.moment_spread_m =
+      spheres_[piece].radius_m * across + Vec3::Constant(16 * kRealEpsilon * left.reach_m);
+  return left;
+}
+
 /// A pair within the range that has no slot: with those along whose faces it is apart in about the
 /// same direction.
 void NearPairs::leave_out(const Found& found) noexcept {
@@ -368,9 +428,7 @@ void NearPairs::leave_out(const Found& found) noexcept {
     left_m_ = std::min(left_m_, found.gap_m);
     return;
   }
-  const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
-  const Real reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
-  LeftOut next{found.normal_w, Vec3::Zero(), reach_m, found.along_m};
+  LeftOut next = left_out_of(found);
   // Of the groups, `next` among them, those two are one from now on that leave a motion along their
   // faces most room: its share that their box takes, over their gap.
   struct Joint {
@@ -408,7 +466,7 @@ void NearPairs::leave_out(const Found& found) noexcept {
 }
 
 void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
-  for (LeftOut& left : left_out_) left.gap_m -= taken_m(left, dx_m, dtheta_rad);
+  for (LeftOut& left : left_out_) haptic::follow(left, dx_m, dtheta_rad);
 }
 
 /// The list that was begun takes the place of the one before.
@@ -453,8 +511,10 @@ void NearPairs::finish(double odometer_m) noexcept {
   clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
   // The part has gone on since the list was begun.
   left_out_.clear();
+  const Real since_m = static_cast<Real>(odometer_m - odometer_m_) * (1 + kRealEpsilon);
   for (LeftOut left : leaving_) {
-    left.gap_m -= static_cast<Real>(odometer_m - odometer_m_) * (1 + kRealEpsilon);
+    left.gap_m -= since_m;
+    left.moment_spread_m += Vec3::Constant(since_m);
     static_cast<void>(left_out_.push(left));
   }
 }

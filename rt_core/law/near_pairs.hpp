@@ -33,10 +33,12 @@ struct NearPair {
 };
 
 /// Pairs within the range of a list that it has no slot for, those taken together whose best faces
-/// look about one way: along unit vectors from B to A, fixed in W, no component of which differs
-/// from that of `normal_w` by more than `spread` says.
+/// look about one way: along unit vectors n from B to A, fixed in W, no component of which differs
+/// from that of `normal_w` by more than `spread` says. The same of the moments r x n about the grip
+/// point, r any point of their pieces of A.
 struct LeftOut {
   Vec3 normal_w = Vec3::Zero(), spread = Vec3::Zero();
+  Vec3 moment_m = Vec3::Zero(), moment_spread_m = Vec3::Zero();
   Real reach_m = 0;  ///< lever of their pieces of A about the grip point, the largest
   Real gap_m = 0;    ///< along those vectors, a lower bound
 };
@@ -52,6 +54,9 @@ inline constexpr Real kTurnBend = 2.0_r / 3;
 /// What a motion takes from the gap of a group at most, negative where it adds to it; no point of
 /// the way there takes more than the larger of this and zero.
 [[nodiscard]] Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+
+/// The part has moved by so much.
+void follow(LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
 
 class NearPairs {
  public:
@@ -138,10 +143,12 @@ class NearPairs {
 
   void take(Found found) noexcept;
   void refine(Found& found) noexcept;
+  void ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept;
   void refine_next() noexcept;
   [[nodiscard]] bool has_to_refine() const noexcept {
     return refining_ && refined_ < found_.size();
   }
+  [[nodiscard]] LeftOut left_out_of(const Found& found) const noexcept;
   void leave_out(const Found& found) noexcept;
   void finish(double odometer_m) noexcept;
   void put(const Found& found, std::uint32_t& cursor) noexcept;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "rt_core/contact/edge_lines.hpp"
 #include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/law/proxy_step.hpp"
@@ -21,9 +22,6 @@ constexpr std::uint32_t kLongLists = 24;
 constexpr Real kHotReaches = 1.5_r;
 /// Among facets a pass first looks no farther than so many of the last steps.
 constexpr Real kReachSteps = 1.5_r, kFacetMargin = 0.125_r;
-
-/// Pairs of edges of two facets along whose nearest points a gap is asked.
-constexpr std::uint32_t kMostBetween = 256;
 
 /// A gap that the part's motion may have taken less of than this is not computed again.
 constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
@@ -91,20 +89,8 @@ void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
   best.gap_m = pair.gap_m;
   std::uint32_t asked = 0;
   for (std::uint32_t i = 0; i < a.edge_count; ++i) {
-    const Vec3 a0_w = p_.r_wa * a.vertex(a.edges[i].vertex[0]) + y_w;
-    const Vec3 u = p_.r_wa * a.vertex(a.edges[i].vertex[1]) + y_w - a0_w;
-    for (std::uint32_t j = 0; j < b.edge_count && asked < kMostBetween; ++j, ++asked) {
-      const Vec3 b0_w = b.vertex(b.edges[j].vertex[0]);
-      const Vec3 v = b.vertex(b.edges[j].vertex[1]) - b0_w;
-      // Nearest points a0 + s u and b0 + t v: s and t between 0 and 1.
-      const Vec3 w = a0_w - b0_w;
-      const Real uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
-      const Real uw = u.dot(w), vw = v.dot(w), across = uu * vv - uv * uv;
-      const Real crossing = across > kRealEpsilon * uu * vv ? (uv * vw - vv * uw) / across : 0;
-      const Real t =
-          std::clamp((uv * std::clamp(crossing, Real{0}, Real{1}) + vw) / vv, Real{0}, Real{1});
-      const Real s = std::clamp((uv * t - uw) / uu, Real{0}, Real{1});
-      const Vec3 between_w = w + s * u - t * v;
+    for (std::uint32_t j = 0; j < b.edge_count && asked < kMostEdgeLines; ++j, ++asked) {
+      const Vec3 between_w = line_between_edges_m(*pair.view, p_.r_wa, y_w, i, j);
       const Real length = std::sqrt(between_w.squaredNorm());
       if (!(length > parameters_.scale.still_m)) continue;
       tick.plane_gaps += 2;
@@ -319,6 +305,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
     const Real further_m = has_facets() ? scale.reach_m / 2 : scale.reach_m;
     list_range_m_ = std::min(list_range_m_, reach_m_ + further_m);
     if (has_facets()) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
+    // Of pairs without a slot the fewer are near, the sooner the next list is made.
+    if (near_pairs_.overflowed() && has_left_out()) list_range_m_ = reach_m_;
     near_pairs_.begin(p_, odometer_m(), list_range_m_);
     list_path_m_ = path_m_;
     list_turn_rad_ = turn_rad_;

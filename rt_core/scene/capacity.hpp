@@ -97,7 +97,8 @@ constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces
 }
 /// What the last pair of such a list may add to them; `search`: PairWork::search of any pair.
 constexpr std::uint64_t last_visits(std::uint64_t search, bool overflows) noexcept {
-  return overflows ? (kListVisitsOfUnit + 1) * (search + 1) : 0;
+  constexpr std::uint64_t kOthers = kJoinVisits + kMostEdgeLines + 2 * kListVisitsOfUnit;
+  return overflows ? (kListVisitsOfUnit + 1) * (search + 1) + kOthers : 0;
 }
 
 /// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when

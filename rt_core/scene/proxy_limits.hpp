@@ -39,6 +39,9 @@ inline constexpr std::uint32_t kMaxValidSearches = 64;
 /// node of the trees is a part of one.
 inline constexpr std::uint32_t kRegionUnits = 6, kProgramUnits = 2, kQpStepUnits = 3,
                                kListVisitsOfUnit = 8;
+/// Nodes that it takes to compare every two groups of pairs without a slot, and pairs of edges that
+/// are looked at for the nearest of two pieces at most.
+inline constexpr std::uint32_t kJoinVisits = 64, kMostEdgeLines = 256;
 /// Units that a tick may spend before it ends with what it has: the least and the most that a scene
 /// may ask for.
 inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;

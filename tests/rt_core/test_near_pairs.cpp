@@ -101,7 +101,7 @@ TEST_SUITE("rt_core.near_pairs") {
                   static_cast<Real>(random.uniform(-size, size)),
                   static_cast<Real>(random.uniform(-size, size)));
     };
-    int more = 0;
+    int more = 0, later = 0;
     for (int k = 0; k < 20000; ++k) {
       LeftOut left;
       left.normal_w = vector(1).normalized();
@@ -109,15 +109,34 @@ TEST_SUITE("rt_core.near_pairs") {
       left.spread = (other_w - left.normal_w).cwiseAbs() * (1 + 4 * kRealEpsilon);
       const Vec3 lever = vector(0.02), dx = vector(0.002), dtheta = vector(0.3);
       left.reach_m = lever.norm() * (1 + 4 * kRealEpsilon);
-      const GripPose moved_to = moved(GripPose{}, dx, dtheta);
-      const Vec3 moved_by = moved_to.r_wa * lever + moved_to.x0_w - lever;
-      const Real taken = -other_w.dot(moved_by);
+      left.moment_m = (lever + vector(0.002)).cross(left.normal_w);
+      left.moment_spread_m = (lever.cross(other_w) - left.moment_m).cwiseAbs() +
+                             Vec3::Constant(4 * kRealEpsilon * left.reach_m);
+      const auto taken_by = [&](const GripPose& from, const GripPose& to) {
+        return -other_w.dot((to.r_wa - from.r_wa) * lever + to.x0_w - from.x0_w);
+      };
+      const GripPose start, there = moved(start, dx, dtheta);
+      const Real taken = taken_by(start, there);
       CHECK(taken <= taken_m(left, dx, dtheta));
-      more += taken > taken_m(LeftOut{left.normal_w, Vec3::Zero(), 0, 0}, dx, dtheta) ? 1 : 0;
+      LeftOut no_lever = left, no_moment = left;
+      no_lever.spread = no_lever.moment_spread_m = Vec3::Zero();
+      no_lever.reach_m = 0;
+      more += taken > taken_m(no_lever, dx, dtheta) ? 1 : 0;
       // With another group beside it the bound holds too.
-      CHECK(taken <= taken_m(joined(left, {vector(1).normalized(), vector(0.1).cwiseAbs(), 0, 0}),
-                             dx, dtheta));
+      LeftOut beside;
+      beside.normal_w = vector(1).normalized();
+      beside.spread = vector(0.1).cwiseAbs();
+      CHECK(taken <= taken_m(joined(left, beside), dx, dtheta));
+      // And of a second motion, after one that has turned the lever.
+      const Vec3 next_dx = vector(0.002), next_dtheta = vector(0.3);
+      const Real next = taken_by(there, moved(there, next_dx, next_dtheta));
+      follow(left, dx, dtheta);
+      CHECK(-left.gap_m >= taken);
+      CHECK(next <= taken_m(left, next_dx, next_dtheta));
+      no_moment.reach_m = left.reach_m;
+      later += next > taken_m(no_moment, next_dx, next_dtheta) ? 1 : 0;
     }
+    CHECK(later > 0);    // nor where the moments had stayed
     CHECK(more > 1000);  // without lever and spread the bound would not hold
   }
 }
