@@ -31,6 +31,18 @@ constexpr std::uint32_t kMostRises = 3;
 /// A rise is no longer than so many heights: out of two faces at once.
 constexpr Real kMostHeights = 2;
 
+/// Keeps a pair among the last ones.
+void note(std::uint32_t pair, std::array<std::uint32_t, kMaxFeltPlanes>& pairs,
+          std::uint32_t& count) noexcept {
+  const auto end = pairs.begin() + count;
+  if (std::find(pairs.begin(), end, pair) != end) return;
+  if (count == pairs.size()) {
+    std::copy(pairs.begin() + 1, pairs.end(), pairs.begin());
+    count -= 1;
+  }
+  pairs[count++] = pair;
+}
+
 }  // namespace
 
 /// The first leg of a climb.
@@ -61,7 +73,8 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
   return plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), plane.id, plane.support);
 }
 
-/// Whether the planes that hold p may be a low step, and a climb has not just led nowhere here.
+/// Whether the planes that hold p may be a low step, and no climb here has just led nowhere over
+/// the same pairs.
 bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
   const Real climb_m = parameters_.scale.climb_m;
   if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
@@ -75,17 +88,11 @@ bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
   for (std::uint32_t k = 1; k < active_.size() && !cornered; ++k)
     cornered = normal_of(active_[k]).dot(first_w) < kOtherPlane;
   if (!cornered) return false;
-  bool others = false;  // than those of the last climb
-  for (const ImposedPlane& plane : active_) {
-    bool climbed = false;
-    for (std::uint32_t k = 0; k < climbed_count_; ++k)
-      climbed = climbed || climbed_[k] == plane.pair;
-    others = others || !climbed;
-  }
-  if (others) return true;
-  const Real far_m = kFarClimbs * climb_m;
-  if ((p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m) return true;
-  return tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;
+  const auto is_known = [&](const ImposedPlane& plane) {
+    const auto end = climbed_.begin() + climbed_count_;
+    return std::find(climbed_.begin(), end, plane.pair) != end;
+  };
+  return !std::all_of(active_.begin(), active_.end(), is_known);
 }
 
 /// Of the pair of an imposed plane, the face that p is least below, of those that it is below by no
@@ -217,12 +224,16 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
 
 /// Where a low step holds the part: up first, then on. True: p has moved.
 bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
+  const Real far_m = kFarClimbs * parameters_.scale.climb_m;
+  const bool is_far = (p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m;
+  if (is_far || tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_) climbed_count_ = 0;
   if (!may_climb(tick)) return false;
-  climbed_count_ = 0;
-  for (const ImposedPlane& plane : active_) climbed_[climbed_count_++] = plane.pair;
-  climbed_x0_w_ = p_.x0_w;
-  climbed_v_j_ = tick.end_potential_j;
-  climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
+  if (climbed_count_ == 0) {
+    climbed_x0_w_ = p_.x0_w;
+    climbed_v_j_ = tick.end_potential_j;
+    climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
+  }
+  for (const ImposedPlane& plane : active_) note(plane.pair, climbed_, climbed_count_);
   ClimbStart start;
   start.p = p_;
   start.way = way_;
@@ -248,7 +259,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
     const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
     const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});
     if (k == 1 && rise.gain_j < lacks_j) {  // not yet
-      climbed_lacks_j_ = kMoreShare * lacks_j;
+      climbed_lacks_j_ = std::min(climbed_lacks_j_, kMoreShare * lacks_j);
       break;
     }
     if (!check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
