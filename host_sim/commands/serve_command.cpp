@@ -11,9 +11,11 @@
 #include "hal/clock/servo_clock.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/loop_run.hpp"
+#include "host_sim/session/tick_record.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/server/live_session.hpp"
 #include "tools/common/error.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -37,7 +39,8 @@ class ServedLoop {
       : rate_hz_(rate_hz),
         share_(1 - std::exp(-1 / (rate_hz * kHandLag_s))),
         live_(o.serve, session.view(), true),
-        loop_(session, device, hand, rate_hz) {
+        loop_(session, device, hand, rate_hz),
+        judge_(session.view()) {
     const SceneParameters& p = session.view().parameters();
     const double* q = p.start_q_wa_xyzw;
     start_ = loop_.grip_of(Eigen::Map<const Vector>(p.start_p_wa_m),
@@ -45,24 +48,21 @@ class ServedLoop {
     restart();
   }
 
-  /// @return ticks.
-  std::uint64_t run(double seconds) {
+  void run(double seconds) {
     live_.begin();
     const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / rate_hz_));
     const std::int64_t begin_ns = hal::monotonic_ns();
     hal::DeadlineSchedule schedule(begin_ns, period_ns);
-    std::uint64_t ticks = 0;
     while (!live_.is_stopped()) {
       (void)hal::sleep_until(schedule.next_deadline_ns());
       const std::int64_t now_ns = hal::monotonic_ns();
       const std::int64_t due = 1 + std::min(schedule.advance(now_ns), kMostLate - 1);
       for (std::int64_t k = 0; k < due; ++k) step();
-      ticks += static_cast<std::uint64_t>(due);
       if (seconds > 0 && static_cast<double>(now_ns - begin_ns) > 1e9 * seconds) break;
     }
     live_.finish();
-    return ticks;
   }
+  [[nodiscard]] tools::SessionVerdict verdict() const { return judge_.verdict(); }
 
  private:
   void restart() {
@@ -82,13 +82,17 @@ class ServedLoop {
     HandStroke stroke{target_, target_};
     stroke.to.x0_w += share_ * (wanted_.x0_w - target_.x0_w);
     stroke.to.q_wa = target_.q_wa.slerp(share_, wanted_.q_wa);
-    live_.publish(loop_record(loop_, loop_.step(stroke)), rate_hz_, order.stamp);
+    const LoopRecord record = loop_record(loop_, loop_.step(stroke));
+    judge_.take(judged_tick(record.tick));
+    judge_.note_work(record.delivered_j);
+    live_.publish(record, rate_hz_, order.stamp);
     target_ = stroke.to;
   }
 
   double rate_hz_, share_;
   LiveSession live_;
   ClosedLoop loop_;
+  tools::SessionJudge judge_;
   HandTarget start_, wanted_, target_;
   HandOrder order_;
 };
@@ -110,9 +114,11 @@ int do_serve(const ServeArguments& o) {
   const std::string lowered = fit_to_device(*session, device, rate_hz);
   if (!lowered.empty()) std::fprintf(stderr, "host_sim: %s\n", lowered.c_str());
   ServedLoop loop(o, *session, device, *hand, rate_hz);
-  const std::uint64_t ticks = loop.run(o.seconds);
-  std::printf("served %llu ticks\n", static_cast<unsigned long long>(ticks));
-  return tools::kExitDone;
+  loop.run(o.seconds);
+  const tools::SessionVerdict verdict = loop.verdict();
+  std::printf("served %llu ticks\n%s\n", static_cast<unsigned long long>(verdict.ticks),
+              tools::verdict_line(verdict, "").view().data());
+  return verdict.failed() ? tools::kExitCheckFailed : tools::kExitDone;
 }
 
 }  // namespace
