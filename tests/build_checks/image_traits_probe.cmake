@@ -20,7 +20,7 @@ list(JOIN sources "" text)
 file(WRITE ${FOLDER}/scene.cpp "${text}")
 execute_process(COMMAND ${COMPILER} ${flags} -DHAPTIC_SCENE_IMAGE=1 -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_DEBUG
   -DHAPTIC_REAL_IS_FLOAT=${REAL_IS_FLOAT} -I${FOLDER} -I${ROOT} -isystem${EIGEN} -c ${FOLDER}/scene.cpp
-  -o ${FOLDER}/scene.o COMMAND_ERROR_IS_FATAL ANY)
+  -O0 -U_FORTIFY_SOURCE -o ${FOLDER}/scene.o COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${COMPILER} ${objects} ${FOLDER}/scene.o ${ARCHIVE} -o ${FOLDER}/state_size
   COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${FOLDER}/state_size RESULT_VARIABLE code ERROR_VARIABLE errors)

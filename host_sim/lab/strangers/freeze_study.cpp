@@ -39,11 +39,11 @@ std::vector<FreezePart> parts_of(bool is_short) {
     pair.places.resize(pair.fixed.size());
   };
   using Counts = std::vector<std::uint32_t>;
-  for (const std::uint32_t n : is_short ? Counts{16, 32} : Counts{16, 32, 64, 128, 256})
+  for (const std::uint32_t n : is_short ? Counts{32} : Counts{16, 32, 64, 128, 256})
     add("shaft", n, shaft_of_facets);
   for (const std::uint32_t n : is_short ? Counts{12} : Counts{12, 18, 24, 36, 48})
     add("spline", n, shaft_of_splines);
-  for (const std::uint32_t n : is_short ? Counts{20} : Counts{10, 20, 50, 100})
+  for (const std::uint32_t n : is_short ? Counts{10} : Counts{10, 20, 50, 100})
     add("connector", n, connector_of_pins);
   return parts;
 }
