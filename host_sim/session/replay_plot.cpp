@@ -98,14 +98,19 @@ std::vector<Release> releases_of(std::span<const TickRecord> ticks) {
   return found;
 }
 
+/// From this share of a panel on a release is named on the left of its line.
+constexpr double kWordsOnLeft = 0.85;
+
 /// A dashed line through all panels at each release, named at the top.
 std::string release_marks(const Panel& first, double bottom, std::span<const Release> releases) {
   std::string svg;
   for (const Release& release : releases) {
     const double x = first.x_of(release.t_s);
     svg += line_at({x, first.top}, {x, bottom}, "#a0005a", 1, "4 3");
-    svg += text_at(x + 4, first.top + 13, "release, -" + mark_label(release.fall_n, 0.01) + " N",
-                   "start", 11, "fill=\"#a0005a\"");
+    const bool on_left = x > first.left + kWordsOnLeft * first.width;
+    svg += text_at(on_left ? x - 4 : x + 4, first.top + 13,
+                   "release, -" + mark_label(release.fall_n, 0.01) + " N",
+                   on_left ? "end" : "start", 11, "fill=\"#a0005a\"");
   }
   return svg;
 }

@@ -145,14 +145,18 @@ TEST_SUITE("host_sim.live_session") {
   TEST_CASE("serve: says its address, runs for its time; what cannot be is refused") {
     const ScratchFolder folder("live_session");
     const std::string scene = sample_scene_in(folder);
-    const ProgramResult served = run_program(HAPTIC_HOST_SIM, "serve " + scene + " --seconds 0.3");
+    const ProgramResult served = run_program(HAPTIC_HOST_SIM, "serve 2 --seconds 0.3");
     CHECK(served.exit_code == 0);
     CHECK(served.out.find("live view: http://127.0.0.1:") != std::string::npos);
     CHECK(served.out.find("ws://127.0.0.1:") != std::string::npos);
     CHECK(served.out.find("served ") != std::string::npos);
+    CHECK(served.out.find("\nfollowed the hand in all ") != std::string::npos);
+    // The part of the sample starts inside its obstacle.
+    const ProgramResult inside = run_program(HAPTIC_HOST_SIM, "serve " + scene + " --seconds 0.3");
+    CHECK(inside.exit_code == 1);
+    CHECK(inside.out.find("\nFAILED: ") != std::string::npos);
     CHECK(served.out.find("whoever reaches") == std::string::npos);
-    const ProgramResult open =
-        run_program(HAPTIC_HOST_SIM, "serve " + scene + " --seconds 0.1 --bind 0.0.0.0");
+    const ProgramResult open = run_program(HAPTIC_HOST_SIM, "serve 2 --seconds 0.1 --bind 0.0.0.0");
     CHECK(open.exit_code == 0);
     CHECK(open.out.find("whoever reaches this machine and has the token") != std::string::npos);
 
