@@ -284,9 +284,10 @@ void NearPairs::refine(Found& found) noexcept {
       }
     };
     ask(ContactType::kB, plane_count(*view.b.record));
-    // Along the planes of a facet a solid of many faces is apart where it is along its own.
+    // A solid of many faces is mostly apart from a facet along the planes of that.
     const std::uint32_t of_a = plane_count(*view.a.record);
-    if (of_a <= kFewFaces || !view.b.is_facet()) ask(ContactType::kA, of_a);
+    const bool is_apart = view.b.is_facet() && found.along_m > 0;
+    if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
   }
   if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
   found.gap_m = std::max(found.gap_m, found.along_m);
