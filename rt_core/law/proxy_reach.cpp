@@ -305,8 +305,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
     const Real further_m = has_facets() ? scale.reach_m / 2 : scale.reach_m;
     list_range_m_ = std::min(list_range_m_, reach_m_ + further_m);
     if (has_facets()) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
-    // Of pairs without a slot the fewer are near, the sooner the next list is made.
-    if (near_pairs_.overflowed() && has_left_out()) list_range_m_ = reach_m_;
+    // Of solids without a slot the fewer are near, the sooner the next list is made.
+    if (near_pairs_.overflowed() && !has_facets()) list_range_m_ = reach_m_;
     near_pairs_.begin(p_, odometer_m(), list_range_m_);
     list_path_m_ = path_m_;
     list_turn_rad_ = turn_rad_;
