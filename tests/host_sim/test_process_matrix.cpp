@@ -72,14 +72,19 @@ std::vector<double> ramp(double step_n, std::size_t periods) {
 
 TEST_SUITE("host_sim.process_matrix") {
   TEST_CASE("a fault of each process with force on: what the device was handed") {
-    // Each process and the device once, some four seconds each and beside no other test; all faults
-    // are in the long form.
+    // One of each way to fail and to be noticed, some four seconds each; all faults are in the long
+    // form.
     const std::vector<std::pair<ProcessVictim, std::string>> chosen = {
         {ProcessVictim::kServo, "SIGKILL"},
+        {ProcessVictim::kServo, "SIGSTOP"},
         {ProcessVictim::kServo, "scribbles 0x41"},
         {ProcessVictim::kServoAndSpare, "SIGSTOP"},
         {ProcessVictim::kGuardian, "SIGKILL"},
-        {ProcessVictim::kSecondDevice, "takes its place"}};
+        {ProcessVictim::kGuardian, "SIGSTOP"},
+        {ProcessVictim::kZeroKeeper, "SIGKILL"},
+        {ProcessVictim::kTerminal, "closed"},
+        {ProcessVictim::kSecondDevice, "takes its place"},
+        {ProcessVictim::kLogReader, "stops reading, then SIGTERM"}};
     ProcessMatrixOptions options;
     options.quick = true;
     options.program = HAPTIC_RUN_DEVICE;
