@@ -356,7 +356,7 @@ bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m) noexcept {
       const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
       const bool full = found_.size() == found_.capacity();
-      if (full && !refining_ && leaving_.capacity() > 0) {
+      if (full && !refining_ && may_leave_out()) {
         refining_ = true;
         waiting_[waiting_count_++] = next;
         continue;
@@ -381,7 +381,7 @@ bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m) noexcept {
 
 /// Takes a pair into the list that is begun; where that is full, in place of the farthest.
 void NearPairs::take(Found found) noexcept {
-  if (refining_) {
+  if (is_refining()) {
     refine(found);
     if (found.gap_m > range_m_) {
       left_m_ = std::min(left_m_, found.gap_m);
@@ -395,7 +395,7 @@ void NearPairs::take(Found found) noexcept {
   leaves_pairs_ = true;
   const Found farthest = found_[0];
   const bool has_farther = farthest.gap_m > found.gap_m;
-  if (refining_) {
+  if (is_refining()) {
     leave_out(has_farther ? farthest : found);
   } else {
     left_m_ = std::min(left_m_, has_farther ? farthest.gap_m : found.gap_m);
@@ -425,7 +425,7 @@ LeftOut NearPairs::left_out_of(const Found& found) const noexcept {
 /// A pair within the range that has no slot: with those along whose faces it is apart in about the
 /// same direction.
 void NearPairs::leave_out(const Found& found) noexcept {
-  if (leaving_.capacity() == 0 || found.normal_w.isZero(0)) {
+  if (!may_leave_out() || found.normal_w.isZero(0)) {
     left_m_ = std::min(left_m_, found.gap_m);
     return;
   }
@@ -467,7 +467,7 @@ void NearPairs::leave_out(const Found& found) noexcept {
 }
 
 void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
-  for (LeftOut& left : left_out_) haptic::follow(left, dx_m, dtheta_rad);
+  for (LeftOut& left : left_out()) haptic::follow(left, dx_m, dtheta_rad);
 }
 
 /// The list that was begun takes the place of the one before.

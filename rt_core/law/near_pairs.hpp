@@ -84,15 +84,19 @@ class NearPairs {
   void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
 
   /// There may be such pairs: of a scene of solids with more pairs than slots.
-  [[nodiscard]] bool may_leave_out() const noexcept { return left_out_.capacity() > 0; }
+  [[nodiscard]] bool may_leave_out() const noexcept {
+    return kSceneTraits.many_pairs && left_out_.capacity() > 0;
+  }
   /// The list had no slot for a pair within the range that it was asked for.
   [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
   /// The part has moved by so much.
   void follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
   /// Pairs near the part that the list has no slot for.
-  [[nodiscard]] std::span<const LeftOut> left_out() const noexcept { return left_out_.view(); }
+  [[nodiscard]] std::span<const LeftOut> left_out() const noexcept {
+    return may_leave_out() ? left_out_.view() : std::span<const LeftOut>{};
+  }
   [[nodiscard]] std::span<LeftOut> left_out() noexcept {
-    return {left_out_.begin(), left_out_.size()};
+    return may_leave_out() ? std::span{left_out_.begin(), left_out_.size()} : std::span<LeftOut>{};
   }
 
   /// A lower bound of the gap of every other pair that is not in the list [m].
@@ -145,8 +149,9 @@ class NearPairs {
   void refine(Found& found) noexcept;
   void ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept;
   void refine_next() noexcept;
+  [[nodiscard]] bool is_refining() const noexcept { return may_leave_out() && refining_; }
   [[nodiscard]] bool has_to_refine() const noexcept {
-    return refining_ && refined_ < found_.size();
+    return is_refining() && refined_ < found_.size();
   }
   [[nodiscard]] LeftOut left_out_of(const Found& found) const noexcept;
   void leave_out(const Found& found) noexcept;

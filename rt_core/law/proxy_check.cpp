@@ -289,52 +289,82 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   }
   std::uint32_t first = reached_.size();  // lacks most by its own plane
   bool unsure = false;
+  const auto note_lacking = [&](std::uint32_t k) {
+    reached_[k].open = true;
+    if (first == reached_.size() || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
+  };
+  const auto look_at_lacking = [&] {
+    for (std::uint32_t at = 0; at <= reached_.size() && first < reached_.size(); ++at) {
+      const std::uint32_t k = at == 0 ? first : at - 1;
+      ReachedPair& reached = reached_[k];
+      const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
+      const bool lacks_less = result.lacking_m > 0 && !(lacks_m > result.lacking_m);
+      if (!reached.open || lacks_less) continue;
+      if (!certify(reached, step, least_m, tick)) {
+        unsure = true;
+        break;
+      }
+      reached.open = false;
+      judge_gap(k, least_m, result);
+    }
+    first = reached_.size();
+  };
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
-    ReachedPair& reached = reached_[k];
-    const ProxyPair& pair = pairs_[reached.pair];
-    reached.open = false;
-    HeldGap held = held_gap(reached, step, far, turn);
-    if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
-      look_closer(reached, tick);
-      held = held_gap(reached, step, far, turn);
-    }
-    if (held.on_way_m > parameters_.scale.tolerance_m) {
-      reached.plane = pair.plane;
-      reached.support = pair.support;
-      reached.gap_p_m = reached.gap_m;
-      reached.gap_q_m = held.at_end_m;
-      reached.path_m = held.on_way_m;
-      reached.exact_q = reached.shared = false;
-      continue;
-    }
-    if (reached.unsure) {
-      unsure = true;
-      reached.exact_q = false;
-      continue;
-    }
-    if (keeps_plane(reached, step, least_m, tick)) continue;
-    reached.open = true;
-    if (first == reached_.size() || reached.gap_q_m < reached_[first].gap_q_m) first = k;
+    reached_[k].open = false;
+    const OwnPlane own = ask_own(reached_[k], step, far, turn, least_m, tick);
+    if (own == OwnPlane::kLacks) note_lacking(k);
+    unsure = unsure || own == OwnPlane::kUnsure;
   }
-  for (std::uint32_t at = 0; at <= reached_.size() && first < reached_.size(); ++at) {
-    const std::uint32_t k = at == 0 ? first : at - 1;
-    ReachedPair& reached = reached_[k];
-    const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
-    const bool lacks_less = result.lacking_m > 0 && !(lacks_m > result.lacking_m);
-    if (!reached.open || lacks_less) continue;
-    if (!certify(reached, step, least_m, tick)) {
-      unsure = true;
+  for (std::uint32_t& slot : beside()) {
+    ReachedPair reached = seen(slot);
+    const OwnPlane own = ask_own(reached, step, far, turn, least_m, tick);
+    unsure = unsure || own == OwnPlane::kUnsure;
+    if (own != OwnPlane::kLacks) continue;
+    std::uint32_t seat = free_seat(least_m, false);
+    if (seat == reached_.size()) {
+      look_at_lacking();
+      seat = free_seat(least_m, true);
+    }
+    if (seat == reached_.size() || unsure) {  // what lacks already is enough for one round
+      result.ok = false;
       break;
     }
-    reached.open = false;
-    judge_gap(k, least_m, result);
+    give_seat(seat, slot, reached);
+    note_lacking(seat);
   }
+  look_at_lacking();
   // Another pair that lacks a plane is told first: its plane may keep this one clear too.
   if (unsure) {
     result.ok = false;
     tick.spent = !(result.lacking_m > 0);
   }
   return result;
+}
+
+/// Whether the plane that a pair has certifies it at a step.
+Proxy::OwnPlane Proxy::ask_own(ReachedPair& reached, const Step& step, Real far_m, Real turn_rad,
+                               Real least_m, ProxyTick& tick) noexcept {
+  ProxyPair& pair = pairs_[reached.pair];
+  HeldGap held = held_gap(reached, step, far_m, turn_rad);
+  if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
+    look_closer(reached, tick);
+    held = held_gap(reached, step, far_m, turn_rad);
+  }
+  if (held.on_way_m > parameters_.scale.tolerance_m) {
+    reached.plane = pair.plane;
+    reached.support = pair.support;
+    reached.gap_p_m = reached.gap_m;
+    reached.gap_q_m = held.at_end_m;
+    reached.path_m = held.on_way_m;
+    reached.exact_q = reached.shared = false;
+    return OwnPlane::kClears;
+  }
+  if (reached.unsure) {
+    reached.exact_q = false;
+    return OwnPlane::kUnsure;
+  }
+  form_view(pair, tick);
+  return keeps_plane(reached, step, least_m, tick) ? OwnPlane::kClears : OwnPlane::kLacks;
 }
 
 /// What the planes of a pair at a step, all of them looked at, say of it.

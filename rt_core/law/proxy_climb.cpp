@@ -75,11 +75,12 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
 
 /// Whether the planes that hold p may be a low step, and no climb here has just led nowhere over
 /// the same pairs.
-bool Proxy::may_climb(const ProxyTick& tick) const noexcept {
+bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const Real climb_m = parameters_.scale.climb_m;
   if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
-    const ProxyPair& pair = pairs_[plane.pair];
+    ProxyPair& pair = pairs_[plane.pair];
+    form_view(pair, tick);
     const Vec3 y_w = p_.x0_w - pair.reference_w;
     return plane_gap(*pair.view, p_.r_wa, y_w, plane.id, plane.support).normal_w;
   };

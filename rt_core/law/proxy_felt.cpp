@@ -85,7 +85,8 @@ void Proxy::feel(ProxyTick& tick) noexcept {
   contact.situation = ContactSituation::kNone;
   FeltPoints points;
   for (const ImposedPlane& active : active_) {
-    const ProxyPair& pair = pairs_[active.pair];
+    ProxyPair& pair = pairs_[active.pair];
+    form_view(pair, tick);
     const PlaneRegion& region = region_at_p(active.pair, active.id, active.support, tick);
     const PlaneGap& gap = region.gap;
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
@@ -124,7 +125,9 @@ NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList
   const auto slot = std::find_if(slots.begin(), slots.end(),
                                  [&](std::uint32_t s) { return pairs_[s].index == index; });
   if (slot == slots.end()) return {};
-  const ProxyPair& pair = pairs_[*slot];
+  ProxyPair& pair = pairs_[*slot];
+  ProxyTick report;
+  form_view(pair, report);
   FeatureBounds bounds;
   if (is_fixed()) {
     pose = fixed_pose_of(pair);

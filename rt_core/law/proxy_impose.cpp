@@ -53,6 +53,9 @@ void Proxy::impose_pending(const PoseError& error, ProxyTick& tick) noexcept {
   for (const ImposedPlane& plane : pending_) {
     if (is_imposed(plane.pair, plane.id)) continue;
     if (!imposed_.push(plane)) break;
+    pairs_[plane.pair].held_in = pass_;
+    form_view(pairs_[plane.pair], tick);
+    keep_view(plane.pair, true);
     ImposedPlane& taken = imposed_[imposed_.size() - 1];
     taken.times = 1;
     taken.at_start = true;
@@ -166,6 +169,7 @@ bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& erro
     plane.support = reached.support;
     if (short_) take_touching(reached, plane, tick);
     if (!imposed_.push(plane)) return false;
+    pairs_[plane.pair].held_in = pass_;
   }
   ImposedPlane& plane = imposed_[at];
   if (plane.id == reached.plane) plane.support = reached.support;

@@ -125,8 +125,11 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   list_visits_of_tick_ = static_cast<std::uint32_t>(
       list_visits(moving_pieces, scene.pieces().size() - moving_pieces, overflows));
   pairs_ = arena.take<ProxyPair>(slots);
-  views_ = arena.take<PairView>(slots);
-  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(slots));
+  const NearSeats seats = near_seats(slots, scene.parameters().coupling.near_pairs);
+  views_ = arena.take<PairView>(seats.views);
+  view_of_ = arena.take<ViewPlace>(seats.take_turns ? seats.views : 0);
+  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(seats.seats));
+  beside_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(seats.take_turns ? slots : 0));
   const std::uint32_t searches = std::min(slots, kMaxValidSearches);
   valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
   sets_ = BoundedList<FoundSet>(arena.take<FoundSet>(slots));
@@ -166,6 +169,8 @@ void Proxy::read_scene(const SceneView& scene) noexcept {
 void Proxy::reset() noexcept {
   started_ = false;
   near_pairs_.reset();
+  for (ViewPlace& place : view_of_) place = {};
+  next_view_ = next_seat_ = 0;
   cones_.clear();
   last_cones_.clear();
   for (std::uint64_t& version : lanes_version_) version = 0;
@@ -219,22 +224,25 @@ Real Proxy::least_fall_j(Real potential_j) const noexcept {
   return fall_j;
 }
 
+/// Another plane than its own that certifies a pair at p becomes its own.
+void Proxy::keep_plane(const ReachedPair& reached) noexcept {
+  // A plane that p is as deep behind as no step may end would hold it there.
+  const Real least = -parameters_.scale.tolerance_m / 2;
+  ProxyPair& pair = pairs_[reached.pair];
+  if (reached.unsure || pair.inside || reached.plane == pair.plane || reached.gap_p_m < least) {
+    return;
+  }
+  pair.plane = reached.plane;
+  pair.support = reached.support;
+  pair.gap_m = reached.gap_p_m;
+  pair.gap_version = version_;
+  pair.has_held = false;
+}
+
 /// A pass has ended for want of budget: p_ stays, the next one goes on with what this has found, no
 /// farther than a part of the way.
 void Proxy::keep_found() noexcept {
-  // A plane that p is as deep behind as no step may end would hold it there.
-  const Real least = -parameters_.scale.tolerance_m / 2;
-  for (const ReachedPair& reached : reached_) {
-    ProxyPair& pair = pairs_[reached.pair];
-    if (reached.unsure || pair.inside || reached.plane == pair.plane || reached.gap_p_m < least) {
-      continue;
-    }
-    pair.plane = reached.plane;
-    pair.support = reached.support;
-    pair.gap_m = reached.gap_p_m;
-    pair.gap_version = version_;
-    pair.has_held = false;
-  }
+  for (const ReachedPair& reached : reached_) keep_plane(reached);
   pending_.clear();
   for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
   const Real less = has_facets() ? kFacetTrustLess : kTrustLess;
@@ -401,6 +409,9 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     // Its plane has passed, and there was no budget for another: p is free all the same.
     if (reached.unsure) gap_m = std::max(gap_m, Real{0});
     tick.gap_m = std::min(tick.gap_m, gap_m);
+  }
+  for (const std::uint32_t slot : beside()) {  // certified, where its gap was not looked at again
+    tick.gap_m = std::min(tick.gap_m, std::max(seen(slot).gap_m, -parameters_.scale.tolerance_m));
   }
   settle_slip();
   feel(tick);

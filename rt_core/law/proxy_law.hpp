@@ -71,12 +71,12 @@ inline constexpr std::uint32_t kNoSet = ~0u;
 /// What the proxy keeps of one pair near it. Pairs are named by their slot. Every pass looks at the
 /// first line of the cache of each, and a step that has a direction to go by at the second.
 struct alignas(64) ProxyPair {
-  const PairView* view = nullptr;
-  double clear_until_m = 0;  ///< reading of the odometer at which the gap may have closed
-  Real reach_a_m = 0;        ///< lever of the piece of A about the grip point
-  Real gap_m = 0;            ///< along the plane at p, of version `gap_version`
+  const PairView* view = nullptr;  ///< null: to be formed
+  double clear_until_m = 0;        ///< reading of the odometer at which the gap may have closed
+  Real reach_a_m = 0;              ///< lever of the piece of A about the grip point
+  Real gap_m = 0;                  ///< along the plane at p, of version `gap_version`
   std::uint64_t gap_version = 0;
-  std::uint64_t reached_in = 0;  ///< the pass that has it in its list of reached pairs
+  std::uint64_t reached_in = 0;  ///< the pass that has it within reach
   bool known = false;
   bool inside = false;  ///< no plane had a gap: the part is led out
   bool waits = false;   ///< for a search that a tick had no budget for
@@ -93,7 +93,7 @@ struct alignas(64) ProxyPair {
   Vec3 reference_w = Vec3::Zero();  ///< of B's body
   Real friction = 0;                ///< Coulomb coefficient while it slides
   Real friction_static = 0;         ///< the same while it sticks; below `friction` counts as that
-  std::uint64_t held_in = 0;        ///< the last pass that began with a plane of it
+  std::uint64_t held_in = 0;        ///< the last pass that had a plane of it
   PairIndex index = 0;              ///< of the scene
   std::uint32_t set = kNoSet;  ///< its valid set in the list of those found at p, if it has one
 };
@@ -298,6 +298,21 @@ class Proxy {
   [[nodiscard]] Real skin_m() const noexcept {
     return has_facets() ? parameters_.scale.skin_m : Real{0};
   }
+  void reach(std::uint32_t slot, ProxyTick& tick) noexcept;
+  void take_reached(const ReachedPair& reached, ProxyTick& tick) noexcept;
+  [[nodiscard]] ReachedPair seen(std::uint32_t slot) const noexcept;
+  [[nodiscard]] std::uint32_t free_seat(Real least_m, bool shared_too) noexcept;
+  void give_seat(std::uint32_t seat, std::uint32_t& slot, const ReachedPair& reached) noexcept;
+  /// The scene has more near pairs than seats: some take turns.
+  [[nodiscard]] bool takes_turns() const noexcept {
+    return kSceneTraits.many_pairs && !view_of_.empty();
+  }
+  /// The slots of the pairs within reach that have no seat.
+  [[nodiscard]] std::span<std::uint32_t> beside() noexcept {
+    return takes_turns() ? std::span{beside_.begin(), beside_.size()} : std::span<std::uint32_t>{};
+  }
+  void form_view(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void keep_view(std::uint32_t slot, bool keep) noexcept;
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
   /// The direction along which the gap of a pair of facets has been measured.
@@ -316,6 +331,7 @@ class Proxy {
   }
   [[nodiscard]] bool may_begin(Grant grant, ProxyTick& tick) noexcept;
   [[nodiscard]] bool may_search(ProxyPair& pair, ProxyTick& tick) noexcept;
+  void keep_plane(const ReachedPair& reached) noexcept;
   void keep_found() noexcept;
   void adapt_trust(PassEnd end) noexcept;
   [[nodiscard]] Real most_trust_m() const noexcept;
@@ -353,7 +369,7 @@ class Proxy {
   struct Rise;
   struct ClimbStart;
   [[nodiscard]] bool climb(const GripPose& goal, ProxyTick& tick) noexcept;
-  [[nodiscard]] bool may_climb(const ProxyTick& tick) const noexcept;
+  [[nodiscard]] bool may_climb(ProxyTick& tick) noexcept;
   [[nodiscard]] bool find_rise(Rise& rise, ProxyTick& tick) noexcept;
   [[nodiscard]] bool is_wedged_beside(const Rise& rise) const noexcept;
   [[nodiscard]] bool find_low_face(const ImposedPlane& imposed, const Vec3& normal_w,
@@ -416,6 +432,10 @@ class Proxy {
   void note_slip(const Step& step) noexcept;
   void settle_slip() noexcept;
 
+  /// What the plane that a pair has says of a step.
+  enum class OwnPlane : std::uint8_t { kClears, kLacks, kUnsure };
+  [[nodiscard]] OwnPlane ask_own(ReachedPair& reached, const Step& step, Real far_m, Real turn_rad,
+                                 Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_from(Real least_m, Real gap_p_m) const noexcept;
   [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;
@@ -465,8 +485,17 @@ class Proxy {
   std::span<SceneView> scene_;  ///< one
   NearPairs near_pairs_;
   std::span<ProxyPair> pairs_;  ///< by slot
-  std::span<PairView> views_;   ///< by slot
-  BoundedList<ReachedPair> reached_;
+  std::span<PairView> views_;   ///< by slot; where pairs take turns fewer
+  /// Of each view, where pairs take turns: the slot that it was formed for last, and the pass that
+  /// keeps it.
+  struct ViewPlace {
+    std::uint32_t slot = 0;
+    std::uint64_t kept_in = 0;
+  };
+  std::span<ViewPlace> view_of_;
+  std::uint32_t next_view_ = 0, next_seat_ = 0;
+  BoundedList<ReachedPair> reached_;   ///< those with a seat in this pass
+  BoundedList<std::uint32_t> beside_;  ///< slots of the others within reach
   /// Found at p of version `sets_version_`, by any pass of any tick: a part that stays goes on with
   /// what an earlier tick has found.
   BoundedList<ValidPlane> valid_;

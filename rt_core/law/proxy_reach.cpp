@@ -148,6 +148,7 @@ bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// Computes the gap of a pair at p_ along its plane; where it has none left, or no plane yet, finds
 /// one. False: for want of budget it has none still.
 bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
+  form_view(pair, tick);
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   if (pair.known) {
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
@@ -173,6 +174,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   Real gap = pair.gap_m;
   if (pair.inside) {
+    form_view(pair, tick);
     // The part is led out; where the pair cannot be searched again, its plane tells how deep it is.
     if (may_search(pair, tick)) {
       search_fully(pair, tick);
@@ -190,6 +192,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
     gap = clear;
     if (reached.exact_p && !pair.known) {
+      form_view(pair, tick);
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
       if (pair.view->has_facet()) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
@@ -221,6 +224,7 @@ void Proxy::look_closer(ReachedPair& reached, ProxyTick& tick) noexcept {
 /// The pairs that a pass can bring into contact.
 void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   reached_.clear();
+  beside_.clear();
   if (sets_version_ != version_) {
     sets_version_ = version_;
     valid_.clear();
@@ -270,22 +274,20 @@ void Proxy::forget(std::uint32_t slot) noexcept {
 void Proxy::enter(std::uint32_t slot) noexcept {
   const NearPair& near = near_pairs_[slot];
   const SceneView& scene = scene_[0];
-  PairView& view = views_[slot];
-  view = scene.pair(near.pair);
-  view.skin_m = skin_m();
-  const BodyRecord& body = scene.bodies()[view.b.record->body];
+  const PairRecord record = scene.pair_record(near.pair);
+  const PieceRecord& a = scene.pieces()[record.piece_a];
+  const BodyRecord& body = scene.bodies()[scene.pieces()[record.piece_b].body];
   ProxyPair& pair = pairs_[slot];
   pair = ProxyPair{};
-  pair.view = &view;
   pair.index = near.pair;
   for (int k = 0; k < 3; ++k) pair.reference_w[k] = static_cast<Real>(body.reference_m[k]);
-  pair.reach_a_m = static_cast<Real>(view.a.record->reach_m);
-  pair.middle_a = piece_centre(*view.a.record);
-  pair.radius_a_m = static_cast<Real>(view.a.record->radius_m) * (1 + kRealEpsilon);
+  pair.reach_a_m = static_cast<Real>(a.reach_m);
+  pair.middle_a = piece_centre(a);
+  pair.radius_a_m = static_cast<Real>(a.radius_m) * (1 + kRealEpsilon);
   pair.friction = static_cast<Real>(body.friction);
   pair.friction_static = static_cast<Real>(body.friction_static);
   pair.clear_until_m = list_path_m_ + list_turn_rad_ * static_cast<double>(pair.reach_a_m) +
-                       static_cast<double>(near.gap_m - view.skin_m);
+                       static_cast<double>(near.gap_m - skin_m());
 }
 
 /// Goes on with the list of near pairs, or begins one, of those within reach and as far again so
@@ -317,6 +319,7 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   }
   if (list_visits_left_ == 0) return;
   for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
+  for (const std::uint32_t slot : beside()) near_pairs_.pin(slot);
   const std::uint32_t before = near_pairs_.visited();
   const bool finished = near_pairs_.go_on(list_visits_left_, odometer_m());
   const std::uint32_t visits = near_pairs_.visited() - before;
@@ -358,40 +361,46 @@ Real Proxy::left_out_m() const noexcept {
   return gap_m;
 }
 
+/// Appends a pair to those of the pass where it is within reach.
+void Proxy::reach(std::uint32_t slot, ProxyTick& tick) noexcept {
+  ProxyPair& pair = pairs_[slot];
+  const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+  Real nearest = clear;
+  if (pair.reached_in != pass_) {
+    ReachedPair reached;
+    if (!pair.inside && clear >= reach_m_) {
+      tick.gap_m = std::min(tick.gap_m, clear);
+    } else if (reach_pair(pair, reached, tick)) {
+      reached.pair = slot;
+      pair.reached_in = pass_;
+      nearest = reached.gap_m;
+      worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
+      take_reached(reached, tick);
+      if (pair.inside) {
+        // Rounding and what is lower than a step that holds the part are left without a word.
+        const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
+        tick.inside = true;
+        tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
+      }
+    } else {
+      nearest = clear_m(pair);
+      tick.gap_m = std::min(tick.gap_m, nearest);
+    }
+  }
+  nearest_m_ = std::min(nearest_m_, nearest);
+}
+
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
   nearest_m_ = std::min({unlisted_m(), cold_m(), left_out_m()});
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
-  for (const std::uint32_t slot : slots) {
-    ProxyPair& pair = pairs_[slot];
-    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-    Real nearest = clear;
-    if (pair.reached_in != pass_) {
-      ReachedPair reached;
-      if (!pair.inside && clear >= reach_m_) {
-        tick.gap_m = std::min(tick.gap_m, clear);
-      } else if (reach_pair(pair, reached, tick)) {
-        reached.pair = slot;
-        recall_valid(reached);
-        pair.reached_in = pass_;
-        nearest = reached.gap_m;
-        worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
-        static_cast<void>(reached_.push(reached));
-        if (pair.inside) {
-          // Rounding and what is lower than a step that holds the part are left without a word.
-          const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
-          tick.inside = true;
-          tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
-        }
-      } else {
-        nearest = clear_m(pair);
-        tick.gap_m = std::min(tick.gap_m, nearest);
-      }
-    }
-    nearest_m_ = std::min(nearest_m_, nearest);
+  if (takes_turns()) {                         // what holds the part comes before the others
+    for (const ImposedPlane& plane : active_) reach(plane.pair, tick);
+    for (const ImposedPlane& plane : pending_) reach(plane.pair, tick);
   }
+  for (const std::uint32_t slot : slots) reach(slot, tick);
 }
 
 /// The valid set of a pair, if it has been found at p_.

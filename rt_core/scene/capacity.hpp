@@ -101,9 +101,15 @@ constexpr std::uint64_t last_visits(std::uint64_t search, bool overflows) noexce
   return overflows ? (kListVisitsOfUnit + 1) * (search + 1) + kOthers : 0;
 }
 
+/// Units that it takes to look at every near pair once: a gap, and of those that take turns a view.
+constexpr std::uint64_t near_looks(std::uint32_t slots, std::uint32_t asked) noexcept {
+  return (near_seats(slots, asked).take_turns ? 2 : 1) * std::uint64_t{slots};
+}
+
 /// Units that a tick may spend beyond its budget: it begins one thing of each kind, at most, when
-/// the budget is spent or nearly so. `largest`: over all pairs; `facets`: of any body.
-constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots,
+/// the budget is spent or nearly so. `largest`: over all pairs; `facets`: of any body; `looks`:
+/// what it takes to look at every near pair once.
+constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t looks,
                                     std::uint64_t visits, bool friction, bool facets) noexcept {
   constexpr std::uint64_t kProgram = kProgramUnits + kQpStepUnits * kMaxQpIterations;
   constexpr std::uint64_t kRegions =
@@ -115,7 +121,7 @@ constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t slots
   const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.
-  return visits / kListVisitsOfUnit + 3 * slots + largest.set + largest.search +
+  return visits / kListVisitsOfUnit + 3 * looks + largest.set + largest.search +
          programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes +
          (facets ? kShared + kMeeting : 0);
 }
@@ -249,7 +255,9 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   const std::uint64_t visits =
       list_visits(pieces_a, pieces_b, overflows) + last_visits(work.search, overflows);
   c.max_work_units =
-      clip(parameters.work_units + begun_units(work, c.near_slots, visits, friction, facets));
+      clip(parameters.work_units +
+           begun_units(work, near_looks(c.near_slots, parameters.coupling.near_pairs), visits,
+                       friction, facets));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);
   c.max_plane_gaps = c.max_valid_nodes = c.max_search_work = c.max_work_units;
   c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pair_count));

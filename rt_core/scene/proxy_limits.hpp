@@ -68,8 +68,8 @@ inline constexpr std::uint32_t kMaxSharedDirections = 8;
 inline constexpr std::uint32_t kFewFaces = 16;
 
 /// Pairs near the part that a tick can follow at once, further ones bound its way: where the scene
-/// does not say, the same with surfaces, whose facets are many, and the most that a scene may ask
-/// for. As many as the pairs that a scene of solids lists, so that no such scene has more.
+/// does not ask for more, the same with surfaces, whose facets are many, and the most that a scene
+/// may ask for. As many as the pairs that a scene of solids lists, so that no such scene has more.
 inline constexpr std::uint32_t kMaxNearPairs = 4096, kMaxNearFacets = 16384, kMostNearPairs = 32768;
 /// With more slots than this a pass does not look at each of them: those far away are left aside
 /// together.
@@ -77,8 +77,25 @@ inline constexpr std::uint32_t kManyNearPairs = 512;
 /// `asked`: by the scene, 0: nothing; `facets`: it has pieces that are flat.
 [[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs, std::uint32_t asked,
                                                  bool facets) noexcept {
-  const std::uint32_t most = asked > 0 ? asked : facets ? kMaxNearFacets : kMaxNearPairs;
+  const std::uint32_t usual = facets ? kMaxNearFacets : kMaxNearPairs;
+  const std::uint32_t most = asked > usual ? asked : usual;
   return pairs < most ? pairs : most;
+}
+/// Of the pairs that a tick follows so many have a seat, with what a pass needs to look at them
+/// closely; the others take turns, each keeping its plane. `asked`: by the scene, 0: all. At least
+/// those of the planes of a pass have one, and some more that come and go.
+inline constexpr std::uint32_t kLeastSeats = kMaxImposedPlanes + 16;
+/// Views of pairs beyond those in seats: of the planes that a pass goes on with, and of pairs that
+/// are looked at in passing.
+inline constexpr std::uint32_t kGuestViews = kMaxImposedPlanes + 4;
+struct NearSeats {
+  std::uint32_t seats = 0, views = 0;
+  bool take_turns = false;
+};
+[[nodiscard]] constexpr NearSeats near_seats(std::uint32_t slots, std::uint32_t asked) noexcept {
+  const std::uint32_t seats = asked > kLeastSeats ? asked : kLeastSeats;
+  if (asked == 0 || seats + kGuestViews >= slots) return {slots, slots, false};
+  return {seats, seats + kGuestViews, true};
 }
 
 }  // namespace haptic

@@ -31,6 +31,8 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.fixed_orientation = is_one_orientation(p.envelope);
   needs.free_orientation = !needs.fixed_orientation;
   needs.facets = has_facets(scene.pieces());
+  needs.many_pairs = needs.proxy && (c.pair_count > c.near_slots ||
+                                     near_seats(c.near_slots, p.coupling.near_pairs).take_turns);
   needs.device =
       p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
   needs.goal_contact = has_goal_contact(p);
@@ -48,8 +50,9 @@ bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept {
   for (const auto feature :
        {&SceneTraits::paper, &SceneTraits::weighted_region, &SceneTraits::proxy,
         &SceneTraits::friction, &SceneTraits::fixed_orientation, &SceneTraits::free_orientation,
-        &SceneTraits::facets, &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::guide,
-        &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
+        &SceneTraits::facets, &SceneTraits::many_pairs, &SceneTraits::goal_contact,
+        &SceneTraits::device, &SceneTraits::guide, &SceneTraits::contact_geometry,
+        &SceneTraits::table_checks}) {
     if (needed.*feature && !(compiled.*feature)) return false;
   }
   return compiled.qp_rows >= needed.qp_rows && compiled.valid_visits >= needed.valid_visits;

@@ -29,6 +29,9 @@ struct SceneTraits {
 
   bool facets = true;  ///< a piece may be a facet of a surface
 
+  /// More pairs may be near than law proxy has room for: some take turns, some have no slot.
+  bool many_pairs = true;
+
   bool goal_contact = true;  ///< the contact at the goal pose can be searched
   bool device = true;        ///< passivity observer and estimate of the device's twist
   bool guide = true;         ///< a plan leads the hand

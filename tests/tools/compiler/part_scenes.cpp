@@ -47,4 +47,20 @@ void write_cube(const std::string& path, double offset) {
   out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 }
 
+void write_cubes(const std::string& path, int count) {
+  constexpr int kFaces[6][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
+                                {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+  std::ofstream out(path);
+  for (int c = 0; c < count; ++c) {
+    for (int k = 0; k < 8; ++k) {
+      out << "v " << 2 * c + (k & 1) << ' ' << ((k >> 1) & 1) << ' ' << ((k >> 2) & 1) << '\n';
+    }
+    for (const auto& face : kFaces) {
+      out << 'f';
+      for (const int v : face) out << ' ' << 8 * c + v;
+      out << '\n';
+    }
+  }
+}
+
 }  // namespace haptic::test

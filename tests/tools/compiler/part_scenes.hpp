@@ -27,4 +27,7 @@ std::string write_part_scene(const std::string& name, const sim::test::ScratchFo
 /// Unit cube from (offset, offset, offset) as OBJ.
 void write_cube(const std::string& path, double offset = 0.0);
 
+/// So many of them in a row, each of its own, with as much room between two.
+void write_cubes(const std::string& path, int count);
+
 }  // namespace haptic::test

@@ -151,23 +151,26 @@ TEST_SUITE("tools.memory_budget") {
   }
 
   TEST_CASE("proposal: the near pairs that are said fit the budget, and one more does not") {
-    SceneFile file = peg();
+    SceneFile file = own_scene("nut_on_bolt");
+    file.parameters.goal_contact = 0;
     const std::uint64_t now = HapticCore::state_bytes(Opened(file).view);
-    file.budget.near_pairs = 2;
-    const std::uint64_t two = HapticCore::state_bytes(Opened(file).view);
-    REQUIRE(two < now);
-    const auto all = budget_proposals(Opened(peg()).view, two);
-    const BudgetProposal* pairs = find(all, "near_pairs = 2, now 5 of ");
+    const std::uint32_t slots = Opened(file).view.header().capacity.near_slots;
+    file.budget.near_pairs = 70;
+    const std::uint64_t few = HapticCore::state_bytes(Opened(file).view);
+    REQUIRE(few < now);
+    file.budget.near_pairs.reset();
+    const std::string words = "near_pairs = 70, now " + std::to_string(slots) + " ";
+    const auto all = budget_proposals(Opened(file).view, few);
+    const BudgetProposal* pairs = find(all, words);
     REQUIRE(pairs != nullptr);
-    CHECK(pairs->state_saved == now - two);
-    CHECK(find(budget_proposals(Opened(peg()).view, two - 1), "near_pairs = 1, ") != nullptr);
+    CHECK(pairs->state_saved == now - few);
+    CHECK(find(budget_proposals(Opened(file).view, few - 1), "near_pairs = 69, ") != nullptr);
     // The refusal names it.
-    SceneFile tight = peg();
-    tight.budget.state = BudgetLimit{two, 4, 1};
-    CHECK(refusal(tight).find("[budget] near_pairs = 2, now 5 of ") != std::string::npos);
-    // The probe: a scene of one pair has nothing to give.
-    CHECK(find(budget_proposals(Opened(own_scene("tetrahedron_on_box")).view, 0), "near_pairs") ==
-          nullptr);
+    SceneFile tight = file;
+    tight.budget.state = BudgetLimit{few, 4, 1};
+    CHECK(refusal(tight).find("[budget] " + words) != std::string::npos);
+    // The probe: a scene of few pairs has nothing to give.
+    CHECK(find(budget_proposals(Opened(peg()).view, 0), "near_pairs") == nullptr);
   }
 
   TEST_CASE("over budget: refused with place, breakdown and proposals; at the budget accepted") {

@@ -221,20 +221,19 @@ TEST_SUITE("tools.programs") {
 
   TEST_CASE("a scene with more near pairs than its list is not certified, and everybody says so") {
     const ScratchFolder folder("programs");
-    write_cube(folder.file("cube.obj"));
+    write_cubes(folder.file("cubes.obj"), 65);
     const auto scene = [&](const std::string& budget) {
       std::ofstream(folder.file("scene.toml"))
-          << "format = 1\nname = \"n\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
-             "position_m = [0, 0, 0.5]\n[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n"
-             "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.2\nposition_m = [1, 0, 0]\n"
+          << "format = 1\nname = \"n\"\n[moving]\nmesh = \"cubes.obj\"\nscale_to_m = 0.001\n"
+             "position_m = [0, 0, 0.5]\n[[static]]\nmesh = \"cubes.obj\"\nscale_to_m = 0.001\n"
              "[rendering]\nk_f_n_per_m = 100\n"
           << budget;
       return folder.file("scene.toml");
     };
     const std::string words =
-        "2 pairs can be near at once, a tick follows 1; set [budget] "
-        "near_pairs = 2, ";
-    const std::string one = scene("[budget]\nnear_pairs = 1\n");
+        "4 225 pairs can be near at once, a tick follows 4 096; set [budget] "
+        "near_pairs = 4225, ";
+    const std::string one = scene("");
     const ProgramResult refused = compile(one + " --certified -o " + folder.file("a.rtscene"));
     CHECK(refused.exit_code == 1);
     CHECK(refused.err.find("not certified: " + words) != std::string::npos);
@@ -248,9 +247,9 @@ TEST_SUITE("tools.programs") {
     CHECK(inspected.out.find("bounded     [limited]") != std::string::npos);
     const auto facts = nlohmann::json::parse(inspect(folder.file("a.rtscene") + " --json").out);
     CHECK(facts["capacity"]["certifiable"] == false);
-    // The probe: without the key there is room for all.
-    const ProgramResult certified =
-        compile(scene("") + " --certified -o " + folder.file("a.rtscene"));
+    // The probe: with the key there is room for all.
+    const ProgramResult certified = compile(scene("[budget]\nnear_pairs = 4225\n") +
+                                            " --certified -o " + folder.file("a.rtscene"));
     CHECK(certified.exit_code == 0);
     CHECK(certified.err.empty());
     CHECK(certified.out.find("certificate  no list of a tick can overflow") != std::string::npos);

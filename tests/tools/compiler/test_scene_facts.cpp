@@ -161,14 +161,19 @@ TEST_SUITE("tools.scene_facts") {
 
   TEST_CASE("more pairs than a tick can follow are named with the key and its bytes") {
     const auto scene_with = [](std::uint32_t near_pairs) {
-      tools::SceneDescription scene = scene_of(
-          box({0, 0, 0}, {1, 1, 1}),
-          {box({2, 0, 0}, {3, 1, 1}), box({4, 0, 0}, {5, 1, 1}), box({6, 0, 0}, {7, 1, 1})});
+      std::vector<tools::Body> moving, fixed;
+      for (int k = 0; k < 65; ++k) {
+        const double at = 2.0 * k;
+        moving.push_back(box({at, 0, 0}, {at + 1, 1, 1}));
+        fixed.push_back(box({at, 0, -2}, {at + 1, 1, -1}));
+      }
+      tools::SceneDescription scene = scene_of(join(moving), {join(fixed)});
       scene.parameters.law = LawId::kProxy;
       scene.parameters.coupling.near_pairs = near_pairs;
+      scene.max_pair_visits = 4225;
       return scene;
     };
-    const LoadedScene few(scene_with(2)), all(scene_with(3)), by_default(scene_with(0));
+    const LoadedScene few(scene_with(0)), all(scene_with(4225)), asked_more(scene_with(5000));
     const SceneFacts facts = tools::facts_of(few.view);
     CHECK(facts.capacity.unproven == kUnprovenNearPairs);
     const std::vector<std::string> reasons = tools::unproven_reasons(facts);
@@ -176,12 +181,12 @@ TEST_SUITE("tools.scene_facts") {
     const std::uint64_t more =
         all.view.header().capacity.state_bytes - few.view.header().capacity.state_bytes;
     CHECK(reasons[0] ==
-          "3 pairs can be near at once, a tick follows 2; set [budget] near_pairs = "
-          "3, " +
+          "4 225 pairs can be near at once, a tick follows 4 096; set [budget] near_pairs = "
+          "4225, " +
               tools::grouped(more) + " bytes more of state");
     CHECK(tools::bounds_as_text(facts).find("to give up exactness") != std::string::npos);
     // The probes: with room for all there is nothing to say.
-    for (const SceneView* view : {&all.view, &by_default.view}) {
+    for (const SceneView* view : {&all.view, &asked_more.view}) {
       const SceneFacts roomy = tools::facts_of(*view);
       CHECK(roomy.capacity.unproven == 0);
       CHECK(roomy.state_with_all_pairs == 0);

@@ -195,9 +195,7 @@ TEST_SUITE("tools.surface_scene") {
         },
         RtStatus::kBlobBadNumber);
     refused(
-        [](SceneBytes& b) {
-          section<SceneParameters>(b, SectionId::kParameters)->coupling.near_pairs = 1;
-        },
+        [](SceneBytes& b) { section<SceneParameters>(b, SectionId::kParameters)->work_units += 1; },
         RtStatus::kBlobBadCapacity);
   }
 
@@ -248,14 +246,5 @@ TEST_SUITE("tools.surface_scene") {
     CHECK(warnings.back().find("cylinder") != std::string::npos);
     for (const std::string& warning : warnings)
       CHECK(warning.find("sheet.obj") == std::string::npos);
-  }
-
-  TEST_CASE("near_pairs: the pairs that the state has room for") {
-    const ScratchFolder folder("sheet");
-    const SceneBytes bytes{
-        compile_scene(sheet_scene(folder, 0.5, "[budget]\nnear_pairs = 1\n"), {}).bytes};
-    SceneView view;
-    REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
-    CHECK(view.header().capacity.near_slots == 1);
   }
 }

@@ -318,7 +318,8 @@ std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capa
   const bool overflows = capacity.pair_count > capacity.near_slots;
   const std::uint64_t visits = list_visits(moving, t.pieces.size() - moving, overflows);
   return static_cast<std::uint32_t>(
-      begun_units(PairWork{}, capacity.near_slots, visits, friction, facets));
+      begun_units(PairWork{}, near_looks(capacity.near_slots, t.parameters[0].coupling.near_pairs),
+                  visits, friction, facets));
 }
 
 }  // namespace

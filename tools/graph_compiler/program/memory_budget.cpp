@@ -60,28 +60,29 @@ void propose_visits(const SceneView& scene, std::uint64_t state_budget,
                        0, saved(now, bytes(fits))});
 }
 
-/// The most pairs to be followed whose state fits, else one.
+/// The most pairs that have a seat at once whose state fits, else as few as there may be.
 void propose_near_pairs(const SceneView& scene, std::uint64_t state_budget,
                         std::vector<BudgetProposal>& proposals) {
-  const std::uint32_t slots = scene.header().capacity.near_slots;
-  if (slots < 2) return;  // of law kProxy alone there are some
+  const std::uint32_t slots = scene.header().capacity.near_slots;  // of law kProxy alone
+  if (!near_seats(slots, 1).take_turns) return;
   const std::uint64_t now = HapticCore::state_bytes(scene);
   const auto bytes = [&](std::uint32_t pairs) {
     return state_of(scene, scene.header().capacity.max_pair_visits,
                     [pairs](SceneParameters& p) { p.coupling.near_pairs = pairs; });
   };
-  std::uint32_t fits = 1, too_many = slots;
+  std::uint32_t fits = kLeastSeats, too_many = slots;
   while (state_budget > 0 && too_many - fits > 1) {  // the state grows with the pairs
     const std::uint32_t middle = fits + (too_many - fits) / 2;
     (bytes(middle) <= state_budget ? fits : too_many) = middle;
   }
   const std::uint64_t fewer = bytes(fits);
   if (now <= fewer) return;
-  proposals.push_back({"follow fewer pairs at once: [budget] near_pairs = " + std::to_string(fits) +
-                           ", now " + std::to_string(slots) + " of " +
-                           std::to_string((now - fewer) / (slots - fits)) +
-                           " bytes each (a scene with more pairs cannot be certified)",
-                       0, now - fewer});
+  proposals.push_back(
+      {"look at fewer pairs closely at once: [budget] near_pairs = " + std::to_string(fits) +
+           ", now " +
+           std::to_string(near_seats(slots, scene.parameters().coupling.near_pairs).seats) +
+           " (the others take turns, which costs units)",
+       0, now - fewer});
 }
 
 void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& proposals) {
@@ -97,7 +98,7 @@ void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& pro
             [](SceneParameters& p) { p.goal_contact = 0; });
   }
   for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
-    if (law == scene.parameters().law) continue;
+    if (law == scene.parameters().law || has_facets(scene.pieces())) continue;
     propose(std::string("take another law: [rendering] law = \"") + law_name(law) + "\"",
             [law](SceneParameters& p) { p.law = law; });
   }
