@@ -23,6 +23,7 @@
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/run_device/device_fit.hpp"
+#include "tools/run_device/press_stroke.hpp"
 #include "tools/run_device/stop_key.hpp"
 
 namespace haptic::tools {
@@ -101,6 +102,7 @@ class Run {
         watch_(watch),
         bus_(config.servo.limits, config.loop.period_ns),
         events_(watch.event),
+        hand_(config.simulated ? press_stroke_m(config, scene) : 0.0),
         limits_(config.servo.limits),
         guardian_(guardian_settings(config, length, watch)) {}
 

@@ -22,6 +22,7 @@
 #include "tools/common/simplified_bodies.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/coupling/simulated_gains.hpp"
+#include "tools/run_device/core_in_memory.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
 namespace haptic::tools {
@@ -38,21 +39,6 @@ bool may_allocate_locked() noexcept {
   munmap(room, kRoomToAllocate);
   return true;
 }
-
-/// A scene, the memory of a core, and the core over both.
-struct CoreInMemory {
-  SceneBytes scene, state;
-  SceneView view;
-  HapticCore* core = nullptr;
-
-  [[nodiscard]] RtStatus open(std::span<const std::byte> bytes) {
-    scene = SceneBytes(bytes);
-    const RtStatus opened = SceneView::open(scene.span(), view);
-    if (opened != RtStatus::kOk) return opened;
-    state = SceneBytes(static_cast<std::size_t>(view.header().capacity.state_bytes));
-    return HapticCore::create(state.span(), view, core);
-  }
-};
 
 /// On the servo thread, after each tick.
 class TickWatcher {

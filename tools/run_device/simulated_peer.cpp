@@ -17,7 +17,6 @@ constexpr double kHandSpring_n_per_m = 300.0, kHandDamping_ns_per_m = 10.0;
 // comes up, releases it.
 constexpr double kRest_s = 0.5, kDown_s = 1.0, kPress_s = 2.0, kUp_s = 1.0;
 constexpr double kCycle_s = kRest_s + kDown_s + kPress_s + kUp_s;
-constexpr double kStroke_m = 0.03;
 
 std::int32_t units(double value, double unit) noexcept {
   constexpr double kMost = std::numeric_limits<std::int32_t>::max();
@@ -30,13 +29,13 @@ std::uint16_t watchdog_ms(std::int64_t period_ns) noexcept {
   return static_cast<std::uint16_t>(std::max<std::int64_t>(20, two_periods_ms));
 }
 
-/// Where the hand wants the handle to be, below the origin of D [m].
-double depth_of_hand_m(double t_s) noexcept {
+/// The share of its stroke by which the hand wants the handle to be below the origin of D.
+double share_of_stroke(double t_s) noexcept {
   const double phase_s = std::fmod(t_s, kCycle_s);
   const double down = (phase_s - kRest_s) / kDown_s;
   const double up = (kCycle_s - phase_s) / kUp_s;
   const double share = std::clamp(std::min(down, up), 0.0, 1.0);
-  return kStroke_m * share * share * (3.0 - 2.0 * share);  // comes and goes without a jerk
+  return share * share * (3.0 - 2.0 * share);  // comes and goes without a jerk
 }
 
 /// From orientation `a` to `b` within `step_s`, in D axes, for turns that are small.
@@ -63,7 +62,7 @@ DeviceParameters held_peer(double late_s) noexcept {
 
 HandWish PressingHand::wish(double t_s) noexcept {
   HandWish wish;
-  wish.position_m[2] = -depth_of_hand_m(t_s);
+  wish.position_m[2] = -stroke_m_ * share_of_stroke(t_s);
   wish.deadman = std::fmod(t_s, kCycle_s) >= 0.5 * kRest_s;
   return wish;
 }

@@ -38,7 +38,12 @@ class SimulatedHand {
 /// Rests with the deadman switch released, goes down with it held, presses, comes up, and so on.
 class PressingHand final : public SimulatedHand {
  public:
+  /// @param stroke_m  how far down
+  explicit PressingHand(double stroke_m) noexcept : stroke_m_(stroke_m) {}
   HandWish wish(double t_s) noexcept override;
+
+ private:
+  double stroke_m_;
 };
 
 struct SimulatedPeerSettings {

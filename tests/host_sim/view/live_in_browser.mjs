@@ -148,7 +148,7 @@ const cases = {
     if (!runDevice) return;
     const config = resolve("live_device.toml");
     // The part begins 40 mm above the hole, and the hand goes 30 mm down.
-    writeFileSync(config, `scene = "${resolve(scene)}"\n[device]\ndriver = "sim"\n[workspace]\nscale = 2\n`);
+    writeFileSync(config, `scene = "${resolve(scene)}"\n[device]\ndriver = "sim"\n`);
     const served = await serving(runDevice, ["run", config, "--serve", "--allow-degraded"]);
     const page = await pages.open(served.address);
     await lampIs(page, "grey", "a device is held");

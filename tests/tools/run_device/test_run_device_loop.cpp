@@ -125,6 +125,17 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(lines_of(r.out).back()["waits_for"].is_string());
   }
 
+  TEST_CASE("the simulated hand presses as far as the part has to go: it touches, and exit 0") {
+    const Bench bench;
+    write(bench.config, kHead);  // 40 mm above the hole, where a hand of 30 mm meets nothing
+    const ProgramResult r = bench.run("--seconds 4 --json");
+    CAPTURE(r.err);
+    CHECK(r.exit_code == 0);
+    const json summary = lines_of(r.out).back();
+    CHECK(summary["verdict"]["outcome"] == "followed");
+    CHECK(summary["contact_ticks"] > 500);
+  }
+
   TEST_CASE("a place inside: a fault with the keys that give the scene's start") {
     const Bench bench;
     write(bench.config, std::string(kHead) + "[workspace]\noffset_m = [0.0, 0.0, 0.005]\n");
