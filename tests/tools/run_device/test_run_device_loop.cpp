@@ -35,7 +35,7 @@ TEST_SUITE("tools.run_device.loop") {
     for (const char* clocking : {"timer", "report"}) {
       CAPTURE(clocking);
       bench.clock(clocking);
-      const ProgramResult r = bench.run("--seconds 2 --json --status-every 0.5");
+      const ProgramResult r = bench.run_in_time("--seconds 2 --json --status-every 0.5");
       CAPTURE(r.err);
       CHECK(r.exit_code == 0);
       const std::vector<json> lines = lines_of(r.out);
@@ -105,7 +105,7 @@ TEST_SUITE("tools.run_device.loop") {
   TEST_CASE("without offset_m the part begins where the scene starts: armed, and no fault") {
     const Bench bench;
     write(bench.config, kHead);  // as in the README
-    const ProgramResult r = bench.run("--seconds 2.5 --json");
+    const ProgramResult r = bench.run_in_time("--seconds 2.5 --json");
     CAPTURE(r.err);
     CHECK(r.exit_code == 0);
     bool begun = false;
@@ -128,7 +128,7 @@ TEST_SUITE("tools.run_device.loop") {
   TEST_CASE("the simulated hand presses as far as the part has to go: it touches, and exit 0") {
     const Bench bench;
     write(bench.config, kHead);  // 40 mm above the hole, where a hand of 30 mm meets nothing
-    const ProgramResult r = bench.run("--seconds 4 --json");
+    const ProgramResult r = bench.run_in_time("--seconds 4 --json");
     CAPTURE(r.err);
     CHECK(r.exit_code == 0);
     const json summary = lines_of(r.out).back();
