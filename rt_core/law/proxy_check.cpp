@@ -309,17 +309,39 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     }
     first = reached_.size();
   };
-  for (std::uint32_t k = 0; k < reached_.size(); ++k) {
-    reached_[k].open = false;
-    const OwnPlane own = ask_own(reached_[k], step, far, turn, least_m, tick);
-    if (own == OwnPlane::kLacks) note_lacking(k);
-    unsure = unsure || own == OwnPlane::kUnsure;
-  }
-  for (std::uint32_t& slot : beside()) {
-    ReachedPair reached = seen(slot);
-    const OwnPlane own = ask_own(reached, step, far, turn, least_m, tick);
-    unsure = unsure || own == OwnPlane::kUnsure;
-    if (own != OwnPlane::kLacks) continue;
+  const std::uint32_t seated = reached_.size();
+  const std::span<std::uint32_t> others = beside();
+  ReachedPair passing;
+  for (std::uint32_t k = 0; k < seated + others.size(); ++k) {
+    if (k >= seated) passing = seen(others[k - seated]);
+    ReachedPair& reached = k < seated ? reached_[k] : passing;
+    ProxyPair& pair = pairs_[reached.pair];
+    reached.open = false;
+    HeldGap held = held_gap(reached, step, far, turn);
+    if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
+      look_closer(reached, tick);
+      held = held_gap(reached, step, far, turn);
+    }
+    if (held.on_way_m > parameters_.scale.tolerance_m) {
+      reached.plane = pair.plane;
+      reached.support = pair.support;
+      reached.gap_p_m = reached.gap_m;
+      reached.gap_q_m = held.at_end_m;
+      reached.path_m = held.on_way_m;
+      reached.exact_q = reached.shared = false;
+      continue;
+    }
+    if (reached.unsure) {
+      unsure = true;
+      reached.exact_q = false;
+      continue;
+    }
+    need_view(pair, tick);
+    if (keeps_plane(reached, step, least_m, tick)) continue;
+    if (k < seated) {
+      note_lacking(k);
+      continue;
+    }
     std::uint32_t seat = free_seat(least_m, false);
     if (seat == reached_.size()) {
       look_at_lacking();
@@ -329,7 +351,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       result.ok = false;
       break;
     }
-    give_seat(seat, slot, reached);
+    give_seat(seat, others[k - seated], passing);
     note_lacking(seat);
   }
   look_at_lacking();
@@ -339,32 +361,6 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     tick.spent = !(result.lacking_m > 0);
   }
   return result;
-}
-
-/// Whether the plane that a pair has certifies it at a step.
-Proxy::OwnPlane Proxy::ask_own(ReachedPair& reached, const Step& step, Real far_m, Real turn_rad,
-                               Real least_m, ProxyTick& tick) noexcept {
-  ProxyPair& pair = pairs_[reached.pair];
-  HeldGap held = held_gap(reached, step, far_m, turn_rad);
-  if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
-    look_closer(reached, tick);
-    held = held_gap(reached, step, far_m, turn_rad);
-  }
-  if (held.on_way_m > parameters_.scale.tolerance_m) {
-    reached.plane = pair.plane;
-    reached.support = pair.support;
-    reached.gap_p_m = reached.gap_m;
-    reached.gap_q_m = held.at_end_m;
-    reached.path_m = held.on_way_m;
-    reached.exact_q = reached.shared = false;
-    return OwnPlane::kClears;
-  }
-  if (reached.unsure) {
-    reached.exact_q = false;
-    return OwnPlane::kUnsure;
-  }
-  form_view(pair, tick);
-  return keeps_plane(reached, step, least_m, tick) ? OwnPlane::kClears : OwnPlane::kLacks;
 }
 
 /// What the planes of a pair at a step, all of them looked at, say of it.

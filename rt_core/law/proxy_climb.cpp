@@ -80,7 +80,7 @@ bool Proxy::may_climb(ProxyTick& tick) noexcept {
   if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
     ProxyPair& pair = pairs_[plane.pair];
-    form_view(pair, tick);
+    need_view(pair, tick);
     const Vec3 y_w = p_.x0_w - pair.reference_w;
     return plane_gap(*pair.view, p_.r_wa, y_w, plane.id, plane.support).normal_w;
   };

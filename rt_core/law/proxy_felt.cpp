@@ -86,7 +86,7 @@ void Proxy::feel(ProxyTick& tick) noexcept {
   FeltPoints points;
   for (const ImposedPlane& active : active_) {
     ProxyPair& pair = pairs_[active.pair];
-    form_view(pair, tick);
+    need_view(pair, tick);
     const PlaneRegion& region = region_at_p(active.pair, active.id, active.support, tick);
     const PlaneGap& gap = region.gap;
     if (!gap.defined || !(gap.gap_m < epsilon)) continue;
@@ -127,7 +127,7 @@ NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList
   if (slot == slots.end()) return {};
   ProxyPair& pair = pairs_[*slot];
   ProxyTick report;
-  form_view(pair, report);
+  need_view(pair, report);
   FeatureBounds bounds;
   if (is_fixed()) {
     pose = fixed_pose_of(pair);

@@ -54,7 +54,7 @@ void Proxy::impose_pending(const PoseError& error, ProxyTick& tick) noexcept {
     if (is_imposed(plane.pair, plane.id)) continue;
     if (!imposed_.push(plane)) break;
     pairs_[plane.pair].held_in = pass_;
-    form_view(pairs_[plane.pair], tick);
+    need_view(pairs_[plane.pair], tick);
     keep_view(plane.pair, true);
     ImposedPlane& taken = imposed_[imposed_.size() - 1];
     taken.times = 1;

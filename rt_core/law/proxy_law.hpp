@@ -298,8 +298,7 @@ class Proxy {
   [[nodiscard]] Real skin_m() const noexcept {
     return has_facets() ? parameters_.scale.skin_m : Real{0};
   }
-  void reach(std::uint32_t slot, ProxyTick& tick) noexcept;
-  void take_reached(const ReachedPair& reached, ProxyTick& tick) noexcept;
+  void stand_beside(const ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] ReachedPair seen(std::uint32_t slot) const noexcept;
   [[nodiscard]] std::uint32_t free_seat(Real least_m, bool shared_too) noexcept;
   void give_seat(std::uint32_t seat, std::uint32_t& slot, const ReachedPair& reached) noexcept;
@@ -310,6 +309,9 @@ class Proxy {
   /// The slots of the pairs within reach that have no seat.
   [[nodiscard]] std::span<std::uint32_t> beside() noexcept {
     return takes_turns() ? std::span{beside_.begin(), beside_.size()} : std::span<std::uint32_t>{};
+  }
+  void need_view(ProxyPair& pair, ProxyTick& tick) noexcept {
+    if (pair.view == nullptr) form_view(pair, tick);
   }
   void form_view(ProxyPair& pair, ProxyTick& tick) noexcept;
   void keep_view(std::uint32_t slot, bool keep) noexcept;
@@ -432,10 +434,6 @@ class Proxy {
   void note_slip(const Step& step) noexcept;
   void settle_slip() noexcept;
 
-  /// What the plane that a pair has says of a step.
-  enum class OwnPlane : std::uint8_t { kClears, kLacks, kUnsure };
-  [[nodiscard]] OwnPlane ask_own(ReachedPair& reached, const Step& step, Real far_m, Real turn_rad,
-                                 Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_from(Real least_m, Real gap_p_m) const noexcept;
   [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;

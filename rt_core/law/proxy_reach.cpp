@@ -148,7 +148,7 @@ bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// Computes the gap of a pair at p_ along its plane; where it has none left, or no plane yet, finds
 /// one. False: for want of budget it has none still.
 bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
-  form_view(pair, tick);
+  need_view(pair, tick);
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   if (pair.known) {
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
@@ -174,7 +174,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   Real gap = pair.gap_m;
   if (pair.inside) {
-    form_view(pair, tick);
+    need_view(pair, tick);
     // The part is led out; where the pair cannot be searched again, its plane tells how deep it is.
     if (may_search(pair, tick)) {
       search_fully(pair, tick);
@@ -192,7 +192,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
     gap = clear;
     if (reached.exact_p && !pair.known) {
-      form_view(pair, tick);
+      need_view(pair, tick);
       gap = sphere_gap(*pair.view, p_, p_.x0_w - pair.reference_w);
       if (pair.view->has_facet()) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
@@ -361,46 +361,51 @@ Real Proxy::left_out_m() const noexcept {
   return gap_m;
 }
 
-/// Appends a pair to those of the pass where it is within reach.
-void Proxy::reach(std::uint32_t slot, ProxyTick& tick) noexcept {
-  ProxyPair& pair = pairs_[slot];
-  const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-  Real nearest = clear;
-  if (pair.reached_in != pass_) {
-    ReachedPair reached;
-    if (!pair.inside && clear >= reach_m_) {
-      tick.gap_m = std::min(tick.gap_m, clear);
-    } else if (reach_pair(pair, reached, tick)) {
-      reached.pair = slot;
-      pair.reached_in = pass_;
-      nearest = reached.gap_m;
-      worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
-      take_reached(reached, tick);
-      if (pair.inside) {
-        // Rounding and what is lower than a step that holds the part are left without a word.
-        const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
-        tick.inside = true;
-        tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
-      }
-    } else {
-      nearest = clear_m(pair);
-      tick.gap_m = std::min(tick.gap_m, nearest);
-    }
-  }
-  nearest_m_ = std::min(nearest_m_, nearest);
-}
-
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
   nearest_m_ = std::min({unlisted_m(), cold_m(), left_out_m()});
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
-  if (takes_turns()) {                         // what holds the part comes before the others
-    for (const ImposedPlane& plane : active_) reach(plane.pair, tick);
-    for (const ImposedPlane& plane : pending_) reach(plane.pair, tick);
+  // Where pairs take turns, what holds the part comes before the others.
+  const std::uint32_t held = takes_turns() ? active_.size() : 0;
+  const std::uint32_t first = takes_turns() ? held + pending_.size() : 0;
+  for (std::uint32_t k = 0; k < first + slots.size(); ++k) {
+    const std::uint32_t slot = k >= first  ? slots[k - first]
+                               : k >= held ? pending_[k - held].pair
+                                           : active_[k].pair;
+    ProxyPair& pair = pairs_[slot];
+    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+    Real nearest = clear;
+    if (pair.reached_in != pass_) {
+      ReachedPair reached;
+      if (!pair.inside && clear >= reach_m_) {
+        tick.gap_m = std::min(tick.gap_m, clear);
+      } else if (reach_pair(pair, reached, tick)) {
+        reached.pair = slot;
+        recall_valid(reached);
+        pair.reached_in = pass_;
+        nearest = reached.gap_m;
+        worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
+        if (reached_.push(reached)) {
+          need_view(pair, tick);
+          keep_view(slot, true);
+        } else {
+          stand_beside(reached, tick);
+        }
+        if (pair.inside) {
+          // Rounding and what is lower than a step that holds the part are left without a word.
+          const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
+          tick.inside = true;
+          tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
+        }
+      } else {
+        nearest = clear_m(pair);
+        tick.gap_m = std::min(tick.gap_m, nearest);
+      }
+    }
+    nearest_m_ = std::min(nearest_m_, nearest);
   }
-  for (const std::uint32_t slot : slots) reach(slot, tick);
 }
 
 /// The valid set of a pair, if it has been found at p_.

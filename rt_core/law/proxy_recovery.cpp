@@ -49,7 +49,7 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
       ProxyPair& pair = pairs_[slot];
       if (!pair.inside && clear_m(pair) > way_m) continue;
       if (!has_budget(tick)) return way_m;
-      form_view(pair, tick);
+      need_view(pair, tick);
       if (!pair.known && !measure(pair, tick)) return way_m;
       const Vec3 y_w = p_.x0_w - pair.reference_w;
       if (pair.known) {

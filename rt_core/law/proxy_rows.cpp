@@ -39,7 +39,7 @@ const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, Su
   PlaneRegion& region = regions_[oldest_region_];
   oldest_region_ = (oldest_region_ + 1) % kKeptRegions;
   ProxyPair& pair = pairs_[index];
-  form_view(pair, tick);
+  need_view(pair, tick);
   tick.plane_gaps += 1;
   region.pair = index;
   region.version = version_;

@@ -9,18 +9,13 @@
 
 namespace haptic {
 
-/// Gives a pair within reach a seat while there is one; a pair that the part is inside of takes
-/// that of another which it is not.
-void Proxy::take_reached(const ReachedPair& reached, ProxyTick& tick) noexcept {
-  if (reached_.push(reached)) {
-    recall_valid(reached_[reached_.size() - 1]);
-    form_view(pairs_[reached.pair], tick);
-    keep_view(reached.pair, true);
-    return;
-  }
+/// There is no seat for a pair within reach; one that the part is inside of takes that of another
+/// which it is not.
+void Proxy::stand_beside(const ReachedPair& reached, ProxyTick& tick) noexcept {
   if (!takes_turns()) return;
   std::uint32_t slot = reached.pair;
   if (pairs_[slot].inside) {
+    need_view(pairs_[slot], tick);
     const auto other = std::find_if(reached_.begin(), reached_.end(),
                                     [&](const ReachedPair& r) { return !pairs_[r.pair].inside; });
     if (other != reached_.end()) {
@@ -69,10 +64,9 @@ void Proxy::give_seat(std::uint32_t seat, std::uint32_t& slot,
   keep_view(reached.pair, true);
 }
 
-/// Forms the view of a listed pair where there is none; where pairs take turns, in place of one
-/// that this pass does not keep.
+/// Forms the view of a listed pair that has none; where pairs take turns, in place of one that this
+/// pass does not keep.
 void Proxy::form_view(ProxyPair& pair, ProxyTick& tick) noexcept {
-  if (pair.view != nullptr) return;
   const auto slot = static_cast<std::uint32_t>(&pair - pairs_.data());
   std::uint32_t at = slot;
   if (takes_turns()) {
