@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The account of `host_sim run`: as JSON, and as text for people.
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "hal/device_link.hpp"
+#include "host_sim/device/loop_run.hpp"
+#include "host_sim/device/rest_judge.hpp"
+#include "host_sim/device/simulated_device.hpp"
+#include "host_sim/device/stack_run.hpp"
+#include "tools/verdict/session_judge.hpp"
+
+namespace haptic::sim {
+
+/// What was run.
+struct RunSubject {
+  std::string scene, hand;
+  LawId law = LawId::kProxy;
+  double rate_hz = 0;
+  DeviceModel device;
+  CouplingParameters rendered{};  ///< the scene's, or what the device holds of it
+  std::string lowered;            ///< which of them: a sentence; empty: the scene's
+};
+
+/// The whole stack: the same, and what happened between rendering and device.
+struct StackSubject {
+  RunSubject run;
+  std::string carrier, faults_file;
+  bool report_clocked = false;
+  SafetyLimits limits;
+};
+
+/// The verdict, and what fails a run besides it.
+struct RunEnd {
+  tools::SessionVerdict verdict;
+  std::string other;
+
+  void add_failure(bool failed, const std::string& what) {
+    if (failed) other += (other.empty() ? "" : "; ") + what;
+  }
+  [[nodiscard]] bool passed() const { return other.empty() && !verdict.failed(); }
+  [[nodiscard]] std::string line() const;
+};
+
+/// What fails the loop over any device. `bounded`: every count of work is within its bound.
+void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& rest, bool bounded);
+/// What the bits of `faults` mean, with semicolons; empty where there is none.
+[[nodiscard]] std::string fault_words(std::uint32_t faults);
+
+/// The loop that the core closes over the device alone.
+[[nodiscard]] nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
+                                                  const RestOscillation& rest, const RunEnd& end);
+/// The same on standard output, the verdict as its last line.
+void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
+                const RunEnd& end);
+
+/// The whole stack.
+[[nodiscard]] nlohmann::ordered_json stack_account(const StackSubject& subject,
+                                                   const StackTotals& t,
+                                                   const RestOscillation& rest,
+                                                   const hal::LinkCounters& link,
+                                                   const RunEnd& end);
+/// The same on standard output, the verdict as its last line.
+void print_stack(const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
+                 const hal::LinkCounters& link, const RunEnd& end);
+
+}  // namespace haptic::sim
