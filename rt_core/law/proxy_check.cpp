@@ -17,6 +17,8 @@ constexpr Real kKeptShare = 1.0e-3_r;
 constexpr Real kLeastShare = 1.0e-3_r;
 /// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
 constexpr Real kHeldRounding = 16;
+/// Seats of a round in which none is free that count as one unit.
+constexpr std::uint32_t kSeatsOfUnit = 8;
 
 /// How deep a step may dip on its way, from a gap of `gap_p_m`.
 Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
@@ -344,6 +346,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     }
     std::uint32_t seat = free_seat(least_m, false);
     if (seat == reached_.size()) {
+      tick.search_work += 1 + reached_.size() / kSeatsOfUnit;
       look_at_lacking();
       seat = free_seat(least_m, true);
     }

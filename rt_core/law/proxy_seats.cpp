@@ -10,14 +10,15 @@
 namespace haptic {
 
 /// There is no seat for a pair within reach; one that the part is inside of takes that of another
-/// which it is not.
+/// which it is not, and of which no plane is imposed.
 void Proxy::stand_beside(const ReachedPair& reached, ProxyTick& tick) noexcept {
   if (!takes_turns()) return;
   std::uint32_t slot = reached.pair;
   if (pairs_[slot].inside) {
     need_view(pairs_[slot], tick);
-    const auto other = std::find_if(reached_.begin(), reached_.end(),
-                                    [&](const ReachedPair& r) { return !pairs_[r.pair].inside; });
+    const auto other = std::find_if(reached_.begin(), reached_.end(), [&](const ReachedPair& r) {
+      return !pairs_[r.pair].inside && pairs_[r.pair].held_in != pass_;
+    });
     if (other != reached_.end()) {
       give_seat(static_cast<std::uint32_t>(other - reached_.begin()), slot, reached);
     }
@@ -40,7 +41,8 @@ ReachedPair Proxy::seen(std::uint32_t slot) const noexcept {
 }
 
 /// A seat whose pair the step that is looked at has certified, and of which no plane is imposed;
-/// none: the length of the list. Cost: those that are not, each once in two rounds of the list.
+/// none: the length of the list. The search goes on where the last one ended. Cost: one look at
+/// each seat at most, and over as many calls as find one no more than a round of the list.
 std::uint32_t Proxy::free_seat(Real least_m, bool shared_too) noexcept {
   for (std::uint32_t k = 0; k < reached_.size(); ++k) {
     const std::uint32_t seat = next_seat_ < reached_.size() ? next_seat_ : 0;

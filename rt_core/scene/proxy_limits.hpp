@@ -81,17 +81,19 @@ inline constexpr std::uint32_t kManyNearPairs = 512;
   const std::uint32_t most = asked > usual ? asked : usual;
   return pairs < most ? pairs : most;
 }
-/// Of the pairs that a tick follows so many have a seat, with what a pass needs to look at them
-/// closely; the others take turns, each keeping its plane. `asked`: by the scene, 0: all. At least
-/// those of the planes of a pass have one, and some more that come and go.
+/// Seats of a scene at least: for the pairs of the planes of a pass, and some more that come and
+/// go.
 inline constexpr std::uint32_t kLeastSeats = kMaxImposedPlanes + 16;
 /// Views of pairs beyond those in seats: of the planes that a pass goes on with, and of pairs that
 /// are looked at in passing.
 inline constexpr std::uint32_t kGuestViews = kMaxImposedPlanes + 4;
+/// Of the pairs that a tick follows so many have a seat, with what a pass needs to look at them
+/// closely; the others take turns, each keeping its plane.
 struct NearSeats {
-  std::uint32_t seats = 0, views = 0;
-  bool take_turns = false;
+  std::uint32_t seats = 0, views = 0;  ///< room for pairs looked at closely, and for views
+  bool take_turns = false;             ///< there are more slots
 };
+/// `slots`: pairs that a tick follows; `asked`: by the scene, 0: all of them.
 [[nodiscard]] constexpr NearSeats near_seats(std::uint32_t slots, std::uint32_t asked) noexcept {
   const std::uint32_t seats = asked > kLeastSeats ? asked : kLeastSeats;
   if (asked == 0 || seats + kGuestViews >= slots) return {slots, slots, false};
