@@ -201,8 +201,8 @@ RtStatus HapticCore::create(std::span<std::byte> memory, const SceneView& scene,
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kStateAlignment != 0)
     return RtStatus::kMemoryMisaligned;
   if (memory.size() < needed) return RtStatus::kMemoryTooSmall;
-  CoreMemory* const placed = ::new (static_cast<void*>(memory.data() + CoreMemory::kOffset))
-      CoreMemory();  // placement, no heap
+  void* const place = memory.data() + CoreMemory::kOffset;
+  CoreMemory* const placed = ::new (place) CoreMemory();  // placement, no heap
   Arena arena(memory.data() + kFixedBytes);
   placed->place(arena, scene);
   placed->read_scene(scene);

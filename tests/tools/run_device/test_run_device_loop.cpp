@@ -127,7 +127,7 @@ TEST_SUITE("tools.run_device.loop") {
 
   TEST_CASE("the simulated hand presses as far as the part has to go: it touches, and exit 0") {
     const Bench bench;
-    write(bench.config, kHead);  // 40 mm above the hole, where a hand of 30 mm meets nothing
+    write(bench.config, kHead);  // the part has 42 mm to go: a hand of 30 mm meets nothing
     const ProgramResult r = bench.run_in_time("--seconds 4 --json");
     CAPTURE(r.err);
     CHECK(r.exit_code == 0);
