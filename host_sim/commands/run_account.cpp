@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <vector>
 
+#include "host_sim/session/core_session.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "tools/common/formatted.hpp"
-#include "tools/scene_facts/facts_text.hpp"
 #include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::sim {
