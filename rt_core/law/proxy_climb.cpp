@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/law/proxy_step.hpp"
@@ -28,6 +29,9 @@ constexpr Real kFarClimbs = 100;
 constexpr Real kMoreShare = 0.5_r, kMoreOfAll = 0.01_r;
 /// Rises of one climb: a step behind another, or beside it.
 constexpr std::uint32_t kMostRises = 3;
+/// Faces that p is below by no more than so many heights are looked at: where none of them is a low
+/// one, none can be before p has gone by what the nearest lacks.
+constexpr Real kRoomHeights = 16;
 /// A rise is no longer than so many heights: out of two faces at once.
 constexpr Real kMostHeights = 2;
 
@@ -49,6 +53,7 @@ void note(std::uint32_t pair, std::array<std::uint32_t, kMaxFeltPlanes>& pairs,
 struct Proxy::Rise {
   Vec3 way_m = Vec3::Zero();
   Real gain_j = 0;  ///< about what the energy falls by without the planes that hold p there
+  Real room_m = 0;  ///< no motion below this makes a low face of one that is none
   /// Pairs whose faces p rises over: their planes do not hold it beyond.
   std::array<std::uint32_t, kMaxImposedPlanes> pairs{};
   std::uint32_t pair_count = 0;
@@ -81,8 +86,7 @@ bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const auto normal_of = [&](const ImposedPlane& plane) {
     ProxyPair& pair = pairs_[plane.pair];
     need_view(pair, tick);
-    const Vec3 y_w = p_.x0_w - pair.reference_w;
-    return plane_gap(*pair.view, p_.r_wa, y_w, plane.id, plane.support).normal_w;
+    return plane_normal(*pair.view, p_.r_wa, plane.id);
   };
   const Vec3 first_w = normal_of(active_[0]);
   bool cornered = false;
@@ -97,29 +101,36 @@ bool Proxy::may_climb(ProxyTick& tick) noexcept {
 }
 
 /// Of the pair of an imposed plane, the face that p is least below, of those that it is below by no
-/// more than the height of a climb: the plane itself or one that looks elsewhere.
+/// more than the height of a climb: the plane itself or one that looks elsewhere. `room_m` becomes
+/// no more than what the next one is too deep by.
 bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, ValidPlane& low,
-                          ProxyTick& tick) noexcept {
+                          Real& room_m, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
+  const Real deepest_m = kRoomHeights * scale.climb_m;
   ProxyPair& pair = pairs_[imposed.pair];
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   std::array<ValidPlane, kMaxValidPlanes> planes;
   const ValidResult found = is_fixed()
-                                ? find_valid_fixed_planes(*pair.view, y_w, -scale.climb_m, planes)
+                                ? find_valid_fixed_planes(*pair.view, y_w, -deepest_m, planes)
                                 : find_valid_planes(pose_of(pair), pair.plane, pair.support,
-                                                    -scale.climb_m, valid_scratch_, planes);
+                                                    -deepest_m, valid_scratch_, planes);
   tick.valid_nodes += found.visited;
+  if (found.cut) room_m = 0;
   bool any = false;
-  for (std::uint32_t k = 0; k < found.exposed; ++k) {
+  for (std::uint32_t k = 0; k < found.count; ++k) {
     const ValidPlane& plane = planes[k];
     if (!(plane.gap_m < -scale.tolerance_m / 2) || (any && !(plane.gap_m > low.gap_m))) continue;
     if (!(plane.id == imposed.id)) {
       tick.plane_gaps += 1;
-      const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, plane.id, plane.support);
-      if (gap.normal_w.dot(normal_w) > kOtherPlane) continue;
+      if (plane_normal(*pair.view, p_.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
     }
-    low = plane;
-    any = true;
+    const Real too_deep_m = -plane.gap_m - scale.climb_m;
+    if (k < found.exposed && !(too_deep_m > 0)) {
+      low = plane;
+      any = true;
+    } else {  // its features may come to meet
+      room_m = std::min(room_m, std::max(too_deep_m, Real{0}));
+    }
   }
   return any;
 }
@@ -139,6 +150,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     pull_pair[pulls++] = imposed_[row_plane_[row]].pair;
   }
   QpVector held_back = QpVector::Zero();
+  Real room_m = (kRoomHeights - 1) * scale.climb_m;
   rise.pair_count = 0;
   rows_.clear();
   const auto push = [&](const Vec3& normal_w, Real gap_m) {
@@ -157,7 +169,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     if (std::any_of(imposed_.begin(), imposed_.begin() + at, is_same)) continue;
     if (!has_budget(tick)) return false;
     ValidPlane low;
-    if (!find_low_face(imposed, held.normal_w, low, tick)) continue;
+    if (!find_low_face(imposed, held.normal_w, low, room_m, tick)) continue;
     const ImposedPlane face{imposed.pair, low.id, low.support};
     if (!push(gap_at_p(face, tick).normal_w, low.gap_m)) return false;
     for (std::uint32_t k = 0; k < pulls; ++k) {
@@ -165,7 +177,10 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     }
     rise.pairs[rise.pair_count++] = imposed.pair;
   }
-  if (rise.pair_count == 0) return false;
+  if (rise.pair_count == 0) {
+    rise.room_m = room_m;
+    return false;
+  }
   rise.gain_j = secant_.k_t_n_per_m / 2 * held_back.squaredNorm();
   rise.way_m = solve_rows(1.0e-4_r * scale.tolerance_m, tick).z.head<3>();
   const Real most_m = kMostHeights * scale.climb_m;
@@ -227,12 +242,14 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
 bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real far_m = kFarClimbs * parameters_.scale.climb_m;
   const bool is_far = (p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m;
-  if (is_far || tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_) climbed_count_ = 0;
+  const bool is_pulled_more = tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;
+  if (is_far || (is_pulled_more && odometer_m() >= no_low_until_m_)) climbed_count_ = 0;
   if (!may_climb(tick)) return false;
   if (climbed_count_ == 0) {
     climbed_x0_w_ = p_.x0_w;
     climbed_v_j_ = tick.end_potential_j;
     climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
+    no_low_until_m_ = std::numeric_limits<double>::max();
   }
   for (const ImposedPlane& plane : active_) note(plane.pair, climbed_, climbed_count_);
   ClimbStart start;
@@ -255,7 +272,9 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   bool over = false;
   for (std::uint32_t k = 1; k <= kMostRises && !over; ++k) {
     Rise rise;
-    if (!find_rise(rise, tick) || is_wedged_beside(rise)) break;
+    const bool found = find_rise(rise, tick);
+    no_low_until_m_ = std::min(no_low_until_m_, odometer_m() + static_cast<double>(rise.room_m));
+    if (!found || is_wedged_beside(rise)) break;
     const Step up = step_by(rise.way_m, Vec3::Zero());
     const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
     const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});

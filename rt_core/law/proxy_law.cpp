@@ -196,6 +196,7 @@ void Proxy::reset() noexcept {
   short_ways_ = 0;
   climbed_count_ = climbing_ = 0;
   tried_m_ = 0;
+  no_low_until_m_ = 0;
   wedged_ = keeps_active_ = short_ = far_rows_ = longest_ = moved_little_ = false;
   for (PlaneRegion& region : regions_) region.version = 0;
   oldest_region_ = 0;

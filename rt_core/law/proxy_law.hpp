@@ -325,6 +325,7 @@ class Proxy {
   }
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
   [[nodiscard]] bool measure(ProxyPair& pair, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real take_in(std::uint32_t slot, Real known_m, ProxyTick& tick) noexcept;
   void look_closer(ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
@@ -375,7 +376,7 @@ class Proxy {
   [[nodiscard]] bool find_rise(Rise& rise, ProxyTick& tick) noexcept;
   [[nodiscard]] bool is_wedged_beside(const Rise& rise) const noexcept;
   [[nodiscard]] bool find_low_face(const ImposedPlane& imposed, const Vec3& normal_w,
-                                   ValidPlane& low, ProxyTick& tick) noexcept;
+                                   ValidPlane& low, Real& room_m, ProxyTick& tick) noexcept;
   [[nodiscard]] PlaneGap gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept;
   void step_back(const ClimbStart& start, ProxyTick& tick) noexcept;
 
@@ -570,6 +571,7 @@ class Proxy {
   std::uint32_t climbed_count_ = 0;
   Vec3 climbed_x0_w_ = Vec3::Zero();
   Real climbed_v_j_ = 0, climbed_lacks_j_ = 0;
+  double no_low_until_m_ = 0;  ///< reading of the odometer before which no face here can be low
   std::uint32_t climbing_ =
       0;                   ///< this pass is the second leg of a climb, the so-manieth of a tick
   bool short_ = false;     ///< the steps of this try are a few times the tolerance

@@ -361,51 +361,68 @@ Real Proxy::left_out_m() const noexcept {
   return gap_m;
 }
 
+/// Takes a pair that may be within the pass's reach into its lists, once a pass; what its gap is at
+/// least, where it was `known_m` before.
+Real Proxy::take_in(std::uint32_t slot, Real known_m, ProxyTick& tick) noexcept {
+  ProxyPair& pair = pairs_[slot];
+  if (pair.reached_in == pass_) return known_m;
+  ReachedPair reached;
+  if (!reach_pair(pair, reached, tick)) {
+    const Real found_m = clear_m(pair);
+    tick.gap_m = std::min(tick.gap_m, found_m);
+    return found_m;
+  }
+  reached.pair = slot;
+  recall_valid(reached);
+  pair.reached_in = pass_;
+  worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
+  if (reached_.push(reached)) {
+    need_view(pair, tick);
+    keep_view(slot, true);
+  } else {
+    stand_beside(reached, tick);
+  }
+  if (pair.inside) {
+    // Rounding and what is lower than a step that holds the part are left without a word.
+    const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
+    tick.inside = true;
+    tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
+  }
+  return reached.gap_m;
+}
+
 /// Appends the pairs within the pass's reach that are not in its list yet.
 void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
   nearest_m_ = std::min({unlisted_m(), cold_m(), left_out_m()});
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
-  // Where pairs take turns, what holds the part comes before the others.
-  const std::uint32_t held = takes_turns() ? active_.size() : 0;
-  const std::uint32_t first = takes_turns() ? held + pending_.size() : 0;
-  for (std::uint32_t k = 0; k < first + slots.size(); ++k) {
-    const std::uint32_t slot = k >= first  ? slots[k - first]
-                               : k >= held ? pending_[k - held].pair
-                                           : active_[k].pair;
-    ProxyPair& pair = pairs_[slot];
-    const Real clear = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-    Real nearest = clear;
-    if (pair.reached_in != pass_) {
-      ReachedPair reached;
-      if (!pair.inside && clear >= reach_m_) {
-        tick.gap_m = std::min(tick.gap_m, clear);
-      } else if (reach_pair(pair, reached, tick)) {
-        reached.pair = slot;
-        recall_valid(reached);
-        pair.reached_in = pass_;
-        nearest = reached.gap_m;
-        worst_gap_m_ = std::min(worst_gap_m_, reached.gap_m);
-        if (reached_.push(reached)) {
-          need_view(pair, tick);
-          keep_view(slot, true);
-        } else {
-          stand_beside(reached, tick);
-        }
-        if (pair.inside) {
-          // Rounding and what is lower than a step that holds the part are left without a word.
-          const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
-          tick.inside = true;
-          tick.recovering = tick.recovering || led_out_ || -reached.gap_m > slight_m;
-        }
-      } else {
-        nearest = clear_m(pair);
-        tick.gap_m = std::min(tick.gap_m, nearest);
-      }
+  const auto known_m = [&](const ProxyPair& pair) {
+    return pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+  };
+  const auto take_first = [&](const ImposedPlane& plane) {
+    const ProxyPair& pair = pairs_[plane.pair];
+    const Real clear = known_m(pair);
+    if (pair.inside || !(clear >= reach_m_)) {
+      nearest_m_ = std::min(nearest_m_, take_in(plane.pair, clear, tick));
     }
-    nearest_m_ = std::min(nearest_m_, nearest);
+  };
+  if (takes_turns()) {  // what holds the part comes before the others
+    for (const ImposedPlane& plane : active_) take_first(plane);
+    for (const ImposedPlane& plane : pending_) take_first(plane);
   }
+  Real far_m = std::numeric_limits<Real>::max();  // of all beyond reach
+  for (const std::uint32_t slot : slots) {
+    const ProxyPair& pair = pairs_[slot];
+    const Real clear = known_m(pair);
+    if (clear >= reach_m_ && !pair.inside) {
+      far_m = std::min(far_m, clear);
+    } else {
+      nearest_m_ = std::min(nearest_m_, take_in(slot, clear, tick));
+    }
+  }
+  nearest_m_ = std::min(nearest_m_, far_m);
+  tick.gap_m = std::min(tick.gap_m, far_m);
 }
 
 /// The valid set of a pair, if it has been found at p_.

@@ -73,7 +73,7 @@ inline constexpr std::uint32_t kFewFaces = 16;
 inline constexpr std::uint32_t kMaxNearPairs = 4096, kMaxNearFacets = 16384, kMostNearPairs = 32768;
 /// With more slots than this a pass does not look at each of them: those far away are left aside
 /// together.
-inline constexpr std::uint32_t kManyNearPairs = 512;
+inline constexpr std::uint32_t kManyNearPairs = 128;
 /// `asked`: by the scene, 0: nothing; `facets`: it has pieces that are flat.
 [[nodiscard]] constexpr std::uint32_t near_slots(std::uint32_t pairs, std::uint32_t asked,
                                                  bool facets) noexcept {
@@ -81,9 +81,8 @@ inline constexpr std::uint32_t kManyNearPairs = 512;
   const std::uint32_t most = asked > usual ? asked : usual;
   return pairs < most ? pairs : most;
 }
-/// Seats of a scene at least: for the pairs of the planes of a pass, and some more that come and
-/// go.
-inline constexpr std::uint32_t kLeastSeats = kMaxImposedPlanes + 16;
+/// Seats of a scene at least: where more pairs than these are near, few of them matter to a pass.
+inline constexpr std::uint32_t kLeastSeats = 256;
 /// Views of pairs beyond those in seats: of the planes that a pass goes on with, and of pairs that
 /// are looked at in passing.
 inline constexpr std::uint32_t kGuestViews = kMaxImposedPlanes + 4;

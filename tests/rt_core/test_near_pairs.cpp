@@ -17,6 +17,9 @@ using namespace haptic::test;
 namespace {
 
 constexpr bool kNearSingle = HAPTIC_REAL_IS_FLOAT;
+/// Bars of a grating: more pairs than there are seats at least; and so many that there are more
+/// pairs than slots.
+constexpr int kBars = 20, kManyBars = 66;
 
 /// Bars side by side, along x in the part and along y in the fixed one: the spheres round them
 /// overlap from far away.
@@ -30,14 +33,12 @@ tools::Body bar_grating(int bars, bool along_x, double low_m, double high_m) {
   return join(pieces);
 }
 
-tools::SceneDescription two_gratings(std::uint32_t near_pairs, int bars = 12) {
+tools::SceneDescription two_gratings(std::uint32_t near_pairs, int bars = kBars) {
   tools::SceneDescription description =
       proxy_scene_of(bar_grating(bars, true, -0.002, 0.002), {bar_grating(bars, false, -0.004, 0)});
   description.parameters.coupling.near_pairs = near_pairs;
   return description;
 }
-/// So many that there are more pairs than slots.
-constexpr int kManyBars = 66;
 
 double pull_of(const StepResult& r) {
   return static_cast<double>(std::sqrt(r.wrench_w.force_w.squaredNorm()));
@@ -49,7 +50,7 @@ TEST_SUITE("rt_core.near_pairs") {
   TEST_CASE("a scene of solids that lists its pairs has a slot for each; one with more says so") {
     const LoadedScene all(two_gratings(0)), few(two_gratings(16)), many(two_gratings(0, kManyBars));
     for (const LoadedScene* scene : {&all, &few}) {
-      CHECK(scene->view.header().capacity.near_slots == 144);
+      CHECK(scene->view.header().capacity.near_slots == kBars * kBars);
       CHECK((scene->view.header().capacity.unproven & kUnprovenNearPairs) == 0);
     }
     CHECK(few.view.header().capacity.state_bytes < all.view.header().capacity.state_bytes);
@@ -64,9 +65,9 @@ TEST_SUITE("rt_core.near_pairs") {
       "seats: so many as are asked for, but those that a pass needs, and none that are idle") {
     CHECK_FALSE(near_seats(1000, 0).take_turns);
     CHECK(near_seats(1000, 0).seats == 1000);
-    CHECK(near_seats(1000, 64).take_turns);
-    CHECK(near_seats(1000, 64).seats == 64);
-    CHECK(near_seats(1000, 64).views == 64 + kGuestViews);
+    CHECK(near_seats(1000, 300).take_turns);
+    CHECK(near_seats(1000, 300).seats == 300);
+    CHECK(near_seats(1000, 300).views == 300 + kGuestViews);
     CHECK(near_seats(1000, 1).seats == kLeastSeats);
     CHECK_FALSE(near_seats(kLeastSeats + kGuestViews, 1).take_turns);
     CHECK(near_seats(kLeastSeats + kGuestViews + 1, 1).take_turns);
@@ -77,7 +78,8 @@ TEST_SUITE("rt_core.near_pairs") {
       std::uint32_t near_pairs;
       int bars;
     };
-    for (const Choice& c : {Choice{0, 12}, Choice{64, 12}, Choice{1, 12}, Choice{0, kManyBars}}) {
+    for (const Choice& c :
+         {Choice{0, kBars}, Choice{300, kBars}, Choice{1, kBars}, Choice{0, kManyBars}}) {
       CAPTURE(c.near_pairs);
       CAPTURE(c.bars);
       LoadedScene scene(two_gratings(c.near_pairs, c.bars));

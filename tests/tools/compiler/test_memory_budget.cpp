@@ -155,16 +155,16 @@ TEST_SUITE("tools.memory_budget") {
     file.parameters.goal_contact = 0;
     const std::uint64_t now = HapticCore::state_bytes(Opened(file).view);
     const std::uint32_t slots = Opened(file).view.header().capacity.near_slots;
-    file.budget.near_pairs = 70;
+    file.budget.near_pairs = 300;
     const std::uint64_t few = HapticCore::state_bytes(Opened(file).view);
     REQUIRE(few < now);
     file.budget.near_pairs.reset();
-    const std::string words = "near_pairs = 70, now " + std::to_string(slots) + " ";
+    const std::string words = "near_pairs = 300, now " + std::to_string(slots) + " ";
     const auto all = budget_proposals(Opened(file).view, few);
     const BudgetProposal* pairs = find(all, words);
     REQUIRE(pairs != nullptr);
     CHECK(pairs->state_saved == now - few);
-    CHECK(find(budget_proposals(Opened(file).view, few - 1), "near_pairs = 69, ") != nullptr);
+    CHECK(find(budget_proposals(Opened(file).view, few - 1), "near_pairs = 299, ") != nullptr);
     // The refusal names it.
     SceneFile tight = file;
     tight.budget.state = BudgetLimit{few, 4, 1};
