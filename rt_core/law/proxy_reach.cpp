@@ -320,11 +320,19 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   if (list_visits_left_ == 0) return;
   for (const ReachedPair& reached : reached_) near_pairs_.pin(reached.pair);
   for (const std::uint32_t slot : beside()) near_pairs_.pin(slot);
-  const std::uint32_t before = near_pairs_.visited();
-  const bool finished = near_pairs_.go_on(list_visits_left_, odometer_m());
-  const std::uint32_t visits = near_pairs_.visited() - before;
-  list_visits_left_ -= std::min(visits, list_visits_left_);
-  tick.list_visits += visits;
+  const auto go_on = [&](std::uint32_t most_visits) {
+    const std::uint32_t before = near_pairs_.visited();
+    const bool finished = near_pairs_.go_on(most_visits, odometer_m());
+    const std::uint32_t visits = near_pairs_.visited() - before;
+    list_visits_left_ -= std::min(visits, list_visits_left_);
+    tick.list_visits += visits;
+    return finished;
+  };
+  bool finished = go_on(list_visits_left_);
+  // Where the part has outrun its list it can but wait: the rest of the tick is for the next one.
+  if (!finished && !(unlisted_m() > 2 * scale.still_m) && has_budget(tick)) {
+    finished = go_on(kListVisitsOfUnit * (parameters_.work_units - tick.units()));
+  }
   if (!finished) return;
   list_ticks_ = near_pairs_.visited() / kListVisitsOfTick + 1;
   list_range_m_ *= near_pairs_.visited() > kLongLists * kListVisitsOfTick ? kTrustLess : kTrustMore;

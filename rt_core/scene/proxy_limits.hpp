@@ -49,8 +49,8 @@ inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
 inline constexpr std::uint32_t kGrantedSteps = 3;
 /// Programs that cones with friction may ask for although the units are spent.
 inline constexpr std::uint32_t kGrantedConePrograms = 2;
-/// Nodes of the trees that lists of near pairs look at in one tick, at most; longer lists take
-/// several.
+/// Nodes of the trees that lists of near pairs look at in one tick, at most, unless the part has to
+/// wait for one; longer lists take several.
 inline constexpr std::uint32_t kListVisitsOfTick = 16384;
 /// A pair whose pieces have no more faces, and no more pairs of edges that can matter, is not
 /// walked but scanned for its valid set.
@@ -70,7 +70,7 @@ inline constexpr std::uint32_t kFewFaces = 16;
 /// Pairs near the part that a tick can follow at once, further ones bound its way: where the scene
 /// does not ask for more, the same with surfaces, whose facets are many, and the most that a scene
 /// may ask for. As many as the pairs that a scene of solids lists, so that no such scene has more.
-inline constexpr std::uint32_t kMaxNearPairs = 4096, kMaxNearFacets = 16384, kMostNearPairs = 32768;
+inline constexpr std::uint32_t kMaxNearPairs = 4096, kMaxNearFacets = 32768, kMostNearPairs = 32768;
 /// With more slots than this a pass does not look at each of them: those far away are left aside
 /// together.
 inline constexpr std::uint32_t kManyNearPairs = 128;

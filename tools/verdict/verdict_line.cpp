@@ -59,6 +59,10 @@ std::uint64_t of(const SessionVerdict& v, WhyNot why) noexcept {
 
 /// More of it than the scene has; the pairs that there are, where these are not too many.
 void add_near_pairs(Words& words, const SessionVerdict& v) noexcept {
+  if (v.near_pairs >= kMostNearPairs) {
+    words << "parts of fewer pieces help: tolerance_m";
+    return;
+  }
   constexpr std::uint64_t kFollowedAtOnce = 4096;
   const std::uint64_t most = std::max(kFollowedAtOnce, 2 * std::uint64_t{v.near_pairs});
   words << "[budget] near_pairs = " << std::min({v.pair_count, most, std::uint64_t{kMostNearPairs}})

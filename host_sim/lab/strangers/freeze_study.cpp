@@ -54,7 +54,7 @@ struct ListChoice {
 };
 constexpr ListChoice kLists[] = {{"default", ""},
                                  {"64", "[budget]\nnear_pairs = 64\n"},
-                                 {"all", "[budget]\nnear_pairs = 16384\n"}};
+                                 {"all", "[budget]\nnear_pairs = 32768\n"}};
 
 struct FreezeRun {
   std::size_t pairs = 0, slots = 0;

@@ -25,7 +25,7 @@ using tools::formatted;
 
 /// More than any tick of a family needs.
 constexpr const char* kLargeBudgets =
-    "[budget]\nnear_pairs = 16384\nwork_units = 65536\n[coupling]\npasses = 10\n";
+    "[budget]\nnear_pairs = 32768\nwork_units = 65536\n[coupling]\npasses = 10\n";
 constexpr const char* kMaterial = "steel";
 /// Processor time of a program.
 constexpr const char* kLimit_s = "300";
