@@ -17,6 +17,9 @@ constexpr Real kKeptShare = 1.0e-3_r;
 constexpr Real kLeastShare = 1.0e-3_r;
 /// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
 constexpr Real kHeldRounding = 16;
+/// Of the pairs that lack a plane by their own so many are looked at in the order of what they
+/// lack, the worst first; and pairs that count as one unit when the next one is picked.
+constexpr std::uint32_t kMostPicks = 16, kPickedOfUnit = 128;
 /// Seats of a round in which none is free that count as one unit.
 constexpr std::uint32_t kSeatsOfUnit = 8;
 
@@ -244,15 +247,17 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
 }
 
 /// The gap of a reached pair on a step of these lengths, along the direction that it has at p. No
-/// vertex of A moves farther than |dx| + r |dtheta|. Of facets that slide on each other the
-/// direction is known, and a vertex v of A moves along it by n.dx + v.(n x dtheta), but for
-/// |v| theta^2 2/3 at the most; both are linear in the share of the step but for the last.
+/// vertex of A moves farther than |dx| + r |dtheta|. Where that is too much and a direction is
+/// known, a vertex v of A moves along it by n.dx + v.(n x dtheta), but for |v| theta^2 2/3 at the
+/// most; both are linear in the share of the step but for the last. (Among facets it is asked at
+/// once: they slide on each other, and what it says of the end lasts.)
 Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Real far_m,
                                Real turn_rad) const noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
   const Real swept_m = far_m + turn_rad * pair.reach_a_m;
   const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
-  if (!has_held(pair)) return any;
+  const bool does = !has_facets() && any.on_way_m > parameters_.scale.tolerance_m;
+  if (!pair.has_held || does) return any;
   const Vec3 across = pair.held_w.cross(step.dtheta_rad);
   const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
                       pair.radius_a_m * std::sqrt(across.squaredNorm());
@@ -296,8 +301,9 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     if (first == reached_.size() || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
   };
   const auto look_at_lacking = [&] {
-    for (std::uint32_t at = 0; at <= reached_.size() && first < reached_.size(); ++at) {
-      const std::uint32_t k = at == 0 ? first : at - 1;
+    const std::uint32_t count = reached_.size();
+    for (std::uint32_t at = 0; at < count + kMostPicks && first < count; ++at) {
+      const std::uint32_t k = at < kMostPicks ? first : at - kMostPicks;
       ReachedPair& reached = reached_[k];
       const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
       const bool lacks_less = result.lacking_m > 0 && !(lacks_m > result.lacking_m);
@@ -308,6 +314,12 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       }
       reached.open = false;
       judge_gap(k, least_m, result);
+      if (at + 1 >= kMostPicks) continue;
+      tick.search_work += count / kPickedOfUnit;
+      first = count;
+      for (std::uint32_t other = 0; other < count; ++other) {
+        if (reached_[other].open) note_lacking(other);
+      }
     }
     first = reached_.size();
   };

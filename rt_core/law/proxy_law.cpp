@@ -310,7 +310,7 @@ void Proxy::accept(const Step& step) noexcept {
                               gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
     } else if (!reached.exact_q) {
       // A plane of A, or of two edges, turns away from the direction that was held.
-      if (has_held(pair) && pair.plane.type == ContactType::kB) {
+      if (pair.has_held && pair.plane.type == ContactType::kB) {
         pair.clear_until_m =
             std::max(pair.clear_until_m, odometer_m(pair) + static_cast<double>(reached.gap_q_m));
       }

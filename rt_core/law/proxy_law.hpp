@@ -83,9 +83,9 @@ struct alignas(64) ProxyPair {
   bool has_held = false;
   bool slips = true;              ///< it slid in one of the last kStickTicks ticks
   std::uint32_t quiet_ticks = 0;  ///< in which it did not
-  /// Of facets, when they have one: the direction along which the gap was measured, and along which
-  /// the pair stays apart as long as clear_until_m says; the middle of the piece of A and the
-  /// radius about it.
+  /// When there is one: the direction along which the gap was measured, and along which the pair
+  /// stays apart as long as clear_until_m says; the middle of the piece of A and the radius about
+  /// it.
   Vec3 held_w = Vec3::Zero(), middle_a = Vec3::Zero();
   Real radius_a_m = 0;
   PlaneId plane;  ///< that last certified the pair, when known
@@ -317,9 +317,8 @@ class Proxy {
   void keep_view(std::uint32_t slot, bool keep) noexcept;
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
-  /// The direction along which the gap of a pair of facets has been measured.
+  /// The direction along which the gap of a pair has been measured.
   static void hold(ProxyPair& pair, const Vec3& normal_w) noexcept {
-    if (!pair.view->has_facet()) return;
     pair.held_w = normal_w;
     pair.has_held = true;
   }
@@ -340,9 +339,6 @@ class Proxy {
   [[nodiscard]] Real most_trust_m() const noexcept;
   /// Some piece is a facet.
   [[nodiscard]] bool has_facets() const noexcept { return kSceneTraits.facets && has_facets_; }
-  [[nodiscard]] static bool has_held(const ProxyPair& pair) noexcept {
-    return kSceneTraits.facets && pair.has_held;
-  }
   /// Whether there are facets, and so many pairs that a list of those near takes long.
   [[nodiscard]] bool has_long_lists() const noexcept {
     return has_facets() && list_visits_of_tick_ >= kListVisitsOfTick;
