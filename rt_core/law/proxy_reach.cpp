@@ -154,11 +154,13 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     const PlaneGap gap = plane_gap(*pair.view, p_.r_wa, y_w, pair.plane, pair.support);
     tick.plane_gaps += 1;
     pair.support = gap.support;
-    hold(pair, gap.normal_w);
     pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
     pair.gap_version = version_;
+    hold(pair, gap.normal_w);
   }
   const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
+  // What is known of the pair's distance says nothing of its gap along a plane that is lost.
+  if (lost) pair.has_held = false;
   if (lost && !may_search(pair, tick)) {
     pair.gap_version = 0;  // that of a plane which certifies nothing is none
     return false;
