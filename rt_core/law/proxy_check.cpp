@@ -256,8 +256,8 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
   const ProxyPair& pair = pairs_[reached.pair];
   const Real swept_m = far_m + turn_rad * pair.reach_a_m;
   const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
-  const bool does = !has_facets() && any.on_way_m > parameters_.scale.tolerance_m;
-  if (!pair.has_held || does) return any;
+  const bool is_enough = !has_facets() && any.on_way_m > parameters_.scale.tolerance_m;
+  if (!pair.has_held || is_enough) return any;
   const Vec3 across = pair.held_w.cross(step.dtheta_rad);
   const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
                       pair.radius_a_m * std::sqrt(across.squaredNorm());
