@@ -169,6 +169,11 @@ bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
   return worth_m(reached, least_m) >= 0;
 }
 
+/// Whether to find the set of planes of a pair takes long.
+bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
+  return !is_fixed() && pairs_[reached.pair].view->record.node_count >= kManyNodes;
+}
+
 /// Finds the plane that certifies a pair best, whose own does not; false: there was no budget for
 /// it. Exposed planes come first in a valid set, so the best of them is known before the rest is
 /// measured.
@@ -206,7 +211,7 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     take_shared();
     return true;
   }
-  if (!reached.searched && !is_fixed() && pair.view->record.node_count >= kManyNodes) {
+  if (!reached.searched && has_many_nodes(reached)) {
     const Real least_valid = -valid_depth(parameters_.scale);
     const Vec3 y_p_w = p_.x0_w - pair.reference_w;
     const ReachedPair before = reached;
@@ -269,7 +274,9 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
 
 /// Looks at the planes of the pairs whose own do not certify them only as far as it may change the
 /// outcome: no plane lacks more than a pair's own, so a pair that lacks no more by that than
-/// another does by its best is not the worst.
+/// another does by its best is not the worst. Where one lacks by its best, no large set of planes
+/// is found for another: in a tight fit hundreds may lack nearly as much, and the step changes
+/// before their sets are of use.
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
   Check result;
   const Real far = std::sqrt(step.dx_m.squaredNorm());
@@ -306,8 +313,9 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       const std::uint32_t k = at < kMostPicks ? first : at - kMostPicks;
       ReachedPair& reached = reached_[k];
       const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
-      const bool lacks_less = result.lacking_m > 0 && !(lacks_m > result.lacking_m);
-      if (!reached.open || lacks_less) continue;
+      const bool is_known = reached.searched || !has_many_nodes(reached);
+      const bool waits = result.lacking_m > 0 && !(lacks_m > result.lacking_m && is_known);
+      if (!reached.open || waits) continue;
       if (!certify(reached, step, least_m, tick)) {
         unsure = true;
         break;

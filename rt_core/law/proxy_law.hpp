@@ -438,6 +438,7 @@ class Proxy {
   [[nodiscard]] PlaneWorth worth_of(const ReachedPair& reached, const ValidPlane& plane,
                                     const Step& step, Real least_m, ProxyTick& tick) const noexcept;
   static void take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept;
+  [[nodiscard]] bool has_many_nodes(const ReachedPair& reached) const noexcept;
   [[nodiscard]] bool keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
                                  ProxyTick& tick) const noexcept;
   [[nodiscard]] HeldGap held_gap(const ReachedPair& reached, const Step& step, Real far_m,

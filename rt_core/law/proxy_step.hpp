@@ -49,8 +49,8 @@ struct Proxy::SharedGap {
   Vec3 normal_q_w = Vec3::Zero();
 };
 
-/// A pair with at least so many basic contacts is certified by a face, if one does, before its
-/// valid set is asked for.
+/// The valid set of a pair with at least so many basic contacts takes long to find: it is certified
+/// by a face, if one does, and where another pair lacks its set is not asked for.
 inline constexpr std::uint32_t kManyNodes = 700;
 /// Sums of motion are rounded up by this share.
 inline constexpr double kOdometerUp = 1 + 64 * static_cast<double>(kRealEpsilon);
