@@ -337,7 +337,7 @@ void NearPairs::refine_next() noexcept {
   if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
 }
 
-bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m) noexcept {
+bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept {
   const std::uint32_t of_a = scene_->bodies()[0].piece_count;
   const std::uint32_t begin = visited_;
   while (waiting_count_ > 0 || has_to_refine()) {
@@ -355,8 +355,8 @@ bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m) noexcept {
     if (a.count == 1 && b.count == 1) {
       const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
-      const bool full = found_.size() == found_.capacity();
-      if (full && !refining_ && may_leave_out()) {
+      const bool is_short = found_.size() == found_.capacity() && !(found_[0].gap_m > least_m);
+      if (is_short && !refining_ && may_leave_out()) {
         refining_ = true;
         waiting_[waiting_count_++] = next;
         continue;

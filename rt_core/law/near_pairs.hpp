@@ -67,18 +67,20 @@ class NearPairs {
   void reset() noexcept;
 
   /// Begins a list of the pairs that are within `range_m` of each other at `p`; where they are more
-  /// than there are slots, of the nearest as their faces tell: spheres round long pieces overlap
-  /// where these are far apart. `odometer_m`: how far the part has come. The list before
+  /// than there are slots, of the nearest. `odometer_m`: how far the part has come. The list before
   /// stays until this one is finished, however far the part goes meanwhile.
   void begin(const GripPose& p, double odometer_m, Real range_m) noexcept;
   [[nodiscard]] bool is_begun() const noexcept { return begun_; }
   /// Goes on with the list that is begun; true: it is finished and takes the place of the one
   /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
-  /// hold another pair than before, or none any more. `odometer_m`: now. Cost: a node of one tree
+  /// hold another pair than before, or none any more. `odometer_m`: now. Where there are more pairs
+  /// than slots the range shrinks to that of the nearest; where that would be below `least_m`, the
+  /// nearest are those that their faces tell: spheres round long pieces overlap where these are far
+  /// apart. Cost: a node of one tree
   /// with one of the other for each visit, a gap along a face for each kListVisitsOfUnit, and a
   /// heap's height for each pair that there is no room for; at the end once all slots. The faces of
   /// one pair may come on top of `most_visits`.
-  [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m) noexcept;
+  [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept;
   [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
   /// The pair of this slot stays in the next list, however far it is.
   void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }

@@ -324,7 +324,7 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   for (const std::uint32_t slot : beside()) near_pairs_.pin(slot);
   const auto go_on = [&](std::uint32_t most_visits) {
     const std::uint32_t before = near_pairs_.visited();
-    const bool finished = near_pairs_.go_on(most_visits, odometer_m());
+    const bool finished = near_pairs_.go_on(most_visits, odometer_m(), reach_m_);
     const std::uint32_t visits = near_pairs_.visited() - before;
     list_visits_left_ -= std::min(visits, list_visits_left_);
     tick.list_visits += visits;

@@ -100,11 +100,11 @@ struct ListBench {
     }
   }
 
-  /// Makes a list in slices of `visits`; @return slices.
-  int make(Real range_m, std::uint32_t visits) {
+  /// Makes a list in slices of `visits`, which may shrink to `least_m`; @return slices.
+  int make(Real range_m, std::uint32_t visits, Real least_m) {
     list.begin(p, 1.0, range_m);
     int slices = 1;
-    while (!list.go_on(visits, 1.0)) slices += 1;
+    while (!list.go_on(visits, 1.0, least_m)) slices += 1;
     return slices;
   }
 
@@ -145,7 +145,7 @@ TEST_SUITE("host_sim.near_pair_list") {
   TEST_CASE("every pair within the range is listed, and none is nearer than it says") {
     ListBench bench(16384);
     bench.measure();
-    const int slices = bench.make(3e-4_r, 50);
+    const int slices = bench.make(3e-4_r, 50, 3e-4_r);
     CHECK(slices > 10);
     CHECK(bench.list.unlisted_m(1.0) > 3e-4_r);
     CHECK(bench.too_near(static_cast<double>(bench.list.unlisted_m(1.0))) == 0);
@@ -164,22 +164,22 @@ TEST_SUITE("host_sim.near_pair_list") {
 
   TEST_CASE("slices change nothing; the list before stays until the next is finished") {
     ListBench once(4096), sliced(4096);
-    once.make(2e-4_r, 1u << 30);
-    sliced.make(2e-4_r, 64);
+    once.make(2e-4_r, 1u << 30, 2e-4_r);
+    sliced.make(2e-4_r, 64, 2e-4_r);
     CHECK(once.gaps() == sliced.gaps());
     const std::vector<double> before = sliced.gaps();
     sliced.p.x0_w[2] += 1e-4_r;
     sliced.list.begin(sliced.p, 2.0, 2e-4_r);
-    CHECK(!sliced.list.go_on(64, 2.0));
+    CHECK(!sliced.list.go_on(64, 2.0, 2e-4_r));
     CHECK(sliced.gaps() == before);
-    while (!sliced.list.go_on(64, 2.0)) continue;
+    while (!sliced.list.go_on(64, 2.0, 2e-4_r)) continue;
     CHECK(sliced.gaps() != before);
   }
 
   TEST_CASE("a full pool keeps the nearest and bounds the others") {
     ListBench bench(40);
     bench.measure();
-    bench.make(3e-4_r, 100);
+    bench.make(3e-4_r, 100, 3e-4_r);
     CHECK(bench.list.slots().size() == 40);
     CHECK(bench.list.overflowed());
     REQUIRE(bench.list.left_out().size() > 0);
@@ -188,5 +188,21 @@ TEST_SUITE("host_sim.near_pair_list") {
     for (const LeftOut& left : bench.list.left_out()) left_m = std::min(left_m, left.gap_m);
     CHECK(bench.too_near(static_cast<double>(left_m)) == 0);
     CHECK(bench.too_near(static_cast<double>(bench.list.unlisted_m(1.0))) > 0);
+  }
+
+  TEST_CASE("a full pool whose range may shrink asks no face and leaves none aside") {
+    ListBench bench(1024), asked(1024);
+    bench.measure();
+    bench.make(3e-3_r, 100, 1e-5_r);
+    CHECK(bench.list.slots().size() == 1024);
+    CHECK(bench.list.overflowed());
+    CHECK(bench.list.left_out().size() == 0);
+    const Real left_m = bench.list.unlisted_m(1.0);
+    CHECK(left_m > 1e-5_r);
+    CHECK(left_m < 3e-3_r);
+    CHECK(bench.too_near(static_cast<double>(left_m)) == 0);
+    CHECK(bench.too_near(3e-3) > 0);
+    asked.make(3e-3_r, 100, 3e-3_r);
+    CHECK(asked.list.visited() > 2 * bench.list.visited());
   }
 }

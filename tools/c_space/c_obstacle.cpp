@@ -186,7 +186,7 @@ std::vector<NearObstacle> ObstacleSearch::nearest(const Pose& pose_wa, std::size
   }
   pairs_.reset();
   pairs_.begin(at, 0, kAnywhere_m);
-  while (!pairs_.go_on(std::numeric_limits<std::uint32_t>::max(), 0)) {
+  while (!pairs_.go_on(std::numeric_limits<std::uint32_t>::max(), 0, 0)) {
   }
   std::vector<std::pair<Real, PairIndex>> by_bound;
   for (const std::uint32_t slot : pairs_.slots())
