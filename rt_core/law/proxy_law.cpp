@@ -17,6 +17,8 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// kTrustLess and kTrustMore among facets.
 constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
+/// A step among facets that takes this share of what it may was bound by that.
+constexpr Real kBoundShare = 0.5_r;
 /// Where lists of near pairs take long, no step is longer than this share of the scale's reach.
 constexpr Real kFacetTrust = 0.5_r;
 
@@ -259,7 +261,8 @@ Real Proxy::most_trust_m() const noexcept {
 /// more than the planes of one place can tell is rejected, and a shorter one finds its way.
 void Proxy::adapt_trust(PassEnd end) noexcept {
   if (has_facets()) {
-    if (end == PassEnd::kMoved) trust_m_ *= kFacetTrustMore;
+    const bool was_bound = tried_m_ >= kBoundShare * trust_m_;
+    if (end == PassEnd::kMoved && was_bound) trust_m_ *= kFacetTrustMore;
     // What a part at rest tried of rounding's size says nothing of longer steps.
     const bool is_told = tried_m_ > parameters_.scale.last_m || !(tried_m_ < trust_m_);
     if (end == PassEnd::kRejected && is_told) {

@@ -110,7 +110,8 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   // turn all planes keep their normals: straight towards the goal and out of what is in the way.
   const auto without_turn = [&](Step& way) {
     const Real far = std::sqrt(error.translation_m.squaredNorm());
-    const Real most = std::min(scale.step_m, way_left_m_);
+    Real most = std::min(scale.step_m, way_left_m_);
+    if (has_facets()) most = std::min(most, reach_m_);  // no farther than this pass has looked
     const Real s = far > most ? most / far : Real{1};
     way = step_by(s * error.translation_m, Vec3::Zero());
     return correct(way, tick) && affordable(way);
