@@ -231,6 +231,8 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   Real exposed_worth = kLowest;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
     measure(valid_[reached.valid_begin + k], k == 0);
+    // A facet that slides past is not kept for long by the best of its planes either.
+    if (worth >= 0 && pair.view->has_facet()) return true;
     if (k + 1 != reached.exposed_count) continue;
     exposed = reached;
     exposed_worth = worth;
