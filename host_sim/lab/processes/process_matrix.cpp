@@ -332,9 +332,22 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
   if (orderly && crashed) verdict.failures.push_back("it has written a crash file");
 }
 
-/// Not the program's doing: this process was late itself, or the servo let go since it was.
+/// Whether one of the statuses counts a tick that came later than its period.
+bool tells_late_ticks(const std::string& said) {
+  for (const std::string key : {"\"held\":", "\"beyond\":"}) {
+    for (std::size_t at = said.find(key); at != std::string::npos; at = said.find(key, at)) {
+      at += key.size();
+      if (at < said.size() && said[at] != '0') return true;
+    }
+  }
+  return false;
+}
+
+/// Not the program's doing: this process was late itself, or the servo was, and let go or began to:
+/// the force rises again as it comes back. It is tried again, and what fails each time counts.
 bool spoiled_by_machine(const ProcessVerdict& v) {
   if (v.failures.empty()) return false;
+  if (tells_late_ticks(v.said)) return true;
   const bool let_go = v.said.find(fault_text(kFaultLateTick)) != std::string::npos ||
                       v.said.find(fault_text(kFaultStaleState)) != std::string::npos;
   const bool hung = v.cell.fault->number == SIGSTOP;
