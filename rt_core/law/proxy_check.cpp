@@ -174,9 +174,9 @@ bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
   return !is_fixed() && pairs_[reached.pair].view->record.node_count >= kManyNodes;
 }
 
-/// Finds the plane that certifies a pair best, whose own does not; false: there was no budget for
-/// it. Exposed planes come first in a valid set, so the best of them is known before the rest is
-/// measured.
+/// Finds the plane that certifies a pair best, of one with a facet the first that does, where its
+/// own does not; false: there was no budget for it. Exposed planes come first in a valid set, so
+/// the best of them is known before the rest is measured.
 bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
                     ProxyTick& tick) noexcept {
   const ProxyPair& pair = pairs_[reached.pair];
