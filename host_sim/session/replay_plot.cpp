@@ -50,7 +50,7 @@ constexpr struct {
 } kMarks[] = {{0, {"follows", "#ffffff"}},
               {kFlagRamping, {"force ramped", "#c8b400"}},
               {kFlagSaturated, {"pull at its limit", "#cc79a7"}},
-              {kFlagBehind, {"behind", "#56b4e9"}},
+              {kFlagBehind | kFlagHeld, {"behind", "#56b4e9"}},
               {kFlagListFull, {"list full", "#0072b2"}},
               {kFlagProxyStuck, {"stuck", "#d55e00"}},
               {kFlagRecovery, {"recovery", "#a0005a"}},

@@ -81,7 +81,7 @@ const char* flag_name(std::size_t bit) {
       "near_set_cut", "inexact",     "budget_used_up", "motion_exceeded",  "several_planes",
       "bad_pose",     "recovery",    "saturated",      "clutched",         "proxy_limited",
       "proxy_stuck",  "hooked",      "passivity",      "ramping",          "outside_envelope",
-      "behind",       "list_full",   "local_set_empty"};
+      "behind",       "list_full",   "held",           "local_set_empty"};
   static_assert(std::size(kNames) == kFlagCount);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";
 }

@@ -14,8 +14,8 @@
 namespace haptic::sim {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagListFull << 1;
-inline constexpr std::size_t kFlagCount = 23;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagHeld << 1;
+inline constexpr std::size_t kFlagCount = 24;
 static_assert(kFlagLocalSetEmpty == 1u << (kFlagCount - 1));
 
 [[nodiscard]] inline double length_of(const double (&v)[3]) {

@@ -62,7 +62,7 @@ struct Proxy::Rise {
 /// What a climb that leads nowhere puts back. The order of the active planes is kept.
 struct Proxy::ClimbStart {
   GripPose p;
-  PoseError way, slid;
+  PoseError way;
   Real way_left_m = 0, turn_left_rad = 0;
   bool may_close = false, moved_little = false, limited = false;
   Real residual_n = 0;
@@ -207,7 +207,6 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
     version_ += 1;
     path_m_ = (path_m_ + start.back_m * kOdometerUp) * (1 + 0x1p-52);
     way_ = start.way;
-    slid_ = start.slid;
     way_left_m_ = start.way_left_m;
     turn_left_rad_ = start.turn_left_rad;
     may_close_ = start.may_close;
@@ -255,7 +254,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   ClimbStart start;
   start.p = p_;
   start.way = way_;
-  start.slid = slid_;
+  const PoseError came = came_;
   start.way_left_m = way_left_m_;
   start.turn_left_rad = turn_left_rad_;
   start.may_close = may_close_;
@@ -306,6 +305,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   } else {
     step_back(start, tick);
   }
+  came_ = came;
   return over;
 }
 

@@ -10,10 +10,8 @@
 // is convex: the solution, the point of it that is closest to the origin, moves no farther than the
 // goal does, so that tremor gives no more force than the spring makes of it.
 //
-// A cone lifts a point that slides by mu |dp_t|, and the next pass lets it down again. Where the
-// planes are not parallel, as in a thread, it slides down them then, and its friction would be
-// against that alone. There slip is that of the whole tick: with the slip s of its earlier passes
-// a cone is n.dp - mu (|s + dp_t| - |s|) >= -gap.
+// Such a cone lifts a point that slides by mu |dp_t|. Between two walls there is no room for that:
+// so the cones are shifted by what the points slide (proxy_shift.cpp).
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -25,15 +23,17 @@ namespace haptic {
 namespace {
 
 /// Share of mu |dp_t| by which the rows may leave out a cone: 1 - cos of the angle between a slip
-/// and the nearest half space, 0.014 rad.
+/// and the nearest half space, 0.045 rad.
 constexpr Real kConeShare = 1.0e-3_r;
-/// The same as a share of the whole pull, for a pair that has slid in this tick: what later passes
-/// let it slide is the rest of what the first one lifted it by, and short.
-constexpr Real kForceShare = 1.0e-4_r;
+/// And no more than this share of the tolerance, which the point sinks by.
+constexpr Real kLeftOut = 0.125_r;
 /// Cosine of the angle below which planes count as parallel, 0.0014 rad.
 constexpr Real kParallel = 1 - 1.0e-6_r;
 /// Cosine and sine of the angle between a direction and those at its sides, 0.2 rad.
 constexpr Real kAlong = 0.9800665778412416_r, kAside = 0.1986693307950612_r;
+/// Cones of one program beyond these do without those, so that the rows suffice for planes at a
+/// step.
+constexpr std::uint32_t kFewCones = 8;
 /// A pull at a point below this share of the region's height has no direction.
 constexpr Real kLeastPull = 1.0e-3_r;
 /// A way or slip of so many lengths of a move that ends the tick has a direction.
@@ -49,7 +49,8 @@ void Proxy::begin_cones() noexcept {
   // A climb that is tried again goes on from the pass before it.
   if (climbing_ <= 1) std::swap(cones_, last_cones_);
   cones_.clear();
-  cone_programs_ = 0;
+  cone_programs_ = shift_programs_ = 0;
+  has_wish_ = false;
   wedged_ = std::any_of(last_cones_.begin(), last_cones_.end(), [&](const FrictionCone& cone) {
     return cone.normal_w.dot(last_cones_[0].normal_w) < kParallel;
   });
@@ -76,18 +77,23 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
     kept = last.direction_w - normal_w * normal_w.dot(last.direction_w);
     break;
   }
-  // Against the pull. On planes that are not parallel the pull at a point is mostly into the
-  // others: there against the slip of the tick so far, or the way that the goal has come and the
-  // part has not. Of a point with hardly any pull the last direction stays: tremor gives it none.
-  if (wedged_) cone.slid_w = slip_of(cone, slid_.translation_m, slid_.rotation_rad);
-  cone.slid_m = std::sqrt(cone.slid_w.squaredNorm());
+  // A point that slid goes on as it did, and one that comes to the others as they do.
+  // What has stopped with the goal begins at rest: where both agree with the pull it stays.
+  if (has_wish_) {
+    cone.shift_m = wanted_shift_m(cone, wish_);
+  } else if (is_first_pass() && held_ == 0 && pair.slips && !hardly_slides(cone, came_)) {
+    cone.shift_m = wanted_shift_m(cone, came_);
+  }
+  // Against the slip of the last tick or the pull. On planes that are not parallel the pull at a
+  // point is mostly into the others: there against the way that the goal has come and the part has
+  // not. Of a point with hardly any pull the last direction stays: tremor gives it none.
   const auto is_way = [&](const Vec3& way) {
     return way.squaredNorm() >
            kOwnWay * kOwnWay * parameters_.scale.last_m * parameters_.scale.last_m;
   };
-  Vec3 pull = cone.slid_w;
-  if (wedged_ && !is_way(pull)) pull = slip_of(cone, way_.translation_m, way_.rotation_rad);
-  if (!is_way(pull)) pull = slip_of(cone, error.translation_m, error.rotation_rad);
+  Vec3 pull = slip_of(cone, came_);
+  if (wedged_ && !is_way(pull)) pull = slip_of(cone, way_);
+  if (!is_way(pull)) pull = slip_of(cone, error);
   Vec3 t = -pull;
   if (pull.squaredNorm() <
       kLeastPull * kLeastPull * parameters_.scale.manifold_m * parameters_.scale.manifold_m) {
@@ -104,19 +110,27 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
   const Vec3 b = normal_w.cross(t);
   const Vec3 aside = kAside * b;
   const Vec3 across = 0.8660254037844386_r * b;
-  for (const Vec3& side : {t, Vec3(kAlong * t + aside), Vec3(kAlong * t - aside),
-                           Vec3(across - t / 2), Vec3(-across - t / 2)}) {
+  for (const Vec3& side : {t, Vec3(across - t / 2), Vec3(-across - t / 2)}) {
     if (!push_cone_row(cones_.size() - 1, side, error)) return false;
   }
-  // The way back is free of lift and would let the point sink.
-  return !(cone.slid_m > 0) || push_row(imposed, arm, normal_w, least_m, error, kMaxQpRows);
+  if (cones_.size() > kFewCones) return true;
+  return push_cone_row(cones_.size() - 1, kAlong * t + aside, error) &&
+         push_cone_row(cones_.size() - 1, kAlong * t - aside, error);
 }
 
 /// What a motion of the part moves a point by along its plane.
-Vec3 Proxy::slip_of(const FrictionCone& cone, const Vec3& dx_m,
-                    const Vec3& dtheta_rad) const noexcept {
-  const Vec3 dp = is_fixed() ? dx_m : Vec3(dx_m + dtheta_rad.cross(cone.arm.app_w));
+[[gnu::noinline]] Vec3 Proxy::slip_of(const FrictionCone& cone,
+                                      const PoseError& motion) const noexcept {
+  const Vec3 dp = is_fixed()
+                      ? motion.translation_m
+                      : Vec3(motion.translation_m + motion.rotation_rad.cross(cone.arm.app_w));
   return dp - cone.normal_w * cone.normal_w.dot(dp);
+}
+
+/// And out of it.
+Real Proxy::rise_of(const FrictionCone& cone, const PoseError& motion) const noexcept {
+  const Real rise_m = cone.normal_w.dot(motion.translation_m);
+  return is_fixed() ? rise_m : rise_m + turned_m(cone.arm, cone.normal_w, motion.rotation_rad);
 }
 
 /// Adds half spaces where the solution violates a cone, until it keeps all of them.
@@ -125,12 +139,11 @@ Vec3 Proxy::slip_of(const FrictionCone& cone, const Vec3& dx_m,
 /// with the force f of the rows so far as a length. Where a point hardly slides its slip alone says
 /// little: an error of f's direction comes back in it times the ratio of pull and slip.
 void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
-  if (cones_.empty()) return;
+  if (!kSceneTraits.friction || cones_.empty()) return;
   for (; cone_programs_ < kMaxConePrograms; ++cone_programs_) {
-    const auto [dx, dtheta] = asked(error);
-    const Real pulled = std::sqrt(last_qp_.z.squaredNorm());
+    const PoseError motion = asked(last_qp_.z, error);
     const auto against = [&](std::uint32_t k, const Vec3& slip) {
-      Vec3 t = -(cones_[k].slid_w + slip);
+      Vec3 t = -slip;
       for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
         const std::uint32_t row = last_qp_.active[i];
         if (row_cone_[row] != k) continue;
@@ -141,22 +154,17 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
     bool cut = false;
     for (std::uint32_t k = 0; k < cones_.size(); ++k) {
       FrictionCone& cone = cones_[k];
-      const Vec3 slip = slip_of(cone, dx, dtheta);
-      const Real length = std::sqrt((cone.slid_w + slip).squaredNorm());
-      const Real slides = length - cone.slid_m;
-      Real rise = cone.normal_w.dot(dx);
-      if (!is_fixed()) rise += turned_m(cone.arm, cone.normal_w, dtheta);
-      const ProxyPair& pair = pairs_[cone.pair];
-      const Real force_m = !wedged_ && pair.slips && pair.quiet_ticks == 0 ? pulled : Real{0};
-      const Real leave = std::max({kConeShare * cone.friction * std::sqrt(slip.squaredNorm()),
-                                   kForceShare * force_m, tolerance_m});
-      const Real room = rise - cone.least_m;
-      if (!(cone.friction * slides - room > leave)) continue;
+      const Vec3 slip = slip_of(cone, motion);
+      const Real length = std::sqrt(slip.squaredNorm());
+      const Real some_m =
+          std::min(kConeShare * cone.friction * length, kLeftOut * parameters_.scale.tolerance_m);
+      const Real leave = std::max(some_m, tolerance_m);
+      const Real room = rise_of(cone, motion) - cone.least_m + cone.friction * cone.shift_m;
+      if (!(cone.friction * length - room > leave)) continue;
       Vec3 t = against(k, slip);
       const Real size = std::sqrt(t.squaredNorm());
       t /= size;
-      const Real along = -t.dot(cone.slid_w + slip) - cone.slid_m;
-      if (!(cone.friction * along - room > leave)) t = -(cone.slid_w + slip) / length;
+      if (!(cone.friction * -t.dot(slip) - room > leave)) t = -slip / length;
       if (!push_cone_row(k, t, error)) return;
       cone.direction_w = t;
       cut = true;
@@ -175,10 +183,9 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
 bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
                           const PoseError& error) noexcept {
   const FrictionCone& cone = cones_[at];
-  const Real lifted_m = cone.slid_m + direction_w.dot(cone.slid_w);
   const Vec3 w = cone.normal_w + cone.friction * direction_w;
-  if (!push_row(cone.imposed, cone.arm, w, cone.least_m - cone.friction * lifted_m, error,
-                kMaxQpRows)) {
+  const Real least_m = cone.least_m - cone.friction * cone.shift_m;
+  if (!push_row(cone.imposed, cone.arm, w, least_m, error, kMaxQpRows)) {
     return false;
   }
   row_cone_[rows_.size() - 1] = static_cast<std::uint8_t>(at);
@@ -189,12 +196,31 @@ bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
 void Proxy::note_slip(const Step& step) noexcept {
   const Real least = kSlipShare * parameters_.scale.still_m;
   for (FrictionCone& cone : cones_) {
-    const Vec3 slip = slip_of(cone, step.dx_m, step.dtheta_rad);
+    const Vec3 slip = slip_of(cone, {step.dx_m, step.dtheta_rad});
     const Real length = std::sqrt(slip.squaredNorm());
     if (length <= least) continue;
     pairs_[cone.pair].slips = true;
     pairs_[cone.pair].quiet_ticks = 0;
   }
+}
+
+/// Whether planes with friction hold the part: it rests where they were when it came, not where
+/// others would let it go.
+bool Proxy::sticks() const noexcept {
+  if (!has_friction()) return false;
+  for (const ImposedPlane& plane : active_) {
+    if (rubs(pairs_[plane.pair])) return true;
+  }
+  return false;
+}
+
+/// The same of the last program.
+bool Proxy::rests_on_friction() const noexcept {
+  if (cones_.empty()) return false;
+  for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
+    if (row_cone_[last_qp_.active[i]] < cones_.size()) return true;
+  }
+  return false;
 }
 
 /// At the end of a tick: pairs that have long been still stick.

@@ -37,11 +37,14 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
     };
     // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
     if (is_fixed() || choose_from_start_) continue;
+    const std::uint32_t before = imposed_.size();
     for (const ImposedPlane& last : active_) {
       if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
         take(last.id, last.support);
       }
     }
+    // What rubs along the others is to be held by this pair too: by the plane that it has now.
+    if (has_friction() && imposed_.size() == before) take(reached.plane, reached.support);
   }
   choose_from_start_ = false;
   impose_pending(error, tick);

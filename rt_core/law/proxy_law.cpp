@@ -199,7 +199,7 @@ void Proxy::reset() noexcept {
   climbed_count_ = climbing_ = 0;
   tried_m_ = 0;
   no_low_until_m_ = 0;
-  wedged_ = keeps_active_ = short_ = far_rows_ = longest_ = moved_little_ = false;
+  wedged_ = has_wish_ = keeps_active_ = short_ = far_rows_ = longest_ = moved_little_ = false;
   for (PlaneRegion& region : regions_) region.version = 0;
   oldest_region_ = 0;
   path_m_ = turn_rad_ = 0;
@@ -282,8 +282,7 @@ void Proxy::accept(const Step& step) noexcept {
   near_pairs_.follow(step.dx_m, step.dtheta_rad);
   way_.translation_m -= step.dx_m;
   way_.rotation_rad -= step.dtheta_rad;
-  slid_.translation_m += step.dx_m;
-  slid_.rotation_rad += step.dtheta_rad;
+  if (pass_of_tick_ == 0) came_ = {step.dx_m, step.dtheta_rad};
   const ProxyScale& scale = parameters_.scale;
   moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
                   step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
@@ -351,17 +350,22 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     }
     held_ = std::min(held_ + 1, kMostHeld);
     // Planes of an earlier pass can make a long way slow.
-    if (behind_ticks_ == 0 && !choice_spent_ && (still_ || held_ % kChoicePeriod == 0)) {
+    if (behind_ticks_ == 0 && !choice_spent_ && !sticks() &&
+        (still_ || held_ % kChoicePeriod == 0)) {
       choose_from_start_ = true;
     }
   } else {
     held_ = 0;
     choice_spent_ = false;
   }
-  const bool chosen = choose_from_start_ || is_fixed();
+  const bool chosen = choose_from_start_ || is_fixed() || sticks();
   bound_move(goal);
-  if (cones_.capacity() > 0) way_ = error_of(goal, goal_);
-  slid_ = PoseError{};
+  if (has_friction()) {
+    const PoseError way = error_of(goal, goal_);
+    if (behind_ticks_ == 0) way_ = PoseError{};
+    way_.translation_m += way.translation_m;
+    way_.rotation_rad += way.rotation_rad;
+  }
   goal_ = goal;
   const double odometer = odometer_m();
   tick_motion_m_ = std::max(tick_motion_m_ / 2, static_cast<Real>(odometer - tick_start_m_));
@@ -378,6 +382,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     end = pass(goal, tick);
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
+    if (k == 0 && end != PassEnd::kMoved) came_ = PoseError{};
     if (end == PassEnd::kSpent) {
       keep_found();
       break;
@@ -434,7 +439,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     settled.passes = settled.rejected = 0;
     settled.rounds = settled.rows = settled.qp_iterations = 0;
     settled.plane_gaps = settled.valid_nodes = settled.full_searches = 0;
-    settled.search_work = settled.qp_programs = settled.qp_steps = 0;
+    settled.search_work = settled.qp_programs = settled.qp_steps = settled.balances = 0;
     settled.regions = 0;
   }
   return tick;

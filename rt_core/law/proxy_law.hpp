@@ -68,6 +68,9 @@ static_assert(kMaxProxyRows <= kMaxQpRows, "with friction a program has more row
 
 inline constexpr std::uint32_t kNoSet = ~0u;
 
+struct SlideForce;
+struct SlideForces;
+
 /// What the proxy keeps of one pair near it. Pairs are named by their slot. Every pass looks at the
 /// first line of the cache of each, and a step that has a direction to go by at the second.
 struct alignas(64) ProxyPair {
@@ -152,15 +155,14 @@ struct RowArm {
   return (arm.app_w.cross(w) + arm.turn_w).dot(dtheta_rad);
 }
 
-/// A contact point with friction in the quadratic program: n.dp - mu (|s + dp_t| - |s|) >= least,
-/// with the motion dp of the point, its part dp_t along the plane and the slip s of the tick so
-/// far.
+/// A contact point with friction in the quadratic program: n.dp - mu (|dp_t| - s) >= least, with
+/// the motion dp of the point, its part dp_t along the plane, and the shift s, which is to become
+/// |dp_t|.
 struct FrictionCone {
   RowArm arm;
   Vec3 normal_w = Vec3::Zero();
   Vec3 direction_w = Vec3::Zero();  ///< unit, along the plane: against the slip
-  Vec3 slid_w = Vec3::Zero();       ///< s
-  Real slid_m = 0;                  ///< its length
+  Real shift_m = 0;                 ///< s
   Real least_m = 0;
   Real friction = 0;
   std::uint32_t pair = 0;
@@ -199,6 +201,7 @@ struct ProxyTick {
   std::uint32_t regions = 0;       ///< contact regions found
   std::uint32_t list_visits = 0;   ///< nodes of the trees that lists of near pairs looked at
   std::uint32_t behind_ticks = 0;  ///< ticks in a row that have ended for want of budget
+  std::uint16_t balances = 0;      ///< of the forces of what rubs
   bool spent = false;              ///< this is one
   bool moved = false;              ///< p is not where it was
   bool limited = false;            ///< a cap was met, or a residual is left
@@ -210,7 +213,8 @@ struct ProxyTick {
   /// Work so far, in units of the budget.
   [[nodiscard]] std::uint32_t units() const noexcept {
     return plane_gaps + valid_nodes + search_work + kRegionUnits * regions +
-           kProgramUnits * qp_programs + kQpStepUnits * qp_steps + list_visits / kListVisitsOfUnit;
+           kProgramUnits * qp_programs + kQpStepUnits * qp_steps + kBalanceUnits * balances +
+           list_visits / kListVisitsOfUnit;
   }
 };
 
@@ -245,6 +249,8 @@ class Proxy {
 
   [[nodiscard]] const GripPose& pose() const noexcept { return p_; }
   [[nodiscard]] bool started() const noexcept { return started_; }
+  /// Of the pull's translation, what the planes of the last program hold.
+  [[nodiscard]] Real held_m() const noexcept;
   /// Planes that hold the proxy: those with a multiplier in the last pass.
   [[nodiscard]] std::span<const ImposedPlane> active() const noexcept { return active_.view(); }
   /// Those of them that the proxy touches, at the end of the last tick.
@@ -406,7 +412,7 @@ class Proxy {
   void remember_active() noexcept;
   [[nodiscard]] bool stay_still(Step& step, ProxyTick& tick) noexcept;
   void feel(ProxyTick& tick) noexcept;
-  [[nodiscard]] PoseError asked(const PoseError& error) const noexcept;
+  [[nodiscard]] PoseError asked(const QpVector& z, const PoseError& error) const noexcept;
   [[nodiscard]] PoseError bounded(const PoseError& error, Real tolerance_m,
                                   ProxyTick& tick) noexcept;
   [[nodiscard]] bool crowded() const noexcept;
@@ -426,10 +432,45 @@ class Proxy {
   [[nodiscard]] bool push_cone_row(std::uint32_t at, const Vec3& direction_w,
                                    const PoseError& error) noexcept;
   void cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept;
-  [[nodiscard]] Vec3 slip_of(const FrictionCone& cone, const Vec3& dx_m,
-                             const Vec3& dtheta_rad) const noexcept;
+  [[nodiscard]] Vec3 slip_of(const FrictionCone& cone, const PoseError& motion) const noexcept;
+  [[nodiscard]] Real rise_of(const FrictionCone& cone, const PoseError& motion) const noexcept;
   void note_slip(const Step& step) noexcept;
   void settle_slip() noexcept;
+  [[nodiscard]] bool sticks() const noexcept;
+  [[nodiscard]] bool rests_on_friction() const noexcept;
+  [[nodiscard]] bool rests(const PoseError& error, const ProxyTick& tick) const noexcept;
+  /// Of a tick, and no leg of a climb.
+  [[nodiscard]] bool is_first_pass() const noexcept { return pass_of_tick_ == 0 && climbing_ == 0; }
+  /// Whether something of the scene rubs.
+  [[nodiscard]] bool has_friction() const noexcept {
+    return kSceneTraits.friction && cones_.capacity() > 0;
+  }
+
+  /// Shifts of cones (proxy_shift.cpp).
+  void settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real wanted_shift_m(const FrictionCone& cone,
+                                    const PoseError& motion) const noexcept;
+  [[nodiscard]] bool shifts_fit(const PoseError& motion, bool may_lift) const noexcept;
+  void shift_cones(const PoseError& motion) noexcept;
+  [[nodiscard]] bool is_near(const PoseError& balanced, const PoseError& motion) const noexcept;
+  [[nodiscard]] bool is_held(const PoseError& motion) const noexcept;
+  /// What the forces of a program lead to where those that slide keep their planes.
+  struct Balance {
+    PoseError motion;
+    QpVector z = QpVector::Zero();  ///< of the program
+    bool is_exact = false;          ///< it keeps Coulomb's law and all planes
+  };
+  void take(const Balance& balance) noexcept;
+  [[nodiscard]] bool find_balance(const PoseError& error, bool begins, Balance& found,
+                                  ProxyTick& tick) const noexcept;
+  [[nodiscard]] QpVector force_at(const FrictionCone& cone, const Vec3& w,
+                                  bool pushes) const noexcept;
+  void aim(SlideForce& force, const Vec3& slip) const noexcept;
+  void take_forces(const PoseError& error, bool begins, SlideForces& taken) const noexcept;
+  [[nodiscard]] bool keeps_the_rest(const Balance& found,
+                                    std::span<const std::uint32_t> stuck) const noexcept;
+  [[nodiscard]] bool hardly_slides(const FrictionCone& cone,
+                                   const PoseError& motion) const noexcept;
 
   [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_from(Real least_m, Real gap_p_m) const noexcept;
@@ -519,15 +560,17 @@ class Proxy {
   /// The last pass was rejected: the next starts without its planes.
   bool choose_from_start_ = false;
   Real way_left_m_ = 0, turn_left_rad_ = 0;  ///< what p may move by in the rest of this tick
-  std::uint64_t pass_ = 0;                   ///< counts them, for ProxyPair::reached_in
-  Real reach_m_ = 0;       ///< of this pass: pairs farther apart than this are not in it
-  Real nearest_m_ = 0;     ///< no pair is nearer than this at p_
+  Real came_m_ = 0, came_rad_ = 0;  ///< of it, what the goal has come since p_ was not behind
+  std::uint64_t pass_ = 0;          ///< counts them, for ProxyPair::reached_in
+  Real reach_m_ = 0;                ///< of this pass: pairs farther apart than this are not in it
+  Real nearest_m_ = 0;              ///< no pair is nearer than this at p_
   Real close_m_ = 0;       ///< of a negative gap, what rows of this pass may ask to be closed
   bool may_close_ = true;  ///< in this tick: no pass that did was rejected
   Real worst_gap_m_ = 0;   ///< at p_, of the pairs in the list
   PoseError wish_;         ///< the step that the last program asked for
-  /// With friction: what the goal has moved by in this tick and p_ not yet, and what p_ has.
-  PoseError way_, slid_;
+  /// With friction: what the goal has moved by in this tick and p_ not yet, and what p_ has moved
+  /// by in the first pass of this tick, or of the last until it has ended.
+  PoseError way_, came_;
   PoseError near_wish_;                ///< that of the last one without rows linearised at a step
   std::uint64_t chosen_planes_ = 0;    ///< a hash of those last chosen from the start
   std::uint32_t chosen_ago_ = 0;       ///< passes that have ended with them since
@@ -543,6 +586,7 @@ class Proxy {
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row
   BoundedList<FrictionCone> cones_, last_cones_;  ///< of this pass and of the one before
   std::uint32_t cone_programs_ = 0;               ///< of this pass, that cuts asked for
+  std::uint32_t shift_programs_ = 0;              ///< and that shifts of cones did
   std::uint32_t bound_programs_ = 0;              ///< and that bounds of the way and turn did
   std::span<std::uint8_t> row_cone_;              ///< index of the cone of each row
   std::span<Real> lanes_;                         ///< A's vertices turned to p_
@@ -559,6 +603,7 @@ class Proxy {
   bool longest_ = false;       ///< the step that this pass tried was as long as any among facets
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
   bool wedged_ = false;        ///< contact points with friction lie in planes that are not parallel
+  bool has_wish_ = false;      ///< wish_ is that of a program of this pass
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are
   std::uint32_t short_ways_ = 0;   ///< passes that have gone out of several pairs at once
   Vec3 way_out_w_ = Vec3::Zero();  ///< unit, out of all that p_ is inside of; zero: none chosen

@@ -18,6 +18,11 @@ constexpr Real kRetryShare = 0.1_r;
 constexpr Real kHeldBack = 0.02_r;
 /// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
 constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
+/// Shares of the tolerance: a gap that deep is eased, by so much in a pass.
+constexpr Real kDeepShare = 0.25_r, kEasedShare = 0.125_r;
+/// Share of the pull that friction may leave of a part that rests: what creeps so slowly would
+/// hardly come to an end.
+constexpr Real kRestShare = 3.0e-4_r, kRestTolerances = 3;
 /// A step that meets a pair where no plane of it is in the way is tried again with this share of
 /// it, some times, and then with what the pair has room for, or at least that share.
 constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
@@ -83,7 +88,10 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real gained_j = (tick.start_potential_j - start_j) / 2;
   const bool closes =
       may_close_ && gained_j > 0 && worst_gap_m_ < -kClosedShare * scale.tolerance_m;
-  close_m_ = closes ? scale.tolerance_m : 0;
+  // What rubs and slides comes out of a gap that deep a little with every pass, by what its slip
+  // gains: where no step could be certified any more friction would hold it.
+  const bool eases = has_friction() && held_ == 0 && worst_gap_m_ < -kDeepShare * scale.tolerance_m;
+  close_m_ = closes ? scale.tolerance_m : eases ? kEasedShare * scale.tolerance_m : Real{0};
   far_rows_ = false;
   impose_last(error, tick);
 
@@ -98,7 +106,15 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   const bool found = solve(error, step, tick);
   if (tick.spent) return end_spent();
   tick.residual_n = left_over_n(near_wish_, Vec3::Zero(), Vec3::Zero());
+  if (found && !closes && rests(error, tick)) {
+    remember_active();
+    return PassEnd::kDone;
+  }
   bool ok = found && affordable(step);
+  if (found && !ok && eases && !closes) {  // it sticks
+    remember_active();
+    return PassEnd::kDone;
+  }
   const bool stays = step.dx_m.isZero(0) && step.dtheta_rad.isZero(0);
   if (found && (stays || (!ok && !closes && (is_still(step) || end_j <= start_j)))) {
     // A fall that patience has not waited for is said.
@@ -116,7 +132,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     way = step_by(s * error.translation_m, Vec3::Zero());
     return correct(way, tick) && affordable(way);
   };
-  if (ok && short_ && !is_fixed() && cones_.empty() && has_budget(tick)) {
+  if (ok && short_ && !is_fixed() && !has_friction() && has_budget(tick)) {
     // Such edges let no longer step be found that turns.
     const Real short_j = end_j;
     Step way;
@@ -133,18 +149,26 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     }
   }
   if (!ok && climbing_ > 0) return PassEnd::kRejected;
-  if (!ok) ok = correct(step, tick) && affordable(step);
+  // What rubs is moved by its cones where they find a step, for other steps would let go of it, and
+  // by nothing else once the goal rests.
+  const bool may_let_go = !has_friction() || (held_ == 0 && !rests_on_friction());
+  const Vec3 dx = step.dx_m, dtheta = step.dtheta_rad;
+  if (!ok && !has_friction()) ok = correct(step, tick) && affordable(step);
   if (tick.spent) return end_spent();
-  if (!ok) {
-    const Vec3 dx = step.dx_m, dtheta = step.dtheta_rad;
-    Real share = 0.5_r;
-    for (std::uint32_t k = 0; k < kMaxBackOffs && !ok; ++k, share /= 2) {
-      if (!may_begin(kRoundGrant, tick)) return end_spent();
-      step = step_by(share * dx, share * dtheta);
-      ok = check(step, kCorrectedShare * -scale.tolerance_m, tick).ok && affordable(step);
-    }
+  Real share = 0.5_r;
+  for (std::uint32_t k = 0; k < kMaxBackOffs && !ok; ++k, share /= 2) {
+    if (!may_begin(kRoundGrant, tick)) return end_spent();
+    step = step_by(share * dx, share * dtheta);
+    ok = check(step, has_friction() ? -scale.tolerance_m / 2 : kCorrectedShare * -scale.tolerance_m,
+               tick)
+             .ok &&
+         affordable(step);
   }
-  if (!ok) ok = without_turn(step);
+  if (!ok && may_let_go && has_friction()) {
+    step = step_by(dx, dtheta);
+    ok = correct(step, tick) && affordable(step);
+  }
+  if (!ok && may_let_go) ok = without_turn(step);
   if (tick.spent) return end_spent();
   remember_active();
   if (!ok) {
@@ -160,6 +184,15 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   tick.residual_n = left_over_n(wish_, step.dx_m, step.dtheta_rad);
   accept(step);
   return PassEnd::kMoved;
+}
+
+/// Whether the goal rests and friction holds the part where it is, but for a small share of the
+/// pull and a few tolerances.
+bool Proxy::rests(const PoseError& error, const ProxyTick& tick) const noexcept {
+  if (held_ == 0 || !rests_on_friction()) return false;
+  const Real most_n = kRestShare * left_over_n(error, Vec3::Zero(), Vec3::Zero());
+  const Real most_m = kRestTolerances * parameters_.scale.tolerance_m;
+  return tick.residual_n <= std::min(most_n, secant_.k_t_n_per_m * most_m);
 }
 
 /// A pass that may begin nothing more: p stays.
@@ -234,9 +267,10 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     tick.rounds = std::max(tick.rounds, round + 1);
     if (!(share < 1)) {
       last_qp_ = solve_rows(tolerance, tick);
-      cut_cones(error, tolerance, tick);
+      settle_cones(error, tolerance, tick);
       if (last_qp_.capped) tick.limited = true;
-      wish_ = asked(error);
+      wish_ = asked(last_qp_.z, error);
+      has_wish_ = true;
       way = bounded(error, tolerance, tick);
       far = std::sqrt(way.translation_m.squaredNorm());
       turn = std::sqrt(way.rotation_rad.squaredNorm());
@@ -291,7 +325,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
       // pass can hold the proxy where it is: a nearer step, with planes chosen from the start, may
       // be free.
       const bool held_far = far_rows_ || crowded();
-      if (!held_far && (chosen_short || !choice_is_due())) return true;
+      if (!held_far && (chosen_short || rests_on_friction() || !choice_is_due())) return true;
       if (retry_at >= kRounds) return true;
       remember_active();
       if (!held_far) retry_at = kRounds - kProxyRetryRounds;
@@ -328,11 +362,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
 }
 
 /// The motion that the last program asks for.
-PoseError Proxy::asked(const PoseError& error) const noexcept {
+PoseError Proxy::asked(const QpVector& z, const PoseError& error) const noexcept {
   PoseError wish;
-  wish.translation_m = last_qp_.z.head<3>() + error.translation_m;
+  wish.translation_m = z.head<3>() + error.translation_m;
   if (!is_fixed()) {
-    wish.rotation_rad = last_qp_.z.tail<3>() / secant_.length_m + error.rotation_rad;
+    wish.rotation_rad = z.tail<3>() / secant_.length_m + error.rotation_rad;
   }
   return wish;
 }

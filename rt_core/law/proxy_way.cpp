@@ -20,20 +20,25 @@ constexpr Real kHeldUp = 0.5_r;
 }  // namespace
 
 /// How far p may move in this tick: as far as the goal has, which in free space is all of its way,
-/// and what lets go of the pull that contact has built up, over several ticks.
+/// and what lets go of the pull that contact has built up, over several ticks. What the goal has
+/// come in ticks that had no budget to follow is still to be done.
 void Proxy::bound_move(const GripPose& goal) noexcept {
   const Spring& spring = parameters_.spring;
   const PoseError error = error_of(goal, p_);
-  way_left_m_ = std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm()) +
-                std::max(kRelease_n / spring.k_t_n_per_m,
-                         kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
+  if (behind_ticks_ == 0) came_m_ = came_rad_ = 0;
+  came_m_ += std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm());
+  way_left_m_ = came_m_ + std::max(kRelease_n / spring.k_t_n_per_m,
+                                   kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
   if (is_fixed()) return;
   const Real chord2 = std::min((goal.q_wa.coeffs() - goal_.q_wa.coeffs()).squaredNorm(),
                                (goal.q_wa.coeffs() + goal_.q_wa.coeffs()).squaredNorm());
-  turn_left_rad_ = kTurnOfChord * std::sqrt(chord2) +
-                   std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
-                            kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
+  came_rad_ += kTurnOfChord * std::sqrt(chord2);
+  turn_left_rad_ =
+      came_rad_ + std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
+                           kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
 }
+
+Real Proxy::held_m() const noexcept { return std::sqrt(last_qp_.z.head<3>().squaredNorm()); }
 
 bool Proxy::may_move() const noexcept {
   const ProxyScale& scale = parameters_.scale;
@@ -69,8 +74,8 @@ PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& ti
     bound_programs_ += 1;
     const QpResult last = last_qp_;
     last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
-    cut_cones(error, tolerance_m, tick);
-    way = asked(error);
+    settle_cones(error, tolerance_m, tick);
+    way = asked(last_qp_.z, error);
   }
   return way;
 }

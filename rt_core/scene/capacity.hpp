@@ -118,17 +118,19 @@ constexpr std::uint64_t begun_units(const PairWork& largest, std::uint64_t looks
   // regions of the pairs that are looked at twice for one that meets, at both ends.
   constexpr std::uint64_t kShared = 2 * kMaxSharedDirections;
   constexpr std::uint64_t kMeeting = 4 * kMaxMeetingLooks * (1 + kRegionUnits);
-  const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms : 0);
+  const std::uint64_t programs = 1 + (friction ? kGrantedConePrograms + kGrantedShiftPrograms : 0);
+  constexpr std::uint64_t kBalances = std::uint64_t{kMaxBalances} * kBalanceUnits;
   // Near pairs are measured at p_ and at the end of a step, and where a step goes farther once
   // more; contact regions are those of the planes imposed and felt.
   return visits / kListVisitsOfUnit + 3 * looks + largest.set + largest.search +
-         programs * kProgram + kRegions * (1 + kRegionUnits) + kMaxImposedPlanes +
-         (facets ? kShared + kMeeting : 0);
+         programs * kProgram + (friction ? kBalances : 0) + kRegions * (1 + kRegionUnits) +
+         kMaxImposedPlanes + (facets ? kShared + kMeeting : 0);
 }
 
 /// The proxy's quadratic programs in one tick, at most. A pass solves one per round,
 /// kMaxBoundPrograms more, and twice one per correction, whose rows are one for each pair; with
-/// friction kMaxConePrograms more. `friction`: of any body.
+/// friction kMaxConePrograms and kMaxShiftPrograms more, and one for each end of a settling.
+/// `friction`: of any body.
 struct ProgramBounds {
   std::uint32_t rounds, rows, iterations, programs, steps;
 };
@@ -138,7 +140,8 @@ constexpr ProgramBounds program_bounds(std::uint64_t pairs, std::uint32_t passes
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   const auto corrected =
       static_cast<std::uint32_t>(std::min<std::uint64_t>(pairs, kMaxFrictionRows));
-  const std::uint32_t cones = friction ? kMaxConePrograms : 0;
+  const std::uint32_t cones =
+      friction ? kMaxConePrograms + kMaxShiftPrograms + kRounds + kMaxBoundPrograms : 0;
   const std::uint32_t programs =
       passes * (kRounds + kMaxBoundPrograms + 2 * kMaxCorrections + cones);
   return {kRounds, friction ? kMaxFrictionRows : std::max(kMaxProxyRows, corrected),

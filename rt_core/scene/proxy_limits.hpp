@@ -27,6 +27,11 @@ inline constexpr std::uint32_t kMaxProxyRows = 96, kMaxFrictionRows = 192, kMaxQ
 /// Contact points with friction in one program, and programs that one pass solves again because
 /// their rows left one of the cones out by more than a share.
 inline constexpr std::uint32_t kMaxFrictionCones = 48, kMaxConePrograms = 12;
+/// Programs that one pass solves again because the shifts of its cones were not the slip, and those
+/// of them for one set of planes.
+inline constexpr std::uint32_t kMaxShiftPrograms = 24, kMaxShiftsOfRound = 12;
+/// Balances of forces that are solved for one program.
+inline constexpr std::uint32_t kMaxBalances = 8;
 /// Ticks without slip after which a pair sticks.
 inline constexpr std::uint32_t kStickTicks = 50;
 /// Planes of a pair's valid set that are kept, nodes that a search for them looks at, and pairs
@@ -35,10 +40,10 @@ inline constexpr std::uint32_t kMaxValidPlanes = 64, kMaxValidVisits = 512;
 inline constexpr std::uint32_t kMaxValidSearches = 64;
 
 /// Units of work, each about as long: a gap along a plane, a node of a valid set and a step of a
-/// search are one each; a contact region, a quadratic program and an iteration of it are several, a
-/// node of the trees is a part of one.
+/// search are one each; a contact region, a quadratic program, an iteration of it and a balance of
+/// forces are several, a node of the trees is a part of one.
 inline constexpr std::uint32_t kRegionUnits = 6, kProgramUnits = 2, kQpStepUnits = 3,
-                               kListVisitsOfUnit = 8;
+                               kBalanceUnits = 16, kListVisitsOfUnit = 8;
 /// Nodes that it takes to compare every two groups of pairs without a slot, and pairs of edges that
 /// are looked at for the nearest of two pieces at most.
 inline constexpr std::uint32_t kJoinVisits = 64, kMostEdgeLines = 256;
@@ -47,8 +52,9 @@ inline constexpr std::uint32_t kJoinVisits = 64, kMostEdgeLines = 256;
 inline constexpr std::uint32_t kLeastWorkUnits = 50, kMostWorkUnits = 1000000;
 /// Steps of an ended pass that the next one imposes planes at although the units are spent.
 inline constexpr std::uint32_t kGrantedSteps = 3;
-/// Programs that cones with friction may ask for although the units are spent.
-inline constexpr std::uint32_t kGrantedConePrograms = 2;
+/// Programs that cones with friction may ask for although the units are spent, and their shifts:
+/// one that is tried and one without any.
+inline constexpr std::uint32_t kGrantedConePrograms = 2, kGrantedShiftPrograms = 2;
 /// Nodes of the trees that lists of near pairs look at in one tick, at most, unless the part has to
 /// wait for one; longer lists take several.
 inline constexpr std::uint32_t kListVisitsOfTick = 16384;

@@ -55,6 +55,7 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
 
 void FreeMotion::reset() noexcept {
   proxy_.reset();
+  hold_.reset();
   at_rest_ = false;
 }
 
@@ -112,7 +113,15 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   FreePose free;
   free.work = proxy_.tick(goal, room.scratch);
   free.grip = proxy_.pose();
-  const PoseError& error = free.work.error;
+  LeftPull pull;
+  pull.error = free.work.error;
+  pull.held_m = proxy_.held_m();
+  pull.open_n = free.work.residual_n;
+  pull.spent = free.work.spent;
+  pull.moved = free.work.moved;
+  pull.behind_ticks = free.work.behind_ticks;
+  const PoseError error = hold_.felt(pull, spring_, radius_m_);
+  if (hold_.holds()) free.flags |= kFlagHeld;
   if (free.work.limited) free.flags |= kFlagProxyLimited;
   if (free.work.spent) free.flags |= kFlagBehind;
   if (free.work.crowded) free.flags |= kFlagListFull;

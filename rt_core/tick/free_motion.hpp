@@ -9,6 +9,7 @@
 #include "rt_core/law/proxy_law.hpp"
 #include "rt_core/safety/passivity.hpp"
 #include "rt_core/tick/goal.hpp"
+#include "rt_core/tick/late_hold.hpp"
 #include "rt_core/tick/step.hpp"
 
 namespace haptic {
@@ -27,8 +28,8 @@ struct FreePose {
   Wrench wrench_w;      ///< with its damping
   StoredEnergy stored;  ///< in the spring
   ProxyTick work;
-  std::uint32_t flags =
-      0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked, kFlagSaturated
+  std::uint32_t flags = 0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked,
+                            ///< kFlagSaturated, kFlagBehind, kFlagListFull, kFlagHeld
 };
 
 class FreeMotion {
@@ -60,6 +61,7 @@ class FreeMotion {
   [[nodiscard]] bool is_stuck(const FreePose& free) const noexcept;
 
   Proxy proxy_;
+  LateHold hold_;
   Spring spring_;
   Real radius_m_ = 0;     ///< of A about the grip point
   Real tolerance_m_ = 0;  ///< of the proxy

@@ -68,8 +68,10 @@ enum StepFlag : std::uint32_t {
                                     ///< wrench is ramped out; latched until reset()
   kFlagBehind = 1u << 20,           ///< the proxy's budget of work was spent before it had got as
                                     ///< far as it could; see behind_ticks
-  kFlagListFull = 1u << 21  ///< more pairs are near than the scene's near_pairs: one without
-                            ///< a slot has cut the proxy's step
+  kFlagListFull = 1u << 21,  ///< more pairs are near than the scene's near_pairs: one without
+                             ///< a slot has cut the proxy's step
+  kFlagHeld = 1u << 22  ///< the pull is held below the spring's: since kFlagBehind the part has not
+                        ///< caught up
 };
 
 /// Those that the search at the goal pose sets: never set in a tick that does without it.

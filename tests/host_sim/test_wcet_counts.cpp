@@ -58,7 +58,9 @@ TEST_SUITE("host_sim.wcet_counts") {
     CHECK(few.programs == 3 * (few.rounds + kMaxBoundPrograms + 2 * kMaxCorrections));
     CHECK(few.steps == few.programs * kMaxQpIterations);
     CHECK(program_bounds(5, 3, true).rows == kMaxFrictionRows);
-    CHECK(program_bounds(5, 3, true).programs == few.programs + 3 * kMaxConePrograms);
+    CHECK(program_bounds(5, 3, true).programs ==
+          few.programs +
+              3 * (kMaxConePrograms + kMaxShiftPrograms + few.rounds + kMaxBoundPrograms));
     CHECK(program_bounds(120, 3, false).rows == 120);  // a correction has a row for each pair
     CHECK(program_bounds(625, 3, false).rows == kMaxFrictionRows);
   }

@@ -204,7 +204,8 @@ void FuzzRun::check_energy(const Tick& tick, ProxyFuzzTotals& totals) {
 void FuzzRun::check_output(const Tick& tick, ProxyFuzzTotals& totals) {
   const StepResult& r = tick.result;
   if ((r.flags & kFlagRecovery) != 0) fail(tick, "recovery", "", totals.recoveries, totals);
-  const Wide error = judge_.wrench_error(r.wrench_w, tick.goal, tick.after);
+  const Wide error =
+      judge_.wrench_error(r.wrench_w, (r.flags & kFlagHeld) != 0, tick.goal, tick.after);
   constexpr std::uint32_t kRamped = kFlagRecovery | kFlagRamping | kFlagClutched;
   if ((r.flags & kRamped) == 0) {
     totals.largest_wrench_error = std::max(totals.largest_wrench_error, error);

@@ -273,14 +273,20 @@ Wide ProxyJudge::potential_j(const WideError& error) const {
   return k_t_ * dot(error.translation_m, error.translation_m) / 2 + turned_j;
 }
 
-Wide ProxyJudge::wrench_error(const Wrench& wrench, const WidePose& goal,
+Wide ProxyJudge::wrench_error(const Wrench& wrench, bool held, const WidePose& goal,
                               const WidePose& proxy) const {
   const WideError error = wide_error(goal, proxy);
   const Wide roundoff = widen(std::numeric_limits<Real>::epsilon());
-  const WideVec force = widened(wrench.force_w) + k_t_ * error.translation_m;
+  // Of -pull, what is felt, or its part along it that is not longer.
+  const auto missed = [held](const WideVec& felt, const WideVec& pull) {
+    if (!held || !(dot(pull, pull) > 0)) return felt + pull;
+    const Wide shorter = std::clamp(-dot(felt, pull) / dot(pull, pull), Wide{0}, Wide{1});
+    return felt + shorter * pull;
+  };
+  const WideVec force = missed(widened(wrench.force_w), k_t_ * error.translation_m);
   const Wide turn = norm(error.rotation_rad);
   const Wide share = turn > limit_rad_ ? limit_rad_ / turn : 1;
-  const WideVec torque = widened(wrench.torque_w) + (k_r_ * share) * error.rotation_rad;
+  const WideVec torque = missed(widened(wrench.torque_w), (k_r_ * share) * error.rotation_rad);
   // Positions and quaternions are differences of rounded numbers; k_r is a number of the scene.
   const Wide of_force = 4 * roundoff * k_t_ * (norm(goal.p) + norm(proxy.p));
   const Wide of_torque = 32 * roundoff * k_r_ * (1 + norm(error.rotation_rad));

@@ -131,8 +131,9 @@ class ProxyJudge {
   [[nodiscard]] Wide path_gap_m(const WidePose& before, const WidePose& after);
 
   [[nodiscard]] Wide potential_j(const WideError& error) const;
-  /// Largest difference of the wrench to -K g, as a share of what rounding makes of it.
-  [[nodiscard]] Wide wrench_error(const Wrench& wrench, const WidePose& goal,
+  /// Largest difference of the wrench to -K g, as a share of what rounding makes of it. `held`: the
+  /// force and the torque of it may be shorter.
+  [[nodiscard]] Wide wrench_error(const Wrench& wrench, bool held, const WidePose& goal,
                                   const WidePose& proxy) const;
   /// Whether a point of the part went through the plate, well inside its rim.
   [[nodiscard]] bool crossed(const WidePose& before, const WidePose& after) const;

@@ -49,10 +49,11 @@ const kFlags: ([string, string] | null)[] = [
   ["outside", "the scene's envelope was left"],
   ["behind", "the work budget was spent before the part got as far as it could"],
   ["list full", "more pairs are near than near_pairs: one without a slot has cut the part's step"],
+  ["held", "the force is held below the spring's: the part has not caught up since its budget was spent"],
 ];
 
 /** Flags that are marked over the strips: no pose, a part that is led out, does not follow or is out of reach, a limit, a ramp. */
-const kMarked = [10, 11, 12, 13, 15, 16, 18, 19, 20, 21].reduce((bits, bit) => bits | (1 << bit), 0);
+const kMarked = [10, 11, 12, 13, 15, 16, 18, 19, 20, 21, 22].reduce((bits, bit) => bits | (1 << bit), 0);
 
 export function isMarked(flags: number): boolean {
   return (flags & kMarked) !== 0;
