@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
                                    sim::add_delay_command(program),
                                    sim::add_faults_command(program),
                                    sim::add_flight_command(program),
+                                   sim::add_friction_command(program),
                                    sim::add_guide_limits_command(program),
                                    sim::add_guide_study_command(program),
                                    sim::add_hold_command(program),

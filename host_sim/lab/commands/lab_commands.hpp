@@ -17,6 +17,7 @@ using tools::Command;
 [[nodiscard]] Command add_delay_command(CLI::App& program);
 [[nodiscard]] Command add_faults_command(CLI::App& program);
 [[nodiscard]] Command add_flight_command(CLI::App& program);
+[[nodiscard]] Command add_friction_command(CLI::App& program);
 [[nodiscard]] Command add_guide_limits_command(CLI::App& program);
 [[nodiscard]] Command add_guide_study_command(CLI::App& program);
 [[nodiscard]] Command add_hold_command(CLI::App& program);
