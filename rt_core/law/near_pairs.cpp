@@ -25,7 +25,7 @@ constexpr Real kTakenRounding = 16;
 
 /// Order of a heap with the farthest pair on its top.
 constexpr auto is_nearer = [](const auto& l, const auto& r) {
-  return l.gap_m < r.gap_m || (l.gap_m == r.gap_m && l.pair > r.pair);
+  return l.rank_m < r.rank_m || (l.rank_m == r.rank_m && l.pair > r.pair);
 };
 
 Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
@@ -144,6 +144,8 @@ void NearPairs::reset() noexcept {
   list_ = begun_lists_ = 0;
   for (PlacedBox& placed : placed_) placed.list = 0;
   begun_ = overflowed_ = false;
+  least_share_ = 1;
+  if (!at_.empty()) at_[0] = Place{};
   left_out_.clear();
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
@@ -176,18 +178,28 @@ const PieceBox& NearPairs::box_w(std::uint32_t node_a) noexcept {
   return placed.box_w;
 }
 
-/// Whether the pieces of two nodes are farther apart than the range: their spheres are, or where
-/// there are boxes these are, along the axes of either. Of two
-/// leaves within the range `gap_m` is the lower bound that says so.
-bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_m) noexcept {
+/// What a node of A has of the range: the share of the radius that its lever has, or the least.
+Real NearPairs::share_of(std::uint32_t node_a) const noexcept {
+  const Place& at = at_[0];
+  if (!(at.least_share < 1)) return 1;
+  const PieceSphere& sphere = tree_a_.node(node_a).sphere;
+  const Real lever_m = std::sqrt(sphere.centre.squaredNorm()) + sphere.radius_m;
+  return std::clamp(lever_m * (1 + 4 * kRealEpsilon) / at.radius_m, at.least_share, Real{1});
+}
+
+/// Whether the pieces of two nodes are farther apart than a share of the range: their spheres are,
+/// or where there are boxes these are, along the axes of either. Of two leaves within it `gap_m` is
+/// the lower bound that says so.
+bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,
+                          Real& gap_m) noexcept {
   const Place& at = at_[0];
   const PieceNode &a = tree_a_.node(node_a), &b = tree_b_.node(node_b);
   if (!kSceneTraits.free_orientation || boxes_.empty()) {
     gap_m = sphere_distance({at.p.r_wa * a.sphere.centre + at.p.x0_w, a.sphere.radius_m}, b.sphere);
-    if (gap_m > range_m_) left_m_ = std::min(left_m_, gap_m);
-    return gap_m > range_m_;
+    if (gap_m > share * range_m_) left_m_ = std::min(left_m_, gap_m / share);
+    return gap_m > share * range_m_;
   }
-  const Real limit_m = range_m_ + at.rounding_m;
+  const Real limit_m = share * range_m_ + at.rounding_m;
   const auto squared = [](const Vec3& between, const Vec3& halves) {
     return (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero()).squaredNorm();
   };
@@ -199,7 +211,7 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_
                                       tree_a_.box(node_a).half + at.turn_back_abs * b_w.half));
   }
   if (apart2 > limit_m * limit_m) {
-    left2_ = std::min(left2_, apart2);
+    left2_ = std::min(left2_, apart2 / (share * share));
     return true;
   }
   if (a.count == 1 && b.count == 1) gap_m = std::sqrt(apart2) - at.rounding_m;
@@ -207,8 +219,9 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_
 }
 
 /// A better lower bound of the gap between two facets than `gap_m`: of the plane of each; as far as
-/// it takes to be above the range.
-Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) const noexcept {
+/// it takes to be above `limit_m`.
+Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
+                          Real limit_m) const noexcept {
   if (!kSceneTraits.free_orientation || flat_.empty()) return gap_m;
   const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
   if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
@@ -224,19 +237,21 @@ Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap
     return std::max(least, -most) - at.rounding_m;
   };
   gap_m = std::max(gap_m, beyond(a, at.turn_back * b.normal, b.normal.dot(between_w) - b.offset_m));
-  if (gap_m > range_m_) return gap_m;
+  if (gap_m > limit_m) return gap_m;
   const Vec3 normal_w = at.p.r_wa * a.normal;
   return std::max(gap_m, beyond(b, normal_w, -normal_w.dot(between_w) - a.offset_m));
 }
 
-void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m) noexcept {
+void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m, Real least_share,
+                      Real radius_m) noexcept {
   begun_ = true;
   begun_lists_ += 1;
   const Mat3 back = p.r_wa.transpose();
   const PieceSphere &all_a = tree_a_.node(0).sphere, &all_b = tree_b_.node(0).sphere;
   const Real size_m = p.x0_w.cwiseAbs().sum() + all_a.radius_m + all_b.radius_m +
                       std::sqrt(all_a.centre.squaredNorm()) + std::sqrt(all_b.centre.squaredNorm());
-  at_[0] = {p, p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m};
+  at_[0] = {p,        p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m,
+            radius_m, least_share};
   odometer_m_ = odometer_m;
   range_m_ = range_m;
   left_m_ = left2_ = std::numeric_limits<Real>::max();
@@ -290,7 +305,7 @@ void NearPairs::refine(Found& found) noexcept {
     if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
   }
   if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
-  found.gap_m = std::max(found.gap_m, found.along_m);
+  found.rank_m = found.gap_m = std::max(found.gap_m, found.along_m);
 }
 
 /// Facets side by side look near along their planes: the line between their nearest edges tells how
@@ -351,21 +366,23 @@ bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m, Real least_m
     const PieceNode& a = tree_a_.node(next.a);
     const PieceNode& b = tree_b_.node(next.b);
     Real gap_m = 0;
-    if (is_beyond(next.a, next.b, gap_m)) continue;
+    const Real share = share_of(next.a);
+    if (is_beyond(next.a, next.b, share, gap_m)) continue;
     if (a.count == 1 && b.count == 1) {
       const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
       if (pair == kNoPair) continue;
-      const bool is_short = found_.size() == found_.capacity() && !(found_[0].gap_m > least_m);
+      const bool is_short = found_.size() == found_.capacity() && !(found_[0].rank_m > least_m);
       if (is_short && !refining_ && may_leave_out()) {
         refining_ = true;
         waiting_[waiting_count_++] = next;
         continue;
       }
-      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m);
-      if (closer > range_m_) {
-        left_m_ = std::min(left_m_, closer);
+      const Real limit_m = share * range_m_;
+      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m, limit_m);
+      if (closer > limit_m) {
+        left_m_ = std::min(left_m_, closer / share);
       } else {
-        take({pair, closer, 0, Vec3::Zero()});
+        take({pair, closer, closer / share, 0, Vec3::Zero()});
       }
     } else if (b.count == 1 || (a.count > 1 && a.sphere.radius_m > b.sphere.radius_m)) {
       waiting_[waiting_count_++] = {a.child + 1, next.b};
@@ -394,12 +411,12 @@ void NearPairs::take(Found found) noexcept {
   }
   leaves_pairs_ = true;
   const Found farthest = found_[0];
-  const bool has_farther = farthest.gap_m > found.gap_m;
+  const bool has_farther = farthest.rank_m > found.rank_m;
   if (is_refining()) {
     leave_out(has_farther ? farthest : found);
   } else {
-    left_m_ = std::min(left_m_, has_farther ? farthest.gap_m : found.gap_m);
-    range_m_ = std::min(range_m_, farthest.gap_m);
+    left_m_ = std::min(left_m_, has_farther ? farthest.rank_m : found.rank_m);
+    range_m_ = std::min(range_m_, farthest.rank_m);
   }
   if (!has_farther) return;
   std::pop_heap(found_.begin(), found_.end(), is_nearer);
@@ -473,6 +490,7 @@ void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
 /// The list that was begun takes the place of the one before.
 void NearPairs::finish(double odometer_m) noexcept {
   begun_ = false;
+  least_share_ = at_[0].least_share;
   overflowed_ = leaves_pairs_;
   list_ += 1;
   for (NearPair& pair : pairs_) {
@@ -507,7 +525,7 @@ void NearPairs::finish(double odometer_m) noexcept {
     if (pair.changed) static_cast<void>(changed_.push(slot));
   }
   if (left2_ < std::numeric_limits<Real>::max()) {
-    left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m);
+    left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m / least_share_);
   }
   clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
   // The part has gone on since the list was begun.

@@ -67,9 +67,14 @@ class NearPairs {
   void reset() noexcept;
 
   /// Begins a list of the pairs that are within `range_m` of each other at `p`; where they are more
-  /// than there are slots, of the nearest. `odometer_m`: how far the part has come. The list before
-  /// stays until this one is finished, however far the part goes meanwhile.
-  void begin(const GripPose& p, double odometer_m, Real range_m) noexcept;
+  /// than there are slots, of the nearest. Of a piece of A whose lever about the grip point is
+  /// shorter than the part's radius the range is by as much shorter, but no less than `least_share`
+  /// of it: so a list of a part that turns lasts. `radius_m`: of A about the grip point. Then
+  /// `odometer_m`, how far the part has come, has its way over that share, and what its radius
+  /// turns by. The list before stays until this one is finished, however far the part goes
+  /// meanwhile.
+  void begin(const GripPose& p, double odometer_m, Real range_m, Real least_share = 1,
+             Real radius_m = 0) noexcept;
   [[nodiscard]] bool is_begun() const noexcept { return begun_; }
   /// Goes on with the list that is begun; true: it is finished and takes the place of the one
   /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
@@ -101,7 +106,11 @@ class NearPairs {
     return may_leave_out() ? std::span{left_out_.begin(), left_out_.size()} : std::span<LeftOut>{};
   }
 
-  /// A lower bound of the gap of every other pair that is not in the list [m].
+  /// Of the list that is begun, and of the one in use.
+  [[nodiscard]] Real begun_share() const noexcept { return at_[0].least_share; }
+  [[nodiscard]] Real least_share() const noexcept { return least_share_; }
+  /// What a motion may still be before a pair that is not in the list touches, by the odometer of
+  /// the list [m].
   [[nodiscard]] Real unlisted_m(double odometer_m) const noexcept {
     return static_cast<Real>(clear_until_m_ - odometer_m);
   }
@@ -121,6 +130,7 @@ class NearPairs {
   struct Found {
     PairIndex pair = 0;
     Real gap_m = 0;
+    Real rank_m = 0;               ///< over the share of its piece of A
     Real along_m = 0;              ///< along `normal_w`, a lower bound
     Vec3 normal_w = Vec3::Zero();  ///< of the face with the largest gap; zero: not asked for
   };
@@ -131,6 +141,8 @@ class NearPairs {
     Mat3 turn_back = Mat3::Identity(),
          turn_back_abs = Mat3::Identity();  ///< the same of its inverse
     Real rounding_m = 0;                    ///< of a gap between boxes
+    Real radius_m = 0;                      ///< of A about the grip point
+    Real least_share = 1;                   ///< of the range
   };
   /// The box of a node of A, along the axes of W.
   struct PlacedBox {
@@ -161,9 +173,11 @@ class NearPairs {
   void put(const Found& found, std::uint32_t& cursor) noexcept;
   [[nodiscard]] std::uint32_t* entry_of(PairIndex pair) noexcept;
   void fill_table() noexcept;
-  [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b,
-                               Real gap_m) const noexcept;
-  [[nodiscard]] bool is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real& gap_m) noexcept;
+  [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
+                               Real limit_m) const noexcept;
+  [[nodiscard]] Real share_of(std::uint32_t node_a) const noexcept;
+  [[nodiscard]] bool is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,
+                               Real& gap_m) noexcept;
   [[nodiscard]] const PieceBox& box_w(std::uint32_t node_a) noexcept;
 
   const SceneView* scene_ = nullptr;
@@ -179,6 +193,7 @@ class NearPairs {
   double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
   BoundedList<LeftOut> left_out_;   ///< of it, where a scene has more pairs than slots
   bool overflowed_ = false;         ///< it had no slot for a pair within its range
+  Real least_share_ = 1;            ///< of its range
 
   // The list that is begun.
   bool begun_ = false;

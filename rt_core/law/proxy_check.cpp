@@ -279,18 +279,28 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
 /// another does by its best is not the worst. Where one lacks by its best, no large set of planes
 /// is found for another: in a tight fit hundreds may lack nearly as much, and the step changes
 /// before their sets are of use.
-Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexcept {
+/// Among facets what is certified at the step `before`, of the check before, with more room than
+/// the ends of the two are apart, is not looked at again.
+Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
+                          const Step* before) noexcept {
   Check result;
+  checks_ += 1;
+  const bool knows = kSceneTraits.facets && before != nullptr && has_long_lists();
+  const Real apart_m =
+      knows ? std::sqrt((step.q.x0_w - before->q.x0_w).squaredNorm()) * (1 + 16 * kRealEpsilon) : 0;
+  const Real apart_rad = knows ? std::sqrt((step.dtheta_rad - before->dtheta_rad).squaredNorm()) *
+                                     (1 + 16 * kRealEpsilon)
+                               : 0;
   const Real far = std::sqrt(step.dx_m.squaredNorm());
   const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
   const Real motion = far + turn * parameters_.radius_m;
   if (motion > reach_m_) widen(motion, tick);
   // Where there was no room for every pair near p, no way leads to one that is not in the list.
-  const Real clear_m = unlisted_m();
-  if (motion > clear_m) {
+  const Real clear_m = unlisted_m(), listed_m = list_motion_m(far, turn);
+  if (listed_m > clear_m) {
     result.ok = false;
-    result.share = std::max(clear_m / motion, kLeastShare);
-    if (!(clear_m > kLeastShare * motion)) tick.limited = true;
+    result.share = std::max(clear_m / listed_m, kLeastShare);
+    if (!(clear_m > kLeastShare * listed_m)) tick.limited = true;
     tick.crowded = tick.crowded || near_pairs_.overflowed();
   }
   for (const LeftOut& left : near_pairs_.left_out()) {
@@ -305,14 +315,25 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
   }
   std::uint32_t first = reached_.size();  // lacks most by its own plane
   bool unsure = false;
+  std::uint32_t first_open = reached_.size(), last_open = first_open;
   const auto note_lacking = [&](std::uint32_t k) {
     reached_[k].open = true;
+    reached_[k].next_open = reached_.size();
+    (first_open == reached_.size() ? first_open : reached_[last_open].next_open) = k;
+    last_open = k;
     if (first == reached_.size() || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
   };
   const auto look_at_lacking = [&] {
-    const std::uint32_t count = reached_.size();
-    for (std::uint32_t at = 0; at < count + kMostPicks && first < count; ++at) {
-      const std::uint32_t k = at < kMostPicks ? first : at - kMostPicks;
+    const std::uint32_t none = reached_.size();
+    std::uint32_t picks = 0, other = first_open;
+    while (first < none && (picks < kMostPicks || other < none)) {
+      const bool picked = picks < kMostPicks;
+      const std::uint32_t k = picked ? first : other;
+      if (picked) {
+        ++picks;
+      } else {
+        other = reached_[k].next_open;
+      }
       ReachedPair& reached = reached_[k];
       const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
       const bool is_known = reached.searched || !has_many_nodes(reached);
@@ -324,14 +345,17 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       }
       reached.open = false;
       judge_gap(k, least_m, result);
-      if (at + 1 >= kMostPicks) continue;
-      tick.search_work += count / kPickedOfUnit;
-      first = count;
-      for (std::uint32_t other = 0; other < count; ++other) {
-        if (reached_[other].open) note_lacking(other);
+      if (!picked) continue;
+      // The next one: of all that lack still the one that lacks most.
+      first = none;
+      std::uint32_t scanned = 0;
+      for (std::uint32_t at = first_open; at < none; at = reached_[at].next_open, ++scanned) {
+        if (!reached_[at].open) continue;
+        if (first == none || reached_[at].gap_q_m < reached_[first].gap_q_m) first = at;
       }
+      tick.search_work += scanned / kPickedOfUnit;
     }
-    first = reached_.size();
+    first = none;
   };
   const std::uint32_t seated = reached_.size();
   const std::span<std::uint32_t> others = beside();
@@ -341,6 +365,20 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
     ReachedPair& reached = k < seated ? reached_[k] : passing;
     ProxyPair& pair = pairs_[reached.pair];
     reached.open = false;
+    const bool was_sound = knows && reached.sound && reached.checked + 1 == checks_;
+    reached.checked = checks_;
+    if (was_sound) {
+      const Real less_m = apart_m + apart_rad * pair.reach_a_m;
+      const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
+      if (least > parameters_.scale.tolerance_m) {
+        reached.shared = reached.shared || reached.exact_q;
+        reached.exact_q = false;
+        reached.gap_q_m -= less_m;
+        reached.path_m -= less_m;
+        continue;
+      }
+    }
+    reached.sound = false;
     HeldGap held = held_gap(reached, step, far, turn);
     if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
       look_closer(reached, tick);
@@ -353,6 +391,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       reached.gap_q_m = held.at_end_m;
       reached.path_m = held.on_way_m;
       reached.exact_q = reached.shared = false;
+      reached.sound = true;
       continue;
     }
     if (reached.unsure) {
@@ -361,7 +400,10 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick) noexc
       continue;
     }
     need_view(pair, tick);
-    if (keeps_plane(reached, step, least_m, tick)) continue;
+    if (keeps_plane(reached, step, least_m, tick)) {
+      reached.sound = true;
+      continue;
+    }
     if (k < seated) {
       note_lacking(k);
       continue;

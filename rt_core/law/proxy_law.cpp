@@ -13,6 +13,14 @@
 namespace haptic {
 namespace {
 
+/// Share of what is left of the budget that a long list may take, and its most visits in a tick,
+/// over those that it always may.
+constexpr Real kSpareShare = 0.3_r;
+constexpr std::uint32_t kMostVisitsShare = 3;
+/// Among facets a whole step whose turn bends it by no more than so many tolerances is the last of
+/// a tick whose goal moves.
+constexpr Real kBendTolerances = 4;
+
 constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// kTrustLess and kTrustMore among facets.
@@ -181,6 +189,8 @@ void Proxy::reset() noexcept {
   trust_m_ = most_trust_m();
   list_range_m_ = kNoLimit;
   list_ticks_ = 1;
+  list_age_ = 0;
+  pass_units_ = 0;
   hot_.clear();
   hot_until_m_ = -std::numeric_limits<double>::max();
   pass_steps_m_ = {};
@@ -286,6 +296,10 @@ void Proxy::accept(const Step& step) noexcept {
   const ProxyScale& scale = parameters_.scale;
   moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
                   step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
+  // Of a whole step what a turn bends is left.
+  const Real bend_m = parameters_.radius_m * step.dtheta_rad.squaredNorm() / 2;
+  if (has_long_lists() && whole_ && bend_m <= kBendTolerances * scale.tolerance_m)
+    moved_little_ = true;
   way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
   turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
   Real& step_m = pass_steps_m_[step_place()];
@@ -305,7 +319,7 @@ void Proxy::accept(const Step& step) noexcept {
     pair.plane = reached.plane;
     pair.support = reached.support;
     if (kSceneTraits.facets && reached.shared) {
-      hold(pair, reached.normal_q_w);
+      hold(pair, reached.normal_q_w, reached.gap_q_m);
       pair.clear_until_m =
           odometer_m(pair) +
           static_cast<double>(reached.gap_q_m -
@@ -317,7 +331,7 @@ void Proxy::accept(const Step& step) noexcept {
             std::max(pair.clear_until_m, odometer_m(pair) + static_cast<double>(reached.gap_q_m));
       }
     } else {
-      hold(pair, reached.normal_q_w);
+      hold(pair, reached.normal_q_w, reached.gap_q_m);
       pair.gap_m = reached.gap_q_m;
       pair.gap_version = version_;
       pair.clear_until_m =
@@ -332,6 +346,14 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   near_scratch_ = &scratch;
   grants_ = 0;
   list_visits_left_ = list_visits_of_tick_;
+  list_age_ += 1;
+  // What the passes of the last ticks have left of the budget is for a long list.
+  if (has_long_lists() && pass_units_ < parameters_.work_units) {
+    const Real spare =
+        kSpareShare * kListVisitsOfUnit * static_cast<Real>(parameters_.work_units - pass_units_);
+    list_visits_left_ = std::clamp(static_cast<std::uint32_t>(spare), list_visits_of_tick_,
+                                   kMostVisitsShare * list_visits_of_tick_);
+  }
   if (has_left_out()) {  // gaps along faces leave the passes half of the budget
     list_visits_left_ =
         std::min(list_visits_left_, kListVisitsOfUnit * (parameters_.work_units / 2));
@@ -377,6 +399,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   may_close_ = true;
   PassEnd end = PassEnd::kMoved;
   std::uint32_t short_passes = 0;
+  list_cut_ = false;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
     pass_of_tick_ = k;
     end = pass(goal, tick);
@@ -399,12 +422,16 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     }
   }
   // With one pass in a tick its way is straight.
-  if (end != PassEnd::kSpent && parameters_.passes > 1) {
+  // What goes all the way with the goal is not held by a low step.
+  const bool follows = has_long_lists() && end == PassEnd::kMoved && whole_ && held_ == 0;
+  if (end != PassEnd::kSpent && parameters_.passes > 1 && !follows) {
     if (climb(goal, tick)) {
       end = PassEnd::kMoved;
       tick.moved = true;
     }
   }
+  // The list of near pairs has been outrun.
+  if (list_cut_) tick.spent = true;
   behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
   tick.behind_ticks = behind_ticks_;
   choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));
@@ -422,6 +449,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   for (const std::uint32_t slot : beside()) {  // certified, where its gap was not looked at again
     tick.gap_m = std::min(tick.gap_m, std::max(seen(slot).gap_m, -parameters_.scale.tolerance_m));
   }
+  pass_units_ = std::max(pass_units_ / 2, tick.units() - tick.list_visits / kListVisitsOfUnit);
   settle_slip();
   feel(tick);
   if (!tick.inside && !waiting_ && unlisted_m() > 0) led_out_ = false;

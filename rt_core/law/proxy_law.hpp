@@ -91,6 +91,9 @@ struct alignas(64) ProxyPair {
   /// it.
   Vec3 held_w = Vec3::Zero(), middle_a = Vec3::Zero();
   Real radius_a_m = 0;
+  /// There: the gap less how far the middle was along it, and the reading of what p has turned by.
+  Real held_m = 0;
+  double held_turn_rad = 0;
   PlaneId plane;  ///< that last certified the pair, when known
   SupportPair support;
   Vec3 reference_w = Vec3::Zero();  ///< of B's body
@@ -120,6 +123,9 @@ struct ReachedPair {
   Real shared_m = 0;      ///< the largest gap there along the normal of one
   bool open = false;      ///< `plane` is its own still, which does not certify it
   bool searched = false;  ///< its valid set is there
+  bool sound = false;     ///< the check of number `checked` has certified it
+  std::uint32_t checked = 0;
+  std::uint32_t next_open = 0;  ///< of those that a check has found to lack
   /// Whether a plane of another pair, moved out of the way, clears it too.
   [[nodiscard]] bool follows() const noexcept { return shared_m > gap_q_m; }
   /// Its valid set; the first `exposed_count` of it can carry a force.
@@ -291,9 +297,14 @@ class Proxy {
     if (hot_.capacity() == 0) return std::numeric_limits<Real>::max();
     return static_cast<Real>(hot_until_m_ - odometer_m());
   }
-  /// What the gap of every pair that is not in the list is at least.
+  /// What a motion may be, as list_motion_m() has it, that meets no pair which is not in the list.
   [[nodiscard]] Real unlisted_m() const noexcept {
-    return near_pairs_.unlisted_m(odometer_m()) - skin_m();
+    return near_pairs_.unlisted_m(list_odometer_m(near_pairs_.least_share())) -
+           skin_m() / near_pairs_.least_share();
+  }
+  /// A motion by the odometer of the list.
+  [[nodiscard]] Real list_motion_m(Real far_m, Real turn_rad) const noexcept {
+    return far_m / near_pairs_.least_share() + turn_rad * parameters_.radius_m;
   }
   /// Whether the scene has more pairs than slots, of pieces whose faces are asked then.
   [[nodiscard]] bool has_left_out() const noexcept { return near_pairs_.may_leave_out(); }
@@ -323,11 +334,8 @@ class Proxy {
   void keep_view(std::uint32_t slot, bool keep) noexcept;
   void forget(std::uint32_t slot) noexcept;
   void enter(std::uint32_t slot) noexcept;
-  /// The direction along which the gap of a pair has been measured.
-  static void hold(ProxyPair& pair, const Vec3& normal_w) noexcept {
-    pair.held_w = normal_w;
-    pair.has_held = true;
-  }
+  void hold(ProxyPair& pair, const Vec3& normal_w, Real gap_m) const noexcept;
+  [[nodiscard]] Real along_held_m(const ProxyPair& pair) const noexcept;
   [[nodiscard]] Real clear_m(const ProxyPair& pair) const noexcept;
   [[nodiscard]] bool measure(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] Real take_in(std::uint32_t slot, Real known_m, ProxyTick& tick) noexcept;
@@ -472,7 +480,8 @@ class Proxy {
   [[nodiscard]] bool hardly_slides(const FrictionCone& cone,
                                    const PoseError& motion) const noexcept;
 
-  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick) noexcept;
+  [[nodiscard]] Check check(const Step& step, Real least_m, ProxyTick& tick,
+                            const Step* before = nullptr) noexcept;
   [[nodiscard]] Real least_from(Real least_m, Real gap_p_m) const noexcept;
   [[nodiscard]] Real worth_m(const ReachedPair& reached, Real least_m) const noexcept;
   void judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept;
@@ -507,8 +516,11 @@ class Proxy {
     return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
   }
   /// That of the whole part.
-  [[nodiscard]] double odometer_m() const noexcept {
-    return (path_m_ + turn_rad_ * static_cast<double>(parameters_.radius_m)) *
+  [[nodiscard]] double odometer_m() const noexcept { return list_odometer_m(1); }
+  /// And of a list of near pairs with this least share.
+  [[nodiscard]] double list_odometer_m(Real least_share) const noexcept {
+    return (path_m_ / static_cast<double>(least_share) +
+            turn_rad_ * static_cast<double>(parameters_.radius_m)) *
            (1 + kOdometerRounding);
   }
 
@@ -545,6 +557,9 @@ class Proxy {
   double list_path_m_ = 0, list_turn_rad_ = 0;  ///< how far p_ had come where the list was begun
   std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
   std::uint32_t list_ticks_ = 1;    ///< that the last list took
+  std::uint32_t checks_ = 0;        ///< counts them, for ReachedPair::checked
+  std::uint32_t list_age_ = 0;      ///< ticks of the one that is begun
+  std::uint32_t pass_units_ = 0;    ///< work of the last ticks but for lists, fading
   std::uint32_t pass_of_tick_ = 0;  ///< of this pass
   bool has_facets_ = false;
   BoundedList<std::uint32_t> hot_;  ///< slots of the pairs that are near, where there may be many
@@ -602,6 +617,8 @@ class Proxy {
   QpResult last_qp_;
   bool longest_ = false;       ///< the step that this pass tried was as long as any among facets
   bool moved_little_ = false;  ///< the last pass of a tick whose goal moves
+  bool list_cut_ = false;      ///< in this tick: a step went no farther than the list of near pairs
+  bool whole_ = false;         ///< the step of this pass is all that its program asks for
   bool wedged_ = false;        ///< contact points with friction lie in planes that are not parallel
   bool has_wish_ = false;      ///< wish_ is that of a program of this pass
   bool keeps_active_ = false;  ///< this pass leaves the planes that hold p as they are

@@ -235,10 +235,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
   Real free_motion = 0;  // of the program without rows linearised at a step
   constexpr std::uint32_t kRounds = kProxyRounds + kProxyRetries * kProxyRetryRounds;
   bool from_start = false;
-  short_ = false;
+  short_ = whole_ = false;
   bound_programs_ = 0;
   const Real least_m = -scale.tolerance_m / 2;
   std::uint32_t nearer = 0;               // tries of a part of the step
+  Step before;                            // that was checked last
   bool chosen_short = false;              // planes chosen from the start, for a short step
   std::uint32_t retry_at = kProxyRounds;  // round at which the next retry starts
   for (std::uint32_t round = 0; round < kRounds; ++round) {
@@ -289,7 +290,11 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     Real trust_m = trust_m_;
     if (has_facets()) {
       trust_m = std::max(trust_m, nearest_m_);
-      if (has_long_lists()) trust_m = std::min(trust_m, kListShare * unlisted_m());
+      if (has_long_lists() && motion > 0) {
+        const Real list_m = kListShare * unlisted_m() * motion / list_motion_m(far, turn);
+        list_cut_ = list_cut_ || (s * motion > list_m && !(trust_m < list_m));
+        trust_m = std::min(trust_m, list_m);
+      }
       // The list has been outrun: the part waits for the next one.
       if (motion > trust_m && !(trust_m > scale.still_m)) {
         tick.crowded = tick.crowded || near_pairs_.overflowed();
@@ -315,10 +320,12 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     step = step_by(s * way.translation_m, s_turn * way.rotation_rad);
     // Nothing holds the part: it arrives to the bit, and the pull is exactly zero.
     if (s == 1 && s_turn == 1 && last_qp_.active_count == 0) step.q = goal_;
-    const Check result = check(step, least_m, tick);
+    const Check result = check(step, least_m, tick, round > 0 ? &before : nullptr);
+    before = step;
     if (tick.spent) return chosen_short && stay_still(step, tick);
     const bool still = is_still(step) || (result.ok && gains_nothing(step, tick));
     if (result.ok) {
+      whole_ = !cut && s == 1 && s_turn == 1 && !far_rows_;
       if (cut || (!still && !(far_rows_ && motion < kHeldBack * free_motion))) return true;
       if (share < 1) return !still;
       // Rows linearised at a far step, planes that were the best there, and planes of an earlier

@@ -18,11 +18,16 @@ namespace {
 /// lasts for this multiple of them, and is made shorter where it takes more than so many.
 constexpr Real kEarlyTicks = 1.25_r;
 constexpr std::uint32_t kLongLists = 24;
+/// A motion whose way is shorter than this share of that of the radius counts as a turn; then the
+/// range of a list is for pieces near the axis no less than this share of that at the radius.
+constexpr Real kTurningShare = 0.1_r, kLeastListShare = 0.4_r;
 /// Near pairs beyond so many reaches are left aside together.
 constexpr Real kHotReaches = 1.5_r;
 /// Among facets a pass first looks no farther than so many of the last steps.
 constexpr Real kReachSteps = 1.5_r, kFacetMargin = 0.125_r;
 
+/// Roundings of how far a piece is along a direction, in those of the whole way.
+constexpr Real kMiddleRounding = 32;
 /// A gap that the part's motion may have taken less of than this is not computed again.
 constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
 
@@ -100,7 +105,7 @@ void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
     }
   }
   if (!(best.gap_m > pair.gap_m)) return;
-  hold(pair, best.normal_w);
+  hold(pair, best.normal_w, best.gap_m);
   pair.support = best.support;
   pair.gap_m = best.gap_m;
   pair.inside = pair.gap_m < -valid_depth(parameters_.scale);
@@ -120,7 +125,7 @@ bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
     return true;
   });
   if (!best.defined || best.gap_m < 0) return false;
-  hold(pair, best.normal_w);
+  hold(pair, best.normal_w, best.gap_m);
   pair.plane = best.id;
   pair.support = best.support;
   pair.gap_m = best.gap_m;
@@ -133,6 +138,24 @@ bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// What the gap of a pair at p_ is at least, from when it was last looked at.
 Real Proxy::clear_m(const ProxyPair& pair) const noexcept {
   return static_cast<Real>(pair.clear_until_m - odometer_m(pair) * (1 + kOdometerRounding));
+}
+
+/// The direction along which the gap of a pair at p_ has been measured.
+void Proxy::hold(ProxyPair& pair, const Vec3& normal_w, Real gap_m) const noexcept {
+  pair.held_w = normal_w;
+  pair.held_m = gap_m - normal_w.dot(p_.x0_w + p_.r_wa * pair.middle_a);
+  pair.held_turn_rad = turn_rad_;
+  pair.has_held = true;
+}
+
+/// What the gap of a pair at p_ is along that direction at least: the middle of the piece of A
+/// tells it but for the turn about that, since when it was measured.
+Real Proxy::along_held_m(const ProxyPair& pair) const noexcept {
+  const Vec3 middle_w = p_.x0_w + p_.r_wa * pair.middle_a;
+  const Real turn_rad = static_cast<Real>(turn_rad_ - pair.held_turn_rad);
+  const Real round_m = kMiddleRounding * kRealEpsilon *
+                       (std::abs(pair.held_m) + std::sqrt(p_.x0_w.squaredNorm()) + pair.reach_a_m);
+  return pair.held_m + pair.held_w.dot(middle_w) - (turn_rad * pair.radius_a_m + round_m);
 }
 
 /// Whether a tick may begin the search of a pair: of the first it always may, and pairs that have
@@ -156,7 +179,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     pair.support = gap.support;
     pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
     pair.gap_version = version_;
-    hold(pair, gap.normal_w);
+    hold(pair, gap.normal_w, pair.gap_m);
   }
   const bool lost = !pair.known || pair.gap_m < -valid_depth(parameters_.scale);
   // What is known of the pair's distance says nothing of its gap along a plane that is lost.
@@ -189,8 +212,16 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     }
     gap = pair.gap_m;
   } else if (pair.gap_version != version_) {
-    const Real clear = clear_m(pair);
+    Real clear = clear_m(pair);
     const Real stale = has_facets() ? kFacetStaleShare : kStaleShare;
+    if (has_long_lists() && pair.has_held && clear < reach_m_) {
+      const Real held_m = along_held_m(pair);
+      if (held_m > clear) {
+        clear = held_m;
+        pair.clear_until_m = odometer_m(pair) + static_cast<double>(held_m);
+      }
+      if (pair.known && clear >= reach_m_) return false;
+    }
     reached.exact_p = !(pair.known && clear > 0 && clear >= stale * pair.gap_m);
     gap = clear;
     if (reached.exact_p && !pair.known) {
@@ -297,7 +328,14 @@ void Proxy::enter(std::uint32_t slot) noexcept {
 /// early.
 void Proxy::list_pairs(ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
-  const Real clear_m = unlisted_m();
+  // For a motion like the last one.
+  const Real came_m = std::sqrt(came_.translation_m.squaredNorm());
+  const Real came_rad = std::sqrt(came_.rotation_rad.squaredNorm());
+  const Real turned_m = parameters_.radius_m * came_rad;
+  const Real listed_m = list_motion_m(came_m, came_rad);
+  const Real of_list =
+      has_long_lists() && listed_m > 0 ? (came_m + turned_m) / listed_m : near_pairs_.least_share();
+  const Real clear_m = of_list * unlisted_m();
   // Pairs without a slot that have cut a step may have one in a list made where the part is now.
   const bool cut =
       tick.crowded && has_left_out() && (path_m_ != list_path_m_ || turn_rad_ != list_turn_rad_);
@@ -311,7 +349,11 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
     if (has_facets()) list_range_m_ = std::max(list_range_m_, 2 * reach_m_);
     // Of solids without a slot the fewer are near, the sooner the next list is made.
     if (near_pairs_.overflowed() && !has_facets()) list_range_m_ = reach_m_;
-    near_pairs_.begin(p_, odometer_m(), list_range_m_);
+    // A part that mostly turns takes less from the gaps of what is near its axis.
+    const bool turns = has_long_lists() && came_m <= kTurningShare * turned_m;
+    const Real share = turns ? kLeastListShare : Real{1};
+    near_pairs_.begin(p_, list_odometer_m(share), list_range_m_, share, parameters_.radius_m);
+    list_age_ = 1;
     list_path_m_ = path_m_;
     list_turn_rad_ = turn_rad_;
     // A scene whose lists are never long may make another one.
@@ -324,7 +366,8 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
   for (const std::uint32_t slot : beside()) near_pairs_.pin(slot);
   const auto go_on = [&](std::uint32_t most_visits) {
     const std::uint32_t before = near_pairs_.visited();
-    const bool finished = near_pairs_.go_on(most_visits, odometer_m(), reach_m_);
+    const bool finished =
+        near_pairs_.go_on(most_visits, list_odometer_m(near_pairs_.begun_share()), reach_m_);
     const std::uint32_t visits = near_pairs_.visited() - before;
     list_visits_left_ -= std::min(visits, list_visits_left_);
     tick.list_visits += visits;
@@ -336,7 +379,7 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
     finished = go_on(kListVisitsOfUnit * (parameters_.work_units - tick.units()));
   }
   if (!finished) return;
-  list_ticks_ = near_pairs_.visited() / kListVisitsOfTick + 1;
+  list_ticks_ = has_long_lists() ? list_age_ : near_pairs_.visited() / kListVisitsOfTick + 1;
   list_range_m_ *= near_pairs_.visited() > kLongLists * kListVisitsOfTick ? kTrustLess : kTrustMore;
   for (const std::uint32_t slot : near_pairs_.changed()) {
     forget(slot);
@@ -405,7 +448,7 @@ Real Proxy::take_in(std::uint32_t slot, Real known_m, ProxyTick& tick) noexcept 
 void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
-  nearest_m_ = std::min({unlisted_m(), cold_m(), left_out_m()});
+  nearest_m_ = std::min({near_pairs_.least_share() * unlisted_m(), cold_m(), left_out_m()});
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
   const auto known_m = [&](const ProxyPair& pair) {
     return pair.gap_version == version_ ? pair.gap_m : clear_m(pair);

@@ -119,7 +119,6 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
   pull.open_n = free.work.residual_n;
   pull.spent = free.work.spent;
   pull.moved = free.work.moved;
-  pull.behind_ticks = free.work.behind_ticks;
   const PoseError error = hold_.felt(pull, spring_, radius_m_);
   if (hold_.holds()) free.flags |= kFlagHeld;
   if (free.work.limited) free.flags |= kFlagProxyLimited;

@@ -9,8 +9,8 @@
 namespace haptic {
 namespace {
 
-/// Ticks after the last spent one in which a pull that is left open still counts as late, and ticks
-/// behind without a motion after which the pull is felt all the same.
+/// Ticks after the last spent one in which a pull that is left open still counts as late, and late
+/// ticks in a row without a motion after which the pull is felt all the same.
 constexpr std::uint32_t kCatchUpTicks = 32, kLongestHold = 32;
 /// What the pull grows by in a tick where it comes back, its torque by this at the part's radius,
 /// and either by at least this share of the spring's.
@@ -24,6 +24,7 @@ PoseError LateHold::felt(const LeftPull& pull, const Spring& spring, Real radius
   if (!late_) {
     if (pull.spent) {  // from what was felt before this tick on
       late_ = true;
+      still_ticks_ = 0;
       felt_m_ = std::sqrt(felt_m_);
       felt_rad_ = std::sqrt(felt_rad_);
     } else {
@@ -36,7 +37,8 @@ PoseError LateHold::felt(const LeftPull& pull, const Spring& spring, Real radius
     const Real turn_rad = std::sqrt(felt.rotation_rad.squaredNorm());
     since_spent_ = pull.spent ? 0 : since_spent_ + 1;
     const bool lags = pull.spent || (since_spent_ <= kCatchUpTicks && pull.open_n > kResidual_n);
-    const bool grows = !lags || (pull.behind_ticks > kLongestHold && !pull.moved);
+    still_ticks_ = pull.moved ? 0 : still_ticks_ + 1;
+    const bool grows = !lags || still_ticks_ > kLongestHold;
     const Real more_m =
         grows ? std::max(kBack_n / spring.k_t_n_per_m, kBackShare * place_m) : Real{0};
     const Real more_rad =

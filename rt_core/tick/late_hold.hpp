@@ -16,7 +16,6 @@ struct LeftPull {
   Real open_n = 0;     ///< what they leave open and the proxy has not followed
   bool spent = false;  ///< the tick has ended on its budget
   bool moved = false;  ///< the proxy is not where it was
-  std::uint32_t behind_ticks = 0;
 };
 
 /// Holds the stretch of the spring that is felt, from the first tick that ended on its budget until
@@ -35,7 +34,7 @@ class LateHold {
  private:
   bool late_ = false;  ///< since the budget was spent the spring's stretch has not been felt again
   bool holds_ = false;
-  std::uint32_t since_spent_ = 0;  ///< ticks
+  std::uint32_t since_spent_ = 0, still_ticks_ = 0;
   /// Lengths of the error that was felt last: their squares where that was the spring's.
   Real felt_m_ = 0, felt_rad_ = 0;
 };

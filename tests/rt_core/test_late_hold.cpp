@@ -46,7 +46,6 @@ TEST_SUITE("rt_core.late_hold") {
     b.pull.spent = true;
     b.pull.moved = true;
     for (int k = 1; k <= 20; ++k) {
-      b.pull.behind_ticks = static_cast<std::uint32_t>(k);
       const Real wound = 1 + static_cast<Real>(k);
       const PoseError felt = b.felt(1e-3_r * wound, 0.01_r * wound);
       CHECK(felt.translation_m.x() == doctest::Approx(1e-3));
@@ -99,6 +98,7 @@ TEST_SUITE("rt_core.late_hold") {
     static_cast<void>(b.felt(2e-3_r));
     b.pull.spent = false;
     b.pull.open_n = 1;
+    b.pull.moved = true;
     for (int k = 0; k < 32; ++k) CHECK(b.felt(2e-3_r).translation_m.x() == doctest::Approx(1e-3));
     CHECK(b.felt(2e-3_r).translation_m.x() > 1.05e-3_r);
   }
@@ -108,11 +108,15 @@ TEST_SUITE("rt_core.late_hold") {
     static_cast<void>(b.felt(1e-3_r));
     b.pull.spent = true;
     b.pull.moved = false;
-    for (std::uint32_t k = 1; k <= 32; ++k) {
-      b.pull.behind_ticks = k;
-      CHECK(b.felt(5e-3_r).translation_m.x() == doctest::Approx(1e-3));
-    }
-    b.pull.behind_ticks = 33;
+    const auto rests = [&](int ticks) {
+      for (int k = 0; k < ticks; ++k)
+        CHECK(b.felt(5e-3_r).translation_m.x() == doctest::Approx(1e-3));
+    };
+    rests(31);
+    b.pull.moved = true;  // now and then it does
+    rests(1);
+    b.pull.moved = false;
+    rests(32);
     CHECK(b.felt(5e-3_r).translation_m.x() == doctest::Approx(1e-3 + 0.05 * 5e-3));
   }
 

@@ -26,8 +26,11 @@ struct ThreadProfile {
   bool internal = false;
 };
 
+/// An internal thread has one segment more than it is asked for: of as many as those of its bolt
+/// all facets would come from one to the next at the same moments.
 ThreadProfile profile_of(double diameter_m, double pitch_m, double clearance_m,
                          std::uint32_t segments, bool internal) {
+  if (internal) ++segments;
   const double crest_m = 0.5 * diameter_m + (internal ? clearance_m : -clearance_m);
   const double share = internal ? facet_share(segments) : 1.0;
   return {crest_m / share, (crest_m - thread_depth_m(pitch_m)) / share, pitch_m, segments,
