@@ -26,6 +26,9 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"delay", "Measures the time from a motion to the force that answers it, in both modes."},
     {"faults", "Makes every fault of device, bus and servo loop happen in every state."},
     {"flight", "Flies parts of 10 um to 10 m freely and along a wall: no force at all."},
+    {"friction",
+     "Slides, stops and screws parts in tight fits: friction against Coulomb's law and screw "
+     "mechanics."},
     {"guide-limits", "Measures the loop with a guide on and off, and the most that a guide does."},
     {"guide-study",
      "Lets simulated hands put a peg into its hole: contact alone, a guide, wrong guides."},

@@ -148,7 +148,7 @@ TEST_SUITE("host_sim.formed_pairs") {
     }
     CHECK(without.size() < 1000000);
     CHECK(with.size() > 2 * without.size());
-    CHECK(formed.view().header().capacity.state_bytes < 2000000);
+    CHECK(formed.view().header().capacity.state_bytes < 2100000);
 
     const std::vector<MotionSample> motion = into_each_other();
     const ReplayResult of_listed = replay(listed, motion, {});

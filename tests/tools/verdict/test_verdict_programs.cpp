@@ -234,7 +234,7 @@ TEST_SUITE("tools.verdict_programs") {
     check_failed(c.replay(), "ticks behind: [budget] work_units = 800 helps");
     check_failed_json(c.replay("--json"), "behind");
     check_failed(c.motion_for(), "ticks behind: [budget] work_units = 200 helps");
-    check_failed(c.run("--hand firm"), "ticks behind: [budget] work_units = 800 helps");
+    check_failed(c.run("--hand firm"), "ticks behind: [budget] work_units = 200 helps");
     check_failed_json(c.run("--hand firm --json"), "behind");
   }
 

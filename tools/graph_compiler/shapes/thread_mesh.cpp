@@ -18,6 +18,9 @@ constexpr std::array<std::int64_t, 4> kHelix{-2, 2, 12, 20};
 constexpr std::array<bool, 4> kOnCrest{true, true, false, false};
 /// Corners nearer to a cutting plane than this are moved onto it, in pitches.
 constexpr double kSnap = 1e-6;
+/// Segments that an internal thread has more than it is asked for: of as many as those of its bolt
+/// all facets would come from one to the next at the same moments.
+constexpr std::uint32_t kMoreOfNut = 2;
 
 struct ThreadProfile {
   double crest_m = 0.0, root_m = 0.0;  ///< radii of the corners
@@ -26,11 +29,9 @@ struct ThreadProfile {
   bool internal = false;
 };
 
-/// An internal thread has one segment more than it is asked for: of as many as those of its bolt
-/// all facets would come from one to the next at the same moments.
 ThreadProfile profile_of(double diameter_m, double pitch_m, double clearance_m,
                          std::uint32_t segments, bool internal) {
-  if (internal) ++segments;
+  if (internal) segments += kMoreOfNut;
   const double crest_m = 0.5 * diameter_m + (internal ? clearance_m : -clearance_m);
   const double share = internal ? facet_share(segments) : 1.0;
   return {crest_m / share, (crest_m - thread_depth_m(pitch_m)) / share, pitch_m, segments,
