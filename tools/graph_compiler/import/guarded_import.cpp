@@ -17,9 +17,11 @@ namespace haptic::tools {
 namespace {
 
 constexpr char kMesh = 'm', kRefusal = 'r';
+constexpr std::size_t kMostWarnings = 100, kLongestWarning = 1000;
 /// Of the largest mesh of triangles that a reader gives.
-constexpr std::size_t kMostMessageBytes =
-    1024 + kMaxMeshVertices * sizeof(Point3) + kMaxMeshFaces * 5 * sizeof(std::uint32_t);
+constexpr std::size_t kMostMessageBytes = 1024 + kMostWarnings * kLongestWarning +
+                                          kMaxMeshVertices * sizeof(Point3) +
+                                          kMaxMeshFaces * 5 * sizeof(std::uint32_t);
 constexpr ChildLimits kChildLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
 constexpr const char* kExportAgain = "export the part again, or as STL";
 constexpr const char* kMakeSmaller = "simplify the part, or export it as STL";
@@ -116,6 +118,10 @@ std::string message_of(const ImportedMesh& imported) {
     append_number(text, static_cast<std::uint32_t>(face.vertices.size()));
     append_bytes(text, face.vertices.data(), face.vertices.size() * sizeof(std::uint32_t));
   }
+  for (const std::string& warning : imported.mesh.warnings) {
+    append_number(text, static_cast<std::uint32_t>(warning.size()));
+    text += warning;
+  }
   return text;
 }
 
@@ -160,7 +166,16 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
     }
     if (face.vertices.size() < 3) message.refuse();
   }
-  if (!message.at_end()) message.refuse();
+  while (!message.at_end()) {
+    std::string warning(message.count(message.number<std::uint32_t>(), 1), '\0');
+    message.take(warning.data(), warning.size());
+    const bool is_text = std::ranges::all_of(warning, [](char c) { return c >= ' ' && c <= '~'; });
+    if (!is_text || warning.empty() || warning.size() > kLongestWarning ||
+        mesh.warnings.size() == kMostWarnings) {
+      message.refuse();
+    }
+    mesh.warnings.push_back(std::move(warning));
+  }
   if (mesh.faces.empty()) {
     refuse_file(file, "the file holds no face", "export the part as a polygon mesh");
   }

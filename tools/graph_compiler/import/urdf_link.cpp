@@ -180,6 +180,10 @@ class LinkReader {
       mesh_.faces.push_back(std::move(moved));
     }
     group_ = last_group + 1;
+    for (const std::string& warning : part.warnings) {
+      mesh_.warnings.push_back(std::filesystem::path(part.file).filename().string() + ": " +
+                               warning);
+    }
   }
 
   const std::string& file_;

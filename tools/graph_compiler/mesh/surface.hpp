@@ -35,6 +35,7 @@ struct RawMesh {
   std::vector<Point3> vertices;            ///< file units
   std::vector<std::size_t> vertex_places;  ///< line or byte offset of each vertex
   std::vector<RawFace> faces;
+  std::vector<std::string> warnings;  ///< what the reader left out of the file, and why
 };
 
 /// Largest deviations and counts of one cleaning step, for the report.

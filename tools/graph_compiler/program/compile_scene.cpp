@@ -318,6 +318,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                   "%.3g m that was asked for; a smaller deflection_m makes finer facets",
                   source.deflection->found_m, source.deflection->asked_m));
   }
+  append(report.warnings, raw.warnings);
   report.scale_to_m = source.unit_m;
   report.file = raw.file;
   report.mesh_vertices = raw.vertices.size();

@@ -357,6 +357,11 @@ SceneDraft draft_scene(const DraftRequest& request) {
   if (guessed == meshes.end() && request.scale_to_m) {
     draft.remarks.push_back("--scale has no use: every file states its unit");
   }
+  for (const DraftMesh& mesh : meshes) {
+    for (const std::string& warning : mesh.mesh.warnings) {
+      draft.remarks.push_back(mesh.mesh.file + ": " + warning);
+    }
+  }
   const RawMesh& moving = meshes[0].mesh;
   std::vector<const RawMesh*> fixed_meshes;
   for (std::size_t k = 1; k < meshes.size(); ++k) fixed_meshes.push_back(&meshes[k].mesh);

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/graph_compiler/import/collada_text.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tools/graph_compiler/import/xml_file.hpp"
+#include "tools/graph_compiler/mesh/text_scan.hpp"
+
+namespace haptic::tools {
+namespace {
+
+using tinyxml2::XMLElement;
+
+constexpr const char* kConvex = "convex_mesh";
+
+/// The element after this one in the order of the text.
+XMLElement* following(XMLElement* element) {
+  if (XMLElement* child = element->FirstChildElement()) return child;
+  while (element != nullptr) {
+    if (XMLElement* next = element->NextSiblingElement()) return next;
+    tinyxml2::XMLNode* parent = element->Parent();
+    element = parent != nullptr ? parent->ToElement() : nullptr;
+  }
+  return nullptr;
+}
+
+/// The id that a reference such as "#g" names; empty where it leads out of the file.
+std::string id_of(const std::string& reference) {
+  return reference.starts_with('#') ? reference.substr(1) : "";
+}
+
+class ColladaRewrite {
+ public:
+  ColladaRewrite(XMLElement& root, const std::string& file, ColladaText& result)
+      : file_(file), result_(result) {
+    for (XMLElement* e = &root; e != nullptr; e = following(e)) collect(*e);
+    for (XMLElement* instance : instances_) resolve(*instance);
+    for (auto& [id, geometry] : geometries_) rename(*geometry);
+  }
+  [[nodiscard]] bool is_changed() const { return is_changed_; }
+
+ private:
+  void collect(XMLElement& element) {
+    const std::string_view name = element.Name();
+    // assimp reads the mesh of a controller but neither its bind shape nor its joints and morphs.
+    if (name == "instance_controller") {
+      refuse_line(file_, line_of(element),
+                  "a node bends its mesh by controller " + shown_word(attribute(element, "url")) +
+                      " (skin or morph), which is not read",
+                  "apply it to the mesh in the program that made the file, and export again");
+    }
+    if (name == "geometry") geometries_.try_emplace(attribute(element, "id"), &element);
+    const tinyxml2::XMLNode* parent = element.Parent();
+    const XMLElement* above = parent != nullptr ? parent->ToElement() : nullptr;
+    // Physics has instances too, which are no part of the scene.
+    if (name == "instance_geometry" && above != nullptr &&
+        above->Name() == std::string_view("node")) {
+      instances_.push_back(&element);
+    }
+  }
+
+  XMLElement& geometry_of(const XMLElement& at, const std::string& reference) const {
+    const auto found = geometries_.find(id_of(reference));
+    if (found == geometries_.end() || id_of(reference).empty()) {
+      refuse_line(file_, line_of(at),
+                  "<" + std::string(at.Name()) + "> names geometry " + shown_word(reference) +
+                      ", which is not in the file",
+                  "export the part with all its meshes in one file");
+    }
+    return *found->second;
+  }
+
+  /// Leads a node to a geometry that has a mesh.
+  void resolve(XMLElement& instance) {
+    const std::string asked = attribute(instance, "url");
+    std::string reference = asked;
+    std::set<std::string> passed;
+    const XMLElement* at = &instance;
+    for (;;) {
+      const XMLElement& geometry = geometry_of(*at, reference);
+      if (const auto* brep = geometry.FirstChildElement("brep")) {
+        refuse_line(file_, line_of(*brep), "a geometry is given by <brep>, which is not read",
+                    "export the part as a mesh");
+      }
+      const XMLElement* convex = geometry.FirstChildElement(kConvex);
+      if (convex == nullptr) break;
+      const std::string hull_of = attribute(*convex, "convex_hull_of");
+      if (hull_of.empty()) {
+        check_faces(*convex, geometry);
+        break;
+      }
+      if (!passed.insert(reference).second) {
+        refuse_line(file_, line_of(*convex),
+                    "geometry " + shown_word(reference) + " is the convex hull of itself",
+                    "correct convex_hull_of");
+      }
+      at = convex;
+      reference = hull_of;
+    }
+    if (reference == asked) return;
+    instance.SetAttribute("url", reference.c_str());
+    is_changed_ = true;
+    if (!told_.insert(asked).second) return;
+    // A child may say only so much.
+    constexpr std::size_t kMostTold = 20;
+    if (result_.warnings.size() == kMostTold) return;
+    result_.warnings.push_back("geometry " + shown_word(asked) +
+                               " is to be the convex hull of geometry " + shown_word(reference) +
+                               "; the mesh of that is taken as it is");
+    if (result_.warnings.size() == kMostTold) result_.warnings.back() += ", and so for more";
+  }
+
+  void check_faces(const XMLElement& convex, const XMLElement& geometry) const {
+    for (const char* name : {"triangles", "polylist", "polygons", "tristrips", "trifans"}) {
+      if (convex.FirstChildElement(name) != nullptr) return;
+    }
+    refuse_line(file_, line_of(convex),
+                "geometry " + shown_word(attribute(geometry, "id")) +
+                    " is to be the convex hull of its points, and has no faces",
+                "make the hull in the program that made the file, and export its triangles");
+  }
+
+  void rename(XMLElement& geometry) {
+    XMLElement* convex = geometry.FirstChildElement(kConvex);
+    if (convex == nullptr || convex->Attribute("convex_hull_of") != nullptr) return;
+    convex->SetName("mesh");
+    is_changed_ = true;
+  }
+
+  const std::string& file_;
+  ColladaText& result_;
+  std::map<std::string, XMLElement*> geometries_;
+  std::vector<XMLElement*> instances_;
+  std::set<std::string> told_;
+  bool is_changed_ = false;
+};
+
+double unit_of_collada(const XMLElement& root, const std::string& file) {
+  const XMLElement* asset = root.FirstChildElement("asset");
+  const XMLElement* unit = asset != nullptr ? asset->FirstChildElement("unit") : nullptr;
+  const std::string meter = unit != nullptr ? attribute(*unit, "meter") : "";
+  if (meter.empty()) return 1.0;
+  const auto line = line_of(*unit);
+  const double unit_m = parse_number(meter, file, line, "unit", nullptr);
+  if (!(unit_m > 0.0)) refuse_line(file, line, "the unit is " + shown_word(meter), "correct it");
+  return unit_m;
+}
+
+}  // namespace
+
+ColladaText collada_text(std::string_view text, const std::string& file) {
+  tinyxml2::XMLDocument document;
+  parse_xml(document, text, "COLLADA", file);
+  ColladaText result;
+  result.unit_m = unit_of_collada(*document.RootElement(), file);
+  const ColladaRewrite rewrite(*document.RootElement(), file, result);
+  if (!rewrite.is_changed()) return result;
+  tinyxml2::XMLPrinter printer(nullptr, true);
+  document.Print(&printer);
+  result.changed = printer.CStr();
+  return result;
+}
+
+}  // namespace haptic::tools
