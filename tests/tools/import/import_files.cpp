@@ -97,10 +97,8 @@ std::string tetrahedron_dae(const std::string& asset, const std::string& node) {
          "<scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
 }
 
-std::string model_of_3mf(const std::string& root, const std::string& build) {
-  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + root +
-                     " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">"
-                     "<resources><object id=\"1\" type=\"model\"><mesh><vertices>";
+std::string object_of_3mf(const std::string& id, const std::string& attributes) {
+  std::string text = "<object id=\"" + id + "\" " + attributes + "><mesh><vertices>";
   for (const char* c : kCorners) {
     text += std::string("<vertex x=\"") + c[0] + "\" y=\"" + c[2] + "\" z=\"" + c[4] + "\"/>";
   }
@@ -109,25 +107,53 @@ std::string model_of_3mf(const std::string& root, const std::string& build) {
     text += "<triangle v1=\"" + std::to_string(f[0]) + "\" v2=\"" + std::to_string(f[1]) +
             "\" v3=\"" + std::to_string(f[2]) + "\"/>";
   }
-  return text + "</triangles></mesh></object></resources><build>" + build + "</build></model>\n";
+  return text + "</triangles></mesh></object>";
 }
 
+std::string metre_model_of_3mf(const std::string& resources, const std::string& build,
+                               const std::string& root) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"meter\" " + root +
+         " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources>" +
+         resources + "</resources><build>" + build + "</build></model>\n";
+}
+
+std::string model_of_3mf(const std::string& root, const std::string& build) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + root +
+         " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources>" +
+         object_of_3mf("1", "type=\"model\"") + "</resources><build>" + build +
+         "</build></model>\n";
+}
+
+namespace {
+
+std::vector<std::pair<std::string, std::string>> files_of_3mf(const std::string& model) {
+  return {
+      {"[Content_Types].xml",
+       "<?xml version=\"1.0\"?><Types "
+       "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
+       "Extension=\"rels\" "
+       "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
+       "Extension=\"model\" "
+       "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
+      {"_rels/.rels",
+       "<?xml version=\"1.0\"?><Relationships "
+       "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+       "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
+       "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+      {"3D/3dmodel.model", model}};
+}
+
+}  // namespace
+
 std::string archive_of_3mf(const std::string& model, Packing packing) {
-  return zip_of(
-      {{"[Content_Types].xml",
-        "<?xml version=\"1.0\"?><Types "
-        "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
-        "Extension=\"rels\" "
-        "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
-        "Extension=\"model\" "
-        "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
-       {"_rels/.rels",
-        "<?xml version=\"1.0\"?><Relationships "
-        "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
-        "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
-        "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
-       {"3D/3dmodel.model", model}},
-      packing);
+  return zip_of(files_of_3mf(model), packing);
+}
+
+std::string archive_of_3mf(const std::string& model,
+                           const std::vector<std::pair<std::string, std::string>>& further) {
+  auto files = files_of_3mf(model);
+  files.insert(files.end(), further.begin(), further.end());
+  return zip_of(files);
 }
 
 std::string gltf_buffer() {
@@ -162,25 +188,45 @@ std::string tetrahedron_glb() {
 
 std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files, Packing packing) {
   std::string archive, index;
-  const bool is_deflated = packing == Packing::kDeflated;
+  const bool is_deflated = packing == Packing::kDeflated, is_wide = packing == Packing::kWide;
+  const std::uint32_t elsewhere = 0xFFFFFFFF;
   for (const auto& [name, text] : files) {
     const auto size = static_cast<std::uint32_t>(text.size());
     // The last block, without compression: its length, and that inverted.
     const std::string content =
         is_deflated ? "\1" + number(size, 2) + number(~size, 2) + text : text;
+    const auto packed = static_cast<std::uint32_t>(content.size());
+    const auto at = static_cast<std::uint32_t>(archive.size());
     // Version, flags, method, time, date, check sum, sizes, lengths of name and extra field.
-    const std::string common =
-        number(20, 2) + number(0, 2) + number(is_deflated ? 8 : 0, 2) + number(0, 4) +
-        number(check_sum(text), 4) + number(static_cast<std::uint32_t>(content.size()), 4) +
-        number(size, 4) + number(static_cast<std::uint32_t>(name.size()), 2) + number(0, 2);
-    index += "PK\1\2" + number(20, 2) + common + number(0, 6) + number(0, 4) +
-             number(static_cast<std::uint32_t>(archive.size()), 4) + name;
-    archive += "PK\3\4" + common + name + content;
+    const auto common = [&](std::uint32_t extra) {
+      return number(is_wide ? 45 : 20, 2) + number(0, 2) + number(is_deflated ? 8 : 0, 2) +
+             number(0, 4) + number(check_sum(text), 4) + number(is_wide ? elsewhere : packed, 4) +
+             number(is_wide ? elsewhere : size, 4) +
+             number(static_cast<std::uint32_t>(name.size()), 2) + number(extra, 2);
+    };
+    const std::string sizes = number(size, 8) + number(packed, 8);
+    // Another extra field stands before that of ZIP64.
+    const std::string other = number(0x5455, 2) + number(1, 2) + "x";
+    const std::string wide = other + number(1, 2) + number(24, 2) + sizes + number(at, 8);
+    index += "PK\1\2" + number(20, 2) +
+             common(is_wide ? static_cast<std::uint32_t>(wide.size()) : 0) + number(0, 6) +
+             number(0, 4) + number(is_wide ? elsewhere : at, 4) + name + (is_wide ? wide : "");
+    archive += "PK\3\4" + common(is_wide ? 20 : 0) + name +
+               (is_wide ? number(1, 2) + number(16, 2) + sizes : "") + content;
   }
   const auto count = static_cast<std::uint32_t>(files.size());
+  const auto index_size = static_cast<std::uint32_t>(index.size()),
+             index_at = static_cast<std::uint32_t>(archive.size());
+  if (is_wide) {
+    index += "PK\6\6" + number(44, 8) + number(45, 2) + number(45, 2) + number(0, 8) +
+             number(count, 8) + number(count, 8) + number(index_size, 8) + number(index_at, 8) +
+             "PK\6\7" + number(0, 4) + number(index_at + index_size, 8) + number(1, 4) + "PK\5\6" +
+             number(0, 4) + number(0xFFFF, 2) + number(0xFFFF, 2) + number(elsewhere, 4) +
+             number(elsewhere, 4) + number(0, 2);
+    return archive + index;
+  }
   return archive + index + "PK\5\6" + number(0, 4) + number(count, 2) + number(count, 2) +
-         number(static_cast<std::uint32_t>(index.size()), 4) +
-         number(static_cast<std::uint32_t>(archive.size()), 4) + number(0, 2);
+         number(index_size, 4) + number(index_at, 4) + number(0, 2);
 }
 
 }  // namespace haptic::tools::test

@@ -9,8 +9,9 @@
 
 namespace haptic::tools::test {
 
-/// How files stand in a ZIP archive: as they are, or by deflate (in one block without compression).
-enum class Packing : unsigned char { kStored, kDeflated };
+/// How files stand in a ZIP archive: as they are, by deflate (in one block without compression), or
+/// as they are with all sizes in the fields of ZIP64.
+enum class Packing : unsigned char { kStored, kDeflated, kWide };
 
 /// `root`: more attributes of the root element, such as unit="inch".
 std::string tetrahedron_amf(const std::string& root = "");
@@ -24,12 +25,21 @@ std::string tetrahedron_dae(const std::string& asset = "", const std::string& no
 /// `build`: the items.
 std::string model_of_3mf(const std::string& root = "",
                          const std::string& build = "<item objectid=\"1\"/>");
+/// An object with the tetrahedron; `attributes`: more of them, such as type="support".
+std::string object_of_3mf(const std::string& id, const std::string& attributes = "");
+/// A model of such resources, in metres.
+std::string metre_model_of_3mf(const std::string& resources, const std::string& build,
+                               const std::string& root = "");
 std::string archive_of_3mf(const std::string& model, Packing packing = Packing::kStored);
 /// The node's keys, such as "\"scale\":[1,1,-1],"; buffer as data in the text, or `buffer`.bin.
 std::string tetrahedron_gltf(const std::string& node = "", const std::string& buffer = "");
 std::string tetrahedron_glb();
 /// What the buffer of a .gltf holds.
 std::string gltf_buffer();
+
+/// The same with further files in the archive.
+std::string archive_of_3mf(const std::string& model,
+                           const std::vector<std::pair<std::string, std::string>>& further);
 
 /// ZIP archive of files.
 std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files,

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include "tests/tools/import/import_files.hpp"
+#include "tests/tools/mesh/mesh_builder.hpp"
+#include "tools/common/error.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
+
+using namespace haptic::tools;
+using namespace haptic::tools::test;
+
+namespace {
+
+ImportedMesh collada(const std::string& text) {
+  return import_bytes(text, ImportFormat::kDae, "part", {});
+}
+
+std::string collada_refusal(const std::string& text) {
+  try {
+    collada(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+std::string exchanged(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+/// Geometries before the tetrahedron "g".
+std::string with_geometries(const std::string& geometries) {
+  return exchanged(tetrahedron_dae(), "<library_geometries>",
+                   "<library_geometries>\n" + geometries);
+}
+
+std::string hull(const std::string& id, const std::string& of) {
+  return "<geometry id=\"" + id + "\"><convex_mesh convex_hull_of=\"" + of + "\"/></geometry>\n";
+}
+
+bool is_collada_skipped() {
+  if (can_import()) return false;
+  MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
+  return true;
+}
+
+}  // namespace
+
+TEST_SUITE("tools.collada_import") {
+  TEST_CASE("a convex mesh with faces is a mesh") {
+    if (is_collada_skipped()) return;
+    const std::string text =
+        exchanged(tetrahedron_dae("<unit meter=\"0.5\"/>"), "mesh>", "convex_mesh>");
+    REQUIRE(contains(text, "</convex_mesh>"));
+    const ImportedMesh imported = collada(text);
+    CHECK(imported.unit_m == 0.5);
+    CHECK(imported.mesh.warnings.empty());
+    CHECK(volume(clean(imported.mesh)) == doctest::Approx(0.125 / 6));
+  }
+
+  TEST_CASE("the convex hull of a geometry is taken from there, and told") {
+    if (is_collada_skipped()) return;
+    const std::string text =
+        exchanged(with_geometries(hull("h", "#k") + hull("k", "#g")), "url=\"#g\"", "url=\"#h\"");
+    const ImportedMesh imported = collada(text);
+    CHECK(imported.mesh.faces.size() == 4);
+    REQUIRE(imported.mesh.warnings.size() == 1);
+    CHECK(imported.mesh.warnings[0] ==
+          "geometry '#h' is to be the convex hull of geometry '#g'; the mesh of that is taken as "
+          "it is");
+    CHECK(collada(exchanged(text, "mesh>", "convex_mesh>")).mesh.faces.size() == 4);
+    // Nothing is asked of a geometry that no node has.
+    CHECK(collada(with_geometries(hull("h", "#h"))).mesh.warnings.empty());
+  }
+
+  TEST_CASE("geometries that are not there, or are no mesh, are refused with their line") {
+    if (is_collada_skipped()) return;
+    const auto of = [](const std::string& geometries) {
+      return collada_refusal(exchanged(with_geometries(geometries), "url=\"#g\"", "url=\"#h\""));
+    };
+    CHECK(contains(of(""), "<instance_geometry> names geometry '#h', which is not in the file"));
+    CHECK(contains(of(hull("h", "#x")), "part:3: <convex_mesh> names geometry '#x'"));
+    CHECK(contains(of(hull("h", "other.dae#g")), "names geometry 'other.dae#g'"));
+    CHECK(contains(of(hull("h", "#h")), "geometry '#h' is the convex hull of itself"));
+    CHECK(contains(of(hull("h", "#k") + hull("k", "#h")), "is the convex hull of itself"));
+    CHECK(contains(of("<geometry id=\"h\">\n<convex_mesh><source id=\"s\"/></convex_mesh>"
+                      "</geometry>"),
+                   "part:4: geometry 'h' is to be the convex hull of its points"));
+    CHECK(contains(of("<geometry id=\"h\"><brep/></geometry>"), "given by <brep>"));
+  }
+}
