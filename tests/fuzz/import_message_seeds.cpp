@@ -16,6 +16,8 @@ std::vector<Seed> seeds() {
     imported.mesh.faces.push_back(face);
   }
   std::vector<Seed> all{{"assimp", tools::message_of(imported)}};
+  imported.mesh.warnings = {"left out: object '2' (line 4), since its type is 'support'", "more"};
+  all.push_back({"warnings", tools::message_of(imported)});
   imported.deflection = tools::Deflection{1e-4, 5e-5};
   all.push_back({"step", tools::message_of(imported)});
   return all;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Mesh formats that are read through other libraries: 3MF, glTF 2 (.gltf, .glb) and COLLADA
-/// (.dae) through assimp, AMF through tinyxml2, STEP (.step, .stp) through Open CASCADE. Optional:
-/// a build without the libraries refuses such files and names the packages.
+/// Mesh formats that are read through other libraries: glTF 2 (.gltf, .glb) and COLLADA (.dae)
+/// through assimp, 3MF and AMF through tinyxml2 and zlib, STEP (.step, .stp) through Open CASCADE.
+/// Optional: a build without the libraries refuses such files and names the packages.
 
 #include <cstdint>
 #include <filesystem>
@@ -45,7 +45,8 @@ bool can_import();
 bool can_import_step();
 
 /// Reads a file with all its meshes, each at the place of every node that uses it; the parts stay
-/// apart as groups. Lines and points are left out. The axes are those of the file.
+/// apart as groups. Lines and points are left out; `mesh.warnings` says what else is. The axes are
+/// those of the file.
 /// The libraries run in a process of their own with limits of time and memory, and everything that
 /// comes out of it is checked, so a file that makes them crash is refused like any other.
 /// @throws InputError "file: defect; fix".

@@ -64,7 +64,7 @@ const tinyxml2::XMLElement* ThreemfModel::next(const tinyxml2::XMLElement& eleme
 }
 
 ThreemfPackage::ThreemfPackage(std::span<const char> bytes, const std::string& file)
-    : file_(file), archive_(bytes, file), bytes_left_(kMaxMeshBytes) {
+    : file_(file), archive_(bytes, file), bytes_left_(2 * kMaxMeshBytes) {
   for (const ZipEntry& entry : archive_.entries()) entries_.emplace(key_of(entry.name), &entry);
 }
 
@@ -75,7 +75,8 @@ std::optional<std::string> ThreemfPackage::part(const std::string& name) {
     refuse_file(file_, "the archive holds two files " + shown_word(name),
                 "delete the one that is out of date");
   }
-  std::string text = archive_.unpacked(*begin->second, bytes_left_);
+  std::string text =
+      archive_.unpacked(*begin->second, std::min<std::size_t>(kMaxMeshBytes, bytes_left_));
   bytes_left_ -= text.size();
   return text;
 }

@@ -41,7 +41,7 @@ class ThreemfPackage {
   /// @throws InputError: there is none, or what `model` refuses.
   const ThreemfModel& first();
   /// @throws InputError: no such model; no XML; two objects with one id; an extension is required
-  /// that changes geometry or is unknown; more is unpacked than `kMaxMeshBytes` in all.
+  /// that changes geometry or is unknown; it has more than `kMaxMeshBytes`, or all twice as many.
   const ThreemfModel& model(const std::string& name);
   /// The text of any part; nothing where the archive has none of this name.
   std::optional<std::string> part(const std::string& name);
