@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim motion SCRIPT.toml -o M.csv; host_sim motion --for SCENE.rtscene -o M.csv
+// host_sim motion SCRIPT.toml -o M.csv; host_sim motion --for SCENE.rtscene -o M.csv;
+// host_sim motion --from LOG -o M.csv
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/commands/motion_from_log.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/motion_script.hpp"
@@ -18,6 +21,7 @@ namespace {
 
 struct MotionArguments {
   std::string script, scene, out;
+  LogArguments log;
 };
 
 void say_samples(const std::string& out, const std::vector<MotionSample>& motion, double rate_hz) {
@@ -45,7 +49,18 @@ void say_touching(const TouchingScript& touching, const std::vector<TickRecord>&
               torque_nm);
 }
 
+/// A script that is none, but a log by its name.
+void refuse_log_as_script(const std::string& path) {
+  for (const std::string_view end : {".csv", ".tsv", ".txt", ".tum", ".json", ".jsonl"}) {
+    if (!path.ends_with(end)) continue;
+    throw tools::UsageError(
+        path + ": a script is TOML; make a motion of a log with 'host_sim motion --from " + path +
+        " -o motion.csv'");
+  }
+}
+
 int motion_of_script(const MotionArguments& o) {
+  refuse_log_as_script(o.script);
   const MotionScript script = read_motion_script(o.script);
   const std::vector<MotionSample> motion = make_motion(script);
   write_motion_csv(o.out, motion);
@@ -74,17 +89,27 @@ Command add_motion_command(CLI::App& program) {
   const auto o = std::make_shared<MotionArguments>();
   CLI::App* app = program.add_subcommand(
       "motion",
-      "Makes a motion: from a script of way points, or one that touches a scene's parts.");
+      "Makes a motion: from a script of way points, one that touches a scene's parts, or from a "
+      "log of another program.");
   app->add_option("script", o->script, "motion script (TOML)");
   app->add_option("--for", o->scene,
                   "compiled scene (.rtscene), instead of a script: approach along an axis, press, "
                   "slide, tilt, leave");
-  app->add_option("-o,--out", o->out, "motion to write: t,x,y,z,qw,qx,qy,qz")->required();
+  add_log_options(*app, o->log);
+  app->add_option("-o,--out", o->out,
+                  "motion to write: t,x,y,z,qw,qx,qy,qz; required, but of a log motion.csv");
   return {app,
           [o] {
-            if (o->script.empty() == o->scene.empty())
-              throw tools::UsageError("give a motion script, or --for SCENE.rtscene");
+            const int given = static_cast<int>(!o->script.empty()) +
+                              static_cast<int>(!o->scene.empty()) +
+                              static_cast<int>(!o->log.log.path.empty());
+            if (given != 1)
+              throw tools::UsageError("give a motion script, --for SCENE.rtscene or --from LOG");
+            const bool log = !o->log.log.path.empty();
+            if (o->out.empty() && !log) throw tools::UsageError("--out is required");
+            if (o->out.empty()) o->out = "motion.csv";
             tools::claim_output(o->out, "--out");
+            if (log) return motion_from_log(o->log, o->out);
             return o->scene.empty() ? motion_of_script(*o) : motion_for_scene(*o);
           },
           "host_sim motion --for peg.rtscene -o motion.csv"};

@@ -47,16 +47,21 @@ std::string read_whole_file(const std::string& path) {
   return text;
 }
 
+std::string import_fix(const std::string& path) {
+  return "'host_sim motion --from " + path + " -o motion.csv'";
+}
+
 // What a file with another first line is likely to be, and what to do with it.
-std::string header_mend(const std::string& path, std::string_view header) {
+std::string header_fix(const std::string& path, std::string_view header) {
   if (path.ends_with(".toml"))
     return "this is a script: make the motion from it with 'host_sim motion " + path +
            " --out motion.csv'";
   if (header.find('\0') != std::string_view::npos) return "save the file as UTF-8 text";
   if (header.substr(0, 7) == "RTSCENE") return "this is a compiled scene: give it as --scene";
+  const std::string import = "make a motion of other columns with " + import_fix(path);
   if (header.find(';') != std::string_view::npos || header.find('\t') != std::string_view::npos)
-    return "separate the columns by commas, and write numbers with a point";
-  return "name the columns so, without spaces";
+    return "separate the columns by commas, and write numbers with a point, or " + import;
+  return import;
 }
 
 // Cuts the next line off `rest`, without its line end.
@@ -144,7 +149,7 @@ std::vector<MotionSample> read_motion_csv(const std::string& path) {
   std::size_t number = 1;
   if (const std::string_view header = take_line(rest); header != kHeader) {
     refuse(path, number,
-           "the header is not " + std::string(kHeader) + "; " + header_mend(path, header));
+           "the header is not " + std::string(kHeader) + "; " + header_fix(path, header));
   }
   std::vector<MotionSample> motion;
   constexpr std::size_t kTypicalLineBytes = 90;
@@ -180,8 +185,9 @@ std::vector<MotionSample> read_played_motion(const std::string& path) {
     if (step_s < kLeastStep_s || step_s > kMostStep_s) {
       refuse(path, line,
              shown(1e3 * step_s) +
-                 " ms after the sample before; a motion has one sample in each millisecond: "
-                 "resample it, with times in seconds");
+                 " ms after the sample before; a motion has one sample in each millisecond, with "
+                 "times in seconds: resample it with " +
+                 import_fix(path));
     }
     if (jump_m > kFarthestJump_m) {
       refuse(
@@ -194,8 +200,9 @@ std::vector<MotionSample> read_played_motion(const std::string& path) {
                                           : (motion.back().t_s - motion.front().t_s) /
                                                 static_cast<double>(motion.size() - 1);
   if (std::abs(mean_s - kTick_s) > kRateTolerance * kTick_s) {
-    throw tools::InputError(path + ": has a sample every " + shown(1e3 * mean_s) +
-                            " ms; a motion is played at one in each millisecond: resample it");
+    throw tools::InputError(
+        path + ": has a sample every " + shown(1e3 * mean_s) +
+        " ms; a motion is played at one in each millisecond: resample it with " + import_fix(path));
   }
   return motion;
 }
