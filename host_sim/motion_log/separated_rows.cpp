@@ -97,11 +97,15 @@ class SeparatedRows : public LogRows {
     while (!names_.empty() && names_.back().empty()) names_.pop_back();
   }
 
+  // Most of its fields are numbers; a frame's name may be among them.
   [[nodiscard]] bool is_row_of_numbers() const {
     const bool commas = separator_ == ';' || separator_ == '\t';
-    return std::all_of(cells_.begin(), cells_.end(), [commas](std::string_view cell) {
-      return cell.empty() || log_number(cell, commas).has_value() || is_not_finite_word(cell);
-    });
+    std::size_t numbers = 0, texts = 0;
+    for (const std::string_view cell : cells_) {
+      const bool number = log_number(cell, commas).has_value() || is_not_finite_word(cell);
+      if (!cell.empty()) ++(number ? numbers : texts);
+    }
+    return numbers >= texts;
   }
 
   void require_width() {
