@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The motion that a log of another program holds: samples at the log's own times, in s, m and unit
-/// quaternions. Which columns, separators and units are known: README.md of this folder.
+/// quaternions. Which columns, separators and units are known: host_sim/COMMANDS.md.
 
 #include <cstddef>
 #include <string>
