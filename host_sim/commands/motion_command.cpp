@@ -49,8 +49,10 @@ void say_touching(const TouchingScript& touching, const std::vector<TickRecord>&
               torque_nm);
 }
 
-/// A script that is none, but a log by its name.
-void refuse_log_as_script(const std::string& path) {
+/// A script that is a log or a scene by its name.
+void refuse_what_is_no_script(const std::string& path) {
+  if (path.ends_with(".rtscene"))
+    throw tools::UsageError(path + ": a script is TOML; give a compiled scene as --for " + path);
   for (const std::string_view end : {".csv", ".tsv", ".txt", ".tum", ".json", ".jsonl"}) {
     if (!path.ends_with(end)) continue;
     throw tools::UsageError(
@@ -60,7 +62,7 @@ void refuse_log_as_script(const std::string& path) {
 }
 
 int motion_of_script(const MotionArguments& o) {
-  refuse_log_as_script(o.script);
+  refuse_what_is_no_script(o.script);
   const MotionScript script = read_motion_script(o.script);
   const std::vector<MotionSample> motion = make_motion(script);
   write_motion_csv(o.out, motion);

@@ -161,6 +161,7 @@ int motion_from_log(const LogArguments& o, const std::string& out) {
   const bool moved = !o.place.empty() || !o.turn.empty() || !o.start_at.empty();
   const std::optional<std::string> order =
       order_warning(log, moved ? std::optional<SceneStart>() : scene);
+  const double farthest_m = log_figures(log).farthest_m;
   const std::optional<Placement> placement = place_log(o, scene, log);
   const LogFigures figures = log_figures(log);
   require_near(log, figures);
@@ -187,6 +188,11 @@ int motion_from_log(const LogArguments& o, const std::string& out) {
                 away.turn_rad);
   }
   for (const std::string& text : log_warnings(log, figures, scene)) warn(o, text);
+  if (placement && farthest_m > kFarthestLog_m && !log.columns.unit_told) {
+    warn(o, tools::formatted("before it was moved, positions reached %.4g m from the origin; where "
+                             "these are millimetres, say --unit mm, else --unit m",
+                             farthest_m));
+  }
   if (order) warn(o, *order);
   if (scene && !order) {
     if (const auto text = start_warning(*scene, log.samples.front())) warn(o, *text);

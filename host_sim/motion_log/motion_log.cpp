@@ -115,7 +115,7 @@ class LogReader {
     rows_->refuse("has " + std::to_string(width) + " numbers where " +
                   std::to_string(wanted != 0 ? wanted : log_.columns.count()) +
                   " are expected; name all columns in their order with --columns, as "
-                  "t,x,y,z,qx,qy,qz,qw");
+                  "t,x,y,z,qx,qy,qz,qw (matrices are not read)");
   }
 
   void take_quaternion(MotionSample& sample) {

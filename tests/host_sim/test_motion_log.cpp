@@ -388,6 +388,12 @@ TEST_SUITE("host_sim.motion_log") {
     for (const char* wrong : {" --place 1,2", " --turn 0,0,0,0", " --order zyx", " --unit inch",
                               " --start-at x --place 0,0,0", " --rate 0"})
       CHECK(run_program(HAPTIC_HOST_SIM, from + wrong).exit_code == 2);
+    const LogFile distant("t,x,y,z,qw,qx,qy,qz\n0,412,0,0,1,0,0,0\n0.1,412.001,0,0,1,0,0,0\n");
+    const ProgramResult moved =
+        run_program(HAPTIC_HOST_SIM, "motion --from '" + distant.options.path + "' -o '" + out +
+                                         "' --start-at '" + scene + "'");
+    CHECK(moved.exit_code == 0);
+    CHECK(log_says(moved.err, "positions reached 412 m from the origin; where these are milli"));
     CHECK(run_program(HAPTIC_HOST_SIM, "motion '" + file.options.path + "' -o '" + out + "'")
               .exit_code == 2);
   }
