@@ -145,8 +145,10 @@ class ColumnSearch {
   }
 
   void take_named() {
-    const std::vector<AxisGroup> positions = axis_groups(names_, kPlaceAxes, &position_rank);
+    std::vector<AxisGroup> positions = axis_groups(names_, kPlaceAxes, &position_rank);
     std::vector<AxisGroup> turns = axis_groups(names_, kTurnAxes, &quaternion_rank);
+    take_bare_quaternion(positions, turns);
+    if (positions.empty()) positions = named_by(turns);
     if (positions.empty()) refuse("no position among the columns; " + whole_fix());
     const AxisGroup& position = the_one(positions, "positions");
     if (turns.empty()) refuse("no quaternion among the columns; " + whole_fix());
@@ -160,6 +162,29 @@ class ColumnSearch {
     take_position(position);
     take_quaternion(the_one(turns, "quaternions"));
     take_time();
+  }
+
+  // x, y, z and w alone beside places of another name: the quaternion.
+  void take_bare_quaternion(std::vector<AxisGroup>& positions,
+                            std::vector<AxisGroup>& turns) const {
+    if (!turns.empty() || positions.size() < 2) return;
+    turns = axis_groups(names_, kTurnAxes, [](std::string_view stem) {
+      return stem.empty() ? std::optional<int>(0) : std::nullopt;
+    });
+    if (turns.empty()) return;
+    std::erase_if(positions, [](const AxisGroup& group) { return group.stem.empty(); });
+  }
+
+  // Places of any name, as tcp_x, that a quaternion has too, as tcp_qx.
+  [[nodiscard]] std::vector<AxisGroup> named_by(const std::vector<AxisGroup>& turns) const {
+    std::vector<AxisGroup> groups =
+        axis_groups(names_, kPlaceAxes, [](std::string_view) { return std::optional<int>(0); });
+    std::erase_if(groups, [&](const AxisGroup& group) {
+      return group.numbered || std::none_of(turns.begin(), turns.end(), [&](const AxisGroup& turn) {
+               return turn.stem != group.stem && owner_of(turn.stem) == group.stem;
+             });
+    });
+    return groups;
   }
 
   [[nodiscard]] std::string whole_fix() const {

@@ -117,6 +117,8 @@ TEST_SUITE("host_sim.motion_log") {
         "\"q.w\",\"q.x\",\"q.y\",\"q.z\",\"x\",\"y\",\"z\",\"t\"\n" +
             three_rows(kSeconds, "wabcxyzt"),
         "tx,ty,tz,qx,qy,qz,qw,timestamp\n" + three_rows(kEpoch_s, "xyzabcwt"),
+        "px,py,pz,x,y,z,w,t\n" + three_rows(kSeconds, "xyzabcwt"),
+        "TCP_x,TCP_y,TCP_z,TCP_qx,TCP_qy,TCP_qz,TCP_qw,Time\n" + three_rows(kSeconds, "xyzabcwt"),
         "t,x,y,z,qw,qx,qy,qz,fx,tx,ty,tz,note,\n" + three_rows(kSeconds, "txyzwabcaaaa-"),
         "frame,t,x [m],y [m],z [m],qw,qx,qy,qz\n" + three_rows(kSeconds, "-txyzwabc")};
     for (const std::string& text : dialects) {
