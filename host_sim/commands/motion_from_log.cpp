@@ -128,7 +128,7 @@ void add_log_options(CLI::App& app, LogArguments& o) {
   with_log(tools::add_choice<std::optional<QuaternionOrder>>(
       app, "--order", log.order,
       {{"xyzw", QuaternionOrder::kXyzw}, {"wxyz", QuaternionOrder::kWxyz}},
-      "order of the quaternion's columns, whatever their names"));
+      "order of the quaternion's columns in the file, against their names"));
   with_log(tools::add_choice<std::optional<double>>(
       app, "--unit", log.unit_m, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}},
       "unit of the positions; default m, or as the columns' names say"));

@@ -244,7 +244,7 @@ class ColumnSearch {
       refuse("numbers leave open the order of the quaternion " + shown(group.columns) +
              "; add --order xyzw or --order wxyz");
     }
-    if (options_.order) {  // by their places in the file, whatever they are called
+    if (options_.order) {  // by their places in the file, not by their names
       const auto* at = sorted.data();
       wxyz = *options_.order == QuaternionOrder::kXyzw
                  ? std::array<std::size_t, 4>{at[3], at[0], at[1], at[2]}
