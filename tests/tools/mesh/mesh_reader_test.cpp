@@ -90,6 +90,28 @@ TEST_SUITE("tools.mesh_reader") {
     CHECK(mesh.print_resolution == 1.0);
   }
 
+  TEST_CASE("obj: indices that are left empty, and keywords that OBJ does not have") {
+    for (const char* face :
+         {"f 1/ 2/ 3/\n", "f 1// 2// 3//\n", "f 1/1/ 2/1/ 3/2/\n", "f 1 2/ 3//7\n"}) {
+      CAPTURE(face);
+      const RawMesh mesh = parse(kTriangle + face);
+      REQUIRE(mesh.faces.size() == 1);
+      CHECK(mesh.faces[0].vertices == std::vector<std::uint32_t>{0, 1, 2});
+      CHECK(mesh.notes.empty());
+    }
+    const RawMesh known = parse(kTriangle + "vt 0 0\nvp 1\ns off\nl 1 2\np 1\nusemtl a\nf 1 2 3\n");
+    CHECK(known.notes.empty());
+    const RawMesh mesh =
+        parse("xyz 1 2\n" + kTriangle + "xyz\nf 1 2 3\nabc\nd d\ne\nF 1 2 3\nq\nq\n");
+    CHECK(mesh.faces.size() == 1);
+    REQUIRE(mesh.notes.size() == 1);
+    CHECK(mesh.notes[0] ==
+          "part: 8 lines with keywords that OBJ does not have left out: 'xyz' in line 1, "
+          "'abc' in line 7, 'd' in line 8, 'e' in line 9, 'F' in line 10 and others");
+    CHECK(parse(kTriangle + "f 1 2 3\nxyz\n").notes.at(0) ==
+          "part: 1 line with a keyword that OBJ does not have left out: 'xyz' in line 5");
+  }
+
   TEST_CASE("text: line ends of three kinds, tabs and a byte order mark are the same mesh") {
     const std::string text = kTriangle + "f 1 2 3\n";
     std::string dos = "\xEF\xBB\xBF";
@@ -114,8 +136,9 @@ TEST_SUITE("tools.mesh_reader") {
     CHECK(starts(refusal(kTriangle + "f 1 2 4294967297\n"), "part:4: vertex index 4294967297"));
     CHECK(starts(refusal(kTriangle + "f 1 2 3x\n"), "part:4: vertex index '3x' is not an integer"));
     CHECK(starts(refusal(kTriangle + "f 1 2 3/1/1/1\n"), "part:4: corner '3/1/1/1'"));
-    CHECK(starts(refusal(kTriangle + "f 1 2 3/\n"), "part:4: texture or normal index ''"));
-    CHECK(starts(refusal(kTriangle + "f 1 2 3//\n"), "part:4: texture or normal index ''"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3///\n"), "part:4: corner '3///' has more than three"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3/ /1\n"), "part:4: vertex index ''"));
+    CHECK(starts(refusal(kTriangle + "f 1 2 3/x\n"), "part:4: texture or normal index 'x'"));
     CHECK(starts(refusal(kTriangle + "f 1 2 3/0\n"), "part:4: texture or normal index 0"));
     CHECK(starts(refusal("v 0 0\n"), "part:1: a vertex has 2 numbers"));
     CHECK(starts(refusal("v 0 0 0 0 0\n"), "part:1: a vertex has 5 numbers"));
@@ -188,12 +211,56 @@ TEST_SUITE("tools.mesh_reader") {
     CHECK(mesh.print_resolution == 0.0);
   }
 
+  TEST_CASE("stl binary: bytes behind the last triangle are left out and noted") {
+    const MeshFormat stl = MeshFormat::kStl;
+    CHECK(parse(binary_stl(2, 2, "x"), stl).notes.empty());
+    for (const std::string& rest :
+         {std::string(1, '\0'), std::string(7, '\0'), std::string(300, '\0'),
+          std::string("solid behind\r\n"), binary_stl(9, 1, "y")}) {
+      CAPTURE(rest.size());
+      const RawMesh mesh = parse(binary_stl(2, 2, "x") + rest, stl);
+      CHECK(mesh.faces.size() == 2);
+      REQUIRE(mesh.notes.size() == 1);
+      CHECK(starts(mesh.notes[0], "part: " + std::to_string(rest.size()) + " byte"));
+      CHECK(contains(mesh.notes[0], "behind the last of the 2 triangles"));
+    }
+    // The header may announce too few.
+    CHECK(contains(parse(binary_stl(1, 3, "solid x"), stl).notes.at(0),
+                   "2 more triangles would take as many: if the part lacks faces"));
+    // Files that were put one behind the other are parts of one, as solids of a text are.
+    const RawMesh joined = parse(binary_stl(2, 2, "x") + binary_stl(1, 1, "y"), stl);
+    REQUIRE(joined.faces.size() == 3);
+    CHECK(joined.faces[2].group != joined.faces[1].group);
+    CHECK(joined.faces[2].source_place == 84 + 100 + 84);
+    CHECK(joined.notes.at(0) == "part: 2 binary STL files one behind the other; all are read");
+    std::string late = binary_stl(2, 2, "x") + binary_stl(1, 1, "y");
+    late.replace(84 + 100 + 84 + 16, 4, std::string("\x00\x00\xC0\x7F", 4));
+    CHECK(starts(refusal(late, stl), "part: byte 284: a coordinate of triangle 0"));
+  }
+
+  TEST_CASE("packed files of every format are refused with the command that unpacks them") {
+    for (const MeshFormat format :
+         {MeshFormat::kObj, MeshFormat::kStl, MeshFormat::kOff, MeshFormat::kPly}) {
+      CHECK(starts(refusal(std::string("\x1F\x8B\x08\0", 4) + std::string(200, 'x'), format),
+                   "part: the file is gzip-compressed; unpack it: gunzip < 'part' > "
+                   "'unpacked_part'"));
+      CHECK(contains(refusal(std::string("\xFD\x37\x7A\x58\x5A\0", 6), format), "unxz"));
+      CHECK(contains(refusal("BZh91AY", format), "bzip2-compressed; unpack it: bunzip2"));
+      CHECK(contains(refusal("\x28\xB5\x2F\xFD x", format), "unzstd"));
+      CHECK(contains(refusal("PK\x03\x04 x", format), "is a ZIP archive; unpack it with unzip"));
+    }
+    CHECK_THROWS_WITH_AS(mesh_format_of("a/b.stl.GZ"),
+                         "a/b.stl.GZ: the file is gzip-compressed; unpack it: gunzip < "
+                         "'a/b.stl.GZ' > 'a/b.stl', and name the unpacked file",
+                         InputError);
+  }
+
   TEST_CASE("stl binary: defects") {
     const MeshFormat stl = MeshFormat::kStl;
     CHECK(
         starts(refusal(binary_stl(3, 2, "x"), stl),
                "part: byte 80: the header announces 3 triangles, 234 bytes, but the file has 184"));
-    CHECK(starts(refusal(binary_stl(1, 2, "solid x"), stl), "part: byte 80: the header announces"));
+    CHECK(starts(refusal(binary_stl(0, 2, "solid x"), stl), "part: byte 80: the header announces"));
     CHECK(starts(refusal(binary_stl(4294967295U, 2, "x"), stl), "part: byte 80:"));
     CHECK(contains(refusal(binary_stl(0, 0, "x"), stl), "holds no face"));
     CHECK(contains(refusal(std::string_view("abc\0def", 7), stl), "ends inside the header"));

@@ -4,6 +4,7 @@
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/packed_file.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
 namespace haptic::tools {
@@ -30,6 +31,7 @@ void refuse_unbuilt(const std::string& file, const std::string& fix) {
 
 ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, const std::string& file,
                           const std::filesystem::path& folder, const ImportOptions& options) {
+  refuse_packed(bytes, file);
   if (format == ImportFormat::kStep) return import_step(bytes, file, options);
   return import_by_assimp(bytes, format, file, folder);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/common/error.hpp"
+#include "tools/graph_compiler/mesh/packed_file.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
 namespace haptic::tools {
@@ -77,6 +78,7 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
   if (equals_lower(extension, ".ply")) {
     return MeshFormat::kPly;
   }
+  refuse_packed_name(path);
   refuse_file(
       path.string(), "the extension " + shown_word(extension) + " names no mesh format",
       "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae, .amf or .step");
@@ -84,6 +86,8 @@ MeshFormat mesh_format_of(const std::filesystem::path& path) {
 
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file) {
   check_mesh_bytes(bytes.size(), file);
+  refuse_packed(bytes, file);
+  refuse_archive(bytes, file);
   RawMesh mesh;
   if (format == MeshFormat::kPly) {
     mesh = parse_ply(bytes, file);

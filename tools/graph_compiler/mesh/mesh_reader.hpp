@@ -34,10 +34,13 @@ RawMesh read_mesh(const std::filesystem::path& path);
 /// Parses the bytes of a file; pure, so that a fuzzer can drive it.
 /// OBJ: `v`, `f` (all forms of corners, n-gons, negative indices, continuation lines), `o` and `g`
 /// as groups; anything else is skipped, except free-form surfaces and lines without a keyword,
-/// which are refused. STL: binary iff 84 + 50 n == size, with any header. OFF: OFF and
+/// which are refused; keywords that OBJ does not have are noted. STL: binary where 84 + 50 n ==
+/// size, with any header, and where bytes stand behind the last triangle and the header is no text:
+/// further binary STL there is read as parts of its own, other bytes are noted. OFF: OFF and
 /// COFF, colours skipped. PLY: positions and faces, all else skipped. Text may have LF, CRLF or CR
 /// line ends and a UTF-8 byte order mark.
 /// @param file  name used in messages and stored in the result.
+/// Packed files (packed_file.hpp) are refused.
 /// @throws InputError with file:line or "file: byte N", the defect and how to fix it.
 RawMesh parse_mesh(std::span<const char> bytes, MeshFormat format, const std::string& file);
 

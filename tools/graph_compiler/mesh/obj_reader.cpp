@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Wavefront OBJ: vertices, faces, groups. Texture coordinates, normals, materials and lines carry
 /// no shape.
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -9,6 +10,16 @@
 
 namespace haptic::tools {
 namespace {
+
+/// Keywords of OBJ that carry no shape; those of free-form surfaces are refused with the surface.
+constexpr std::string_view kShapeless[] = {
+    "vt",     "vn",     "vp",       "l",         "p",          "s",     "mg",    "usemtl",
+    "mtllib", "usemap", "maplib",   "bevel",     "c_interp",   "lod",   "deg",   "bmat",
+    "step",   "parm",   "d_interp", "trace_obj", "shadow_obj", "ctech", "stech", "end",
+    "con",    "trim",   "hole",     "scrv",      "sp",         "curv2"};
+
+/// So many unknown keywords are named in the note.
+constexpr std::size_t kMostNamed = 5;
 
 class ObjParser {
  public:
@@ -37,8 +48,11 @@ class ObjParser {
       } else if (keyword.find_first_of("0123456789+-.") == 0) {
         refuse("the line starts with " + shown_word(keyword) + " instead of a keyword",
                "start it with v or f, or end the line before with a backslash");
+      } else if (std::ranges::find(kShapeless, keyword) == std::end(kShapeless)) {
+        note_unknown(keyword);
       }
     }
+    add_note();
     check_forward_references();
     mesh_.print_resolution = printed_.resolution();
     return std::move(mesh_);
@@ -47,6 +61,31 @@ class ObjParser {
  private:
   [[noreturn]] void refuse(const std::string& defect, const std::string& fix) const {
     refuse_line(file_, lines_.line(), defect, fix);
+  }
+
+  void note_unknown(std::string_view keyword) {
+    ++unknown_lines_;
+    const bool told =
+        std::ranges::any_of(unknown_, [&](const auto& named) { return named.first == keyword; });
+    if (told) return;
+    if (unknown_.size() < kMostNamed) {
+      unknown_.emplace_back(keyword, lines_.line());
+    } else {
+      more_unknown_ = true;
+    }
+  }
+
+  void add_note() {
+    if (unknown_.empty()) return;
+    std::string names;
+    for (const auto& [keyword, line] : unknown_) {
+      names +=
+          (names.empty() ? "" : ", ") + shown_word(keyword) + " in line " + std::to_string(line);
+    }
+    mesh_.notes.push_back(file_ + ": " + std::to_string(unknown_lines_) +
+                          (unknown_lines_ == 1 ? " line with a keyword" : " lines with keywords") +
+                          " that OBJ does not have left out: " + names +
+                          (more_unknown_ ? " and others" : ""));
   }
 
   std::string name_of_rest() const {
@@ -109,18 +148,17 @@ class ObjParser {
     return static_cast<std::uint32_t>(index > 0 ? index - 1 : count + index);
   }
 
-  /// Texture and normal indices are skipped, but what stands there must be an index.
+  /// Texture and normal indices are skipped, but what stands there must be an index; `1/`, `1//`
+  /// and `1/2/` have none, as some exporters write them.
   void check_attribute_indices(std::string_view word, std::size_t slash) const {
     std::size_t fields = 0;
     while (slash != std::string_view::npos) {
       const std::size_t next = word.find('/', slash + 1);
       const std::string_view field =
           word.substr(slash + 1, next == std::string_view::npos ? next : next - slash - 1);
-      const bool may_be_empty = fields == 0 && next != std::string_view::npos;
-      if (!field.empty() || !may_be_empty) {
-        if (parse_integer(field, file_, lines_.line(), "texture or normal index") == 0) {
-          refuse("texture or normal index 0", "OBJ counts from 1");
-        }
+      if (!field.empty() &&
+          parse_integer(field, file_, lines_.line(), "texture or normal index") == 0) {
+        refuse("texture or normal index 0", "OBJ counts from 1");
       }
       slash = next;
       if (++fields > 2) {
@@ -171,6 +209,9 @@ class ObjParser {
   std::string group_;
   std::map<std::pair<std::string, std::string>, std::uint32_t> groups_;
   std::uint32_t current_group_ = 0;
+  std::vector<std::pair<std::string_view, std::size_t>> unknown_;  ///< keyword and first line
+  std::size_t unknown_lines_ = 0;
+  bool more_unknown_ = false;
 };
 
 }  // namespace

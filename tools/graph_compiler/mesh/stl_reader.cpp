@@ -122,36 +122,56 @@ class StlTextParser {
   std::size_t at_ = 0;
 };
 
-}  // namespace
-
-RawMesh parse_stl_text(std::string_view text, const std::string& file) {
-  return StlTextParser(text, file).parse();
+/// Size of a binary STL that begins at `begin`, or 0 where its header or a triangle of it would be
+/// behind the end.
+std::size_t block_bytes(std::span<const char> bytes, std::size_t begin) {
+  if (bytes.size() - begin < kBinaryHeader) return 0;
+  const std::size_t count = little_endian_word(bytes, begin + kBinaryHeader - 4);
+  const std::size_t size = kBinaryHeader + kBinaryTriangle * count;
+  return size <= bytes.size() - begin ? size : 0;
 }
 
-RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file) {
-  const std::size_t count = little_endian_word(bytes, kBinaryHeader - 4);
-  if (count > kMaxMeshFaces) {
-    refuse_byte(file, kBinaryHeader - 4,
-                std::to_string(count) + " triangles, limit " + std::to_string(kMaxMeshFaces),
+/// Where the binary STL files in `bytes` begin, one behind the other to the end of all; the first
+/// alone where what follows it is something else. `end`: behind the last.
+std::vector<std::size_t> block_starts(std::span<const char> bytes, std::size_t& end) {
+  end = block_bytes(bytes, 0);
+  std::vector<std::size_t> starts{0};
+  for (std::size_t at = end; at < bytes.size();) {
+    const std::size_t size = block_bytes(bytes, at);
+    if (size <= kBinaryHeader) return {0};
+    starts.push_back(at);
+    at += size;
+    if (at == bytes.size()) end = at;
+  }
+  return starts;
+}
+
+/// Adds the triangles of the binary STL that begins at `start`.
+void add_block(std::span<const char> bytes, std::size_t start, std::uint32_t group, RawMesh& mesh) {
+  const std::size_t count = little_endian_word(bytes, start + kBinaryHeader - 4);
+  if (count > kMaxMeshFaces - mesh.faces.size()) {
+    refuse_byte(mesh.file, start + kBinaryHeader - 4,
+                std::to_string(mesh.faces.size() + count) + " triangles, limit " +
+                    std::to_string(kMaxMeshFaces),
                 "simplify the part");
   }
-  RawMesh mesh;
-  mesh.file = file;
-  mesh.places_are_lines = false;
-  mesh.vertices.reserve(3 * count);
-  mesh.vertex_places.reserve(3 * count);
-  mesh.faces.reserve(count);
+  if (mesh.faces.empty()) {
+    mesh.vertices.reserve(3 * count);
+    mesh.vertex_places.reserve(3 * count);
+    mesh.faces.reserve(count);
+  }
   for (std::size_t t = 0; t < count; ++t) {
-    const std::size_t begin = kBinaryHeader + kBinaryTriangle * t;
+    const std::size_t begin = start + kBinaryHeader + kBinaryTriangle * t;
     RawFace face;
     face.source_place = begin;
+    face.group = group;
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::size_t at = begin + 12 * (corner + 1);
       Point3 point{};
       for (std::size_t i = 0; i < 3; ++i) {
         const float value = std::bit_cast<float>(little_endian_word(bytes, at + 4 * i));
         if (!std::isfinite(value)) {
-          refuse_byte(file, at + 4 * i,
+          refuse_byte(mesh.file, at + 4 * i,
                       "a coordinate of triangle " + std::to_string(t) + " is not finite",
                       "export the part again or delete the triangle");
         }
@@ -163,6 +183,40 @@ RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file) {
     }
     mesh.faces.push_back(std::move(face));
   }
+}
+
+std::string trailing_text(std::size_t bytes, const RawMesh& mesh) {
+  const std::string triangles = std::to_string(mesh.faces.size());
+  std::string text = mesh.file + ": " + std::to_string(bytes) + (bytes == 1 ? " byte" : " bytes") +
+                     " behind the last of the " + triangles +
+                     " triangles that the header announces left out";
+  if (bytes % kBinaryTriangle == 0) {
+    text += "; " + std::to_string(bytes / kBinaryTriangle) +
+            " more triangles would take as many: if the part lacks faces, export it again";
+  }
+  return text;
+}
+
+}  // namespace
+
+RawMesh parse_stl_text(std::string_view text, const std::string& file) {
+  return StlTextParser(text, file).parse();
+}
+
+RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file) {
+  RawMesh mesh;
+  mesh.file = file;
+  mesh.places_are_lines = false;
+  std::size_t end = 0;
+  const std::vector<std::size_t> starts = block_starts(bytes, end);
+  for (std::size_t block = 0; block < starts.size(); ++block) {
+    add_block(bytes, starts[block], static_cast<std::uint32_t>(block), mesh);
+  }
+  if (starts.size() > 1) {
+    mesh.notes.push_back(file + ": " + std::to_string(starts.size()) +
+                         " binary STL files one behind the other; all are read");
+  }
+  if (end < bytes.size()) mesh.notes.push_back(trailing_text(bytes.size() - end, mesh));
   return mesh;
 }
 
@@ -194,6 +248,9 @@ RawMesh parse_stl(std::span<const char> bytes, const std::string& file) {
         file, size,
         "the file ends inside the header of a binary STL (" + std::to_string(size) + " bytes)",
         "export the part again");
+  }
+  if (count > 0 && size > kBinaryHeader + kBinaryTriangle * count) {
+    return parse_stl_binary(bytes, file);
   }
   refuse_byte(file, kBinaryHeader - 4,
               "the header announces " + std::to_string(count) + " triangles, " +

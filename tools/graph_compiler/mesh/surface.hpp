@@ -36,6 +36,9 @@ struct RawMesh {
   std::vector<std::size_t> vertex_places;  ///< line or byte offset of each vertex
   std::vector<RawFace> faces;
   std::vector<std::string> warnings;  ///< what the reader left out of the file, and why
+  /// What a person should know of the reading besides: what was taken otherwise than it stands
+  /// there. "file: what; ..".
+  std::vector<std::string> notes;
 };
 
 /// Largest deviations and counts of one cleaning step, for the report.

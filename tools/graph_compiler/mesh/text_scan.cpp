@@ -64,6 +64,15 @@ std::string shown_word(std::string_view word) {
   return text;
 }
 
+std::string shown_name(std::string_view name) {
+  std::string text = "'";
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    text += byte < 0x20 || byte == 0x7F ? '?' : c;
+  }
+  return text + "'";
+}
+
 std::string_view checked_text(std::span<const char> bytes, const std::string& file) {
   std::string_view text(bytes.data(), bytes.size());
   if (text.empty()) {

@@ -29,6 +29,9 @@ void check_mesh_bytes(std::uintmax_t bytes, const std::string& file);
 /// A word of the file, quoted for a message: cut to a readable length, unprintable bytes replaced.
 std::string shown_word(std::string_view word);
 
+/// A name, such as that of a file, quoted for a message: whole, so that it can be looked for.
+std::string shown_name(std::string_view name);
+
 /// Drops a UTF-8 byte order mark; refuses UTF-16 and bytes that no text holds.
 /// @throws InputError
 std::string_view checked_text(std::span<const char> bytes, const std::string& file);
@@ -87,9 +90,10 @@ RawMesh parse_obj(std::string_view text, const std::string& file);
 RawMesh parse_off(std::string_view text, const std::string& file);
 RawMesh parse_ply(std::span<const char> bytes, const std::string& file);
 RawMesh parse_stl_text(std::string_view text, const std::string& file);
+/// All of it, with what stands behind the last triangle; the first count has room in the file.
 RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file);
 /// Decides between the two forms of STL by the size that the triangle count announces.
-/// @throws InputError for a count that lies and a file too short for its header.
+/// @throws InputError for a count beyond the end of the file and a file too short for its header.
 RawMesh parse_stl(std::span<const char> bytes, const std::string& file);
 
 }  // namespace haptic::tools
