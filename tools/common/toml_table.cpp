@@ -227,23 +227,37 @@ std::optional<std::array<double, 3>> TomlTable::scale3(std::string_view key,
   return std::array<double, 3>{x, x, x};
 }
 
-std::optional<std::array<double, 4>> TomlTable::quaternion_wxyz(std::string_view key) const {
+void TomlTable::normalise(std::string_view key, std::array<double, 4>& q,
+                          std::vector<std::string>* notes) const {
+  constexpr double kExact = 1e-6;
+  double square = 0.0;
+  for (const double x : q) square += x * x;
+  const double length = std::sqrt(square);
+  const double off = std::abs(length - 1.0);
+  if (!(off <= (notes != nullptr ? kQuaternionTolerance : kExact))) {
+    fail(key, "has length " + short_number(length, 9) + "; divide its components by that");
+  }
+  if (off > kExact) {
+    const FilePlace at = place(key);
+    notes->push_back(file_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                     ": " + full_name(key) + " has length " + short_number(length, 9) +
+                     "; its components were divided by that");
+  }
+  for (double& x : q) x /= length;
+}
+
+std::optional<std::array<double, 4>> TomlTable::quaternion_wxyz(
+    std::string_view key, std::vector<std::string>* notes) const {
   const std::optional<TomlTable> q = table(key, {"w", "x", "y", "z"});
   if (!q) return std::nullopt;
   std::array<double, 4> result{};
-  double square = 0.0;
   constexpr std::string_view kNames[4] = {"w", "x", "y", "z"};
   for (std::size_t k = 0; k < 4; ++k) {
     const auto value = q->number(kNames[k], {-2.0, 2.0});
     if (!value) q->fail_missing(kNames[k], "a quaternion is { w = 1, x = 0, y = 0, z = 0 }");
     result[k] = *value;
-    square += result[k] * result[k];
   }
-  const double length = std::sqrt(square);
-  if (!(std::abs(length - 1.0) <= 1e-6)) {
-    fail(key, "has length " + short_number(length, 9) + "; divide its components by that");
-  }
-  for (double& x : result) x /= length;
+  normalise(key, result, notes);
   return result;
 }
 

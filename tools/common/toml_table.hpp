@@ -21,6 +21,10 @@ struct Range {
   bool open_low = false;
 };
 
+/// Of the length of a quaternion as people type it, as host_sim has it for motions: beyond, one of
+/// the numbers is wrong.
+inline constexpr double kQuaternionTolerance = 1.0e-3;
+
 class TomlTable {
  public:
   /// @param name  for messages: "[moving]"; empty for the top level.
@@ -51,8 +55,13 @@ class TomlTable {
   /// An array of four numbers.
   [[nodiscard]] std::optional<std::array<double, 4>> vector4(std::string_view key,
                                                              const Range& range) const;
-  /// { w, x, y, z } within 1e-6 of unit length; normalised.
-  [[nodiscard]] std::optional<std::array<double, 4>> quaternion_wxyz(std::string_view key) const;
+  /// { w, x, y, z } within 1e-6 of unit length, with `notes` within kQuaternionTolerance;
+  /// normalised. One that is off by more than 1e-6, as numbers of four digits are, is noted.
+  [[nodiscard]] std::optional<std::array<double, 4>> quaternion_wxyz(
+      std::string_view key, std::vector<std::string>* notes = nullptr) const;
+  /// The same of numbers that were read: `q` becomes of unit length. @throws InputError
+  void normalise(std::string_view key, std::array<double, 4>& q,
+                 std::vector<std::string>* notes) const;
   [[nodiscard]] std::optional<TomlTable> table(std::string_view key,
                                                std::vector<std::string_view> known) const;
   /// The tables of `[[key]]`; empty when absent.
