@@ -17,6 +17,7 @@
 #include "tools/graph_compiler/coupling/passivity_budget.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/program/scene_draft.hpp"
+#include "tools/graph_compiler/program/unit_guess.hpp"
 
 using namespace haptic::test;
 using haptic::sim::test::ProgramResult;
@@ -110,6 +111,101 @@ TEST_SUITE("tools.scene_draft") {
     CHECK(guessed_unit(50'000.0).scale_to_m == 1e-6);
     CHECK(guessed_unit(1e-5).scale_to_m == 1.0);
     CHECK(guessed_unit(1e9).scale_to_m == 1e-6);
+    // Inches where nothing else is like a part: 3 x 2 x 1, 2 x 1 x 1, 4 x 1 x 1.
+    for (const double diagonal : {3.74, 2.45, 4.24}) {
+      CAPTURE(diagonal);
+      CHECK(guessed_unit(diagonal).scale_to_m == 0.0254);
+      CHECK(std::string(guessed_unit(diagonal).name) == "inches");
+    }
+    // A screw M2 of 6 mm is none of metres; a smaller pin goes by the plate that it goes into.
+    CHECK(guessed_unit(std::hypot(2.0, 2.0, 6.0)).scale_to_m == 0.001);
+    CHECK(guessed_unit(std::array{std::hypot(2.0, 2.0, 6.0), 71.0}).scale_to_m == 0.001);
+    CHECK(guessed_unit(std::array{std::hypot(1.6, 1.6, 3.0), 28.7}).scale_to_m == 0.001);
+    CHECK(guessed_unit(std::array{1.8, 40.0}).scale_to_m != 1.0);
+    CHECK(guessed_unit(std::array{2.12, 4.7}).scale_to_m == 0.0254);
+    CHECK(guessed_unit(std::array{0.75, 4.7}).scale_to_m == 0.0254);
+    CHECK(guessed_unit(std::array{0.3, 1.9}).scale_to_m == 1.0);
+  }
+
+  TEST_CASE("inches are guessed and named, with what else the unit could be") {
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-0.5, -0.5, -1}, {0.5, 0.5, 1}}});
+    write_boxes(bench.hole, {{{-1.5, -1.5, -2}, {1.5, 1.5, -1}}});
+    const SceneDraft draft = bench.draft();
+    CHECK(draft.scale_to_m == 0.0254);
+    CHECK(bench.says(draft, "unit: inches, guessed, so that " + bench.peg + " is 62.2 mm across"));
+    CHECK(draft.toml.find("scale_to_m = 0.0254  # guessed from the size: inches") !=
+          std::string::npos);
+    write_boxes(bench.peg, {{{-1, -1, -3}, {1, 1, 3}}});
+    write_boxes(bench.hole, {{{-15, -15, -6}, {15, 15, -3}}});
+    const SceneDraft screw = bench.draft();
+    CHECK(screw.scale_to_m == 0.001);
+    CHECK(bench.says(screw, "is 6.63 mm across (in inches, 0.0254, 168 mm)"));
+    CHECK_FALSE(bench.says(screw, "are both in the same unit?"));
+  }
+
+  TEST_CASE("two files that go together in different units are asked about") {
+    DraftBench bench;
+    write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
+    write_boxes(bench.hole, {{{-1, -1, -2}, {1, 1, -0.8}}});
+    const SceneDraft inches = bench.draft();
+    CHECK(inches.scale_to_m == 0.001);
+    CHECK(bench.says(inches, bench.hole + ": in inches it would be 78 mm"));
+    write_boxes(bench.hole, {{{-0.03, -0.03, -0.05}, {0.03, 0.03, -0.02}}});
+    const SceneDraft metres = bench.draft();
+    CHECK(metres.scale_to_m == 0.001);
+    CHECK(bench.says(metres, bench.hole + ": in metres it would be 90 mm"));
+  }
+
+  TEST_CASE("a link of a robot description is drafted as scene files name it") {
+    if (!haptic::tools::can_import()) {
+      MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
+      return;
+    }
+    DraftBench bench;
+    write_boxes(bench.hole, walls(2));
+    std::ofstream(bench.folder.file("r.urdf"))
+        << "<robot><link name=\"base\"/><link name=\"tool\"><collision><geometry>"
+           "<box size=\"0.018 0.018 0.04\"/></geometry></collision></link></robot>";
+    const std::string urdf = bench.folder.file("r.urdf"), scene = bench.folder.file("s.toml");
+    for (const std::string& parts :
+         {urdf + "#tool " + bench.hole, bench.hole + " " + urdf + "#tool"}) {
+      std::filesystem::remove(scene);
+      const ProgramResult r = run_program(HAPTIC_GRAPH_COMPILER, "init " + parts + " -o " + scene);
+      CAPTURE(r.err);
+      REQUIRE(r.exit_code == 0);
+      CHECK(text_of_file(scene).find("link = \"r.urdf#tool\"\n") != std::string::npos);
+      CHECK(r.out.find("unit: millimetres, guessed, so that " + bench.hole) != std::string::npos);
+      const ProgramResult compiled =
+          run_program(HAPTIC_GRAPH_COMPILER, scene + " -o " + bench.folder.file("s.rtscene"));
+      CAPTURE(compiled.err);
+      CHECK(compiled.exit_code == 0);
+    }
+    const std::pair<std::string, const char*> refusals[] = {
+        {urdf, "r.urdf: is a robot description; give a link of it"},
+        {urdf, "r.urdf#LINK; its links with a collision model: 'tool'"},
+        {urdf + "#", "its links with a collision model: 'tool'"},
+        {urdf + "#base", "link 'base' has no <collision>"},
+        {urdf + "#tol", "did you mean 'tool'?"},
+        {bench.folder.file("none.urdf") + "#tool", "none.urdf"},
+        {bench.folder.file("none.urdf"), "none.urdf"}};
+    for (const auto& [given, says] : refusals) {
+      CAPTURE(given);
+      const ProgramResult r =
+          run_program(HAPTIC_GRAPH_COMPILER,
+                      "init " + given + " " + bench.hole + " -o " + bench.folder.file("t.toml"));
+      CAPTURE(r.err);
+      CHECK(r.exit_code == 3);
+      CHECK(r.err.find(says) != std::string::npos);
+    }
+    const ProgramResult bare =
+        run_program(HAPTIC_GRAPH_COMPILER, urdf + " -o " + bench.folder.file("t.rtscene"));
+    CHECK(bare.exit_code == 3);
+    CHECK(bare.err.find("or make one with graph_compiler init") != std::string::npos);
+    // A file with a # in its name is no link.
+    bench.peg = bench.folder.file("a.urdf#b.obj");
+    write_boxes(bench.peg, {{{-9, -9, -20}, {9, 9, 20}}});
+    CHECK(bench.draft().toml.find("mesh = \"a.urdf#b.obj\"") != std::string::npos);
   }
 
   TEST_CASE("a peg drawn in its hole starts outside of the opening, on the hole's axis") {

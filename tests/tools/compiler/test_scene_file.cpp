@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -71,7 +72,7 @@ inline constexpr SceneFileDefect kDefects[] = {
     {"[0.1, 0.2, 0.3]", "0.1", "6:14: ", "give an array of three numbers"},
     {"[0.1, 0.2, 0.3]", "[0.1, \"a\", 0.3]", "6:20: ", "is a string"},
     {"w = 0.6", "w = 0.7", "7:14: ", "has length 1.06301"},
-    {"w = 0.6", "w = 0.60001", "7:14: ", "divide its components"},
+    {"w = 0.6", "w = 0.602", "7:14: ", "divide its components"},
     {"w = 0.6, ", "", "7:14: ", "w is missing"},
     {"w = 0.6", "ww = 0.6", "7:16: ", "did you mean 'w'?"},
     {"w = 0.6", "w = nan", "7:20: ", "w is nan"},
@@ -274,6 +275,42 @@ TEST_SUITE("tools.scene_file") {
       const std::string bad = replaced(kGood, "grip_m", std::string(wrong) + "grip_m");
       CHECK(message_of(bad, folder).rfind("8:", 0) == 0);
     }
+  }
+
+  TEST_CASE("quaternions of few digits are divided by their length, with a note") {
+    const ScratchFolder folder("scene_file");
+    std::ofstream(folder.file("part.obj")) << "v 0 0 0\n";
+    const auto read = [&](const std::string& text) {
+      return parse_scene_file(text, "scene.toml", std::filesystem::path(folder.file("")));
+    };
+    const std::string given = "quaternion = { w = 0.6, x = 0.0, y = 0.8, z = 0.0 }";
+    CHECK(read(kGood).moving.notes.empty());
+    for (const char* typed :
+         {"{ w = 0.7071, x = 0.7071, y = 0, z = 0 }", "{ w = 0.707, x = 0, y = -0.707, z = 0 }",
+          "{ w = 0.5005, x = 0.5, y = 0.5, z = 0.5 }", "{ w = 0.9239, x = 0.3827, y = 0, z = 0 }",
+          "{ w = 0.9991, x = 0, y = 0, z = 0 }"}) {
+      CAPTURE(typed);
+      const SceneFile scene = read(replaced(kGood, given, std::string("quaternion = ") + typed));
+      double square = 0.0;
+      for (const double x : scene.moving.quaternion_wxyz) square += x * x;
+      CHECK(square == doctest::Approx(1.0).epsilon(1e-15));
+      REQUIRE(scene.moving.notes.size() == 1);
+      CHECK(scene.moving.notes[0].find("scene.toml:7:14: [moving] quaternion has length ") == 0);
+      CHECK(scene.statics[0].notes.empty());
+    }
+    CHECK_THROWS_AS(read(replaced(kGood, given, "quaternion = { w = 0.998, x = 0, y = 0, z = 0 }")),
+                    InputError);
+    CHECK_THROWS_AS(read(replaced(kGood, given, "quaternion = { w = 1.002, x = 0, y = 0, z = 0 }")),
+                    InputError);
+    // A fixed part, and the orientation that limits count from.
+    const SceneFile scene = read(
+        replaced(kGood, "[rendering]",
+                 "quaternion = { w = 0.7071, x = 0.7071, y = 0, z = 0 }\n[rendering]") +
+        "[motion_limits]\norientation = { about = [0.7071, 0, 0.7071, 0], max_angle_rad = 1 }\n");
+    CHECK(scene.statics[0].notes.at(0).find("[[static]] quaternion has length") !=
+          std::string::npos);
+    CHECK(scene.moving.notes.at(0).find("about has length 0.99999") != std::string::npos);
+    CHECK(scene.orientation->about_xyzw[1] == doctest::Approx(std::sqrt(0.5)).epsilon(1e-15));
   }
 
   TEST_CASE("every optional table is read") {

@@ -132,6 +132,12 @@ TEST_SUITE("tools.urdf_link") {
     CHECK(compiled.parts[0].volume_m3 == doctest::Approx(1.0 / 6));
     const std::pair<const char*, const char*> defects[] = {
         {"link = \"r.urdf\"", "scene.toml:4:8: [moving] link: is 'r.urdf'; give a robot"},
+        {"link = \"r.urdf\"", "its links with a collision model: 'grip'"},
+        {"mesh = \"r.urdf\"",
+         "4:8: [moving] mesh: 'r.urdf' is of a robot description; give link = "
+         "\"r.urdf#LINK\" instead, without scale_to_m; its links with a "
+         "collision model: 'grip'"},
+        {"mesh = \"r.urdf#grip\"\nscale_to_m = 1", "give link = \"r.urdf#LINK\""},
         {"link = \"r.urdf#\"", "4:8: "},
         {"link = \"s.urdf#grip\"", "no file 's.urdf'"},
         {"link = \"r.urdf#grip\"\nscale_to_m = 1",
@@ -146,6 +152,134 @@ TEST_SUITE("tools.urdf_link") {
       }
       CAPTURE(text);
       CHECK(contains(text, says));
+    }
+  }
+
+  TEST_CASE("scales with minus signs mirror, and the faces keep their outside") {
+    if (no_urdf()) return;
+    const ScratchFolder folder("urdf_mirror");
+    std::ofstream(folder.file("t.obj")) << kTetrahedronObj;
+    std::ofstream(folder.file("t.dae")) << tetrahedron_dae("<unit meter=\"1\"/>");
+    const auto scaled = [&](const std::string& file, const std::string& scale) {
+      return link_of(robot(collision("<mesh filename=\"" + file + "\" scale=\"" + scale + "\"/>")),
+                     folder.file(""));
+    };
+    for (const char* file : {"t.obj", "t.dae"}) {
+      for (int signs = 0; signs < 8; ++signs) {
+        std::string scale;
+        Point3 corner{};
+        for (std::size_t k = 0; k < 3; ++k) {
+          corner[k] = ((signs >> k & 1) != 0 ? -0.1 : 0.1) * static_cast<double>(k + 1);
+          scale += " \t" + std::to_string(corner[k]) + "\n";
+        }
+        CAPTURE(scale);
+        const RawMesh mesh = scaled(file, scale);
+        // Signed: clockwise faces would make it negative.
+        CHECK(volume_m3(mesh) == doctest::Approx(0.001).epsilon(1e-5));
+        const auto [low, high] = bounds(mesh);
+        for (std::size_t k = 0; k < 3; ++k) {
+          CHECK((corner[k] < 0 ? low[k] : high[k]) == doctest::Approx(corner[k]));
+        }
+      }
+    }
+    for (const char* scale : {"1 0 1", "0 0 0", "1 -0 1", "-0.0 1 1"}) {
+      CAPTURE(scale);
+      std::string text;
+      try {
+        scaled("t.obj", scale);
+      } catch (const InputError& error) {
+        text = error.what();
+      }
+      CHECK(contains(text, "r.urdf:3: the scale is '" + std::string(scale) +
+                               "'; give three numbers other than 0"));
+    }
+    for (const char* scale : {"0.001", "1 nan 1", "1 inf 1", "1,0 1 1", "1 1 1 1"}) {
+      CAPTURE(scale);
+      CHECK_THROWS_AS(scaled("t.obj", scale), InputError);
+    }
+  }
+
+  TEST_CASE("meshes are found under the names that people and other programs give them") {
+    if (no_urdf()) return;
+    const ScratchFolder folder("urdf_names");
+    std::filesystem::create_directories(folder.file("ws/arm-main/urdf/sub"));
+    std::filesystem::create_directories(folder.file("ws/arm-main/Meshes"));
+    std::filesystem::create_directories(folder.file("ws/hand/meshes"));
+    std::ofstream(folder.file("ws/arm-main/Meshes/T one.OBJ")) << kTetrahedronObj;
+    std::ofstream(folder.file("ws/hand/meshes/t.obj")) << kTetrahedronObj;
+    std::ofstream(folder.file("ws/arm-main/package.xml"))
+        << "<?xml version=\"1.0\"?>\n<package format=\"2\"><name> arm </name></package>\n";
+    const std::string urdf = folder.file("ws/arm-main/urdf");
+    const auto mesh_of = [&](const std::string& name) {
+      return link_of(robot(collision("<mesh filename=\"" + name + "\"/>")), urdf);
+    };
+    const std::string whole =
+        std::filesystem::absolute(folder.file("ws/hand/meshes/t.obj")).string();
+    for (const std::string& name :
+         {std::string("package://hand/meshes/t.obj"), std::string("model://hand/meshes/t.obj"),
+          std::string("$(find hand)/meshes/t.obj"), std::string("file://$(find hand)/meshes/t.obj"),
+          std::string(" package://hand\\meshes\\t.obj "),
+          std::string("package:///hand/meshes/t.obj"), std::string("PACKAGE://hand/meshes/t.obj"),
+          std::string("..\\..\\hand\\meshes\\t.obj"), std::string("file://../../hand/meshes/t.obj"),
+          "file://" + whole, "file:" + whole, "file://localhost" + whole, whole,
+          std::string("../Meshes/T one.OBJ"), std::string("../Meshes/T%20one.OBJ"),
+          std::string("package://arm/Meshes/T%20one.OBJ"),
+          std::string("package://arm/Meshes/T one.OBJ"),
+          std::string("$(find arm)/Meshes/T one.OBJ")}) {
+      CAPTURE(name);
+      const RawMesh mesh = mesh_of(name);
+      CHECK(volume_m3(mesh) == doctest::Approx(1.0 / 6));
+      CHECK(mesh.notes.empty());
+    }
+    for (const char* name : {"package://Hand/Meshes/T.obj", "../meshes/t%20ONE.obj",
+                             "package://arm/meshes/t one.obj", "..\\..\\hand\\meshes\\T.OBJ"}) {
+      CAPTURE(name);
+      const RawMesh mesh = mesh_of(name);
+      CHECK(volume_m3(mesh) == doctest::Approx(1.0 / 6));
+      REQUIRE(mesh.notes.size() == 1);
+      CHECK(contains(mesh.notes[0], "r.urdf:3: '"));
+      CHECK(contains(mesh.notes[0], "with letters of another case"));
+    }
+    std::ofstream(folder.file("ws/hand/meshes/T.obj")) << kTetrahedronObj;
+    CHECK_THROWS_AS(mesh_of("package://hand/meshes/t.OBJ"), InputError);
+  }
+
+  TEST_CASE("blanks around the name of a link, and the links that a description has") {
+    if (no_urdf()) return;
+    const std::string text =
+        "<robot><link name=\" a \"><collision><geometry><sphere radius=\" 1\"/></geometry>"
+        "</collision></link><link name=\"b\"/></robot>";
+    CHECK(link_mesh_of(text, "r.urdf", ".", "a").faces.size() > 0);
+    CHECK(link_mesh_of(text, "r.urdf", ".", " a ").faces.size() > 0);
+    const ScratchFolder folder("urdf_links");
+    std::ofstream(folder.file("r.urdf")) << text;
+    CHECK(collision_links(folder.file("r.urdf")) == "its links with a collision model: 'a'");
+    std::ofstream(folder.file("n.urdf")) << "<robot><link name=\"b\"/></robot>";
+    CHECK(collision_links(folder.file("n.urdf")) == "no link of it has a <collision>");
+    std::ofstream(folder.file("x.urdf")) << "<robot>";
+    CHECK_THROWS_AS(collision_links(folder.file("x.urdf")), InputError);
+  }
+
+  TEST_CASE("what reading the meshes of a link left out is told with the scene") {
+    if (no_urdf()) return;
+    const ScratchFolder folder("urdf_notes");
+    std::ofstream(folder.file("t.obj")) << kTetrahedronObj << "xyz\n";
+    std::ofstream(folder.file("r.urdf"))
+        << robot(collision("<mesh filename=\"T.obj\" scale=\"-1 1 1\"/>"));
+    const std::string part = "link = \"R.urdf#grip\"\n";
+    const SceneFile scene = parse_scene_file("format = 1\nname = \"n\"\n[moving]\n" + part +
+                                                 "position_m = [0, 0, 9]\n[[static]]\n" + part +
+                                                 "[rendering]\nk_f_n_per_m = 800\n",
+                                             "scene.toml", std::filesystem::path(folder.file("")));
+    const CompiledScene compiled = compile_scene(scene, {});
+    CHECK(compiled.parts[0].volume_m3 == doctest::Approx(1.0 / 6));
+    std::string notes;
+    for (const std::string& note : compiled.notes) notes += note + "\n";
+    CAPTURE(notes);
+    for (const char* says : {"'R.urdf' was found as", "'T.obj' was found as",
+                             "1 line with a keyword that OBJ does not have left out: 'xyz'"}) {
+      CHECK(contains(notes, says));
+      CHECK(notes.find(says) == notes.rfind(says));  // once for the two parts
     }
   }
 
@@ -170,6 +304,13 @@ TEST_SUITE("tools.urdf_link") {
         {robot(collision("<box size=\"1 -2 1\"/>")), "r.urdf:3: <box>: size_m is -2"},
         {robot(collision("<sphere radius=\"0\"/>")), "<sphere>: radius_m is 0"},
         {robot(collision("<mesh filename=\"no.obj\"/>")), "r.urdf:3: no mesh 'no.obj'"},
+        {robot(collision("<mesh filename=\"" + std::string(60, 'n') + "/no.obj\"/>")),
+         "r.urdf:3: no mesh 'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn/no.obj'"},
+        {robot(collision("<mesh filename=\"http://a/no.obj\"/>")), "files here: save it"},
+        {robot(collision("<mesh filename=\"${dir}/no.obj\"/>")), "expand xacro files first"},
+        {robot(collision("<mesh filename=\"$(find no/no.obj\"/>")), "expand xacro files first"},
+        {robot(collision("<mesh filename=\"package://no\"/>")), "whose package.xml has the name"},
+        {robot(collision("<mesh/>")), "r.urdf:3: no mesh ''"},
         {robot(collision("<mesh filename=\"package://no/no.obj\"/>")), "and above"},
         {robot(collision("<sphere radius=\"1\"/>", "<origin xyz=\"1e400 0 0\"/>")), "r.urdf:3: "}};
     for (const auto& defect : defects) {
@@ -182,5 +323,12 @@ TEST_SUITE("tools.urdf_link") {
       CHECK(contains(refusal, "; "));
     }
     CHECK(contains(refusal_of(robot(""), "gripp"), "no link 'gripp'; did you mean 'grip'?"));
+    const std::string listed =
+        refusal_of(robot(collision("<sphere radius=\"1\"/>")), "something_else");
+    CHECK(contains(listed, "no link 'something_else'; its links with a collision model: 'grip'"));
+    CHECK(contains(refusal_of(robot(collision("<sphere radius=\"1\"/>")), "base"),
+                   "r.urdf:1: link 'base' has no <collision>; name a link that has one; its links "
+                   "with a collision model: 'grip'"));
+    CHECK(contains(refusal_of(std::string("\x1F\x8B\x08", 3)), "gzip-compressed; unpack it"));
   }
 }

@@ -22,6 +22,10 @@ RawMesh link_mesh(const std::filesystem::path& urdf, const std::string&) {
   refuse_unbuilt(urdf.string(), kFix);
 }
 
+std::string collision_links(const std::filesystem::path& urdf) {
+  refuse_unbuilt(urdf.string(), kFix);
+}
+
 RawMesh link_mesh_of(const std::string&, const std::string& file, const std::filesystem::path&,
                      const std::string&) {
   refuse_unbuilt(file, kFix);

@@ -58,14 +58,18 @@ ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, cons
                           const std::filesystem::path& folder, const ImportOptions& options = {});
 
 /// The collision model of a link of a robot description (URDF), in the frame of the link and in
-/// metres: boxes, cylinders, spheres and meshes with their origins and scales. Names of meshes
-/// count from the folder of the URDF; "package://NAME/PATH" is looked for as NAME/PATH in that
-/// folder and the folders above.
+/// metres: boxes, cylinders, spheres and meshes with their origins and scales. A scale with a minus
+/// sign mirrors, and the faces keep their outside. How names of meshes are looked for:
+/// urdf_files.hpp.
 /// @throws InputError "file:line: defect; fix".
 RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link);
 
 /// The same from text.
 RawMesh link_mesh_of(const std::string& text, const std::string& file,
                      const std::filesystem::path& folder, const std::string& link);
+
+/// For a message: the links of a robot description that link_mesh can read, by their names.
+/// @throws InputError  the file is no robot description.
+std::string collision_links(const std::filesystem::path& urdf);
 
 }  // namespace haptic::tools

@@ -6,11 +6,14 @@
 
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/named_file.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/import/fixed_axes.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/import/urdf_files.hpp"
 #include "tools/graph_compiler/import/xml_file.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
+#include "tools/graph_compiler/mesh/packed_file.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 #include "tools/graph_compiler/shapes/shape.hpp"
 
@@ -21,6 +24,34 @@ using tinyxml2::XMLElement;
 
 /// The tree of the XML takes some thirty times as much.
 constexpr std::size_t kMaxUrdfBytes = std::size_t{16} << 20;
+
+/// So many links are named in a message.
+constexpr std::size_t kMostNamed = 100;
+
+/// Blanks around it do not belong to the name.
+std::string link_name(const XMLElement& link) { return without_blanks(attribute(link, "name")); }
+
+std::vector<std::string> names_with_collision(const XMLElement& robot) {
+  std::vector<std::string> names;
+  for (const XMLElement* l = robot.FirstChildElement("link"); l != nullptr;
+       l = l->NextSiblingElement("link")) {
+    if (l->FirstChildElement("collision") != nullptr) names.push_back(link_name(*l));
+  }
+  return names;
+}
+
+/// "its links with a collision model: 'a', 'b'".
+std::string listed(const std::vector<std::string>& names) {
+  if (names.empty()) return "no link of it has a <collision>";
+  std::string text = "its links with a collision model: ";
+  for (std::size_t k = 0; k < std::min(names.size(), kMostNamed); ++k) {
+    text += (k == 0 ? "" : ", ") + shown_name(names[k]);
+  }
+  if (names.size() > kMostNamed) {
+    text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  }
+  return text;
+}
 
 class LinkReader {
  public:
@@ -37,8 +68,9 @@ class LinkReader {
       add_collision(*c);
     }
     if (mesh_.faces.empty()) {
-      refuse(link, "link " + shown_word(attribute(link, "name")) + " has no <collision>",
-             "name a link that has one");
+      refuse(
+          link, "link " + shown_name(link_name(link)) + " has no <collision>",
+          "name a link that has one; " + listed(names_with_collision(*link.Parent()->ToElement())));
     }
     return std::move(mesh_);
   }
@@ -113,44 +145,36 @@ class LinkReader {
   }
 
   RawMesh mesh_form(const XMLElement& form) {
-    const std::string name = attribute(form, "filename");
-    const std::filesystem::path path = found(form, name);
+    const std::filesystem::path path =
+        urdf_mesh_file(attribute(form, "filename"), {file_, line_of(form), folder_}, mesh_.notes);
     note_input(path, "a mesh of the scene");
     RawMesh part = import_format_of(path) ? import_mesh(path).mesh : read_mesh(path);
+    add_notes(part.notes);
     if (form.Attribute("scale") == nullptr) return part;
     const auto scale = numbers<3>(form, "scale");
+    bool mirrored = false;
     for (const double x : scale) {
-      if (!(x > 0.0)) {
+      if (x == 0.0) {
         refuse(form, "the scale is " + shown_word(attribute(form, "scale")),
-               "give three numbers above 0; mirror parts in the CAD program");
+               "give three numbers other than 0; a minus sign mirrors");
       }
+      mirrored ^= x < 0.0;
     }
     for (Point3& p : part.vertices) {
       for (std::size_t k = 0; k < 3; ++k) p[k] *= scale[k];
     }
+    // Counter-clockwise from outside becomes clockwise in a mirror; two mirrors are a turn.
+    if (mirrored) {
+      for (RawFace& face : part.faces) std::ranges::reverse(face.vertices);
+    }
     return part;
   }
 
-  /// The file that a URDF names.
-  std::filesystem::path found(const XMLElement& at, const std::string& name) const {
-    constexpr std::string_view kPackage = "package://", kFile = "file://";
-    std::error_code error;
-    const auto is_file = [&](const std::filesystem::path& path) {
-      return std::filesystem::is_regular_file(path, error);
-    };
-    if (!name.starts_with(kPackage)) {
-      const std::string path = name.starts_with(kFile) ? name.substr(kFile.size()) : name;
-      if (!path.empty() && is_file(folder_ / path)) return folder_ / path;
-      refuse(at, "no mesh " + shown_word(name), "the path counts from the folder of the URDF");
+  /// Meshes that are used several times have the same to say.
+  void add_notes(const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) {
+      if (std::ranges::find(mesh_.notes, note) == mesh_.notes.end()) mesh_.notes.push_back(note);
     }
-    const std::filesystem::path inside = name.substr(kPackage.size());
-    for (std::filesystem::path above = std::filesystem::absolute(folder_, error).lexically_normal();
-         ; above = above.parent_path()) {
-      if (is_file(above / inside)) return above / inside;
-      if (above == above.parent_path()) break;
-    }
-    refuse(at, "no mesh " + shown_word(name),
-           "package://NAME/PATH is looked for as NAME/PATH in the folder of the URDF and above");
   }
 
   void append(const RawMesh& part, const std::array<double, 3>& xyz,
@@ -196,18 +220,20 @@ class LinkReader {
 
 RawMesh link_mesh_of(const std::string& text, const std::string& file,
                      const std::filesystem::path& folder, const std::string& link) {
+  refuse_packed(text, file);
   tinyxml2::XMLDocument document;
   const XMLElement& robot = parse_xml(document, text, "robot", file);
   std::vector<std::string> names;
+  const std::string wanted = without_blanks(link);
   const XMLElement* found = nullptr;
   for (const XMLElement* l = robot.FirstChildElement("link"); l != nullptr;
        l = l->NextSiblingElement("link")) {
-    names.push_back(attribute(*l, "name"));
-    if (names.back() != link) continue;
+    names.push_back(link_name(*l));
+    if (names.back() != wanted) continue;
     if (found != nullptr) {
       refuse_line(
           file, line_of(*l),
-          "link " + shown_word(link) + " is in line " + std::to_string(line_of(*found)) + " too",
+          "link " + shown_name(link) + " is in line " + std::to_string(line_of(*found)) + " too",
           "give every link a name of its own");
     }
     found = l;
@@ -217,15 +243,22 @@ RawMesh link_mesh_of(const std::string& text, const std::string& file,
     refuse_file(file, "the robot has no <link>",
                 "expand xacro files first: xacro FILE > robot.urdf");
   }
-  const std::string nearest = nearest_word(link, {names.begin(), names.end()});
-  refuse_file(file, "no link " + shown_word(link),
-              nearest.empty() ? "its first link is " + shown_word(names.front())
-                              : "did you mean " + shown_word(nearest) + "?");
+  const std::string nearest = nearest_word(wanted, {names.begin(), names.end()});
+  refuse_file(file, "no link " + shown_name(link),
+              (nearest.empty() ? "" : "did you mean " + shown_name(nearest) + "? ") +
+                  listed(names_with_collision(robot)));
 }
 
 RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link) {
   return link_mesh_of(read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene"),
                       urdf.string(), folder_of(urdf), link);
+}
+
+std::string collision_links(const std::filesystem::path& urdf) {
+  const std::string text = read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene");
+  refuse_packed(text, urdf.string());
+  tinyxml2::XMLDocument document;
+  return listed(names_with_collision(parse_xml(document, text, "robot", urdf.string())));
 }
 
 }  // namespace haptic::tools

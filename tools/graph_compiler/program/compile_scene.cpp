@@ -54,6 +54,13 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Two parts of one file have the same to say of it.
+void add_new(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  for (const std::string& text : from) {
+    if (std::ranges::find(to, text) == to.end()) to.push_back(text);
+  }
+}
+
 /// Some steps start a warning with the file, some do not.
 std::string without_file(const std::string& warning, const std::string& file) {
   const std::string start = file + ": ";
@@ -69,6 +76,7 @@ struct WrittenPart {
 struct CompiledPart {
   std::variant<WrittenPart, SurfacePart> shape;
   PartReport report;
+  std::vector<std::string> notes;  ///< of reading it
 };
 
 using Tell = std::function<void(const char* step, double fraction)>;
@@ -310,6 +318,8 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   tell("reading", 0.0);
   const PartMesh source = read_part_mesh(part, scene.file);
   const RawMesh& raw = source.mesh;
+  result.notes = part.notes;
+  append(result.notes, raw.notes);
   report.shape = part.shape;
   report.deflection = source.deflection;
   if (source.deflection && source.deflection->found_m > source.deflection->asked_m) {
@@ -621,7 +631,10 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     for (std::size_t i = 0; i < scene.statics.size(); ++i)
       result.start_shapes.push_back(start_shape_of(parts[i + 1], scene.statics[i]));
   }
-  for (CompiledPart& part : parts) result.parts.push_back(std::move(part.report));
+  for (CompiledPart& part : parts) {
+    add_new(result.notes, part.notes);
+    result.parts.push_back(std::move(part.report));
+  }
 
   WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -638,7 +651,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
                                           scene.never_turns(), scene.file);
   description.parameters.coupling = choice.coupling;
   description.parameters.coupling.near_pairs = scene.budget.near_pairs.value_or(0);
-  result.notes = std::move(choice.notes);
+  append(result.notes, choice.notes);
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
     WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1]);

@@ -64,7 +64,7 @@ struct CompiledScene {
   std::vector<PartReport> parts;         ///< moving part first
   SceneAccount account;                  ///< of the pieces, moving part first
   PruningAccount pruning;                ///< which basic contacts are needed
-  std::vector<std::string> notes;        ///< on coupling, friction and size
+  std::vector<std::string> notes;        ///< on files, coupling, friction and size
   std::vector<StartShape> start_shapes;  ///< where they start, moving part first; where asked for
   std::optional<SteadyWork> steady;      ///< absent: the scene has no motion limits
   double write_s = 0.0;                  ///< bounds, graph and blob

@@ -32,16 +32,17 @@ int init(const InitArguments& arguments) {
     throw UsageError(arguments.output + ": exists already; give another name, or remove it");
   DraftRequest request;
   request.moving = arguments.moving;
-  note_input(request.moving, "a mesh of the scene");
+  note_input(draft_source(request.moving).file, "a mesh of the scene");
   for (const std::string& mesh : arguments.fixed) {
     request.fixed.emplace_back(mesh);
-    note_input(mesh, "a mesh of the scene");
+    note_input(draft_source(mesh).file, "a mesh of the scene");
   }
   claim_output(arguments.output, "--out");
   if (arguments.has_scale) request.scale_to_m = arguments.scale_to_m;
   request.stiffness_n_per_m = arguments.stiffness_n_per_m;
   request.folder = output.parent_path();
-  request.name = request.moving.stem().string();
+  const LinkName moving = draft_source(request.moving);
+  request.name = moving.link.value_or(std::filesystem::path(moving.file).stem().string());
   ProgressLine line(arguments.progress || is_terminal(stderr));
   request.progress = [&](const std::string& mesh, const char* step, double fraction) {
     line.show(mesh, step, fraction);
@@ -63,10 +64,12 @@ int run_init(int argc, const char* const* argv) {
       "finds a start that is free.",
       "graph_compiler init");
   InitArguments arguments;
-  app.add_option("moving", arguments.moving,
-                 "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...)")
+  app.add_option(
+         "moving", arguments.moving,
+         "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...), or FILE.urdf#LINK")
       ->required();
-  app.add_option("fixed", arguments.fixed, "meshes of the fixed parts")->required();
+  app.add_option("fixed", arguments.fixed, "meshes of the fixed parts, or links likewise")
+      ->required();
   app.add_option("-o,--out", arguments.output, "scene file to write (TOML)")->required();
   CLI::Option* scale = app.add_option("--scale", arguments.scale_to_m,
                                       "metres per unit of files that state none; default: guessed")

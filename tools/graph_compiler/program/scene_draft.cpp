@@ -17,11 +17,11 @@
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/solid_places.hpp"
+#include "tools/graph_compiler/program/unit_guess.hpp"
 
 namespace haptic::tools {
 namespace {
 
-constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
 /// A part that differs from the other by more than this in size was made in another unit.
 constexpr double kOddRatio = 200.0;
 /// Between the boxes of the parts at the start, as a share of the moving part.
@@ -53,12 +53,6 @@ Box box_of(const std::vector<const RawMesh*>& meshes) {
     }
   }
   return box;
-}
-
-/// "0.012 m", "12 mm" as people say it.
-std::string length_text(double length_m) {
-  return length_m < 1.0 ? short_number(1e3 * length_m, 3) + " mm"
-                        : short_number(length_m, 3) + " m";
 }
 
 /// Exact answers at any place of the part, its axes as filed.
@@ -190,17 +184,61 @@ struct DraftMesh {
   std::filesystem::path path;
   RawMesh mesh;
   bool has_unit = false;  ///< the file states it
+  std::optional<std::string> link{};
+  std::string name{};  ///< for people
+
+  [[nodiscard]] double diagonal() const { return box_of({&mesh}).diagonal(); }
 };
 
-DraftMesh read_draft_mesh(const std::filesystem::path& path) {
-  if (import_format_of(path)) return {path, import_mesh(path).mesh, true};
-  return {path, read_mesh(path), false};
+DraftMesh read_draft_mesh(const std::filesystem::path& given) {
+  const LinkName source = draft_source(given);
+  const std::filesystem::path path = source.file;
+  // Robot descriptions are in metres.
+  if (source.link) return {path, link_mesh(path, *source.link), true, source.link, given.string()};
+  if (import_format_of(path)) return {path, import_mesh(path).mesh, true, {}, path.string()};
+  return {path, read_mesh(path), false, {}, path.string()};
+}
+
+/// Of the files that state none; all count where they go together.
+FileUnit unit_of(const std::vector<DraftMesh>& meshes) {
+  std::vector<double> diagonals;
+  for (const DraftMesh& mesh : meshes) {
+    if (!mesh.has_unit) diagonals.push_back(mesh.diagonal());
+  }
+  if (diagonals.empty()) return {"", 1.0};
+  const auto [least, most] = std::ranges::minmax(diagonals);
+  if (most > kOddRatio * least) diagonals.resize(1);
+  return guessed_unit(diagonals);
+}
+
+/// Whether two parts, in metres now, look as if their files were in different units; else empty.
+std::string odd_sizes_text(const DraftMesh& moving, const DraftMesh& fixed, double scale_to_m) {
+  const double size_m = moving.diagonal(), fixed_m = fixed.diagonal();
+  const double ratio = fixed_m / size_m;
+  // The smaller was taken in too small a unit, or the larger in too large a one.
+  const auto hint = [&](const DraftMesh& mesh, double of_m, double other_m) {
+    const std::string text = mesh.has_unit ? "" : fitting_unit_text(of_m, scale_to_m, other_m);
+    return text.empty() ? text : mesh.name + ": " + text;
+  };
+  std::string fits = hint(fixed, fixed_m, size_m);
+  if (fits.empty()) fits = hint(moving, size_m, fixed_m);
+  const bool odd = ratio > kOddRatio || ratio < 1.0 / kOddRatio;
+  // A part in the hand may be much smaller than a fixed one, which is no reason to ask.
+  const bool suspect = !fits.empty() && (ratio < 1.0 || size_m < kLeastHeld_m);
+  if (!odd && !suspect) return {};
+  return fixed.name + " is " +
+         (ratio > 1.0 ? short_number(ratio, 3) + " times as large as "
+                      : short_number(1.0 / ratio, 3) + " times smaller than ") +
+         moving.name + "; are both in the same unit?" +
+         (fits.empty() ? ""
+                       : " " + fits + "; a file of another unit needs a scale_to_m of its own");
 }
 
 ScenePart part_of(const DraftMesh& mesh, double scale) {
   ScenePart part;
-  part.mesh = mesh.path.string();
+  part.mesh = mesh.name;
   part.path = mesh.path;
+  part.link = mesh.link;
   part.scale_to_m.fill(mesh.has_unit ? 1.0 : scale);
   return part;
 }
@@ -245,7 +283,9 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
                     const std::vector<DraftMesh>& meshes, double radius_m) {
   const auto number = [](double x) { return short_number(x == 0.0 ? 0.0 : x, 9); };
   const auto lines_of = [&](const DraftMesh& mesh) {
-    const std::string line = "mesh = " + quoted(mesh_path(mesh.path, request.folder)) + "\n";
+    const std::string path = mesh_path(mesh.path, request.folder);
+    if (mesh.link) return "link = " + quoted(path + "#" + *mesh.link) + "\n";
+    const std::string line = "mesh = " + quoted(path) + "\n";
     if (mesh.has_unit) return line;
     return line + "scale_to_m = " + number(draft.scale_to_m) +
            (request.scale_to_m ? "\n"
@@ -283,35 +323,18 @@ std::string filed_text(const Places& places, double size_m) {
              collision_place_text(*found, places.fixed(found->fixed)) + kWhy;
     }
   } else if (const double depth_m = places.depth_m(kFiled); depth_m > 0.0) {
-    return "where the files have them the parts overlap by " + length_text(depth_m) + kWhy;
+    return "where the files have them the parts overlap by " + spoken_length(depth_m) + kWhy;
   }
   const double most_m = kFarApart * size_m;
   const double distance_m = places.distance_m(kFiled, most_m);
   if (distance_m <= places.touching_m())
     return "where the files have them the parts touch, and are free";
   return "where the files have them the parts are " +
-         std::string(distance_m < most_m ? "" : "more than ") + length_text(distance_m) + " apart";
+         std::string(distance_m < most_m ? "" : "more than ") + spoken_length(distance_m) +
+         " apart";
 }
 
 }  // namespace
-
-FileUnit guessed_unit(double diagonal) {
-  constexpr std::array<FileUnit, 3> kUnits{
-      {{"millimetres", 0.001}, {"metres", 1.0}, {"micrometres", 1e-6}}};
-  const FileUnit* best = &kUnits[0];
-  double least = std::numeric_limits<double>::infinity();
-  for (const FileUnit& unit : kUnits) {
-    const double size_m = diagonal * unit.scale_to_m;
-    const double off = size_m < kLeastHeld_m  ? kLeastHeld_m / size_m
-                       : size_m > kMostHeld_m ? size_m / kMostHeld_m
-                                              : 1.0;
-    if (off < least) {
-      least = off;
-      best = &unit;
-    }
-  }
-  return *best;
-}
 
 DeviceParameters drafted_device() {
   DeviceParameters d{};
@@ -331,35 +354,44 @@ DeviceParameters drafted_device() {
   return d;
 }
 
+LinkName draft_source(const std::filesystem::path& given) {
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(given, error);
+  LinkName source = is_file ? LinkName{given.string(), std::nullopt} : split_link(given.string());
+  if (source.link || !is_description(source.file)) {
+    return source.link ? source : LinkName{given.string(), std::nullopt};
+  }
+  throw InputError(source.file + ": is a robot description; give a link of it, as " + source.file +
+                   "#LINK; " + collision_links(source.file));
+}
+
 SceneDraft draft_scene(const DraftRequest& request) {
   std::vector<DraftMesh> meshes{read_draft_mesh(request.moving)};
   for (const std::filesystem::path& path : request.fixed) meshes.push_back(read_draft_mesh(path));
-  const auto size_text = [](const DraftMesh& mesh) {
-    return mesh.mesh.file + " is " + length_text(box_of({&mesh.mesh}).diagonal()) + " across";
-  };
 
   SceneDraft draft;
-  FileUnit unit{"", 1.0};
-  const auto guessed = std::ranges::find(meshes, false, &DraftMesh::has_unit);
-  if (guessed != meshes.end()) unit = guessed_unit(box_of({&guessed->mesh}).diagonal());
+  const FileUnit unit = unit_of(meshes);
   draft.scale_to_m = request.scale_to_m.value_or(unit.scale_to_m);
+  const auto unitless = std::ranges::find(meshes, false, &DraftMesh::has_unit);
+  const bool has_unitless = unitless != meshes.end();
+  if (has_unitless && !request.scale_to_m) {
+    const double diagonal = unitless->diagonal();
+    draft.remarks.push_back("unit: " + std::string(unit.name) + ", guessed, so that " +
+                            unitless->name + " is " + spoken_length(diagonal * unit.scale_to_m) +
+                            " across" + other_units_text(diagonal, unit) +
+                            "; if that is wrong, give --scale METRES_PER_UNIT");
+  }
+  if (!has_unitless && request.scale_to_m) {
+    draft.remarks.push_back("--scale has no use: every file states its unit");
+  }
   for (DraftMesh& mesh : meshes) {
+    for (const std::string& warning : mesh.mesh.warnings) {
+      draft.remarks.push_back(mesh.mesh.file + ": " + warning);
+    }
+    for (const std::string& note : mesh.mesh.notes) draft.remarks.push_back("note: " + note);
     if (mesh.has_unit) continue;
     for (Point3& p : mesh.mesh.vertices) {
       for (double& x : p) x *= draft.scale_to_m;
-    }
-  }
-  if (guessed != meshes.end() && !request.scale_to_m) {
-    draft.remarks.push_back("unit: " + std::string(unit.name) + ", guessed, so that " +
-                            size_text(*guessed) +
-                            "; if that is wrong, give --scale METRES_PER_UNIT");
-  }
-  if (guessed == meshes.end() && request.scale_to_m) {
-    draft.remarks.push_back("--scale has no use: every file states its unit");
-  }
-  for (const DraftMesh& mesh : meshes) {
-    for (const std::string& warning : mesh.mesh.warnings) {
-      draft.remarks.push_back(mesh.mesh.file + ": " + warning);
     }
   }
   const RawMesh& moving = meshes[0].mesh;
@@ -368,17 +400,12 @@ SceneDraft draft_scene(const DraftRequest& request) {
   const Box moving_box = box_of({&moving}), fixed_box = box_of(fixed_meshes);
   const double size_m = moving_box.diagonal();
   if (size_m < kLeastHeld_m || size_m > kMostHeld_m) {
-    draft.remarks.push_back(size_text(meshes[0]) + ", which no hand holds; check the unit");
+    draft.remarks.push_back(meshes[0].name + " is " + spoken_length(size_m) +
+                            " across, which no hand holds; check the unit");
   }
-  for (const RawMesh* mesh : fixed_meshes) {
-    const double ratio = box_of({mesh}).diagonal() / size_m;
-    if (ratio > kOddRatio || ratio < 1.0 / kOddRatio) {
-      draft.remarks.push_back(mesh->file + " is " +
-                              (ratio > 1.0
-                                   ? short_number(ratio, 3) + " times as large as "
-                                   : short_number(1.0 / ratio, 3) + " times smaller than ") +
-                              moving.file + "; are both in the same unit?");
-    }
+  for (std::size_t k = 1; k < meshes.size(); ++k) {
+    const std::string remark = odd_sizes_text(meshes[0], meshes[k], draft.scale_to_m);
+    if (!remark.empty()) draft.remarks.push_back(remark);
   }
 
   SceneFile scene;
@@ -405,7 +432,7 @@ SceneDraft draft_scene(const DraftRequest& request) {
   const double away_m = rounded_up(std::max(0.0, way.apart_m + kStartMargin * size_m));
   for (std::size_t k = 0; k < 3; ++k) draft.start_m[k] = way.direction[k] * away_m;
   const std::string place =
-      away_m > 0 ? length_text(away_m) + " along " + way_text(way.direction) + " from where"
+      away_m > 0 ? spoken_length(away_m) + " along " + way_text(way.direction) + " from where"
                  : std::string("where");
   if (places.collides(draft.start_m)) throw std::logic_error("parts whose boxes are apart overlap");
   draft.remarks.push_back("start: " + place +

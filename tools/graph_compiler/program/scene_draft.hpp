@@ -12,11 +12,17 @@
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
+#include "tools/graph_compiler/program/link_name.hpp"
 
 namespace haptic::tools {
 
+/// What stands for a part: a file, or a link of a robot description. A file whose name has a # is
+/// taken as the file that it is.
+/// @throws InputError  a robot description without a link; the message lists its links.
+[[nodiscard]] LinkName draft_source(const std::filesystem::path& given);
+
 struct DraftRequest {
-  std::filesystem::path moving;
+  std::filesystem::path moving;  ///< each as draft_source has it
   std::vector<std::filesystem::path> fixed;
   std::optional<double> scale_to_m;  ///< of files that state no unit; absent: guessed
   double stiffness_n_per_m = 800.0;
@@ -25,17 +31,6 @@ struct DraftRequest {
   /// As of CompileOptions.
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;
 };
-
-/// A unit of length that files have.
-struct FileUnit {
-  const char* name;
-  double scale_to_m;
-};
-
-/// The unit in which a part of `diagonal` file units is most like a part that a hand holds: between
-/// 5 mm and 2 m, millimetres before metres where both are possible. A part too small or too large
-/// in every unit: the unit in which it is nearest to that.
-[[nodiscard]] FileUnit guessed_unit(double diagonal);
 
 /// The device that a draft names until a person names another: the reference device of
 /// hal/drivers/PROTOCOL.md with a rotor as `host_sim run` has it, in a loop by the timer, which is

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -14,10 +12,12 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/named_file.hpp"
 #include "tools/common/toml_file.hpp"
 #include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/program/link_name.hpp"
 #include "tools/graph_compiler/program/shape_table.hpp"
 
 namespace haptic::tools {
@@ -115,7 +115,7 @@ std::array<double, 4> to_xyzw(const std::array<double, 4>& wxyz) {
 }
 
 /// `about`: "start" or [w, x, y, z] of unit length.
-std::array<double, 4> read_about(const TomlTable& t, const ScenePart& moving) {
+std::array<double, 4> read_about(const TomlTable& t, ScenePart& moving) {
   if (!t.has("about")) return to_xyzw(moving.quaternion_wxyz);
   if (t.is_text("about")) {
     if (*t.text("about") != "start") {
@@ -124,19 +124,11 @@ std::array<double, 4> read_about(const TomlTable& t, const ScenePart& moving) {
     return to_xyzw(moving.quaternion_wxyz);
   }
   std::array<double, 4> q = *t.vector4("about", kComponent);
-  double square = 0.0;
-  for (const double x : q) square += x * x;
-  const double length = std::sqrt(square);
-  if (!(std::abs(length - 1.0) <= 1e-6)) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", length);
-    t.fail("about", std::string("has length ") + text + "; divide its components by that");
-  }
-  for (double& x : q) x /= length;
+  t.normalise("about", q, &moving.notes);
   return to_xyzw(q);
 }
 
-OrientationEnvelope read_orientation(const TomlTable& t, const ScenePart& moving) {
+OrientationEnvelope read_orientation(const TomlTable& t, ScenePart& moving) {
   OrientationEnvelope envelope;
   envelope.about_xyzw = read_about(t, moving);
   const auto angle = t.number("max_angle_rad", kAngle);
@@ -203,7 +195,7 @@ constexpr std::int64_t kMaxPairVisits = 1 << 20;
 /// Reads a pose; true when one of its keys is there.
 bool read_pose(const TomlTable& t, ScenePart& part) {
   const auto position = t.vector3("position_m", kPosition);
-  const auto quaternion = t.quaternion_wxyz("quaternion");
+  const auto quaternion = t.quaternion_wxyz("quaternion", &part.notes);
   if (position) part.position_m = *position;
   if (quaternion) part.quaternion_wxyz = *quaternion;
   return position || quaternion;
@@ -232,19 +224,34 @@ constexpr const char* kMeshPath =
 /// Checks that `name` is a file; the mesh itself is read later.
 void find_part_file(const TomlTable& t, std::string_view key, const std::string& name,
                     const std::filesystem::path& folder, ScenePart& part) {
-  part.path = folder / name;
   std::error_code error;
-  if (!name.empty() && std::filesystem::is_directory(part.path, error)) {
+  if (!name.empty() && std::filesystem::is_directory(folder / name, error)) {
     t.fail(key, "'" + name + "' is a folder; " + kMeshPath);
   }
-  if (name.empty() || !std::filesystem::is_regular_file(part.path, error)) {
-    t.fail(key, "no file '" + name + "'; the path counts from the scene file's folder");
+  std::optional<FoundFile> found;
+  try {
+    found = named_file(folder, name);
+  } catch (const InputError& several) {
+    t.fail(key, several.what());
   }
+  if (!found) t.fail(key, "no file '" + name + "'; the path counts from the scene file's folder");
+  part.path = found->path;
+  if (!found->note.empty()) part.notes.push_back(found->note);
   note_input(part.path, "a mesh of the scene");
+}
+
+/// Links have a key of their own.
+void check_no_description(const TomlTable& t, const std::string& name,
+                          const std::filesystem::path& folder) {
+  const std::string file = split_link(name).file;
+  if (!is_description(plain_name(file))) return;
+  t.fail("mesh", "'" + name + "' is of a robot description; give link = \"" + file +
+                     "#LINK\" instead, without scale_to_m" + links_told(folder / file));
 }
 
 void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
   part.mesh = *t.text("mesh");
+  check_no_description(t, part.mesh, folder);
   find_part_file(t, "mesh", part.mesh, folder, part);
   const auto scale = t.scale3("scale_to_m", kPositive);
   // The other formats state their unit.
@@ -260,14 +267,15 @@ void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, Sce
 /// "robot.urdf#link": robot descriptions are in metres.
 void read_link(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
   part.mesh = *t.text("link");
-  const std::size_t hash = part.mesh.rfind('#');
-  if (hash == std::string::npos || hash + 1 == part.mesh.size()) {
+  const LinkName name = split_link(part.mesh);
+  if (!name.link) {
     t.fail("link", "is '" + part.mesh +
                        "'; give a robot description and a link of it, as in "
-                       "\"robot.urdf#gripper\"");
+                       "\"robot.urdf#gripper\"" +
+                       links_told(folder / name.file));
   }
-  part.link = part.mesh.substr(hash + 1);
-  find_part_file(t, "link", part.mesh.substr(0, hash), folder, part);
+  part.link = name.link;
+  find_part_file(t, "link", name.file, folder, part);
 }
 
 /// Reads one of `mesh`, `shape` and `link`.
@@ -545,6 +553,10 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (is_description(path))
+    throw InputError(path.string() +
+                     ": is a robot description; give the scene file (TOML) that names a link of "
+                     "it, as link = \"FILE.urdf#LINK\", or make one with graph_compiler init");
   if (extension == ".stl" || extension == ".obj" || extension == ".off" || extension == ".ply" ||
       import_format_of(path))
     throw InputError(path.string() + ": is a mesh; give the scene file (TOML) that names it");

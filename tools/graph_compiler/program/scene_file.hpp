@@ -59,6 +59,7 @@ struct ScenePart {
   std::optional<double> tolerance_m;   ///< the part is simplified within
   bool disjoint = false;               ///< solids that overlap are cut apart
   PartKind kind = PartKind::kAny;      ///< `as`
+  std::vector<std::string> notes;      ///< what was taken otherwise than it stands in the file
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
