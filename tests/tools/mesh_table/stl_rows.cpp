@@ -125,8 +125,6 @@ std::vector<Row> stl_binary_rows() {
         kAgain);
   t.bad("one triangle too many announced", stl_bytes("", 5, four),
         "t.stl: byte 80: the header announces 5", kAgain);
-  t.bad("one triangle too few announced", stl_bytes("", 3, four),
-        "t.stl: byte 80: the header announces 3", kAgain);
   t.bad("no triangle announced", stl_bytes("", 0, four), "t.stl: byte 80: the header announces 0",
         kAgain);
   t.bad("2^32 - 1 triangles announced", stl_bytes("", 0xFFFFFFFFU, four),
@@ -135,7 +133,7 @@ std::vector<Row> stl_binary_rows() {
         "t.stl: byte 80: the header announces 40", kAgain);
   t.bad("no triangle at all", stl_bytes("", 0, {}), "t.stl: the file holds no face",
         "polygon mesh");
-  t.bad("junk at the end", all + "junk", "t.stl: byte 80: the header announces 4", kAgain);
+  t.good("junk at the end", all + "junk");
   t.bad("NaN", with_value(2, std::numeric_limits<double>::quiet_NaN()),
         "t.stl: byte " + std::to_string(84 + 100 + 24 + 8) + ": a coordinate of triangle 2",
         "delete the triangle");
