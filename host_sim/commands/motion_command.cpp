@@ -100,21 +100,22 @@ Command add_motion_command(CLI::App& program) {
   add_log_options(*app, o->log);
   app->add_option("-o,--out", o->out,
                   "motion to write: t,x,y,z,qw,qx,qy,qz; required, but of a log motion.csv");
-  return {app,
-          [o] {
-            const int given = static_cast<int>(!o->script.empty()) +
-                              static_cast<int>(!o->scene.empty()) +
-                              static_cast<int>(!o->log.log.path.empty());
-            if (given != 1)
-              throw tools::UsageError("give a motion script, --for SCENE.rtscene or --from LOG");
-            const bool log = !o->log.log.path.empty();
-            if (o->out.empty() && !log) throw tools::UsageError("--out is required");
-            if (o->out.empty()) o->out = "motion.csv";
-            tools::claim_output(o->out, "--out");
-            if (log) return motion_from_log(o->log, o->out);
-            return o->scene.empty() ? motion_of_script(*o) : motion_for_scene(*o);
-          },
-          "host_sim motion --for peg.rtscene -o motion.csv"};
+  return {
+      app,
+      [o] {
+        const int given = static_cast<int>(!o->script.empty()) +
+                          static_cast<int>(!o->scene.empty()) +
+                          static_cast<int>(!o->log.log.path.empty());
+        if (given != 1)
+          throw tools::UsageError("give a motion script, or --for SCENE.rtscene, or --from LOG");
+        const bool log = !o->log.log.path.empty();
+        if (o->out.empty() && !log) throw tools::UsageError("--out is required");
+        if (o->out.empty()) o->out = "motion.csv";
+        tools::claim_output(o->out, "--out");
+        if (log) return motion_from_log(o->log, o->out);
+        return o->scene.empty() ? motion_of_script(*o) : motion_for_scene(*o);
+      },
+      "host_sim motion --for peg.rtscene -o motion.csv"};
 }
 
 }  // namespace haptic::sim
