@@ -5,7 +5,7 @@
 // n.dp - mu (|dp_t| - s) >= -gap, it has the same forces, and with s = |dp_t| of its own solution
 // nothing is lifted: that is Coulomb's law (De Saxce and Feng, Mathematical and Computer Modelling
 // 28, 1998; Acary and Cadoux, in Recent Advances in Contact Mechanics, 2013). A part that stays
-// where it is keeps any shifted cone, so the energy falls whatever the shifts are. They are found
+// where it is keeps any shifted cone, so the energy falls for any shifts. They are found
 // in two ways at once: s from the slip of the program before, and the balance of the forces that
 // program has found, in which what slides keeps its planes. Where that balance holds for every
 // point it is the solution, and no further program is needed.
