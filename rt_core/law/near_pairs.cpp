@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rt_core/contact/c_face_plane.hpp"
 #include "rt_core/contact/edge_lines.hpp"
@@ -72,7 +73,13 @@ LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept {
   return both;
 }
 
-void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept {
+void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots,
+                      bool screened) noexcept {
+  pairs_ = arena.take<NearPair>(slots);
+  listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  table_ = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
+  if (screened) return;
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
   // Spheres round facets are mostly empty, and so are those round the bars and plates of which a
@@ -87,11 +94,7 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
     if (scene.has_facets()) flat_ = arena.take<FlatPiece>(pieces);
     placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
   }
-  pairs_ = arena.take<NearPair>(slots);
-  listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   changed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  table_ = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
   at_ = arena.take<Place>(1);
   waiting_ = arena.take<NodePair>(kMostWaiting);
   found_ = BoundedList<Found>(arena.take<Found>(slots));
@@ -101,6 +104,7 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots)
 
 void NearPairs::read_scene(const SceneView& scene) noexcept {
   scene_ = &scene;
+  if (spheres_.empty()) return reset();
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
     const PieceRecord& piece = scene.pieces()[i];
@@ -141,6 +145,7 @@ void NearPairs::reset() noexcept {
     pairs_[slot - 1] = {};
     static_cast<void>(free_.push(slot - 1));
   }
+  for (std::uint32_t& entry : table_) entry = 0;
   list_ = begun_lists_ = 0;
   for (PlacedBox& placed : placed_) placed.list = 0;
   begun_ = overflowed_ = false;
@@ -150,13 +155,56 @@ void NearPairs::reset() noexcept {
   clear_until_m_ = -std::numeric_limits<double>::max();
 }
 
-/// Where the table has a pair, or would have it.
-std::uint32_t* NearPairs::entry_of(PairIndex pair) noexcept {
+/// Where the table has a pair at the earliest.
+std::uint32_t NearPairs::place_of(PairIndex pair) const noexcept {
   const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
   const auto folded = static_cast<std::uint32_t>(pair ^ pair >> 32);
-  std::uint32_t at = (folded * 0x9e3779b9u) >> 7 & mask;
+  return (folded * 0x9e3779b9u) >> 7 & mask;
+}
+
+/// Where the table has a pair, or would have it.
+const std::uint32_t* NearPairs::entry_of(PairIndex pair) const noexcept {
+  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  std::uint32_t at = place_of(pair);
   while (table_[at] != 0 && pairs_[table_[at] - 1].pair != pair) at = (at + 1) & mask;
   return &table_[at];
+}
+std::uint32_t* NearPairs::entry_of(PairIndex pair) noexcept {
+  return const_cast<std::uint32_t*>(std::as_const(*this).entry_of(pair));
+}
+
+std::uint32_t NearPairs::add(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) noexcept {
+  const PairIndex pair = scene_->find_pair(piece_a, scene_->bodies()[0].piece_count + piece_b);
+  std::uint32_t& entry = *entry_of(pair);
+  if (entry != 0) return entry - 1;
+  if (free_.empty()) return kNoSlot;
+  const std::uint32_t slot = free_[free_.size() - 1];
+  free_.truncate(free_.size() - 1);
+  list_ = 1;
+  pairs_[slot] = {pair, gap_m, list_, false, false};
+  static_cast<void>(listed_.push(slot));
+  entry = slot + 1;
+  return slot;
+}
+
+void NearPairs::remove(std::uint32_t slot) noexcept {
+  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  auto hole = static_cast<std::uint32_t>(entry_of(pairs_[slot].pair) - table_.data());
+  // What has been put behind it moves up.
+  for (std::uint32_t at = (hole + 1) & mask; table_[at] != 0; at = (at + 1) & mask) {
+    const std::uint32_t earliest = place_of(pairs_[table_[at] - 1].pair);
+    if (((at - earliest) & mask) < ((at - hole) & mask)) continue;
+    table_[hole] = table_[at];
+    hole = at;
+  }
+  table_[hole] = 0;
+  pairs_[slot].listed = 0;
+  static_cast<void>(free_.push(slot));
+  std::uint32_t kept = 0;
+  for (const std::uint32_t other : listed_) {
+    if (other != slot) listed_[kept++] = other;
+  }
+  listed_.truncate(kept);
 }
 
 void NearPairs::fill_table() noexcept {
@@ -540,7 +588,6 @@ void NearPairs::finish(double odometer_m) noexcept {
 
 /// Puts a pair into a free slot, or that of a pair which is not in the list any more.
 void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
-  constexpr std::uint32_t kNoSlot = UINT32_MAX;
   std::uint32_t slot = kNoSlot;
   if (!free_.empty()) {
     slot = free_[free_.size() - 1];

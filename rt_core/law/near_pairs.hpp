@@ -61,7 +61,8 @@ void follow(LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
 class NearPairs {
  public:
   /// `slots`: pairs that the list can hold.
-  void place(Arena& arena, const SceneView& scene, std::uint32_t slots) noexcept;
+  /// `screened`: there will be no lists.
+  void place(Arena& arena, const SceneView& scene, std::uint32_t slots, bool screened) noexcept;
   /// Builds the trees; `scene` outlives the list. Not for the servo loop.
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
@@ -87,6 +88,19 @@ class NearPairs {
   /// one pair may come on top of `most_visits`.
   [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept;
   [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
+  /// Of a scene whose facets are screened (law/facet_screen.hpp) there are no lists: pairs come and
+  /// go one by one.
+  [[nodiscard]] bool has(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
+    return *entry_of(scene_->find_pair(piece_a, scene_->bodies()[0].piece_count + piece_b)) != 0;
+  }
+  /// The slot of a pair, which need not have had one, `gap_m` a lower bound of its gap; kNoSlot:
+  /// all are taken. Cost: O(1).
+  [[nodiscard]] std::uint32_t add(std::uint32_t piece_a, std::uint32_t piece_b,
+                                  Real gap_m) noexcept;
+  /// A pair leaves its slot. Cost: O(slots in use).
+  void remove(std::uint32_t slot) noexcept;
+  static constexpr std::uint32_t kNoSlot = UINT32_MAX;
+
   /// The pair of this slot stays in the next list, however far it is.
   void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
 
@@ -171,6 +185,8 @@ class NearPairs {
   void leave_out(const Found& found) noexcept;
   void finish(double odometer_m) noexcept;
   void put(const Found& found, std::uint32_t& cursor) noexcept;
+  [[nodiscard]] std::uint32_t place_of(PairIndex pair) const noexcept;
+  [[nodiscard]] const std::uint32_t* entry_of(PairIndex pair) const noexcept;
   [[nodiscard]] std::uint32_t* entry_of(PairIndex pair) noexcept;
   void fill_table() noexcept;
   [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,

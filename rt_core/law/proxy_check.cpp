@@ -7,6 +7,7 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/law/proxy_step.hpp"
+#include "rt_core/law/way_gap.hpp"
 
 namespace haptic {
 namespace {
@@ -22,6 +23,8 @@ constexpr Real kHeldRounding = 16;
 constexpr std::uint32_t kMostPicks = 16, kPickedOfUnit = 128;
 /// Seats of a round in which none is free that count as one unit.
 constexpr std::uint32_t kSeatsOfUnit = 8;
+/// A step for whose pairs there are no slots is shortened to this share.
+constexpr Real kRefusedShare = 0.25_r;
 
 /// How deep a step may dip on its way, from a gap of `gap_p_m`.
 Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
@@ -30,40 +33,12 @@ Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
 
 }  // namespace
 
-/// Lower bound of the gap of a pair on the straight way of `step` (place and turn at constant
-/// speed), from its gaps along one plane at both ends; `at_q`: at the end.
-///
-/// Let n(s) = (1 - s) n_p + s n_q be the direction on the way, d(s) the way from a vertex of B to
-/// one of A, M = n.d. n'' = 0, |d'| <= |dx| + r |dtheta| with the lever r of A's piece, and
-/// |n.d''| <= r |dtheta| |n x dtheta|, so |M''| <= K = 2 (|n'.dx| + |n'| r |dtheta|) + r |dtheta| a
-/// with a the larger |n x dtheta| of both ends: a turn about the normal dips nowhere. M lies no
-/// lower than the parabola of curvature K through its ends; n is no shorter than
-/// sqrt(1 - |n'|^2 / 4).
-/// A plane that turns by more than 60 degrees certifies nothing: it may have come round to the
-/// other side of both pieces.
+/// Lower bound of the gap of a pair on the way of `step`, from its gaps along directions at both
+/// ends.
 Real Proxy::path_gap(const ProxyPair& pair, const DirectionGap& at_p, const DirectionGap& at_q,
                      const Step& step) const noexcept {
-  const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
-  const Real lever = pair.reach_a_m;
-  const Vec3 change = at_q.normal_w - at_p.normal_w;
-  const Real change2 = change.squaredNorm();
-  if (!(change2 < 1) || at_p.normal_w.isZero(0)) return -std::numeric_limits<Real>::max();
-  const Real across2 = std::max(at_q.normal_w.cross(step.dtheta_rad).squaredNorm(),
-                                at_p.normal_w.cross(step.dtheta_rad).squaredNorm());
-  Real curvature = 0;
-  Real length = 1;
-  if (change2 > 0) {
-    curvature = 2 * (std::abs(change.dot(step.dx_m)) + std::sqrt(change2) * lever * turn);
-    length = std::sqrt(1 - change2 / 4);
-  }
-  curvature += lever * turn * std::sqrt(across2);
-  const Real rise = at_q.gap_m - at_p.gap_m;
-  Real least = std::min(at_p.gap_m, at_q.gap_m);
-  if (2 * std::abs(rise) < curvature) {
-    const Real slope = rise - curvature / 2;
-    least = at_p.gap_m - slope * slope / (2 * curvature);
-  }
-  return least < 0 ? least / length : least;
+  return gap_on_way_m({at_p.normal_w, at_q.normal_w, at_p.gap_m, at_q.gap_m}, pair.reach_a_m,
+                      step.dx_m, step.dtheta_rad);
 }
 
 /// The same along one plane of the pair.
@@ -313,18 +288,18 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
     if (!(room_m > kLeastShare * taken)) tick.limited = true;
     tick.crowded = true;
   }
-  std::uint32_t first = reached_.size();  // lacks most by its own plane
+  constexpr std::uint32_t none = UINT32_MAX;
+  std::uint32_t first = none;  // lacks most by its own plane
   bool unsure = false;
-  std::uint32_t first_open = reached_.size(), last_open = first_open;
+  std::uint32_t first_open = none, last_open = none;
   const auto note_lacking = [&](std::uint32_t k) {
     reached_[k].open = true;
-    reached_[k].next_open = reached_.size();
-    (first_open == reached_.size() ? first_open : reached_[last_open].next_open) = k;
+    reached_[k].next_open = none;
+    (first_open == none ? first_open : reached_[last_open].next_open) = k;
     last_open = k;
-    if (first == reached_.size() || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
+    if (first == none || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
   };
   const auto look_at_lacking = [&] {
-    const std::uint32_t none = reached_.size();
     std::uint32_t picks = 0, other = first_open;
     while (first < none && (picks < kMostPicks || other < none)) {
       const bool picked = picks < kMostPicks;
@@ -357,71 +332,89 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
     }
     first = none;
   };
-  const std::uint32_t seated = reached_.size();
   const std::span<std::uint32_t> others = beside();
   ReachedPair passing;
-  for (std::uint32_t k = 0; k < seated + others.size(); ++k) {
-    if (k >= seated) passing = seen(others[k - seated]);
-    ReachedPair& reached = k < seated ? reached_[k] : passing;
-    ProxyPair& pair = pairs_[reached.pair];
-    reached.open = false;
-    const bool was_sound = knows && reached.sound && reached.checked + 1 == checks_;
-    reached.checked = checks_;
-    if (was_sound) {
-      const Real less_m = apart_m + apart_rad * pair.reach_a_m;
-      const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
-      if (least > parameters_.scale.tolerance_m) {
-        reached.shared = reached.shared || reached.exact_q;
-        reached.exact_q = false;
-        reached.gap_q_m -= less_m;
-        reached.path_m -= less_m;
+  const auto look_at = [&](std::uint32_t begin) {
+    const std::uint32_t seated = reached_.size();
+    for (std::uint32_t k = begin; k < seated + others.size(); ++k) {
+      if (k >= seated) passing = seen(others[k - seated]);
+      ReachedPair& reached = k < seated ? reached_[k] : passing;
+      ProxyPair& pair = pairs_[reached.pair];
+      reached.open = false;
+      const bool was_sound = knows && reached.sound && reached.checked + 1 == checks_;
+      reached.checked = checks_;
+      if (was_sound) {
+        const Real less_m = apart_m + apart_rad * pair.reach_a_m;
+        const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
+        if (least > parameters_.scale.tolerance_m) {
+          reached.shared = reached.shared || reached.exact_q;
+          reached.exact_q = false;
+          reached.gap_q_m -= less_m;
+          reached.path_m -= less_m;
+          continue;
+        }
+      }
+      reached.sound = false;
+      HeldGap held = held_gap(reached, step, far, turn);
+      if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
+        look_closer(reached, tick);
+        held = held_gap(reached, step, far, turn);
+      }
+      if (held.on_way_m > parameters_.scale.tolerance_m) {
+        reached.plane = pair.plane;
+        reached.support = pair.support;
+        reached.gap_p_m = reached.gap_m;
+        reached.gap_q_m = held.at_end_m;
+        reached.path_m = held.on_way_m;
+        reached.exact_q = reached.shared = false;
+        reached.sound = true;
         continue;
       }
+      if (reached.unsure) {
+        unsure = true;
+        reached.exact_q = false;
+        continue;
+      }
+      need_view(pair, tick);
+      if (keeps_plane(reached, step, least_m, tick)) {
+        reached.sound = true;
+        continue;
+      }
+      if (k < seated) {
+        note_lacking(k);
+        continue;
+      }
+      std::uint32_t seat = free_seat(least_m, false);
+      if (seat == reached_.size()) {
+        tick.search_work += 1 + reached_.size() / kSeatsOfUnit;
+        look_at_lacking();
+        seat = free_seat(least_m, true);
+      }
+      if (seat == reached_.size() || unsure) {  // what lacks already is enough for one round
+        result.ok = false;
+        break;
+      }
+      give_seat(seat, others[k - seated], passing);
+      note_lacking(seat);
     }
-    reached.sound = false;
-    HeldGap held = held_gap(reached, step, far, turn);
-    if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
-      look_closer(reached, tick);
-      held = held_gap(reached, step, far, turn);
-    }
-    if (held.on_way_m > parameters_.scale.tolerance_m) {
-      reached.plane = pair.plane;
-      reached.support = pair.support;
-      reached.gap_p_m = reached.gap_m;
-      reached.gap_q_m = held.at_end_m;
-      reached.path_m = held.on_way_m;
-      reached.exact_q = reached.shared = false;
-      reached.sound = true;
-      continue;
-    }
-    if (reached.unsure) {
-      unsure = true;
-      reached.exact_q = false;
-      continue;
-    }
-    need_view(pair, tick);
-    if (keeps_plane(reached, step, least_m, tick)) {
-      reached.sound = true;
-      continue;
-    }
-    if (k < seated) {
-      note_lacking(k);
-      continue;
-    }
-    std::uint32_t seat = free_seat(least_m, false);
-    if (seat == reached_.size()) {
-      tick.search_work += 1 + reached_.size() / kSeatsOfUnit;
-      look_at_lacking();
-      seat = free_seat(least_m, true);
-    }
-    if (seat == reached_.size() || unsure) {  // what lacks already is enough for one round
+    look_at_lacking();
+  };
+  look_at(0);
+  // Those that the screen cannot certify join the others, until it has no more.
+  for (bool goes_on = false; has_screen() && result.ok && !unsure; goes_on = true) {
+    const std::uint32_t begin = reached_.size();
+    const Screened end = screen_step(step, least_m, goes_on, tick);
+    if (end == Screened::kDone) break;
+    if (end == Screened::kMissed) {
+      look_at(begin);
+    } else if (end == Screened::kRefused) {
       result.ok = false;
-      break;
+      result.share = std::min(result.share, kRefusedShare);
+    } else {
+      unsure = true;
     }
-    give_seat(seat, others[k - seated], passing);
-    note_lacking(seat);
   }
-  look_at_lacking();
+  if (has_screen() && !result.ok) screen_->forget_done();
   // Another pair that lacks a plane is told first: its plane may keep this one clear too.
   if (unsure) {
     result.ok = false;

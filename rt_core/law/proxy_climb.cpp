@@ -206,6 +206,7 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
     p_ = start.p;
     version_ += 1;
     path_m_ = (path_m_ + start.back_m * kOdometerUp) * (1 + 0x1p-52);
+    if (has_screen()) screen_->accept(p_, static_cast<Real>(start.back_m) * (1 + kRealEpsilon), 0);
     way_ = start.way;
     way_left_m_ = start.way_left_m;
     turn_left_rad_ = start.turn_left_rad;

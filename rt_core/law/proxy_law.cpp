@@ -124,14 +124,20 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   }
   const std::uint32_t slots = c.near_slots;
   scene_ = arena.take<SceneView>(1);
-  settled_tick_ = arena.take<ProxyTick>(1);
+  settled_tick_ = arena.take<ProxyTick>(1).data();
   felt_ = arena.take<FeltContact>(1);
-  near_pairs_.place(arena, scene, slots);
+  const bool screened = FacetScreen::serves(scene);
+  near_pairs_.place(arena, scene, slots, screened);
+  if (screened) {
+    screen_ = arena.take<FacetScreen>(1).data();
+    FacetScreen counting;
+    (screen_ == nullptr ? counting : *screen_).place(arena, scene);
+  }
   has_facets_ = scene.has_facets();
-  if (has_facets_ || slots > kManyNearPairs) {
+  if (!screened && (has_facets_ || slots > kManyNearPairs)) {
     hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   }
-  const bool overflows = c.pair_count > slots;
+  const bool overflows = !screened && c.pair_count > slots;
   list_visits_of_tick_ = static_cast<std::uint32_t>(
       list_visits(moving_pieces, scene.pieces().size() - moving_pieces, overflows));
   pairs_ = arena.take<ProxyPair>(slots);
@@ -174,11 +180,13 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
 void Proxy::read_scene(const SceneView& scene) noexcept {
   scene_[0] = scene;
   near_pairs_.read_scene(scene_[0]);
+  if (has_screen()) screen_->read_scene(scene_[0]);
 }
 
 void Proxy::reset() noexcept {
   started_ = false;
   near_pairs_.reset();
+  if (has_screen()) screen_->reset();
   for (ViewPlace& place : view_of_) place = {};
   next_view_ = next_seat_ = 0;
   cones_.clear();
@@ -290,6 +298,10 @@ void Proxy::adapt_trust(PassEnd end) noexcept {
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
   near_pairs_.follow(step.dx_m, step.dtheta_rad);
+  if (has_screen()) {
+    screen_->accept(step.q, std::sqrt(step.dx_m.squaredNorm()),
+                    std::sqrt(step.dtheta_rad.squaredNorm()));
+  }
   way_.translation_m -= step.dx_m;
   way_.rotation_rad -= step.dtheta_rad;
   if (pass_of_tick_ == 0) came_ = {step.dx_m, step.dtheta_rad};
@@ -396,6 +408,8 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   ProxyTick tick;
   tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
   tick.end_potential_j = tick.start_potential_j;
+  granted_lists_ = granted_planes_ = kGrantedScreenWork;
+  if (has_screen()) give_back(tick);
   may_close_ = true;
   PassEnd end = PassEnd::kMoved;
   std::uint32_t short_passes = 0;

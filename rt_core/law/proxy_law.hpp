@@ -25,6 +25,7 @@
 #include "rt_core/contact/near_set.hpp"
 #include "rt_core/contact/valid_planes.hpp"
 #include "rt_core/law/coupling.hpp"
+#include "rt_core/law/facet_screen.hpp"
 #include "rt_core/law/felt_contact.hpp"
 #include "rt_core/law/near_pairs.hpp"
 #include "rt_core/law/proxy_qp.hpp"
@@ -208,6 +209,7 @@ struct ProxyTick {
   std::uint32_t list_visits = 0;   ///< nodes of the trees that lists of near pairs looked at
   std::uint32_t behind_ticks = 0;  ///< ticks in a row that have ended for want of budget
   std::uint16_t balances = 0;      ///< of the forces of what rubs
+  std::uint32_t screened = 0;      ///< work of the screen, in kScreenOfUnit of a unit
   bool spent = false;              ///< this is one
   bool moved = false;              ///< p is not where it was
   bool limited = false;            ///< a cap was met, or a residual is left
@@ -220,7 +222,7 @@ struct ProxyTick {
   [[nodiscard]] std::uint32_t units() const noexcept {
     return plane_gaps + valid_nodes + search_work + kRegionUnits * regions +
            kProgramUnits * qp_programs + kQpStepUnits * qp_steps + kBalanceUnits * balances +
-           list_visits / kListVisitsOfUnit;
+           list_visits / kListVisitsOfUnit + screened / kScreenOfUnit;
   }
 };
 
@@ -282,7 +284,7 @@ class Proxy {
   };
   /// What a tick may begin once however much it has spent: else no budget could be too small for
   /// the part to arrive.
-  enum Grant : std::uint8_t { kRoundGrant = 1, kSetGrant = 2, kSearchGrant = 4 };
+  enum Grant : std::uint8_t { kRoundGrant = 1, kSetGrant = 2, kSearchGrant = 4, kSweepGrant = 8 };
 
   [[nodiscard]] PassEnd pass(const GripPose& goal, ProxyTick& tick) noexcept;
   void gather(const PoseError& error, ProxyTick& tick) noexcept;
@@ -299,6 +301,7 @@ class Proxy {
   }
   /// What a motion may be, as list_motion_m() has it, that meets no pair which is not in the list.
   [[nodiscard]] Real unlisted_m() const noexcept {
+    if (has_screen()) return screen_->clear_m() - skin_m();
     return near_pairs_.unlisted_m(list_odometer_m(near_pairs_.least_share())) -
            skin_m() / near_pairs_.least_share();
   }
@@ -333,6 +336,22 @@ class Proxy {
   void form_view(ProxyPair& pair, ProxyTick& tick) noexcept;
   void keep_view(std::uint32_t slot, bool keep) noexcept;
   void forget(std::uint32_t slot) noexcept;
+
+  /// Facets screened in bulk (proxy_screen.cpp).
+  [[nodiscard]] bool has_screen() const noexcept {
+    return kSceneTraits.facets && screen_ != nullptr;
+  }
+  void renew_screen(ProxyTick& tick) noexcept;
+  void settle_screen(ProxyTick& tick) noexcept;
+  void give_back(ProxyTick& tick) noexcept;
+  enum class Screened : std::uint8_t { kDone, kMissed, kSpent, kRefused };
+  [[nodiscard]] Screened screen_step(const Step& step, Real least_m, bool goes_on,
+                                     ProxyTick& tick) noexcept;
+  [[nodiscard]] bool take_missed(bool reach, ProxyTick& tick) noexcept;
+  [[nodiscard]] std::uint32_t screen_budget(std::uint32_t granted,
+                                            const ProxyTick& tick) const noexcept;
+  void count_screened(std::uint32_t& granted, ProxyTick& tick) noexcept;
+  [[nodiscard]] Real screened_least_m() const noexcept;
   void enter(std::uint32_t slot) noexcept;
   void hold(ProxyPair& pair, const Vec3& normal_w, Real gap_m) const noexcept;
   [[nodiscard]] Real along_held_m(const ProxyPair& pair) const noexcept;
@@ -533,8 +552,9 @@ class Proxy {
 
   std::span<SceneView> scene_;  ///< one
   NearPairs near_pairs_;
-  std::span<ProxyPair> pairs_;  ///< by slot
-  std::span<PairView> views_;   ///< by slot; where pairs take turns fewer
+  FacetScreen* screen_ = nullptr;  ///< of a scene that it serves
+  std::span<ProxyPair> pairs_;     ///< by slot
+  std::span<PairView> views_;      ///< by slot; where pairs take turns fewer
   /// Of each view, where pairs take turns: the slot that it was formed for last, and the pass that
   /// keeps it.
   struct ViewPlace {
@@ -556,9 +576,10 @@ class Proxy {
   Real list_range_m_ = std::numeric_limits<Real>::max();  ///< no list reaches farther
   double list_path_m_ = 0, list_turn_rad_ = 0;  ///< how far p_ had come where the list was begun
   std::uint32_t list_visits_of_tick_ = 0, list_visits_left_ = 0;
-  std::uint32_t list_ticks_ = 1;    ///< that the last list took
-  std::uint32_t checks_ = 0;        ///< counts them, for ReachedPair::checked
-  std::uint32_t list_age_ = 0;      ///< ticks of the one that is begun
+  std::uint32_t granted_lists_ = 0, granted_planes_ = 0;  ///< work of the screen, of this tick
+  std::uint32_t list_ticks_ = 1;                          ///< that the last list took
+  std::uint32_t checks_ = 0;                              ///< counts them, for ReachedPair::checked
+  std::uint32_t list_age_ = 0;                            ///< ticks of the one that is begun
   std::uint32_t pass_units_ = 0;    ///< work of the last ticks but for lists, fading
   std::uint32_t pass_of_tick_ = 0;  ///< of this pass
   bool has_facets_ = false;
@@ -595,7 +616,7 @@ class Proxy {
   bool still_ = false;                 ///< with it, nothing moved
   bool choice_spent_ = false;          ///< nor did the budget suffice to choose the planes again
   bool settled_ = false;               ///< nor can with planes chosen from the start
-  std::span<ProxyTick> settled_tick_;  ///< its account; one
+  ProxyTick* settled_tick_ = nullptr;  ///< its account
   std::span<FeltContact> felt_;        ///< one
   BoundedList<QpRow> rows_;
   std::span<std::uint8_t> row_plane_;             ///< index of the imposed plane of each row

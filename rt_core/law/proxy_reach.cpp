@@ -327,6 +327,7 @@ void Proxy::enter(std::uint32_t slot) noexcept {
 /// that it lasts for a while. Where one list is more than a tick has time for, the next is begun
 /// early.
 void Proxy::list_pairs(ProxyTick& tick) noexcept {
+  if (has_screen()) return renew_screen(tick);
   const ProxyScale& scale = parameters_.scale;
   // For a motion like the last one.
   const Real came_m = std::sqrt(came_.translation_m.squaredNorm());
@@ -449,6 +450,7 @@ void Proxy::reach_all(ProxyTick& tick) noexcept {
   list_pairs(tick);
   const std::span<const std::uint32_t> slots = hot_pairs();
   nearest_m_ = std::min({near_pairs_.least_share() * unlisted_m(), cold_m(), left_out_m()});
+  if (has_screen()) nearest_m_ = std::min(nearest_m_, screen_->nearest_m() - skin_m());
   tick.gap_m = std::max(nearest_m_, Real{0});  // p is free of what no list has shown yet
   const auto known_m = [&](const ProxyPair& pair) {
     return pair.gap_version == version_ ? pair.gap_m : clear_m(pair);

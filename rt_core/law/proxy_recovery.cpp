@@ -166,6 +166,7 @@ void Proxy::go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noe
   path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
             (1 + 0x1p-52);
   near_pairs_.follow(step.dx_m, step.dtheta_rad);
+  if (has_screen()) screen_->accept(p_, std::sqrt(step.dx_m.squaredNorm()), 0);
   for (ReachedPair& reached : reached_) {  // how deep it is now is told
     const ProxyPair& pair = pairs_[reached.pair];
     reached.gap_q_m = clear_m(pair);

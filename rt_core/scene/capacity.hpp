@@ -13,6 +13,7 @@
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/proxy_limits.hpp"
 #include "rt_core/scene/scene_format.hpp"
+#include "rt_core/scene/screen_size.hpp"
 
 namespace haptic {
 
@@ -99,6 +100,16 @@ constexpr std::uint64_t list_visits(std::uint64_t pieces_a, std::uint64_t pieces
 constexpr std::uint64_t last_visits(std::uint64_t search, bool overflows) noexcept {
   constexpr std::uint64_t kOthers = kJoinVisits + kMostEdgeLines + 2 * kListVisitsOfUnit;
   return overflows ? (kListVisitsOfUnit + 1) * (search + 1) + kOthers : 0;
+}
+
+/// The same of any scene, or as many visits as the screen of one of facets alone may begin; `many`:
+/// there are more pairs than slots.
+constexpr std::uint64_t begun_visits(std::span<const PieceRecord> pieces, std::uint32_t pieces_a,
+                                     bool many) noexcept {
+  if (is_screened(pieces, pieces_a)) {
+    return kListVisitsOfUnit * screen_size(pieces, pieces_a).begun_units();
+  }
+  return list_visits(pieces_a, pieces.size() - pieces_a, many);
 }
 
 /// Units that it takes to look at every near pair once: a gap, and of those that take turns a view.
@@ -252,11 +263,12 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   if (passes == 0) return c;
   bool friction = false;
   for (const BodyRecord& body : bodies) friction = friction || body.friction > 0;
-  c.near_slots = near_slots(c.pair_count, parameters.coupling.near_pairs, facets);
-  if (pair_count > c.near_slots) c.unproven |= kUnprovenNearPairs;
-  const bool overflows = pair_count > c.near_slots;
-  const std::uint64_t visits =
-      list_visits(pieces_a, pieces_b, overflows) + last_visits(work.search, overflows);
+  const bool screened = is_screened(pieces, pieces_a);
+  const std::uint32_t asked = parameters.coupling.near_pairs;
+  c.near_slots = screened ? screened_slots(asked) : near_slots(c.pair_count, asked, facets);
+  if (!screened && pair_count > c.near_slots) c.unproven |= kUnprovenNearPairs;
+  const std::uint64_t visits = begun_visits(pieces, pieces_a, pair_count > c.near_slots) +
+                               last_visits(work.search, !screened && pair_count > c.near_slots);
   c.max_work_units =
       clip(parameters.work_units +
            begun_units(work, near_looks(c.near_slots, parameters.coupling.near_pairs), visits,

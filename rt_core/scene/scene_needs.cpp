@@ -31,8 +31,10 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.fixed_orientation = is_one_orientation(p.envelope);
   needs.free_orientation = !needs.fixed_orientation;
   needs.facets = has_facets(scene.pieces());
-  needs.many_pairs = needs.proxy && (c.pair_count > c.near_slots ||
-                                     near_seats(c.near_slots, p.coupling.near_pairs).take_turns);
+  const bool screened = is_screened(scene.pieces(), scene.bodies()[0].piece_count);
+  needs.many_pairs =
+      needs.proxy && !screened &&
+      (c.pair_count > c.near_slots || near_seats(c.near_slots, p.coupling.near_pairs).take_turns);
   needs.device =
       p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
   needs.goal_contact = has_goal_contact(p);

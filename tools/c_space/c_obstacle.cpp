@@ -167,10 +167,10 @@ ObstacleSearch::ObstacleSearch(const SceneView& view, const NearLimits& limits)
   const auto slots =
       static_cast<std::uint32_t>(std::min<PairIndex>(limits.most_tried, view.pair_count()));
   Arena counting;
-  pairs_.place(counting, view, slots);
+  pairs_.place(counting, view, slots, false);
   memory_.resize(counting.used() / sizeof(std::uint64_t) + 1);
   Arena arena(reinterpret_cast<std::byte*>(memory_.data()));
-  pairs_.place(arena, view, slots);
+  pairs_.place(arena, view, slots, false);
   pairs_.read_scene(view);
 }
 

@@ -311,12 +311,12 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
 /// Units of work that a tick may have begun beyond its budget, without those of any one pair.
 std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capacity) {
   if (capacity.max_work_units == 0) return 0;
-  const std::size_t moving = t.bodies[0].piece_count;
+  const std::uint32_t moving = t.bodies[0].piece_count;
   const bool friction =
       std::ranges::any_of(t.bodies, [](const BodyRecord& body) { return body.friction > 0; });
   const bool facets = has_facets(t.pieces);
-  const bool overflows = capacity.pair_count > capacity.near_slots;
-  const std::uint64_t visits = list_visits(moving, t.pieces.size() - moving, overflows);
+  const std::uint64_t visits =
+      begun_visits(t.pieces, moving, capacity.pair_count > capacity.near_slots);
   return static_cast<std::uint32_t>(
       begun_units(PairWork{}, near_looks(capacity.near_slots, t.parameters[0].coupling.near_pairs),
                   visits, friction, facets));

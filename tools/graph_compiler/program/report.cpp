@@ -505,8 +505,10 @@ std::string summary_as_text(const CompiledScene& compiled, const std::string& ou
   }
   text += "pairs        " + grouped(facts.pair_count) + " pairs of pieces";
   if (proxy) {
-    text += facts.pair_count > c.near_slots
-                ? "; a tick follows the nearest " + grouped(c.near_slots)
+    const bool follows_some = (c.unproven & kUnprovenNearPairs) != 0;
+    text += follows_some ? "; a tick follows the nearest " + grouped(c.near_slots)
+            : facts.pair_count > c.near_slots
+                ? ", screened in bulk; a tick follows up to " + grouped(c.near_slots) + " of them"
                 : std::string("; a tick can follow all of them");
   }
   text += "\n";

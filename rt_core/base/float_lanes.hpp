@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Eight numbers of single precision at a time. Only arithmetic element by element, smallest and
+/// largest: no instruction set changes a bit of the result. No product is joined with a sum.
+
+#include <algorithm>
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace haptic {
+
+inline constexpr std::uint32_t kFloatLanes = 8;
+
+/// One after the other, on any machine.
+namespace each_lane {
+
+struct FloatLanes {
+  float x[kFloatLanes];
+};
+/// `from`: aligned to 16 bytes.
+inline FloatLanes load_floats(const float* from) noexcept {
+  FloatLanes out;
+  for (std::uint32_t k = 0; k < kFloatLanes; ++k) out.x[k] = from[k];
+  return out;
+}
+inline void store_floats(const FloatLanes& x, float* to) noexcept {
+  for (std::uint32_t k = 0; k < kFloatLanes; ++k) to[k] = x.x[k];
+}
+template <typename Of>
+inline FloatLanes lane_by_lane(const Of& of) noexcept {
+  FloatLanes out;
+  for (std::uint32_t k = 0; k < kFloatLanes; ++k) out.x[k] = of(k);
+  return out;
+}
+inline FloatLanes all_lanes(float x) noexcept {
+  return lane_by_lane([&](std::uint32_t) { return x; });
+}
+inline FloatLanes operator+(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] + r.x[k]; });
+}
+inline FloatLanes operator-(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] - r.x[k]; });
+}
+inline FloatLanes operator*(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] * r.x[k]; });
+}
+/// l < r ? l : r, in each lane.
+inline FloatLanes smaller(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] < r.x[k] ? l.x[k] : r.x[k]; });
+}
+inline FloatLanes larger(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] > r.x[k] ? l.x[k] : r.x[k]; });
+}
+/// A bit for each lane, the first one lowest: whether l < r.
+inline std::uint32_t lanes_below(const FloatLanes& l, const FloatLanes& r) noexcept {
+  std::uint32_t bits = 0;
+  for (std::uint32_t k = 0; k < kFloatLanes; ++k) bits |= (l.x[k] < r.x[k] ? 1u : 0u) << k;
+  return bits;
+}
+/// Lane by lane `x` where l < r, else `other`.
+inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const FloatLanes& x,
+                              const FloatLanes& other) noexcept {
+  return lane_by_lane([&](std::uint32_t k) { return l.x[k] < r.x[k] ? x.x[k] : other.x[k]; });
+}
+
+}  // namespace each_lane
+
+#if defined(__SSE2__)
+
+/// In registers of four.
+namespace four_lanes {
+
+struct FloatLanes {
+  __m128 low, high;
+};
+inline FloatLanes load_floats(const float* from) noexcept {
+  return {_mm_load_ps(from), _mm_load_ps(from + 4)};
+}
+inline void store_floats(const FloatLanes& x, float* to) noexcept {
+  _mm_store_ps(to, x.low);
+  _mm_store_ps(to + 4, x.high);
+}
+inline FloatLanes all_lanes(float x) noexcept { return {_mm_set1_ps(x), _mm_set1_ps(x)}; }
+inline FloatLanes operator+(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {_mm_add_ps(l.low, r.low), _mm_add_ps(l.high, r.high)};
+}
+inline FloatLanes operator-(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {_mm_sub_ps(l.low, r.low), _mm_sub_ps(l.high, r.high)};
+}
+inline FloatLanes operator*(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {_mm_mul_ps(l.low, r.low), _mm_mul_ps(l.high, r.high)};
+}
+inline FloatLanes smaller(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {_mm_min_ps(l.low, r.low), _mm_min_ps(l.high, r.high)};
+}
+inline FloatLanes larger(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {_mm_max_ps(l.low, r.low), _mm_max_ps(l.high, r.high)};
+}
+inline std::uint32_t lanes_below(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmplt_ps(l.low, r.low))) |
+         static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmplt_ps(l.high, r.high))) << 4;
+}
+inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const FloatLanes& x,
+                              const FloatLanes& other) noexcept {
+  const auto choose = [](__m128 below, __m128 yes, __m128 no) {
+    return _mm_or_ps(_mm_and_ps(below, yes), _mm_andnot_ps(below, no));
+  };
+  return {choose(_mm_cmplt_ps(l.low, r.low), x.low, other.low),
+          choose(_mm_cmplt_ps(l.high, r.high), x.high, other.high)};
+}
+
+}  // namespace four_lanes
+
+using namespace four_lanes;
+
+#else
+
+using namespace each_lane;
+
+#endif
+
+/// The smallest of all lanes.
+inline float least_lane(const FloatLanes& x) noexcept {
+  alignas(16) float each[kFloatLanes];
+  store_floats(x, each);
+  float least = each[0];
+  for (std::uint32_t k = 1; k < kFloatLanes; ++k) least = each[k] < least ? each[k] : least;
+  return least;
+}
+
+/// Single precision, rounded down or up by enough: for bounds.
+inline constexpr float kFloatRound = 1.2e-7f;  // a unit in the last place of a number
+template <typename T>
+inline float rounded_down(T x) noexcept {
+  const float f = static_cast<float>(x);
+  return f - (f < 0 ? -f : f) * kFloatRound;
+}
+template <typename T>
+inline float rounded_up(T x) noexcept {
+  const float f = static_cast<float>(x);
+  return f + (f < 0 ? -f : f) * kFloatRound;
+}
+
+}  // namespace haptic
