@@ -38,9 +38,11 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-std::string gltf_text(const std::string& node, const std::string& uri) {
-  return "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{" +
-         node + "\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}," +
+/// `nodes`: all of them; `roots`: the indices of those of the scene.
+std::string gltf_text(const std::string& nodes, const std::string& roots, const std::string& uri) {
+  return "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[" + roots +
+         "]}],\"nodes\":[" + nodes +
+         "],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}," +
          "\"indices\":1}]}],\"buffers\":[{\"byteLength\":72" + uri + "}]," +
          "\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48}," +
          "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":24}]," +
@@ -79,6 +81,10 @@ std::string amf_of(const std::string& items, const std::string& root) {
 std::string tetrahedron_amf(const std::string& root) { return amf_of(amf_object("0"), root); }
 
 std::string tetrahedron_dae(const std::string& asset, const std::string& node) {
+  return dae_of_nodes("<node id=\"n\">" + node + "<instance_geometry url=\"#g\"/></node>", asset);
+}
+
+std::string dae_of_nodes(const std::string& nodes, const std::string& asset) {
   return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
          "<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
          "<asset>" +
@@ -91,9 +97,9 @@ std::string tetrahedron_dae(const std::string& asset, const std::string& node) {
          "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices>"
          "<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>"
          "<p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry></library_geometries>"
-         "<library_visual_scenes><visual_scene id=\"s\"><node id=\"n\">" +
-         node +
-         "<instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes>"
+         "<library_visual_scenes><visual_scene id=\"s\">" +
+         nodes +
+         "</visual_scene></library_visual_scenes>"
          "<scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
 }
 
@@ -169,16 +175,25 @@ std::string gltf_buffer() {
   return bytes;
 }
 
+namespace {
+
+std::string gltf_data_uri() {
+  return ",\"uri\":\"data:application/octet-stream;base64," + base64(gltf_buffer()) + "\"";
+}
+
+}  // namespace
+
 std::string tetrahedron_gltf(const std::string& node, const std::string& buffer) {
-  return gltf_text(
-      node, ",\"uri\":\"" +
-                (buffer.empty() ? "data:application/octet-stream;base64," + base64(gltf_buffer())
-                                : buffer + ".bin") +
-                "\"");
+  return gltf_text("{" + node + "\"mesh\":0}", "0",
+                   buffer.empty() ? gltf_data_uri() : ",\"uri\":\"" + buffer + ".bin\"");
+}
+
+std::string gltf_of_nodes(const std::string& nodes, const std::string& roots) {
+  return gltf_text(nodes, roots, gltf_data_uri());
 }
 
 std::string tetrahedron_glb() {
-  std::string json = gltf_text("", "");
+  std::string json = gltf_text("{\"mesh\":0}", "0", "");
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::string buffer = gltf_buffer();
   const auto size = [](const std::string& text) { return static_cast<std::uint32_t>(text.size()); };

@@ -22,6 +22,8 @@ std::string amf_object(const std::string& id, int volumes = 1);
 /// `asset`: what stands in the asset, such as <unit meter="0.01"/>; `node`: before the mesh in its
 /// node, such as <translate>.
 std::string tetrahedron_dae(const std::string& asset = "", const std::string& node = "");
+/// Nodes with <instance_geometry url="#g"/>, the tetrahedron, in a scene with the id "s".
+std::string dae_of_nodes(const std::string& nodes, const std::string& asset = "");
 /// `build`: the items.
 std::string model_of_3mf(const std::string& root = "",
                          const std::string& build = "<item objectid=\"1\"/>");
@@ -33,6 +35,8 @@ std::string metre_model_of_3mf(const std::string& resources, const std::string& 
 std::string archive_of_3mf(const std::string& model, Packing packing = Packing::kStored);
 /// The node's keys, such as "\"scale\":[1,1,-1],"; buffer as data in the text, or `buffer`.bin.
 std::string tetrahedron_gltf(const std::string& node = "", const std::string& buffer = "");
+/// Nodes with "mesh":0, the tetrahedron; `roots`: the indices of those of the scene.
+std::string gltf_of_nodes(const std::string& nodes, const std::string& roots);
 std::string tetrahedron_glb();
 /// What the buffer of a .gltf holds.
 std::string gltf_buffer();

@@ -52,24 +52,62 @@ class StepText {
     return text;
   }
 
-  /// The file with one solid over `faces`.
-  std::string solid(const std::vector<std::string>& faces, const std::string& unit) {
-    const std::string shell = add("CLOSED_SHELL('',(" + list(faces) + "))");
-    const std::string brep = add("MANIFOLD_SOLID_BREP(''," + shell + ")");
-    const std::string context = context_of(unit);
+  /// A product, as other entities refer to it.
+  struct Product {
+    std::string definition, representation, frame;
+  };
+
+  /// What all products share.
+  void begin(const std::string& unit) {
+    context_ = context_of(unit);
+    application_ = add("APPLICATION_CONTEXT('automotive design')");
+  }
+
+  /// With one body for each list of faces.
+  Product solids(const std::string& name, const std::vector<std::vector<std::string>>& bodies) {
     const std::string frame = axes({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+    std::string items = frame;
+    for (std::size_t k = 0; k < bodies.size(); ++k) {
+      const std::string shell = add("CLOSED_SHELL('',(" + list(bodies[k]) + "))");
+      const std::string body = bodies.size() > 1 ? "body" + std::to_string(k + 1) : "";
+      items += "," + add("MANIFOLD_SOLID_BREP('" + body + "'," + shell + ")");
+    }
     const std::string shape =
-        add("ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + frame + "," + brep + ")," + context + ")");
-    const std::string application = add("APPLICATION_CONTEXT('automotive design')");
-    const std::string product_context = add("PRODUCT_CONTEXT(''," + application + ",'mechanical')");
-    const std::string product = add("PRODUCT('part','part','',(" + product_context + "))");
-    const std::string formation = add("PRODUCT_DEFINITION_FORMATION('',''," + product + ")");
-    const std::string design =
-        add("PRODUCT_DEFINITION_CONTEXT('part definition'," + application + ",'design')");
-    const std::string definition =
-        add("PRODUCT_DEFINITION('design',''," + formation + "," + design + ")");
-    const std::string defined = add("PRODUCT_DEFINITION_SHAPE('',''," + definition + ")");
-    add("SHAPE_DEFINITION_REPRESENTATION(" + defined + "," + shape + ")");
+        add("ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + items + ")," + context_ + ")");
+    return product(name, shape, frame);
+  }
+
+  struct Component {
+    Product product;
+    Numbers at{};  ///< turned by a right angle about z too
+  };
+  Product assembly(const std::string& name, const std::vector<Component>& components) {
+    const std::string frame = axes({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+    std::string items = frame;
+    std::vector<std::string> places;
+    for (const Component& component : components) {
+      places.push_back(axes(component.at, {0, 0, 1}, {0, 1, 0}));
+      items += "," + places.back();
+    }
+    const std::string shape = add("SHAPE_REPRESENTATION('',(" + items + ")," + context_ + ")");
+    const Product whole = product(name, shape, frame);
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      const Product& part = components[k].product;
+      const std::string map =
+          add("ITEM_DEFINED_TRANSFORMATION('',''," + part.frame + "," + places[k] + ")");
+      const std::string relation =
+          add("(REPRESENTATION_RELATIONSHIP('',''," + part.representation + "," +
+              whole.representation + ") REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(" + map +
+              ") SHAPE_REPRESENTATION_RELATIONSHIP())");
+      const std::string use = add("NEXT_ASSEMBLY_USAGE_OCCURRENCE('" + std::to_string(k + 1) +
+                                  "','',''," + whole.definition + "," + part.definition + ",$)");
+      const std::string placed = add("PRODUCT_DEFINITION_SHAPE('Placement',''," + use + ")");
+      add("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(" + relation + "," + placed + ")");
+    }
+    return whole;
+  }
+
+  [[nodiscard]] std::string file() const {
     return "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n"
            "FILE_NAME('part','',(''),(''),'','','');\n"
            "FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n" +
@@ -77,6 +115,19 @@ class StepText {
   }
 
  private:
+  Product product(const std::string& name, const std::string& shape, const std::string& frame) {
+    const std::string context = add("PRODUCT_CONTEXT(''," + application_ + ",'mechanical')");
+    const std::string made = add("PRODUCT('" + name + "','" + name + "','',(" + context + "))");
+    const std::string formation = add("PRODUCT_DEFINITION_FORMATION('',''," + made + ")");
+    const std::string design =
+        add("PRODUCT_DEFINITION_CONTEXT('part definition'," + application_ + ",'design')");
+    const std::string definition =
+        add("PRODUCT_DEFINITION('design',''," + formation + "," + design + ")");
+    const std::string defined = add("PRODUCT_DEFINITION_SHAPE('',''," + definition + ")");
+    add("SHAPE_DEFINITION_REPRESENTATION(" + defined + "," + shape + ")");
+    return {definition, shape, frame};
+  }
+
   static std::string triple(const Numbers& p) {
     return "(" + real(p[0]) + "," + real(p[1]) + "," + real(p[2]) + ")";
   }
@@ -106,18 +157,17 @@ class StepText {
                solid_angle + ")) REPRESENTATION_CONTEXT('',''))");
   }
 
-  std::string text_;
+  std::string text_, context_, application_;
   int last_ = 0;
 };
 
-}  // namespace
-
-std::string step_box(const std::array<double, 3>& size, const std::string& unit) {
-  StepText step;
+/// The faces of a box from `low` on.
+std::vector<std::string> box_faces(StepText& step, const Numbers& low, const Numbers& size) {
   std::array<Numbers, 8> corners{};
   std::vector<std::string> vertices;
   for (std::size_t k = 0; k < 8; ++k) {
-    for (std::size_t i = 0; i < 3; ++i) corners[k][i] = ((k >> i) & 1) != 0 ? size[i] : 0.0;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[k][i] = low[i] + (((k >> i) & 1) != 0 ? size[i] : 0.0);
     vertices.push_back(step.vertex(step.point(corners[k])));
   }
   // By the lower corner and the axis.
@@ -153,11 +203,40 @@ std::string step_box(const std::array<double, 3>& size, const std::string& unit)
       faces.push_back(step.face(loop, plane));
     }
   }
-  return step.solid(faces, unit);
+  return faces;
+}
+
+}  // namespace
+
+std::string step_box(const std::array<double, 3>& size, const std::string& unit) {
+  StepText step;
+  step.begin(unit);
+  step.solids("part", {box_faces(step, {0, 0, 0}, size)});
+  return step.file();
+}
+
+std::string step_bodies() {
+  StepText step;
+  step.begin(kStepMillimetre);
+  step.solids("part", {box_faces(step, {0, 0, 0}, {10, 20, 30}),
+                       box_faces(step, {100, 0, 0}, {10, 20, 30})});
+  return step.file();
+}
+
+std::string step_assembly() {
+  StepText step;
+  step.begin(kStepMillimetre);
+  const auto plate = step.solids("plate", {box_faces(step, {0, 0, 0}, {100, 100, 10})});
+  const auto bolt = step.solids("bolt", {box_faces(step, {0, 0, 0}, {10, 20, 30})});
+  const auto nut = step.solids("nut", {box_faces(step, {0, 0, 0}, {8, 8, 8})});
+  const auto pair = step.assembly("pair", {{bolt, {0, 0, 0}}, {bolt, {0, 50, 0}}});
+  step.assembly("machine", {{plate, {0, 0, 0}}, {pair, {0, 0, 10}}, {nut, {0, 0, 50}}});
+  return step.file();
 }
 
 std::string step_cylinder(double radius, double height, const std::string& unit) {
   StepText step;
+  step.begin(unit);
   const Numbers low{radius, 0, 0}, high{radius, 0, height};
   const std::string v_low = step.vertex(step.point(low)), v_high = step.vertex(step.point(high));
   const auto circle = [&](double z) {
@@ -178,7 +257,8 @@ std::string step_cylinder(double radius, double height, const std::string& unit)
                 step.add("PLANE(''," + step.axes({0, 0, 0}, {0, 0, -1}, {1, 0, 0}) + ")")),
       step.face({step.oriented(e_high, true)},
                 step.add("PLANE(''," + step.axes({0, 0, height}, {0, 0, 1}, {1, 0, 0}) + ")"))};
-  return step.solid(faces, unit);
+  step.solids("part", {faces});
+  return step.file();
 }
 
 }  // namespace haptic::tools::test

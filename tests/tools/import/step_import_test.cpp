@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -10,9 +11,11 @@
 #include "tests/tools/mesh/mesh_builder.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/report.hpp"
+#include "tools/graph_compiler/program/scene_draft.hpp"
 
 using namespace haptic::tools;
 using namespace haptic::tools::test;
@@ -43,6 +46,30 @@ std::string with(std::string text, const std::string& from, const std::string& t
   const std::size_t at = text.find(from);
   REQUIRE(at != std::string::npos);
   return text.replace(at, from.size(), to);
+}
+
+/// Lowest and highest corner [m].
+std::pair<Point3, Point3> box_of_step(const RawMesh& mesh) {
+  Point3 low = mesh.vertices.front(), high = low;
+  for (const Point3& p : mesh.vertices) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  return {low, high};
+}
+
+void check_step_box(const std::string& text, const std::string& node, const Point3& low,
+                    const Point3& high) {
+  CAPTURE(node);
+  const ImportedMesh imported = import(text, {{}, node});
+  CHECK(imported.mesh.file == "part.step#" + node);
+  const auto [found_low, found_high] = box_of_step(imported.mesh);
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(found_low[k] == doctest::Approx(low[k]).epsilon(1e-9));
+    CHECK(found_high[k] == doctest::Approx(high[k]).epsilon(1e-9));
+  }
 }
 
 /// Largest distance of a middle of a facet of the cylinder's side from its radius.
@@ -131,6 +158,62 @@ TEST_SUITE("tools.step_import") {
       if (faces > 0) CHECK(imported.mesh.faces.size() == faces);
       faces = imported.mesh.faces.size();
     }
+  }
+
+  TEST_CASE("products of an assembly are nodes at their places, instances apart") {
+    if (is_step_skipped()) return;
+    const std::string text = step_assembly();
+    const ImportedMesh whole = import(text);
+    CHECK(whole.mesh.faces.size() == 4 * 12);
+    std::vector<std::string> names, parts;
+    for (const NamedNode& node : named_nodes(whole.mesh)) {
+      names.push_back(node.name);
+      if (node.is_part) parts.push_back(node.name);
+    }
+    CHECK(names == std::vector<std::string>{"machine", "plate", "pair", "bolt:1", "bolt:2", "nut"});
+    CHECK(parts == std::vector<std::string>{"plate", "bolt:1", "bolt:2", "nut"});
+    // Turned once, and below the pair twice: x becomes y, then -x.
+    check_step_box(text, "plate", {-0.1, 0, 0}, {0, 0.1, 0.01});
+    check_step_box(text, "bolt:1", {-0.01, -0.02, 0.01}, {0, 0, 0.04});
+    check_step_box(text, "bolt:2", {-0.06, -0.02, 0.01}, {-0.05, 0, 0.04});
+    check_step_box(text, "pair", {-0.06, -0.02, 0.01}, {0, 0, 0.04});
+    check_step_box(text, "nut", {-0.008, 0, 0.05}, {0, 0.008, 0.058});
+    CHECK_THROWS_WITH_AS(import(text, {{}, "bolt"}),
+                         doctest::Contains("part.step: 2 nodes have the name 'bolt'"), InputError);
+    CHECK_THROWS_WITH_AS(import(text, {{}, "plat"}), doctest::Contains("did you mean 'plate'?"),
+                         InputError);
+  }
+
+  TEST_CASE("the bodies of a single product are nodes by their names") {
+    if (is_step_skipped()) return;
+    check_step_box(step_bodies(), "body1", {0, 0, 0}, {0.01, 0.02, 0.03});
+    check_step_box(step_bodies(), "body2", {0.1, 0, 0}, {0.11, 0.02, 0.03});
+    check_step_box(step_bodies(), "part", {0, 0, 0}, {0.11, 0.02, 0.03});
+    std::vector<std::string> parts;
+    for (const NamedNode& node : named_nodes(import(step_bodies()).mesh)) {
+      if (node.is_part) parts.push_back(node.name);
+    }
+    CHECK(parts == std::vector<std::string>{"body1", "body2"});
+  }
+
+  TEST_CASE("an assembly is drafted, with each product at its place") {
+    if (is_step_skipped()) return;
+    const ScratchFolder folder("step_assembly");
+    std::ofstream(folder.file("machine.step")) << step_assembly();
+    DraftRequest request;
+    request.moving = folder.file("machine.step");
+    request.folder = folder.file("");
+    request.name = "machine";
+    const SceneDraft draft = draft_scene(request);
+    CHECK(contains(draft.toml,
+                   "[moving]                # the part in the hand\n"
+                   "mesh = \"machine.step#nut\"\nposition_m"));
+    for (const char* fixed : {"plate", "bolt:1", "bolt:2"}) {
+      CHECK(contains(draft.toml, "mesh = \"machine.step#" + std::string(fixed) + "\"\n"));
+    }
+    const CompiledScene compiled =
+        compile_scene(parse_scene_file(draft.toml, "s.toml", folder.file("")), {});
+    CHECK(compiled.parts.size() == 4);
   }
 
   TEST_CASE("damaged files are refused with what is wrong and how to fix it") {

@@ -12,6 +12,7 @@
 #include "tools/graph_compiler/import/xml_file.hpp"
 #include "tools/graph_compiler/import/xml_unit.hpp"
 #include "tools/graph_compiler/import/zip_entry.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -65,7 +66,7 @@ class AmfReader {
       : file_(file), unit_m_(imported.unit_m), mesh_(imported.mesh) {
     collect(root);
     for (std::size_t k = 0; k < items_.size(); ++k) {
-      if (!items_[k].is_named) place(k, AmfPlace{}, 0);
+      if (!items_[k].is_named) place(k, AmfPlace{}, MeshNode::kNone, 0);
     }
     // Constellations that no other names place all that is named, unless they run in a circle.
     for (const AmfItem& item : items_) {
@@ -118,7 +119,18 @@ class AmfReader {
     return found->second;
   }
 
-  void place(std::size_t index, const AmfPlace& at, int depth) {
+  /// What its <metadata type="name"> says.
+  static std::string name_of(const AmfItem& item) {
+    std::string_view name;
+    for (const auto* m = item.element->FirstChildElement("metadata"); m != nullptr;
+         m = m->NextSiblingElement("metadata")) {
+      if (attribute(*m, "type") == "name") name = word_in(*m);
+    }
+    return tidy_name(name, (item.is_object ? "object " : "constellation ") +
+                               tidy_name(attribute(*item.element, "id"), ""));
+  }
+
+  void place(std::size_t index, const AmfPlace& at, std::uint32_t parent, int depth) {
     AmfItem& item = items_[index];
     const tinyxml2::XMLElement& element = *item.element;
     if (++places_ > kMostPlaces) {
@@ -127,9 +139,13 @@ class AmfReader {
              "simplify the part");
     }
     item.is_placed = true;
+    const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes.push_back({name_of(item), parent, item.is_object});
     if (item.is_object) {
       if (!item.mesh) item.mesh = read_object(element);
-      return append(*item.mesh, at, element);
+      append(*item.mesh, at, element);
+      mesh_.group_nodes.resize(group_, node);
+      return;
     }
     if (item.is_placing) refuse_circle(element);
     if (depth > kDeepestConstellation) {
@@ -138,7 +154,7 @@ class AmfReader {
     item.is_placing = true;
     for (const auto* i = element.FirstChildElement("instance"); i != nullptr;
          i = i->NextSiblingElement("instance")) {
-      place(named_by(*i), at.after(place_of(*i)), depth + 1);
+      place(named_by(*i), at.after(place_of(*i)), node, depth + 1);
     }
     item.is_placing = false;
   }
@@ -164,7 +180,7 @@ class AmfReader {
     }
     return *found;
   }
-  std::string_view word_in(const tinyxml2::XMLElement& element) const {
+  static std::string_view word_in(const tinyxml2::XMLElement& element) {
     constexpr const char* kBlank = " \t\r\n";
     const char* text = element.GetText();
     std::string_view word = text != nullptr ? text : "";

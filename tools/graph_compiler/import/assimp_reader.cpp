@@ -25,6 +25,7 @@
 #include "tools/graph_compiler/import/guarded_import.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
 #include "tools/graph_compiler/import/threemf_reader.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -131,8 +132,16 @@ AffineMap map_of(const aiMatrix4x4& m) {
 /// All meshes of a scene of assimp's, with every index and count checked.
 class Merge {
  public:
-  Merge(const aiScene& scene, RawMesh& mesh) : scene_(scene), mesh_(mesh) {
-    if (scene.mRootNode != nullptr) add_node(*scene.mRootNode, kNoMove, 0);
+  /// @param made_root  assimp's node above several roots of the file, which has none itself.
+  Merge(const aiScene& scene, std::string_view made_root, RawMesh& mesh)
+      : scene_(scene), mesh_(mesh) {
+    const aiNode* root = scene.mRootNode;
+    if (root == nullptr) return;
+    if (root->mName.C_Str() == made_root && root->mNumMeshes == 0 && root->mNumChildren > 1) {
+      add_children(*root, map_of(root->mTransformation), MeshNode::kNone, 0);
+    } else {
+      add_node(*root, kNoMove, MeshNode::kNone, 0);
+    }
   }
 
  private:
@@ -140,16 +149,27 @@ class Merge {
     refuse_file(mesh_.file, defect, "export the part again, or as STL");
   }
 
-  void add_node(const aiNode& node, const AffineMap& above, int depth) {
+  void add_node(const aiNode& node, const AffineMap& above, std::uint32_t parent, int depth) {
     if (depth > kDeepestNode) refuse("its nodes are nested too deeply");
+    if (mesh_.nodes.size() == kMaxMeshNodes) {
+      refuse("it has more than " + std::to_string(kMaxMeshNodes) + " nodes");
+    }
+    const auto own = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes.push_back(
+        {tidy_name({node.mName.data, node.mName.length}, "node"), parent, node.mNumMeshes > 0});
     const AffineMap map = product(above, map_of(node.mTransformation));
     for (unsigned k = 0; k < node.mNumMeshes; ++k) {
       const unsigned index = node.mMeshes[k];
       if (index >= scene_.mNumMeshes) refuse("a node uses a mesh that is not there");
+      mesh_.group_nodes.push_back(own);
       add_mesh(*scene_.mMeshes[index], map);
     }
+    add_children(node, map, own, depth);
+  }
+
+  void add_children(const aiNode& node, const AffineMap& map, std::uint32_t own, int depth) {
     for (unsigned k = 0; k < node.mNumChildren; ++k) {
-      if (node.mChildren[k] != nullptr) add_node(*node.mChildren[k], map, depth + 1);
+      if (node.mChildren[k] != nullptr) add_node(*node.mChildren[k], map, own, depth + 1);
     }
   }
 
@@ -212,6 +232,8 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   Assimp::Importer importer;
   keep_one(importer, reader, file);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  // Nodes by their names, not by their ids.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
   const std::string name = "part." + std::string(reader.extension);
   // The importer owns it.
   importer.SetIOHandler(new MemoryFiles(bytes, name, below));
@@ -226,7 +248,7 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   // COLLADA comes in metres, as glTF is.
-  Merge(*scene, mesh);
+  Merge(*scene, format == ImportFormat::kDae ? "" : "ROOT", mesh);
   return imported;
 }
 

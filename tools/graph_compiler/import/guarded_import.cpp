@@ -10,6 +10,7 @@
 
 #include "tools/common/error.hpp"
 #include "tools/common/limited_child.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -18,10 +19,12 @@ namespace {
 
 constexpr char kMesh = 'm', kRefusal = 'r';
 constexpr std::size_t kMostWarnings = 100, kLongestWarning = 1000;
-/// Of the largest mesh of triangles that a reader gives.
-constexpr std::size_t kMostMessageBytes = 1024 + kMostWarnings * kLongestWarning +
-                                          kMaxMeshVertices * sizeof(Point3) +
-                                          kMaxMeshFaces * 5 * sizeof(std::uint32_t);
+/// Of a node without its name.
+constexpr std::size_t kNodeBytes = 2 * sizeof(std::uint32_t) + 1;
+/// Of the largest mesh of triangles that a reader gives, with names of 200 bytes.
+constexpr std::size_t kMostMessageBytes =
+    1024 + kMostWarnings * kLongestWarning + kMaxMeshVertices * sizeof(Point3) +
+    kMaxMeshFaces * 5 * sizeof(std::uint32_t) + kMaxMeshNodes * (kNodeBytes + 200);
 constexpr ChildLimits kChildLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
 constexpr const char* kExportAgain = "export the part again, or as STL";
 constexpr const char* kMakeSmaller = "simplify the part, or export it as STL";
@@ -102,6 +105,33 @@ void be_quiet() {
   }
 }
 
+/// The nodes, and of which the groups are: each group of a face where there are nodes.
+void take_nodes(Message& message, RawMesh& mesh) {
+  const auto nodes = message.count(message.number<std::uint32_t>(), kNodeBytes);
+  if (nodes > kMaxMeshNodes) message.refuse();
+  mesh.nodes.resize(nodes);
+  for (std::size_t k = 0; k < nodes; ++k) {
+    MeshNode& node = mesh.nodes[k];
+    node.parent = message.number<std::uint32_t>();
+    const auto is_part = message.number<std::uint8_t>();
+    node.name.resize(message.count(message.number<std::uint32_t>(), 1));
+    message.take(node.name.data(), node.name.size());
+    const bool is_above = node.parent == MeshNode::kNone || node.parent < k;
+    if (!is_above || is_part > 1 || node.name.empty() || tidy_name(node.name, "") != node.name) {
+      message.refuse();
+    }
+    node.is_part = is_part == 1;
+  }
+  mesh.group_nodes.resize(message.count(message.number<std::uint32_t>(), sizeof(std::uint32_t)));
+  message.take(mesh.group_nodes.data(), mesh.group_nodes.size() * sizeof(std::uint32_t));
+  for (const std::uint32_t node : mesh.group_nodes) {
+    if (node >= nodes) message.refuse();
+  }
+  for (const RawFace& face : mesh.faces) {
+    if (nodes > 0 && face.group >= mesh.group_nodes.size()) message.refuse();
+  }
+}
+
 }  // namespace
 
 std::string message_of(const ImportedMesh& imported) {
@@ -118,6 +148,16 @@ std::string message_of(const ImportedMesh& imported) {
     append_number(text, static_cast<std::uint32_t>(face.vertices.size()));
     append_bytes(text, face.vertices.data(), face.vertices.size() * sizeof(std::uint32_t));
   }
+  append_number(text, static_cast<std::uint32_t>(imported.mesh.nodes.size()));
+  for (const MeshNode& node : imported.mesh.nodes) {
+    append_number(text, node.parent);
+    append_number(text, static_cast<std::uint8_t>(node.is_part ? 1 : 0));
+    append_number(text, static_cast<std::uint32_t>(node.name.size()));
+    text += node.name;
+  }
+  append_number(text, static_cast<std::uint32_t>(imported.mesh.group_nodes.size()));
+  append_bytes(text, imported.mesh.group_nodes.data(),
+               imported.mesh.group_nodes.size() * sizeof(std::uint32_t));
   for (const std::string& warning : imported.mesh.warnings) {
     append_number(text, static_cast<std::uint32_t>(warning.size()));
     text += warning;
@@ -166,6 +206,7 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
     }
     if (face.vertices.size() < 3) message.refuse();
   }
+  take_nodes(message, mesh);
   while (!message.at_end()) {
     std::string warning(message.count(message.number<std::uint32_t>(), 1), '\0');
     message.take(warning.data(), warning.size());

@@ -28,11 +28,13 @@ struct ImportedMesh {
   std::optional<Deflection> deflection;  ///< of STEP
 };
 
-/// Of the diagonal of the part: the deflection where none is asked for.
+/// Of the diagonal of the part, of an assembly of each part: the deflection where none is asked
+/// for.
 inline constexpr double kDeflectionShare = 5e-4;
 
 struct ImportOptions {
-  std::optional<double> deflection_m;  ///< of STEP; absent: `kDeflectionShare` of the diagonal
+  std::optional<double> deflection_m{};  ///< of STEP; absent: `kDeflectionShare` of the diagonal
+  std::optional<std::string> node{};     ///< this one alone (node_mesh.hpp); absent: the whole file
 };
 
 /// Format by the extension of the file name (any case); nothing where it is none of these.
@@ -45,10 +47,10 @@ bool can_import();
 bool can_import_step();
 
 /// Reads a file with all its meshes, each at the place of every node that uses it; the parts stay
-/// apart as groups. Lines and points are left out; `mesh.warnings` says what else is. The axes are
-/// those of the file.
-/// The libraries run in a process of their own with limits of time and memory, and everything that
-/// comes out of it is checked, so a file that makes them crash is refused like any other.
+/// apart as groups, and `mesh.nodes` has their names. Lines and points are left out;
+/// `mesh.warnings` says what else is. The axes are those of the file. The libraries run in a
+/// process of their own with limits of time and memory, and everything that comes out of it is
+/// checked, so a file that makes them crash is refused like any other.
 /// @throws InputError "file: defect; fix".
 ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
 

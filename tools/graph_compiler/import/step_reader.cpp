@@ -27,6 +27,7 @@
 #include <array>
 #include <cmath>
 #include <istream>
+#include <set>
 #include <streambuf>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@
 #include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/import/guarded_import.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
+#include "tools/graph_compiler/import/node_mesh.hpp"
+#include "tools/graph_compiler/import/step_products.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/shell_interior.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -119,28 +123,36 @@ TopoDS_Shape shape_of(STEPControl_Reader& reader, const std::string& file) {
 
 Point3 point_of(const gp_Pnt& p) { return {p.X(), p.Y(), p.Z()}; }
 
-/// All faces of a shape as triangles [mm].
+/// All faces of a product as triangles [mm], a group for each solid and for the faces of none.
 class Facets {
  public:
-  Facets(const TopoDS_Shape& shape, RawMesh& mesh) : mesh_(mesh) {
-    std::uint32_t group = 0;
-    for (TopExp_Explorer solid(shape, TopAbs_SOLID); solid.More(); solid.Next()) {
-      add_faces(solid.Current(), TopAbs_SHAPE, group++);
+  Facets(const StepProduct& product, std::size_t& faces, RawMesh& mesh)
+      : mesh_(mesh), faces_(faces) {
+    for (TopExp_Explorer solid(product.shape, TopAbs_SOLID); solid.More(); solid.Next()) {
+      const auto named = product.solid_nodes.find(solid.Current().TShape().get());
+      begin_group(named != product.solid_nodes.end() ? named->second : product.node);
+      add_faces(solid.Current(), TopAbs_SHAPE);
     }
-    add_faces(shape, TopAbs_SOLID, group);  // those of no solid
+    begin_group(product.loose_node);
+    add_faces(product.shape, TopAbs_SOLID);  // those of no solid
   }
   /// Largest distance found between a middle of a triangle, or of an edge of it, and the face.
   [[nodiscard]] double deviation() const { return deviation_; }
 
  private:
-  void add_faces(const TopoDS_Shape& shape, TopAbs_ShapeEnum but_of, std::uint32_t group) {
+  void begin_group(std::uint32_t node) {
+    group_ = static_cast<std::uint32_t>(mesh_.group_nodes.size());
+    mesh_.group_nodes.push_back(node);
+  }
+
+  void add_faces(const TopoDS_Shape& shape, TopAbs_ShapeEnum but_of) {
     for (TopExp_Explorer face(shape, TopAbs_FACE, but_of); face.More(); face.Next()) {
       ++faces_;
-      add_face(TopoDS::Face(face.Current()), group);
+      add_face(TopoDS::Face(face.Current()));
     }
   }
 
-  void add_face(const TopoDS_Face& face, std::uint32_t group) {
+  void add_face(const TopoDS_Face& face) {
     TopLoc_Location location;
     const Handle(Poly_Triangulation) facets = BRep_Tool::Triangulation(face, location);
     if (facets.IsNull() || facets->NbTriangles() == 0) {
@@ -168,7 +180,7 @@ class Facets {
       if (round) measure(*facets, surface, corner, first);
       if (face.Orientation() == TopAbs_REVERSED) std::swap(corner[1], corner[2]);
       RawFace triangle;
-      triangle.group = group;
+      triangle.group = group_;
       for (const Standard_Integer c : corner) {
         triangle.vertices.push_back(first + static_cast<std::uint32_t>(c - 1));
       }
@@ -193,7 +205,8 @@ class Facets {
   }
 
   RawMesh& mesh_;
-  std::size_t faces_ = 0;
+  std::size_t& faces_;  ///< of the file so far, for messages
+  std::uint32_t group_ = 0;
   double deviation_ = 0.0;
 };
 
@@ -203,6 +216,33 @@ double diagonal_of(const TopoDS_Shape& shape, const std::string& file) {
   const double diagonal = box.IsVoid() || box.IsOpen() ? 0.0 : std::sqrt(box.SquareExtent());
   if (!(std::isfinite(diagonal) && diagonal > 0.0)) refuse_export(file, "the part has no extent");
   return diagonal;
+}
+
+/// The facets of a product [mm], made finer until they are within what is asked.
+/// @param is_made  the faces have triangles already, as those of a further instance.
+Deflection add_facets(const StepProduct& product, bool is_made, const ImportOptions& options,
+                      std::size_t& faces, RawMesh& mesh) {
+  const double asked =
+      options.deflection_m
+          ? *options.deflection_m / kReaderUnit_m
+          : kDeflectionShare *
+                diagonal_of(product.shape.Moved(product.place.Inverted()), mesh.file);
+  double deflection = asked, found = 0.0;
+  const std::size_t first_vertex = mesh.vertices.size(), first_face = mesh.faces.size(),
+                    first_group = mesh.group_nodes.size(), first_of_file = faces;
+  for (int k = 0;; ++k, deflection /= 2) {
+    if (!is_made) {
+      BRepTools::Clean(product.shape);
+      const BRepMesh_IncrementalMesh made(product.shape, deflection, Standard_False, kMostTurn_rad);
+    }
+    mesh.vertices.resize(first_vertex);
+    mesh.faces.resize(first_face);
+    mesh.group_nodes.resize(first_group);
+    faces = first_of_file;
+    found = Facets(product, faces, mesh).deviation();
+    if (found <= asked || k == kMostRefinements || is_made) break;
+  }
+  return {asked * kReaderUnit_m, found * kReaderUnit_m};
 }
 
 ImportedMesh read_parts(std::span<const char> bytes, const std::string& file,
@@ -217,19 +257,31 @@ ImportedMesh read_parts(std::span<const char> bytes, const std::string& file,
   ImportedMesh imported;
   imported.unit_m = unit_of(reader, file);
   const TopoDS_Shape shape = shape_of(reader, file);
-  const double asked = options.deflection_m ? *options.deflection_m / kReaderUnit_m
-                                            : kDeflectionShare * diagonal_of(shape, file);
-  double deflection = asked, found = 0.0;
-  for (int k = 0;; ++k, deflection /= 2) {
-    BRepTools::Clean(shape);
-    const BRepMesh_IncrementalMesh made(shape, deflection, Standard_False, kMostTurn_rad);
-    imported.mesh = RawMesh{};
-    imported.mesh.file = file;
-    found = Facets(shape, imported.mesh).deviation();
-    if (found <= asked || k == kMostRefinements) break;
+  RawMesh& mesh = imported.mesh;
+  mesh.file = file;
+  const std::vector<StepProduct> products = step_products(reader, shape, mesh.nodes);
+  std::vector<Deflection> deflections(mesh.nodes.size());  // by the node of the product
+  std::set<const Standard_Transient*> made;
+  std::size_t faces = 0;
+  for (const StepProduct& product : products) {
+    const bool is_made = product.definition != nullptr && !made.insert(product.definition).second;
+    deflections[product.node] = add_facets(product, is_made, options, faces, mesh);
   }
-  imported.deflection = Deflection{asked * kReaderUnit_m, found * kReaderUnit_m};
-  for (Point3& p : imported.mesh.vertices) p = vec::scaled(p, kReaderUnit_m);
+  for (Point3& p : mesh.vertices) p = vec::scaled(p, kReaderUnit_m);
+  mesh.vertex_places.resize(mesh.vertices.size(), 0);
+  std::vector<bool> chosen(mesh.faces.size(), true);
+  if (options.node) chosen = faces_of_node(mesh, node_named(mesh, *options.node));
+  imported.deflection = Deflection{};
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!chosen[f]) continue;
+    std::uint32_t node = mesh.group_nodes[mesh.faces[f].group];
+    while (deflections[node].asked_m == 0.0) node = mesh.nodes[node].parent;  // of a solid
+    imported.deflection->asked_m =
+        std::max(imported.deflection->asked_m, deflections[node].asked_m);
+    imported.deflection->found_m =
+        std::max(imported.deflection->found_m, deflections[node].found_m);
+  }
+  if (options.node) mesh = mesh_of_faces(mesh, chosen, *options.node);
   return imported;
 }
 
@@ -257,7 +309,9 @@ ImportedMesh import_step(std::span<const char> bytes, const std::string& file,
     refuse_file(file, "it does not begin with ISO-10303-21, as a STEP file does",
                 "rename the file, or export the part again");
   }
-  return guarded(file, [&] { return read(bytes, file, options); });
+  ImportedMesh imported = guarded(file, [&] { return read(bytes, file, options); });
+  if (options.node) imported.mesh.file += "#" + tidy_name(*options.node, "");
+  return imported;
 }
 
 }  // namespace haptic::tools

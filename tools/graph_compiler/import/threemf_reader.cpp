@@ -11,6 +11,7 @@
 #include "tools/graph_compiler/import/threemf_mesh.hpp"
 #include "tools/graph_compiler/import/threemf_package.hpp"
 #include "tools/graph_compiler/import/xml_unit.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -59,8 +60,9 @@ class ThreemfReader {
         leave_out(placed, "since its item is marked as not to be printed");
         continue;
       }
-      place(placed, transform_of(*item, first.file), 0);
+      place(placed, transform_of(*item, first.file), MeshNode::kNone, 0);
     }
+    mark_parts();
     tell_of_unnamed();
     mesh_.warnings = left_out_.sentences();
     if (mesh_.faces.empty()) {
@@ -105,7 +107,29 @@ class ThreemfReader {
     return model;
   }
 
-  void place(const Placed& placed, const AffineMap& map, int depth) {
+  static std::string name_of(const Placed& placed) {
+    std::string name = attribute(*placed.object, "name");
+    if (name.empty()) name = attribute(*placed.object, "partnumber");
+    return tidy_name(name, "object " + tidy_name(attribute(*placed.object, "id"), ""));
+  }
+
+  /// The items of the build, or where there is one alone the objects with meshes that it is made
+  /// of.
+  void mark_parts() {
+    std::set<std::uint32_t> tops;
+    for (std::uint32_t node : mesh_.group_nodes) {
+      while (mesh_.nodes[node].parent != MeshNode::kNone) node = mesh_.nodes[node].parent;
+      tops.insert(node);
+    }
+    for (const std::uint32_t node : mesh_.group_nodes) {
+      if (tops.size() < 2) mesh_.nodes[node].is_part = true;
+    }
+    for (const std::uint32_t node : tops) {
+      if (tops.size() > 1) mesh_.nodes[node].is_part = true;
+    }
+  }
+
+  void place(const Placed& placed, const AffineMap& map, std::uint32_t parent, int depth) {
     if (++places_ > kMostPlaced) {
       refuse(placed, "its components place more than " + std::to_string(kMostPlaced) + " objects",
              "simplify the part");
@@ -126,8 +150,11 @@ class ThreemfReader {
     const bool has_mesh = model->child(*object, "mesh") != nullptr;
     const XMLElement* components = model->child(*object, "components");
     if (!has_mesh && components == nullptr) return refuse_form(placed);
+    const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes.push_back({name_of(placed), parent, false});
     if (has_mesh) append(mesh_at(placed), map, placed);
-    if (components != nullptr) place_components(placed, *components, map, depth);
+    mesh_.group_nodes.resize(group_, node);
+    if (components != nullptr) place_components(placed, *components, map, node, depth);
   }
 
   /// Of an object that has neither a mesh nor components.
@@ -145,7 +172,7 @@ class ThreemfReader {
   }
 
   void place_components(const Placed& placed, const XMLElement& components, const AffineMap& map,
-                        int depth) {
+                        std::uint32_t node, int depth) {
     const auto& [model, object] = placed;
     if (!open_.insert(object).second) {
       refuse(
@@ -171,7 +198,7 @@ class ThreemfReader {
         leave_out(part, "since it is " + mark->second.kind);
         continue;
       }
-      place(part, product(map, transform_of(*c, model->file)), depth + 1);
+      place(part, product(map, transform_of(*c, model->file)), node, depth + 1);
     }
     open_.erase(object);
   }

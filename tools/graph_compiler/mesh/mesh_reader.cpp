@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "tools/common/error.hpp"
@@ -64,23 +65,24 @@ void check_mesh_bytes(std::uintmax_t bytes, const std::string& file) {
   }
 }
 
-MeshFormat mesh_format_of(const std::filesystem::path& path) {
+std::optional<MeshFormat> mesh_format_named(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  if (equals_lower(extension, ".obj")) {
-    return MeshFormat::kObj;
+  constexpr std::pair<std::string_view, MeshFormat> kFormats[] = {{".obj", MeshFormat::kObj},
+                                                                  {".stl", MeshFormat::kStl},
+                                                                  {".off", MeshFormat::kOff},
+                                                                  {".ply", MeshFormat::kPly}};
+  for (const auto& [name, format] : kFormats) {
+    if (equals_lower(extension, name)) return format;
   }
-  if (equals_lower(extension, ".stl")) {
-    return MeshFormat::kStl;
-  }
-  if (equals_lower(extension, ".off")) {
-    return MeshFormat::kOff;
-  }
-  if (equals_lower(extension, ".ply")) {
-    return MeshFormat::kPly;
-  }
+  return std::nullopt;
+}
+
+MeshFormat mesh_format_of(const std::filesystem::path& path) {
+  if (const auto format = mesh_format_named(path)) return *format;
   refuse_packed_name(path);
   refuse_file(
-      path.string(), "the extension " + shown_word(extension) + " names no mesh format",
+      path.string(),
+      "the extension " + shown_word(path.extension().string()) + " names no mesh format",
       "give a file named .obj, .stl, .off or .ply, or .3mf, .gltf, .glb, .dae, .amf or .step");
 }
 

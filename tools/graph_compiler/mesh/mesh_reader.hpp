@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -22,8 +23,9 @@ inline constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{1} << 30;
 inline constexpr std::size_t kMaxMeshFaces = 20'000'000;
 inline constexpr std::size_t kMaxMeshVertices = 3 * kMaxMeshFaces;
 
-/// Format by the extension of the file name (any case).
-/// @throws InputError if the extension is none of .obj, .stl, .off, .ply.
+/// Format by the extension of the file name (any case); nothing where it is none of these.
+std::optional<MeshFormat> mesh_format_named(const std::filesystem::path& path);
+/// The same. @throws InputError if the extension is none of .obj, .stl, .off, .ply.
 MeshFormat mesh_format_of(const std::filesystem::path& path);
 
 /// Reads a whole file. The format comes from the extension and is checked against the content.
@@ -33,12 +35,12 @@ RawMesh read_mesh(const std::filesystem::path& path);
 
 /// Parses the bytes of a file; pure, so that a fuzzer can drive it.
 /// OBJ: `v`, `f` (all forms of corners, n-gons, negative indices, continuation lines), `o` and `g`
-/// as groups; anything else is skipped, except free-form surfaces and lines without a keyword,
-/// which are refused; keywords that OBJ does not have are noted. STL: binary where 84 + 50 n ==
-/// size, with any header, and where bytes stand behind the last triangle and the header is no text:
-/// further binary STL there is read as parts of its own, other bytes are noted. OFF: OFF and
-/// COFF, colours skipped. PLY: positions and faces, all else skipped. Text may have LF, CRLF or CR
-/// line ends and a UTF-8 byte order mark.
+/// as groups and nodes; anything else is skipped, except free-form surfaces and lines without a
+/// keyword, which are refused; keywords that OBJ does not have are noted. STL, with its solids as
+/// nodes: binary where 84 + 50 n == size, with any header, and where bytes stand behind the last
+/// triangle and the header is no text: further binary STL there is read as parts of its own, other
+/// bytes are noted. OFF: OFF and COFF, colours skipped. PLY: positions and faces, all else skipped.
+/// Text may have LF, CRLF or CR line ends and a UTF-8 byte order mark.
 /// @param file  name used in messages and stored in the result.
 /// Packed files (packed_file.hpp) are refused.
 /// @throws InputError with file:line or "file: byte N", the defect and how to fix it.

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -39,9 +40,11 @@ class ObjParser {
       } else if (keyword == "o") {
         object_ = name_of_rest();
         group_.clear();
+        is_named_ = true;
         choose_group();
       } else if (keyword == "g") {
         group_ = name_of_rest();
+        is_named_ = true;
         choose_group();
       } else if (keyword == "surf" || keyword == "curv" || keyword == "cstype") {
         refuse("free-form surfaces are not polygons", "export the part as a polygon mesh");
@@ -54,6 +57,7 @@ class ObjParser {
     }
     add_note();
     check_forward_references();
+    if (is_named_) name_groups();
     mesh_.print_resolution = printed_.resolution();
     return std::move(mesh_);
   }
@@ -100,6 +104,44 @@ class ObjParser {
   void choose_group() {
     const auto next = static_cast<std::uint32_t>(groups_.size() + 1);
     current_group_ = groups_.try_emplace({object_, group_}, next).first->second;
+  }
+
+  /// An object with groups is a node above them, of which faces before the first `g` are the group
+  /// "default", as OBJ has it; one without is a node by itself. Parts are the objects, or the
+  /// groups where there are fewer than two objects.
+  void name_groups() {
+    std::vector<bool> has_faces(groups_.size() + 1, false);
+    for (const RawFace& face : mesh_.faces) has_faces[face.group] = true;
+    std::vector<std::pair<std::string, std::string>> by_group(groups_.size() + 1);
+    std::map<std::string, bool> objects;  // whether it has groups
+    for (const auto& [names, group] : groups_) by_group[group] = names;
+    for (std::size_t k = 0; k < by_group.size(); ++k) {
+      if (has_faces[k]) objects[by_group[k].first] |= !by_group[k].second.empty();
+    }
+    const auto node = [&](const std::string& name, std::uint32_t parent, bool is_part) {
+      mesh_.nodes.push_back({name, parent, is_part});
+      return static_cast<std::uint32_t>(mesh_.nodes.size() - 1);
+    };
+    const bool objects_are_parts = objects.size() > 1;
+    std::map<std::string, std::uint32_t> object_nodes;
+    mesh_.group_nodes.resize(by_group.size(), 0);
+    for (std::size_t k = 0; k < by_group.size(); ++k) {
+      if (!has_faces[k]) continue;
+      const auto& [object, group] = by_group[k];
+      const bool has_groups = objects[object];
+      std::uint32_t above = MeshNode::kNone;
+      if (!object.empty() || !has_groups) {
+        const auto [found, is_new] = object_nodes.try_emplace(object, 0);
+        if (is_new) {
+          found->second =
+              node(tidy_name(object, "object"), MeshNode::kNone, objects_are_parts || !has_groups);
+        }
+        above = found->second;
+      }
+      mesh_.group_nodes[k] = has_groups ? node(tidy_name(group, "default"), above,
+                                               !objects_are_parts || object.empty())
+                                        : above;
+    }
   }
 
   void read_vertex() {
@@ -208,6 +250,7 @@ class ObjParser {
   std::string object_;
   std::string group_;
   std::map<std::pair<std::string, std::string>, std::uint32_t> groups_;
+  bool is_named_ = false;  ///< there is an `o` or a `g`
   std::uint32_t current_group_ = 0;
   std::vector<std::pair<std::string_view, std::size_t>> unknown_;  ///< keyword and first line
   std::size_t unknown_lines_ = 0;

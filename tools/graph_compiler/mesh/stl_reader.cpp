@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
 
@@ -22,6 +23,12 @@ std::uint32_t little_endian_word(std::span<const char> bytes, std::size_t at) {
     word = (word << 8) | static_cast<unsigned char>(bytes[at + i]);
   }
   return word;
+}
+
+/// Every solid is a part.
+void add_solid(std::string_view name, RawMesh& mesh) {
+  mesh.group_nodes.push_back(static_cast<std::uint32_t>(mesh.nodes.size()));
+  mesh.nodes.push_back({tidy_name(name, "solid"), MeshNode::kNone, true});
 }
 
 class StlTextParser {
@@ -40,6 +47,9 @@ class StlTextParser {
             "found " + shown_word(words_.front()) + " where 'solid' or the end of the file must be",
             "delete what does not belong to the mesh");
       }
+      std::string name;
+      for (std::size_t k = 1; k < words_.size(); ++k) name += std::string(words_[k]) + ' ';
+      add_solid(name, mesh_);
       words_.clear();  // the rest of the line is a name
       read_solid(solid++);
     }
@@ -210,6 +220,7 @@ RawMesh parse_stl_binary(std::span<const char> bytes, const std::string& file) {
   std::size_t end = 0;
   const std::vector<std::size_t> starts = block_starts(bytes, end);
   for (std::size_t block = 0; block < starts.size(); ++block) {
+    add_solid("", mesh);
     add_block(bytes, starts[block], static_cast<std::uint32_t>(block), mesh);
   }
   if (starts.size() > 1) {

@@ -25,6 +25,14 @@ struct RawFace {
       0;  ///< object/group of the file (OBJ `o`, `g`; STL `solid`): parts the file keeps apart
 };
 
+/// What a file keeps by a name: a node of a scene, an object, a group, a solid, a product.
+struct MeshNode {
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::string name;              ///< as tidy_name has it (mesh_nodes.hpp); several may share one
+  std::uint32_t parent = kNone;  ///< node above it, of a lower index; kNone: there is none
+  bool is_part = false;          ///< of an assembly; false: holds parts, or is a piece of one
+};
+
 /// A mesh exactly as a file holds it; nothing merged, nothing dropped.
 struct RawMesh {
   std::string file;              ///< for messages
@@ -35,7 +43,10 @@ struct RawMesh {
   std::vector<Point3> vertices;            ///< file units
   std::vector<std::size_t> vertex_places;  ///< line or byte offset of each vertex
   std::vector<RawFace> faces;
-  std::vector<std::string> warnings;  ///< what the reader left out of the file, and why
+  std::vector<MeshNode> nodes;             ///< empty: the file names nothing in it
+  std::vector<std::uint32_t> group_nodes;  ///< by RawFace::group, where there are nodes: of which
+                                           ///< the faces are
+  std::vector<std::string> warnings;       ///< what the reader left out of the file, and why
   /// What a person should know of the reading besides: what was taken otherwise than it stands
   /// there. "file: what; ..".
   std::vector<std::string> notes;
