@@ -111,17 +111,27 @@ TEST_SUITE("tools.scene_draft") {
     CHECK(guessed_unit(50'000.0).scale_to_m == 1e-6);
     CHECK(guessed_unit(1e-5).scale_to_m == 1.0);
     CHECK(guessed_unit(1e9).scale_to_m == 1e-6);
-    // Inches where nothing else is like a part: 3 x 2 x 1, 2 x 1 x 1, 4 x 1 x 1.
-    for (const double diagonal : {3.74, 2.45, 4.24}) {
+    // Inches where nothing else is like the parts: 3 x 2 x 1, 2 x 1 x 1, 4 x 1 x 1.
+    CHECK(guessed_unit(std::array{3.74, 2.45, 4.24}).scale_to_m == 0.0254);
+    CHECK(std::string(guessed_unit(std::array{3.74, 2.45, 4.24}).name) == "inches");
+    // One alone, beside others that state their unit, is a small part.
+    for (const double diagonal : {2.0, 2.45, 3.74, 4.24, 4.8}) {
       CAPTURE(diagonal);
-      CHECK(guessed_unit(diagonal).scale_to_m == 0.0254);
-      CHECK(std::string(guessed_unit(diagonal).name) == "inches");
+      CHECK(guessed_unit(diagonal).scale_to_m == 0.001);
     }
     // A screw M2 of 6 mm is none of metres; a smaller pin goes by the plate that it goes into.
     CHECK(guessed_unit(std::hypot(2.0, 2.0, 6.0)).scale_to_m == 0.001);
     CHECK(guessed_unit(std::array{std::hypot(2.0, 2.0, 6.0), 71.0}).scale_to_m == 0.001);
     CHECK(guessed_unit(std::array{std::hypot(1.6, 1.6, 3.0), 28.7}).scale_to_m == 0.001);
     CHECK(guessed_unit(std::array{1.8, 40.0}).scale_to_m != 1.0);
+    // Pins, nuts and washers of 2 to 5 mm among themselves.
+    for (const auto& [a, b] : {std::array{std::hypot(1, 1, 4), std::hypot(3, 3, 4)},
+                               {std::hypot(2, 2, 2), std::hypot(4, 4, 2)},
+                               {std::hypot(3.2, 3.2, 1.3), std::hypot(3, 3, 5)},
+                               {std::hypot(2, 2, 5), std::hypot(5, 5, 0.3)}}) {
+      CAPTURE(a);
+      CHECK(guessed_unit(std::array{a, b}).scale_to_m == 0.001);
+    }
     CHECK(guessed_unit(std::array{2.12, 4.7}).scale_to_m == 0.0254);
     CHECK(guessed_unit(std::array{0.75, 4.7}).scale_to_m == 0.0254);
     CHECK(guessed_unit(std::array{0.3, 1.9}).scale_to_m == 1.0);

@@ -13,16 +13,17 @@
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/progress_line.hpp"
+#include "tools/graph_compiler/program/draft_mesh.hpp"
 #include "tools/graph_compiler/program/scene_draft.hpp"
 
 namespace haptic::tools {
 namespace {
 
 struct InitArguments {
-  std::string moving, output;
+  std::string moving, output, hand;
   std::vector<std::string> fixed;
   double scale_to_m = 0.0, stiffness_n_per_m = 800.0;
-  bool has_scale = false, progress = false;
+  bool has_scale = false, has_hand = false, progress = false;
 };
 
 int init(const InitArguments& arguments) {
@@ -41,8 +42,10 @@ int init(const InitArguments& arguments) {
   if (arguments.has_scale) request.scale_to_m = arguments.scale_to_m;
   request.stiffness_n_per_m = arguments.stiffness_n_per_m;
   request.folder = output.parent_path();
-  const LinkName moving = draft_source(request.moving);
-  request.name = moving.link.value_or(std::filesystem::path(moving.file).stem().string());
+  if (arguments.has_hand) request.hand = arguments.hand;
+  const NodeName moving = draft_source(request.moving);
+  request.name = std::filesystem::path(moving.file).stem().string();
+  if (moving.node && !request.fixed.empty()) request.name = *moving.node;
   ProgressLine line(arguments.progress || is_terminal(stderr));
   request.progress = [&](const std::string& mesh, const char* step, double fraction) {
     line.show(mesh, step, fraction);
@@ -61,15 +64,23 @@ int init(const InitArguments& arguments) {
 int run_init(int argc, const char* const* argv) {
   CLI::App app(
       "Writes a scene file to begin with, from meshes alone: guesses the unit from the size, and "
-      "finds a start that is free.",
+      "finds a start that is free. One file alone is an assembly: lists its nodes with their "
+      "sizes, "
+      "and takes one of them for the part in the hand, all others for fixed parts, each where the "
+      "file has it.",
       "graph_compiler init");
   InitArguments arguments;
   app.add_option(
          "moving", arguments.moving,
-         "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...), or FILE.urdf#LINK")
+         "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...), FILE#NODE for a node "
+         "of it or FILE.urdf#LINK; or an assembly: one file with several nodes")
       ->required();
-  app.add_option("fixed", arguments.fixed, "meshes of the fixed parts, or links likewise")
-      ->required();
+  app.add_option("fixed", arguments.fixed,
+                 "meshes of the fixed parts, nodes or links likewise; none: the other nodes of the "
+                 "assembly");
+  CLI::Option* hand = app.add_option(
+      "--hand", arguments.hand,
+      "of an assembly: the node in the hand; default: the smallest part that a hand can hold");
   app.add_option("-o,--out", arguments.output, "scene file to write (TOML)")->required();
   CLI::Option* scale = app.add_option("--scale", arguments.scale_to_m,
                                       "metres per unit of files that state none; default: guessed")
@@ -82,6 +93,7 @@ int run_init(int argc, const char* const* argv) {
   const Command commands[] = {{&app,
                                [&] {
                                  arguments.has_scale = scale->count() > 0;
+                                 arguments.has_hand = hand->count() > 0;
                                  return init(arguments);
                                },
                                "graph_compiler init peg.stl hole.stl -o scene.toml"}};

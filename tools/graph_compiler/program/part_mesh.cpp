@@ -8,6 +8,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/import/node_mesh.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 
 namespace haptic::tools {
@@ -35,9 +36,11 @@ PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
   if (part.shape) return {.mesh = shape_mesh(*part.shape, part.mesh)};
   if (part.link) return {.mesh = link_mesh(part.path, *part.link)};
   if (!import_format_of(part.path)) {
-    return {read_mesh(part.path), part.scale_to_m, part.scale_to_m, {}};
+    RawMesh mesh = read_mesh(part.path);
+    if (part.node) mesh = mesh_of_node(mesh, *part.node);
+    return {std::move(mesh), part.scale_to_m, part.scale_to_m, {}};
   }
-  ImportedMesh imported = import_mesh(part.path, {part.deflection_m});
+  ImportedMesh imported = import_mesh(part.path, {part.deflection_m, part.node});
   const double unit_m = imported.unit_m;
   check_unit(part, unit_m, scene_file);
   return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}, imported.deflection};
@@ -46,7 +49,8 @@ PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
 std::string body_name(const ScenePart& part) {
   if (part.shape) return part.mesh;
   const std::string name = part.path.filename().string();
-  return part.link ? name + "#" + *part.link : name;
+  const std::optional<std::string>& of = part.link ? part.link : part.node;
+  return of ? name + "#" + *of : name;
 }
 
 }  // namespace haptic::tools

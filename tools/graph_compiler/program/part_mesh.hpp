@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The mesh of a part of the scene, wherever it comes from: a file, a link of a robot description,
-/// or dimensions.
+/// The mesh of a part of the scene, wherever it comes from: a file or a node of it, a link of a
+/// robot description, or dimensions.
 
 #include <array>
 #include <optional>
@@ -21,7 +21,8 @@ struct PartMesh {
 };
 
 /// @param scene_file  for messages about its keys.
-/// @throws InputError: the mesh cannot be read; scale_to_m is not the unit that the file states.
+/// @throws InputError: the mesh cannot be read; the file has no such node; scale_to_m is not the
+/// unit that the file states.
 PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file);
 
 /// The name that the compiled scene keeps.

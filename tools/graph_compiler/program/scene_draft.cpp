@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 #include <stdexcept>
 
 #include "rt_core/law/proxy_law.hpp"
@@ -12,18 +12,17 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
-#include "tools/graph_compiler/import/mesh_import.hpp"
-#include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
+#include "tools/graph_compiler/program/assembly.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/draft_mesh.hpp"
+#include "tools/graph_compiler/program/odd_sizes.hpp"
 #include "tools/graph_compiler/program/solid_places.hpp"
 #include "tools/graph_compiler/program/unit_guess.hpp"
 
 namespace haptic::tools {
 namespace {
 
-/// A part that differs from the other by more than this in size was made in another unit.
-constexpr double kOddRatio = 200.0;
 /// Between the boxes of the parts at the start, as a share of the moving part.
 constexpr double kStartMargin = 0.1;
 /// Of the moving part: a clearance larger than this is not measured.
@@ -31,28 +30,20 @@ constexpr double kFarApart = 0.1;
 constexpr int kSamples = 200;        ///< of a way out
 constexpr int kSurfaceSamples = 50;  ///< of one where a part is a surface: each costs milliseconds
 
-struct Box {
-  std::array<double, 3> low{}, high{};
-
-  [[nodiscard]] double diagonal() const {
-    double square = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) square += (high[k] - low[k]) * (high[k] - low[k]);
-    return std::sqrt(square);
-  }
-};
-
-Box box_of(const std::vector<const RawMesh*>& meshes) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-  for (const RawMesh* mesh : meshes) {
-    for (const Point3& v : mesh->vertices) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        box.low[k] = std::min(box.low[k], v[k]);
-        box.high[k] = std::max(box.high[k], v[k]);
-      }
+/// In metres, of meshes in file units.
+DraftBox box_in_m(std::span<const DraftMesh> meshes, double scale_to_m) {
+  DraftBox all = meshes.front().box();
+  bool is_first = true;
+  for (const DraftMesh& mesh : meshes) {
+    const double scale = mesh.has_unit ? 1.0 : scale_to_m;
+    const DraftBox box = mesh.box();
+    for (std::size_t k = 0; k < 3; ++k) {
+      all.low[k] = is_first ? scale * box.low[k] : std::min(all.low[k], scale * box.low[k]);
+      all.high[k] = is_first ? scale * box.high[k] : std::max(all.high[k], scale * box.high[k]);
     }
+    is_first = false;
   }
-  return box;
+  return all;
 }
 
 /// Exact answers at any place of the part, its axes as filed.
@@ -112,7 +103,7 @@ struct WayOut {
 };
 
 /// All six, the best first: fewest collisions, then upwards, then the shortest.
-std::vector<WayOut> ways_out(const Box& moving, const Box& fixed, Places& places,
+std::vector<WayOut> ways_out(const DraftBox& moving, const DraftBox& fixed, Places& places,
                              const std::function<void(double fraction)>& tell) {
   constexpr std::array<std::array<int, 3>, 6> kDirections{
       {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}}};
@@ -179,59 +170,9 @@ std::string mesh_path(const std::filesystem::path& mesh, const std::filesystem::
   return std::filesystem::proximate(mesh, folder.empty() ? "." : folder).generic_string();
 }
 
-/// A mesh of the draft, in metres once the unit of all is known.
-struct DraftMesh {
-  std::filesystem::path path;
-  RawMesh mesh;
-  bool has_unit = false;  ///< the file states it
-  std::optional<std::string> link{};
-  std::string name{};  ///< for people
-
-  [[nodiscard]] double diagonal() const { return box_of({&mesh}).diagonal(); }
-};
-
-DraftMesh read_draft_mesh(const std::filesystem::path& given) {
-  const LinkName source = draft_source(given);
-  const std::filesystem::path path = source.file;
-  // Robot descriptions are in metres.
-  if (source.link) return {path, link_mesh(path, *source.link), true, source.link, given.string()};
-  if (import_format_of(path)) return {path, import_mesh(path).mesh, true, {}, path.string()};
-  return {path, read_mesh(path), false, {}, path.string()};
-}
-
-/// Of the files that state none; all count where they go together.
-FileUnit unit_of(const std::vector<DraftMesh>& meshes) {
-  std::vector<double> diagonals;
-  for (const DraftMesh& mesh : meshes) {
-    if (!mesh.has_unit) diagonals.push_back(mesh.diagonal());
-  }
-  if (diagonals.empty()) return {"", 1.0};
-  const auto [least, most] = std::ranges::minmax(diagonals);
-  if (most > kOddRatio * least) diagonals.resize(1);
-  return guessed_unit(diagonals);
-}
-
-/// Whether two parts, in metres now, look as if their files were in different units; else empty.
-std::string odd_sizes_text(const DraftMesh& moving, const DraftMesh& fixed, double scale_to_m) {
-  const double size_m = moving.diagonal(), fixed_m = fixed.diagonal();
-  const double ratio = fixed_m / size_m;
-  // The smaller was taken in too small a unit, or the larger in too large a one.
-  const auto hint = [&](const DraftMesh& mesh, double of_m, double other_m) {
-    const std::string text = mesh.has_unit ? "" : fitting_unit_text(of_m, scale_to_m, other_m);
-    return text.empty() ? text : mesh.name + ": " + text;
-  };
-  std::string fits = hint(fixed, fixed_m, size_m);
-  if (fits.empty()) fits = hint(moving, size_m, fixed_m);
-  const bool odd = ratio > kOddRatio || ratio < 1.0 / kOddRatio;
-  // A part in the hand may be much smaller than a fixed one, which is no reason to ask.
-  const bool suspect = !fits.empty() && (ratio < 1.0 || size_m < kLeastHeld_m);
-  if (!odd && !suspect) return {};
-  return fixed.name + " is " +
-         (ratio > 1.0 ? short_number(ratio, 3) + " times as large as "
-                      : short_number(1.0 / ratio, 3) + " times smaller than ") +
-         moving.name + "; are both in the same unit?" +
-         (fits.empty() ? ""
-                       : " " + fits + "; a file of another unit needs a scale_to_m of its own");
+SizedPart sized(const DraftMesh& mesh, double scale_to_m) {
+  if (mesh.has_unit) return {mesh.name, mesh.diagonal(), {}};
+  return {mesh.name, mesh.diagonal() * scale_to_m, scale_to_m};
 }
 
 ScenePart part_of(const DraftMesh& mesh, double scale) {
@@ -239,6 +180,8 @@ ScenePart part_of(const DraftMesh& mesh, double scale) {
   part.mesh = mesh.name;
   part.path = mesh.path;
   part.link = mesh.link;
+  part.node = mesh.node;
+  part.given = mesh.mesh;
   part.scale_to_m.fill(mesh.has_unit ? 1.0 : scale);
   return part;
 }
@@ -285,11 +228,12 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
   const auto lines_of = [&](const DraftMesh& mesh) {
     const std::string path = mesh_path(mesh.path, request.folder);
     if (mesh.link) return "link = " + quoted(path + "#" + *mesh.link) + "\n";
-    const std::string line = "mesh = " + quoted(path) + "\n";
+    const std::string line = "mesh = " + quoted(mesh.node ? path + "#" + *mesh.node : path) + "\n";
     if (mesh.has_unit) return line;
     return line + "scale_to_m = " + number(draft.scale_to_m) +
            (request.scale_to_m ? "\n"
-                               : std::string("  # guessed from the size: ") + unit.name + "\n");
+                               : std::string("  # guessed from the size: ") + unit.name +
+                                     other_units_text(mesh.diagonal(), unit) + "\n");
   };
   std::string text =
       "# What each key means, and the others: tools/graph_compiler/SCENE_FILE.md. Units are SI.\n"
@@ -297,7 +241,7 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
       quoted(scene_name(request.name)) + "\n\n[moving]                # the part in the hand\n" +
       lines_of(meshes[0]) + "position_m = [" + number(draft.start_m[0]) + ", " +
       number(draft.start_m[1]) + ", " + number(draft.start_m[2]) +
-      "]  # where it starts\n"
+      "]  # where it starts; [0, 0, 0] is where the file has it\n"
       "# grip_m = [0.0, 0.0, 0.0]   # where the hand holds it, in its mesh frame; default: centre "
       "of volume\n"
       "# tolerance_m = 0.0005       # simplify the part; its surface moves by less than this\n";
@@ -354,23 +298,41 @@ DeviceParameters drafted_device() {
   return d;
 }
 
-LinkName draft_source(const std::filesystem::path& given) {
-  std::error_code error;
-  const bool is_file = std::filesystem::is_regular_file(given, error);
-  LinkName source = is_file ? LinkName{given.string(), std::nullopt} : split_link(given.string());
-  if (source.link || !is_description(source.file)) {
-    return source.link ? source : LinkName{given.string(), std::nullopt};
-  }
-  throw InputError(source.file + ": is a robot description; give a link of it, as " + source.file +
-                   "#LINK; " + collision_links(source.file));
-}
+namespace {
 
-SceneDraft draft_scene(const DraftRequest& request) {
+/// The meshes of the draft, the moving part first, and their unit.
+struct DraftMeshes {
+  std::vector<DraftMesh> meshes;
+  FileUnit unit;
+};
+
+DraftMeshes read_meshes(const DraftRequest& request, std::vector<std::string>& remarks) {
+  if (request.fixed.empty()) {
+    Assembly assembly = read_assembly({request.moving, request.hand, request.scale_to_m});
+    remarks = std::move(assembly.remarks);
+    return {std::move(assembly.parts), assembly.unit};
+  }
+  if (request.hand) {
+    throw UsageError("--hand " + *request.hand +
+                     ": is for one file with several nodes; leave out the other files, or name "
+                     "the node as FILE#NODE");
+  }
   std::vector<DraftMesh> meshes{read_draft_mesh(request.moving)};
   for (const std::filesystem::path& path : request.fixed) meshes.push_back(read_draft_mesh(path));
-
-  SceneDraft draft;
   const FileUnit unit = unit_of(meshes);
+  return {std::move(meshes), unit};
+}
+
+/// Says the same thing once.
+void add_remark(std::vector<std::string>& remarks, const std::string& remark) {
+  if (std::ranges::find(remarks, remark) == remarks.end()) remarks.push_back(remark);
+}
+
+}  // namespace
+
+SceneDraft draft_scene(const DraftRequest& request) {
+  SceneDraft draft;
+  const auto [meshes, unit] = read_meshes(request, draft.remarks);
   draft.scale_to_m = request.scale_to_m.value_or(unit.scale_to_m);
   const auto unitless = std::ranges::find(meshes, false, &DraftMesh::has_unit);
   const bool has_unitless = unitless != meshes.end();
@@ -384,27 +346,23 @@ SceneDraft draft_scene(const DraftRequest& request) {
   if (!has_unitless && request.scale_to_m) {
     draft.remarks.push_back("--scale has no use: every file states its unit");
   }
-  for (DraftMesh& mesh : meshes) {
-    for (const std::string& warning : mesh.mesh.warnings) {
-      draft.remarks.push_back(mesh.mesh.file + ": " + warning);
+  for (const DraftMesh& mesh : meshes) {
+    for (const std::string& warning : mesh.mesh->warnings) {
+      add_remark(draft.remarks, mesh.path.string() + ": " + warning);
     }
-    for (const std::string& note : mesh.mesh.notes) draft.remarks.push_back("note: " + note);
-    if (mesh.has_unit) continue;
-    for (Point3& p : mesh.mesh.vertices) {
-      for (double& x : p) x *= draft.scale_to_m;
-    }
+    for (const std::string& note : mesh.mesh->notes) add_remark(draft.remarks, "note: " + note);
   }
-  const RawMesh& moving = meshes[0].mesh;
-  std::vector<const RawMesh*> fixed_meshes;
-  for (std::size_t k = 1; k < meshes.size(); ++k) fixed_meshes.push_back(&meshes[k].mesh);
-  const Box moving_box = box_of({&moving}), fixed_box = box_of(fixed_meshes);
+  const DraftBox moving_box = box_in_m(std::span(meshes).first(1), draft.scale_to_m);
+  const DraftBox fixed_box = box_in_m(std::span(meshes).subspan(1), draft.scale_to_m);
   const double size_m = moving_box.diagonal();
   if (size_m < kLeastHeld_m || size_m > kMostHeld_m) {
     draft.remarks.push_back(meshes[0].name + " is " + spoken_length(size_m) +
                             " across, which no hand holds; check the unit");
   }
   for (std::size_t k = 1; k < meshes.size(); ++k) {
-    const std::string remark = odd_sizes_text(meshes[0], meshes[k], draft.scale_to_m);
+    if (meshes[k].path == meshes[0].path) continue;  // one file, one unit
+    const std::string remark =
+        odd_sizes_text(sized(meshes[0], draft.scale_to_m), sized(meshes[k], draft.scale_to_m));
     if (!remark.empty()) draft.remarks.push_back(remark);
   }
 

@@ -12,19 +12,13 @@
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
-#include "tools/graph_compiler/program/link_name.hpp"
-
 namespace haptic::tools {
 
-/// What stands for a part: a file, or a link of a robot description. A file whose name has a # is
-/// taken as the file that it is.
-/// @throws InputError  a robot description without a link; the message lists its links.
-[[nodiscard]] LinkName draft_source(const std::filesystem::path& given);
-
 struct DraftRequest {
-  std::filesystem::path moving;  ///< each as draft_source has it
-  std::vector<std::filesystem::path> fixed;
-  std::optional<double> scale_to_m;  ///< of files that state no unit; absent: guessed
+  std::filesystem::path moving;              ///< each as draft_source has it (draft_mesh.hpp)
+  std::vector<std::filesystem::path> fixed;  ///< none: `moving` is an assembly (assembly.hpp)
+  std::optional<std::string> hand;           ///< of an assembly: the node in the hand
+  std::optional<double> scale_to_m;          ///< of files that state no unit; absent: guessed
   double stiffness_n_per_m = 800.0;
   std::filesystem::path folder;  ///< of the scene file: paths of meshes count from it
   std::string name;
@@ -46,8 +40,9 @@ struct SceneDraft {
   std::array<int, 3> way{};  ///< unit vector along an axis: from the parts as filed to the start
 };
 
-/// @throws InputError as compile_scene does: a mesh that cannot be used is no scene.
-/// Cost: that of a compilation, and some thousand ticks.
+/// @throws InputError as compile_scene does: a mesh that cannot be used is no scene. UsageError:
+/// the request makes no scene, see assembly.hpp. Cost: that of a compilation, and some thousand
+/// ticks.
 [[nodiscard]] SceneDraft draft_scene(const DraftRequest& request);
 
 }  // namespace haptic::tools

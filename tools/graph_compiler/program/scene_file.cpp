@@ -2,7 +2,6 @@
 #include "tools/graph_compiler/program/scene_file.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -17,7 +16,7 @@
 #include "tools/common/toml_table.hpp"
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
-#include "tools/graph_compiler/program/link_name.hpp"
+#include "tools/graph_compiler/program/node_name.hpp"
 #include "tools/graph_compiler/program/shape_table.hpp"
 
 namespace haptic::tools {
@@ -243,7 +242,7 @@ void find_part_file(const TomlTable& t, std::string_view key, const std::string&
 /// Links have a key of their own.
 void check_no_description(const TomlTable& t, const std::string& name,
                           const std::filesystem::path& folder) {
-  const std::string file = split_link(name).file;
+  const std::string file = split_node(folder, name).file;
   if (!is_description(plain_name(file))) return;
   t.fail("mesh", "'" + name + "' is of a robot description; give link = \"" + file +
                      "#LINK\" instead, without scale_to_m" + links_told(folder / file));
@@ -252,7 +251,13 @@ void check_no_description(const TomlTable& t, const std::string& name,
 void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
   part.mesh = *t.text("mesh");
   check_no_description(t, part.mesh, folder);
-  find_part_file(t, "mesh", part.mesh, folder, part);
+  const NodeName name = split_node(folder, part.mesh);
+  if (!name.node && name.file != part.mesh) {
+    t.fail("mesh", "'" + part.mesh + "' has nothing behind #; give the name of a node, as in \"" +
+                       name.file + "#shaft\", or leave out #");
+  }
+  find_part_file(t, "mesh", name.file, folder, part);
+  part.node = name.node;
   const auto scale = t.scale3("scale_to_m", kPositive);
   // The other formats state their unit.
   if (!scale && !import_format_of(part.path)) {
@@ -267,14 +272,18 @@ void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, Sce
 /// "robot.urdf#link": robot descriptions are in metres.
 void read_link(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
   part.mesh = *t.text("link");
-  const LinkName name = split_link(part.mesh);
-  if (!name.link) {
+  const NodeName name = split_node(folder, part.mesh);
+  if (is_mesh_file(plain_name(name.file))) {
+    t.fail("link",
+           "'" + part.mesh + "' is of a mesh file; give mesh = \"" + part.mesh + "\" instead");
+  }
+  if (!name.node) {
     t.fail("link", "is '" + part.mesh +
                        "'; give a robot description and a link of it, as in "
                        "\"robot.urdf#gripper\"" +
                        links_told(folder / name.file));
   }
-  part.link = name.link;
+  part.link = name.node;
   find_part_file(t, "link", name.file, folder, part);
 }
 
@@ -550,15 +559,11 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (is_description(path))
     throw InputError(path.string() +
                      ": is a robot description; give the scene file (TOML) that names a link of "
                      "it, as link = \"FILE.urdf#LINK\", or make one with graph_compiler init");
-  if (extension == ".stl" || extension == ".obj" || extension == ".off" || extension == ".ply" ||
-      import_format_of(path))
+  if (is_mesh_file(path))
     throw InputError(path.string() + ": is a mesh; give the scene file (TOML) that names it");
   const std::string text = read_text_file(path, kMaxSceneFileBytes, "the scene file");
   return parse_scene_file(text, path.string(), path.parent_path());

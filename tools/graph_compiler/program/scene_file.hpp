@@ -49,6 +49,7 @@ struct ScenePart {
   std::filesystem::path path;                 ///< resolved against the scene file's folder
   std::optional<Shape> shape;                 ///< instead of a file
   std::optional<std::string> link;            ///< of the robot description `path`
+  std::optional<std::string> node;            ///< of the mesh file `path`; absent: all of it
   std::optional<FilePlace> scale_at;          ///< of scale_to_m, where it is given
   std::shared_ptr<const RawMesh> given;       ///< the mesh itself, instead of the file at `path`
   std::array<double, 3> scale_to_m{1, 1, 1};  ///< metres per file unit

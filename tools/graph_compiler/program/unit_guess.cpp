@@ -17,13 +17,17 @@ struct Habit {
   double beyond;  ///< factor where a part is larger than `most_m`
 };
 
-constexpr Habit kHabits[] = {{{"millimetres", 0.001}, 0.010, kMostHeld_m, 1.0, 1.0},
+constexpr double kMillimetre_m = 0.001;
+constexpr Habit kHabits[] = {{{"millimetres", kMillimetre_m}, 0.010, kMostHeld_m, 1.0, 1.0},
                              {{"metres", 1.0}, kLeastHeld_m, kMostHeld_m, 1.0, 10.0},
                              {{"inches", 0.0254}, 0.010, 0.5, 2.1, 1.0},
                              {{"micrometres", 1e-6}, kLeastHeld_m, kMostHeld_m, 1.0, 1.0}};
 
 /// A size in another unit is worth telling between these.
-constexpr double kLeastTold_m = 0.003, kMostTold_m = 0.6;
+constexpr double kLeastTold_m = 0.002, kMostTold_m = 0.6;
+
+/// Of small parts in millimetres, from the smallest on, one is this large at least.
+constexpr double kLeastSmall_m = 0.002, kLeastLargest_m = kLeastHeld_m;
 
 /// Parts within this of each other in size go together.
 constexpr double kAlike = 3.0;
@@ -41,7 +45,10 @@ double off_of(const Habit& habit, double diagonal) {
 FileUnit guessed_unit(std::span<const double> diagonals) {
   FileUnit best = kHabits[0].unit;
   double least = std::numeric_limits<double>::infinity();
-  for (const Habit& habit : kHabits) {
+  for (Habit habit : kHabits) {
+    const double largest_m = std::ranges::max(diagonals) * habit.unit.scale_to_m;
+    const bool may_be_small = diagonals.size() == 1 || largest_m >= kLeastLargest_m;
+    if (habit.unit.scale_to_m == kMillimetre_m && may_be_small) habit.least_m = kLeastSmall_m;
     double off = 0.0;
     for (const double diagonal : diagonals) off = std::max(off, off_of(habit, diagonal));
     if (habit.rarity * off < least) {
@@ -73,16 +80,14 @@ std::string other_units_text(double diagonal, const FileUnit& guessed) {
   return text.empty() ? text : text + ")";
 }
 
-std::string fitting_unit_text(double size_m, double scale_to_m, double other_m) {
+std::optional<FileUnit> fitting_unit(double size_m, double scale_to_m, double other_m) {
   const bool odd = size_m * kMuchSmaller < other_m || size_m > kMuchSmaller * other_m;
-  if (!odd) return {};
+  if (!odd) return std::nullopt;
   for (const Habit& habit : kHabits) {
     const double would_m = size_m * (habit.unit.scale_to_m / scale_to_m);
-    if (would_m < other_m * kAlike && other_m < would_m * kAlike) {
-      return "in " + std::string(habit.unit.name) + " it would be " + spoken_length(would_m);
-    }
+    if (would_m < other_m * kAlike && other_m < would_m * kAlike) return habit.unit;
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace haptic::tools
