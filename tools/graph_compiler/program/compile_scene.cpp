@@ -20,6 +20,7 @@
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/program/flush_faces.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
+#include "tools/graph_compiler/program/odd_sizes.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/scene_guide.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
@@ -592,6 +593,26 @@ void add_flush_notes(const SceneFile& scene, const SceneView& view,
   }
 }
 
+SizedPart sized_part(const ScenePart& part, const PartReport& report) {
+  SizedPart sized{part.mesh, report.diagonal_m, {}};
+  const auto& [x, y, z] = part.scale_to_m;
+  const bool states_unit = part.shape || part.link || import_format_of(part.path);
+  if (!states_unit && x == y && y == z) sized.scale_to_m = x;
+  return sized;
+}
+
+/// Notes on fixed parts whose file seems to be in another unit than that of the moving part.
+void add_unit_notes(const SceneFile& scene, CompiledScene& result) {
+  const SizedPart moving = sized_part(scene.moving, result.parts[0]);
+  for (std::size_t i = 0; i < scene.statics.size(); ++i) {
+    if (!scene.moving.path.empty() && scene.statics[i].path == scene.moving.path) continue;
+    const SizedPart fixed = sized_part(scene.statics[i], result.parts[i + 1]);
+    if (!moving.scale_to_m && !fixed.scale_to_m) continue;
+    const std::string text = odd_sizes_text(moving, fixed);
+    if (!text.empty()) result.notes.push_back(text);
+  }
+}
+
 /// The part for the scene writer. A facet has no seam.
 WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartReport& report) {
   if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
@@ -635,6 +656,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
     add_new(result.notes, part.notes);
     result.parts.push_back(std::move(part.report));
   }
+  add_unit_notes(scene, result);
 
   WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
