@@ -10,6 +10,8 @@ std::vector<Seed> seeds() {
   using namespace haptic::tools::test;
   return {{"plain", tetrahedron_amf()},
           {"zipped", zip_of({{"a.amf", tetrahedron_amf("unit=\"inch\"")}}, Packing::kDeflated)},
+          {"named", amf_of("<object id=\"a\"><metadata type=\"name\">gear</metadata>" +
+                           amf_object("a").substr(15))},
           {"volumes", amf_of(amf_object("1", 2) + amf_object("2"))},
           {"constellations",
            amf_of(amf_object("1") +

@@ -12,7 +12,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace haptic::tools;
   try {
     const ImportedMesh read = read_amf({reinterpret_cast<const char*>(data), size}, "fuzz");
-    haptic::fuzz::check_raw_mesh(mesh_of_message(message_of(read), "fuzz").mesh);
+    const RawMesh said = mesh_of_message(message_of(read), "fuzz").mesh;
+    haptic::fuzz::check_raw_mesh(said);
+    haptic::fuzz::check_parts(said);
   } catch (const InputError& error) {
     haptic::fuzz::check_refusal(error.what());
   }

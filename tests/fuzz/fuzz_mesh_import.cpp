@@ -22,6 +22,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const haptic::tools::ImportedMesh imported =
         haptic::tools::import_bytes(bytes, kFormats[data[0] % 6], "fuzz", {});
     haptic::fuzz::check_raw_mesh(imported.mesh);
+    haptic::fuzz::check_parts(imported.mesh);
     haptic::fuzz::require(std::isfinite(imported.unit_m) && imported.unit_m > 0.0,
                           "the unit is a length");
   } catch (const haptic::tools::InputError& error) {

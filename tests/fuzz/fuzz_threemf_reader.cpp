@@ -26,6 +26,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const ImportedMesh read = read_3mf(archive, "fuzz");
     const ImportedMesh said = mesh_of_message(message_of(read), "fuzz");
     haptic::fuzz::check_raw_mesh(said.mesh);
+    haptic::fuzz::check_parts(said.mesh);
     haptic::fuzz::require(said.mesh.warnings == read.mesh.warnings, "warnings come through");
   } catch (const InputError& error) {
     haptic::fuzz::check_refusal(error.what());

@@ -18,7 +18,11 @@ std::vector<Seed> seeds() {
   std::vector<Seed> all{{"assimp", tools::message_of(imported)}};
   imported.mesh.warnings = {"left out: object '2' (line 4), since its type is 'support'", "more"};
   all.push_back({"warnings", tools::message_of(imported)});
+  imported.mesh.nodes = {{"machine", tools::MeshNode::kNone, false}, {"bolt", 0, true}};
+  imported.mesh.group_nodes = {1};
+  all.push_back({"nodes", tools::message_of(imported)});
   imported.deflection = tools::Deflection{1e-4, 5e-5};
+  imported.node_deflections = {{}, {1e-4, 5e-5}};
   all.push_back({"step", tools::message_of(imported)});
   return all;
 }

@@ -17,6 +17,7 @@ std::optional<tools::RawMesh> parse_input(const std::uint8_t* data, std::size_t 
   try {
     tools::RawMesh mesh = tools::parse_mesh(bytes, kFormats[data[0] % 4], "fuzz");
     check_raw_mesh(mesh);
+    check_parts(mesh);
     return mesh;
   } catch (const tools::InputError& error) {
     check_refusal(error.what());

@@ -27,6 +27,11 @@ const char* const kDressedBox =
     "f 1/1 3/1 4/1 2/1\nf 5//1 6//1 8//1 7//1\ng c\nf -8 -7 -3 \\\n -4\n"
     "f 3/1/1 7/1/1 8/1/1 4/1/1\n\nf 1 5 7 3\nf 2 4 8 6 # end\n";
 
+/// Objects with and without groups, groups of no object, and one that is entered again.
+const char* const kNodes =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\ng loose\nf 1 2 4\no a\nf 2 3 4\ng x\nf 1 4 3\n"
+    "o b\nf 1 3 2\no a\ng x\nf 1 2 4\no \xC3\xA9\ng x:1\nf 2 3 4\n";
+
 /// Two wedges with a common edge in one group, a cavity in a third solid.
 const char* const kEdgeAndVoid =
     "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 1 .5 0\nv -1 0 0\nv -1 -.5 0\nv 1 0 1\nv 1 .5 1\nv -1 0 1\n"
@@ -120,7 +125,9 @@ std::vector<Seed> seeds() {
   return {{"tetrahedron_obj", with_format(kObj, kTetrahedron)},
           {"dressed_box_obj", with_format(kObj, kDressedBox)},
           {"edge_and_void_obj", with_format(kObj, kEdgeAndVoid)},
+          {"nodes_obj", with_format(kObj, kNodes)},
           {"text_stl", with_format(kStl, text_stl())},
+          {"solids_stl", with_format(kStl, text_stl() + text_stl())},
           {"binary_stl", with_format(kStl, binary_stl())},
           {"t_junction_off", with_format(kOff, kTJunction)},
           {"text_ply", with_format(kPly, kTextPly)},

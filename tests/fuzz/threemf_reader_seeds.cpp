@@ -18,6 +18,9 @@ std::vector<Seed> seeds() {
       {"models", metre_model_of_3mf(object + components, "<item objectid=\"2\"/>",
                                     "requiredextensions=\"p m\"") +
                      zero + metre_model_of_3mf(object, "")},
+      {"nodes", metre_model_of_3mf(object_of_3mf("1", "name=\"a\"") + components,
+                                   item + "<item objectid=\"2\"/>" + item) +
+                    zero + metre_model_of_3mf(object, "")},
       {"left_out", metre_model_of_3mf(object + object_of_3mf("2", "type=\"support\"") +
                                           object_of_3mf("3", "name=\"n\""),
                                       item + "<item objectid=\"2\"/>"

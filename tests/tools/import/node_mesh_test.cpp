@@ -20,8 +20,9 @@ namespace {
 using Names = std::vector<std::string>;
 
 RawMesh node_of(const std::string& bytes, ImportFormat format,
-                std::optional<std::string> node = std::nullopt) {
-  return import_bytes(bytes, format, "part", {}, {{}, std::move(node)}).mesh;
+                const std::optional<std::string>& node = std::nullopt) {
+  const RawMesh whole = import_bytes(bytes, format, "part", {}).mesh;
+  return node ? mesh_of_node(whole, *node) : whole;
 }
 
 Names names_in(const RawMesh& mesh, bool parts_alone) {
@@ -197,7 +198,20 @@ TEST_SUITE("tools.node_mesh") {
     const auto is_refused = [](const ImportedMesh& hostile) {
       CHECK_THROWS_AS(mesh_of_message(message_of(hostile), "part"), InputError);
     };
+    imported.deflection = Deflection{2e-4, 1e-4};
+    imported.node_deflections = {{}, {5e-5, 4e-5}};
+    const ImportedMesh step = mesh_of_message(message_of(imported), "part");
+    REQUIRE(step.node_deflections.size() == 2);
+    CHECK(step.node_deflections[1].asked_m == 5e-5);
+    CHECK(node_of(step, "b").deflection->found_m == 4e-5);
+    CHECK(node_of(step, "b").mesh.faces.size() == 1);
     ImportedMesh hostile = imported;
+    hostile.node_deflections.pop_back();
+    is_refused(hostile);
+    hostile = imported;
+    hostile.node_deflections[0].found_m = -1.0;
+    is_refused(hostile);
+    hostile = imported;
     hostile.mesh.nodes[0].parent = 0;
     is_refused(hostile);
     hostile = imported;

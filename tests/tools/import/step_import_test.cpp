@@ -11,6 +11,7 @@
 #include "tests/tools/mesh/mesh_builder.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/import/node_mesh.hpp"
 #include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/vec3.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -63,7 +64,7 @@ std::pair<Point3, Point3> box_of_step(const RawMesh& mesh) {
 void check_step_box(const std::string& text, const std::string& node, const Point3& low,
                     const Point3& high) {
   CAPTURE(node);
-  const ImportedMesh imported = import(text, {{}, node});
+  const ImportedMesh imported = node_of(import(text), node);
   CHECK(imported.mesh.file == "part.step#" + node);
   const auto [found_low, found_high] = box_of_step(imported.mesh);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -178,9 +179,13 @@ TEST_SUITE("tools.step_import") {
     check_step_box(text, "bolt:2", {-0.06, -0.02, 0.01}, {-0.05, 0, 0.04});
     check_step_box(text, "pair", {-0.06, -0.02, 0.01}, {0, 0, 0.04});
     check_step_box(text, "nut", {-0.008, 0, 0.05}, {0, 0.008, 0.058});
-    CHECK_THROWS_WITH_AS(import(text, {{}, "bolt"}),
+    // The facets of each follow its own size.
+    CHECK(whole.deflection->asked_m == node_of(whole, "plate").deflection->asked_m);
+    CHECK(node_of(whole, "nut").deflection->asked_m ==
+          doctest::Approx(kDeflectionShare * std::sqrt(3.0) * 0.008).epsilon(0.01));
+    CHECK_THROWS_WITH_AS(node_of(whole, "bolt"),
                          doctest::Contains("part.step: 2 nodes have the name 'bolt'"), InputError);
-    CHECK_THROWS_WITH_AS(import(text, {{}, "plat"}), doctest::Contains("did you mean 'plate'?"),
+    CHECK_THROWS_WITH_AS(node_of(whole, "plat"), doctest::Contains("did you mean 'plate'?"),
                          InputError);
   }
 

@@ -21,10 +21,12 @@ constexpr char kMesh = 'm', kRefusal = 'r';
 constexpr std::size_t kMostWarnings = 100, kLongestWarning = 1000;
 /// Of a node without its name.
 constexpr std::size_t kNodeBytes = 2 * sizeof(std::uint32_t) + 1;
+constexpr std::size_t kDeflectionBytes = 2 * sizeof(double);
 /// Of the largest mesh of triangles that a reader gives, with names of 200 bytes.
-constexpr std::size_t kMostMessageBytes =
-    1024 + kMostWarnings * kLongestWarning + kMaxMeshVertices * sizeof(Point3) +
-    kMaxMeshFaces * 5 * sizeof(std::uint32_t) + kMaxMeshNodes * (kNodeBytes + 200);
+constexpr std::size_t kMostMessageBytes = 1024 + kMostWarnings * kLongestWarning +
+                                          kMaxMeshVertices * sizeof(Point3) +
+                                          kMaxMeshFaces * 5 * sizeof(std::uint32_t) +
+                                          kMaxMeshNodes * (kNodeBytes + 200 + kDeflectionBytes);
 constexpr ChildLimits kChildLimits{120, std::uint64_t{4} << 30, kMostMessageBytes};
 constexpr const char* kExportAgain = "export the part again, or as STL";
 constexpr const char* kMakeSmaller = "simplify the part, or export it as STL";
@@ -105,6 +107,23 @@ void be_quiet() {
   }
 }
 
+Deflection taken_deflection(Message& message) {
+  const auto asked_m = message.number<double>(), found_m = message.number<double>();
+  if (!(std::isfinite(asked_m) && asked_m >= 0.0 && std::isfinite(found_m) && found_m >= 0.0)) {
+    message.refuse();
+  }
+  return {asked_m, found_m};
+}
+
+/// One for each node, or none.
+void take_deflections(Message& message, ImportedMesh& imported) {
+  const auto count = message.count(message.number<std::uint32_t>(), kDeflectionBytes);
+  if (count != 0 && count != imported.mesh.nodes.size()) message.refuse();
+  for (std::size_t k = 0; k < count; ++k) {
+    imported.node_deflections.push_back(taken_deflection(message));
+  }
+}
+
 /// The nodes, and of which the groups are: each group of a face where there are nodes.
 void take_nodes(Message& message, RawMesh& mesh) {
   const auto nodes = message.count(message.number<std::uint32_t>(), kNodeBytes);
@@ -158,6 +177,11 @@ std::string message_of(const ImportedMesh& imported) {
   append_number(text, static_cast<std::uint32_t>(imported.mesh.group_nodes.size()));
   append_bytes(text, imported.mesh.group_nodes.data(),
                imported.mesh.group_nodes.size() * sizeof(std::uint32_t));
+  append_number(text, static_cast<std::uint32_t>(imported.node_deflections.size()));
+  for (const auto& [node_asked_m, node_found_m] : imported.node_deflections) {
+    append_number(text, node_asked_m);
+    append_number(text, node_found_m);
+  }
   for (const std::string& warning : imported.mesh.warnings) {
     append_number(text, static_cast<std::uint32_t>(warning.size()));
     text += warning;
@@ -171,11 +195,8 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
   ImportedMesh imported;
   imported.unit_m = message.number<double>();
   if (!(std::isfinite(imported.unit_m) && imported.unit_m > 0.0)) message.refuse();
-  const auto asked_m = message.number<double>(), found_m = message.number<double>();
-  if (!(std::isfinite(asked_m) && asked_m >= 0.0 && std::isfinite(found_m) && found_m >= 0.0)) {
-    message.refuse();
-  }
-  if (asked_m > 0.0) imported.deflection = Deflection{asked_m, found_m};
+  const Deflection deflection = taken_deflection(message);
+  if (deflection.asked_m > 0.0) imported.deflection = deflection;
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   mesh.indexed = true;
@@ -207,6 +228,7 @@ ImportedMesh mesh_of_message(const std::string& text, const std::string& file) {
     if (face.vertices.size() < 3) message.refuse();
   }
   take_nodes(message, mesh);
+  take_deflections(message, imported);
   while (!message.at_end()) {
     std::string warning(message.count(message.number<std::uint32_t>(), 1), '\0');
     message.take(warning.data(), warning.size());

@@ -3,7 +3,6 @@
 
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
-#include "tools/graph_compiler/import/node_mesh.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/packed_file.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -34,9 +33,7 @@ ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, cons
                           const std::filesystem::path& folder, const ImportOptions& options) {
   refuse_packed(bytes, file);
   if (format == ImportFormat::kStep) return import_step(bytes, file, options);
-  ImportedMesh imported = import_by_assimp(bytes, format, file, folder);
-  if (options.node) imported.mesh = mesh_of_node(imported.mesh, *options.node);
-  return imported;
+  return import_by_assimp(bytes, format, file, folder);
 }
 
 ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "tools/graph_compiler/mesh/surface.hpp"
 
@@ -23,9 +24,10 @@ struct Deflection {
 };
 
 struct ImportedMesh {
-  RawMesh mesh;                          ///< in metres
-  double unit_m = 1.0;                   ///< of the file [m]
-  std::optional<Deflection> deflection;  ///< of STEP
+  RawMesh mesh;                                ///< in metres
+  double unit_m = 1.0;                         ///< of the file [m]
+  std::optional<Deflection> deflection;        ///< of STEP: the largest of its products
+  std::vector<Deflection> node_deflections{};  ///< of STEP: by `mesh.nodes`, 0 of one without faces
 };
 
 /// Of the diagonal of the part, of an assembly of each part: the deflection where none is asked
@@ -34,7 +36,6 @@ inline constexpr double kDeflectionShare = 5e-4;
 
 struct ImportOptions {
   std::optional<double> deflection_m{};  ///< of STEP; absent: `kDeflectionShare` of the diagonal
-  std::optional<std::string> node{};     ///< this one alone (node_mesh.hpp); absent: the whole file
 };
 
 /// Format by the extension of the file name (any case); nothing where it is none of these.

@@ -65,4 +65,20 @@ RawMesh mesh_of_node(const RawMesh& mesh, const std::string& name) {
   return mesh_of_faces(mesh, faces_of_node(mesh, node), tidy_name(name, ""));
 }
 
+ImportedMesh node_of(const ImportedMesh& whole, const std::string& name) {
+  const RawMesh& mesh = whole.mesh;
+  const std::vector<bool> chosen = faces_of_node(mesh, node_named(mesh, name));
+  ImportedMesh node{mesh_of_faces(mesh, chosen, tidy_name(name, "")), whole.unit_m,
+                    whole.deflection};
+  if (!whole.deflection || whole.node_deflections.empty()) return node;
+  node.deflection = Deflection{};
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!chosen[f]) continue;
+    const Deflection& of = whole.node_deflections[mesh.group_nodes[mesh.faces[f].group]];
+    node.deflection->asked_m = std::max(node.deflection->asked_m, of.asked_m);
+    node.deflection->found_m = std::max(node.deflection->found_m, of.found_m);
+  }
+  return node;
+}
+
 }  // namespace haptic::tools

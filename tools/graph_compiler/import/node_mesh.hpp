@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tools/graph_compiler/mesh/surface.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
 
 namespace haptic::tools {
 
@@ -18,5 +18,7 @@ std::uint32_t node_named(const RawMesh& mesh, const std::string& name);
 
 /// The mesh of this node alone. @throws InputError as node_named.
 RawMesh mesh_of_node(const RawMesh& mesh, const std::string& name);
+/// The same of an imported file, with the deflection of the node's own products.
+ImportedMesh node_of(const ImportedMesh& whole, const std::string& name);
 
 }  // namespace haptic::tools

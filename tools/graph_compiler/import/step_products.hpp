@@ -24,6 +24,13 @@ struct StepProduct {
   std::uint32_t loose_node = 0;                    ///< of the faces that are of no solid
   /// Nodes of its solids, where they have their own: the product is the only one, and has several.
   std::map<const Standard_Transient*, std::uint32_t> solid_nodes;
+
+  /// All of these.
+  [[nodiscard]] std::vector<std::uint32_t> nodes() const {
+    std::vector<std::uint32_t> all{node, loose_node};
+    for (const auto& [solid, own] : solid_nodes) all.push_back(own);
+    return all;
+  }
 };
 
 /// Adds the nodes of the file: assemblies above the products that they place, under the names of

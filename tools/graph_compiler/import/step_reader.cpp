@@ -35,9 +35,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/graph_compiler/import/guarded_import.hpp"
 #include "tools/graph_compiler/import/import_readers.hpp"
-#include "tools/graph_compiler/import/node_mesh.hpp"
 #include "tools/graph_compiler/import/step_products.hpp"
-#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/shell_interior.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -260,28 +258,18 @@ ImportedMesh read_parts(std::span<const char> bytes, const std::string& file,
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   const std::vector<StepProduct> products = step_products(reader, shape, mesh.nodes);
-  std::vector<Deflection> deflections(mesh.nodes.size());  // by the node of the product
+  imported.deflection = Deflection{};
+  imported.node_deflections.resize(mesh.nodes.size());
   std::set<const Standard_Transient*> made;
   std::size_t faces = 0;
   for (const StepProduct& product : products) {
     const bool is_made = product.definition != nullptr && !made.insert(product.definition).second;
-    deflections[product.node] = add_facets(product, is_made, options, faces, mesh);
+    const Deflection deflection = add_facets(product, is_made, options, faces, mesh);
+    imported.deflection->asked_m = std::max(imported.deflection->asked_m, deflection.asked_m);
+    imported.deflection->found_m = std::max(imported.deflection->found_m, deflection.found_m);
+    for (const std::uint32_t node : product.nodes()) imported.node_deflections[node] = deflection;
   }
   for (Point3& p : mesh.vertices) p = vec::scaled(p, kReaderUnit_m);
-  mesh.vertex_places.resize(mesh.vertices.size(), 0);
-  std::vector<bool> chosen(mesh.faces.size(), true);
-  if (options.node) chosen = faces_of_node(mesh, node_named(mesh, *options.node));
-  imported.deflection = Deflection{};
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!chosen[f]) continue;
-    std::uint32_t node = mesh.group_nodes[mesh.faces[f].group];
-    while (deflections[node].asked_m == 0.0) node = mesh.nodes[node].parent;  // of a solid
-    imported.deflection->asked_m =
-        std::max(imported.deflection->asked_m, deflections[node].asked_m);
-    imported.deflection->found_m =
-        std::max(imported.deflection->found_m, deflections[node].found_m);
-  }
-  if (options.node) mesh = mesh_of_faces(mesh, chosen, *options.node);
   return imported;
 }
 
@@ -309,9 +297,7 @@ ImportedMesh import_step(std::span<const char> bytes, const std::string& file,
     refuse_file(file, "it does not begin with ISO-10303-21, as a STEP file does",
                 "rename the file, or export the part again");
   }
-  ImportedMesh imported = guarded(file, [&] { return read(bytes, file, options); });
-  if (options.node) imported.mesh.file += "#" + tidy_name(*options.node, "");
-  return imported;
+  return guarded(file, [&] { return read(bytes, file, options); });
 }
 
 }  // namespace haptic::tools

@@ -308,7 +308,7 @@ SurfacePart compile_surface(const PartMesh& source, const std::string& why,
 }
 
 CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
-                          const CompileOptions& options) {
+                          const CompileOptions& options, MeshFiles& files) {
   CompiledPart result;
   PartReport& report = result.report;
   report.mesh = part.mesh;
@@ -317,7 +317,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   };
   Stopwatch watch;
   tell("reading", 0.0);
-  const PartMesh source = read_part_mesh(part, scene.file);
+  const PartMesh source = read_part_mesh(part, scene.file, &files);
   const RawMesh& raw = source.mesh;
   result.notes = part.notes;
   append(result.notes, raw.notes);
@@ -643,8 +643,13 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
 
   check_clearances(scene, options);
   std::vector<CompiledPart> parts;
-  parts.push_back(compile_part(scene.moving, scene, options));
-  for (const ScenePart& part : scene.statics) parts.push_back(compile_part(part, scene, options));
+  {
+    MeshFiles files;
+    parts.push_back(compile_part(scene.moving, scene, options, files));
+    for (const ScenePart& part : scene.statics) {
+      parts.push_back(compile_part(part, scene, options, files));
+    }
+  }
   check_law(scene, parts);
   check_start(scene, parts);
   if (options.for_questions) {

@@ -53,7 +53,8 @@ DraftMesh read_draft_mesh(const std::filesystem::path& given) {
   } else if (import_format_of(read.path)) {
     read.node = source.node;
     read.has_unit = true;
-    mesh = import_mesh(read.path, {{}, source.node}).mesh;
+    mesh = import_mesh(read.path).mesh;
+    if (source.node) mesh = mesh_of_node(mesh, *source.node);
   } else {
     read.node = source.node;
     mesh = read_mesh(read.path);

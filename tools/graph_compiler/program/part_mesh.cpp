@@ -29,21 +29,32 @@ void check_unit(const ScenePart& part, double unit_m, const std::string& scene_f
       scene_file.c_str(), part.scale_at->line, part.scale_at->column, part.mesh.c_str(), unit_m));
 }
 
+ImportedMesh file_mesh(const ScenePart& part) {
+  if (import_format_of(part.path)) return import_mesh(part.path, {part.deflection_m});
+  return {read_mesh(part.path), 1.0, {}};
+}
+
 }  // namespace
 
-PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file) {
+const ImportedMesh& MeshFiles::whole(const ScenePart& part) {
+  const std::pair key(part.path, part.deflection_m.value_or(0.0));
+  const auto known = read_.find(key);
+  return known != read_.end() ? known->second : read_.emplace(key, file_mesh(part)).first->second;
+}
+
+PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file, MeshFiles* files) {
   if (part.given) return {*part.given, part.scale_to_m, part.scale_to_m, {}};
   if (part.shape) return {.mesh = shape_mesh(*part.shape, part.mesh)};
   if (part.link) return {.mesh = link_mesh(part.path, *part.link)};
+  MeshFiles own;
+  ImportedMesh mesh = part.node ? node_of((files != nullptr ? *files : own).whole(part), *part.node)
+                                : file_mesh(part);
   if (!import_format_of(part.path)) {
-    RawMesh mesh = read_mesh(part.path);
-    if (part.node) mesh = mesh_of_node(mesh, *part.node);
-    return {std::move(mesh), part.scale_to_m, part.scale_to_m, {}};
+    return {std::move(mesh.mesh), part.scale_to_m, part.scale_to_m, {}};
   }
-  ImportedMesh imported = import_mesh(part.path, {part.deflection_m, part.node});
-  const double unit_m = imported.unit_m;
+  const double unit_m = mesh.unit_m;
   check_unit(part, unit_m, scene_file);
-  return {std::move(imported.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}, imported.deflection};
+  return {std::move(mesh.mesh), {1, 1, 1}, {unit_m, unit_m, unit_m}, mesh.deflection};
 }
 
 std::string body_name(const ScenePart& part) {

@@ -4,8 +4,11 @@
 /// robot description, or dimensions.
 
 #include <array>
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
@@ -20,10 +23,22 @@ struct PartMesh {
   std::optional<Deflection> deflection{};     ///< of STEP
 };
 
-/// @param scene_file  for messages about its keys.
+/// Files of which several parts are nodes: each is read once, and kept.
+class MeshFiles {
+ public:
+  /// The whole file of `part`, with all its nodes. @throws InputError: it cannot be read.
+  const ImportedMesh& whole(const ScenePart& part);
+
+ private:
+  std::map<std::pair<std::filesystem::path, double>, ImportedMesh>
+      read_;  ///< by the deflection too
+};
+
+/// @param scene_file  for messages about its keys. @param files  kept between parts; may be null.
 /// @throws InputError: the mesh cannot be read; the file has no such node; scale_to_m is not the
 /// unit that the file states.
-PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file);
+PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file,
+                        MeshFiles* files = nullptr);
 
 /// The name that the compiled scene keeps.
 std::string body_name(const ScenePart& part);
