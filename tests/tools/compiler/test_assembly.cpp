@@ -360,6 +360,7 @@ TEST_SUITE("tools.assembly") {
     const Assembly assembly = bench.read(file);
     CHECK(nodes_of(assembly) == Words{"peg", "base", "left wall", "right wall"});
     CHECK(holds(remarks_of(assembly), "left out: 'mark', which has no area"));
+    CHECK(holds(remarks_of(assembly), "left out, since they have no faces: 'dot'"));
     CHECK(bench.init(file).exit_code == 0);
     CHECK(bench.compile().exit_code == 0);
     std::vector<NamedBox> speck = kSlot;

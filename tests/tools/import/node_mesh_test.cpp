@@ -116,6 +116,9 @@ TEST_SUITE("tools.node_mesh") {
     check("wall:1", {0, 2.5, 0});
     check("wall:2", {0, 2.5, 3.5});
     CHECK(node_of(text, ImportFormat::kDae, "frame").faces.size() == 8);
+    const std::string nameless = "<node>" + mesh + "</node>";
+    CHECK(names_in(node_of(dae_of_nodes(nameless + nameless), ImportFormat::kDae), true) ==
+          Names{"node:1", "node:2"});
   }
 
   TEST_CASE("3MF: the items of the build, or the components where there is one item") {

@@ -94,7 +94,10 @@ TEST_SUITE("tools.mesh_nodes") {
     CHECK(parts_of(groups) == Names{"default", "a b", "c"});
     CHECK(mesh_at(groups, "a b").faces.size() == 2);
     // Without faces there is nothing to name.
-    CHECK(names_of(obj_with("o empty\ng none\no peg\nF")) == Names{"peg"});
+    const RawMesh empty = obj_with("o empty\ng none\no peg\nF");
+    CHECK(names_of(empty) == Names{"peg"});
+    REQUIRE(empty.nodes.size() == 2);
+    CHECK(empty.nodes[0].name == "empty");
   }
 
   TEST_CASE("OBJ: groups of objects are nodes below them, and parts where there is one object") {

@@ -33,6 +33,8 @@ namespace haptic::tools {
 namespace {
 
 constexpr int kDeepestNode = 200;
+/// What assimp begins the names of COLLADA's nodes with that have none.
+constexpr std::string_view kMadeName = "$ColladaAutoName$";
 
 /// Bytes as a file that can only be read.
 class MemoryStream final : public Assimp::IOStream {
@@ -155,8 +157,9 @@ class Merge {
       refuse("it has more than " + std::to_string(kMaxMeshNodes) + " nodes");
     }
     const auto own = static_cast<std::uint32_t>(mesh_.nodes.size());
-    mesh_.nodes.push_back(
-        {tidy_name({node.mName.data, node.mName.length}, "node"), parent, node.mNumMeshes > 0});
+    std::string_view name(node.mName.data, node.mName.length);
+    if (name.starts_with(kMadeName)) name = {};
+    mesh_.nodes.push_back({tidy_name(name, "node"), parent, node.mNumMeshes > 0});
     const AffineMap map = product(above, map_of(node.mTransformation));
     for (unsigned k = 0; k < node.mNumMeshes; ++k) {
       const unsigned index = node.mMeshes[k];

@@ -19,6 +19,9 @@ constexpr std::string_view kShapeless[] = {
     "step",   "parm",   "d_interp", "trace_obj", "shadow_obj", "ctech", "stech", "end",
     "con",    "trim",   "hole",     "scrv",      "sp",         "curv2"};
 
+/// Of faces before the first `g`.
+constexpr std::string_view kDefaultGroup = "default";
+
 /// So many unknown keywords are named in the note.
 constexpr std::size_t kMostNamed = 5;
 
@@ -95,7 +98,7 @@ class ObjParser {
   std::string name_of_rest() const {
     std::string name;
     for (std::size_t i = 1; i < words_.size(); ++i) {
-      name += std::string(words_[i]) + ' ';
+      name += (i > 1 ? " " : "") + std::string(words_[i]);
     }
     return name;
   }
@@ -126,8 +129,15 @@ class ObjParser {
     std::map<std::string, std::uint32_t> object_nodes;
     mesh_.group_nodes.resize(by_group.size(), 0);
     for (std::size_t k = 0; k < by_group.size(); ++k) {
-      if (!has_faces[k]) continue;
       const auto& [object, group] = by_group[k];
+      if (!has_faces[k]) {
+        // An object without faces, or such a group of no object.
+        const bool is_object = !object.empty() && group.empty() && !objects.contains(object);
+        const bool is_group = object.empty() && !group.empty() && group != kDefaultGroup;
+        if (is_object) node(tidy_name(object, "object"), MeshNode::kNone, false);
+        if (is_group) node(tidy_name(group, kDefaultGroup), MeshNode::kNone, false);
+        continue;
+      }
       const bool has_groups = objects[object];
       std::uint32_t above = MeshNode::kNone;
       if (!object.empty() || !has_groups) {
@@ -138,7 +148,7 @@ class ObjParser {
         }
         above = found->second;
       }
-      mesh_.group_nodes[k] = has_groups ? node(tidy_name(group, "default"), above,
+      mesh_.group_nodes[k] = has_groups ? node(tidy_name(group, kDefaultGroup), above,
                                                !objects_are_parts || object.empty())
                                         : above;
     }
