@@ -377,6 +377,27 @@ TEST_SUITE("tools.assembly") {
     CHECK(holds(remarks_of(small), "(x, y, z in m; --scale 0.001)"));
   }
 
+  TEST_CASE("init ASSEMBLY: faces of one body are told, and a closed part is in the hand") {
+    const AssemblyBench bench;
+    // Six faces of 20 mm, each an object of its own, and a bar of 100 mm.
+    std::string text = obj_of_boxes({{"bar", {0, 0, 30}, {100, 9, 39}}}, "o");
+    for (const Point3& p : corners_of({"", {0, 0, 0}, {20, 20, 20}}))
+      text += "v " + triple(p) + "\n";
+    for (int k = 0; k < 6; ++k) {
+      text += "o face" + std::to_string(k) + "\nf";
+      for (const int v : kQuads[k]) text += " " + std::to_string(9 + v);
+      text += "\n";
+    }
+    const Assembly assembly = bench.read(bench.write("o.obj", text));
+    CHECK(nodes_of(assembly)[0] == "bar");
+    CHECK(holds(remarks_of(assembly), "in the hand: 'bar', the smallest closed part that a hand"));
+    CHECK(holds(remarks_of(assembly),
+                "6 of the parts have open edges: 'face0', 'face1', 'face2', 'face3', "
+                "'face4', 'face5'; where they are faces of one body, name the file without #"));
+    CHECK_FALSE(holds(remarks_of(bench.read(bench.write("c.obj", obj_of_boxes(kSlot, "o")))),
+                      "open edges"));
+  }
+
   TEST_CASE("init ASSEMBLY: what makes no scene is refused, and nothing is written") {
     const AssemblyBench bench;
     const std::string file = bench.write("o.obj", obj_of_boxes(kSlot, "o"));
@@ -392,9 +413,9 @@ TEST_SUITE("tools.assembly") {
       std::string says;
     };
     const Refusal refusals[] = {
-        {one, 2, "nothing stands beside 'base'; give the meshes of the fixed parts too"},
+        {one, 2, "'base' is its only part; give the meshes of the fixed parts too"},
         {bare, 2, "the file names no parts; give the meshes of the fixed parts too"},
-        {one + "#base", 2, "nothing stands beside 'base'"},
+        {one + "#base", 2, "'base' is its only part"},
         {file + " --hand pge", 3, "o.obj: no node 'pge'; did you mean 'peg'?"},
         {file + "#pge", 3, "o.obj: no node 'pge'; did you mean 'peg'?"},
         {file + "#peg --hand base", 2, "name two nodes for the hand; keep one"},

@@ -2,9 +2,13 @@
 #include "tools/graph_compiler/program/assembly.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -25,29 +29,64 @@ constexpr std::size_t kMostListed = 100;
 /// Instances of one mesh are of the same size but for rounding: of these the first.
 constexpr double kSmaller = 1.0 - 1e-6;
 
+/// Corners this near to each other are one, as a share of the size of the part.
+constexpr double kSameCorner = 1e-6;
+constexpr double kFarthest = 1e18;
+
 /// Twice, in units of the mesh.
 double area_of(const RawMesh& mesh) {
   double area = 0.0;
   for (const RawFace& face : mesh.faces) {
-    const Point3& a = mesh.vertices[face.vertices[0]];
-    for (std::size_t k = 2; k < face.vertices.size(); ++k) {
-      const Point3 u = vec::sub(mesh.vertices[face.vertices[k - 1]], a);
-      const Point3 v = vec::sub(mesh.vertices[face.vertices[k]], a);
-      area += vec::norm(vec::cross(u, v));
-    }
+    area += vec::norm(vec::twice_area(mesh.vertices, face.vertices));
   }
   return area;
+}
+
+/// Every edge has an even number of faces. Cost: n log n in the corners.
+bool has_no_open_edge(const RawMesh& mesh, double diagonal) {
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> places;
+  std::vector<std::uint32_t> corner(mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    std::array<std::int64_t, 3> place{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      place[i] = std::llround(
+          std::clamp(mesh.vertices[v][i] / (kSameCorner * diagonal), -kFarthest, kFarthest));
+    }
+    corner[v] = places.try_emplace(place, static_cast<std::uint32_t>(v)).first->second;
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const RawFace& face : mesh.faces) {
+    for (std::size_t k = 0; k < face.vertices.size(); ++k) {
+      const std::uint32_t a = corner[face.vertices[k]];
+      const std::uint32_t b = corner[face.vertices[(k + 1) % face.vertices.size()]];
+      if (a != b) edges.push_back(std::minmax(a, b));
+    }
+  }
+  std::ranges::sort(edges);
+  for (std::size_t k = 0; k < edges.size();) {
+    const auto end = std::ranges::upper_bound(edges, edges[k]);
+    const auto next = static_cast<std::size_t>(end - edges.begin());
+    if ((next - k) % 2 != 0) return false;
+    k = next;
+  }
+  return true;
 }
 
 bool has_any(const std::vector<bool>& faces) {
   return std::ranges::find(faces, true) != faces.end();
 }
 
-/// A node and its faces.
-struct Portion {
-  NamedNode node;
-  std::vector<bool> faces;
-};
+/// "'a', 'b' and 5 more".
+std::string listed_names(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t k = 0; k < std::min(names.size(), kMostListed); ++k) {
+    text += (k == 0 ? "" : ", ") + shown_name(names[k]);
+  }
+  if (names.size() > kMostListed) {
+    text += " and " + std::to_string(names.size() - kMostListed) + " more";
+  }
+  return text;
+}
 
 class AssemblyReader {
  public:
@@ -91,6 +130,7 @@ class AssemblyReader {
     if (assembly_.parts.size() < 2) refuse_single(assembly_.parts);
     list(request, scale);
     assembly_.remarks.push_back("in the hand: " + shown_name(hand) + ", " + why);
+    tell_open();
     tell_left_out();
     return std::move(assembly_);
   }
@@ -111,6 +151,12 @@ class AssemblyReader {
     return part;
   }
 
+  bool is_closed(const DraftMesh& part) {
+    const auto [found, is_new] = closed_.try_emplace(*part.node, false);
+    if (is_new) found->second = has_no_open_edge(*part.mesh, part.diagonal());
+    return found->second;
+  }
+
   /// A part that cannot be compiled as anything.
   bool is_flat(const DraftMesh& part) {
     if (area_of(*part.mesh) > 0.0) return false;
@@ -129,7 +175,7 @@ class AssemblyReader {
   [[noreturn]] void refuse_single(const std::vector<DraftMesh>& parts) const {
     throw UsageError(file_.name + ": " +
                      (parts.empty() ? "the file names no parts"
-                                    : "nothing stands beside " + shown_name(*parts[0].node)) +
+                                    : shown_name(*parts[0].node) + " is its only part") +
                      "; give the meshes of the fixed parts too, or a file with several nodes");
   }
 
@@ -143,11 +189,15 @@ class AssemblyReader {
     return guessed_unit(diagonals);
   }
 
-  static const DraftMesh& chosen_hand(const std::vector<DraftMesh>& parts, double scale,
-                                      std::string& why) {
+  /// Open parts may be the faces of one body: they are taken where there are no others.
+  const DraftMesh& chosen_hand(const std::vector<DraftMesh>& parts, double scale,
+                               std::string& why) {
+    const auto closed = [&](const DraftMesh& part) { return is_closed(part); };
+    const bool any_closed = std::ranges::any_of(parts, closed);
     const DraftMesh *smallest = nullptr, *largest = nullptr;
     double least_m = std::numeric_limits<double>::infinity(), most_m = -1.0;
     for (const DraftMesh& part : parts) {
+      if (any_closed && !is_closed(part)) continue;
       const double size_m = part.diagonal() * scale;
       if (size_m >= kLeastHeld_m && size_m < kSmaller * least_m) {
         smallest = &part;
@@ -158,10 +208,11 @@ class AssemblyReader {
         most_m = size_m;
       }
     }
+    const std::string held = spoken_length(kLeastHeld_m);
+    const char* of = any_closed && !std::ranges::all_of(parts, closed) ? " closed part" : " part";
     why = smallest != nullptr
-              ? "the smallest part that a hand can hold (" + spoken_length(kLeastHeld_m) +
-                    " and more)"
-              : "the largest part, since none is " + spoken_length(kLeastHeld_m) + " across";
+              ? std::string("the smallest") + of + " that a hand can hold (" + held + " and more)"
+              : std::string("the largest") + of + ", since none is " + held + " across";
     return smallest != nullptr ? *smallest : *largest;
   }
 
@@ -221,25 +272,35 @@ class AssemblyReader {
     if (assembly_.parts.size() > kMostListed) {
       remarks.push_back("  and " + std::to_string(assembly_.parts.size() - kMostListed) + " more");
     }
-    std::string others;
-    std::size_t count = 0;
+    std::vector<std::string> others;
     for (const NamedNode& node : nodes_) {
       const bool is_listed = std::ranges::any_of(
           assembly_.parts, [&](const DraftMesh& part) { return *part.node == node.name; });
-      if (is_listed || std::ranges::find(flat_, node.name) != flat_.end()) continue;
-      if (++count <= kMostListed) others += (count == 1 ? "" : ", ") + shown_name(node.name);
+      if (!is_listed && std::ranges::find(flat_, node.name) == flat_.end()) {
+        others.push_back(node.name);
+      }
     }
-    if (count > kMostListed) others += " and " + std::to_string(count - kMostListed) + " more";
-    if (count > 0)
-      remarks.push_back("other nodes, which hold these or are pieces of them: " + others);
+    if (!others.empty()) {
+      remarks.push_back("other nodes, which hold these or are pieces of them: " +
+                        listed_names(others));
+    }
+  }
+
+  void tell_open() {
+    std::vector<std::string> open;
+    for (const DraftMesh& part : assembly_.parts) {
+      if (!is_closed(part)) open.push_back(*part.node);
+    }
+    if (open.empty()) return;
+    assembly_.remarks.push_back(std::to_string(open.size()) +
+                                " of the parts have open edges: " + listed_names(open) +
+                                "; where they are faces of one body, name the file without #");
   }
 
   void tell_left_out() {
     for (const std::string& node : flat_) {
       assembly_.remarks.push_back("left out: " + shown_name(node) + ", which has no area");
     }
-    std::string names;
-    std::size_t count = 0;
     std::vector<bool> has_faces(file_.mesh->nodes.size(), false);
     for (const RawFace& face : file_.mesh->faces) {
       std::uint32_t node = file_.mesh->group_nodes[face.group];
@@ -247,20 +308,20 @@ class AssemblyReader {
         has_faces[node] = true;
       }
     }
+    std::vector<std::string> empty;
     for (std::size_t k = 0; k < has_faces.size(); ++k) {
-      if (has_faces[k]) continue;
-      if (++count <= kMostListed) {
-        names += (count == 1 ? "" : ", ") + shown_name(file_.mesh->nodes[k].name);
-      }
+      if (!has_faces[k]) empty.push_back(file_.mesh->nodes[k].name);
     }
-    if (count > kMostListed) names += " and " + std::to_string(count - kMostListed) + " more";
-    if (count > 0) assembly_.remarks.push_back("left out, since they have no faces: " + names);
+    if (!empty.empty()) {
+      assembly_.remarks.push_back("left out, since they have no faces: " + listed_names(empty));
+    }
   }
 
   NodeName source_;
   DraftMesh file_;  ///< the whole
   std::vector<NamedNode> nodes_;
   std::vector<std::string> flat_;
+  std::map<std::string, bool> closed_;  ///< parts that were asked about
   Assembly assembly_;
 };
 
