@@ -141,6 +141,19 @@ TEST_SUITE("tools.node_mesh") {
     CHECK(node_of(several, ImportFormat::k3mf, "pair").warnings.size() == 1);  // not printed
     const std::string one = archive_of_3mf(metre_model_of_3mf(resources, "<item objectid=\"3\"/>"));
     CHECK(names_in(node_of(one, ImportFormat::k3mf), true) == Names{"peg", "object 2"});
+    // Slicers keep names in their settings.
+    const std::string project = archive_of_3mf(
+        metre_model_of_3mf(
+            object_of_3mf("1") + object_of_3mf("2") +
+                "<object id=\"3\"><components><component objectid=\"1\"/></components>"
+                "</object>",
+            "<item objectid=\"3\"/><item objectid=\"2\"/>"),
+        {{"Metadata/model_settings.config",
+          "<config><object id=\"3\"><metadata key=\"name\" value=\"box.stl\"/><part id=\"1\" "
+          "subtype=\"normal_part\"><metadata key=\"name\" value=\"lid\"/></part></object>"
+          "<object id=\"2\"><metadata key=\"name\" value=\"peg.stl\"/></object></config>"}});
+    CHECK(names_in(node_of(project, ImportFormat::k3mf), false) ==
+          Names{"box.stl", "lid", "peg.stl"});
   }
 
   TEST_CASE("AMF: objects at the places of their constellations, by metadata or id") {

@@ -65,6 +65,15 @@ class Settings {
   const XMLElement* root_ = nullptr;
 };
 
+/// Of an object or a part in the settings; empty where they have none.
+std::string name_in(const XMLElement& settings) {
+  for (const auto* m = settings.FirstChildElement("metadata"); m != nullptr;
+       m = m->NextSiblingElement("metadata")) {
+    if (attribute(*m, "key") == "name") return attribute(*m, "value");
+  }
+  return {};
+}
+
 std::optional<SlicerMark> mark_of_volume(const XMLElement& volume) {
   for (const auto* m = volume.FirstChildElement("metadata"); m != nullptr;
        m = m->NextSiblingElement("metadata")) {
@@ -82,6 +91,7 @@ SlicerMarks read_slicer_marks(ThreemfPackage& package, const std::string& file) 
   SlicerMarks marks;
   const Settings prusa(package, "Metadata/Slic3r_PE_model.config", file);
   for (const auto* o = prusa.first_object(); o != nullptr; o = o->NextSiblingElement("object")) {
+    marks.names[attribute(*o, "id")] = name_in(*o);
     std::vector<MarkedTriangles> marked;
     for (const auto* v = o->FirstChildElement("volume"); v != nullptr;
          v = v->NextSiblingElement("volume")) {
@@ -95,8 +105,10 @@ SlicerMarks read_slicer_marks(ThreemfPackage& package, const std::string& file) 
   }
   const Settings bambu(package, "Metadata/model_settings.config", file);
   for (const auto* o = bambu.first_object(); o != nullptr; o = o->NextSiblingElement("object")) {
+    marks.names[attribute(*o, "id")] = name_in(*o);
     for (const auto* p = o->FirstChildElement("part"); p != nullptr;
          p = p->NextSiblingElement("part")) {
+      marks.component_names[{attribute(*o, "id"), attribute(*p, "id")}] = name_in(*p);
       if (auto mark = mark_of(kBambuKinds, attribute(*p, "subtype"))) {
         marks.components[{attribute(*o, "id"), attribute(*p, "id")}] = std::move(*mark);
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// What slicers keep beside the meshes of a 3MF project: which of them are no material (modifiers,
-/// blockers, enforcers), and which cut something out.
+/// blockers, enforcers), which cut something out, and their names.
 
 #include <cstddef>
 #include <map>
@@ -32,6 +32,9 @@ struct SlicerMarks {
   std::map<std::string, std::vector<MarkedTriangles>> triangles;
   /// By the id of an object of the first model, and of the object that is a component of it.
   std::map<std::pair<std::string, std::string>, SlicerMark> components;
+  /// Names by the id of an object of the first model, and of its components as above.
+  std::map<std::string, std::string> names;
+  std::map<std::pair<std::string, std::string>, std::string> component_names;
 };
 
 /// Reads the settings of PrusaSlicer, and of Bambu Studio and OrcaSlicer, where the archive has

@@ -60,7 +60,7 @@ class ThreemfReader {
         leave_out(placed, "since its item is marked as not to be printed");
         continue;
       }
-      place(placed, transform_of(*item, first.file), MeshNode::kNone, 0);
+      place(placed, transform_of(*item, first.file), {}, MeshNode::kNone, 0);
     }
     mark_parts();
     tell_of_unnamed();
@@ -107,10 +107,18 @@ class ThreemfReader {
     return model;
   }
 
-  static std::string name_of(const Placed& placed) {
-    std::string name = attribute(*placed.object, "name");
-    if (name.empty()) name = attribute(*placed.object, "partnumber");
-    return tidy_name(name, "object " + tidy_name(attribute(*placed.object, "id"), ""));
+  /// @param settled  what the settings of a slicer call it as a component; empty: nothing.
+  std::string name_of(const Placed& placed, std::string settled) {
+    const std::string id = attribute(*placed.object, "id");
+    if (const auto named = marks_.names.find(id);
+        settled.empty() && named != marks_.names.end() && placed.model == &package_.first()) {
+      settled = named->second;
+    }
+    for (const std::string& name :
+         {attribute(*placed.object, "name"), settled, attribute(*placed.object, "partnumber")}) {
+      if (const std::string tidy = tidy_name(name, ""); !tidy.empty()) return tidy;
+    }
+    return tidy_name("object " + id, "object");
   }
 
   /// The items of the build, or where there is one alone the objects with meshes that it is made
@@ -129,7 +137,8 @@ class ThreemfReader {
     }
   }
 
-  void place(const Placed& placed, const AffineMap& map, std::uint32_t parent, int depth) {
+  void place(const Placed& placed, const AffineMap& map, const std::string& settled,
+             std::uint32_t parent, int depth) {
     if (++places_ > kMostPlaced) {
       refuse(placed, "its components place more than " + std::to_string(kMostPlaced) + " objects",
              "simplify the part");
@@ -151,7 +160,7 @@ class ThreemfReader {
     const XMLElement* components = model->child(*object, "components");
     if (!has_mesh && components == nullptr) return refuse_form(placed);
     const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());
-    mesh_.nodes.push_back({name_of(placed), parent, false});
+    mesh_.nodes.push_back({name_of(placed, settled), parent, false});
     if (has_mesh) append(mesh_at(placed), map, placed);
     mesh_.group_nodes.resize(group_, node);
     if (components != nullptr) place_components(placed, *components, map, node, depth);
@@ -198,7 +207,11 @@ class ThreemfReader {
         leave_out(part, "since it is " + mark->second.kind);
         continue;
       }
-      place(part, product(map, transform_of(*c, model->file)), node, depth + 1);
+      const auto settled =
+          marks_.component_names.find({attribute(*object, "id"), attribute(*c, "objectid")});
+      const bool is_settled = settled != marks_.component_names.end() && model == &package_.first();
+      place(part, product(map, transform_of(*c, model->file)),
+            is_settled ? settled->second : std::string(), node, depth + 1);
     }
     open_.erase(object);
   }
