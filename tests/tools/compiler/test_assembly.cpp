@@ -14,6 +14,7 @@
 #include "tools/graph_compiler/program/assembly.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/node_name.hpp"
+#include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/scene_file.hpp"
 
 using namespace haptic::test;
@@ -221,6 +222,40 @@ TEST_SUITE("tools.assembly") {
           "scene.toml", bench.folder.file(""));
     };
     CHECK_THROWS_WITH_AS(link(), doctest::Contains("is of a mesh file; give mesh = "), InputError);
+  }
+
+  TEST_CASE("a file of several nodes of a scene is read once, and left out is said once") {
+    const AssemblyBench bench;
+    ScenePart first, second, finer;
+    first.path = second.path = finer.path = bench.write("slot.obj", obj_of_boxes(kSlot, "o"));
+    first.node = "peg";
+    second.node = "base";
+    finer.deflection_m = 1e-5;
+    MeshFiles files;
+    const ImportedMesh* whole = &files.whole(first);
+    CHECK(&files.whole(second) == whole);
+    CHECK(&files.whole(finer) != whole);
+    CHECK(read_part_mesh(second, "s.toml", &files).mesh.faces.size() == 6);
+    if (!can_import()) return;
+    bench.write("a.3mf",
+                haptic::tools::test::archive_of_3mf(haptic::tools::test::metre_model_of_3mf(
+                    haptic::tools::test::object_of_3mf("1", "name=\"peg\"") +
+                        haptic::tools::test::object_of_3mf("2", "type=\"support\""),
+                    "<item objectid=\"1\"/><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 "
+                    "0 1 5 0 0\"/><item objectid=\"2\"/>")));
+    const CompiledScene scene = compile_scene(
+        parse_scene_file("format = 1\nname = \"n\"\n[moving]\nmesh = \"a.3mf#peg:1\"\n[[static]]\n"
+                         "mesh = \"a.3mf#peg:2\"\n[rendering]\nk_f_n_per_m = 800\n[coupling]\n"
+                         "length_m = 1\n",
+                         "scene.toml", bench.folder.file("")),
+        {});
+    CHECK(std::ranges::count_if(scene.notes, [](const std::string& note) {
+            return holds(note, "a.3mf: left out: object '2'");
+          }) == 1);
+    for (const PartReport& part : scene.parts) {
+      CHECK(std::ranges::none_of(part.warnings,
+                                 [](const std::string& w) { return holds(w, "left out"); }));
+    }
   }
 
   TEST_CASE("init ASSEMBLY: text formats are drafted where the file has their parts") {

@@ -329,7 +329,14 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                   "%.3g m that was asked for; a smaller deflection_m makes finer facets",
                   source.deflection->found_m, source.deflection->asked_m));
   }
-  append(report.warnings, raw.warnings);
+  if (part.node) {
+    // What was left out of the file is said once for all its nodes.
+    for (const std::string& warning : raw.warnings) {
+      result.notes.push_back(part.path.string() + ": " + warning);
+    }
+  } else {
+    append(report.warnings, raw.warnings);
+  }
   report.scale_to_m = source.unit_m;
   report.file = raw.file;
   report.mesh_vertices = raw.vertices.size();

@@ -78,9 +78,9 @@ int run_init(int argc, const char* const* argv) {
   app.add_option("fixed", arguments.fixed,
                  "meshes of the fixed parts, nodes or links likewise; none: the other nodes of the "
                  "assembly");
-  CLI::Option* hand = app.add_option(
-      "--hand", arguments.hand,
-      "of an assembly: the node in the hand; default: the smallest part that a hand can hold");
+  CLI::Option* hand = app.add_option("--hand", arguments.hand,
+                                     "of an assembly: the node in the hand; default: the smallest "
+                                     "part without open edges that a hand can hold");
   app.add_option("-o,--out", arguments.output, "scene file to write (TOML)")->required();
   CLI::Option* scale = app.add_option("--scale", arguments.scale_to_m,
                                       "metres per unit of files that state none; default: guessed")
