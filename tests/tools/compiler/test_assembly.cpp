@@ -268,6 +268,7 @@ TEST_SUITE("tools.assembly") {
       CHECK(nodes_of(assembly) == Words{"peg", "base", "left wall", "right wall"});
       CHECK(assembly.unit.scale_to_m == 0.001);
       for (const NamedBox& box : kSlot) check_box(assembly, box.name, box.low, box.high);
+      CHECK_FALSE(holds(remarks_of(assembly), "numbered"));
       const ProgramResult r = bench.init(file);
       CAPTURE(r.err);
       REQUIRE(r.exit_code == 0);
@@ -328,6 +329,7 @@ TEST_SUITE("tools.assembly") {
     check_box(assembly, "pin", {0, 0, 0.3}, {0.02, 0.02, 0.32});
     CHECK(holds(remarks_of(assembly), "left out, since they have no faces: 'Camera'"));
     CHECK(holds(remarks_of(assembly), "(x, y, z in m; as the file states)"));
+    CHECK(holds(remarks_of(assembly), "nodes that share a name are numbered in the order"));
     CHECK(nodes_of(bench.read(file, "frame")) == Words{"frame", "pin"});
     const ProgramResult r = bench.init(file);
     CAPTURE(r.err);

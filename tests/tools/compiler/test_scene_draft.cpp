@@ -128,6 +128,7 @@ TEST_SUITE("tools.scene_draft") {
     for (const auto& [a, b] : {std::array{std::hypot(1, 1, 4), std::hypot(3, 3, 4)},
                                {std::hypot(2, 2, 2), std::hypot(4, 4, 2)},
                                {std::hypot(3.2, 3.2, 1.3), std::hypot(3, 3, 5)},
+                               {std::hypot(2, 2, 2), std::hypot(2, 2, 3)},
                                {std::hypot(2, 2, 5), std::hypot(5, 5, 0.3)}}) {
       CAPTURE(a);
       CHECK(guessed_unit(std::array{a, b}).scale_to_m == 0.001);

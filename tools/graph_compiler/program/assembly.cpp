@@ -272,6 +272,13 @@ class AssemblyReader {
     if (assembly_.parts.size() > kMostListed) {
       remarks.push_back("  and " + std::to_string(assembly_.parts.size() - kMostListed) + " more");
     }
+    const bool are_numbered = std::ranges::any_of(nodes_, [&](const NamedNode& node) {
+      return node.name != file_.mesh->nodes[node.node].name;
+    });
+    if (are_numbered) {
+      remarks.push_back(
+          "nodes that share a name are numbered in the order of the file, NAME:1, ..");
+    }
     std::vector<std::string> others;
     for (const NamedNode& node : nodes_) {
       const bool is_listed = std::ranges::any_of(

@@ -26,8 +26,9 @@ constexpr Habit kHabits[] = {{{"millimetres", kMillimetre_m}, 0.010, kMostHeld_m
 /// A size in another unit is worth telling between these.
 constexpr double kLeastTold_m = 0.002, kMostTold_m = 0.6;
 
-/// Of small parts in millimetres, from the smallest on, one is this large at least.
-constexpr double kLeastSmall_m = 0.002, kLeastLargest_m = kLeastHeld_m;
+/// Of small parts in millimetres, from the smallest on, one is this large at least, or all are so
+/// large as is 2 mm along each axis.
+constexpr double kLeastSmall_m = 0.002, kLeastLargest_m = kLeastHeld_m, kLeastAll_m = 0.0034;
 
 /// Parts within this of each other in size go together.
 constexpr double kAlike = 3.0;
@@ -44,15 +45,16 @@ double off_of(const Habit& habit, double diagonal) {
 
 FileUnit guessed_unit(std::span<const double> diagonals) {
   FileUnit best = kHabits[0].unit;
-  double least = std::numeric_limits<double>::infinity();
+  double best_off = std::numeric_limits<double>::infinity();
   for (Habit habit : kHabits) {
-    const double largest_m = std::ranges::max(diagonals) * habit.unit.scale_to_m;
-    const bool may_be_small = diagonals.size() == 1 || largest_m >= kLeastLargest_m;
+    const auto [least, most] = std::ranges::minmax(diagonals);
+    const bool may_be_small = diagonals.size() == 1 || most * kMillimetre_m >= kLeastLargest_m ||
+                              least * kMillimetre_m >= kLeastAll_m;
     if (habit.unit.scale_to_m == kMillimetre_m && may_be_small) habit.least_m = kLeastSmall_m;
     double off = 0.0;
     for (const double diagonal : diagonals) off = std::max(off, off_of(habit, diagonal));
-    if (habit.rarity * off < least) {
-      least = habit.rarity * off;
+    if (habit.rarity * off < best_off) {
+      best_off = habit.rarity * off;
       best = habit.unit;
     }
   }

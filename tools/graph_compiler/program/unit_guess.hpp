@@ -21,7 +21,8 @@ inline constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
 /// The unit in which parts of these diagonals, in file units, are most like parts that a hand works
 /// with: 10 mm to 2 m in millimetres, 5 mm to 2 m in metres and micrometres, 10 mm to 0.5 m in
 /// inches. Small parts from 2 mm on are parts in millimetres too, such as screws M2, where one of
-/// them is 5 mm or more, or there is one alone: the others of the scene state their unit then. The
+/// them is 5 mm or more, all are 3.4 mm or more (2 mm along each axis), or there is one alone: the
+/// others of the scene state their unit then. The
 /// worst of the parts counts, by the ratio to the nearest of these bounds; inches, which are rarer,
 /// must be 2.1 times as good as the others, and metres beyond 2 m are hardly taken. Of units that
 /// are as good as each other the first of millimetres, metres, inches and micrometres.
