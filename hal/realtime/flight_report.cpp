@@ -98,7 +98,7 @@ void append_field(std::string& csv, Number number, int base = 10) {
   char digits[64];
   std::to_chars_result end{};
   if constexpr (std::is_floating_point_v<Number>) {
-    end = std::to_chars(digits, digits + sizeof digits, number);
+    end = std::to_chars(digits, digits + sizeof digits, number == 0 ? Number{0} : number);
   } else {
     end = std::to_chars(digits, digits + sizeof digits, number, base);
   }

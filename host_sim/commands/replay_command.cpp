@@ -107,7 +107,8 @@ int do_replay(const ReplayArguments& o) {
   if (!o.out.empty()) write_whole_file(o.out, tick_csv(result.ticks, GuideLegs(session.view())));
   if (!o.contacts.empty()) write_whole_file(o.contacts, result.contact_csv);
   if (!o.plot.empty())
-    write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view())));
+    write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view()),
+                                         session.view().parameters().exact_band_m));
   if (!o.html.empty()) write_page(o.html, page, session.view(), motion, result.ticks);
   report.bounded = within_bounds(session.core().peaks(), session.view().header().capacity);
   const std::string summary = o.json ? json_summary(report) : text_summary(report);

@@ -138,7 +138,8 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
       recorded.push_back(recorded_tick(record, subject.rate_hz));
     write_whole_file(o.html, filled_page(page, session.view(), recorded));
   }
-  keep(o, loop_csv(records, GuideLegs(session.view())), replay_plot(ticks, title_of(o, session)),
+  keep(o, loop_csv(records, GuideLegs(session.view())),
+       replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
        loop_account(subject, totals, rest, end));
   if (!o.json) print_loop(subject, totals, rest, end);
   if (live) stay(*live);
@@ -253,7 +254,8 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   end.add_failure(!totals.ended_at_zero, "the last wrench handed over is not zero");
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
-  keep(o, stack_csv(records, GuideLegs(session.view())), stack_plot(records, title),
+  keep(o, stack_csv(records, GuideLegs(session.view())),
+       stack_plot(records, title, session.view().parameters().exact_band_m),
        stack_account(subject, totals, rest, link, end));
   if (!o.json) print_stack(subject, totals, rest, link, end);
   if (live) stay(*live);

@@ -24,6 +24,7 @@
 #include "host_sim/device/reference_usb.hpp"
 #include "host_sim/device/usbip_carrier.hpp"
 #include "host_sim/device/vhci_port.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
@@ -86,12 +87,11 @@ class WireLog {
     std::string text =
         "t_s,handed_x_n,handed_y_n,handed_z_n,drives_on,acting_n,cuts,marks,commands,step_n\n";
     for (const Row& r : rows_) {
-      char line[192];
-      const int size =
-          std::snprintf(line, sizeof line, "%.4f,%.4f,%.4f,%.4f,%d,%.4f,%u,%u,%u,%.4f\n", r.t_s,
-                        r.handed_n.x(), r.handed_n.y(), r.handed_n.z(), r.drives_on ? 1 : 0,
-                        r.acting_n, r.cuts, r.marks, r.commands, r.step_n);
-      text.append(line, static_cast<std::size_t>(std::max(size, 0)));
+      for (const double value : {r.t_s, r.handed_n.x(), r.handed_n.y(), r.handed_n.z()})
+        text += fixed(value, 4) + ',';
+      text += (r.drives_on ? "1," : "0,") + fixed(r.acting_n, 4) + ',' + std::to_string(r.cuts) +
+              ',' + std::to_string(r.marks) + ',' + std::to_string(r.commands) + ',' +
+              fixed(r.step_n, 4) + '\n';
     }
     tools::write_files({{path_, std::as_bytes(std::span(text))}});
   }

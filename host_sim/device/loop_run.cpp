@@ -19,13 +19,6 @@ double checked_rate(double rate_hz) {
   return rate_hz;
 }
 
-void append_pose(std::string& csv, const Pose& pose) {
-  for (int k = 0; k < 3; ++k) append_number(csv += ',', static_cast<double>(pose.p_wa[k]));
-  const Quat& q = pose.q_wa;
-  for (const Real c : {q.w(), q.x(), q.y(), q.z()})
-    append_number(csv += ',', static_cast<double>(c));
-}
-
 Vector vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
@@ -124,9 +117,8 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
 LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick) {
   LoopRecord record;
   record.tick = record_of(tick.tick, tick.t_s, tick.result, loop.law(), loop.grip_in_part());
-  record.device_wa = tick.sensed_wa;
+  record.tick.device_wa = tick.sensed_wa;
   record.accepted_w = tick.accepted_w;
-  record.proxy_wa = tick.result.proxy_pose_wa;
   record.speed_m_per_s = tick.device.velocity_w.norm();
   record.turn_rad_per_s = tick.device.angular_velocity_w.norm();
   record.delivered_j = tick.delivered_j;
@@ -153,16 +145,13 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
 }
 
 std::string loop_csv_header() {
-  return std::string(kTickCsvHeader) +
-         ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
-         "device_z_m,device_qw,device_qx,device_qy,device_qz,hand_x_m,hand_y_m,hand_z_m,"
-         "speed_m_per_s,turn_rad_per_s,delivered_j";
+  return std::string(kTickCsvHeader) + kPoseCsvHeader +
+         ",hand_x_m,hand_y_m,hand_z_m,speed_m_per_s,turn_rad_per_s,delivered_j";
 }
 
 void append_loop_row(std::string& csv, const LoopRecord& record) {
   append_tick_row(csv, record.tick);
-  append_pose(csv, record.proxy_wa);
-  append_pose(csv, record.device_wa);
+  append_poses(csv, record.tick);
   for (const double value : record.target_m) append_number(csv += ',', value);
   for (const double value : {record.speed_m_per_s, record.turn_rad_per_s, record.delivered_j}) {
     append_number(csv += ',', value);

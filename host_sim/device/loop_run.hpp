@@ -84,7 +84,6 @@ class ClosedLoop {
 /// What a run keeps of every tick.
 struct LoopRecord {
   TickRecord tick;
-  Pose device_wa, proxy_wa;             ///< A's mesh frame: as sensed, and as shown
   Wrench accepted_w;                    ///< that acted before the tick, as the core got it
   std::array<double, 3> target_m{};     ///< of the hand, for A's mesh frame
   std::array<double, 4> target_wxyz{};  ///< and its orientation

@@ -101,8 +101,6 @@ StackRecord record_of(const StackTick& tick, LawId law, bool was_rendered, doubl
   loop.tick = sim::record_of(tick.period, tick.t_s, rendered, law);
   // Before the first report nothing touches.
   if (!was_rendered) loop.tick.d_near_m = std::numeric_limits<double>::infinity();
-  loop.device_wa = rendered.goal_pose_wa;
-  loop.proxy_wa = rendered.proxy_pose_wa;
   std::copy(wanted.p, wanted.p + 3, loop.target_m.begin());
   std::copy(wanted.q_wxyz, wanted.q_wxyz + 4, loop.target_wxyz.begin());
   loop.speed_m_per_s = tick.device.velocity_w.norm();
@@ -128,7 +126,8 @@ void append_vector(std::string& csv, const Vector& v) {
 
 }  // namespace
 
-std::string stack_plot(std::span<const StackRecord> records, const std::string& title) {
+std::string stack_plot(std::span<const StackRecord> records, const std::string& title,
+                       double exact_band_m) {
   std::vector<double> times;
   StageValues force, torque;
   for (const StackRecord& r : records) {
@@ -146,6 +145,7 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
   std::vector<ContactSituation> situations;
   std::vector<std::uint32_t> flags;
   std::vector<double> apart_m, d_near_m;
+  std::vector<TickGuide> guides;
   std::size_t contact = 0;
   for (const StackRecord& r : records) {
     armings.push_back(place_in(kArmingOrder, r.arming));
@@ -153,8 +153,9 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
     situations.push_back(r.loop.tick.situation);
     flags.push_back(r.loop.tick.flags);
     apart_m.push_back(r.loop.tick.apart_m);
-    d_near_m.push_back(searched_depth_m(r.loop.tick));
+    d_near_m.push_back(searched_depth_m(r.loop.tick, exact_band_m));
     contact += r.loop.tick.in_contact ? 1u : 0u;
+    guides.push_back(r.loop.tick.guide);
   }
   std::string svg = heading_at(kStackLeft, 28, title);
   svg += text_at(kStackLeft, 48,
@@ -169,6 +170,10 @@ std::string stack_plot(std::span<const StackRecord> records, const std::string& 
   };
   svg += stage_panel(panel(210), times, "|force| (N)", force, 1.0e-3);
   svg += stage_panel(panel(190), times, "|torque| (N m)", torque, 1.0e-4);
+  if (shows_guide(guides)) {
+    const Panel pull = panel(110);
+    svg += guide_panels(pull, panel(70), times, guides);
+  }
   if (shows_apart(apart_m)) svg += apart_panel(panel(110), times, apart_m);
   if (shows_depth(d_near_m)) svg += depth_panel(panel(130), times, d_near_m);
   const bool marks = shows_marks(flags);

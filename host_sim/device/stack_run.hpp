@@ -78,7 +78,7 @@ struct StackTotals {
 
 /// A complete SVG document; size and reduction as replay_plot. `title` may hold any text.
 /// Deterministic.
-[[nodiscard]] std::string stack_plot(std::span<const StackRecord> records,
-                                     const std::string& title);
+[[nodiscard]] std::string stack_plot(std::span<const StackRecord> records, const std::string& title,
+                                     double exact_band_m);
 
 }  // namespace haptic::sim

@@ -25,7 +25,7 @@ Cell shown_as(const char* format, double number) {
   Cell cell(number);
   char buffer[48] = "";
   if (!std::isnan(number)) std::snprintf(buffer, sizeof buffer, format, number);
-  cell.shown = buffer;
+  cell.shown = tools::unsigned_zero(std::string(buffer));
   return cell;
 }
 
@@ -80,8 +80,8 @@ void write_whole_file(const std::string& path, std::string_view content) {
 
 void append_number(std::string& text, double value) {
   char buffer[40];
-  const auto end =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 17);
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, tools::unsigned_zero(value),
+                                 std::chars_format::general, 17);
   text.append(buffer, end.ptr);
 }
 

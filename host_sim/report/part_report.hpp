@@ -60,8 +60,8 @@ class ReportTable {
 /// tools::write_files (tools/common/files.hpp) of one file.
 void write_whole_file(const std::string& path, std::string_view content);
 
-/// Appends `value` with 17 significant digits (a double reads back as itself); "nan", "inf" as the
-/// C library has them.
+/// Appends `value` with 17 significant digits (a double reads back as itself, -0 as 0); "nan",
+/// "inf" as the C library has them.
 void append_number(std::string& text, double value);
 
 using tools::short_number;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Contact flags from elsewhere (`t,contact` with 1, 0 or u) against the verdicts of a replay.
+/// Overlap at the device's pose as found elsewhere (`t,contact` with 1, 0 or u) against the
+/// verdicts of a replay, D_near <= 0; whether the felt part touches is another question.
 
 #include <cstdint>
 #include <span>

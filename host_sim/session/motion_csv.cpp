@@ -14,6 +14,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -128,7 +129,7 @@ void append_fixed(std::string& text, double value, int digits) {
   std::array<char, 340> buffer{};
   const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
                                           std::chars_format::fixed, digits);
-  if (error == std::errc()) text.append(buffer.data(), end);
+  if (error == std::errc()) text += tools::unsigned_zero(std::string(buffer.data(), end));
 }
 
 }  // namespace

@@ -20,7 +20,10 @@ TickRecord core_tick(CoreSession& session, const StepInput& input, double t_s, c
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
   }
   goal_wa = result.goal_pose_wa;
-  return record_of(input.sequence, t_s, result, session.view().parameters().law, grip_a);
+  TickRecord record =
+      record_of(input.sequence, t_s, result, session.view().parameters().law, grip_a);
+  record.device_wa = input.pose_wa;
+  return record;
 }
 
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
@@ -32,6 +35,7 @@ TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepI
   TickRecord record;
   record.tick = input.sequence;
   record.t_s = t_s;
+  record.device_wa = record.proxy_wa = input.pose_wa;
   Point force{}, torque{};
   tracker.wrench(k_f_n_per_m, force, torque);
   std::copy(force.begin(), force.end(), record.force_n);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_sim/report/picture.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kReplayPlotWidth = kReplayWidth - kReplayLeft - kRight;
 constexpr std::array<const char*, 4> kCurveColours = {"#c0c0c0", "#d55e00", "#009e73", "#0072b2"};
 // A quantity that stays below its floor is rounding noise: its axis reaches to the floor.
 constexpr double kForceFloor_n = 1.0e-3, kTorqueFloor_nm = 1.0e-4, kLengthFloor_mm = 1.0e-3;
-// Farther apart than this d_near is a lower bound, as a rule, and not drawn.
+// Farther apart than this d_near would flatten what happens in contact, and is not drawn.
 constexpr double kDepthTop_mm = 5.0;
 // A release: the force falls by this share of the largest force, and by no less than this, within
 // so many ticks. Two of them closer together than `kReleaseApart_s` are one.
@@ -133,11 +134,45 @@ std::string apart_panel(Panel panel, std::span<const double> times,
                                              "the pose of the device:", "the spring's length"});
 }
 
-double searched_depth_m(const TickRecord& tick) {
-  // kFlagFarBand tells of any pair; where it is the nearest, d_near is above the top of the panel.
-  return (tick.flags & (kFlagInexact | kFlagBudgetUsedUp)) != 0
-             ? std::numeric_limits<double>::quiet_NaN()
-             : tick.d_near_m;
+bool shows_guide(std::span<const TickGuide> guides) {
+  return std::ranges::any_of(guides, [](const TickGuide& of) {
+    return of.state == GuideState::kOn || of.state == GuideState::kLost;
+  });
+}
+
+std::string guide_panels(Panel pull, Panel station, std::span<const double> times,
+                         std::span<const TickGuide> guides) {
+  std::vector<NamedCurve> force{{"|F| of the guide", kForceColour, {}, 1.4}};
+  std::vector<NamedCurve> passed{{"station passed", kRegionColour, {}, 1.4}};
+  double torque_nm = 0;
+  for (const TickGuide& of : guides) {
+    force.front().values.push_back(length_of(of.force_n));
+    torque_nm = std::max(torque_nm, length_of(of.torque_nm));
+    passed.front().values.push_back(of.state == GuideState::kOn
+                                        ? static_cast<double>(of.station)
+                                        : std::numeric_limits<double>::quiet_NaN());
+  }
+  fit_range(pull, force, kForceFloor_n);
+  fit_range(station, passed, 1.0);
+  return panel_frame(pull, "guide (N)", false) +
+         curve(pull, times, force.front().values, kForceColour, 1.4) +
+         panel_note(
+             pull,
+             std::vector<std::string>{"pull of the guide, not in", "the force above; torque",
+                                      "up to " + tools::short_number(torque_nm, 2) + " N m"}) +
+         panel_frame(station, "station", false) +
+         curve(station, times, passed.front().values, kRegionColour, 1.4) +
+         panel_note(station, std::vector<std::string>{"of the plan, the last one",
+                                                      "passed; "
+                                                      "gaps: guide off or lost"});
+}
+
+double searched_depth_m(const TickRecord& tick, double exact_band_m) {
+  // kFlagFarBand tells of any pair; a bound of one that is far is beyond the band.
+  const bool far = (tick.flags & kFlagFarBand) != 0 && tick.d_near_m > exact_band_m;
+  const bool searched = tick.status == RtStatus::kOk && !far &&
+                        (tick.flags & (kFlagInexact | kFlagBudgetUsedUp)) == 0;
+  return searched ? tick.d_near_m : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool shows_depth(std::span<const double> d_near_m) {
@@ -197,18 +232,21 @@ std::string mark_band(const Panel& panel, std::span<const double> times,
          band_key(panel.left, key_y, values, table);
 }
 
-std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title) {
+std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title,
+                        double exact_band_m) {
   std::vector<double> times;
   std::size_t contact = 0;
   std::vector<double> apart_m, d_near_m;
   std::vector<ContactSituation> situations;
   std::vector<std::uint32_t> flags;
+  std::vector<TickGuide> guides;
   for (const TickRecord& tick : ticks) {
     flags.push_back(tick.flags);
     times.push_back(tick.t_s);
-    contact += length_of(tick.force_n) > kForceFloor_n ? 1u : 0u;
+    contact += tick.in_contact ? 1u : 0u;
+    guides.push_back(tick.guide);
     apart_m.push_back(tick.apart_m);
-    d_near_m.push_back(searched_depth_m(tick));
+    d_near_m.push_back(searched_depth_m(tick, exact_band_m));
     situations.push_back(tick.situation);
   }
   double top = 62;
@@ -222,6 +260,10 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
                                  &TickRecord::force_n, kForceFloor_n);
   svg += vector_panel(panel(170), times, "torque (N m)", {"|T|", "Tx", "Ty", "Tz"}, ticks,
                       &TickRecord::torque_nm, kTorqueFloor_nm);
+  if (shows_guide(guides)) {
+    const Panel pull = panel(110);
+    svg += guide_panels(pull, panel(70), times, guides);
+  }
   if (shows_apart(apart_m)) svg += apart_panel(panel(110), times, apart_m);
   if (shows_depth(d_near_m)) svg += depth_panel(panel(130), times, d_near_m);
   const std::vector<Release> releases = releases_of(ticks);
@@ -238,7 +280,7 @@ std::string replay_plot(std::span<const TickRecord> ticks, const std::string& ti
   svg += text_at(kReplayLeft + kReplayPlotWidth / 2, top + 18, "time (s)", "middle", 13);
   svg += heading_at(kReplayLeft, 28, title + ": reaction on the hand");
   std::string note =
-      std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " with force";
+      std::to_string(ticks.size()) + " ticks, " + std::to_string(contact) + " in contact";
   if (!releases.empty()) note += "; release: the part slips off what held it";
   svg += text_at(kReplayLeft, 48, note, "start", 13, "fill=\"#505050\"");
   return svg_document(kReplayWidth, top + (marks ? 86 : 62), svg);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Picture of a replay over time: force, torque, distance of the part from the device's pose,
-/// d_near and contact situation; marked are sudden releases of what was held, and the ticks in
-/// which the part does not follow the hand.
+/// Picture of a replay over time: force, torque, what a guide does, distance of the part from the
+/// device's pose, d_near and contact situation; marked are sudden releases of what was held, and
+/// the ticks in which the part does not follow the hand.
 
 #include <cstdint>
 #include <span>
@@ -19,13 +19,21 @@ namespace haptic::sim {
                                       std::span<const double> apart_m);
 [[nodiscard]] bool shows_apart(std::span<const double> apart_m);
 
+/// Of a scene with a guide: the norm of its force in `pull`, and in `station` the last station of
+/// the plan that was passed, in ticks in which it leads. One value per time.
+[[nodiscard]] std::string guide_panels(Panel pull, Panel station, std::span<const double> times,
+                                       std::span<const TickGuide> guides);
+/// Whether a guide leads or looks for its way in any tick.
+[[nodiscard]] bool shows_guide(std::span<const TickGuide> guides);
+
 /// d_near at the goal pose. Far free motion would flatten what happens in contact: the axis ends a
 /// few penetrations above zero, and what lies above is not drawn. Ticks without a search are not
 /// finite; with no others there is nothing to draw.
 [[nodiscard]] std::string depth_panel(Panel panel, std::span<const double> times,
                                       std::span<const double> d_near_m);
 /// d_near of a tick where it was searched, else no number: a bound is not drawn as if it were one.
-[[nodiscard]] double searched_depth_m(const TickRecord& tick);
+/// `exact_band_m`: of the scene; where kFlagFarBand is set, what is beyond it is a bound.
+[[nodiscard]] double searched_depth_m(const TickRecord& tick, double exact_band_m);
 [[nodiscard]] bool shows_depth(std::span<const double> d_near_m);
 
 /// Contact situation over time as a band with times below it; what its colours mean at `key_y`.
@@ -42,7 +50,8 @@ namespace haptic::sim {
 
 /// A complete SVG document. Curves are reduced to their least and largest value per pixel column,
 /// so no peak is lost and the size stays below 1 MB for any number of ticks. `title` may hold any
-/// text. Deterministic.
-[[nodiscard]] std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title);
+/// text; `exact_band_m` as of searched_depth_m. Deterministic.
+[[nodiscard]] std::string replay_plot(std::span<const TickRecord> ticks, const std::string& title,
+                                      double exact_band_m);
 
 }  // namespace haptic::sim

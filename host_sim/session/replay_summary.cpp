@@ -61,7 +61,8 @@ std::string other_failures(const ReplayReport& report) {
   };
   add(!report.bounded || !report.totals.within_bounds(), "a count of work is over its bound");
   add(report.check && !report.check->passed(), "the exhaustive search finds other contacts");
-  add(report.reference && report.reference->wrong > 0, "contact is not that of the reference");
+  add(report.reference && report.reference->wrong > 0,
+      "overlap at the device's pose is not that of the reference");
   return text;
 }
 
@@ -185,11 +186,12 @@ std::string text_summary(const ReplayReport& report) {
   if (report.check) check_text(text, *report.check);
   if (report.reference) {
     const ReferenceTotals& r = *report.reference;
-    append_line(
-        text,
-        "reference: contact %llu, free %llu, undecided %llu, without a tick %llu, wrong %llu%s",
-        ull{r.contact}, ull{r.free}, ull{r.undecided}, ull{r.unmatched}, ull{r.wrong},
-        r.wrong > 0 ? "  FAILED" : "");
+    append_line(text,
+                "reference, overlap at the device's pose: yes %llu, no %llu, undecided %llu, "
+                "without a tick "
+                "%llu, wrong %llu%s",
+                ull{r.contact}, ull{r.free}, ull{r.undecided}, ull{r.unmatched}, ull{r.wrong},
+                r.wrong > 0 ? "  FAILED" : "");
     if (r.wrong > 0) append_line(text, "  first wrong           t = %.3f s", r.first_wrong_t_s);
   }
   return text + verdict_text(report) + "\n";

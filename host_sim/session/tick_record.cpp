@@ -50,6 +50,8 @@ TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result, L
       record.guide.torque_nm[i] = static_cast<double>(g.wrench_w.torque_w[i]);
     }
   }
+  record.device_wa = result.goal_pose_wa;
+  record.proxy_wa = result.proxy_pose_wa;
   const auto grip_w = [&](const Pose& pose) -> Vec3 { return pose.p_wa + pose.q_wa * grip_a; };
   record.apart_m = static_cast<double>(
       std::sqrt((grip_w(result.goal_pose_wa) - grip_w(result.proxy_pose_wa)).squaredNorm()));
@@ -73,11 +75,19 @@ void append_tick_row(std::string& csv, const TickRecord& t) {
   append_number(csv += ',', t.energy_j);
 }
 
+void append_poses(std::string& csv, const TickRecord& tick) {
+  for (const Pose& pose : {tick.proxy_wa, tick.device_wa}) {
+    for (int k = 0; k < 3; ++k) append_number(csv += ',', static_cast<double>(pose.p_wa[k]));
+    const Quat& q = pose.q_wa;
+    for (const Real c : {q.w(), q.x(), q.y(), q.z()})
+      append_number(csv += ',', static_cast<double>(c));
+  }
+}
+
 std::string guide_csv_header(const GuideLegs& legs) {
   if (legs.empty()) return {};
-  return ",guide,guide_station,guide_place,guide_fx_n,guide_fy_n,guide_fz_n,guide_tx_nm,guide_ty_"
-         "nm,"
-         "guide_tz_nm,guide_to_go_m,guide_off_m";
+  return ",guide,guide_station,guide_place,guide_fx_n,guide_fy_n,guide_fz_n,guide_tx_nm,"
+         "guide_ty_nm,guide_tz_nm,guide_to_go_m,guide_off_m";
 }
 
 void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs) {
@@ -90,12 +100,13 @@ void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& leg
 }
 
 std::string tick_csv(std::span<const TickRecord> ticks, const GuideLegs& legs) {
-  std::string csv = kTickCsvHeader + guide_csv_header(legs);
-  csv.reserve(200 + 220 * ticks.size());
+  std::string csv = kTickCsvHeader + guide_csv_header(legs) + kPoseCsvHeader;
+  csv.reserve(400 + 480 * ticks.size());
   csv += '\n';
   for (const TickRecord& t : ticks) {
     append_tick_row(csv, t);
     append_guide(csv, t.guide, legs);
+    append_poses(csv, t);
     csv += '\n';
   }
   return csv;

@@ -53,13 +53,17 @@ struct TickRecord {
   /// grip point. Other laws: 0.
   double apart_m = 0;
   TickGuide guide;
+  /// A's mesh frame in W: as the core was asked for it, and of the part as it is felt. Laws other
+  /// than proxy feel it where it is asked for.
+  Pose device_wa, proxy_wa;
 };
 
 /// What is judged of a tick.
 [[nodiscard]] tools::JudgedTick judged_tick(const TickRecord& record) noexcept;
 
-/// The record of tick number `tick` from the core's result under `law`. `grip_a`: grip point in A's
-/// mesh frame [m].
+/// The record of tick number `tick` from the core's result under `law`; the pose of the device is
+/// the goal, for the caller to change where it knows better. `grip_a`: grip point in A's mesh frame
+/// [m].
 [[nodiscard]] TickRecord record_of(std::uint64_t tick, double t_s, const StepResult& result,
                                    LawId law, const Vec3& grip_a = Vec3::Zero());
 /// Grip point of the scene's moving part in A's mesh frame [m].
@@ -73,13 +77,20 @@ inline constexpr const char* kTickCsvHeader =
 /// Appends one line of the CSV, without its end.
 void append_tick_row(std::string& csv, const TickRecord& tick);
 
+/// Poses of the felt part and of the device's, each p_wa [m] and quaternion w x y z, as columns
+/// that follow others.
+inline constexpr const char* kPoseCsvHeader =
+    ",proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,proxy_qy,proxy_qz,device_x_m,device_y_m,"
+    "device_z_m,device_qw,device_qx,device_qy,device_qz";
+void append_poses(std::string& csv, const TickRecord& tick);
+
 /// Of a scene with a guide these columns end each line; of others nothing is appended.
 /// guide: off, lost or on; guide_place: GuideLegs::place, in quotation marks.
 [[nodiscard]] std::string guide_csv_header(const GuideLegs& legs);
 void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs);
 
-/// CSV of a run: 17 significant digits, state as to_text(ContactSituation), flags decimal, hash 16
-/// hex digits, LF.
+/// CSV of a replay, its columns as COLUMNS.md has them; the poses end each line. 17 significant
+/// digits, LF.
 [[nodiscard]] std::string tick_csv(std::span<const TickRecord> ticks, const GuideLegs& legs = {});
 
 }  // namespace haptic::sim

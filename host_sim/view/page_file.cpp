@@ -152,7 +152,7 @@ RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
 RecordedTick recorded_tick(const LoopRecord& record, double rate_hz) {
   StepInput input;
   input.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
-  input.pose_wa = record.device_wa;
+  input.pose_wa = record.tick.device_wa;
   input.accepted_wrench_w = record.accepted_w;
   input.accepted_valid = true;
   RecordedTick recorded = recorded_tick(input, record.tick.state_hash);

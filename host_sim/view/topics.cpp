@@ -188,12 +188,12 @@ std::string tick_message(Topic topic, const LoopRecord& record, const GuideLegs&
       return text_of({{"timestamp", time_of(ns)},
                       {"parent_frame_id", "w"},
                       {"child_frame_id", "part"},
-                      {"translation", vector_json(record.proxy_wa.p_wa)},
-                      {"rotation", quaternion_json(record.proxy_wa.q_wa)}});
+                      {"translation", vector_json(record.tick.proxy_wa.p_wa)},
+                      {"rotation", quaternion_json(record.tick.proxy_wa.q_wa)}});
     case Topic::kPose:
-      return text_of(pose_message(record.device_wa, ns));
+      return text_of(pose_message(record.tick.device_wa, ns));
     case Topic::kFeltPose:
-      return text_of(pose_message(record.proxy_wa, ns));
+      return text_of(pose_message(record.tick.proxy_wa, ns));
     case Topic::kWrench:
       return text_of(
           {{"force_n", vector_json(tick.force_n)}, {"torque_nm", vector_json(tick.torque_nm)}});

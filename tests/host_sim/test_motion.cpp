@@ -339,7 +339,7 @@ TEST_SUITE("host_sim.motion_script") {
       for (const char c : first.text())
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
       MESSAGE("hash of the written motion: " << hash);
-      constexpr std::uint64_t kExpected = 11165641854861056037ULL;
+      constexpr std::uint64_t kExpected = 14046444905946296204ULL;
       CHECK(hash == kExpected);
     }
   }

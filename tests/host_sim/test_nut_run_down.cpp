@@ -28,7 +28,9 @@ double turned(const Pose& from, const Pose& to) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
-double height_m(const LoopRecord& record) { return static_cast<double>(record.proxy_wa.p_wa.z()); }
+double height_m(const LoopRecord& record) {
+  return static_cast<double>(record.tick.proxy_wa.p_wa.z());
+}
 
 }  // namespace
 
@@ -46,7 +48,7 @@ TEST_SUITE("host_sim") {
     // Times of the script: on from 1 s to 21.8 s, the pull to 22.8 s, off from 23.8 s to 44.6 s.
     double on_rad = 0, off_rad = 0, most_delivered_j = 0, worst_gap_m = 0;
     for (std::size_t k = 1; k < records.size(); ++k) {
-      const double turn = turned(records[k - 1].proxy_wa, records[k].proxy_wa);
+      const double turn = turned(records[k - 1].tick.proxy_wa, records[k].tick.proxy_wa);
       if (records[k].tick.t_s > 1.0 && records[k].tick.t_s <= 21.8) on_rad += turn;
       if (records[k].tick.t_s > 23.8 && records[k].tick.t_s <= 44.6) off_rad += turn;
       most_delivered_j = std::max(most_delivered_j, records[k].delivered_j);

@@ -57,6 +57,8 @@ std::vector<TickRecord> wavy_run(std::size_t ticks) {
   return run;
 }
 
+constexpr double kBand_m = 0.005;
+
 /// Whether every tag of an XML text without comments is closed in order.
 bool tags_balance(const std::string& xml) {
   std::vector<std::string> open;
@@ -87,13 +89,15 @@ TEST_SUITE("host_sim.report") {
     REQUIRE(std::getline(csv, line));
     CHECK(line ==
           "tick,t_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,d_near_m,state,near_count,nodes_evaluated,"
-          "flags,state_hash,proxy_gap_m,energy_j");
+          "flags,state_hash,proxy_gap_m,energy_j,proxy_x_m,proxy_y_m,proxy_z_m,proxy_qw,proxy_qx,"
+          "proxy_qy,proxy_qz,device_x_m,device_y_m,device_z_m,device_qw,device_qx,device_qy,"
+          "device_qz");
     for (const TickRecord& r : run) {
       REQUIRE(std::getline(csv, line));
       std::vector<std::string> cells;
       std::istringstream row(line);
       for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
-      REQUIRE(cells.size() == 16);
+      REQUIRE(cells.size() == 30);
       CHECK(std::strtoull(cells[0].c_str(), nullptr, 10) == r.tick);
       CHECK(std::strtod(cells[1].c_str(), nullptr) == r.t_s);
       for (std::size_t k = 0; k < 3; ++k)
@@ -110,7 +114,7 @@ TEST_SUITE("host_sim.report") {
   TEST_CASE("plot: well-formed, labelled with units, small for many ticks, no peak lost") {
     std::vector<TickRecord> run = wavy_run(60000);
     run[31234].force_n[2] = 25.0;  // one tick among 60 per pixel column
-    const std::string svg = replay_plot(run, "peg <&> \"hole\"");
+    const std::string svg = replay_plot(run, "peg <&> \"hole\"", kBand_m);
     CHECK(tags_balance(svg));
     CHECK(svg.size() < 1000000);
     for (const char* text :
@@ -121,29 +125,63 @@ TEST_SUITE("host_sim.report") {
     CHECK(svg.find(">20<") !=
           std::string::npos);  // the axis reaches for the peak; without it, 0.4 N
     CHECK(svg.find("nan") == std::string::npos);
-    CHECK(svg == replay_plot(run, "peg <&> \"hole\""));
+    CHECK(svg == replay_plot(run, "peg <&> \"hole\"", kBand_m));
   }
 
   TEST_CASE("plot: d_near is drawn where it was searched, not where it is a bound") {
     std::vector<TickRecord> run = wavy_run(200);
-    CHECK(searched_depth_m(run[0]) == run[0].d_near_m);
+    CHECK(searched_depth_m(run[0], kBand_m) == run[0].d_near_m);
     for (const std::uint32_t flag : {kFlagInexact, kFlagBudgetUsedUp}) {
       for (TickRecord& r : run) r.flags = flag;
-      CHECK(std::isnan(searched_depth_m(run[0])));
-      CHECK(replay_plot(run, "bounds").find("d_near (mm)") == std::string::npos);
+      CHECK(std::isnan(searched_depth_m(run[0], kBand_m)));
+      CHECK(replay_plot(run, "bounds", kBand_m).find("d_near (mm)") == std::string::npos);
       run[100].flags = 0;
-      CHECK(replay_plot(run, "one tick").find("d_near (mm)") != std::string::npos);
+      CHECK(replay_plot(run, "one tick", kBand_m).find("d_near (mm)") != std::string::npos);
     }
-    // Told of pairs that are far, also where the nearest one was searched.
+    // Told of pairs that are far, also where the nearest one was searched; beyond the band it is a
+    // bound.
     for (TickRecord& r : run) r.flags = kFlagFarBand;
-    CHECK(replay_plot(run, "far").find("d_near (mm)") != std::string::npos);
+    CHECK(replay_plot(run, "far", kBand_m).find("d_near (mm)") != std::string::npos);
+    TickRecord far = run[0];
+    far.d_near_m = 0.9 * kBand_m;
+    CHECK(searched_depth_m(far, kBand_m) == far.d_near_m);
+    far.d_near_m = 1.1 * kBand_m;
+    CHECK(std::isnan(searched_depth_m(far, kBand_m)));
+    far.flags = 0;
+    CHECK(searched_depth_m(far, kBand_m) == far.d_near_m);
+    far.status = RtStatus::kPoseNotFinite;
+    CHECK(std::isnan(searched_depth_m(far, kBand_m)));
+  }
+
+  TEST_CASE("plot: what a guide pulls and the station that it has passed have panels") {
+    std::vector<TickRecord> run = wavy_run(200);
+    CHECK(replay_plot(run, "no guide", kBand_m).find("guide (N)") == std::string::npos);
+    for (TickRecord& r : run) r.guide.state = GuideState::kOff;
+    CHECK(replay_plot(run, "off", kBand_m).find("guide (N)") == std::string::npos);
+    for (std::size_t k = 50; k < 150; ++k) {
+      run[k].guide.state = GuideState::kOn;
+      run[k].guide.station = static_cast<std::uint32_t>(k / 10);
+      run[k].guide.force_n[1] = 40;
+      run[k].guide.torque_nm[2] = 0.125;
+    }
+    const std::string svg = replay_plot(run, "led", kBand_m);
+    CHECK(tags_balance(svg));
+    for (const char* text : {"guide (N)", ">station<", "0.12 N m", ">40<", ">10<"})
+      CHECK_MESSAGE(svg.find(text) != std::string::npos, text);
+    CHECK(svg.find("nan") == std::string::npos);
+  }
+
+  TEST_CASE("plot: counts as in contact what is felt, with any force") {
+    std::vector<TickRecord> run = wavy_run(200);
+    for (std::size_t k = 0; k < 30; ++k) run[k].in_contact = true;
+    CHECK(replay_plot(run, "felt", kBand_m).find("200 ticks, 30 in contact") != std::string::npos);
   }
 
   TEST_CASE("plot: no ticks, one tick and a flat run are drawn") {
     for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{5}}) {
       std::vector<TickRecord> flat(n);
       for (std::size_t i = 0; i < n; ++i) flat[i].t_s = static_cast<double>(i);
-      const std::string svg = replay_plot(flat, "flat");
+      const std::string svg = replay_plot(flat, "flat", kBand_m);
       CHECK(tags_balance(svg));
       CHECK(svg.find("nan") == std::string::npos);
       CHECK(svg.find("inf") == std::string::npos);

@@ -41,7 +41,16 @@ void append_line(std::string& text, const char* format, ...) {
   text += '\n';
 }
 
-std::string short_number(double value, int digits) { return formatted("%.*g", digits, value); }
+std::string unsigned_zero(std::string shown) {
+  const bool is_zero =
+      shown.starts_with('-') && shown.find_first_of("123456789nN") == std::string::npos;
+  if (is_zero) shown.erase(0, 1);
+  return shown;
+}
+
+std::string short_number(double value, int digits) {
+  return formatted("%.*g", digits, unsigned_zero(value));
+}
 
 std::string hash_text(std::uint64_t value) {
   return formatted("%016llx", static_cast<unsigned long long>(value));

@@ -13,7 +13,12 @@ namespace haptic::tools {
 /// Appends the same and the end of a line.
 [[gnu::format(printf, 2, 3)]] void append_line(std::string& text, const char* format, ...);
 
-/// `value` to `digits` significant digits (%g).
+/// 0 for -0, else the number itself.
+[[nodiscard]] constexpr double unsigned_zero(double number) { return number == 0 ? 0.0 : number; }
+/// A text of a number that is zero as it is shown loses its sign: "-0.00" is "0.00".
+[[nodiscard]] std::string unsigned_zero(std::string shown);
+
+/// `value` to `digits` significant digits (%g), without the sign of a zero.
 [[nodiscard]] std::string short_number(double value, int digits);
 
 /// 16 hexadecimal digits, as hashes are told.

@@ -65,8 +65,8 @@ LiveState live_state(const LoopRecord& record, double hand_stamp) {
   const TickRecord& tick = record.tick;
   LiveState state;
   state.t_s = tick.t_s;
-  put(record.device_wa, state.device_p_m, state.device_q_xyzw);
-  put(record.proxy_wa, state.felt_p_m, state.felt_q_xyzw);
+  put(record.tick.device_wa, state.device_p_m, state.device_q_xyzw);
+  put(record.tick.proxy_wa, state.felt_p_m, state.felt_q_xyzw);
   std::copy_n(tick.force_n, 3, state.force_n);
   std::copy_n(tick.torque_nm, 3, state.torque_nm);
   state.apart_m = tick.apart_m;
@@ -109,8 +109,8 @@ LoopRecord record_of(const LiveState& state) {
   tick.guide.off_m = state.guide_off_m;
   tick.guide.state = static_cast<GuideState>(state.guide_state);
   tick.guide.station = state.guide_station;
-  record.device_wa = pose_in(state.device_p_m, state.device_q_xyzw);
-  record.proxy_wa = pose_in(state.felt_p_m, state.felt_q_xyzw);
+  record.tick.device_wa = pose_in(state.device_p_m, state.device_q_xyzw);
+  record.tick.proxy_wa = pose_in(state.felt_p_m, state.felt_q_xyzw);
   return record;
 }
 

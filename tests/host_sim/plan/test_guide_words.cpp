@@ -144,7 +144,7 @@ TEST_SUITE("host_sim.guide_words") {
     CHECK(loop_csv(records).find("guide") == std::string::npos);
     std::vector<TickRecord> ticks;
     for (const LoopRecord& record : records) ticks.push_back(record.tick);
-    CHECK(tick_csv(ticks).starts_with(std::string(kTickCsvHeader) + "\n"));
+    CHECK(tick_csv(ticks).starts_with(std::string(kTickCsvHeader) + kPoseCsvHeader + "\n"));
     CHECK(tick_csv(ticks, legs).starts_with(std::string(kTickCsvHeader) + ",guide,"));
   }
 

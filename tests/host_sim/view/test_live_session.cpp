@@ -59,7 +59,7 @@ TEST_SUITE("host_sim.live_session") {
       const LoopRecord back = record_of(reader.newest());
       CHECK(back.tick.force_n[2] == record.tick.force_n[2]);
       CHECK(back.tick.situation == record.tick.situation);
-      CHECK(back.proxy_wa.p_wa == record.proxy_wa.p_wa);
+      CHECK(back.tick.proxy_wa.p_wa == record.tick.proxy_wa.p_wa);
       CHECK(reader.newest().hand_stamp == 7);
     });
     std::uint64_t first = 0;
