@@ -49,20 +49,7 @@ void say_touching(const TouchingScript& touching, const std::vector<TickRecord>&
               torque_nm);
 }
 
-/// A script that is a log or a scene by its name.
-void refuse_what_is_no_script(const std::string& path) {
-  if (path.ends_with(".rtscene"))
-    throw tools::UsageError(path + ": a script is TOML; give a compiled scene as --for " + path);
-  for (const std::string_view end : {".csv", ".tsv", ".txt", ".tum", ".json", ".jsonl"}) {
-    if (!path.ends_with(end)) continue;
-    throw tools::UsageError(
-        path + ": a script is TOML; make a motion of a log with 'host_sim motion --from " + path +
-        " -o motion.csv'");
-  }
-}
-
 int motion_of_script(const MotionArguments& o) {
-  refuse_what_is_no_script(o.script);
   const MotionScript script = read_motion_script(o.script);
   const std::vector<MotionSample> motion = make_motion(script);
   write_motion_csv(o.out, motion);
@@ -93,7 +80,7 @@ Command add_motion_command(CLI::App& program) {
       "motion",
       "Makes a motion: from a script of way points, one that touches a scene's parts, or from a "
       "log of another program.");
-  app->add_option("script", o->script, "motion script (TOML)");
+  app->add_option("script,--script", o->script, "motion script (TOML)");
   app->add_option("--for", o->scene,
                   "compiled scene (.rtscene), instead of a script: approach along an axis, press, "
                   "slide, tilt, leave");
@@ -107,7 +94,8 @@ Command add_motion_command(CLI::App& program) {
                           static_cast<int>(!o->scene.empty()) +
                           static_cast<int>(!o->log.log.path.empty());
         if (given != 1)
-          throw tools::UsageError("give a motion script, or --for SCENE.rtscene, or --from LOG");
+          throw tools::UsageError(
+              "give a motion script, or --for SCENE.rtscene, or --from LOG, and one of them alone");
         const bool log = !o->log.log.path.empty();
         if (o->out.empty() && !log) throw tools::UsageError("--out is required");
         if (o->out.empty()) o->out = "motion.csv";

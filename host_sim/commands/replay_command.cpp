@@ -10,6 +10,7 @@
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
+#include "host_sim/motion_log/log_judgement.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
@@ -72,6 +73,13 @@ int do_replay(const ReplayArguments& o) {
   if (o.check) require_goal_contact(session, o.scene, "--check");
   if (!o.reference.empty()) require_goal_contact(session, o.scene, "--reference");
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
+  MotionLog as_read;
+  as_read.samples = motion;
+  as_read.columns.order = QuaternionOrder::kWxyz;
+  if (const auto odd = order_warning(as_read, scene_start(session.view()))) {
+    std::fprintf(stderr, "host_sim: %s: %s to 'host_sim motion --from'\n", o.motion.c_str(),
+                 odd->c_str());
+  }
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
 
@@ -123,7 +131,8 @@ Command add_replay_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "replay", "Runs a motion through the core: force, torque, contact situation.");
   app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
-  app->add_option("--motion", o->motion, "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
+  app->add_option("motion,--motion", o->motion,
+                  "motion: t,x,y,z,qw,qx,qy,qz of A's mesh frame in W")
       ->required();
   app->add_option("-o,--out", o->out, "CSV to write, one line per tick");
   app->add_option("--plot", o->plot, "SVG to write");
@@ -146,8 +155,12 @@ Command add_replay_command(CLI::App& program) {
       {{"dx", DeltaReading::kTranslation}, {"dx-rotation", DeltaReading::kTranslationAndRotation}},
       "reading of delta in step 2; default dx-rotation")
       ->needs(literal);
-  return {app, [o] { return do_replay(*o); },
-          "host_sim replay --scene peg.rtscene --motion motion.csv --plot forces.svg --check"};
+  return {app,
+          [o] { return do_replay(*o); },
+          "host_sim replay --scene peg.rtscene --motion motion.csv --plot forces.svg --check",
+          {{"--script",
+            "replay plays a motion: make it with 'host_sim motion SCRIPT.toml -o motion.csv' and "
+            "give --motion motion.csv"}}};
 }
 
 }  // namespace haptic::sim

@@ -343,7 +343,12 @@ Command add_run_command(CLI::App& program) {
                   "file for the session: every report, send and tick, for `play`; carrier usb");
   app->add_flag("--json", o->json, "account as JSON on stdout");
   app->final_callback([o] { check_carrier(*o); });
-  return {app, [o] { return do_run(*o); }, "host_sim run --scene peg.rtscene --out run"};
+  return {app,
+          [o] { return do_run(*o); },
+          "host_sim run --scene peg.rtscene --out run",
+          {{"--motion",
+            "in a run a hand follows way points: --script MOTION.toml; 'host_sim replay' plays a "
+            "motion"}}};
 }
 
 }  // namespace haptic::sim

@@ -219,7 +219,10 @@ Command add_usb_device_command(CLI::App& program) {
   app->add_option("--wire", o->wire,
                   "CSV, written at the end: the force that the device was handed and the one that "
                   "acted, per period; SIGUSR1 counts in column marks");
-  return {app, [o] { return do_usb_device(*o); }, "host_sim usb-device --scene peg.rtscene"};
+  return {app,
+          [o] { return do_usb_device(*o); },
+          "host_sim usb-device --scene peg.rtscene",
+          {{"--motion", "a hand follows way points: --script MOTION.toml"}}};
 }
 
 }  // namespace haptic::sim

@@ -87,7 +87,11 @@ Command add_view_command(CLI::App& program) {
     if (list->count() == 0 && scene->count() == 0)
       throw tools::UsageError("scene is required: a compiled scene, or a number of the gallery");
   });
-  return {app, [o] { return do_view(*o); }, "host_sim view peg.rtscene motion.csv --html peg.html"};
+  return {app,
+          [o] { return do_view(*o); },
+          "host_sim view peg.rtscene motion.csv --html peg.html",
+          {{"--script",
+            "it plays a motion: make it with 'host_sim motion SCRIPT.toml -o motion.csv'"}}};
 }
 
 }  // namespace haptic::sim

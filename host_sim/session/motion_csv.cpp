@@ -57,17 +57,25 @@ std::string header_fix(const std::string& path, std::string_view header) {
   if (path.ends_with(".toml"))
     return "this is a script: make the motion from it with 'host_sim motion " + path +
            " --out motion.csv'";
-  if (header.find('\0') != std::string_view::npos) return "save the file as UTF-8 text";
   if (header.substr(0, 7) == "RTSCENE") return "this is a compiled scene: give it as --scene";
+  if (header.find('\0') != std::string_view::npos) return "save the file as UTF-8 text";
+  for (const std::string_view mesh : {".stl", ".obj", ".off", ".ply", ".step", ".3mf"}) {
+    if (path.ends_with(mesh)) return "this is a mesh, no motion";
+  }
+  if (header.find_first_not_of("0123456789.,;+-eE \t") == std::string_view::npos)
+    return "it has no line of names: write that line above the numbers if they are these columns, "
+           "or "
+           "say which they are with 'host_sim motion --from " +
+           path + " --columns ..'";
   const std::string import = "make a motion of other columns with " + import_fix(path);
   if (header.find(';') != std::string_view::npos || header.find('\t') != std::string_view::npos)
     return "separate the columns by commas, and write numbers with a point, or " + import;
   return import;
 }
 
-// Cuts the next line off `rest`, without its line end.
-std::string_view take_line(std::string_view& rest) {
-  const std::size_t end = rest.find('\n');
+// Cuts the next line off `rest`, without its line end: LF, CR LF, or CR in a file without LF.
+std::string_view take_line(std::string_view& rest, char line_end) {
+  const std::size_t end = rest.find(line_end);
   std::string_view line = rest.substr(0, end);
   rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
@@ -147,8 +155,9 @@ std::vector<MotionSample> read_motion_csv(const std::string& path) {
   if (rest.empty())
     throw tools::InputError(path + ": is empty; the first line must be " + std::string(kHeader));
 
+  const char line_end = rest.find('\n') == std::string_view::npos ? '\r' : '\n';
   std::size_t number = 1;
-  if (const std::string_view header = take_line(rest); header != kHeader) {
+  if (const std::string_view header = take_line(rest, line_end); header != kHeader) {
     refuse(path, number,
            "the header is not " + std::string(kHeader) + "; " + header_fix(path, header));
   }
@@ -157,7 +166,7 @@ std::vector<MotionSample> read_motion_csv(const std::string& path) {
   motion.reserve(rest.size() / kTypicalLineBytes + 1);
   while (!rest.empty()) {
     ++number;
-    const std::string_view line = take_line(rest);
+    const std::string_view line = take_line(rest, line_end);
     if (line.empty()) refuse(path, number, "the line is blank; remove it");
     const MotionSample sample = make_sample(path, number, parse_line(path, number, line));
     if (!motion.empty() && !(sample.t_s > motion.back().t_s)) {
@@ -187,8 +196,9 @@ std::vector<MotionSample> read_played_motion(const std::string& path) {
       refuse(path, line,
              shown(1e3 * step_s) +
                  " ms after the sample before; a motion has one sample in each millisecond, with "
-                 "times in seconds: resample it with " +
-                 import_fix(path));
+                 "times in seconds" +
+                 (std::abs(step_s - 1.0) < 0.01 ? " (are these milliseconds?)" : "") +
+                 ": resample it with " + import_fix(path));
     }
     if (jump_m > kFarthestJump_m) {
       refuse(

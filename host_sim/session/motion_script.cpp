@@ -10,8 +10,10 @@
 
 #include "rt_core/base/rotation.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/common/split_mix.hpp"
 #include "tools/common/toml_file.hpp"
+#include "tools/common/toml_table.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -45,7 +47,10 @@ class Reader {
         list += list.empty() ? "" : ", ";
         list += name;
       }
-      refuse(key.source(), "unknown key '" + std::string(key.str()) + "'; known here: " + list);
+      const std::string near = tools::nearest_word(key.str(), {allowed.begin(), allowed.end()});
+      refuse(key.source(), "unknown key '" + std::string(key.str()) + "'; " +
+                               (near.empty() ? "" : "did you mean '" + near + "'? ") +
+                               "Known here: " + list);
     }
   }
 
@@ -58,9 +63,14 @@ class Reader {
 
   double number(const toml::node& node, std::string_view name, double low, double high) const {
     const auto value = node.value<double>();
-    if (!node.is_number() || !value || !(*value >= low && *value <= high)) {
-      refuse(node.source(), std::string(name) + " must be a number from " + std::to_string(low) +
-                                " to " + std::to_string(high));
+    const std::string wanted = tools::short_number(low, 9) + " to " + tools::short_number(high, 9);
+    if (!node.is_number() || !value) {
+      refuse(node.source(),
+             std::string(name) + " must be a number, without quotes, from " + wanted);
+    }
+    if (!(*value >= low && *value <= high)) {
+      refuse(node.source(), std::string(name) + " must be a number from " + wanted + ", and is " +
+                                tools::short_number(*value, 9) + unit_question(name));
     }
     return *value;
   }
@@ -91,6 +101,14 @@ class Reader {
   }
 
  private:
+  /// What a number out of its range is likely to be.
+  static std::string unit_question(std::string_view name) {
+    if (name == "position_m") return "; it is in metres: are these millimetres?";
+    if (name == "angle_rad") return "; it is in radians: are these degrees?";
+    if (name == "t_s") return "; it is in seconds: are these milliseconds?";
+    return {};
+  }
+
   const std::string& path_;
 };
 
@@ -110,7 +128,8 @@ void store(const Quat& quat, double (&q)[4]) {
 
 void read_quaternion(const Reader& reader, const toml::node& node, double (&q)[4]) {
   const toml::table* table = node.as_table();
-  if (table == nullptr) reader.refuse(node.source(), "quaternion must be { w =, x =, y =, z = }");
+  if (table == nullptr)
+    reader.refuse(node.source(), "quaternion must be a table, as { w = 1, x = 0, y = 0, z = 0 }");
   reader.check_keys(*table, {"w", "x", "y", "z"});
   constexpr std::array<std::string_view, 4> kNames = {"w", "x", "y", "z"};
   double square = 0.0;
@@ -182,7 +201,9 @@ void read_waypoints(const Reader& reader, const toml::table& root, MotionScript&
     if (!script.waypoints.empty()) {
       const WayPoint& before = script.waypoints.back();
       if (!(point.t_s > before.t_s)) {
-        reader.refuse(entry.source(), "t_s must be later than that of the way point before");
+        reader.refuse(entry.source(), "t_s must be later than that of the way point before, " +
+                                          tools::short_number(before.t_s, 9) + " s, and is " +
+                                          tools::short_number(point.t_s, 9) + " s");
       }
       if (static_cast<double>(turn_between(before, point).norm()) > kLargestTurn_rad) {
         reader.refuse(entry.source(),
@@ -253,19 +274,41 @@ std::size_t segment_end(const MotionScript& script, double t_s) {
   return end;
 }
 
+/// A script that is a log, a motion or a scene by its name.
+void refuse_what_is_no_script(const std::string& path) {
+  if (path.ends_with(".rtscene"))
+    throw tools::UsageError(path + ": a script is TOML with way points; 'host_sim motion --for " +
+                            path + " -o motion.csv' makes a motion for a compiled scene");
+  for (const std::string_view end : {".csv", ".tsv", ".txt", ".tum", ".json", ".jsonl"}) {
+    if (!path.ends_with(end)) continue;
+    throw tools::UsageError(path +
+                            ": a script is TOML with way points; a motion is played by 'host_sim "
+                            "replay SCENE.rtscene --motion " +
+                            path + "', and made of a log by 'host_sim motion --from " + path +
+                            " -o motion.csv'");
+  }
+}
+
 }  // namespace
 
 MotionScript read_motion_script(const std::string& path) {
+  refuse_what_is_no_script(path);
   const Reader reader(path);
   const toml::table root = tools::read_toml_file(path, kLargestScriptBytes, "the motion script");
+  if (!root.contains("waypoint") && (root.contains("moving") || root.contains("rendering")))
+    throw tools::InputError(path + ": is a scene file; compile it with 'graph_compiler " + path +
+                            " -o SCENE.rtscene', and make a motion for it with 'host_sim motion "
+                            "--for SCENE.rtscene', or of a script of way points");
   reader.check_keys(root, {"format", "rate_hz", "seed", "tremor", "waypoint"});
-  reader.number(reader.required(root, "format"), "format", 1.0, 1.0);
+  const toml::node& format = reader.required(root, "format");
+  if (format.value<double>() != 1.0)
+    reader.refuse(format.source(), "format must be 1, which is what this program reads");
   MotionScript script;
   script.rate_hz = reader.number_or(root, "rate_hz", 1.0, kLargestRate_hz, script.rate_hz);
   if (const toml::node* seed = root.get("seed")) {
     const auto value = seed->value_exact<std::int64_t>();
     if (!value || *value < 0) {
-      reader.refuse(seed->source(), "seed must be a whole number, not negative");
+      reader.refuse(seed->source(), "seed must be a whole number without a point, not negative");
     }
     script.seed = static_cast<std::uint64_t>(*value);
   }

@@ -44,6 +44,7 @@ struct MotionScript {
 };
 
 /// Reads a script.
+/// @throws tools::UsageError where the name is that of a motion, a log or a compiled scene.
 /// @throws tools::InputError with file and line: unreadable file, TOML syntax, unknown or missing
 ///         key, value out of range, times not increasing, a turn of more than 3 rad within one
 ///         segment.

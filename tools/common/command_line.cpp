@@ -13,10 +13,29 @@
 namespace haptic::tools {
 namespace {
 
-/// "; did you mean 'replay'?" or nothing.
+/// "; did you mean 'replay'?" or nothing. Hyphens before a name make no names alike.
 std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const std::string near = nearest_word(word, {known.begin(), known.end()});
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
+  const auto bare = [](std::string_view name) {
+    return name.substr(std::min(name.find_first_not_of('-'), name.size()));
+  };
+  std::vector<std::string_view> names;
+  for (const std::string& name : known) names.push_back(bare(name));
+  const std::string near = nearest_word(bare(word), names);
+  const auto at = std::ranges::find(names, near);
+  return near.empty() || at == names.end()
+             ? ""
+             : "; did you mean '" + known[static_cast<std::size_t>(at - names.begin())] + "'?";
+}
+
+/// What to do instead, or nothing.
+std::string found_elsewhere(const CLI::App& app, std::span<const Command> commands,
+                            const std::string& option) {
+  for (const Command& command : commands) {
+    if (command.app != &app) continue;
+    for (const auto& [name, instead] : command.elsewhere)
+      if (name == option) return "; " + instead;
+  }
+  return {};
 }
 
 std::vector<std::string> option_names(const CLI::App& app) {
@@ -60,8 +79,8 @@ bool is_known(const std::vector<std::string>& known, const std::string& option) 
 }
 
 /// @throws UsageError naming what the program does not know.
-void require_known_names(CLI::App& program, const std::vector<std::string>& words,
-                         const OtherCommands& others) {
+void require_known_names(CLI::App& program, std::span<const Command> own,
+                         const std::vector<std::string>& words, const OtherCommands& others) {
   const std::vector<std::string> commands = command_names(program, others);
   const bool has_commands = commands.size() > 1;
   CLI::App* app = &program;
@@ -76,9 +95,10 @@ void require_known_names(CLI::App& program, const std::vector<std::string>& word
                          program.get_name() + " --help' lists them)");
     } else if (const std::vector<std::string> known = option_names(*app);
                !is_known(known, option)) {
+      const std::string instead = found_elsewhere(*app, own, option);
       throw UsageError((app == &program ? "there is" : app->get_name() + " has") + " no option '" +
-                       option + "'" + suggestion(option, known) + " ('" + called(program, *app) +
-                       " --help' lists them)");
+                       option + "'" + (instead.empty() ? suggestion(option, known) : instead) +
+                       " ('" + called(program, *app) + " --help' lists them)");
     }
   }
 }
@@ -117,7 +137,7 @@ int run_program(CLI::App& program, std::span<const Command> commands, const std:
     words.emplace_back("--help");
   }
   return run_main(name.c_str(), [&]() -> int {
-    require_known_names(program, words, others);
+    require_known_names(program, commands, words, others);
     try {
       std::vector<std::string> reversed(words.rbegin(), words.rend());
       program.parse(reversed);

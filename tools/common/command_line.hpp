@@ -21,6 +21,8 @@ struct Command {
   CLI::App* app = nullptr;
   std::function<int()> run;
   std::string example;  ///< a call that works, for --help
+  /// Options of other commands that people give to this one, and what to do instead.
+  std::vector<std::pair<std::string, std::string>> elsewhere = {};
 };
 
 /// Names of commands that another program does (host_sim hands them to host_lab).

@@ -48,9 +48,7 @@ std::string unsigned_zero(std::string shown) {
   return shown;
 }
 
-std::string short_number(double value, int digits) {
-  return formatted("%.*g", digits, unsigned_zero(value));
-}
+std::string short_number(double value, int digits) { return formatted("%.*g", digits, value); }
 
 std::string hash_text(std::uint64_t value) {
   return formatted("%016llx", static_cast<unsigned long long>(value));

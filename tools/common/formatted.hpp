@@ -18,7 +18,7 @@ namespace haptic::tools {
 /// A text of a number that is zero as it is shown loses its sign: "-0.00" is "0.00".
 [[nodiscard]] std::string unsigned_zero(std::string shown);
 
-/// `value` to `digits` significant digits (%g), without the sign of a zero.
+/// `value` to `digits` significant digits (%g).
 [[nodiscard]] std::string short_number(double value, int digits);
 
 /// 16 hexadecimal digits, as hashes are told.

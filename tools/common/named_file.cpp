@@ -59,6 +59,13 @@ void collect(const std::filesystem::path& folder, std::filesystem::path::iterato
 
 }  // namespace
 
+bool is_windows_path(const std::string& name) {
+  const auto letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  const bool drive =
+      name.size() > 2 && letter(name[0]) && name[1] == ':' && (name[2] == '\\' || name[2] == '/');
+  return drive || name.starts_with("\\\\");
+}
+
 std::string without_blanks(const std::string& name) {
   constexpr const char* kBlanks = " \t\r\n\v\f";
   const std::size_t first = name.find_first_not_of(kBlanks);

@@ -20,6 +20,9 @@ std::string without_blanks(const std::string& name);
 /// The same with slashes for backslashes.
 std::string plain_name(const std::string& name);
 
+/// "C:\\parts\\peg.stl", and the names of shares of a network.
+bool is_windows_path(const std::string& name);
+
 /// The regular file that `name`, which counts from `folder`, stands for: as it is written, or else
 /// as plain_name has it.
 std::optional<std::filesystem::path> file_as_named(const std::filesystem::path& folder,

@@ -1,11 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/common/toml_file.hpp"
 
+#include <algorithm>
+
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 
 namespace haptic::tools {
 namespace {
+
+/// Characters that editors, web pages and word processors put where TOML wants ASCII.
+constexpr struct {
+  std::string_view utf8;
+  const char* what_and_fix;
+} kLookAlikes[] = {{"\xE2\x80\x9C", "a typographic quote; write straight ones: \"text\""},
+                   {"\xE2\x80\x9D", "a typographic quote; write straight ones: \"text\""},
+                   {"\xE2\x80\x9E", "a typographic quote; write straight ones: \"text\""},
+                   {"\xE2\x80\x98", "a typographic quote; write straight ones: 'text'"},
+                   {"\xE2\x80\x99", "a typographic quote; write straight ones: 'text'"},
+                   {"\xC2\xAB", "a typographic quote; write straight ones: \"text\""},
+                   {"\xC2\xBB", "a typographic quote; write straight ones: \"text\""},
+                   {"\xE2\x88\x92", "a typographic minus; write -"},
+                   {"\xE2\x80\x93", "a dash; write -"},
+                   {"\xE2\x80\x94", "a dash; write -"},
+                   {"\xC2\xA0", "a no-break space; type a plain one"},
+                   {"\xE2\x80\xAF", "a no-break space; type a plain one"},
+                   {"\xE2\x80\x8B", "a space without width; delete it"},
+                   {"\xEF\xBB\xBF", "a byte order mark in the middle of the text; delete it"}};
 
 class TomlScan {
  public:
@@ -16,6 +37,8 @@ class TomlScan {
   void run() {
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF"))
       refuse("the file is UTF-16; save it as UTF-8");
+    if (text_.starts_with("RTSCENE"))
+      throw InputError(file_ + ": is a compiled scene; give the TOML file that this is to be");
     while (at_ < text_.size()) {
       const char c = text_[at_];
       if (c == '#') {
@@ -50,6 +73,10 @@ class TomlScan {
 
   void advance_ascii() {
     if (static_cast<unsigned char>(text_[at_]) >= 0x80U) {
+      for (const auto& [utf8, what_and_fix] : kLookAlikes) {
+        if (text_.substr(at_).starts_with(utf8))
+          refuse(std::string("not valid TOML: ") + what_and_fix);
+      }
       refuse(
           "not valid TOML: a character beyond ASCII outside of a one-line string; "
           "put it in quotes");
@@ -67,14 +94,33 @@ class TomlScan {
       return;
     }
     advance();
+    const std::size_t begin = at_;
     while (at_ < text_.size() && !ends_line(text_[at_]) && text_[at_] != quote) {
       const bool escape = quote == '"' && text_[at_] == '\\';
+      if (escape && !in_word_) check_escape(begin);
       in_word_ ? advance_ascii() : advance();
       if (escape && at_ < text_.size() && !ends_line(text_[at_])) {
         in_word_ ? advance_ascii() : advance();
       }
     }
     if (at_ < text_.size() && text_[at_] == quote) advance();
+  }
+
+  /// A backslash of a path in double quotes, `begin` its first character.
+  void check_escape(std::size_t begin) const {
+    const std::string_view after = text_.substr(at_ + 1);
+    if (after.empty() || ends_line(after[0])) return;  // the library says that it is open
+    constexpr std::string_view kHex = "0123456789abcdefABCDEF";
+    const std::size_t digits = after[0] == 'u' ? 4 : after[0] == 'U' ? 8 : 0;
+    const bool known = std::string_view("btnfr\"\\").find(after[0]) != std::string_view::npos;
+    if (known || (digits > 0 && after.size() > digits &&
+                  after.substr(1, digits).find_first_not_of(kHex) == std::string_view::npos))
+      return;
+    const std::string_view rest = text_.substr(begin);
+    const std::string path(rest.substr(0, rest.find_first_of("\"\r\n")));
+    refuse("not valid TOML: in double quotes a backslash begins an escape, and " +
+           std::string(text_.substr(at_, 2)) + " is none; put a path in single quotes, '" + path +
+           "', or write / for each backslash");
   }
 
   /// Up to two further quotes belong to the string: """a""""" ends after the fifth.
@@ -137,13 +183,22 @@ class TomlScan {
 void check_toml_text(std::string_view text, const std::string& file) { TomlScan(text, file).run(); }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+  std::string lines;
+  if (text.find('\r') != std::string_view::npos && text.find('\n') == std::string_view::npos) {
+    lines = text;
+    std::ranges::replace(lines, '\r', '\n');
+    text = lines;
+  }
   check_toml_text(text, file);
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
-                     ": not valid TOML: " + std::string(error.description()) + "; fix the line");
+                     ": not valid TOML: " + std::string(error.description()) +
+                     (error.description().ends_with("saw ','")
+                          ? "; write decimals with a point, and several numbers in brackets"
+                          : "; fix the line"));
   }
 }
 

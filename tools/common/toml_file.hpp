@@ -18,14 +18,15 @@ inline constexpr std::size_t kMaxTomlKeyParts = 32;
 /// of strings and comments (TOML 1.0 allows none; its test for blanks runs into an unreachable
 /// statement), and keys of very many parts (each is a table within a table, released by recursion:
 /// a file of 1 MB exhausts the stack). Strings over several lines must be ASCII too: after a joined
-/// line they are tested in the same way.
+/// line they are tested in the same way. What is refused there by a wrong word of the library, too:
+/// typographic quotes, and paths of Windows in double quotes.
 /// @param file  for the message.
 /// @throws InputError "file:LINE:COLUMN: defect; fix", columns counted in characters from 1.
 /// Cost: linear. Text that is no TOML for other reasons passes; the library refuses it.
 void check_toml_text(std::string_view text, const std::string& file);
 
-/// `file`: for the message. @throws InputError "file:LINE:COLUMN: defect" where it is no TOML, and
-/// as check_toml_text does.
+/// Line ends are LF, CR LF, or CR alone throughout. `file`: for the message. @throws InputError
+/// "file:LINE:COLUMN: defect" where it is no TOML, and as check_toml_text does.
 [[nodiscard]] toml::table parse_toml(std::string_view text, const std::string& file);
 
 /// `role`: as in read_text_file. @throws InputError as read_text_file and parse_toml do.

@@ -156,6 +156,16 @@ std::optional<std::string> TomlTable::text(std::string_view key) const {
   return node->as_string()->get();
 }
 
+std::optional<std::string> TomlTable::path(std::string_view key) const {
+  std::optional<std::string> name = text(key);
+  if (name && std::ranges::any_of(*name, [](unsigned char c) { return c < 0x20; })) {
+    fail(key,
+         "a backslash has made a control character in it, as \\t makes a tab in double quotes; put "
+         "the path in single quotes, or write / for each backslash");
+  }
+  return name;
+}
+
 std::optional<bool> TomlTable::flag(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;

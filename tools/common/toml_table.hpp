@@ -44,6 +44,9 @@ class TomlTable {
   [[nodiscard]] std::optional<double> number(std::string_view key, const Range& range) const;
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key) const;
   [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
+  /// The name of a file: a text without control characters, which a backslash makes in double
+  /// quotes.
+  [[nodiscard]] std::optional<std::string> path(std::string_view key) const;
   [[nodiscard]] std::optional<bool> flag(std::string_view key) const;
   /// An array of two strings, neither empty.
   [[nodiscard]] std::optional<std::array<std::string, 2>> word_pair(std::string_view key) const;

@@ -117,7 +117,7 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
                                     "1-2.3, or both, joined by @");
       if (own) config.address = read;
     }
-    if (const auto file = device->text("firmware")) {
+    if (const auto file = device->path("firmware")) {
       if (named && *named != "falcon")
         device->fail("firmware", "only the falcon loads firmware; remove the key");
       if (own) firmware.path = (folder / *file).string();
@@ -252,7 +252,7 @@ std::optional<TomlTable> switches_table(const TomlTable& top) {
 void read_deadman_input(const TomlTable& top, hal::KeySwitchSettings& input) {
   const auto t = switches_table(top);
   if (!t) return;
-  const auto path = t->text("deadman_input");
+  const auto path = t->path("deadman_input");
   const bool has_key = t->has("deadman_key");
   if (!path && has_key) t->fail("deadman_key", "is a key of no device; add deadman_input");
   if (!path) return;
@@ -292,10 +292,15 @@ bool is_driver_name(const std::string& name) {
 DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device) {
   const toml::table root = read_toml_file(path.string(), kLargestFileBytes, "the configuration");
   const std::filesystem::path folder = path.parent_path();
+  if (!root.contains("scene") && root.contains("moving"))
+    throw InputError(path.string() + ": is a scene file; compile it with 'graph_compiler " +
+                     path.string() +
+                     " -o SCENE.rtscene', and give a configuration with scene = "
+                     "\"SCENE.rtscene\" here ('run_device run --help')");
   const TomlTable top(root, path.string(), "",
                       {"scene", "device", "loop", "workspace", "limits", "switches", "recorder"});
   DeviceConfig config;
-  const auto scene = top.text("scene");
+  const auto scene = top.path("scene");
   if (!scene) top.fail_missing("scene", "give the path of a compiled scene (.rtscene)");
   config.scene = folder / *scene;
   std::error_code error;
@@ -312,7 +317,7 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
   read_switches(top, config);
   if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
     config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
-    if (const auto file = recorder->text("crash_file")) config.crash_file = folder / *file;
+    if (const auto file = recorder->path("crash_file")) config.crash_file = folder / *file;
     claim_output(config.crash_file, "crash_file");
   }
   return config;

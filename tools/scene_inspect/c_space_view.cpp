@@ -92,7 +92,7 @@ std::string c_space_csv(const CSpaceView& space) {
                   "ABC"[static_cast<std::size_t>(c.type)], feature[0], c.of_a, feature[1], c.of_b,
                   c.applicable ? 1 : 0, c.hidden ? 1 : 0,
                   c.face < 0 ? "" : std::to_string(c.face).c_str(),
-                  c.applicable ? short_number(c.depth_m, 17).c_str() : "");
+                  c.applicable ? short_number(unsigned_zero(c.depth_m), 17).c_str() : "");
     }
   }
   return csv;

@@ -42,7 +42,10 @@ SceneView opened(const std::string& path, const SceneBytes& bytes) {
     fault = {SectionId{0}, 0};
   }
   if (status != RtStatus::kOk) {
-    throw InputError(path + ": " + damage_text(bytes.span(), status, fault));
+    throw InputError(path + ": " + damage_text(bytes.span(), status, fault) +
+                     (status == RtStatus::kBlobBadMagic
+                          ? "; compile it first: graph_compiler " + path + " -o SCENE.rtscene"
+                          : ""));
   }
   return view;
 }

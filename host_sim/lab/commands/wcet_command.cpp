@@ -155,7 +155,11 @@ Command add_wcet_command(CLI::App& program) {
       "  adversarial_GOAL_seedN.csv  the motions found, for replay\n"
       "Exit codes: 0 every bound holds, 1 one is exceeded, a wrench is not finite or a repeat\n"
       "differs, 2 usage, 3 bad input.");
-  return {app, [o] { return do_wcet(*o); }, "host_sim wcet --scene peg.rtscene --quick"};
+  return {app,
+          [o] { return do_wcet(*o); },
+          "host_sim wcet --scene peg.rtscene --quick",
+          {{"--script",
+            "it plays a motion: make it with 'host_sim motion SCRIPT.toml -o motion.csv'"}}};
 }
 
 }  // namespace haptic::sim

@@ -30,6 +30,11 @@ TEST_SUITE("tools.formatted") {
     CHECK(short_number(1234.5678, 3) == "1.23e+03");
     CHECK(short_number(0.1, 9) == "0.1");
     CHECK(short_number(-0.0, 4) == "-0");
+    CHECK(short_number(unsigned_zero(-0.0), 4) == "0");
+    for (const char* zero : {"-0", "-0.00", "-0e+00"})
+      CHECK(unsigned_zero(std::string(zero)) == zero + 1);
+    for (const char* number : {"0", "-0.01", "-1e-09", "-nan", "-inf", "0-0"})
+      CHECK(unsigned_zero(std::string(number)) == number);
     CHECK(short_number(std::nan(""), 3) == "nan");
     CHECK(hash_text(0) == "0000000000000000");
     CHECK(hash_text(0xfedcba9876543210u) == "fedcba9876543210");

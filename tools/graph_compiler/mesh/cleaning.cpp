@@ -99,6 +99,13 @@ Point3 coarse_centre(const vec::Box& box, double diagonal) {
   return centre;
 }
 
+/// "10.0" is as whole as "10": a design, not a rounding.
+bool has_whole_numbers(const RawMesh& raw) {
+  return std::ranges::all_of(raw.vertices, [](const Point3& v) {
+    return std::ranges::all_of(v, [](double x) { return x == std::round(x); });
+  });
+}
+
 void choose_tolerance(WorkMesh& mesh, const CleaningOptions& options, const vec::Box& box) {
   if (options.plane_tolerance_m) {
     const double tolerance = *options.plane_tolerance_m;
@@ -120,7 +127,7 @@ void choose_tolerance(WorkMesh& mesh, const CleaningOptions& options, const vec:
   const double of_size = kToleranceOfDiagonal * mesh.diagonal_m;
   if (mesh.tolerance_m > of_size) mesh.printed = PrintedPlanes{kExactOfPrint * resolution, of_size};
   const bool coarse = resolution > kCoarsestPrint * mesh.diagonal_m;
-  if (coarse && mesh.raw->print_resolution < 1.0) mesh.taken_as_exact_m = resolution;
+  if (coarse && !has_whole_numbers(*mesh.raw)) mesh.taken_as_exact_m = resolution;
 }
 
 /// A shell without thickness survived the removal of faces; its planes would all fall into one.

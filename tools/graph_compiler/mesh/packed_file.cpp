@@ -40,6 +40,13 @@ void refuse_packed(std::span<const char> bytes, const std::string& file) {
   for (const Packer& packer : kPackers) {
     if (all.starts_with(packer.first_bytes)) refuse(packer, file);
   }
+  if (all.starts_with("version https://git-lfs.github.com/")) {
+    refuse_file(file, "the file is a pointer of Git LFS, not the mesh",
+                "fetch the mesh with git lfs pull, or download it");
+  }
+  if (equals_lower(all.substr(0, 5), "<html") || equals_lower(all.substr(0, 9), "<!doctype")) {
+    refuse_file(file, "the file is a web page, not a mesh", "download the file itself again");
+  }
 }
 
 void refuse_archive(std::span<const char> bytes, const std::string& file) {

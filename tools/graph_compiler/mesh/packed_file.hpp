@@ -9,7 +9,8 @@
 namespace haptic::tools {
 
 /// Refuses bytes that begin as those of gzip, bzip2, xz or Zstandard do; the message says how they
-/// are unpacked. No mesh format begins so. 3MF and AMF may be ZIP archives.
+/// are unpacked. So are what stands where a mesh should be: pointers of Git LFS, and web pages. No
+/// mesh format begins so. 3MF and AMF may be ZIP archives.
 /// @throws InputError
 void refuse_packed(std::span<const char> bytes, const std::string& file);
 /// Refuses a ZIP archive in the same way. @throws InputError

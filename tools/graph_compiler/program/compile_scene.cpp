@@ -22,6 +22,7 @@
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/odd_sizes.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
+#include "tools/graph_compiler/program/plausible_values.hpp"
 #include "tools/graph_compiler/program/scene_guide.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/program/tolerance_proposal.hpp"
@@ -488,13 +489,46 @@ StartShape start_shape_of(const CompiledPart& part, const ScenePart& placed) {
   return shape;
 }
 
+/// About the box round the mesh, where the part starts.
+PartBall ball_of(const StartShape& shape) {
+  PartBall ball{shape.mesh, {0, 0, 0}, 0};
+  if (shape.triangles.empty()) return ball;
+  std::array<double, 3> low, high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const TriangleCorners& triangle : shape.triangles) {
+    for (const auto& corner : triangle) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], corner[k]);
+        high[k] = std::max(high[k], corner[k]);
+      }
+    }
+  }
+  double square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    ball.middle_m[k] = 0.5 * (low[k] + high[k]);
+    square += (high[k] - low[k]) * (high[k] - low[k]);
+  }
+  ball.radius_m = 0.5 * std::sqrt(square);
+  return ball;
+}
+
 /// A start in collision is refused where a surface is involved, and warned of between solids.
 void check_start(const SceneFile& scene, std::vector<CompiledPart>& parts) {
   std::vector<StartShape> fixed;
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     fixed.push_back(start_shape_of(parts[i + 1], scene.statics[i]));
   }
-  const auto found = start_collision(start_shape_of(parts[0], scene.moving), fixed);
+  const StartShape moving = start_shape_of(parts[0], scene.moving);
+  std::vector<PartBall> balls;
+  for (const StartShape& shape : fixed) balls.push_back(ball_of(shape));
+  const std::string far = far_start_text(ball_of(moving), balls);
+  if (!far.empty()) parts[0].report.warnings.push_back(far);
+  for (CompiledPart& part : parts) {
+    const std::string odd = odd_size_text(part.report.diagonal_m);
+    if (!odd.empty()) part.report.warnings.push_back(odd);
+  }
+  const auto found = start_collision(moving, fixed);
   if (!found) return;
   const std::string text =
       start_collision_text(*found, fixed[found->fixed], scene.moving.position_m);
@@ -680,12 +714,15 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   description.moving = std::move(moving.placed);
   description.exposure = std::move(moving.exposure);
   double exposure_s = moving.exposure_s;
-  CouplingChoice choice = choose_coupling(scene.parameters, scene.coupling,
-                                          radius_about(description.moving, description.grip_m),
-                                          scene.never_turns(), scene.file);
+  const double radius_m = radius_about(description.moving, description.grip_m);
+  const std::string far_grip = far_grip_text(radius_m, result.parts[0].diagonal_m);
+  if (!far_grip.empty()) result.parts[0].warnings.push_back(far_grip);
+  CouplingChoice choice =
+      choose_coupling(scene.parameters, scene.coupling, radius_m, scene.never_turns(), scene.file);
   description.parameters.coupling = choice.coupling;
   description.parameters.coupling.near_pairs = scene.budget.near_pairs.value_or(0);
-  append(result.notes, choice.notes);
+  // First, for what is rendered is not what the file asks for.
+  result.notes.insert(result.notes.begin(), choice.notes.begin(), choice.notes.end());
   for (std::size_t i = 0; i < scene.statics.size(); ++i) {
     const ScenePart& part = scene.statics[i];
     WrittenPart fixed = written_part(std::move(parts[i + 1]), part, result.parts[i + 1]);

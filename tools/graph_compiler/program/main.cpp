@@ -54,6 +54,10 @@ int compile(const Arguments& arguments) {
   claim_output(arguments.report, "--report");
   claim_output(arguments.traits, "--traits");
   const SceneFile scene = read_scene_file(arguments.scene);
+  // At once, for a number of another unit may be why the rest fails.
+  for (const std::string& warning : scene.warnings) {
+    std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
+  }
   ProgressLine line(arguments.progress || (!arguments.quiet && is_terminal(stderr)));
   CompileOptions options;
   if (arguments.has_tolerance) options.plane_tolerance_m = arguments.plane_tolerance_m;
@@ -96,7 +100,9 @@ int compile(const Arguments& arguments) {
     files.push_back({arguments.report, std::as_bytes(std::span(json))});
   }
   write_files(files);
-  const std::vector<std::string> warnings = warnings_of(compiled);
+  std::vector<std::string> warnings = warnings_of(compiled);
+  warnings.erase(warnings.begin(),
+                 warnings.begin() + static_cast<std::ptrdiff_t>(scene.warnings.size()));
   const std::size_t shown = arguments.full ? warnings.size() : kMostShownWarnings;
   for (std::size_t k = 0; k < std::min(shown, warnings.size()); ++k) {
     std::fprintf(stderr, "graph_compiler: warning: %s\n", warnings[k].c_str());
@@ -175,7 +181,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-prune", arguments.no_prune,
                "keep every basic contact, also those that no pose of the scene uses");
   app.add_flag("--json", arguments.json, "the report as JSON on stdout instead of the summary");
-  app.add_flag("--full", arguments.full, "everything instead of a summary of twelve lines");
+  app.add_flag("--full", arguments.full, "everything instead of a summary of ten lines");
   app.add_flag("--quiet", arguments.quiet, "no summary; warnings and errors only");
   const auto run = [&] {
     arguments.has_tolerance = tolerance->count() > 0;

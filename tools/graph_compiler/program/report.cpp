@@ -495,13 +495,15 @@ std::string summary_as_text(const CompiledScene& compiled, const std::string& ou
   const bool proxy = facts.parameters.law == LawId::kProxy;
   std::string text = formatted("scene        '%s', compiled in %.3f s\n", facts.name.c_str(),
                                total_seconds(compiled));
-  constexpr std::size_t kShown = 4;
-  for (std::size_t i = 0; i < std::min(compiled.parts.size(), kShown); ++i) {
-    text += part_line(compiled.parts[i], i == 0);
-  }
-  if (compiled.parts.size() > kShown) {
-    text += "static       and " + grouped(compiled.parts.size() - kShown) +
-            " more parts (--full lists them)\n";
+  text += part_line(compiled.parts[0], true);
+  if (compiled.parts.size() > 1) {
+    std::string fixed = part_line(compiled.parts[1], false);
+    if (const std::size_t more = compiled.parts.size() - 2; more > 0) {
+      fixed.insert(fixed.size() - 1, "; and " + grouped(more) +
+                                         (more == 1 ? " more part (--full lists it)"
+                                                    : " more parts (--full lists them)"));
+    }
+    text += fixed;
   }
   text += "pairs        " + grouped(facts.pair_count) + " pairs of pieces";
   if (proxy) {
@@ -523,8 +525,13 @@ std::string summary_as_text(const CompiledScene& compiled, const std::string& ou
   text += "memory       constants " + grouped(facts.bytes) + " bytes, state " +
           grouped(c.state_bytes) + " bytes\n";
   const std::size_t warned = warnings_of(compiled).size();
-  text += "warnings     " + (warned > 0 ? grouped(warned) : std::string("none")) + "\n";
-  for (const std::string& note : compiled.notes) text += "note         " + note + "\n";
+  text += "warnings     " + (warned > 0 ? grouped(warned) : std::string("none"));
+  if (!compiled.notes.empty()) {
+    text += "; note: " + compiled.notes[0];
+    if (const std::size_t more = compiled.notes.size() - 1; more > 0)
+      text += " (and " + grouped(more) + " more; --full lists them)";
+  }
+  text += "\n";
   text += "written      " + output + " (--full says more, --json all)\n";
   const std::vector<std::string> reasons = unproven_reasons(facts);
   if (reasons.empty()) {
@@ -544,7 +551,7 @@ std::vector<std::string> unproven_of(const CompiledScene& compiled) {
 }
 
 std::vector<std::string> warnings_of(const CompiledScene& compiled) {
-  std::vector<std::string> result;
+  std::vector<std::string> result = compiled.scene.warnings;
   for (const PartReport& part : compiled.parts) {
     for (const std::string& warning : part.warnings) result.push_back(part.mesh + ": " + warning);
   }

@@ -15,8 +15,8 @@ std::string report_as_json(const CompiledScene& compiled);
 /// Everything, for people.
 std::string report_as_text(const CompiledScene& compiled);
 
-/// What a first reader needs, in twelve lines where there is nothing to note: the parts and how
-/// they are compiled, pairs of pieces, budget of a tick, stiffness, memory, warnings, the file that
+/// What a first reader needs, in ten lines: the first two parts and how they are compiled, pairs of
+/// pieces, budget of a tick, stiffness, memory, how many warnings and the first note, the file that
 /// was written, and last the certificate, or the warning that a list of the tick can overflow.
 std::string summary_as_text(const CompiledScene& compiled, const std::string& output);
 
@@ -29,8 +29,8 @@ std::vector<std::string> unproven_of(const CompiledScene& compiled);
 /// neighbors. Empty in the ordinary case.
 std::vector<std::string> epsilon_warnings(const CompiledScene& compiled);
 
-/// "mesh: warning" of all parts, and what the compiler itself has to warn of: epsilon where near
-/// sets are formed, and last, why the scene cannot be certified.
+/// Those of the scene file, "mesh: warning" of all parts, and what the compiler itself has to warn
+/// of: epsilon where near sets are formed, and last, why the scene cannot be certified.
 std::vector<std::string> warnings_of(const CompiledScene& compiled);
 
 }  // namespace haptic::tools

@@ -17,6 +17,7 @@
 #include "tools/graph_compiler/graph/coupling_defaults.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/program/node_name.hpp"
+#include "tools/graph_compiler/program/plausible_values.hpp"
 #include "tools/graph_compiler/program/shape_table.hpp"
 
 namespace haptic::tools {
@@ -85,6 +86,7 @@ std::vector<FrictionPair> read_friction(const TomlTable& top) {
     const auto materials = t.word_pair("materials");
     if (!materials) t.fail_missing("materials", "name two, as in [\"steel\", \"pom\"]");
     pair.materials = *materials;
+    pair.at = t.place("materials");
     const auto mu = t.number("mu", {0.0, kMaxFriction});
     if (!mu) t.fail_missing("mu", "give the Coulomb coefficient, from 0 to 2");
     pair.mu = *mu;
@@ -233,7 +235,12 @@ void find_part_file(const TomlTable& t, std::string_view key, const std::string&
   } catch (const InputError& several) {
     t.fail(key, several.what());
   }
-  if (!found) t.fail(key, "no file '" + name + "'; the path counts from the scene file's folder");
+  if (!found) {
+    t.fail(key, "no file '" + name + "'; " +
+                    (is_windows_path(name) ? "this is a path of another system; give the one on "
+                                             "this machine, counted from the scene file's folder"
+                                           : "the path counts from the scene file's folder"));
+  }
   part.path = found->path;
   if (!found->note.empty()) part.notes.push_back(found->note);
   note_input(part.path, "a mesh of the scene");
@@ -249,7 +256,7 @@ void check_no_description(const TomlTable& t, const std::string& name,
 }
 
 void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
-  part.mesh = *t.text("mesh");
+  part.mesh = *t.path("mesh");
   check_no_description(t, part.mesh, folder);
   const NodeName name = split_node(folder, part.mesh);
   if (!name.node && name.file != part.mesh) {
@@ -271,7 +278,7 @@ void read_mesh_file(const TomlTable& t, const std::filesystem::path& folder, Sce
 
 /// "robot.urdf#link": robot descriptions are in metres.
 void read_link(const TomlTable& t, const std::filesystem::path& folder, ScenePart& part) {
-  part.mesh = *t.text("link");
+  part.mesh = *t.path("link");
   const NodeName name = split_node(folder, part.mesh);
   if (is_mesh_file(plain_name(name.file))) {
     t.fail("link",
@@ -441,6 +448,38 @@ void read_device(const TomlTable& top, SceneParameters& p) {
   }
 }
 
+/// A [[friction]] table whose names are those of no part would be without effect in silence.
+/// @throws InputError  a name that no part has as its material.
+void check_materials(SceneFile& scene) {
+  std::vector<std::string_view> known;
+  if (!scene.moving.material.empty()) known.push_back(scene.moving.material);
+  for (const ScenePart& part : scene.statics) {
+    if (!part.material.empty()) known.push_back(part.material);
+  }
+  for (const FrictionPair& pair : scene.friction) {
+    const std::string at = scene.file + ":" + std::to_string(pair.at.line) + ":" +
+                           std::to_string(pair.at.column) + ": [[friction]] materials: ";
+    for (const std::string& name : pair.materials) {
+      if (std::ranges::find(known, name) != known.end()) continue;
+      const std::string near = nearest_word(name, known);
+      throw InputError(at + "no part is of '" + name + "'; " +
+                       (near.empty() ? "" : "did you mean '" + near + "'? Or ") +
+                       "write material = \"" + name +
+                       "\" in the table of the part, or leave this table out");
+    }
+    const bool meets = std::ranges::any_of(scene.statics, [&](const ScenePart& part) {
+      return pair.is_of(scene.moving.material, part.material);
+    });
+    if (meets) continue;
+    scene.warnings.push_back(at + "'" + pair.materials[0] + "' and '" + pair.materials[1] +
+                             "' never meet: the part in the hand is " +
+                             (scene.moving.material.empty()
+                                  ? "without material"
+                                  : "of '" + scene.moving.material + "'") +
+                             ", and it alone moves");
+  }
+}
+
 std::optional<BudgetLimit> read_limit(const TomlTable& t, std::string_view key) {
   const auto bytes = t.integer(key);
   if (!bytes) return std::nullopt;
@@ -500,6 +539,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   scene.coupling = read_coupling(top, scene.parameters.device);
   scene.coupling.k_f_at = k_f_at;
   scene.friction = read_friction(top);
+  check_materials(scene);
   if (const auto cleaning = top.table("cleaning", {"plane_tolerance_m"})) {
     scene.plane_tolerance_m = cleaning->number("plane_tolerance_m", kPositive);
   }
@@ -520,7 +560,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   }
   if (const auto guide = top.table("guide", {"plan", "pull_n", "hold_n", "let_go_m", "ramp_s"})) {
     SceneGuide read;
-    const auto plan = guide->text("plan");
+    const auto plan = guide->path("plan");
     if (!plan) guide->fail_missing("plan", "name the plan that host_sim plan wrote");
     read.plan = folder / *plan;
     read.pull_n = guide->number("pull_n", kPositive);
@@ -551,11 +591,20 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {
   const toml::table root = parse_toml(text, file);
+  if (!root.contains("moving") && root.contains("waypoint"))
+    throw InputError(file + ": is a motion script; make the motion from it with 'host_sim motion " +
+                     file + " -o motion.csv', and give a scene file with [moving] here");
+  if (!root.contains("moving") && root.contains("scene"))
+    throw InputError(file + ": is a configuration of run_device, which names a compiled scene; " +
+                     "give a scene file with [moving] here");
   const TomlTable top(
       root, file, "",
       {"format", "name", "moving", "static", "rendering", "start", "motion_limits", "loop",
        "device", "coupling", "friction", "budget", "memory", "cleaning", "guide"});
-  return read_tables(top, file, folder);
+  SceneFile scene = read_tables(top, file, folder);
+  std::vector<std::string> odd = implausible_values(root, file);
+  scene.warnings.insert(scene.warnings.end(), odd.begin(), odd.end());
+  return scene;
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {

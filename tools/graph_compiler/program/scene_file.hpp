@@ -26,6 +26,7 @@ struct FrictionPair {
   std::array<std::string, 2> materials;
   double mu = 0.0;         ///< while they slide
   double mu_static = 0.0;  ///< while they stick, at least mu
+  FilePlace at{};          ///< of `materials`
 
   [[nodiscard]] bool is_of(const std::string& a, const std::string& b) const {
     return (materials[0] == a && materials[1] == b) || (materials[0] == b && materials[1] == a);
@@ -98,6 +99,8 @@ struct SceneFile {
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
   std::optional<SceneGuide> guide;
+  /// What can hardly be meant, each a sentence with its place.
+  std::vector<std::string> warnings;
 
   [[nodiscard]] bool never_turns() const {
     return orientation && !(orientation->max_angle_rad > 0.0);
