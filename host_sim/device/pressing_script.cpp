@@ -194,7 +194,7 @@ TouchingScript touching_script(CoreSession& session, const std::string& name) {
     throw tools::InputError(name +
                             ": the part meets no fixed part on a straight way along an axis, nor "
                             "towards the nearest one; give [moving] position_m a place beside "
-                            "them, or write way points (host_sim/session/MOTION.md)");
+                            "them, or write way points (MOTION.md)");
   }
   if (*way > kLongestWay_m) {
     throw tools::InputError(name + ": the part starts " + tools::short_number(*way, 3) +

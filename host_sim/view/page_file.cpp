@@ -211,6 +211,11 @@ std::string read_page() {
   const std::filesystem::path page =
       self.parent_path().parent_path() / "share" / "haptic_view" / "page.html";
   if (!std::filesystem::exists(page)) {
+    if (!std::filesystem::exists(self.parent_path().parent_path() / "CMakeCache.txt")) {
+      throw tools::OsError(page.string() +
+                           ": this installation was made without the page; install again from a "
+                           "build in which tools/view of the source has built it");
+    }
     throw tools::OsError(page.string() +
                          ": the page has not been built; run tools/view, which installs what it "
                          "needs: nodejs npm clang-16 llvm-16 lld-16 wasi-libc "

@@ -101,6 +101,37 @@ if(NOT found STREQUAL added)
   message(FATAL_ERROR "installed: found by find_package, the core prints '${found}'; as a folder, '${added}'")
 endif()
 
+# A project as people have it: CMake's default generator, no build type, the core alone.
+find_program(MAKE NAMES make gmake)
+if(MAKE)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=CMAKE_GENERATOR ${CMAKE_COMMAND} -S ${SOURCE}/tools/package/examples
+    -B ${FOLDER}/stock -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_PREFIX_PATH=${prefix}
+    OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE code)
+  if(NOT code)
+    execute_process(COMMAND ${CMAKE_COMMAND} --build ${FOLDER}/stock --target press_down OUTPUT_VARIABLE output
+      ERROR_VARIABLE output RESULT_VARIABLE code)
+  endif()
+  if(code)
+    message(FATAL_ERROR "installed: the example is not built by CMake's default generator\n${output}")
+  endif()
+  file(STRINGS ${FOLDER}/stock/CMakeCache.txt generator REGEX "^CMAKE_GENERATOR:")
+  if(generator MATCHES "Ninja")
+    message(FATAL_ERROR "installed: the default generator was to be tried, not ${generator}")
+  endif()
+  execute_process(COMMAND ${FOLDER}/stock/press_down ${FOLDER}/scene.rtscene OUTPUT_VARIABLE stock COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT stock STREQUAL found)
+    message(FATAL_ERROR "installed: by CMake's default generator the example prints '${stock}', by Ninja '${found}'")
+  endif()
+endif()
+
+# The programs find what they need where they are installed.
+if("tools" IN_LIST components AND EXISTS ${prefix}/share/haptic_view/page.html)
+  execute_process(COMMAND ${prefix}/bin/host_sim view 2 WORKING_DIRECTORY ${FOLDER} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT EXISTS ${FOLDER}/square_peg_five.html)
+    message(FATAL_ERROR "installed: host_sim view 2 has made no page")
+  endif()
+endif()
+
 # The C interface by pkg-config alone: its example calls every function, and names each.
 set(c_example ${SOURCE}/tools/library/examples/every_call.c)
 execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${prefix}/lib/pkgconfig

@@ -69,21 +69,31 @@ macro(runs name)
 endmacro()
 
 set(files)
+set(page)
+if(EXISTS ${BUILD}/share/haptic_view/page.html)
+  set(page share/haptic_view/page.html)
+endif()
 package(libhaptic-core-dev include/haptic/rt_core/haptic_core.hpp lib/haptic/librt_core.a)
 package(libhaptic-hal-dev include/haptic/hal/drivers/driver.hpp lib/haptic/libhal.a)
 package(libhaptic0 lib/libhaptic.so.0)
 package(libhaptic-dev include/haptic.h lib/libhaptic.so lib/pkgconfig/haptic.pc)
 package(haptic-tools bin/graph_compiler bin/scene_inspect bin/host_sim bin/run_device share/man/man1/host_sim.1.gz
   share/bash-completion/completions/run_device lib/udev/rules.d/60-haptic.rules lib/systemd/system/haptic-run.service
-  lib/sysusers.d/haptic.conf lib/tmpfiles.d/haptic.conf ${LACKS})
+  lib/sysusers.d/haptic.conf lib/tmpfiles.d/haptic.conf share/haptic/scenes/square_peg_five/scene.toml
+  share/doc/haptic-tools/README.md share/doc/haptic-tools/host_sim/COMMANDS.md share/doc/haptic-tools/host_sim/COLUMNS.md
+  share/doc/haptic-tools/host_sim/session/MOTION.md share/doc/haptic-tools/tools/graph_compiler/SCENE_FILE.md ${page} ${LACKS})
 package(haptic-lab bin/host_lab share/man/man1/host_lab.1.gz)
 runs(haptic-tools postinst postrm ${LACKS_SCRIPT})
 runs(python3-haptic postinst prerm)
 runs(libhaptic0 triggers)
 package(python3-haptic lib/python3/dist-packages/haptic/__init__.py lib/python3/dist-packages/haptic/py.typed)
 
-# The unit starts the program that the package has.
+# The unit starts the program that the package has; a machine without systemd does not get it.
 file(GLOB tools ${FOLDER}/haptic-tools_*.deb)
+execute_process(COMMAND ${DPKG_DEB} --field ${tools} Depends Recommends OUTPUT_VARIABLE brought COMMAND_ERROR_IS_FATAL ANY)
+if(brought MATCHES "systemd")
+  string(APPEND violations "  haptic-tools: brings systemd: ${brought}\n")
+endif()
 file(REMOVE_RECURSE ${FOLDER}/tools)
 execute_process(COMMAND ${DPKG_DEB} --extract ${tools} ${FOLDER}/tools COMMAND_ERROR_IS_FATAL ANY)
 file(STRINGS ${FOLDER}/tools/usr/lib/systemd/system/haptic-run.service starts REGEX "^ExecStart")

@@ -38,10 +38,10 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 
-# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [RECOMMENDS ..] [CONTROL ..]
+# haptic_package(<component> <name> <section> <summary> <description> [DEPENDS ..] [RECOMMENDS ..] [SUGGESTS ..] [CONTROL ..]
 #                [ANY_MACHINE])
 function(haptic_package component name section summary description)
-  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS;RECOMMENDS" "CONTROL")
+  cmake_parse_arguments(PARSE_ARGV 5 given "ANY_MACHINE" "DEPENDS;RECOMMENDS;SUGGESTS" "CONTROL")
   string(TOUPPER ${component} key)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
@@ -49,6 +49,7 @@ function(haptic_package component name section summary description)
   set(CPACK_DEBIAN_${key}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_DEPENDS "${given_DEPENDS}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_RECOMMENDS "${given_RECOMMENDS}" PARENT_SCOPE)
+  set(CPACK_DEBIAN_${key}_PACKAGE_SUGGESTS "${given_SUGGESTS}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${key}_PACKAGE_CONTROL_EXTRA "${given_CONTROL}" PARENT_SCOPE)
   if(given_ANY_MACHINE)
     set(CPACK_DEBIAN_${key}_PACKAGE_ARCHITECTURE all PARENT_SCOPE)
@@ -73,7 +74,7 @@ haptic_package(dev libhaptic-dev libdevel "6-DOF haptic rendering of contact: he
   DEPENDS "libhaptic0 ${same}, libhaptic-core-dev ${same}")
 haptic_package(tools haptic-tools science "6-DOF haptic rendering of contact: the programs"
   "graph_compiler compiles meshes, scene_inspect explains a scene, host_sim\nreplays motions, run_device drives a device; with rules for udev and a\nservice."
-  DEPENDS "systemd"
+  SUGGESTS "systemd"
   CONTROL ${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postinst ${CMAKE_CURRENT_SOURCE_DIR}/debian/tools/postrm)
 haptic_package(lab haptic-lab science "6-DOF haptic rendering of contact: the laboratory"
   "host_lab verifies the core, times it and compares it with other methods."

@@ -169,8 +169,13 @@ TEST_SUITE("host_sim.page_file") {
     std::filesystem::create_directory(folder.file("bin"));
     const std::string program = folder.file("bin/host_sim");
     std::filesystem::copy_file(HAPTIC_HOST_SIM, program);
-    const ProgramResult run = run_program(
-        program, "view '" + folder.file("s.rtscene") + "' --html '" + folder.file("s.html") + "'");
+    const std::string view =
+        "view '" + folder.file("s.rtscene") + "' --html '" + folder.file("s.html") + "'";
+    const ProgramResult installed = run_program(program, view);
+    CHECK(installed.exit_code == 4);
+    CHECK(installed.err.find("this installation was made without the page") != std::string::npos);
+    std::ofstream(folder.file("CMakeCache.txt"));  // a build folder
+    const ProgramResult run = run_program(program, view);
     CHECK(run.exit_code == 4);
     CHECK(run.err.find("the page has not been built; run tools/view") != std::string::npos);
     CHECK(run.err.find("clang-16") != std::string::npos);

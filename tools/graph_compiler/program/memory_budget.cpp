@@ -227,7 +227,7 @@ void check_budgets(const SceneFile& file, const SceneView& scene, bool image) {
                     std::to_string(stack->column) + ": the whole core may need " +
                     grouped(core_stack_bytes()) + " bytes of stack, the budget allows " +
                     grouped(stack->bytes) +
-                    "; raise it, or build an image of the scene (--traits, linker/IMAGES.md): that "
+                    "; raise it, or build an image of the scene (--traits, IMAGES.md): that "
                     "core needs less, and its build holds it to the budget");
 }
 

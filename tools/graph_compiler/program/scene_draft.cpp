@@ -236,7 +236,7 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
                                      other_units_text(mesh.diagonal(), unit) + "\n");
   };
   std::string text =
-      "# What each key means, and the others: tools/graph_compiler/SCENE_FILE.md. Units are SI.\n"
+      "# What each key means, and the others: SCENE_FILE.md. Units are SI.\n"
       "format = 1\nname = " +
       quoted(scene_name(request.name)) + "\n\n[moving]                # the part in the hand\n" +
       lines_of(meshes[0]) + "position_m = [" + number(draft.start_m[0]) + ", " +
