@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <regex>
@@ -107,6 +108,45 @@ void check_rows(const std::string& csv) {
   CHECK(signed_zeros(csv) == 0);
 }
 
+std::set<std::string> words_in_back_quotes(const std::string& page) {
+  std::set<std::string> words;
+  const std::regex quoted("`([A-Za-z0-9_.]+)`");
+  for (std::sregex_iterator at(page.begin(), page.end(), quoted), end; at != end; ++at)
+    words.insert((*at)[1].str());
+  return words;
+}
+
+/// Literals of a source, joined where they stand behind each other, that are names with three
+/// commas or more: heads of tables.
+std::vector<std::string> table_heads(const std::string& source) {
+  std::vector<std::string> heads;
+  std::string joined_literals;
+  const auto finish = [&] {
+    const auto commas = std::ranges::count(joined_literals, ',');
+    const bool names = !joined_literals.empty() && std::isdigit(joined_literals[0]) == 0 &&
+                       joined_literals.find_first_not_of(
+                           "abcdefghijklmnopqrstuvwxyz0123456789_,") == std::string::npos;
+    if (commas >= 3 && names) heads.push_back(joined_literals);
+    joined_literals.clear();
+  };
+  for (std::size_t at = 0; at < source.size();) {
+    if (source[at] == '"') {
+      for (++at; at < source.size() && source[at] != '"' && source[at] != '\n'; ++at) {
+        if (source[at] != '\\') {
+          joined_literals += source[at];
+        } else if (source[++at] != 'n') {
+          joined_literals += '?';
+        }
+      }
+      ++at;
+    } else {
+      if (std::isspace(static_cast<unsigned char>(source[at])) == 0) finish();
+      ++at;
+    }
+  }
+  return heads;
+}
+
 const std::string kReplay = "Ticks of a replay: ";
 
 }  // namespace
@@ -208,5 +248,29 @@ TEST_SUITE("host_sim.columns_page") {
     for (std::uint32_t bit = 0; bit < 32; ++bit) {
       if ((known >> bit & 1u) == 0) CHECK(hal::device_fault_texts(1u << bit) == "unknown fault");
     }
+  }
+
+  TEST_CASE("columns: what a source writes as the head of a table is on the page") {
+    const std::string page = test::text_of_file(std::string(HAPTIC_SCENES_DIR) + "/../COLUMNS.md");
+    const std::set<std::string> known = words_in_back_quotes(page);
+    std::size_t heads = 0;
+    const std::filesystem::path root = std::filesystem::path(HAPTIC_SCENES_DIR) / ".." / "..";
+    for (const char* const folder : {"host_sim", "tools/scene_inspect", "hal/realtime"}) {
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+        const std::string extension = entry.path().extension().string();
+        if (extension != ".cpp" && extension != ".hpp") continue;
+        for (const std::string& head : table_heads(test::text_of_file(entry.path().string()))) {
+          heads += 1;
+          std::istringstream names(head);
+          for (std::string name; std::getline(names, name, ',');) {
+            if (name.empty()) continue;
+            CHECK_MESSAGE(known.contains(name), entry.path().filename().string(), " writes ", name);
+          }
+        }
+      }
+    }
+    CHECK(heads > 40);
+    CHECK(table_heads("f(\"a,b\"\n  \",c_m,d\\n\");") == std::vector<std::string>{"a,b,c_m,d"});
+    CHECK(table_heads("f(\"one, two, three, four\"); g(\"0,0,1,0\");").empty());
   }
 }
