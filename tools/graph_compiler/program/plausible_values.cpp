@@ -18,7 +18,7 @@ constexpr struct {
   const char* usual;
 } kUsual[] = {{"rendering", "k_f_n_per_m", 5, 2e5, "hands and devices feel 50 to 20 000 N/m"},
               {"rendering", "epsilon_m", 1e-8, 5e-3, "the default is 0.0001 m"},
-    {"coupling", "k_t_n_per_m", 5, 2e5, "hands and devices feel 50 to 20 000 N/m"},
+              {"coupling", "k_t_n_per_m", 5, 2e5, "hands and devices feel 50 to 20 000 N/m"},
               {"loop", "rate_hz", 50, 5e4, "servo loops run at 500 to 10 000 Hz"},
               {"moving", "mass_kg", 1e-5, 10, "a part in the hand has 0.01 to 2 kg"},
               {"moving", "gravity_m_per_s2", 0, 100, "the Earth has 9.81 m/s2"},
