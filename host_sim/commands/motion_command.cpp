@@ -99,7 +99,7 @@ Command add_motion_command(CLI::App& program) {
         const bool log = !o->log.log.path.empty();
         if (o->out.empty() && !log) throw tools::UsageError("--out is required");
         if (o->out.empty()) o->out = "motion.csv";
-        tools::claim_output(o->out, "--out");
+        tools::claim_output(o->out, "--out", tools::csv_kind("t,x,y,z"));
         if (log) return motion_from_log(o->log, o->out);
         return o->scene.empty() ? motion_of_script(*o) : motion_for_scene(*o);
       },

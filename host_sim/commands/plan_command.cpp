@@ -385,7 +385,7 @@ int do_plan(const PlanArguments& o) {
   const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
   const SceneView& view = session.view();
-  tools::claim_output(o.out, "--out");
+  tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
   SlidingPart part(view);
   const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
   const PlanPose start = pose_of_option(view, part, start_wa, "--start");

@@ -88,10 +88,10 @@ void print(const PlayArguments& o, const PlayResult& played) {
 }
 
 int do_play(const PlayArguments& o) {
-  tools::claim_output(o.html, "--html");
   const std::string page = o.html.empty() ? std::string() : read_page();
   CoreSession session(o.scene);
   const std::vector<std::uint8_t> file = read_recording(o.file);
+  tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   fit_as_recorded(o, session, file);
   std::optional<CoreTape> tape;
   tools::SessionJudge judge(session.view());

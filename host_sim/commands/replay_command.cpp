@@ -12,6 +12,7 @@
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/motion_log/log_judgement.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/contact_log.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay.hpp"
@@ -64,10 +65,6 @@ void require_goal_contact(const CoreSession& session, const std::string& scene,
 }
 
 int do_replay(const ReplayArguments& o) {
-  tools::claim_output(o.out, "--out");
-  tools::claim_output(o.plot, "--plot");
-  tools::claim_output(o.html, "--html");
-  tools::claim_output(o.contacts, "--contacts");
   tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
   if (o.check) require_goal_contact(session, o.scene, "--check");
@@ -82,6 +79,10 @@ int do_replay(const ReplayArguments& o) {
   }
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
+  tools::claim_output(o.out, "--out", tools::csv_kind(kTickCsvHeader));
+  tools::claim_output(o.plot, "--plot", {tools::FileFormat::kSvg, {}});
+  tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
+  tools::claim_output(o.contacts, "--contacts", tools::csv_kind(kContactCsvHeader));
 
   const std::string page = o.html.empty() ? std::string() : read_page();
 

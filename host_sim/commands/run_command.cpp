@@ -263,13 +263,13 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
 }
 
 int do_run(const RunArguments& o) {
-  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
-  tools::claim_output(o.record, "--record");
-  tools::claim_output(o.html, "--html");
-  tools::claim_output(o.mcap, "--mcap");
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
+  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
+  tools::claim_output(o.record, "--record", {tools::FileFormat::kRecording, {}});
+  tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
+  tools::claim_output(o.mcap, "--mcap", {tools::FileFormat::kMcap, {}});
   const SceneParameters& parameters = session.view().parameters();
   RunSubject subject{o.scene, o.hand, parameters.law, o.rate_hz.value_or(parameters.rate_hz), {},
                      {},      {}};

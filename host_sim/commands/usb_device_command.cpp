@@ -61,7 +61,7 @@ void stop_at_signals(const std::optional<double>& seconds) {
 class WireLog {
  public:
   explicit WireLog(const std::string& path) : path_(path) {
-    tools::claim_output(path, "--wire");
+    tools::claim_output(path, "--wire", tools::csv_kind(kHeader));
     struct sigaction action {};
     action.sa_handler = [](int) { marks.fetch_add(1, std::memory_order_relaxed); };
     action.sa_flags = SA_RESTART;
@@ -84,8 +84,7 @@ class WireLog {
   }
 
   void write() const {
-    std::string text =
-        "t_s,handed_x_n,handed_y_n,handed_z_n,drives_on,acting_n,cuts,marks,commands,step_n\n";
+    std::string text = kHeader + std::string("\n");
     for (const Row& r : rows_) {
       for (const double value : {r.t_s, r.handed_n.x(), r.handed_n.y(), r.handed_n.z()})
         text += fixed(value, 4) + ',';
@@ -105,6 +104,8 @@ class WireLog {
     unsigned marks = 0, commands = 0;
     bool drives_on = false;
   };
+  static constexpr const char* kHeader =
+      "t_s,handed_x_n,handed_y_n,handed_z_n,drives_on,acting_n,cuts,marks,commands,step_n";
   // A minute at the usual rate, before the first copy.
   static constexpr std::size_t kRowsAtFirst = 60'000;
 

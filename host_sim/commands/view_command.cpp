@@ -51,17 +51,17 @@ int do_view(const ViewArguments& o) {
   const std::optional<unsigned> number = gallery_number(o.scene);
   if (!number) {
     if (o.html.empty()) throw tools::UsageError("--html is required; example: --html peg.html");
-    tools::claim_output(o.html, "--html");
     CoreSession session(o.scene);
     std::vector<MotionSample> motion;
     if (!o.motion.empty()) motion = read_played_motion(o.motion);
+    tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
     return write_view(o.html, session, begin_of(motion, o.seconds), {});
   }
   const GalleryScene& scene = gallery_scene(*number);
   const std::string html = o.html.empty() ? std::string(scene.name) + ".html" : o.html;
-  tools::claim_output(html, "--html");
   CompiledGalleryScene compiled = compile_gallery_scene(scene);
   if (!o.motion.empty()) compiled.motion = read_played_motion(o.motion);
+  tools::claim_output(html, "--html", {tools::FileFormat::kHtml, {}});
   CoreSession session(compiled.bytes.span(), std::string(scene.name));
   return write_view(html, session, begin_of(compiled.motion, o.seconds),
                     std::string(scene.title) + ". " + std::string(scene.about));

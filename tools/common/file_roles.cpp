@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <system_error>
 
 #include "tools/common/error.hpp"
@@ -124,6 +125,31 @@ void require_writable(const fs::path& folder, const fs::path& named) {
                 "' cannot be written: " + std::strerror(errno));
 }
 
+/// "m.csv: --out writes a plan, and the file that is there is a mesh (OBJ); give another name".
+[[noreturn]] void refuse_kind(const fs::path& path, const std::string& role,
+                              const std::string& written, const FileKind& there) {
+  throw UsageError(path.string() + ": " + role + " writes " + written +
+                   ", and the file that is there is " + to_text(there) +
+                   "; it is kept: give another name, or remove it first");
+}
+
+/// The files of a folder by these names: what they are called says what is written.
+void require_named_formats(const fs::path& folder, const std::string& role,
+                           const std::vector<std::string>& names) {
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string file = at->path().filename().string();
+    const bool ours = std::ranges::any_of(names, [&](const std::string& name) {
+      return ::fnmatch(name.c_str(), file.c_str(), 0) == 0;
+    });
+    const std::optional<FileFormat> format = ours ? format_named(at->path()) : std::nullopt;
+    if (!format) continue;
+    const std::optional<FileKind> there = kind_of_file(at->path());
+    if (there && there->format != *format)
+      refuse_kind(at->path(), role, to_text(FileKind{*format, {}}), *there);
+  }
+}
+
 }  // namespace
 
 void note_input(const fs::path& path, const std::string& role) {
@@ -146,7 +172,7 @@ void note_input(const fs::path& path, const std::string& role) {
   roles().input(path, role);
 }
 
-void claim_output(const fs::path& path, const std::string& role) {
+void claim_output(const fs::path& path, const std::string& role, const FileKind& kind) {
   if (path.empty()) return;
   const std::scoped_lock lock(roles_mutex);
   roles().output(path, role);
@@ -164,6 +190,7 @@ void claim_output(const fs::path& path, const std::string& role) {
   if (fs::is_directory(path, error))
     throw OsError(path.string() + ": is a folder; " + role + " names a file");
   if (holds_content(path)) require_writable(folder, path);
+  require_replaceable(path, role, kind);
 }
 
 void claim_folder(const fs::path& path, const std::string& role,
@@ -185,11 +212,21 @@ void claim_folder(const fs::path& path, const std::string& role,
     if (fs::is_directory(path / name, error))
       throw OsError((path / name).string() + ": is a folder; " + role + " writes a file there");
   }
+  require_named_formats(path, role, names);
 }
 
-void require_no_input(const fs::path& path) {
-  const std::scoped_lock lock(roles_mutex);
-  roles().no_input(path);
+void require_replaceable(const fs::path& path, const std::string& role, const FileKind& kind) {
+  const std::optional<FileKind> there = kind_of_file(path);
+  if (!there || *there == kind) return;
+  refuse_kind(path, role, to_text(kind), *there);
+}
+
+void require_no_loss(const fs::path& path, std::string_view content) {
+  {
+    const std::scoped_lock lock(roles_mutex);
+    roles().no_input(path);
+  }
+  require_replaceable(path, "an output", kind_of(content).value_or(text_kind({})));
 }
 
 void require_svg_name(const std::string& path, const std::string& role) {

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
@@ -187,7 +188,10 @@ SceneBytes read_scene_bytes(const std::filesystem::path& path) {
 }
 
 void write_files(const std::vector<PendingFile>& files) {
-  for (const PendingFile& file : files) require_no_input(file.path);
+  for (const PendingFile& file : files) {
+    require_no_loss(file.path, {reinterpret_cast<const char*>(file.bytes.data()),
+                                std::min(file.bytes.size(), kKindBytes)});
+  }
   std::vector<Temporary> temporaries;
   temporaries.reserve(files.size());
   std::vector<const PendingFile*> direct;

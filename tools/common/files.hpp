@@ -33,7 +33,8 @@ struct PendingFile {
 /// were written, can leave earlier files renamed). A link keeps its place, its target is written. A
 /// device such as /dev/stdout or a pipe is written directly.
 /// @throws OsError naming the path and the reason; UsageError when a path is an input of this run
-///         (tools/common/file_roles.hpp).
+/// or
+///         a file of another kind (tools/common/file_roles.hpp).
 void write_files(const std::vector<PendingFile>& files);
 
 }  // namespace haptic::tools

@@ -318,7 +318,7 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
   if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
     config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
     if (const auto file = recorder->path("crash_file")) config.crash_file = folder / *file;
-    claim_output(config.crash_file, "crash_file");
+    claim_output(config.crash_file, "crash_file", csv_kind("tick,sequence,stamp_ns"));
   }
   return config;
 }

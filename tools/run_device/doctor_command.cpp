@@ -178,7 +178,7 @@ int examine_machine(const Options& o) {
     write(std::string(hal::deploy_text(o.print)));
     return kExitDone;
   }
-  claim_output(o.histogram, "--histogram");
+  claim_output(o.histogram, "--histogram", text_kind("# Histogram"));
   hal::LinuxProbes probes;
   const auto measurement = std::make_unique<hal::WakeupMeasurement>();
   const hal::DoctorQuestions questions = questions_of(o);

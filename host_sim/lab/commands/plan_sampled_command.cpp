@@ -26,7 +26,7 @@ int do_plan_sampled(const PlanSampledArguments& o) {
   const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
   const SceneView& view = session.view();
-  tools::claim_output(o.out, "--out");
+  tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
   const SlidingPart part(view);
   const PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
   const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));

@@ -87,11 +87,11 @@ WcetPlan plan_of(const WcetArguments& o) {
 }
 
 int do_wcet(const WcetArguments& o) {
-  tools::claim_output(o.flow_facts, "--flow-facts");
+  CoreSession session(o.scene, o.goal());
+  tools::claim_output(o.flow_facts, "--flow-facts", tools::text_kind("# flow facts"));
   tools::claim_folder(
       o.out, "--out",
       {"wcet.csv", "wcet.json", "wcet.svg", "trace.json", "wakeups.txt", "adversarial_*.csv"});
-  CoreSession session(o.scene, o.goal());
   const std::vector<MotionSample> motion =
       o.motion.empty()
           ? scene_motion(session, o.quick ? kQuickMotionSeconds : kMotionSeconds, o.search.seed)

@@ -38,7 +38,7 @@ int init(const InitArguments& arguments) {
     request.fixed.emplace_back(mesh);
     note_input(draft_source(mesh).file, "a mesh of the scene");
   }
-  claim_output(arguments.output, "--out");
+  claim_output(arguments.output, "--out", scene_file_kind());
   if (arguments.has_scale) request.scale_to_m = arguments.scale_to_m;
   request.stiffness_n_per_m = arguments.stiffness_n_per_m;
   request.folder = output.parent_path();

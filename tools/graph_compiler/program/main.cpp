@@ -50,14 +50,14 @@ constexpr std::size_t kMostShownWarnings = 8;
 int compile(const Arguments& arguments) {
   const bool has_report = !arguments.report.empty();
   const bool has_traits = !arguments.traits.empty();
-  claim_output(arguments.output, "--out");
-  claim_output(arguments.report, "--report");
-  claim_output(arguments.traits, "--traits");
   const SceneFile scene = read_scene_file(arguments.scene);
   // At once, for a number of another unit may be why the rest fails.
   for (const std::string& warning : scene.warnings) {
     std::fprintf(stderr, "graph_compiler: warning: %s\n", warning.c_str());
   }
+  claim_output(arguments.output, "--out", {FileFormat::kScene, {}});
+  claim_output(arguments.report, "--report", json_kind("scene"));
+  claim_output(arguments.traits, "--traits", text_kind("// Written by graph_compiler"));
   ProgressLine line(arguments.progress || (!arguments.quiet && is_terminal(stderr)));
   CompileOptions options;
   if (arguments.has_tolerance) options.plane_tolerance_m = arguments.plane_tolerance_m;
