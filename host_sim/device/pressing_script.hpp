@@ -27,24 +27,4 @@ struct PressedPoint {
 /// pose when A touches at once or the way is free.
 [[nodiscard]] MotionScript pressing_script(CoreSession& session, double rate_hz, double seconds);
 
-/// A longer one, to see a scene at work: approach along an axis, press, slide to four sides, tilt,
-/// leave. Its lengths go with the part and the stiffness.
-struct TouchingScript {
-  MotionScript script;
-  Vector along_w = Vector::Zero();  ///< unit: the way of the approach
-  double way_m = 0;                 ///< from the start pose to the touch, to kTouchStep_m
-  double press_m = 0, slide_m = 0;  ///< beyond the touch; to each side
-  double tilt_rad = 0;
-};
-inline constexpr double kTouchStep_m = 2.5e-4;
-
-/// The approach goes along the axis of W on which the part touches soonest; where it touches on
-/// none, towards the nearest fixed piece. Under law proxy a touch is a part that cannot follow, so
-/// surfaces are touched too. Leaves the core reset. Cost: some thousand ticks.
-/// @throws tools::InputError  the part touches nothing there; `name` is the scene's.
-[[nodiscard]] TouchingScript touching_script(CoreSession& session, const std::string& name);
-
-/// "-z", "+x", or three numbers.
-[[nodiscard]] std::string way_text(const Vector& along_w);
-
 }  // namespace haptic::sim

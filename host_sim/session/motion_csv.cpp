@@ -24,8 +24,8 @@ constexpr std::array<std::string_view, 8> kColumns = {"t", "x", "y", "z", "qw", 
 
 // A recorder's clock wanders within a period; the rate on the whole is the servo loop's.
 constexpr double kTick_s = 1e-3, kLeastStep_s = 0.1e-3, kMostStep_s = 3e-3, kRateTolerance = 0.02;
-// Farther than any workspace, and faster than any hand.
-constexpr double kFarthestMotion_m = 10, kFarthestJump_m = 0.5;
+// Faster than any hand.
+constexpr double kFarthestJump_m = 0.5;
 
 std::string shown(double value) {
   std::array<char, 32> buffer{};

@@ -13,6 +13,9 @@ namespace haptic::sim {
 /// Largest | |q| - 1 | that is taken for rounding and removed by normalising.
 constexpr double kMotionQuaternionTolerance = 1.0e-3;
 
+/// A motion that is played leads no farther from W's origin [m]: farther than any workspace.
+constexpr double kFarthestMotion_m = 10;
+
 /// Reads a motion; quaternions are normalised. Lines may end in LF or CRLF, a UTF-8 byte order mark
 /// and blank lines at the end are skipped. Cost: one pass, about 0.3 us per line.
 /// @throws tools::InputError with file and line: unreadable or empty file, other header, too few or

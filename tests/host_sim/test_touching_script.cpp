@@ -6,16 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "host_sim/device/pressing_script.hpp"
 #include "host_sim/session/motion_csv.hpp"
 #include "host_sim/session/replay.hpp"
 #include "host_sim/shapes/shapes.hpp"
+#include "host_sim/touching/touching_motion.hpp"
 #include "tests/support/program_run.hpp"
-#include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 
 using namespace haptic;
@@ -31,6 +31,40 @@ std::vector<std::byte> cube_and_block(const Vector& low, const Vector& high, Law
   return scene_of(centred_box("cube", 0.01, 0.01, 0.01), {&block, 1}, 800, 1e-4, law);
 }
 
+constexpr const char* kRing =
+    "[moving]\nshape = \"tube\"\ninner_radius_m = 0.02\nouter_radius_m = 0.03\n"
+    "height_m = 0.01\nposition_m = [0, 0, 0.04]\n";
+
+/// A scene file, compiled by the program.
+struct TestScene {
+  TestScene(const std::string& name, const std::string& moving, const std::string& rest)
+      : folder(name) {
+    std::ofstream(folder.file("scene.toml"))
+        << "format = 1\nname = \"" << name << "\"\n"
+        << moving << rest << "[rendering]\nk_f_n_per_m = 800\n";
+    compile(folder.file("scene.toml"));
+  }
+  /// One of the project's own.
+  explicit TestScene(const std::string& name) : folder(name) {
+    compile(std::string(HAPTIC_SCENES_DIR) + "/" + name + "/scene.toml");
+  }
+  void compile(const std::string& file) {
+    path = folder.file("s.rtscene");
+    const ProgramResult result =
+        run_program(HAPTIC_GRAPH_COMPILER, "'" + file + "' -o '" + path + "'");
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+  }
+  test::ScratchFolder folder;
+  std::string path;
+};
+
+double touched_share(const TouchingMotion& made) {
+  const auto touched =
+      std::ranges::count_if(made.played.ticks, [](const TickRecord& t) { return t.in_contact; });
+  return static_cast<double>(touched) / static_cast<double>(made.played.ticks.size());
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.touching_script") {
@@ -38,7 +72,9 @@ TEST_SUITE("host_sim.touching_script") {
     for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
       CAPTURE(law_name(law));
       CoreSession session(cube_and_block({-0.1, -0.1, -0.08}, {0.1, 0.1, -0.03}, law), "block");
-      const TouchingScript touching = touching_script(session, "block");
+      const TouchingMotion made = touching_motion(session);
+      const TouchingScript& touching = made.touching;
+      CHECK(made.not_touched.empty());
       CHECK(way_text(touching.along_w) == "-z");
       CHECK(touching.way_m >= 0.02);
       CHECK(touching.way_m <= 0.02 + kTouchStep_m);
@@ -63,19 +99,61 @@ TEST_SUITE("host_sim.touching_script") {
   TEST_CASE("no axis touches: towards the nearest piece") {
     CoreSession session(cube_and_block({0.05, 0.05, 0.05}, {0.09, 0.09, 0.09}, LawId::kProxy),
                         "block");
-    const TouchingScript touching = touching_script(session, "block");
+    const TouchingScript touching = touching_motion(session).touching;
     CHECK(way_text(touching.along_w) == "(0.577, 0.577, 0.577)");
     CHECK(touching.way_m >= 0.04 * std::sqrt(3.0));
     CHECK(touching.way_m <= 0.04 * std::sqrt(3.0) + kTouchStep_m);
   }
 
+  TEST_CASE("a ring around a pin: to the nearest places, where no axis and no middle touches") {
+    const TestScene scene("ring", kRing,
+                          "[[static]]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.02]\n");
+    CoreSession session(scene.path);
+    const TouchingMotion made = touching_motion(session);
+    CHECK(made.not_touched == "");
+    CHECK(made.touching.way_in.empty());
+    CHECK(std::abs(made.touching.along_w.z()) < 0.999);
+    CHECK(touched_share(made) > 0.3);
+    CHECK(length_of(made.played.ticks.back().force_n) < 1e-5);
+  }
+
+  TEST_CASE("a part that belongs inside others is led in by the way that the planner finds") {
+    const TestScene scene("gear_on_shaft");
+    CoreSession session(scene.path);
+    const TouchingMotion made = touching_motion(session);
+    CHECK(made.not_touched == "");
+    REQUIRE(made.touching.way_in.size() > 2);
+    // The way in ends where the files have the part.
+    const HeldPart there = held_at(session.view(), made.touching.way_in.back());
+    CHECK(there.mesh_pose().p_wa.norm() < 1e-9);
+    CHECK(touched_share(made) > 0.3);
+    CHECK(made.touching.way_m < there.radius_m);
+  }
+
+  TEST_CASE("limits that keep the part from every fixed one: no motion, and what helps") {
+    const TestScene scene(
+        "shut",
+        "[moving]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.01]\nposition_m = [0, 0, -0.05]\n",
+        "[[static]]\nshape = \"box\"\nsize_m = [0.02, 0.02, 0.01]\nposition_m = [0, 0, 0.02]\n"
+        "[motion_limits]\nworkspace = { min_m = [-1, -1, -1], max_m = [1, 1, 0.0098] }\n");
+    const std::string out = scene.folder.file("m.csv");
+    const ProgramResult result =
+        run_program(HAPTIC_HOST_SIM, "motion --for '" + scene.path + "' -o '" + out + "'");
+    CHECK(result.exit_code == 1);
+    CHECK(result.out.starts_with("FAILED: " + scene.path + ": the part meets no fixed part on "));
+    CHECK(
+        result.out.ends_with("[motion_limits] workspace: widen it, or move the fixed parts; no "
+                             "motion is written\n"));
+    CHECK_FALSE(std::filesystem::exists(out));
+  }
+
   TEST_CASE("a part that starts metres away is refused with the keys to look at") {
     CoreSession session(cube_and_block({-0.1, -0.1, -5.1}, {0.1, 0.1, -5.0}, LawId::kProxy),
                         "far.rtscene");
-    CHECK_THROWS_WITH_AS(
-        (void)touching_script(session, "far.rtscene"),
-        doctest::Contains("far.rtscene: the part starts 4.99 m away from the first touch; give"),
-        tools::InputError);
+    const TouchingMotion made = touching_motion(session);
+    CHECK(made.motion.empty());
+    CHECK(made.not_touched.find("the part starts 4.99 m away from the first touch") == 0);
+    CHECK(made.not_touched.find("give [moving] position_m in metres") != std::string::npos);
   }
 
   TEST_CASE("two meshes to a force in four commands: init, compile, motion, replay") {

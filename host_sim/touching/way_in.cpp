@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host_sim/touching/way_in.hpp"
+
+#include <optional>
+
+#include "host_sim/plan/inside_surface.hpp"
+#include "host_sim/plan/plan_making.hpp"
+#include "host_sim/plan/translation_plan.hpp"
+#include "host_sim/touching/touch_search.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+
+namespace haptic::sim {
+namespace {
+
+/// A straight way may be proved in so many halves of halves.
+constexpr int kHalvings = 12;
+
+std::vector<PlanPose> way_of_guide(const SceneView& view) {
+  if (view.guide_stations().empty()) return {};
+  const HeldPart at_start = held_at_start(view);
+  std::vector<PlanPose> corners{plan_pose(at_start.grip_w, at_start.q_wa)};
+  for (const GuideStation& station : view.guide_stations()) {
+    const Real *const x = station.x0_m, *const q = station.q_wa_xyzw;
+    corners.push_back(plan_pose(Vec3(x[0], x[1], x[2]).cast<double>(),
+                                Quat(q[3], q[0], q[1], q[2]).cast<double>()));
+  }
+  return corners;
+}
+
+/// Whether fixed parts are near on both sides along an axis of W.
+bool is_held_between(CoreSession& session, const HeldPart& held) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector along = Vector::Unit(axis);
+    if (way_to_touch(session, held, along, 0.5 * held.radius_m).length_m &&
+        way_to_touch(session, held, -along, 0.5 * held.radius_m).length_m)
+      return true;
+  }
+  return false;
+}
+
+/// The planner's way, or none.
+std::optional<CorneredMotion> planned(const SceneView& view, SlidingPart& part, StepProver& prover,
+                                      const Pose& start_wa, const PlanPose& start,
+                                      const PlanPose& goal, const WayInLimits& limits,
+                                      const TouchProgress& progress) {
+  if (view.is_fixed()) {
+    progress("looking for the way in by the cells of the free places");
+    TranslationResult cells =
+        plan_translation(view, prover, start_wa, start, goal, plan_tolerance_m(view));
+    if (cells.verdict == TranslationVerdict::kFound) return std::move(cells.motion);
+    if (cells.verdict == TranslationVerdict::kImpossible) return std::nullopt;
+  }
+  SearchLimits search;
+  search.seconds = limits.seconds;
+  SearchResult found =
+      search_plan(view, part, prover, start, goal, search, [&](const SearchState& state) {
+        progress(tools::formatted("looking for the way in, %.0f s of at most %.3g", state.seconds,
+                                  limits.seconds));
+      });
+  if (!found.found) return std::nullopt;
+  ShorteningLimits shortening;
+  shortening.work = limits.shortening;
+  return shortened(found.motion, prover, part.radius_m(), shortening);
+}
+
+WayIn way_to_drawn_place(CoreSession& session, const WayInLimits& limits,
+                         const TouchProgress& progress) {
+  const SceneView& view = session.view();
+  SlidingPart part(view);
+  StepProver prover(view, plan_tolerance_m(view));
+  const HeldPart at_start = held_at_start(view);
+  const PlanPose start = plan_pose(at_start.grip_w, at_start.q_wa);
+  const PlanPose goal = part.grip_pose(Pose{});
+  const bool turned = turn_between(start, goal).norm() > 0;
+  if (tools::step_length_m(start, goal, part.radius_m()) < 1e-3 * part.radius_m()) return {};
+  if (view.is_fixed() && turned) return {};
+  if (!prover.is_free(goal) || !prover.is_free(start)) return {};
+  if (!is_held_between(session, held_at(view, goal))) return {};
+  if (enclosing_body(view, goal) || enclosing_body(view, start)) return {};
+  if (prover.prove(start, goal, kHalvings)) return {{start, goal}, {}};
+  const std::optional<CorneredMotion> motion =
+      planned(view, part, prover, at_start.mesh_pose(), start, goal, limits, progress);
+  if (motion) return {motion->corners, {}};
+  return {{},
+          tools::formatted("no way to where the files have the part was found in %.3g s",
+                           limits.seconds)};
+}
+
+}  // namespace
+
+WayIn find_way_in(CoreSession& session, const WayInLimits& limits, const TouchProgress& progress) {
+  WayIn way;
+  way.corners = way_of_guide(session.view());
+  if (way.corners.size() > 1) return way;
+  try {
+    return way_to_drawn_place(session, limits, progress);
+  } catch (const tools::InputError& error) {
+    return {{}, std::string("no way in was looked for: ") + error.what()};
+  }
+}
+
+}  // namespace haptic::sim
