@@ -8,6 +8,9 @@
 #include "host_sim/lab/acceptance/acceptance.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/shapes/shape.hpp"
 
 using namespace haptic::sim;
@@ -104,8 +107,41 @@ TEST_SUITE("host_sim.acceptance") {
     CAPTURE(acceptance_page(result));
     CHECK(result.failures() == 0);
     CHECK(result.whole.size() == good_meshes().size());
-    for (const Acceptance& a : result.whole) CHECK(a.accepted());
+    for (const Acceptance& a : result.whole) {
+      CHECK(a.accepted());
+      CHECK(a.felt.touched);
+      CHECK(a.felt.air_force_n < 1e-6);
+      CHECK(a.felt.press_force_n > 0.05);
+    }
+    CHECK(result.felt() == result.accepted());
     CHECK(result.damaged.size() == 42);
+  }
+
+  TEST_CASE("a pair that pulls in free air, and one that cannot be touched, fail and are named") {
+    // The other box: in the way of the part that moves down, or out of reach by the limits.
+    const auto pressed = [](double box_z_m, const std::string& rest) {
+      const std::string text = haptic::tools::formatted(
+          "format = 1\nname = \"pair\"\n[moving]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.01]\n"
+          "[[static]]\nshape = \"box\"\nsize_m = [0.02, 0.02, 0.01]\nposition_m = [0, 0, %g]\n"
+          "[rendering]\nk_f_n_per_m = 800\n",
+          box_z_m);
+      const haptic::tools::SceneBytes aligned{
+          haptic::tools::compile_scene(
+              haptic::tools::parse_scene_file(text + rest, "pair.toml", "."), {})
+              .bytes};
+      return press_pair(aligned.span(), "pair");
+    };
+    const PressedPair right = pressed(0.02, "");
+    CHECK(right.fault == "");
+    CHECK(right.touched);
+    CHECK(right.press_force_n == doctest::Approx(2.4).epsilon(0.1));
+    const PressedPair pulls = pressed(-0.03, "");
+    CHECK(has(pulls.fault, "50 mm through free air and back: up to "));
+    CHECK(pulls.air_force_n > 1);
+    const PressedPair shut = pressed(
+        0.02, "[motion_limits]\nworkspace = { min_m = [-1, -1, -1], max_m = [1, 1, 0.0098] }\n");
+    CHECK(has(shut.fault, "cannot be touched: on "));
+    CHECK_FALSE(shut.touched);
   }
 
   TEST_CASE("a mesh that takes too long is not ended, and ends nothing") {
@@ -130,6 +166,7 @@ TEST_SUITE("host_sim.acceptance") {
     CAPTURE(run.out);
     CHECK(run.exit_code == 0);
     CHECK(has(run.out, "1 of 2 meshes accepted"));
+    CHECK(has(run.out, "1 of 1 accepted pairs: no force over 50 mm of free air, and a force on"));
     CHECK(has(run.out, "| a.OBJ | surface |"));
     CHECK(has(run.out, "| b.obj | refused |"));
     for (const char* name : {"/accept.csv", "/accept.json", "/accept.md"}) {

@@ -103,6 +103,11 @@ Json compiled_json(const RawMesh& mesh, const std::string& name,
     SceneView view;
     said.proven = said.proven && SceneView::open(aligned.span(), view) == RtStatus::kOk;
     out["state_bytes"] = view.header().capacity.state_bytes;
+    const PressedPair felt = press_pair(aligned.span(), name);
+    out["felt"] = {{"air_n", felt.air_force_n},
+                   {"press_n", felt.press_force_n},
+                   {"touched", felt.touched},
+                   {"fault", felt.fault}};
   } catch (const tools::InputError& error) {
     said.outcome = Outcome::kRefused;
     said.said = error.what();
@@ -152,6 +157,11 @@ void judge(const ChildResult& end, const MeshFacts& given, const MeshFacts& good
   out.pieces = json.value("pieces", std::size_t{0});
   out.scene_bytes = json.value("scene_bytes", std::uint64_t{0});
   out.state_bytes = json.value("state_bytes", std::uint64_t{0});
+  if (json.contains("felt")) {
+    const Json& felt = json["felt"];
+    out.felt = {felt["air_n"].get<double>(), felt["press_n"].get<double>(),
+                felt["touched"].get<bool>(), felt["fault"].get<std::string>()};
+  }
   out.untrue = defect_of(said, out.damage, given, good);
 }
 
@@ -196,14 +206,16 @@ std::vector<std::string> mesh_files(const std::string& folder, std::vector<std::
 std::string csv_of(const AcceptanceResult& result) {
   ReportTable table(
       "mesh,damage,seed,outcome,triangles,pieces,seconds,scene_bytes,state_bytes,memory_bytes,"
-      "untrue,said");
+      "air_n,press_n,touched,untrue,felt,said");
   for (const auto* list : {&result.whole, &result.damaged}) {
     for (const Acceptance& a : *list) {
       std::string said = a.said;
       std::ranges::replace(said, '"', '\'');
       table.add({quoted(a.mesh), to_text(a.damage), a.seed, to_text(a.outcome), a.triangles,
                  a.pieces, shown_as("%.3f", a.seconds), a.scene_bytes, a.state_bytes,
-                 a.memory_bytes, quoted(a.untrue), sim::quoted(said)});
+                 a.memory_bytes, shown_as("%.3g", a.felt.air_force_n),
+                 shown_as("%.3g", a.felt.press_force_n), a.felt.touched, quoted(a.untrue),
+                 quoted(a.felt.fault), sim::quoted(said)});
     }
   }
   return table.csv();
@@ -223,6 +235,10 @@ std::string json_of(const AcceptanceResult& result) {
                      {"scene_bytes", a.scene_bytes},
                      {"state_bytes", a.state_bytes},
                      {"memory_bytes", a.memory_bytes},
+                     {"air_n", a.felt.air_force_n},
+                     {"press_n", a.felt.press_force_n},
+                     {"touched", a.felt.touched},
+                     {"felt", a.felt.fault},
                      {"untrue", a.untrue},
                      {"said", a.said}});
     }
@@ -288,6 +304,22 @@ std::size_t AcceptanceResult::failures() const {
   const auto of = [](const std::vector<Acceptance>& list) {
     return static_cast<std::size_t>(
         std::ranges::count_if(list, [](const Acceptance& a) { return a.failed(); }));
+  };
+  return of(whole) + of(damaged);
+}
+
+std::size_t AcceptanceResult::accepted() const {
+  const auto of = [](const std::vector<Acceptance>& list) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(list, [](const Acceptance& a) { return a.accepted(); }));
+  };
+  return of(whole) + of(damaged);
+}
+
+std::size_t AcceptanceResult::felt() const {
+  const auto of = [](const std::vector<Acceptance>& list) {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        list, [](const Acceptance& a) { return a.accepted() && a.felt.fault.empty(); }));
   };
   return of(whole) + of(damaged);
 }
@@ -368,15 +400,17 @@ AcceptanceResult run_acceptance(const AcceptanceSize& size) {
 }
 
 std::string acceptance_page(const AcceptanceResult& result) {
-  std::string text = table_head(
-      {"mesh", "compiled as", "triangles", "pieces", "s", "scene MB", "state MB", "because"});
+  std::string text = table_head({"mesh", "compiled as", "triangles", "pieces", "s", "scene MB",
+                                 "state MB", "memory MB", "air N", "press N", "because"});
   const auto megabytes = [](std::uint64_t bytes) {
     return formatted("%.2f", 1e-6 * static_cast<double>(bytes));
   };
   for (const Acceptance& a : result.whole) {
-    text += table_row({a.mesh, to_text(a.outcome), std::to_string(a.triangles),
-                       std::to_string(a.pieces), formatted("%.2f", a.seconds),
-                       megabytes(a.scene_bytes), megabytes(a.state_bytes), a.said});
+    text += table_row(
+        {a.mesh, to_text(a.outcome), std::to_string(a.triangles), std::to_string(a.pieces),
+         formatted("%.2f", a.seconds), megabytes(a.scene_bytes), megabytes(a.state_bytes),
+         megabytes(a.memory_bytes), a.accepted() ? formatted("%.3g", a.felt.air_force_n) : "",
+         a.accepted() ? formatted("%.3g", a.felt.press_force_n) : "", a.said});
   }
   const auto accepted = static_cast<std::size_t>(
       std::ranges::count_if(result.whole, [](const Acceptance& a) { return a.accepted(); }));
@@ -406,12 +440,21 @@ std::string acceptance_page(const AcceptanceResult& result) {
   for (const auto* list : {&result.whole, &result.damaged}) {
     for (const Acceptance& a : *list) {
       if (!a.failed()) continue;
-      tools::append_line(text, "FAILED %s, %s, seed %llu: %s: %s%s%s", a.mesh.c_str(),
+      tools::append_line(text, "FAILED %s, %s, seed %llu: %s: %s%s%s%s%s", a.mesh.c_str(),
                          to_text(a.damage), static_cast<unsigned long long>(a.seed),
                          to_text(a.outcome), a.said.c_str(),
-                         a.untrue.empty() ? "" : ": untrue: ", a.untrue.c_str());
+                         a.untrue.empty() ? "" : ": untrue: ", a.untrue.c_str(),
+                         a.felt.fault.empty() ? "" : ": felt: ", a.felt.fault.c_str());
     }
   }
+  const std::size_t failures = result.failures();
+  if (failures > 0)
+    text += formatted("FAILED: %zu of %zu meshes; ", failures,
+                      result.whole.size() + result.damaged.size());
+  tools::append_line(text,
+                     "%zu of %zu accepted pairs: no force over %.3g mm of free air, and a force on "
+                     "the press",
+                     result.felt(), result.accepted(), 1e3 * kAirWay_m);
   return text;
 }
 

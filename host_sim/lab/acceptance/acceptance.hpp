@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Does the compiler take a mesh, and is what it says of it true? Every mesh is compiled as the
-/// part in the hand, next to a box, in a process of its own with limits: a crash or a run without
-/// end is a finding and ends nothing.
+/// Does the compiler take a mesh, is what it says of it true, and can it be felt? Every mesh is
+/// compiled as the part in the hand, next to a box, moved through free air and pressed against the
+/// box (pressed_pair.hpp), in a process of its own with limits: a crash or a run without end is a
+/// finding and ends nothing.
 
 #include <cstdint>
 #include <functional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "host_sim/lab/acceptance/mesh_damage.hpp"
+#include "host_sim/lab/acceptance/pressed_pair.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/limited_child.hpp"
 
@@ -29,12 +31,14 @@ struct Acceptance {
   std::uint64_t scene_bytes = 0, state_bytes = 0, memory_bytes = 0;  ///< memory: of the process
   double seconds = 0.0;
   std::string untrue;  ///< what is wrong with what was said; empty: nothing
+  PressedPair felt;    ///< of an accepted mesh
 
   [[nodiscard]] bool accepted() const {
     return outcome == Outcome::kSolid || outcome == Outcome::kSurface;
   }
   [[nodiscard]] bool failed() const {
-    return outcome == Outcome::kCrashed || outcome == Outcome::kUnended || !untrue.empty();
+    return outcome == Outcome::kCrashed || outcome == Outcome::kUnended || !untrue.empty() ||
+           !felt.fault.empty();
   }
 };
 
@@ -75,6 +79,10 @@ struct AcceptanceResult {
   std::vector<Acceptance> damaged;   ///< of good meshes
   std::vector<std::string> skipped;  ///< files in the folder that are no meshes
   [[nodiscard]] std::size_t failures() const;
+  /// Of all meshes: taken by the compiler, and of these without force in the air and with one on
+  /// the press.
+  [[nodiscard]] std::size_t accepted() const;
+  [[nodiscard]] std::size_t felt() const;
 };
 
 /// @throws tools::InputError  the folder cannot be read or holds no mesh.
