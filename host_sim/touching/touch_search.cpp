@@ -85,7 +85,7 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
   input.pose_wa = pose_wa;
   if (session.view().parameters().law != LawId::kProxy) {
     const auto d_near_m = static_cast<double>(session.core().step(input).d_near_m);
-    return {d_near_m <= 0, true, d_near_m, 0};
+    return {d_near_m <= 0, true, d_near_m, 0, 0};
   }
   const Vec3 grip_a = grip_in_part(session.view());
   double least_m = std::numeric_limits<double>::max();
@@ -94,12 +94,12 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
   for (int k = 0, still = 0; k < kMostTicks && still < kWaitingTicks; ++k) {
     tick = record_of(0, 0, session.core().step(input), LawId::kProxy, grip_a);
     why_not |= tools::why_not(judged_tick(tick));
-    if (tick.apart_m <= kFollowed_m) return {false, true, tick.proxy_gap_m, 0};
+    if (tick.apart_m <= kFollowed_m) return {false, true, tick.proxy_gap_m, tick.apart_m, 0};
     still = tick.apart_m < least_m - kStill_m ? 0 : still + 1;
     least_m = std::min(least_m, tick.apart_m);
     if (tick.in_contact && still >= kStillTicks) break;
   }
-  return {tick.in_contact, false, 0, why_not};
+  return {tick.in_contact, false, 0, tick.apart_m, why_not};
 }
 
 WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector& along_w,
@@ -109,23 +109,36 @@ WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector
   WayToTouch way;
   session.core().reset();
   int held_back = 0;
-  double free_m = 0;
+  double free_m = 0, apart_m = 0;
   for (double s = 0; s <= reach && !way.length_m && !way.held_back;) {
     const TouchVerdict verdict = touch_at(session, held.mesh_pose(s * along_w));
-    if (verdict.touches) way.length_m = s;
+    if (verdict.touches) {
+      way.length_m = s;
+      apart_m = verdict.apart_m;
+    }
     held_back = verdict.arrives ? 0 : held_back + 1;
     way.held_back = !verdict.touches && held_back == kMostHeldBack;
     if (way.held_back) way.why_not = verdict.why_not;
     if (verdict.arrives && !verdict.touches) free_m = s;
     s += std::max(kTouchStep_m, std::min(0.9 * verdict.clear_m, 0.25 * held.radius_m));
   }
-  // The gap may be that of few of many pairs, and a step then leads far beyond the touch.
-  while (way.length_m && *way.length_m - free_m > 1.5 * kTouchStep_m) {
-    const double middle_m = 0.5 * (free_m + *way.length_m);
+  // The gap may be that of few of many pairs, and a step then leads far beyond the touch: back by
+  // as much as the felt part stays behind.
+  constexpr int kMostTries = 8;
+  constexpr double kExact_m = 1.5 * kTouchStep_m;
+  for (int k = 0; k < kMostTries && way.length_m; ++k) {
+    const double beyond_m = *way.length_m - free_m;
+    if (beyond_m <= kExact_m || apart_m <= kExact_m) break;
+    const double at_m = apart_m < beyond_m ? *way.length_m - apart_m : free_m + 0.5 * beyond_m;
     session.core().reset();
     if (!touch_at(session, held.mesh_pose(free_m * along_w)).arrives) break;
-    const bool touches = touch_at(session, held.mesh_pose(middle_m * along_w)).touches;
-    (touches ? *way.length_m : free_m) = middle_m;
+    const TouchVerdict verdict = touch_at(session, held.mesh_pose(at_m * along_w));
+    if (verdict.touches) {
+      way.length_m = at_m;
+      apart_m = verdict.apart_m;
+    } else {
+      free_m = at_m;
+    }
   }
   session.core().reset();
   return way;

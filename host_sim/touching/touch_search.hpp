@@ -34,6 +34,7 @@ struct TouchVerdict {
   bool touches = false;
   bool arrives = true;  ///< law kProxy: the felt part gets there
   double clear_m = 0;
+  double apart_m = 0;         ///< of the felt part from where it is led
   std::uint32_t why_not = 0;  ///< tools::WhyNot of these ticks, a bit each
 };
 /// The core's own verdict after the tick or, under law kProxy, after the ticks (500 at most) in

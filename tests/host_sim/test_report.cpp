@@ -218,10 +218,10 @@ TEST_SUITE("host_sim.report") {
 
   TEST_CASE("files are written whole, replace their elder, and leave nothing behind") {
     const TemporaryFolder folder;
-    write_whole_file(folder.file("a.csv"), "one");
-    write_whole_file(folder.file("a.csv"), "two");
+    write_whole_file(folder.file("a.csv"), "a,b\n1,2\n");
+    write_whole_file(folder.file("a.csv"), "a,b\n3,4\n");
     std::ifstream stream(folder.file("a.csv"));
-    CHECK(std::string(std::istreambuf_iterator<char>(stream), {}) == "two");
+    CHECK(std::string(std::istreambuf_iterator<char>(stream), {}) == "a,b\n3,4\n");
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
     CHECK_THROWS_AS(write_whole_file(folder.file("missing/a.csv"), "x"), tools::OsError);
     CHECK_THROWS_AS(write_whole_file(folder.path().string(), "x"), tools::OsError);
