@@ -15,6 +15,7 @@
 #include "host_sim/touching/touching_motion.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/common/progress_line.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -80,6 +81,7 @@ int motion_for_scene(const MotionArguments& o) {
   claim_motion(o.out);
   TouchingOptions options;
   options.progress = progress_lines();
+  options.shows_ticks = tools::is_terminal(stderr);
   const TouchingMotion made = touching_motion(session, options);
   if (!made.no_way_in.empty()) std::printf("%s\n", made.no_way_in.c_str());
   if (!made.not_touched.empty()) {

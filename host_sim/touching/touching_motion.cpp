@@ -180,6 +180,7 @@ class Search {
     say(tools::formatted("playing a motion of %zu ticks", motion.size()));
     ReplayOptions options;
     options.expects_contact = true;
+    options.progress = options_.shows_ticks;
     ReplayResult played = replay(session_, motion, options);
     const auto in_contact = static_cast<std::size_t>(
         std::ranges::count_if(played.ticks, [](const TickRecord& t) { return t.in_contact; }));

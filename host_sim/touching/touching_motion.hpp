@@ -37,7 +37,8 @@ struct TouchingMotion {
 
 struct TouchingOptions {
   WayInLimits way_in;
-  TouchProgress progress;  ///< may be empty
+  TouchProgress progress;    ///< may be empty
+  bool shows_ticks = false;  ///< of the motions that are played: ReplayOptions::progress
 };
 
 /// Tries, until the played motion touches in kLeastTouchedShare of its ticks: the way in of the

@@ -78,6 +78,9 @@ Outline star(int n) {
   return out;
 }
 
+/// Outputs of an earlier run, by their beginnings.
+const std::string kOldScene("RTSCENE\0old scene", 17), kOldReport = "{\"scene\": \"old\"}";
+
 /// A cube of 1 cm in the hand and the part given; every run starts from old outputs.
 class Bench {
  public:
@@ -94,8 +97,8 @@ class Bench {
         << keys << "[rendering]\nk_f_n_per_m = 800\n";
   }
   ProgramResult compile(const std::string& options) {
-    std::ofstream(scene()) << "old scene";
-    std::ofstream(report()) << "old report";
+    std::ofstream(scene()) << kOldScene;
+    std::ofstream(report()) << kOldReport;
     return run_program(HAPTIC_GRAPH_COMPILER, folder_.file("scene.toml") + " --quiet -o " +
                                                   scene() + " --report " + report() + " " +
                                                   options);
@@ -111,8 +114,8 @@ class Bench {
       CAPTURE(word);
       CHECK(r.err.find(word) != std::string::npos);
     }
-    CHECK(text_of_file(scene()) == "old scene");
-    CHECK(text_of_file(report()) == "old report");
+    CHECK(text_of_file(scene()) == kOldScene);
+    CHECK(text_of_file(report()) == kOldReport);
     CHECK(std::distance(fs::directory_iterator(folder_.file("")), fs::directory_iterator()) == 5);
   }
   /// Exit code 0 and a sound scene; the account of the part.
@@ -284,7 +287,7 @@ TEST_SUITE("tools.limit_options") {
                                      "--work-limit 0", "--max-reflex -1", "--simplify much"}) {
       CAPTURE(option);
       CHECK(bench.compile(option).exit_code == 2);
-      CHECK(text_of_file(bench.scene()) == "old scene");
+      CHECK(text_of_file(bench.scene()) == kOldScene);
     }
   }
 }

@@ -307,16 +307,17 @@ TEST_SUITE("tools.programs") {
     const ScratchFolder folder("programs");
     write_cube(folder.file("cube.obj"));
     std::ofstream(folder.file("scene.toml")) << "format = 1\nname = \"x\"\n[moving]\nmsh = 1\n";
-    std::ofstream(folder.file("old.rtscene")) << "old scene";
-    std::ofstream(folder.file("old.json")) << "old report";
+    const std::string old_scene("RTSCENE\0old scene", 17), old_report = "{\"scene\": \"old\"}";
+    std::ofstream(folder.file("old.rtscene")) << old_scene;
+    std::ofstream(folder.file("old.json")) << old_report;
     const ProgramResult r =
         compile(folder.file("scene.toml") + " -o " + folder.file("old.rtscene") + " --report " +
                 folder.file("old.json"));
     CHECK(r.exit_code == 3);
     CHECK(r.out.empty());
     CHECK(r.err.find("scene.toml:4:1: unknown key 'msh'") != std::string::npos);
-    CHECK(text_of_file(folder.file("old.rtscene")) == "old scene");
-    CHECK(text_of_file(folder.file("old.json")) == "old report");
+    CHECK(text_of_file(folder.file("old.rtscene")) == old_scene);
+    CHECK(text_of_file(folder.file("old.json")) == old_report);
     CHECK(file_count(folder.file("")) == 4);
     CHECK(compile(folder.file("absent.toml") + " -o " + folder.file("x.rtscene")).exit_code == 3);
   }
