@@ -13,8 +13,19 @@
 namespace haptic::sim {
 namespace {
 
-/// A straight way may be proved in so many halves of halves.
-constexpr int kHalvings = 12;
+/// Of scenes of more pairs no way in is looked for: a step of a proof looks at all that are near.
+constexpr std::uint64_t kMostPairs = 4'000'000;
+
+/// Whether the straight way is proved free, within `seconds`.
+bool is_straight(StepProver& prover, const PlanPose& start, const PlanPose& goal, double seconds) {
+  constexpr int kParts = 32, kHalvings = 7;
+  const double end_s = wall_clock_s() + seconds;
+  for (int k = 0; k < kParts; ++k) {
+    const auto at = [&](int part) { return between(start, goal, part / double{kParts}); };
+    if (wall_clock_s() > end_s || !prover.prove(at(k), at(k + 1), kHalvings)) return false;
+  }
+  return true;
+}
 
 std::vector<PlanPose> way_of_guide(const SceneView& view) {
   if (view.guide_stations().empty()) return {};
@@ -67,6 +78,7 @@ std::optional<CorneredMotion> planned(const SceneView& view, SlidingPart& part, 
 WayIn way_to_drawn_place(CoreSession& session, const WayInLimits& limits,
                          const TouchProgress& progress) {
   const SceneView& view = session.view();
+  if (view.pair_count() > kMostPairs) return {};
   SlidingPart part(view);
   StepProver prover(view, plan_tolerance_m(view));
   const HeldPart at_start = held_at_start(view);
@@ -78,7 +90,7 @@ WayIn way_to_drawn_place(CoreSession& session, const WayInLimits& limits,
   if (!prover.is_free(goal) || !prover.is_free(start)) return {};
   if (!is_held_between(session, held_at(view, goal))) return {};
   if (enclosing_body(view, goal) || enclosing_body(view, start)) return {};
-  if (prover.prove(start, goal, kHalvings)) return {{start, goal}, {}};
+  if (is_straight(prover, start, goal, limits.seconds)) return {{start, goal}, {}};
   const std::optional<CorneredMotion> motion =
       planned(view, part, prover, at_start.mesh_pose(), start, goal, limits, progress);
   if (motion) return {motion->corners, {}};

@@ -32,8 +32,8 @@ struct WayIn {
 
 /// A scene with a guide: the way of its plan. Another one: the goal is the pose of the mesh file,
 /// where that is free, not the start, and fixed parts are near on two sides of it; the way is
-/// straight, or what the planner finds (host_sim plan).
-/// Leaves the core reset. Cost: a few thousand ticks; a search up to its limits.
+/// straight, or what the planner finds (host_sim plan). Of scenes of more than 4 million pairs
+/// none. Leaves the core reset. Cost: a few thousand ticks; a search up to its limits.
 [[nodiscard]] WayIn find_way_in(CoreSession& session, const WayInLimits& limits,
                                 const TouchProgress& progress);
 
