@@ -277,7 +277,7 @@ class Search {
       return text + ", within [motion_limits] workspace: widen it, or move the fixed parts";
     return text +
            "; give [moving] position_m a place beside them, or write way points "
-           "(host_sim/session/MOTION.md)";
+           "(MOTION.md)";
   }
 
   [[nodiscard]] bool has(tools::WhyNot why) const {
