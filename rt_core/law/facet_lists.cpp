@@ -22,7 +22,7 @@ constexpr Real kPlentyOfLeast = 4;
 constexpr Real kMostSlack = 8;
 /// A row is looked up again where its slack is less than this share of the range, or less than what
 /// is needed; where blocks run short the range shrinks by the one factor, and grows by the other.
-constexpr Real kNeedShare = 0.25_r, kFullShare = 0.6_r, kFullGrowth = 1.02_r;
+constexpr Real kNeedShare = 0.5_r, kFullShare = 0.6_r, kFullGrowth = 1.02_r;
 /// Rows are renewed in the order of their slack, in these shares of what they need.
 constexpr Real kLevels[] = {0.25_r, 0.5_r, 0.75_r, 1.0_r};
 

@@ -282,7 +282,9 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
       climbed_lacks_j_ = std::min(climbed_lacks_j_, kMoreShare * lacks_j);
       break;
     }
-    if (!check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
+    // The pairs that the last pass has reached are known where it began, not where it has gone.
+    if (sets_version_ != version_) gather(error_of(goal, p_), tick);
+    if (tick.inside || !check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
     start.back_m += static_cast<double>(std::sqrt(up.dx_m.squaredNorm()));
     accept(up);
     // What p is pressed on beside holds it up here too.

@@ -445,7 +445,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     }
   }
   // The list of near pairs has been outrun.
-  if (list_cut_) tick.spent = true;
+  if (list_cut_ && tick.moved) tick.spent = true;
   behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
   tick.behind_ticks = behind_ticks_;
   choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));

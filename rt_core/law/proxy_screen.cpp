@@ -16,8 +16,9 @@ constexpr Real kBeneath = 0.45_r, kHalf = 0.5_r;
 constexpr Real kBackBeneath = 0.1_r;
 /// Of the pairs that the law has it gives this share back in a tick where it can.
 constexpr std::uint32_t kBackShare = 4, kMostBack = 256;
-/// Lists hold facets up to this share of the part's radius away, or so many of its steps.
-constexpr Real kRangeShare = 1.2e-2_r, kRangeSteps = 6, kMostRangeShare = 0.1_r;
+/// Lists hold facets up to this share of the part's radius away, or so many of its steps or of what
+/// a pass may reach.
+constexpr Real kRangeShare = 1.2e-2_r, kRangeSteps = 6, kRangeReaches = 2, kMostRangeShare = 0.1_r;
 /// Share of the budget that is left which lists may take.
 constexpr std::uint32_t kListShareOfBudget = 2;
 
@@ -95,8 +96,8 @@ void Proxy::renew_screen(ProxyTick& tick) noexcept {
   FacetScreen& screen = *screen_;
   if (!screen.is_settled()) settle_screen(tick);
   const Real radius_m = parameters_.radius_m;
-  const Real range_m =
-      std::clamp(kRangeSteps * tick_motion_m_, kRangeShare * radius_m, kMostRangeShare * radius_m);
+  const Real asked_m = std::max(kRangeSteps * tick_motion_m_, kRangeReaches * reach_m_);
+  const Real range_m = std::clamp(asked_m, kRangeShare * radius_m, kMostRangeShare * radius_m);
   // A part that waits for its lists leaves nothing to the passes.
   const bool waits = !(screen.clear_m() > skin_m());
   const std::uint32_t work = screen_budget(0, tick) / (waits ? 1 : kListShareOfBudget);
