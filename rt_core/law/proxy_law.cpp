@@ -25,6 +25,8 @@ constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
 /// kTrustLess and kTrustMore among facets.
 constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
+/// And where they are screened: a part that has rested is in two passes as fast as any.
+constexpr Real kScreenTrustMore = 16;
 /// A step among facets that takes this share of what it may was bound by that.
 constexpr Real kBoundShare = 0.5_r;
 /// Where lists of near pairs take long, no step is longer than this share of the scale's reach.
@@ -280,7 +282,8 @@ Real Proxy::most_trust_m() const noexcept {
 void Proxy::adapt_trust(PassEnd end) noexcept {
   if (has_facets()) {
     const bool was_bound = tried_m_ >= kBoundShare * trust_m_;
-    if (end == PassEnd::kMoved && was_bound) trust_m_ *= kFacetTrustMore;
+    const Real more = has_screen() ? kScreenTrustMore : kFacetTrustMore;
+    if (end == PassEnd::kMoved && was_bound) trust_m_ *= more;
     // What a part at rest tried of rounding's size says nothing of longer steps.
     const bool is_told = tried_m_ > parameters_.scale.last_m || !(tried_m_ < trust_m_);
     if (end == PassEnd::kRejected && is_told) {
