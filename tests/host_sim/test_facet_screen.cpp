@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "rt_core/base/arena.hpp"
-#include "rt_core/base/rotation.hpp"
+#include "rt_core/law/coupling.hpp"
 #include "rt_core/law/facet_screen.hpp"
 #include "rt_core/law/near_pairs.hpp"
 #include "tests/host_sim/nut_on_rod.hpp"

@@ -131,7 +131,7 @@ TEST_SUITE("host_sim.program") {
     surface.part = box_mesh_of({0.01, 0.01, 0.01});
     surface.around = box_mesh_of({0.05, 0.05, 0.01});
     surface.around_as = PartKind::kSurface;
-    f.write(compiled_surface(surface, 0, kDefaultProxyPasses).blob);
+    f.write(compiled_surface(surface, 0, haptic::kDefaultProxyPasses).blob);
     CHECK(host_sim("replay " + f.both).exit_code == 0);
     const std::string reference = f.folder.file("r.csv");
     std::ofstream(reference) << "t,contact\n0,0\n";
