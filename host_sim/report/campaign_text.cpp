@@ -49,6 +49,19 @@ std::string campaign_line(std::uint64_t seed, std::uint64_t ticks, std::uint64_t
       static_cast<double>(ticks) / seconds);
 }
 
+int finish_study(const PartReport& report, const std::string& name, const std::string& folder,
+                 bool faulty) {
+  std::printf("# %s\n\n%s\n%s\n", report.title.c_str(), report.markdown.c_str(),
+              report.passed ? "all right" : "NOT all right");
+  if (!folder.empty()) {
+    for (const OutputText& file : report.files) {
+      write_whole_file(folder + "/" + file.name, file.content);
+    }
+    write_whole_file(folder + "/" + name + ".md", "# " + report.title + "\n\n" + report.markdown);
+  }
+  return campaign_exit(report.passed, faulty);
+}
+
 int campaign_exit(bool passed, bool faulty) {
   if (passed && faulty) std::printf("  the fault was not caught\n");
   return passed ? tools::kExitDone : tools::kExitCheckFailed;

@@ -42,6 +42,10 @@ void append_cells(std::vector<Cell>& cells, const Counts& counts);
 /// "seed 1: 1000 ticks (200 held), 51234 ticks/s"
 [[nodiscard]] std::string campaign_line(std::uint64_t seed, std::uint64_t ticks, std::uint64_t held,
                                         double seconds);
+/// Prints a study and writes its page, `name`.md, and its files into `folder` where one is given;
+/// @return its exit code, as campaign_exit().
+[[nodiscard]] int finish_study(const PartReport& report, const std::string& name,
+                               const std::string& folder, bool faulty);
 /// The exit code of a campaign; says it where a deliberate fault has passed.
 [[nodiscard]] int campaign_exit(bool passed, bool faulty);
 

@@ -3,12 +3,9 @@
 /// Eight numbers of single precision at a time. Only arithmetic element by element, smallest and
 /// largest: no instruction set changes a bit of the result. No product is joined with a sum.
 
-#include <algorithm>
+#include <bit>
 #include <cstdint>
-
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
+#include <cstring>
 
 namespace haptic {
 
@@ -73,43 +70,41 @@ inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const Fl
 /// In registers of four.
 namespace four_lanes {
 
+using Four = float __attribute__((vector_size(16)));
 struct FloatLanes {
-  __m128 low, high;
+  Four low, high;
 };
 inline FloatLanes load_floats(const float* from) noexcept {
-  return {_mm_load_ps(from), _mm_load_ps(from + 4)};
+  FloatLanes out;
+  std::memcpy(&out, from, sizeof out);
+  return out;
 }
-inline void store_floats(const FloatLanes& x, float* to) noexcept {
-  _mm_store_ps(to, x.low);
-  _mm_store_ps(to + 4, x.high);
-}
-inline FloatLanes all_lanes(float x) noexcept { return {_mm_set1_ps(x), _mm_set1_ps(x)}; }
+inline void store_floats(const FloatLanes& x, float* to) noexcept { std::memcpy(to, &x, sizeof x); }
+inline FloatLanes all_lanes(float x) noexcept { return {Four{x, x, x, x}, Four{x, x, x, x}}; }
 inline FloatLanes operator+(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {_mm_add_ps(l.low, r.low), _mm_add_ps(l.high, r.high)};
+  return {l.low + r.low, l.high + r.high};
 }
 inline FloatLanes operator-(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {_mm_sub_ps(l.low, r.low), _mm_sub_ps(l.high, r.high)};
+  return {l.low - r.low, l.high - r.high};
 }
 inline FloatLanes operator*(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {_mm_mul_ps(l.low, r.low), _mm_mul_ps(l.high, r.high)};
+  return {l.low * r.low, l.high * r.high};
 }
 inline FloatLanes smaller(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {_mm_min_ps(l.low, r.low), _mm_min_ps(l.high, r.high)};
+  return {__builtin_ia32_minps(l.low, r.low), __builtin_ia32_minps(l.high, r.high)};
 }
 inline FloatLanes larger(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {_mm_max_ps(l.low, r.low), _mm_max_ps(l.high, r.high)};
+  return {__builtin_ia32_maxps(l.low, r.low), __builtin_ia32_maxps(l.high, r.high)};
 }
 inline std::uint32_t lanes_below(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmplt_ps(l.low, r.low))) |
-         static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmplt_ps(l.high, r.high))) << 4;
+  const auto bits = [](const auto& below) {
+    return static_cast<std::uint32_t>(__builtin_ia32_movmskps(std::bit_cast<Four>(below)));
+  };
+  return bits(l.low < r.low) | bits(l.high < r.high) << 4;
 }
 inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const FloatLanes& x,
                               const FloatLanes& other) noexcept {
-  const auto choose = [](__m128 below, __m128 yes, __m128 no) {
-    return _mm_or_ps(_mm_and_ps(below, yes), _mm_andnot_ps(below, no));
-  };
-  return {choose(_mm_cmplt_ps(l.low, r.low), x.low, other.low),
-          choose(_mm_cmplt_ps(l.high, r.high), x.high, other.high)};
+  return {l.low < r.low ? x.low : other.low, l.high < r.high ? x.high : other.high};
 }
 
 }  // namespace four_lanes

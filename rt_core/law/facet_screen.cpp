@@ -22,13 +22,15 @@ bool FacetScreen::serves(const SceneView& scene) noexcept {
 void FacetScreen::place(Arena& arena, const SceneView& scene) noexcept {
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   const ScreenSize size = screen_size(scene.pieces(), of_a);
+  const auto rows = static_cast<std::size_t>(size.rows);
   const auto facets = static_cast<std::uint32_t>(size.facets);
-  const std::size_t groups = (size.rows + kFloatLanes - 1) / kFloatLanes;
-  rows_ = arena.take<Row>(size.rows);
-  normal_a_ = arena.take<Vec3>(size.rows);
+  const auto blocks = static_cast<std::size_t>(size.blocks());
+  const std::size_t groups = (rows + kFloatLanes - 1) / kFloatLanes;
+  rows_ = arena.take<Row>(rows);
+  normal_a_ = arena.take<Vec3>(rows);
   row_begin_ = arena.take<std::uint32_t>(of_a + std::size_t{1});
   facets_ = arena.take<StaticFacet>(facets);
-  corners_w_ = arena.take<Vec3>(size.corners);
+  corners_w_ = arena.take<Vec3>(static_cast<std::size_t>(size.corners));
   tree_.place(arena, facets);
   lever_m_ = arena.take<Group>(groups);
   slack_m_ = arena.take<Group>(groups);
@@ -36,8 +38,8 @@ void FacetScreen::place(Arena& arena, const SceneView& scene) noexcept {
   beyond_m_ = arena.take<Group>(groups);
   least_q_m_ = arena.take<Group>(groups);
   beyond_q_m_ = arena.take<Group>(groups);
-  blocks_ = arena.take<ScreenBlock>(size.blocks());
-  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(size.blocks()));
+  blocks_ = arena.take<ScreenBlock>(blocks);
+  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(blocks));
   found_ = arena.take<std::uint32_t>(facets);
   mark_ = arena.take<std::uint32_t>(facets);
   lost_ = BoundedList<Lost>(arena.take<Lost>(kMostLost));

@@ -21,7 +21,7 @@ struct Range {
 }  // namespace
 
 void FacetTree::place(Arena& arena, std::uint32_t facets) noexcept {
-  const std::size_t nodes = facet_tree_nodes(facets);
+  const auto nodes = static_cast<std::size_t>(facet_tree_nodes(facets));
   nodes_ = arena.take<Node>(nodes);
   order_ = arena.take<std::uint32_t>(facets);
   begin_ = arena.take<std::uint32_t>(2 * nodes);
@@ -181,7 +181,8 @@ FacetTree::Found FacetTree::find(const Vec3 (&corners_w)[3], Real range_m,
     }
   }
   const float least2 = least_lane(beyond2), least = least_lane(beyond);
-  const Real by_box_m = least2 < kFar ? std::sqrt(static_cast<Real>(least2)) : Real{kFar};
+  const Real by_box_m =
+      least2 < kFar ? std::sqrt(static_cast<Real>(least2)) : static_cast<Real>(kFar);
   result.others_m =
       std::max(std::min(by_box_m, static_cast<Real>(least)) * (1 - 1.0e-6_r) - rounding_m, range_m);
   return result;

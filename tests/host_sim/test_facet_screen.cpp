@@ -105,8 +105,9 @@ struct ScreenBench {
 void random_step(Random& random, Vec3& dx_m, Vec3& dtheta_rad) {
   const double size = random.uniform(0, 1);
   for (int k = 0; k < 3; ++k) {
-    dx_m[k] = static_cast<Real>(size * random.uniform(-1, k == 2 ? 0.5 : 1) * 4e-6);
-    dtheta_rad[k] = static_cast<Real>(size * random.uniform(-1, 1) * (k == 2 ? 4e-3 : 2e-4));
+    const bool along = k == 2;  // the axis of the thread
+    dx_m[k] = static_cast<Real>(size * random.uniform(-1, along ? 0 : 1) * (along ? 1e-5 : 3e-6));
+    dtheta_rad[k] = static_cast<Real>(size * random.uniform(-1, 1) * (along ? 4e-3 : 2e-4));
   }
 }
 

@@ -28,14 +28,7 @@ int do_friction(const FrictionArguments& o) {
   const PartReport report = o.study == "fits"    ? fit_study(size, options)
                             : o.study == "stops" ? stop_study(size, options)
                                                  : thread_study(size, options);
-  std::printf("# %s\n\n%s\n%s\n", report.title.c_str(), report.markdown.c_str(),
-              report.passed ? "all right" : "NOT all right");
-  if (!o.out.empty()) {
-    for (const OutputText& file : report.files)
-      write_whole_file(o.out + "/" + file.name, file.content);
-    write_whole_file(o.out + "/" + o.study + ".md", "# " + report.title + "\n\n" + report.markdown);
-  }
-  return campaign_exit(report.passed, size.fault.has_value());
+  return finish_study(report, o.study, o.out, size.fault.has_value());
 }
 
 }  // namespace

@@ -62,14 +62,7 @@ int do_study(const StrangersArguments& o) {
   const PartReport report = o.study == "freeze"  ? freeze_study(size, options)
                             : o.study == "seams" ? seam_study(size, options)
                                                  : recovery_study(size, options);
-  std::printf("# %s\n\n%s\n%s\n", report.title.c_str(), report.markdown.c_str(),
-              report.passed ? "all right" : "NOT all right");
-  if (!o.out.empty()) {
-    for (const OutputText& file : report.files)
-      write_whole_file(o.out + "/" + file.name, file.content);
-    write_whole_file(o.out + "/" + o.study + ".md", "# " + report.title + "\n\n" + report.markdown);
-  }
-  return campaign_exit(report.passed, size.fault.has_value());
+  return finish_study(report, o.study, o.out, size.fault.has_value());
 }
 
 int do_strangers(const StrangersArguments& o) {
