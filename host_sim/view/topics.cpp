@@ -44,17 +44,19 @@ constexpr const char* kObjects = R"({"type":"array","items":{"type":"object"}})"
 Json time_of(std::uint64_t ns) {
   return {{"sec", ns / 1'000'000'000u}, {"nsec", ns % 1'000'000'000u}};
 }
+template <typename Number>
+double number_of(Number x) {
+  return tools::unsigned_zero(static_cast<double>(x));
+}
 template <typename Three>
 Json vector_json(const Three& v) {
-  return {{"x", static_cast<double>(v[0])},
-          {"y", static_cast<double>(v[1])},
-          {"z", static_cast<double>(v[2])}};
+  return {{"x", number_of(v[0])}, {"y", number_of(v[1])}, {"z", number_of(v[2])}};
 }
 Json quaternion_json(const Quat& q) {
-  return {{"x", static_cast<double>(q.x())},
-          {"y", static_cast<double>(q.y())},
-          {"z", static_cast<double>(q.z())},
-          {"w", static_cast<double>(q.w())}};
+  return {{"x", number_of(q.x())},
+          {"y", number_of(q.y())},
+          {"z", number_of(q.z())},
+          {"w", number_of(q.w())}};
 }
 
 /// A number that JSON can hold; null where it is none.
