@@ -143,7 +143,7 @@ class Search {
       best_.not_touched = tools::formatted(
           "the part starts %.3g m from the origin, and a motion is played to %.3g m from it; give "
           "[moving] position_m in metres, and scale_to_m the metres per unit of the mesh",
-          start_.mesh_pose().p_wa.norm(), kFarthestMotion_m);
+          static_cast<double>(start_.mesh_pose().p_wa.norm()), kFarthestMotion_m);
       return std::move(best_);
     }
     if (by_way_in() || by_axes() || by_nearest_places()) return std::move(best_);
