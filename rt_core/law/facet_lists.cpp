@@ -294,9 +294,9 @@ void FacetScreen::renew(const GripPose& p, Real need_m, Real range_m, Real least
   for (const Real share : kLevels) {
     const FloatLanes level = all_lanes(static_cast<float>(share * need_m));
     for (std::size_t k = 0; k < slack_m_.size(); ++k) {
-      std::uint32_t todo = lanes_below(load_floats(slack_m_[k].x), level);
-      for (; todo != 0 && work_ - begin < most_work; todo &= todo - 1) {
-        const auto lane = static_cast<std::uint32_t>(std::countr_zero(todo));
+      std::uint32_t due = lanes_below(load_floats(slack_m_[k].x), level);
+      for (; due != 0 && work_ - begin < most_work; due &= due - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(due));
         look_up(static_cast<std::uint32_t>(k) * kFloatLanes + lane, p, range_m, least_m, taken);
       }
     }

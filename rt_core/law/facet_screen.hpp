@@ -223,7 +223,6 @@ class FacetScreen {
   std::span<StaticFacet> facets_;
   std::span<Vec3> corners_w_;  ///< of the facets
   FacetTree tree_;
-  Real size_w_m_ = 0;  ///< of all coordinates of obstacles
   struct alignas(32) Group {
     float x[kFloatLanes];
   };

@@ -111,12 +111,12 @@ void FacetScreen::sweep(const Way& way) noexcept {
       bent = lanes_below(least_p, need) | lanes_below(beyond_p, need);
     }
     const std::uint32_t open = lanes_below(beyond, need);
-    std::uint32_t todo = open | lanes_below(left, need);
-    if (todo == 0) continue;
+    std::uint32_t due = open | lanes_below(left, need);
+    if (due == 0) continue;
     alignas(16) float need_of[kFloatLanes];
     store_floats(need, need_of);
-    for (; todo != 0; todo &= todo - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(todo));
+    for (; due != 0; due &= due - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(due));
       const auto number = static_cast<std::uint32_t>(k) * kFloatLanes + lane;
       work_ += kSweptWork;
       if ((open >> lane & 1) != 0) {  // what was far may be near: all of it
