@@ -194,7 +194,9 @@ void FacetScreen::add_found(std::uint32_t number, const GripPose& p, const NearP
     }
     const Real apart_m = std::max(low_m, -high_m) - rounding_m;
     const Real aside_m =
-        apart_m > look.range_m ? apart_m : beside_m(sides, corners_of(facet), look.range_m);
+        apart_m > look.range_m
+            ? apart_m
+            : beside_m(sides, corners_of(facet), look.range_m + rounding_m) - rounding_m;
     if (aside_m > look.range_m) {
       look.others_m = std::min(look.others_m, aside_m);
       continue;
@@ -325,14 +327,17 @@ bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet, const Gr
     between.need_m = least_m + static_cast<Real>(rows_[number].rounding_m);
     return find_plane(between, tried) || find_closest(at, between, tried);
   };
+  Tried tried;
   for (std::uint32_t number = begin; number < end; ++number) {
-    Tried tried;
+    tried = {};
     if (!find(number, tried)) return false;
   }
   for (std::uint32_t number = begin; number < end; ++number) {
     Row& row = rows_[number];
-    Tried tried;
-    static_cast<void>(find(number, tried));
+    if (end - begin > 1) {
+      tried = {};
+      static_cast<void>(find(number, tried));
+    }
     const Plane& plane = tried.best;
     drop(row, facet);
     if (row.near == kNoFacet && row.far == kNoFacet) {

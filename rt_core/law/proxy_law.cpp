@@ -29,6 +29,8 @@ constexpr Real kFacetTrustLess = 0.6_r, kFacetTrustMore = 2;
 constexpr Real kScreenTrustMore = 16;
 /// A step among facets that takes this share of what it may was bound by that.
 constexpr Real kBoundShare = 0.5_r;
+/// One that takes this share went no farther for that alone.
+constexpr Real kAllOfTrust = 0.999_r;
 /// Where lists of near pairs take long, no step is longer than this share of the scale's reach.
 constexpr Real kFacetTrust = 0.5_r;
 
@@ -416,6 +418,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   may_close_ = true;
   PassEnd end = PassEnd::kMoved;
   std::uint32_t short_passes = 0;
+  bool was_bound = false;  // the last pass: by how far a step is trusted
   list_cut_ = false;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
     pass_of_tick_ = k;
@@ -428,6 +431,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
       break;
     }
     pending_.clear();
+    was_bound = has_screen() && tried_m_ >= kAllOfTrust * trust_m_;
     adapt_trust(end);
     if (end == PassEnd::kDone || !may_move()) break;
     if (end == PassEnd::kMoved && held_ == 0 && moved_little_) break;
@@ -447,8 +451,10 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
       tick.moved = true;
     }
   }
-  // The list of near pairs has been outrun.
+  // The list of near pairs has been outrun, or the passes have ended before a screened part was as
+  // fast as it asks to be.
   if (list_cut_ && tick.moved) tick.spent = true;
+  if (was_bound && end == PassEnd::kMoved && tick.passes == parameters_.passes) tick.spent = true;
   behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
   tick.behind_ticks = behind_ticks_;
   choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));

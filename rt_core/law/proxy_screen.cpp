@@ -11,7 +11,7 @@ namespace {
 
 /// Gaps of what is listed, in tolerances beneath the skin: a step may end half of one beneath it,
 /// and p is above that but for what planes and single precision round off.
-constexpr Real kBeneath = 0.45_r, kHalf = 0.5_r;
+constexpr Real kStepsRoom = 0.05_r, kBeneath = 0.5_r - kStepsRoom;
 /// A pair goes back with so many tolerances beneath the skin.
 constexpr Real kBackBeneath = 0.1_r;
 /// Of the pairs that the law has it gives this share back in a tick where it can.
@@ -117,7 +117,7 @@ Proxy::Screened Proxy::screen_step(const Step& step, Real least_m, bool goes_on,
   FacetScreen::Way way{p_, step.q, step.dx_m, step.dtheta_rad};
   way.far_m = std::sqrt(step.dx_m.squaredNorm());
   way.turn_rad = std::sqrt(step.dtheta_rad.squaredNorm());
-  way.least_m = skin_m() + std::max(least_m, -tolerance_m / 2) + (kHalf - kBeneath) * tolerance_m;
+  way.least_m = skin_m() + std::max(least_m, -tolerance_m / 2) + kStepsRoom * tolerance_m;
   way.dip_m = tolerance_m / 2;
   if (!goes_on) {
     if (!may_begin(kSweepGrant, tick)) return Screened::kSpent;

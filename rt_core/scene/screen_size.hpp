@@ -44,10 +44,11 @@ struct ScreenSize {
     return (rows * kSweptWork + blocks() * kBlockWork) / kScreenOfUnit + 1;
   }
   /// Units that a tick may spend on the screen beyond its budget: a sweep that it has begun, of
-  /// which one is always due, a row that is looked up, and what is granted to lists and planes.
+  /// which one is always due, a row that is looked up, far lists that are given back where blocks
+  /// run short, and what is granted to lists and planes.
   [[nodiscard]] constexpr std::uint64_t begun_units() const noexcept {
     const std::uint64_t row = kRowWork + facets * (kKeptWork + kNewWork) + facets / 4 * kNodeWork +
-                              kMostNewFacets * kMostPlaneWork;
+                              blocks() * kBlockWork + kMostNewFacets * kMostPlaneWork;
     return sweep_units() + (row + 2 * kGrantedScreenWork) / kScreenOfUnit + 2;
   }
 };

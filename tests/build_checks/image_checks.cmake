@@ -49,7 +49,7 @@ set(images ${CMAKE_CURRENT_BINARY_DIR})
 haptic_motion_ticks(tetrahedron ${scenes}/tetrahedron_on_box/motion.toml)
 haptic_motion_ticks(peg ${scenes}/square_peg_five/motion.toml)
 haptic_add_scene_image(image_tetrahedron FREESTANDING SCENE ${scenes}/tetrahedron_on_box/scene.toml
-  MOTION ${images}/tetrahedron.ticks BUDGET CODE 212992 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
+  MOTION ${images}/tetrahedron.ticks BUDGET CODE 217088 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
 haptic_add_scene_image(image_peg SCENE ${scenes}/square_peg_five/scene.toml SOURCES ${runner}
   MOTION ${images}/peg.ticks WITHOUT contact_geometry)
 haptic_general_program(general_tetrahedron ${images}/image_tetrahedron_image/scene.rtscene 1048576
