@@ -228,7 +228,7 @@ std::string mark_band(const Panel& panel, std::span<const double> times,
   for (const auto& mark : kMarks) table.push_back(mark.value);
   std::vector<std::size_t> values;
   for (const std::uint32_t of : flags) values.push_back(mark_of(of));
-  return band(panel, "does not follow", false, times, values, table, BandColumn::kLastOfTable) +
+  return band(panel, "lags", false, times, values, table, BandColumn::kLastOfTable) +
          band_key(panel.left, key_y, values, table);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim friction --study fits|stops|threads [--short] [--out DIR] [--threads N] [--fault KIND]
+// host_sim friction --study fits|stops|loops|threads [--short] [--out DIR] [--threads N] [--fault
+// KIND]
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -27,6 +28,7 @@ int do_friction(const FrictionArguments& o) {
   const RunOptions options{o.threads, true};
   const PartReport report = o.study == "fits"    ? fit_study(size, options)
                             : o.study == "stops" ? stop_study(size, options)
+                            : o.study == "loops" ? loop_study(size, options)
                                                  : thread_study(size, options);
   return finish_study(report, o.study, o.out, size.fault.has_value());
 }
@@ -37,18 +39,19 @@ Command add_friction_command(CLI::App& program) {
   const auto o = std::make_shared<FrictionArguments>();
   CLI::App* app = program.add_subcommand(
       "friction",
-      "Slides, stops and screws parts in tight fits: friction against Coulomb's law and screw "
-      "mechanics.");
-  app->add_option("--study", o->study,
-                  "parts slid along their walls (fits, the default), stops, or nuts (threads)")
-      ->check(CLI::IsMember({"fits", "stops", "threads"}));
+      "Slides, stops, leads around and screws parts in tight fits: friction against Coulomb's law, "
+      "screw mechanics and energy.");
+  app->add_option(
+         "--study", o->study,
+         "parts slid along their walls (fits, the default), stops, closed loops, or nuts (threads)")
+      ->check(CLI::IsMember({"fits", "stops", "loops", "threads"}));
   app->add_flag("--short", o->is_short, "a few cells of it");
   app->add_option("-o,--out", o->out, "folder for a table (.csv) and a report (.md)");
   app->add_option("--threads", o->threads, "cells at once (default: one per processor)")
       ->check(CLI::Range(1, 256));
   app->add_option("--fault", o->fault,
                   "make the scene wrong on purpose and check: exit 1 when the fault is found")
-      ->check(CLI::IsMember({"coefficient", "budget", "creep"}));
+      ->check(CLI::IsMember({"coefficient", "budget", "creep", "late"}));
   return {app, [o] { return do_friction(*o); }, "host_sim friction --short"};
 }
 

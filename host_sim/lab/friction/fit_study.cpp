@@ -122,7 +122,8 @@ FrictionFault friction_fault_named(const std::string& name) {
   if (name == "coefficient") return FrictionFault::kCoefficient;
   if (name == "budget") return FrictionFault::kBudget;
   if (name == "creep") return FrictionFault::kCreep;
-  throw tools::UsageError("--fault " + name + ": give coefficient, budget or creep");
+  if (name == "late") return FrictionFault::kLate;
+  throw tools::UsageError("--fault " + name + ": give coefficient, budget, creep or late");
 }
 
 PartReport fit_study(const FrictionSize& size, const RunOptions& options) {

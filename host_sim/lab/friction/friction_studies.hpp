@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Is friction Coulomb's where a part has little room? Parts slid along the walls of tight fits,
-/// parts that have come to rest in them, and nuts on their bolts.
+/// parts that have come to rest in them or go around in them, and nuts on their bolts.
 
 #include <cstdint>
 #include <optional>
@@ -18,6 +18,7 @@ enum class FrictionFault : std::uint8_t {
   kCoefficient,  ///< the scene rubs by a quarter more than it is judged by
   kBudget,       ///< 50 units of work a tick
   kCreep,        ///< the hand that is said to rest moves on by 20 um
+  kLate,         ///< what is felt comes 200 ms late
 };
 /// @throws tools::UsageError where no fault has this name.
 [[nodiscard]] FrictionFault friction_fault_named(const std::string& name);
@@ -37,6 +38,11 @@ struct FrictionSize {
 /// a second. Failed: more than 2 in 1000 of those with a force that change by more than 2 %. Cost:
 /// some 5000 stops of a second, five minutes; short: 700.
 [[nodiscard]] PartReport stop_study(const FrictionSize& size, const RunOptions& options);
+
+/// loops.csv: hands that go around slowly in the same fits, twice, and what the second loop gives
+/// them. Failed: a loop that gives energy, or that nothing is felt in. Cost: 132 loops of 4.5 s, a
+/// minute; short: 11.
+[[nodiscard]] PartReport loop_study(const FrictionSize& size, const RunOptions& options);
 
 /// threads.csv: nuts turned on their bolts while pressed. Failed: a torque above three times that
 /// of screw mechanics with the largest friction of the flank, or a lag of more than 10 mrad.

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "host_sim/lab/friction/fit_scenes.hpp"
 #include "host_sim/lab/friction/friction_studies.hpp"
+#include "host_sim/lab/friction/wander_scenes.hpp"
 #include "host_sim/lab/strangers/tried_scene.hpp"
 
 namespace haptic::sim {
@@ -20,68 +20,8 @@ constexpr double kLeast_n = 0.05, kChange = 0.02, kMostShare = 2e-3;
 constexpr double kLever_m = 0.02;
 constexpr double kCreep_m = 20e-6;
 
-/// A fit and the hand in it: about a place, by so much along each axis and so much turn.
-struct StopScene {
-  std::string name, text;
-  std::vector<OutputText> files;
-  Vector home_m = Vector::Zero(), wander_m = Vector::Zero();
-  double wander_rad = 0;
-};
-
-std::string tube_text(const char* as) {
-  return tools::formatted(
-      "[moving]\nshape = \"cylinder\"\nradius_m = 0.005\nheight_m = 0.04\nsegments = 24\nas = "
-      "\"%s\"\nposition_m = [0, 0, 0]\nmaterial = \"a\"\n[[static]]\nshape = \"tube\"\n"
-      "inner_radius_m = 0.0051\nouter_radius_m = 0.012\nheight_m = 0.03\nsegments = 24\nas = "
-      "\"%s\"\nmaterial = \"b\"\n",
-      as, as);
-}
-
-std::vector<StopScene> stop_scenes() {
-  const auto fit = [](const char* name, FitKind kind, double clearance_m, const Vector& home_m,
-                      const Vector& wander_m, double wander_rad) {
-    const FitScene scene = fit_scene(kind, clearance_m);
-    return StopScene{name, scene.text, scene.files, home_m, wander_m, wander_rad};
-  };
-  std::vector<StopScene> scenes{
-      fit("V groove 45", FitKind::kVee45, 0, {0, 0, -8e-4}, {8e-4, 5e-3, 8e-4}, 0.03),
-      fit("slot 10 um", FitKind::kSlot, 1e-5, {0, 0, 0}, {8e-4, 4e-3, 4e-3}, 0.03),
-      fit("slot 0.1 mm", FitKind::kSlot, 1e-4, {0, 0, 0}, {8e-4, 4e-3, 4e-3}, 0.03),
-      fit("square hole 10 um", FitKind::kHole, 1e-5, {0, 0, 0}, {8e-4, 8e-4, 4e-3}, 0.03),
-      fit("square hole 1 mm", FitKind::kHole, 1e-3, {0, 0, 0}, {2e-3, 2e-3, 4e-3}, 0.06),
-      fit("dovetail 10 um", FitKind::kDovetail, 1e-5, {0, 0, 0}, {5e-4, 4e-3, 8e-4}, 0.02)};
-  scenes.push_back({"block on a plate",
-                    box_text(true, {0.04, 0.03, 0.02}, Vector::Zero()) +
-                        box_text(false, {0.2, 0.2, 0.02}, {0, 0, -0.0201}),
-                    {},
-                    {0, 0, -5e-4},
-                    {4e-3, 4e-3, 1e-3},
-                    0.05});
-  scenes.push_back({"corner of three",
-                    box_text(true, {0.01, 0.02, 0.01}, Vector::Zero()) +
-                        box_text(false, {0.02, 0.3, 0.04}, {0.01501, 0, 0}) +
-                        box_text(false, {0.06, 0.3, 0.02}, {0, 0, -0.01501}) +
-                        box_text(false, {0.06, 0.02, 0.06}, {0, 0.02001, 0}),
-                    {},
-                    {5e-4, 5e-4, -5e-4},
-                    {8e-4, 8e-4, 8e-4},
-                    0.03});
-  const Vector in_tube_m(6e-4, 6e-4, 3e-3);
-  scenes.push_back({"tube, solids", tube_text("solid"), {}, Vector::Zero(), in_tube_m, 0.03});
-  scenes.push_back({"tube, surfaces", tube_text("surface"), {}, Vector::Zero(), in_tube_m, 0.03});
-  scenes.push_back({"nut M10",
-                    "[moving]\nshape = \"nut\"\nmaterial = \"a\"\nsize = \"M10\"\nclearance_m = "
-                    "1e-4\n[[static]]\nshape = \"thread\"\nmaterial = \"b\"\nsize = \"M10\"\nturns "
-                    "= 8\nclearance_m = 1e-4\n",
-                    {},
-                    Vector::Zero(),
-                    {3e-4, 3e-4, 5e-4},
-                    0.05});
-  return scenes;
-}
-
 /// Sums of four sines along and about each axis, that begin softly at the start.
-std::vector<MotionSample> wandering(const StopScene& scene, std::uint64_t seed) {
+std::vector<MotionSample> wandering(const WanderScene& scene, std::uint64_t seed) {
   constexpr std::array<double, 4> kRates_hz{0.3, 0.7, 1.3, 2.1};
   Seeded random(seed);
   std::vector<MotionSample> motion;
@@ -151,7 +91,7 @@ std::optional<double> change_at_rest(CoreSession& session, StepInput input, bool
   return size > kLeast_n ? std::optional(most / size) : std::nullopt;
 }
 
-void run_stops(TriedScene& tried, const StopScene& scene, bool creeps, StopCell& cell) {
+void run_stops(TriedScene& tried, const WanderScene& scene, bool creeps, StopCell& cell) {
   const std::vector<MotionSample> motion = wandering(scene, cell.seed);
   CoreSession& session = tried.session();
   session.core().reset();
@@ -178,7 +118,7 @@ void run_stops(TriedScene& tried, const StopScene& scene, bool creeps, StopCell&
 }  // namespace
 
 PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
-  const std::vector<StopScene> scenes = stop_scenes();
+  const std::vector<WanderScene> scenes = wander_scenes();
   std::vector<double> frictions{0.15, 0.3, 0.6};
   std::vector<std::uint64_t> seeds{1, 2, 3};
   if (size.is_short) {
@@ -186,7 +126,7 @@ PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
     seeds = {1};
   }
   std::vector<StopCell> cells;
-  for (const StopScene& scene : scenes) {
+  for (const WanderScene& scene : scenes) {
     for (const double friction : frictions) {
       for (const std::uint64_t seed : seeds) {
         StopCell cell;
@@ -201,7 +141,7 @@ PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
   run_shards(
       cells.size(), options, "stops", [] { return 0; },
       [&](int, std::size_t k) {
-        const StopScene& scene = scenes[k / of_scene];
+        const WanderScene& scene = scenes[k / of_scene];
         TriedScene tried(scene_text(scene.text, kFitStiffness_n_per_m, cells[k].friction, 0,
                                     size.fault == FrictionFault::kBudget ? kLeastWorkUnits : 0),
                          scene.files);
@@ -213,7 +153,7 @@ PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
   report.markdown = table_head({"scene", "stops held", "moved by more than 2 %", "largest change",
                                 "ticks behind, per 1000"});
   std::size_t held = 0, moved = 0, ticks = 0, behind = 0;
-  for (const StopScene& scene : scenes) {
+  for (const WanderScene& scene : scenes) {
     StopCell sum;
     for (const StopCell& c : cells) {
       if (c.scene != scene.name) continue;

@@ -277,7 +277,7 @@ TEST_SUITE("tools.verdict_programs") {
     const std::string plot = c.folder.file("f.svg");
     CHECK(c.replay("--plot '" + plot + "'").exit_code == 1);
     const std::string svg = haptic::sim::test::text_of_file(plot);
-    CHECK(svg.find("does not follow") != std::string::npos);
+    CHECK(svg.find(">lags<") != std::string::npos);
     CHECK(svg.find(">behind<") != std::string::npos);
   }
 }
