@@ -291,7 +291,15 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
     if (has_facets()) {
       trust_m = std::max(trust_m, nearest_m_);
       if (has_long_lists() && motion > 0) {
-        const Real list_m = kListShare * unlisted_m() * motion / list_motion_m(far, turn);
+        const auto listed_m = [&] {
+          return kListShare * unlisted_m() * motion / list_motion_m(far, turn);
+        };
+        const Real step_m = std::min(s * motion, trust_m);
+        // What a longer step needs is looked up at once where lists are made row by row.
+        if (has_screen() && behind_ticks_ == 0 && step_m > listed_m() && has_budget(tick)) {
+          widen(step_m, tick);
+        }
+        const Real list_m = listed_m();
         list_cut_ = list_cut_ || (s * motion > list_m && !(trust_m < list_m));
         trust_m = std::min(trust_m, list_m);
       }
