@@ -171,6 +171,11 @@ int motion_from_log(const LogArguments& o, const std::string& out) {
                             " samples at " + tools::short_number(rate_hz, 6) +
                             " Hz; cut the log, or correct its times");
   }
+  if (resampled_count(log.samples, rate_hz) < 2) {
+    throw tools::InputError(o.log.path + ": lasts " + tools::short_number(figures.duration_s, 3) +
+                            " s, less than a sample at " + tools::short_number(rate_hz, 6) +
+                            " Hz; correct the unit of its times with --time-unit");
+  }
   const std::vector<MotionSample> motion = resampled(log.samples, rate_hz);
   write_motion_csv(out, motion);
   std::printf("%s: %zu samples, %.3f s at %g Hz\n", out.c_str(), motion.size(), motion.back().t_s,

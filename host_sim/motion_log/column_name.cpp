@@ -11,15 +11,19 @@ namespace haptic::sim {
 namespace {
 
 using UnitNames = std::pair<std::string_view, double>;
-constexpr std::array<UnitNames, 9> kLengths = {{{"m", 1},
-                                                {"metre", 1},
-                                                {"metres", 1},
-                                                {"meter", 1},
-                                                {"meters", 1},
-                                                {"cm", 1e-2},
-                                                {"mm", 1e-3},
-                                                {"millimetres", 1e-3},
-                                                {"um", 1e-6}}};
+constexpr std::array<UnitNames, 13> kLengths = {{{"m", 1},
+                                                 {"metre", 1},
+                                                 {"metres", 1},
+                                                 {"meter", 1},
+                                                 {"meters", 1},
+                                                 {"cm", 1e-2},
+                                                 {"mm", 1e-3},
+                                                 {"millimetres", 1e-3},
+                                                 {"millimeters", 1e-3},
+                                                 {"millimeter", 1e-3},
+                                                 {"centimetres", 1e-2},
+                                                 {"centimeters", 1e-2},
+                                                 {"um", 1e-6}}};
 constexpr std::array<UnitNames, 17> kTimes = {{{"s", 1},
                                                {"sec", 1},
                                                {"secs", 1},

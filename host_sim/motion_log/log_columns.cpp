@@ -148,6 +148,7 @@ class ColumnSearch {
     std::vector<AxisGroup> positions = axis_groups(names_, kPlaceAxes, &position_rank);
     std::vector<AxisGroup> turns = axis_groups(names_, kTurnAxes, &quaternion_rank);
     take_bare_quaternion(positions, turns);
+    leave_out_torques(positions);
     if (positions.empty()) positions = named_by(turns);
     if (positions.empty()) refuse("no position among the columns; " + whole_fix());
     const AxisGroup& position = the_one(positions, "positions");
@@ -175,13 +176,23 @@ class ColumnSearch {
     std::erase_if(positions, [](const AxisGroup& group) { return group.stem.empty(); });
   }
 
-  // Places of any name, as tcp_x, that a quaternion has too, as tcp_qx.
+  // tx, ty, tz beside fx, fy, fz are torques.
+  void leave_out_torques(std::vector<AxisGroup>& positions) const {
+    const auto is_force = [](std::string_view stem) {
+      return stem == "f" || stem.ends_with("force") ? std::optional<int>(0) : std::nullopt;
+    };
+    if (axis_groups(names_, kPlaceAxes, is_force).empty()) return;
+    std::erase_if(positions, [](const AxisGroup& group) { return group.stem == "t"; });
+  }
+
+  // Places of any name, as tcp_x or tcp_px, that a quaternion has too, as tcp_qx.
   [[nodiscard]] std::vector<AxisGroup> named_by(const std::vector<AxisGroup>& turns) const {
     std::vector<AxisGroup> groups =
         axis_groups(names_, kPlaceAxes, [](std::string_view) { return std::optional<int>(0); });
     std::erase_if(groups, [&](const AxisGroup& group) {
       return group.numbered || std::none_of(turns.begin(), turns.end(), [&](const AxisGroup& turn) {
-               return turn.stem != group.stem && owner_of(turn.stem) == group.stem;
+               const std::string owner = owner_of(turn.stem);
+               return turn.stem != group.stem && (owner == group.stem || owner + "p" == group.stem);
              });
     });
     return groups;
@@ -191,7 +202,10 @@ class ColumnSearch {
     const bool arrays = std::any_of(names_.begin(), names_.end(),
                                     [](const ColumnName& name) { return name.axis == '6'; });
     return (arrays ? "of an array say --key NAME --order xyzw or wxyz; " : "") +
-           std::string("angles and matrices are not read, convert them; else ") + fix();
+           std::string(
+               "Euler angles, rotation vectors and matrices are not read, convert them to "
+               "quaternions; else ") +
+           fix();
   }
 
   // @throws where the best two are as likely.
@@ -226,10 +240,21 @@ class ColumnSearch {
       found_.unit_m = *metres;
       found_.unit_told = true;
     }
+    take_stated_unit();
     if (options_.unit_m && found_.unit_told && found_.unit_m != *options_.unit_m) {
-      throw tools::UsageError("--unit: another unit than the names " + found_.position_text +
-                              " say; leave it out");
+      throw tools::UsageError("--unit: another unit than the file states for " +
+                              found_.position_text + "; leave it out");
     }
+  }
+  // A line above the names states one for all lengths.
+  void take_stated_unit() {
+    if (found_.unit_told || log_.length_unit().empty()) return;
+    const std::optional<double> metres = length_unit_m(log_.length_unit());
+    if (!metres) {
+      refuse("its lengths are in '" + log_.length_unit() + "'; give positions in m, cm, mm or um");
+    }
+    found_.unit_m = *metres;
+    found_.unit_told = true;
   }
   [[nodiscard]] std::string mixed_units() const {
     return found_.position_text + "; give all three in one unit";

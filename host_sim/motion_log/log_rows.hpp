@@ -41,11 +41,14 @@ class LogRows {
   /// A comma inside a number stands before the decimals.
   [[nodiscard]] bool has_decimal_commas() const { return decimal_commas_; }
 
+  /// Of all lengths, where the file states it beside the names ("millimeters"); empty: it does not.
+  [[nodiscard]] const std::string& length_unit() const { return length_unit_; }
+
   /// Refuses the row. @throws tools::InputError "PATH:LINE: DEFECT".
   [[noreturn]] void refuse(const std::string& defect) const;
 
  protected:
-  std::string path_, form_;
+  std::string path_, form_, length_unit_;
   std::vector<std::string> names_;
   std::vector<std::string_view> cells_;
   std::size_t line_ = 0;
@@ -57,7 +60,7 @@ class LogRows {
 [[nodiscard]] std::unique_ptr<LogRows> open_log(const std::string& path);
 
 /// The same from text. `has_pose`: whether these names hold a pose; a comment at the top that does
-/// is the header.
+/// is the header. Of a header of several lines: log_header.hpp.
 using HoldsPose = bool (*)(std::span<const std::string> names);
 [[nodiscard]] std::unique_ptr<LogRows> separated_rows(const std::string& path, std::string text,
                                                       HoldsPose has_pose);

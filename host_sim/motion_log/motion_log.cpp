@@ -53,7 +53,8 @@ LogTime time_at(const LogRows& log, const LogColumns& columns) {
     const std::string_view cell = log.cells()[columns.time];
     const bool date = cell.find_first_of("T:") != std::string_view::npos && cell.size() > 7;
     if (date) {
-      log.refuse(cell_name(log, columns.time) + " is a date, '" + std::string(cell.substr(0, 40)) +
+      log.refuse(cell_name(log, columns.time) + " is a date or a time of day, '" +
+                 std::string(cell.substr(0, 40)) +
                  "'; write times as seconds, or leave them out with --rows-hz RATE");
     }
     refuse_cell(log, columns.time);
@@ -109,13 +110,21 @@ class LogReader {
     log_.lines.push_back(rows_->line());
   }
 
+  // 3 x 4 or 4 x 4 numbers, perhaps behind a time.
+  [[nodiscard]] bool is_matrix_row(std::size_t width) const {
+    return rows_->names().empty() && (width == 12 || width == 13 || width == 16 || width == 17);
+  }
+
   void require_width() {
     const std::size_t width = rows_->cells().size(), wanted = log_.columns.row_cells;
     if (wanted != 0 ? width == wanted : width >= log_.columns.count()) return;
     rows_->refuse("has " + std::to_string(width) + " numbers where " +
-                  std::to_string(wanted != 0 ? wanted : log_.columns.count()) +
-                  " are expected; name all columns in their order with --columns, as "
-                  "t,x,y,z,qx,qy,qz,qw (matrices are not read)");
+                  std::to_string(wanted != 0 ? wanted : log_.columns.count()) + " are expected; " +
+                  (is_matrix_row(width)
+                       ? "matrices are not read, convert them to quaternions (KITTI's files have "
+                         "no times either: add them)"
+                       : "name all columns in their order with --columns, as "
+                         "t,x,y,z,qx,qy,qz,qw"));
   }
 
   void take_quaternion(MotionSample& sample) {

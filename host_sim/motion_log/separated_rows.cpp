@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "host_sim/motion_log/log_header.hpp"
 #include "host_sim/motion_log/log_number.hpp"
 #include "host_sim/motion_log/log_rows.hpp"
 #include "tools/common/error.hpp"
@@ -29,6 +30,9 @@ std::string name_of(char separator) {
   return separator == ',' ? "commas" : "blanks";
 }
 
+// A row of a log has a position and a turn at least.
+constexpr std::size_t kLeastRow = 6;
+
 class SeparatedRows : public LogRows {
  public:
   SeparatedRows(const std::string& path, std::string text, HoldsPose has_pose)
@@ -53,6 +57,12 @@ class SeparatedRows : public LogRows {
   }
 
  private:
+  struct Place {
+    std::string_view rest;
+    std::size_t line = 0;
+    char separator = ',';
+  };
+
   // A tab at the end separates; in a file of blanks it does not.
   [[nodiscard]] std::string_view trimmed_line(std::string_view line) const {
     return separator_ == '\t' && line.find_first_not_of(" \t") != std::string_view::npos
@@ -60,11 +70,13 @@ class SeparatedRows : public LogRows {
                : trimmed(line);
   }
 
-  // Names from the first line that is no comment, or from a comment before it.
+  // Names from the lines before the first row of numbers, or from a comment before them.
   void find_first_row(HoldsPose has_pose) {
     std::vector<std::string> commented;
-    while (!rest_.empty()) {
-      const std::string_view before = rest_;
+    std::vector<std::vector<std::string>> lines;
+    std::vector<Place> places;  // behind each of `lines`
+    while (!rest_.empty() && lines.size() < kMostHeaderLines) {
+      const Place before{rest_, line_, separator_};
       const std::string_view whole = take_log_line(rest_);
       std::string_view line = trimmed(whole);
       ++line_;
@@ -78,18 +90,41 @@ class SeparatedRows : public LogRows {
         if (has_pose(names)) commented = std::move(names);
         continue;
       }
-      if (is_row_of_numbers()) {
+      const bool numbers = is_row_of_numbers();
+      if (numbers && lines.empty()) {
         names_ = std::move(commented);
-        rest_ = before;  // read again as a row
-        --line_;
-      } else {
-        names_ = std::move(names);
-        drop_empty_tail();
+        rest_ = before.rest;  // read again as a row
+        line_ = before.line;
+        return;
       }
+      // Numbers may stand above the names: a rate alone, identities behind an empty cell.
+      if (numbers && names.size() >= kLeastRow && !names.front().empty()) break;
+      lines.push_back(std::move(names));
+      places.push_back({rest_, line_, separator_});
+    }
+    if (lines.empty()) {  // nothing but comments: one may be a header without rows
+      names_ = std::move(commented);
       return;
     }
-    // Nothing but comments: of the last, one may be a header without rows.
-    names_ = std::move(commented);
+    take_header(header_among(lines, has_pose), places);
+  }
+
+  void take_header(LogHeader header, const std::vector<Place>& places) {
+    names_ = std::move(header.names);
+    length_unit_ = header.length_unit;
+    const Place& behind = places[header.line];
+    rest_ = behind.rest;
+    line_ = behind.line;
+    separator_ = behind.separator;
+    drop_empty_tail();
+    std::string_view after = rest_;
+    const std::string_view below = take_log_line(after);
+    if (trimmed(below).empty() || is_comment(trimmed(below))) return;
+    split(trimmed_line(below));
+    if (!is_unit_row(cells_)) return;
+    add_units(cells_, names_);
+    rest_ = after;
+    ++line_;
   }
 
   // A separator at the end of the header makes no column.
