@@ -1,22 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as a robot description: the collision mesh of link "a" with finite corners and indices
-/// in range, or refused with InputError. Meshes come from the fuzzers' own folder.
+/// Any text as a robot description: the collision mesh of link "a", and those of all links where
+/// its joints have them, with finite corners and indices in range, or refused with InputError.
+/// Meshes come from the fuzzers' own folder.
+#include <functional>
 #include <string>
 
 #include "tests/fuzz/mesh_judge.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string text(reinterpret_cast<const char*>(data), size);
+namespace {
+
+void check_reading(const std::function<haptic::tools::RawMesh()>& read) {
   try {
-    haptic::fuzz::check_raw_mesh(
-        haptic::tools::link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a"));
+    const haptic::tools::RawMesh mesh = read();
+    haptic::fuzz::check_raw_mesh(mesh);
+    haptic::fuzz::check_parts(mesh);
   } catch (const haptic::tools::InputError& error) {
     const std::string refusal = error.what();
     // A mesh of the link may be what is wrong.
     const bool is_of_mesh = refusal.starts_with(HAPTIC_FUZZ_MESH_DIR);
     haptic::fuzz::check_refusal(is_of_mesh ? "fuzz: " + refusal : refusal);
   }
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace haptic::tools;
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  check_reading(
+      [&] { return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kLink); });
+  check_reading(
+      [&] { return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kRobot); });
+  check_reading([&] { return robot_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR); });
   return 0;
 }

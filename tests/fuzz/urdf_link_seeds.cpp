@@ -25,6 +25,13 @@ std::vector<Seed> seeds() {
       {"mesh", robot(collision("<mesh filename=\"tetrahedron.obj\" scale=\"1 2 0.5\"/>",
                                "<origin xyz=\"0 0 1\"/>"))},
       {"package", robot(collision("<mesh filename=\"package://tetrahedron_on_box/box.stl\"/>"))},
+      {"joints",
+       "<robot><link name=\"w\"/><link name=\"a\">" + collision("<box size=\"1 1 1\"/>") +
+           "</link><link name=\"b\">" + collision("<sphere radius=\"1\"/>") +
+           "</link><joint name=\"j\" type=\"revolute\"><origin xyz=\"0 0 1\" rpy=\"0 0 1.5\"/>"
+           "<parent link=\"w\"/><child link=\"a\"/><limit lower=\"0.5\" upper=\"1\"/></joint>"
+           "<joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"
+           "</robot>"},
       {"bare", robot("")},
       {"unknown", robot(collision("<torus radius=\"1\"/>"))}};
 }

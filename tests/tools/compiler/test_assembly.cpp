@@ -435,6 +435,68 @@ TEST_SUITE("tools.assembly") {
                       "open edges"));
   }
 
+  TEST_CASE("init of a whole robot description: links stand where the joints at 0 have them") {
+    if (!can_import()) return;
+    const AssemblyBench bench;
+    const auto link = [](const std::string& name, const std::string& form) {
+      return "<link name=\"" + name + "\"><collision><geometry>" + form +
+             "</geometry></collision></link>";
+    };
+    const auto joint = [](const std::string& child, const std::string& origin) {
+      return "<joint name=\"to " + child +
+             "\" type=\"revolute\"><parent link=\"base\"/><child "
+             "link=\"" +
+             child + "\"/><origin " + origin +
+             "/><limit lower=\"-1\" "
+             "upper=\"1\"/></joint>";
+    };
+    // A finger beside a post; its frame is turned, so that its long side lies along y of the robot.
+    const std::string urdf = bench.write(
+        "r.urdf", "<robot>" + link("base", "<box size=\"0.2 0.2 0.02\"/>") +
+                      link("post", "<box size=\"0.02 0.02 0.1\"/>") +
+                      link("finger", "<box size=\"0.06 0.01 0.01\"/>") + "<link name=\"camera\"/>" +
+                      joint("post", "xyz=\"0.05 0 0.06\"") +
+                      joint("finger", "xyz=\"0 0 0.06\" rpy=\"0 0 1.5707963267948966\"") +
+                      joint("camera", "xyz=\"0 0 1\"") + "</robot>");
+    const Assembly assembly = bench.read(urdf);
+    CHECK(nodes_of(assembly) == Words{"finger", "base", "post"});
+    check_box(assembly, "post", {0.04, -0.01, 0.01}, {0.06, 0.01, 0.11});
+    check_box(assembly, "finger", {-0.005, -0.03, 0.055}, {0.005, 0.03, 0.065});
+    const ProgramResult r = bench.init(urdf);
+    CAPTURE(r.err);
+    REQUIRE(r.exit_code == 0);
+    CHECK(holds(r.out,
+                urdf + ": 3 links are the parts of the scene (x, y, z in m; all joints at 0)"));
+    CHECK(holds(r.out, "--hand LINK chooses another"));
+    CHECK(holds(r.out, "left out, since they have no faces: 'camera'"));
+    const std::string text = text_of_file(bench.folder.file("s.toml"));
+    CHECK(holds(text, "link = \"r.urdf#finger\"\nframe = \"robot\""));
+    CHECK(holds(text, "link = \"r.urdf#post\"\nframe = \"robot\""));
+    const ProgramResult compiled = bench.compile();
+    CAPTURE(compiled.err);
+    CHECK(compiled.exit_code == 0);
+    // The scene has the post where the robot has it.
+    const SceneFile scene = read_scene_file(bench.folder.file("s.toml"));
+    const RawMesh post = read_part_mesh(scene.statics[1], "s.toml").mesh;
+    for (const Point3& p : post.vertices) CHECK(std::abs(p[0] - 0.05) == doctest::Approx(0.01));
+
+    CHECK(nodes_of(bench.read(urdf, "post")) == Words{"post", "base", "finger"});
+    CHECK(nodes_of(bench.read(urdf + "#base")) == Words{"base", "post", "finger"});
+    CHECK(bench.init(urdf + " --hand pst").exit_code == 3);
+    const auto framed = [&](const std::string& part) {
+      return parse_scene_file("format = 1\nname = \"n\"\n[moving]\n" + part +
+                                  "\n[[static]]\nshape = \"box\"\nsize_m = [1, 1, 1]\n"
+                                  "[rendering]\nk_f_n_per_m = 800\n",
+                              "scene.toml", bench.folder.file(""));
+    };
+    CHECK(framed("link = \"r.urdf#post\"\nframe = \"link\"").moving.link_frame == LinkFrame::kLink);
+    CHECK_THROWS_WITH_AS(framed("link = \"r.urdf#post\"\nframe = \"world\""),
+                         doctest::Contains("scene.toml:5:9: [moving] frame: is 'world'; give"),
+                         InputError);
+    CHECK_THROWS_WITH_AS(framed("shape = \"sphere\"\nradius_m = 1\nframe = \"robot\""),
+                         doctest::Contains("frame: is of a link; leave it out"), InputError);
+  }
+
   TEST_CASE("init ASSEMBLY: what makes no scene is refused, and nothing is written") {
     const AssemblyBench bench;
     const std::string file = bench.write("o.obj", obj_of_boxes(kSlot, "o"));
@@ -457,7 +519,7 @@ TEST_SUITE("tools.assembly") {
         {file + "#pge", 3, "o.obj: no node 'pge'; did you mean 'peg'?"},
         {file + "#peg --hand base", 2, "name two nodes for the hand; keep one"},
         {file + " " + one + " --hand peg", 2, "--hand peg: is for one file with several nodes"},
-        {urdf + "#tool", 2, "a robot description does not place its links here"},
+        {urdf + "#tool", 2, "'tool' is its only part"},
         {bench.folder.file("none.obj"), 3, "none.obj"}};
     for (const Refusal& refusal : refusals) {
       CAPTURE(refusal.arguments);

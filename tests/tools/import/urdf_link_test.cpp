@@ -10,6 +10,8 @@
 #include "tests/tools/shapes/solid_facts.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
+#include "tools/graph_compiler/import/node_mesh.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/graph_compiler/program/part_mesh.hpp"
 
@@ -49,6 +51,21 @@ bool no_urdf() {
   if (can_import()) return false;
   MESSAGE("skipped: built without assimp, tinyxml2 or zlib");
   return true;
+}
+
+/// Links of boxes, that of the arm and the finger 0.1 m along x, and one without a model.
+std::string jointed(const std::string& joints) {
+  const std::string box = "<box size=\"0.4 0.2 0.1\"/>", along = "<origin xyz=\"0.1 0 0\"/>";
+  std::string text = "<robot>";
+  for (const char* name : {"base", "arm", "finger"}) {
+    std::string form = "<collision>" + (name[0] == 'b' ? std::string() : along) + "<geometry>" +
+                       box + "</geometry></collision>";
+    text += "<link name=\"" + std::string(name) + "\">" + form + "</link>";
+  }
+  return text +
+         "<link name=\"flange\"/><joint name=\"f\" type=\"fixed\"><parent "
+         "link=\"finger\"/><child link=\"flange\"/></joint>" +
+         joints + "</robot>";
 }
 
 /// The least and the largest corner.
@@ -330,5 +347,85 @@ TEST_SUITE("tools.urdf_link") {
                    "r.urdf:1: link 'base' has no <collision>; name a link that has one; its links "
                    "with a collision model: 'grip'"));
     CHECK(contains(refusal_of(std::string("\x1F\x8B\x08", 3)), "gzip-compressed; unpack it"));
+  }
+
+  TEST_CASE("all links, where the joints at 0 have them") {
+    if (no_urdf()) return;
+    // The arm is turned about z and stands 1 m up; the finger lies 0.5 m along the arm's own x.
+    const std::string quarter = "1.5707963267948966";
+    const std::string text = jointed(
+        "<joint name=\"j\" type=\"revolute\"><parent link=\"base\"/><child link=\" arm \"/>"
+        "<origin xyz=\"0 0 1\" rpy=\"0 0 " +
+        quarter +
+        "\"/><limit lower=\"0.5\" upper=\"1\"/></joint>"
+        "<joint name=\"k\" type=\"prismatic\"><parent link=\"arm\"/><child link=\"finger\"/>"
+        "<origin xyz=\"0.5 0 0\"/><limit lower=\"0\" upper=\"0.02\"/></joint>");
+    const RawMesh mesh = robot_mesh_of(text, "r.urdf", ".");
+    const std::vector<NamedNode> nodes = named_nodes(mesh);
+    REQUIRE(nodes.size() == 3);
+    CHECK(nodes[0].name == "base");
+    CHECK(nodes[1].name == "arm");
+    CHECK(nodes[2].name == "finger");
+    REQUIRE(mesh.nodes.size() == 4);  // and one without a collision model
+    REQUIRE(mesh.notes.size() == 1);
+    CHECK(mesh.notes[0] == "r.urdf: joint 'j' stands at 0, outside its limits 0.5 to 1");
+    const auto check_box = [&](const std::string& name, const Point3& centre, const Point3& size) {
+      CAPTURE(name);
+      for (const RawMesh& found :
+           {mesh_of_node(mesh, name), link_mesh_of(text, "r.urdf", ".", name, LinkFrame::kRobot)}) {
+        const auto [low, high] = bounds(found);
+        for (std::size_t k = 0; k < 3; ++k) {
+          CHECK(0.5 * (low[k] + high[k]) == doctest::Approx(centre[k]));
+          CHECK(high[k] - low[k] == doctest::Approx(size[k]));
+        }
+      }
+    };
+    check_box("base", {0, 0, 0}, {0.4, 0.2, 0.1});
+    check_box("arm", {0, 0.1, 1}, {0.2, 0.4, 0.1});  // its own origin lies 0.1 m along its x
+    check_box("finger", {0, 0.6, 1}, {0.2, 0.4, 0.1});
+    const auto [low, high] = bounds(link_mesh_of(text, "r.urdf", ".", "finger"));
+    CHECK(high[0] - low[0] == doctest::Approx(0.4));  // its own frame, as before
+    CHECK(high[2] + low[2] == doctest::Approx(0.0));
+  }
+
+  TEST_CASE("joints that place no link are refused with their line") {
+    if (no_urdf()) return;
+    const auto joint = [](const std::string& name, const std::string& parent,
+                          const std::string& child) {
+      return "\n<joint name=\"" + name + "\" type=\"fixed\"><parent link=\"" + parent +
+             "\"/><child link=\"" + child + "\"/></joint>";
+    };
+    const std::string tree = joint("j", "base", "arm") + joint("k", "arm", "finger");
+    const std::pair<std::string, const char*> refusals[] = {
+        {joint("j", "base", "arm"),
+         "r.urdf:1: links 'base' and 'finger' are below no joint; a robot has one root"},
+        {tree + joint("l", "base", "finger"),
+         "r.urdf:4: link 'finger' is below joint 'l' and below that of line 3; keep one"},
+        {joint("j", "finger", "arm") + joint("k", "arm", "finger"),
+         "r.urdf:2: link 'arm' is in a circle of joints, or below one; joints make a tree"},
+        {tree + joint("l", "base", "hand"),
+         "r.urdf:4: joint 'l' names the link 'hand', which the robot does not have"},
+        {"\n<joint name=\"j\"><child link=\"arm\"/></joint>",
+         "r.urdf:2: joint 'j' has no <parent>; give it one"},
+        {"\n<joint name=\"j\"><parent link=\"base\"/></joint>",
+         "r.urdf:2: joint 'j' has no <child>; give it one"},
+        {"\n<joint name=\"j\"><parent link=\"base\"/><child link=\"arm\"/><origin xyz=\"1 "
+         "2\"/></joint>" +
+             joint("k", "arm", "finger"),
+         "r.urdf:2: xyz of <origin> is '1 2'; give 3 numbers"}};
+    for (const auto& [joints, says] : refusals) {
+      CAPTURE(joints);
+      std::string said;
+      try {
+        robot_mesh_of(jointed(joints), "r.urdf", ".");
+      } catch (const InputError& error) {
+        said = error.what();
+      }
+      CAPTURE(said);
+      CHECK(contains(said, says));
+    }
+    CHECK_THROWS_WITH_AS(robot_mesh_of("<robot><link name=\"a\"/></robot>", "r.urdf", "."),
+                         "r.urdf: no link of it has a <collision>; give the parts collision models",
+                         InputError);
   }
 }

@@ -18,7 +18,7 @@ ImportedMesh import_by_assimp(std::span<const char>, ImportFormat, const std::st
   refuse_unbuilt(file, kFix);
 }
 
-RawMesh link_mesh(const std::filesystem::path& urdf, const std::string&) {
+RawMesh link_mesh(const std::filesystem::path& urdf, const std::string&, LinkFrame) {
   refuse_unbuilt(urdf.string(), kFix);
 }
 
@@ -27,7 +27,13 @@ std::string collision_links(const std::filesystem::path& urdf) {
 }
 
 RawMesh link_mesh_of(const std::string&, const std::string& file, const std::filesystem::path&,
-                     const std::string&) {
+                     const std::string&, LinkFrame) {
+  refuse_unbuilt(file, kFix);
+}
+
+RawMesh robot_mesh(const std::filesystem::path& urdf) { refuse_unbuilt(urdf.string(), kFix); }
+
+RawMesh robot_mesh_of(const std::string&, const std::string& file, const std::filesystem::path&) {
   refuse_unbuilt(file, kFix);
 }
 

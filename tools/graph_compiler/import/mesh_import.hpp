@@ -60,16 +60,33 @@ ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions&
 ImportedMesh import_bytes(std::span<const char> bytes, ImportFormat format, const std::string& file,
                           const std::filesystem::path& folder, const ImportOptions& options = {});
 
-/// The collision model of a link of a robot description (URDF), in the frame of the link and in
-/// metres: boxes, cylinders, spheres and meshes with their origins and scales. A scale with a minus
-/// sign mirrors, and the faces keep their outside. How names of meshes are looked for:
-/// urdf_files.hpp.
+/// In which frame the mesh of a link is.
+enum class LinkFrame : std::uint8_t {
+  kLink,   ///< its own
+  kRobot,  ///< that of the root link, with all joints at 0
+};
+
+/// The collision model of a link of a robot description (URDF), in metres: boxes, cylinders,
+/// spheres and meshes with their origins and scales. A scale with a minus sign mirrors, and the
+/// faces keep their outside. How names of meshes are looked for: urdf_files.hpp; where joints have
+/// a link: urdf_tree.hpp.
 /// @throws InputError "file:line: defect; fix".
-RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link);
+RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link,
+                  LinkFrame frame = LinkFrame::kLink);
 
 /// The same from text.
 RawMesh link_mesh_of(const std::string& text, const std::string& file,
-                     const std::filesystem::path& folder, const std::string& link);
+                     const std::filesystem::path& folder, const std::string& link,
+                     LinkFrame frame = LinkFrame::kLink);
+
+/// The collision models of all links in the frame LinkFrame::kRobot, each link a node by its name;
+/// those without a model have no faces. Notes: joints whose limits leave 0 out.
+/// @throws InputError "file:line: defect; fix".
+RawMesh robot_mesh(const std::filesystem::path& urdf);
+
+/// The same from text.
+RawMesh robot_mesh_of(const std::string& text, const std::string& file,
+                      const std::filesystem::path& folder);
 
 /// For a message: the links of a robot description that link_mesh can read, by their names.
 /// @throws InputError  the file is no robot description.

@@ -8,10 +8,11 @@
 #include "tools/common/files.hpp"
 #include "tools/common/named_file.hpp"
 #include "tools/common/toml_table.hpp"
-#include "tools/graph_compiler/import/fixed_axes.hpp"
 #include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/import/urdf_files.hpp"
+#include "tools/graph_compiler/import/urdf_tree.hpp"
 #include "tools/graph_compiler/import/xml_file.hpp"
+#include "tools/graph_compiler/mesh/mesh_nodes.hpp"
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/packed_file.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -53,6 +54,10 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+[[noreturn]] void refuse_no_link(const std::string& file) {
+  refuse_file(file, "the robot has no <link>", "expand xacro files first: xacro FILE > robot.urdf");
+}
+
 class LinkReader {
  public:
   LinkReader(const std::string& file, const std::filesystem::path& folder)
@@ -62,11 +67,9 @@ class LinkReader {
     mesh_.places_are_lines = false;
   }
 
-  RawMesh read(const XMLElement& link) {
-    for (const XMLElement* c = link.FirstChildElement("collision"); c != nullptr;
-         c = c->NextSiblingElement("collision")) {
-      add_collision(*c);
-    }
+  /// Of one link, in the frame that `frame` maps the link's to.
+  RawMesh read(const XMLElement& link, const Placing& frame) {
+    add_link(link, frame);
     if (mesh_.faces.empty()) {
       refuse(
           link, "link " + shown_name(link_name(link)) + " has no <collision>",
@@ -75,29 +78,38 @@ class LinkReader {
     return std::move(mesh_);
   }
 
+  /// Of all links, each a node.
+  RawMesh read(const std::vector<PlacedLink>& links) {
+    for (const PlacedLink& link : links) {
+      const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());
+      if (link.name.empty() || tidy_name(link.name, "") != link.name) {
+        refuse(*link.element, "the name of the link is " + shown_word(link.name),
+               "give it a name in one line, of at most 200 bytes");
+      }
+      mesh_.nodes.push_back({link.name, MeshNode::kNone, true});
+      add_link(*link.element, link.in_root);
+      mesh_.group_nodes.resize(group_, node);
+    }
+    return std::move(mesh_);
+  }
+
  private:
+  void add_link(const XMLElement& link, const Placing& frame) {
+    frame_ = frame;
+    for (const XMLElement* c = link.FirstChildElement("collision"); c != nullptr;
+         c = c->NextSiblingElement("collision")) {
+      add_collision(*c);
+    }
+  }
+
   [[noreturn]] void refuse(const XMLElement& at, const std::string& defect,
                            const std::string& fix) const {
     refuse_line(file_, line_of(at), defect, fix);
   }
 
-  /// An attribute of `count` numbers.
   template <std::size_t kCount>
   std::array<double, kCount> numbers(const XMLElement& at, const char* name) const {
-    const std::string text = attribute(at, name);
-    const auto line = line_of(at);
-    LineScanner scanner(text, {.comments = false});
-    std::vector<std::string_view> words, all;
-    while (scanner.next(words)) all.insert(all.end(), words.begin(), words.end());
-    if (all.size() != kCount) {
-      refuse(at, std::string(name) + " of <" + at.Name() + "> is " + shown_word(text),
-             "give " + std::to_string(kCount) + (kCount == 1 ? " number" : " numbers"));
-    }
-    std::array<double, kCount> result{};
-    for (std::size_t k = 0; k < kCount; ++k) {
-      result[k] = parse_number(all[k], file_, line, name, nullptr);
-    }
-    return result;
+    return attribute_numbers<kCount>(file_, at, name);
   }
 
   void add_collision(const XMLElement& collision) {
@@ -112,13 +124,7 @@ class LinkReader {
       refuse(*second, "a <collision> has a second form, <" + shown_word(second->Name()) + ">",
              "give every form a <collision> of its own");
     }
-    RawMesh part = form_of(*form);
-    std::array<double, 3> xyz{}, rpy{};
-    if (const XMLElement* origin = collision.FirstChildElement("origin")) {
-      if (origin->Attribute("xyz") != nullptr) xyz = numbers<3>(*origin, "xyz");
-      if (origin->Attribute("rpy") != nullptr) rpy = numbers<3>(*origin, "rpy");
-    }
-    append(part, xyz, rpy, collision);
+    append(form_of(*form), frame_.of(origin_below(collision, file_)), collision);
   }
 
   RawMesh form_of(const XMLElement& form) {
@@ -177,20 +183,17 @@ class LinkReader {
     }
   }
 
-  void append(const RawMesh& part, const std::array<double, 3>& xyz,
-              const std::array<double, 3>& rpy, const XMLElement& at) {
-    const Turn r = turn_about_fixed_axes(rpy);
+  void append(const RawMesh& part, const Placing& placing, const XMLElement& at) {
     if (mesh_.vertices.size() + part.vertices.size() > kMaxMeshVertices ||
         mesh_.faces.size() + part.faces.size() > kMaxMeshFaces) {
-      refuse(at, "the link has more than " + std::to_string(kMaxMeshFaces) + " faces",
+      refuse(at, "the collision model has more than " + std::to_string(kMaxMeshFaces) + " faces",
              "simplify its meshes");
     }
     const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
     for (const Point3& p : part.vertices) {
-      Point3 to = xyz;
-      for (std::size_t i = 0; i < 3; ++i) {
-        to[i] += r[i][0] * p[0] + r[i][1] * p[1] + r[i][2] * p[2];
-        if (!std::isfinite(to[i])) refuse(at, "a corner is not finite", "correct the origin");
+      const Point3 to = placing.of(p);
+      for (const double x : to) {
+        if (!std::isfinite(x)) refuse(at, "a corner is not finite", "correct the origin");
       }
       mesh_.vertices.push_back(to);
       mesh_.vertex_places.push_back(0);
@@ -203,7 +206,7 @@ class LinkReader {
       for (const std::uint32_t v : face.vertices) moved.vertices.push_back(first + v);
       mesh_.faces.push_back(std::move(moved));
     }
-    group_ = last_group + 1;
+    group_ = std::max(group_, last_group + 1);
     for (const std::string& warning : part.warnings) {
       mesh_.warnings.push_back(std::filesystem::path(part.file).filename().string() + ": " +
                                warning);
@@ -212,6 +215,7 @@ class LinkReader {
 
   const std::string& file_;
   std::filesystem::path folder_;
+  Placing frame_;
   RawMesh mesh_;
   std::uint32_t group_ = 0;
 };
@@ -219,7 +223,8 @@ class LinkReader {
 }  // namespace
 
 RawMesh link_mesh_of(const std::string& text, const std::string& file,
-                     const std::filesystem::path& folder, const std::string& link) {
+                     const std::filesystem::path& folder, const std::string& link,
+                     LinkFrame frame) {
   refuse_packed(text, file);
   tinyxml2::XMLDocument document;
   const XMLElement& robot = parse_xml(document, text, "robot", file);
@@ -238,20 +243,46 @@ RawMesh link_mesh_of(const std::string& text, const std::string& file,
     }
     found = l;
   }
-  if (found != nullptr) return LinkReader(file, folder).read(*found);
-  if (names.empty()) {
-    refuse_file(file, "the robot has no <link>",
-                "expand xacro files first: xacro FILE > robot.urdf");
+  if (found != nullptr) {
+    Placing placing;
+    std::vector<std::string> notes;
+    if (frame == LinkFrame::kRobot) {
+      const std::vector<PlacedLink> links = links_at_zero(robot, file, notes);
+      placing = std::ranges::find(links, found, &PlacedLink::element)->in_root;
+    }
+    return LinkReader(file, folder).read(*found, placing);
   }
+  if (names.empty()) refuse_no_link(file);
   const std::string nearest = nearest_word(wanted, {names.begin(), names.end()});
   refuse_file(file, "no link " + shown_name(link),
               (nearest.empty() ? "" : "did you mean " + shown_name(nearest) + "? ") +
                   listed(names_with_collision(robot)));
 }
 
-RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link) {
+RawMesh link_mesh(const std::filesystem::path& urdf, const std::string& link, LinkFrame frame) {
   return link_mesh_of(read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene"),
-                      urdf.string(), folder_of(urdf), link);
+                      urdf.string(), folder_of(urdf), link, frame);
+}
+
+RawMesh robot_mesh_of(const std::string& text, const std::string& file,
+                      const std::filesystem::path& folder) {
+  refuse_packed(text, file);
+  tinyxml2::XMLDocument document;
+  const XMLElement& robot = parse_xml(document, text, "robot", file);
+  std::vector<std::string> notes;
+  const std::vector<PlacedLink> links = links_at_zero(robot, file, notes);
+  if (links.empty()) refuse_no_link(file);
+  if (names_with_collision(robot).empty()) {
+    refuse_file(file, "no link of it has a <collision>", "give the parts collision models");
+  }
+  RawMesh mesh = LinkReader(file, folder).read(links);
+  mesh.notes.insert(mesh.notes.end(), notes.begin(), notes.end());
+  return mesh;
+}
+
+RawMesh robot_mesh(const std::filesystem::path& urdf) {
+  return robot_mesh_of(read_text_file(urdf, kMaxUrdfBytes, "a robot description of the scene"),
+                       urdf.string(), folder_of(urdf));
 }
 
 std::string collision_links(const std::filesystem::path& urdf) {

@@ -93,12 +93,11 @@ class AssemblyReader {
   explicit AssemblyReader(const AssemblyRequest& request) : source_(draft_source(request.given)) {
     file_.path = source_.file;
     file_.name = file_.path.string();
-    if (is_description(file_.path) || (source_.node && !is_mesh_file(file_.path))) {
-      throw UsageError(request.given.string() +
-                       ": give the meshes of the fixed parts too; a robot description does not "
-                       "place its links here");
-    }
-    if (import_format_of(file_.path)) {
+    is_robot_ = is_description(file_.path) || (source_.node && !is_mesh_file(file_.path));
+    if (is_robot_) {
+      file_.has_unit = true;  // metres
+      file_.mesh = std::make_shared<const RawMesh>(robot_mesh(file_.path));
+    } else if (import_format_of(file_.path)) {
       file_.has_unit = true;
       file_.mesh = std::make_shared<const RawMesh>(import_mesh(file_.path).mesh);
     } else {
@@ -124,7 +123,7 @@ class AssemblyReader {
       why = "as asked for";
     } else {
       hand = *chosen_hand(parts, scale, why).node;
-      why += "; --hand NODE chooses another";
+      why += is_robot_ ? "; --hand LINK chooses another" : "; --hand NODE chooses another";
     }
     split(hand, std::move(parts));
     if (assembly_.parts.size() < 2) refuse_single(assembly_.parts);
@@ -146,6 +145,8 @@ class AssemblyReader {
   DraftMesh drafted(const std::string& node, const std::vector<bool>& faces) const {
     DraftMesh part = file_;
     part.node = node;
+    if (is_robot_) part.link = node;
+    part.in_robot = is_robot_;
     part.name += "#" + node;
     part.mesh = std::make_shared<const RawMesh>(mesh_of_faces(*file_.mesh, faces, node));
     return part;
@@ -253,13 +254,15 @@ class AssemblyReader {
   }
 
   void list(const AssemblyRequest& request, double scale) {
-    const std::string scaled = file_.has_unit ? "as the file states"
+    const std::string scaled = is_robot_        ? "all joints at 0"
+                               : file_.has_unit ? "as the file states"
                                : request.scale_to_m
                                    ? "--scale " + short_number(scale, 6)
                                    : std::string("unit guessed: ") + assembly_.unit.name;
     std::vector<std::string>& remarks = assembly_.remarks;
     remarks.push_back(file_.name + ": " + std::to_string(assembly_.parts.size()) +
-                      " nodes are the parts of the scene (x, y, z in m; " + scaled + ")");
+                      (is_robot_ ? " links" : " nodes") +
+                      " are the parts of the scene (x, y, z in m; " + scaled + ")");
     for (std::size_t k = 0; k < std::min(assembly_.parts.size(), kMostListed); ++k) {
       const DraftMesh& part = assembly_.parts[k];
       const DraftBox box = part.box();
@@ -325,7 +328,8 @@ class AssemblyReader {
   }
 
   NodeName source_;
-  DraftMesh file_;  ///< the whole
+  bool is_robot_ = false;  ///< the nodes are links
+  DraftMesh file_;         ///< the whole
   std::vector<NamedNode> nodes_;
   std::vector<std::string> flat_;
   std::map<std::string, bool> closed_;  ///< parts that were asked about

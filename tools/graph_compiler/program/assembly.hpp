@@ -25,12 +25,13 @@ struct Assembly {
 
 /// The parts are what the file keeps apart: nodes with meshes of a scene (glTF, COLLADA), items of
 /// the build of a 3MF file, objects of AMF, products of a STEP file, objects of an OBJ file or its
-/// groups, solids of an STL file. Where there is one alone, what it is made of, as far as that has
-/// names. Any node may be in the hand; by default the smallest part that a hand can hold, or the
-/// largest where none is that large, of those without open edges where there are such.
-/// Parts that hold it are taken apart. Left out are nodes without faces and parts without area.
+/// groups, solids of an STL file, links of a robot description where its joints at 0 have them.
+/// Where there is one alone, what it is made of, as far as that has names. Any node may be in the
+/// hand; by default the smallest part that a hand can hold, or the largest where none is that
+/// large, of those without open edges where there are such. Parts that hold it are taken apart.
+/// Left out are nodes without faces and parts without area.
 /// @throws InputError  the mesh cannot be read, no such node; UsageError: there is one part alone,
-/// or nothing but the hand; a robot description, which says no places of its links here.
+/// or nothing but the hand.
 [[nodiscard]] Assembly read_assembly(const AssemblyRequest& request);
 
 }  // namespace haptic::tools

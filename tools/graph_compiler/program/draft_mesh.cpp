@@ -33,15 +33,16 @@ DraftBox DraftMesh::box() const {
 
 NodeName draft_source(const std::filesystem::path& given) {
   const NodeName source = split_node({}, given.string());
-  if (source.node || !is_description(source.file)) {
-    return source.node ? source : NodeName{given.string(), std::nullopt};
-  }
-  throw InputError(source.file + ": is a robot description; give a link of it, as " + source.file +
-                   "#LINK; " + collision_links(source.file));
+  const bool is_split = source.node || is_description(source.file);
+  return is_split ? source : NodeName{given.string(), std::nullopt};
 }
 
 DraftMesh read_draft_mesh(const std::filesystem::path& given) {
   const NodeName source = draft_source(given);
+  if (!source.node && is_description(source.file)) {
+    throw InputError(source.file + ": is a robot description; give a link of it, as " +
+                     source.file + "#LINK; " + collision_links(source.file));
+  }
   DraftMesh read;
   read.path = source.file;
   read.name = given.string();

@@ -27,6 +27,7 @@ struct DraftMesh {
   std::shared_ptr<const RawMesh> mesh;  ///< as read
   bool has_unit = false;                ///< the file states it: the mesh is in metres
   std::optional<std::string> link{};    ///< of a robot description
+  bool in_robot = false;                ///< the link stands where the joints at 0 have it
   std::optional<std::string> node{};    ///< of a mesh file
   std::string name{};                   ///< for people
 
@@ -36,11 +37,10 @@ struct DraftMesh {
 
 /// What stands for a part: a file, a node of a mesh file, or a link of a robot description. A file
 /// whose name has a # is taken as the file that it is.
-/// @throws InputError  a robot description without a link; the message lists its links.
 [[nodiscard]] NodeName draft_source(const std::filesystem::path& given);
 
-/// @param given  as draft_source has it. @throws InputError  the mesh cannot be read, or the file
-/// has no such node.
+/// @param given  as draft_source has it. @throws InputError  the mesh cannot be read, the file has
+/// no such node, or is a robot description and no link is named: the message lists its links.
 [[nodiscard]] DraftMesh read_draft_mesh(const std::filesystem::path& given);
 
 /// The unit of those files that state none, from the sizes of all that go together with the first;

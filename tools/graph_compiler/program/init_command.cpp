@@ -73,7 +73,8 @@ int run_init(int argc, const char* const* argv) {
   app.add_option(
          "moving", arguments.moving,
          "mesh of the part in the hand (STL, OBJ, OFF, PLY, 3MF, STEP, ...), FILE#NODE for a node "
-         "of it or FILE.urdf#LINK; or an assembly: one file with several nodes")
+         "of it or FILE.urdf#LINK; or an assembly: one file with several nodes, or a robot "
+         "description")
       ->required();
   app.add_option("fixed", arguments.fixed,
                  "meshes of the fixed parts, nodes or links likewise; none: the other nodes of the "

@@ -45,7 +45,7 @@ const ImportedMesh& MeshFiles::whole(const ScenePart& part) {
 PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file, MeshFiles* files) {
   if (part.given) return {*part.given, part.scale_to_m, part.scale_to_m, {}};
   if (part.shape) return {.mesh = shape_mesh(*part.shape, part.mesh)};
-  if (part.link) return {.mesh = link_mesh(part.path, *part.link)};
+  if (part.link) return {.mesh = link_mesh(part.path, *part.link, part.link_frame)};
   MeshFiles own;
   ImportedMesh mesh = part.node ? node_of((files != nullptr ? *files : own).whole(part), *part.node)
                                 : file_mesh(part);

@@ -180,6 +180,7 @@ ScenePart part_of(const DraftMesh& mesh, double scale) {
   part.mesh = mesh.name;
   part.path = mesh.path;
   part.link = mesh.link;
+  part.link_frame = mesh.in_robot ? LinkFrame::kRobot : LinkFrame::kLink;
   part.node = mesh.node;
   part.given = mesh.mesh;
   part.scale_to_m.fill(mesh.has_unit ? 1.0 : scale);
@@ -227,7 +228,12 @@ std::string text_of(const DraftRequest& request, const SceneDraft& draft, const 
   const auto number = [](double x) { return short_number(x == 0.0 ? 0.0 : x, 9); };
   const auto lines_of = [&](const DraftMesh& mesh) {
     const std::string path = mesh_path(mesh.path, request.folder);
-    if (mesh.link) return "link = " + quoted(path + "#" + *mesh.link) + "\n";
+    if (mesh.link) {
+      return "link = " + quoted(path + "#" + *mesh.link) + "\n" +
+             (mesh.in_robot
+                  ? "frame = \"robot\"         # it stands where the joints at 0 have it\n"
+                  : "");
+    }
     const std::string line = "mesh = " + quoted(mesh.node ? path + "#" + *mesh.node : path) + "\n";
     if (mesh.has_unit) return line;
     return line + "scale_to_m = " + number(draft.scale_to_m) +

@@ -212,9 +212,9 @@ PartKind read_kind(const TomlTable& t) {
 
 /// Keys of `[moving]` and `[[static]]`.
 std::vector<std::string_view> part_keys() {
-  std::vector<std::string_view> keys{"mesh",       "link",     "scale_to_m",  "position_m",
-                                     "quaternion", "material", "tolerance_m", "simplify_m",
-                                     "disjoint",   "as",       "deflection_m"};
+  std::vector<std::string_view> keys{"mesh",       "link",       "frame",    "scale_to_m",
+                                     "position_m", "quaternion", "material", "tolerance_m",
+                                     "simplify_m", "disjoint",   "as",       "deflection_m"};
   keys.insert(keys.end(), shape_keys().begin(), shape_keys().end());
   return keys;
 }
@@ -292,6 +292,14 @@ void read_link(const TomlTable& t, const std::filesystem::path& folder, ScenePar
   }
   part.link = name.node;
   find_part_file(t, "link", name.file, folder, part);
+  const auto frame = t.text("frame");
+  if (!frame || *frame == "link") return;
+  if (*frame != "robot") {
+    t.fail("frame", "is '" + *frame +
+                        "'; give \"link\", the link's own, or \"robot\": where the joints at 0 "
+                        "have it");
+  }
+  part.link_frame = LinkFrame::kRobot;
 }
 
 /// Reads one of `mesh`, `shape` and `link`.
@@ -315,6 +323,7 @@ void read_part_source(const TomlTable& t, const std::filesystem::path& folder, S
   if (word != "mesh" && t.has("scale_to_m")) {
     t.fail("scale_to_m", "the part is in metres already; leave it out");
   }
+  if (word != "link" && t.has("frame")) t.fail("frame", "is of a link; leave it out");
   static_cast<void>(t.text(source));  // refuses what is no text
   if (word == "mesh") read_mesh_file(t, folder, part);
   if (word == "link") read_link(t, folder, part);

@@ -16,6 +16,7 @@
 #include "tools/common/file_place.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
+#include "tools/graph_compiler/import/mesh_import.hpp"
 #include "tools/graph_compiler/mesh/surface.hpp"
 #include "tools/graph_compiler/shapes/shape.hpp"
 
@@ -50,6 +51,7 @@ struct ScenePart {
   std::filesystem::path path;                 ///< resolved against the scene file's folder
   std::optional<Shape> shape;                 ///< instead of a file
   std::optional<std::string> link;            ///< of the robot description `path`
+  LinkFrame link_frame = LinkFrame::kLink;    ///< in which its mesh is
   std::optional<std::string> node;            ///< of the mesh file `path`; absent: all of it
   std::optional<FilePlace> scale_at;          ///< of scale_to_m, where it is given
   std::shared_ptr<const RawMesh> given;       ///< the mesh itself, instead of the file at `path`
