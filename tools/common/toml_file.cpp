@@ -37,7 +37,7 @@ class TomlScan {
   void run() {
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF"))
       refuse("the file is UTF-16; save it as UTF-8");
-    if (text_.starts_with("RTSCENE"))
+    if (text_.starts_with(std::string_view("RTSCENE", 8)))  // with the zero byte of its magic
       throw InputError(file_ + ": is a compiled scene; give the TOML file that this is to be");
     while (at_ < text_.size()) {
       const char c = text_[at_];

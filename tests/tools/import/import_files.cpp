@@ -205,7 +205,8 @@ std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files
   std::string archive, index;
   const bool is_deflated = packing == Packing::kDeflated, is_wide = packing == Packing::kWide;
   const std::uint32_t elsewhere = 0xFFFFFFFF;
-  for (const auto& [name, text] : files) {
+  for (const auto& file : files) {  // clang 14 captures no structured binding
+    const std::string &name = file.first, &text = file.second;
     const auto size = static_cast<std::uint32_t>(text.size());
     // The last block, without compression: its length, and that inverted.
     const std::string content =
