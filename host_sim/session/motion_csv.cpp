@@ -140,7 +140,33 @@ void append_fixed(std::string& text, double value, int digits) {
   if (error == std::errc()) text += tools::unsigned_zero(std::string(buffer.data(), end));
 }
 
+/// A line of the file, without its end.
+void append_sample(std::string& text, const MotionSample& sample) {
+  append_fixed(text, sample.t_s, 6);
+  for (const double component : sample.p) {
+    text += ',';
+    append_fixed(text, component, 9);
+  }
+  for (const double component : sample.q_wxyz) {
+    text += ',';
+    append_fixed(text, component, 12);
+  }
+}
+
 }  // namespace
+
+std::vector<MotionSample> as_written(const std::vector<MotionSample>& motion) {
+  std::vector<MotionSample> written;
+  written.reserve(motion.size());
+  std::string line;
+  for (const MotionSample& sample : motion) {
+    line.clear();
+    append_sample(line, sample);
+    written.push_back(make_sample("the motion", written.size() + 1,
+                                  parse_line("the motion", written.size() + 1, line)));
+  }
+  return written;
+}
 
 std::vector<MotionSample> read_motion_csv(const std::string& path) {
   const std::string text = read_whole_file(path);
@@ -222,15 +248,7 @@ void write_motion_csv(const std::string& path, const std::vector<MotionSample>& 
   std::string text(kHeader);
   text += '\n';
   for (const MotionSample& sample : motion) {
-    append_fixed(text, sample.t_s, 6);
-    for (const double component : sample.p) {
-      text += ',';
-      append_fixed(text, component, 9);
-    }
-    for (const double component : sample.q_wxyz) {
-      text += ',';
-      append_fixed(text, component, 12);
-    }
+    append_sample(text, sample);
     text += '\n';
   }
   tools::write_files({{path, std::as_bytes(std::span(text))}});

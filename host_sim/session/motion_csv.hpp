@@ -30,6 +30,9 @@ constexpr double kFarthestMotion_m = 10;
 ///         from the origin (millimetres?), a jump of more than 0.5 m.
 [[nodiscard]] std::vector<MotionSample> read_played_motion(const std::string& path);
 
+/// The motion as write_motion_csv and read_motion_csv leave it: with the digits of the file.
+[[nodiscard]] std::vector<MotionSample> as_written(const std::vector<MotionSample>& motion);
+
 /// Writes a motion with fixed digits: time 6, positions 9, quaternions 12, lines ending in LF.
 /// Equal samples give equal bytes.
 /// @throws tools::OsError  the file cannot be written.

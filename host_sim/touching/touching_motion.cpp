@@ -176,7 +176,8 @@ class Search {
   /// Whether the motion, played once, touches; the best one is kept.
   bool touches(const Approach& approach) {
     TouchingScript touching = script_of(session_.view(), approach);
-    std::vector<MotionSample> motion = make_motion(touching.script);
+    // As a file has it: what is said of the motion is so in a replay of the file.
+    std::vector<MotionSample> motion = as_written(make_motion(touching.script));
     say(tools::formatted("playing a motion of %zu ticks", motion.size()));
     ReplayOptions options;
     options.expects_contact = true;

@@ -195,4 +195,31 @@ TEST_SUITE("host_sim.touching_script") {
       CHECK(result.err.find("give a motion script, or --for SCENE") != std::string::npos);
     }
   }
+
+  TEST_CASE("the motion that is played is the one that a file has, digit for digit") {
+    // A start and a part of which no place is a whole number of nanometres.
+    const TestScene scene("touching_digits",
+                          "[moving]\nshape = \"cylinder\"\nradius_m = 0.0129673251\nheight_m = "
+                          "0.0353050025\nposition_m = [0, 0, 0.03604482091]\n",
+                          "[[static]]\nshape = \"box\"\nsize_m = [0.1, 0.1, 0.02]\n");
+    CoreSession session(scene.path);
+    const TouchingMotion made = touching_motion(session);
+    REQUIRE(made.not_touched.empty());
+    const std::string file = scene.folder.file("m.csv");
+    write_motion_csv(file, made.motion);
+    const std::vector<MotionSample> written = read_motion_csv(file);
+    REQUIRE(written.size() == made.motion.size());
+    std::size_t unlike = 0;
+    for (std::size_t k = 0; k < written.size(); ++k) {
+      const MotionSample &a = written[k], &b = made.motion[k];
+      unlike += a.t_s != b.t_s || !std::equal(a.p, a.p + 3, b.p) ||
+                        !std::equal(a.q_wxyz, a.q_wxyz + 4, b.q_wxyz)
+                    ? 1U
+                    : 0U;
+    }
+    CHECK(unlike == 0);
+    session.core().reset();
+    const ReplayResult replayed = replay(session, written, {});
+    CHECK(replayed.ticks.back().state_hash == made.played.ticks.back().state_hash);
+  }
 }
