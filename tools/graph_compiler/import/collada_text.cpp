@@ -158,7 +158,10 @@ ColladaText collada_text(std::string_view text, const std::string& file) {
   const ColladaRewrite rewrite(*document.RootElement(), file, result);
   if (!rewrite.is_changed()) return result;
   tinyxml2::XMLPrinter printer(nullptr, true);
-  document.Print(&printer);
+  // Text behind the root, which the parser takes, would be no XML when it is written.
+  const tinyxml2::XMLNode* first = document.FirstChild();
+  if (first != nullptr && first->ToDeclaration() != nullptr) first->Accept(&printer);
+  document.RootElement()->Accept(&printer);
   result.changed = printer.CStr();
   return result;
 }
