@@ -102,10 +102,13 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
   return {tick.in_contact, false, 0, tick.apart_m, why_not};
 }
 
+double touch_step_m(const HeldPart& held) { return std::min(kTouchStep_m, held.radius_m / 8); }
+
 WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector& along_w,
                         double most_m) {
   constexpr int kMostHeldBack = 8;  // steps
   const double reach = std::min(reach_along(session.view(), held, along_w), most_m);
+  const double step_m = touch_step_m(held);
   WayToTouch way;
   session.core().reset();
   int held_back = 0;
@@ -120,15 +123,15 @@ WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector
     way.held_back = !verdict.touches && held_back == kMostHeldBack;
     if (way.held_back) way.why_not = verdict.why_not;
     if (verdict.arrives && !verdict.touches) free_m = s;
-    s += std::max(kTouchStep_m, std::min(0.9 * verdict.clear_m, 0.25 * held.radius_m));
+    s += std::max(step_m, std::min(0.9 * verdict.clear_m, 0.25 * held.radius_m));
   }
   // The gap may be that of few of many pairs, and a step then leads far beyond the touch: back by
   // as much as the felt part stays behind.
   constexpr int kMostTries = 8;
-  constexpr double kExact_m = 1.5 * kTouchStep_m;
+  const double exact_m = 1.5 * step_m;
   for (int k = 0; k < kMostTries && way.length_m; ++k) {
     const double beyond_m = *way.length_m - free_m;
-    if (beyond_m <= kExact_m || apart_m <= kExact_m) break;
+    if (beyond_m <= exact_m || apart_m <= exact_m) break;
     const double at_m = apart_m < beyond_m ? *way.length_m - apart_m : free_m + 0.5 * beyond_m;
     session.core().reset();
     if (!touch_at(session, held.mesh_pose(free_m * along_w)).arrives) break;

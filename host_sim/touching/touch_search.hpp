@@ -41,8 +41,12 @@ struct TouchVerdict {
 /// which the felt part follows: it touches where it stops before it is there and is felt to touch.
 [[nodiscard]] TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa);
 
+/// How exactly a touch is looked for: kTouchStep_m, of a part below 2 mm an eighth of its radius,
+/// so that no step leads past a fixed part of its size.
+[[nodiscard]] double touch_step_m(const HeldPart& held);
+
 struct WayToTouch {
-  std::optional<double> length_m;  ///< to kTouchStep_m; none: no touch
+  std::optional<double> length_m;  ///< to touch_step_m; none: no touch
   bool held_back = false;          ///< the part stays behind and touches nothing: no touch
   std::uint32_t why_not = 0;       ///< tools::WhyNot bits of held_back
 };

@@ -18,7 +18,7 @@ struct TouchingScript {
   MotionScript script;
   std::vector<PlanPose> way_in;     ///< WayIn::corners that it follows first; empty: none
   Vector along_w = Vector::Zero();  ///< unit: the straight way to the touch, and of the press
-  double way_m = 0;                 ///< length of that way, to kTouchStep_m
+  double way_m = 0;                 ///< length of that way, to touch_step_m
   double press_m = 0, slide_m = 0;  ///< beyond the touch; to each side
   double tilt_rad = 0;
 };

@@ -105,6 +105,21 @@ TEST_SUITE("host_sim.touching_script") {
     CHECK(touching.way_m <= 0.04 * std::sqrt(3.0) + kTouchStep_m);
   }
 
+  TEST_CASE("a part smaller than a step of the search touches a part that is smaller still") {
+    const TestScene scene("tiny", "[moving]\nshape = \"box\"\nsize_m = [1e-4, 1e-4, 1e-4]\n",
+                          "[[static]]\nshape = \"box\"\nsize_m = [2e-5, 2e-5, 2e-5]\n"
+                          "position_m = [0, 0, 1e-4]\n");
+    CoreSession session(scene.path);
+    const HeldPart held = held_at_start(session.view());
+    CHECK(touch_step_m(held) < 2e-5);
+    CHECK(touch_step_m({.radius_m = 0.01}) == kTouchStep_m);
+    const WayToTouch way = way_to_touch(session, held, Vector::UnitZ());
+    REQUIRE(way.length_m);
+    CHECK(*way.length_m >= 4e-5);
+    CHECK(*way.length_m <= 4e-5 + 2 * touch_step_m(held));
+    CHECK(touching_motion(session).not_touched == "");
+  }
+
   TEST_CASE("a ring around a pin: to the nearest places, where no axis and no middle touches") {
     const TestScene scene("ring", kRing,
                           "[[static]]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.02]\n");
