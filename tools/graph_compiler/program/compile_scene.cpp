@@ -671,6 +671,7 @@ WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartR
 }  // namespace
 
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
+  Stopwatch total;
   CompiledScene result;
   result.scene = scene;
   SceneDescription description;
@@ -766,6 +767,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   add_contact_cost(scene, options, view, result);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);
+  result.total_s = total.lap();
   return result;
 }
 

@@ -68,6 +68,7 @@ struct CompiledScene {
   std::vector<StartShape> start_shapes;  ///< where they start, moving part first; where asked for
   std::optional<SteadyWork> steady;      ///< absent: the scene has no motion limits
   double write_s = 0.0;                  ///< bounds, graph and blob
+  double total_s = 0.0;                  ///< of all, also of what was tried and given up
 };
 
 struct CompileOptions {

@@ -214,7 +214,8 @@ Json timing_json(const CompiledScene& compiled) {
   return {{"parts", std::move(parts)},
           {"exposure_s", 1e-3 * compiled.pruning.exposure_ms},
           {"marks_s", 1e-3 * compiled.pruning.marks_ms},
-          {"write_s", compiled.write_s}};
+          {"write_s", compiled.write_s},
+          {"total_s", compiled.total_s}};
 }
 
 Json budget_json(const SceneBudget& budget) {
@@ -391,15 +392,6 @@ std::uint64_t graph_budget(const CompiledScene& compiled) {
   return compiled.scene.graph_bytes.value_or(kDefaultGraphBytes);
 }
 
-double total_seconds(const CompiledScene& compiled) {
-  double sum = compiled.write_s + 1e-3 * (compiled.pruning.exposure_ms + compiled.pruning.marks_ms);
-  for (const PartReport& part : compiled.parts) {
-    const PartTiming& t = part.timing;
-    sum += t.read_s + t.clean_s + t.flatten_s + t.decompose_s + t.facets_s;
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::vector<std::string> epsilon_warnings(const CompiledScene& compiled) {
@@ -486,15 +478,15 @@ std::string report_as_text(const CompiledScene& compiled) {
   text += "bytes: " + grouped(facts.bytes) + ", state " + grouped(facts.capacity.state_bytes) +
           "\n" + sections_as_text(facts);
   text += state_as_text(facts);
-  return text + formatted("time %.3f s\n", total_seconds(compiled));
+  return text + formatted("time %.3f s\n", compiled.total_s);
 }
 
 std::string summary_as_text(const CompiledScene& compiled, const std::string& output) {
   const SceneFacts facts = facts_of_bytes(compiled.bytes);
   const SceneCapacity& c = facts.capacity;
   const bool proxy = facts.parameters.law == LawId::kProxy;
-  std::string text = formatted("scene        '%s', compiled in %.3f s\n", facts.name.c_str(),
-                               total_seconds(compiled));
+  std::string text =
+      formatted("scene        '%s', compiled in %.3f s\n", facts.name.c_str(), compiled.total_s);
   text += part_line(compiled.parts[0], true);
   if (compiled.parts.size() > 1) {
     std::string fixed = part_line(compiled.parts[1], false);
