@@ -76,6 +76,21 @@ TEST_SUITE("tools.collada_import") {
     CHECK(collada(with_geometries(hull("h", "#h"))).mesh.warnings.empty());
   }
 
+  TEST_CASE("a file of cameras and lines, and text in UTF-16, are refused by what they are") {
+    if (is_collada_skipped()) return;
+    const std::string camera =
+        exchanged(exchanged(tetrahedron_dae(), "instance_geometry", "instance_camera"),
+                  "url=\"#g\"", "url=\"#c\"");
+    CHECK(collada_refusal(camera) ==
+          "part: no node of it has a mesh with faces; export the part with its mesh");
+    std::string wide = "\xFF\xFE";
+    for (const char c : tetrahedron_dae()) wide += {c, '\0'};
+    CHECK(collada_refusal(wide) ==
+          "part: byte 0: the text is UTF-16; save the file as UTF-8 or plain ASCII");
+    CHECK(contains(collada_refusal(tetrahedron_dae() + "<COLLADA/>"),
+                   "part:3: a second root element <COLLADA> stands behind the first"));
+  }
+
   TEST_CASE("geometries that are not there, or are no mesh, are refused with their line") {
     if (is_collada_skipped()) return;
     const auto of = [](const std::string& geometries) {

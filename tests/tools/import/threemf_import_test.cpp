@@ -161,6 +161,28 @@ TEST_SUITE("tools.threemf_import") {
               .faces.size() == 4);
   }
 
+  TEST_CASE("two models as the root of the archive, and two roots of one, are refused") {
+    if (is_3mf_skipped()) return;
+    const std::string model = metre_model_of_3mf(object_of_3mf("1"), item("1"));
+    const auto with_roots = [&](const std::string& first, const std::string& second) {
+      const auto line = [](const std::string& target) {
+        return "\n<Relationship Target=\"" + target +
+               "\" Id=\"r\" "
+               "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>";
+      };
+      return zip_of(
+          {{"_rels/.rels", "<Relationships>" + line(first) + line(second) + "</Relationships>"},
+           {"3D/a.model", model},
+           {"3D/b.model", model}});
+    };
+    CHECK(threemf_refusal(with_roots("/3D/a.model", "/3D/b.model")) ==
+          "part: _rels/.rels:3: two models are named as the root of the archive, '/3D/a.model' and "
+          "'/3D/b.model'; leave the line of one of them, or export the file again");
+    CHECK(threemf(with_roots("/3D/a.model", "3d/A.model")).faces.size() == 4);
+    CHECK(contains(threemf_refusal(archive_of_3mf(model + "\n<model/>")),
+                   "a second root element <model> stands behind the first"));
+  }
+
   TEST_CASE("what is no material is left out, and told") {
     if (is_3mf_skipped()) return;
     const std::string part = object_of_3mf("1", "type=\"model\"");
@@ -248,16 +270,43 @@ TEST_SUITE("tools.threemf_import") {
     const std::string start = "xmlns:z=\"http://schemas.microsoft.com/3dmanufacturing/";
     CHECK(threemf(requiring(start + "material/2015/02\"", "z")).faces.size() == 4);
     CHECK(threemf(requiring(start + "trianglesets/2021/07\"", "z m\np")).faces.size() == 4);
-    CHECK(threemf_refusal(requiring(start + "beamlattice/2017/02\"", "z")) ==
-          "part:2: the file requires extension 'z' of 3MF (lattices of beams), which is not read; "
-          "export the part as a plain mesh without this extension, or as STL");
-    CHECK(contains(threemf_refusal(requiring(start + "slice/2015/07\"", "p z")), "(slices in"));
-    CHECK(contains(threemf_refusal(requiring("", "b")), "(lattices of beams)"));
+    CHECK(threemf_refusal(requiring(start + "booleanoperations/2023/07\"", "z")) ==
+          "part:2: the file requires extension 'z' of 3MF (parts cut by each other), which is not "
+          "read; export the part as a plain mesh without this extension, or as STL");
+    CHECK(contains(threemf_refusal(requiring("", "v")), "(fields in place of meshes)"));
+    CHECK(contains(threemf_refusal(requiring("", "xyz")),
+                   "'xyz' of 3MF (without a namespace, so that it is unknown)"));
     CHECK(contains(threemf_refusal(requiring("xmlns:m=\"urn:x\"", "m")),
                    "'m' of 3MF ('urn:x', which is unknown and may change parts)"));
-    // Geometry of an extension that the file does not say it requires.
+  }
+
+  TEST_CASE("beams and slices are refused where a part that is placed has them, required or not") {
+    if (is_3mf_skipped()) return;
+    const auto requiring = [](const std::string& prefixes, const std::string& objects) {
+      return archive_of_3mf(metre_model_of_3mf(
+          objects, item("1"),
+          "xmlns:z=\"http://schemas.microsoft.com/3dmanufacturing/slice/2015/07\" "
+          "requiredextensions=\"" +
+              prefixes + "\""));
+    };
+    const std::string plain = object_of_3mf("1");
+    CHECK(threemf(requiring("b z", plain)).faces.size() == 4);
+    const std::string full =
+        object_of_3mf("1", "z:meshresolution=\"fullres\" z:slicestackid=\"3\"");
+    CHECK(threemf(requiring("z", full)).faces.size() == 4);
+    const std::string rough =
+        object_of_3mf("1", "z:meshresolution=\"lowres\" z:slicestackid=\"3\"");
+    for (const char* prefixes : {"z", ""}) {
+      CHECK(
+          threemf_refusal(requiring(prefixes, "\n" + rough)) ==
+          "part:3: the mesh is a rough one, in place of which slices are printed (lowres); export "
+          "the part with its full mesh, or as STL");
+    }
+    CHECK(threemf(requiring("z", plain + replaced(rough, "id=\"1\"", "id=\"2\""))).faces.size() ==
+          4);
     const std::string beams = replaced(object_of_3mf("1"), "</mesh>",
                                        "\n<b:beamlattice><b:beams/></b:beamlattice></mesh>");
+    CHECK(contains(threemf_refusal(requiring("b", beams)), "part:3: the mesh holds beams"));
     CHECK(contains(threemf_refusal(archive_of_3mf(metre_model_of_3mf(beams, item("1")))),
                    "part:3: the mesh holds beams"));
     CHECK(contains(threemf_refusal(archive_of_3mf(

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "tools/common/files.hpp"
@@ -146,6 +147,9 @@ class Merge {
     }
   }
 
+  /// Of the meshes that nodes use, each once.
+  [[nodiscard]] std::size_t read_faces() const { return read_faces_; }
+
  private:
   [[noreturn]] void refuse(const std::string& defect) const {
     refuse_file(mesh_.file, defect, "export the part again, or as STL");
@@ -165,7 +169,9 @@ class Merge {
       const unsigned index = node.mMeshes[k];
       if (index >= scene_.mNumMeshes) refuse("a node uses a mesh that is not there");
       mesh_.group_nodes.push_back(own);
+      const std::size_t before = mesh_.faces.size();
       add_mesh(*scene_.mMeshes[index], map);
+      if (used_.insert(index).second) read_faces_ += mesh_.faces.size() - before;
     }
     add_children(node, map, own, depth);
   }
@@ -211,6 +217,8 @@ class Merge {
 
   const aiScene& scene_;
   RawMesh& mesh_;
+  std::set<unsigned> used_;
+  std::size_t read_faces_ = 0;
   std::uint32_t group_ = 0;
 };
 
@@ -220,8 +228,9 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   // Where the buffers of a .gltf are.
   const std::filesystem::path below =
       format == ImportFormat::kGltf ? folder : std::filesystem::path();
+  std::uint64_t stated = 0;
   if (format == ImportFormat::kGltf || format == ImportFormat::kGlb) {
-    check_gltf(bytes, format == ImportFormat::kGlb, file, below);
+    stated = check_gltf(bytes, format == ImportFormat::kGlb, file, below);
   }
   ImportedMesh imported;
   // glTF is in metres.
@@ -242,16 +251,26 @@ ImportedMesh read(std::span<const char> bytes, ImportFormat format, const std::s
   importer.SetIOHandler(new MemoryFiles(bytes, name, below));
   const aiScene* scene = importer.ReadFile(name, 0);
   if (scene == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0) {
+    // A scene that it calls incomplete has no mesh; it may make one from the nodes.
+    if (scene != nullptr) {
+      refuse_file(file, "no node of it has a mesh with faces", "export the part with its mesh");
+    }
     const std::string reason = importer.GetErrorString();
     refuse_file(file,
                 "it is no " + std::string(reader.name) + " file that assimp reads" +
-                    (reason.empty() ? "" : " (" + shown_word(reason) + ")"),
+                    (reason.empty() ? "" : " (" + shown_name(reason.substr(0, 200)) + ")"),
                 "export the part again, or as STL");
   }
   RawMesh& mesh = imported.mesh;
   mesh.file = file;
   // COLLADA comes in metres, as glTF is.
-  Merge(*scene, format == ImportFormat::kDae ? "" : "ROOT", mesh);
+  const Merge merge(*scene, format == ImportFormat::kDae ? "" : "ROOT", mesh);
+  if (merge.read_faces() < stated) {
+    refuse_file(file,
+                std::to_string(stated - merge.read_faces()) + " of its " + std::to_string(stated) +
+                    " triangles use vertices that are not there",
+                "export the part again, or as STL");
+  }
   return imported;
 }
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string_view>
+#include <vector>
 
 #include "tools/graph_compiler/mesh/mesh_reader.hpp"
 #include "tools/graph_compiler/mesh/text_scan.hpp"
@@ -16,19 +18,29 @@ using Json = nlohmann::json;
 
 constexpr const char* kExportGltf = "export the part again, or as STL";
 
+[[noreturn]] void refuse_version(const std::string& version, const std::string& file) {
+  refuse_file(file, "it is glTF of version " + version + ", and version 2 is read",
+              "export the part as glTF 2, or as STL");
+}
+
 /// The text of a .gltf, or the first chunk of a .glb.
 std::string_view gltf_json(std::span<const char> bytes, bool is_glb, const std::string& file) {
   const std::string_view text(bytes.data(), bytes.size());
   if (!is_glb) return text;
   constexpr std::size_t kHeader = 12, kChunk = 8;
-  if (text.size() < kHeader + kChunk || !text.starts_with("glTF") ||
-      text.substr(kHeader + 4, 4) != "JSON") {
+  const auto number_at = [&](std::size_t byte) {
+    std::uint32_t number = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      number |= static_cast<std::uint32_t>(static_cast<unsigned char>(text[byte + k])) << (8 * k);
+    }
+    return number;
+  };
+  const bool is_cut = text.size() < kHeader + kChunk || !text.starts_with("glTF");
+  if (!is_cut && number_at(4) == 1) refuse_version("1", file);
+  if (is_cut || text.substr(kHeader + 4, 4) != "JSON") {
     refuse_file(file, "it is no GLB file: its header is damaged", kExportGltf);
   }
-  std::uint32_t size = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    size |= static_cast<std::uint32_t>(static_cast<unsigned char>(text[kHeader + k])) << (8 * k);
-  }
+  const std::uint32_t size = number_at(kHeader);
   if (size > text.size() - kHeader - kChunk) {
     refuse_file(file, "it is no GLB file: it ends early", kExportGltf);
   }
@@ -47,6 +59,14 @@ const Json& member(const Json& of, const char* name) {
 bool is_of_looks(std::string_view name) {
   constexpr std::string_view kStarts[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_"};
   return std::ranges::any_of(kStarts, [&](auto start) { return name.starts_with(start); });
+}
+
+void check_version(const Json& root, const std::string& file) {
+  const Json& version = member(member(root, "asset"), "version");
+  if (version.is_string() && !version.get_ref<const std::string&>().starts_with("2.")) {
+    refuse_version(shown_word(version.get_ref<const std::string&>()), file);
+  }
+  if (version.is_number() && !(version >= 2)) refuse_version(version.dump(), file);
 }
 
 void check_extensions(const Json& root, const std::string& file) {
@@ -106,6 +126,55 @@ void check_shapes(const Json& root, const std::string& file) {
   }
 }
 
+/// An entry of an array of the root; null where there is none.
+const Json& entry_of(const Json& root, const char* array, const Json& index) {
+  static const Json kNull;
+  const Json& entries = member(root, array);
+  if (!entries.is_array() || !index.is_number_unsigned()) return kNull;
+  const auto at = index.get<std::uint64_t>();
+  return at < entries.size() ? entries[static_cast<std::size_t>(at)] : kNull;
+}
+
+std::uint64_t triangles_of(const Json& root, const Json& mesh) {
+  constexpr int kTriangles = 4, kStrip = 5, kFan = 6;
+  std::uint64_t triangles = 0;
+  for (const Json& primitive : member(mesh, "primitives")) {
+    const Json& indices = member(primitive, "indices");
+    const Json& corners = member(member(primitive, "attributes"), "POSITION");
+    const Json& count =
+        member(entry_of(root, "accessors", indices.is_null() ? corners : indices), "count");
+    if (!count.is_number_unsigned()) continue;
+    const auto n = count.get<std::uint64_t>();
+    const Json& mode = member(primitive, "mode");
+    if (mode.is_null() || mode == kTriangles) triangles += n / 3;
+    if (mode == kStrip || mode == kFan) triangles += n < 3 ? 0 : n - 2;
+  }
+  return triangles;
+}
+
+/// Of the meshes that the nodes of the scene name, each once.
+std::uint64_t triangles_of_scene(const Json& root) {
+  const Json& asked = member(root, "scene");
+  std::vector<const Json*> open{&entry_of(root, "scenes", asked.is_null() ? Json(0u) : asked)};
+  std::set<const Json*> nodes, meshes;
+  while (!open.empty()) {
+    const Json& at = *open.back();
+    open.pop_back();
+    for (const char* below : {"nodes", "children"}) {
+      for (const Json& index : member(at, below)) {
+        const Json& node = entry_of(root, "nodes", index);
+        if (nodes.insert(&node).second) open.push_back(&node);
+      }
+    }
+    if (const Json& mesh = member(at, "mesh"); !mesh.is_null()) {
+      meshes.insert(&entry_of(root, "meshes", mesh));
+    }
+  }
+  std::uint64_t triangles = 0;
+  for (const Json* mesh : meshes) triangles += triangles_of(root, *mesh);
+  return triangles;
+}
+
 void check_buffers(const Json& root, const std::string& file, const std::filesystem::path& folder) {
   std::size_t index = 0;
   for (const Json& buffer : member(root, "buffers")) {
@@ -133,8 +202,8 @@ bool is_gltf_buffer(const std::filesystem::path& folder, const std::filesystem::
   return std::filesystem::is_regular_file(folder / name, error);
 }
 
-void check_gltf(std::span<const char> bytes, bool is_glb, const std::string& file,
-                const std::filesystem::path& folder) {
+std::uint64_t check_gltf(std::span<const char> bytes, bool is_glb, const std::string& file,
+                         const std::filesystem::path& folder) {
   Json root;
   try {
     root = Json::parse(gltf_json(bytes, is_glb, file));
@@ -144,10 +213,12 @@ void check_gltf(std::span<const char> bytes, bool is_glb, const std::string& fil
                     std::to_string(error.byte) + " on",
                 kExportGltf);
   }
+  check_version(root, file);
   check_extensions(root, file);
   check_corners(root, file);
   check_shapes(root, file);
   check_buffers(root, file, folder);
+  return triangles_of_scene(root);
 }
 
 }  // namespace haptic::tools

@@ -44,7 +44,7 @@ class Settings {
       : file_(file + ": " + name) {
     text_ = package.part(name);
     if (!text_) return;
-    root_ = &parse_xml(document_, checked_text(*text_, file_), "config", file_);
+    root_ = &parse_xml(document_, *text_, "config", file_);
   }
 
   [[nodiscard]] const XMLElement* first_object() const {

@@ -13,7 +13,8 @@ namespace {
 struct Extension {
   std::string_view in_namespace;  ///< what its namespace holds, of any year
   std::string_view prefix;        ///< that its specification uses
-  const char* refused;            ///< what it makes of a part; null: it is read, or is of the looks
+  const char* refused;  ///< what it makes of a part; null: it is read, is of the looks, or
+                        ///< is refused where a part that is placed uses it
 };
 
 // The more special ones first.
@@ -22,8 +23,8 @@ constexpr Extension kExtensions[] = {
     {"3dmanufacturing/production/", "p", nullptr},
     {"3dmanufacturing/material/", "m", nullptr},
     {"3dmanufacturing/trianglesets/", "t", nullptr},
-    {"3dmanufacturing/beamlattice/", "b", "lattices of beams"},
-    {"3dmanufacturing/slice/", "s", "slices in place of meshes"},
+    {"3dmanufacturing/beamlattice/", "b", nullptr},
+    {"3dmanufacturing/slice/", "s", nullptr},
     {"3dmanufacturing/booleanoperations/", "bo", "parts cut by each other"},
     {"3dmanufacturing/volumetric/", "v", "fields in place of meshes"},
     {"3dmanufacturing/implicit/", "i", "functions in place of meshes"},
@@ -50,13 +51,14 @@ void check_extensions(const tinyxml2::XMLElement& model, const std::string& file
       const std::string name = attribute(model, ("xmlns:" + std::string(prefix)).c_str());
       const Extension* extension = known(prefix, name);
       if (extension != nullptr && extension->refused == nullptr) continue;
-      refuse_line(file, line_of(model),
-                  "the file requires extension " + shown_word(prefix) + " of 3MF (" +
-                      (extension != nullptr
-                           ? std::string(extension->refused)
-                           : shown_word(name) + ", which is unknown and may change parts") +
-                      "), which is not read",
-                  "export the part as a plain mesh without this extension, or as STL");
+      refuse_line(
+          file, line_of(model),
+          "the file requires extension " + shown_word(prefix) + " of 3MF (" +
+              (extension != nullptr ? std::string(extension->refused)
+               : name.empty()       ? "without a namespace, so that it is unknown"
+                              : shown_word(name) + ", which is unknown and may change parts") +
+              "), which is not read",
+          "export the part as a plain mesh without this extension, or as STL");
     }
   }
 }

@@ -87,11 +87,20 @@ std::string ThreemfPackage::name_of_first() {
   if (const auto text = part(kRelations)) {
     const std::string file = file_ + ": " + kRelations;
     tinyxml2::XMLDocument document;
-    const std::string_view checked = checked_text(*text, file);
-    const tinyxml2::XMLElement& root = parse_xml(document, checked, "Relationships", file);
+    const tinyxml2::XMLElement& root = parse_xml(document, *text, "Relationships", file);
+    std::optional<std::string> named;
     for (const auto* r = root.FirstChildElement(); r != nullptr; r = r->NextSiblingElement()) {
-      if (attribute(*r, "Type").ends_with("/3dmodel")) return attribute(*r, "Target");
+      if (!attribute(*r, "Type").ends_with("/3dmodel")) continue;
+      const std::string target = attribute(*r, "Target");
+      if (named && key_of(*named) != key_of(target)) {
+        refuse_line(file, line_of(*r),
+                    "two models are named as the root of the archive, " + shown_word(*named) +
+                        " and " + shown_word(target),
+                    "leave the line of one of them, or export the file again");
+      }
+      if (!named) named = target;
     }
+    if (named) return *named;
   }
   if (entries_.contains(key_of(kUsual))) return kUsual;
   refuse_file(file_,
@@ -121,7 +130,7 @@ const ThreemfModel& ThreemfPackage::model(const std::string& name) {
   ThreemfModel model;
   model.file = models_.empty() ? file_ : file_ + ": " + shown_word(name);
   model.document = std::make_unique<tinyxml2::XMLDocument>();
-  model.root = &parse_xml(*model.document, checked_text(*text, model.file), "model", model.file);
+  model.root = &parse_xml(*model.document, *text, "model", model.file);
   const std::string_view root = model.root->Name();
   model.prefix = root.substr(0, root.find(':') == std::string_view::npos ? 0 : root.find(':') + 1);
   check_extensions(*model.root, model.file);

@@ -26,13 +26,16 @@ constexpr int kDeepestComponent = 64;
 /// Objects placed in all: a few nested ones could multiply without end.
 constexpr std::size_t kMostPlaced = 1'000'000;
 
-/// Attribute "path" of the production extension, under any prefix.
-std::string path_of(const XMLElement& element) {
+/// An attribute of an extension, `name` with its colon, under any prefix.
+std::string extension_attribute(const XMLElement& element, std::string_view name) {
   for (const auto* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
-    if (std::string_view(a->Name()).ends_with(":path")) return a->Value();
+    if (std::string_view(a->Name()).ends_with(name)) return a->Value();
   }
   return {};
 }
+
+/// Of the production extension: the model that the object is in.
+std::string path_of(const XMLElement& element) { return extension_attribute(element, ":path"); }
 
 /// An object, and the model that it is in.
 struct Placed {
@@ -159,6 +162,11 @@ class ThreemfReader {
     const bool has_mesh = model->child(*object, "mesh") != nullptr;
     const XMLElement* components = model->child(*object, "components");
     if (!has_mesh && components == nullptr) return refuse_form(placed);
+    // Required or not: that it is a rough one is said here alone.
+    if (has_mesh && extension_attribute(*object, ":meshresolution") == "lowres") {
+      refuse(placed, "the mesh is a rough one, in place of which slices are printed (lowres)",
+             "export the part with its full mesh, or as STL");
+    }
     const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes.push_back({name_of(placed, settled), parent, false});
     if (has_mesh) append(mesh_at(placed), map, placed);

@@ -7,6 +7,7 @@ namespace haptic::tools {
 
 const tinyxml2::XMLElement& parse_xml(tinyxml2::XMLDocument& document, std::string_view text,
                                       std::string_view root, const std::string& file) {
+  text = checked_text({text.data(), text.size()}, file);
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     const int line = document.ErrorLineNum();
     refuse_line(file, line > 0 ? static_cast<std::size_t>(line) : 1,
@@ -22,6 +23,13 @@ const tinyxml2::XMLElement& parse_xml(tinyxml2::XMLDocument& document, std::stri
     refuse_line(file, element != nullptr ? line_of(*element) : 1,
                 "the root element is " + shown_word(name),
                 "it must be <" + std::string(root) + ">; check the extension of the file");
+  }
+  // XML has one root; the parser takes more, and all behind the first would be left out.
+  if (const tinyxml2::XMLElement* second = element->NextSiblingElement()) {
+    refuse_line(file, line_of(*second),
+                "a second root element <" + std::string(second->Name()).substr(0, 40) +
+                    "> stands behind the first",
+                "delete one of them, or export the file again");
   }
   return *element;
 }

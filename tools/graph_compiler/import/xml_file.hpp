@@ -9,8 +9,8 @@
 
 namespace haptic::tools {
 
-/// Parses into `document`; the root must be `root`, with or without a prefix.
-/// @throws InputError "file:line: the text is no XML ...".
+/// Parses into `document`; the root must be `root`, with or without a prefix, and the only one.
+/// @throws InputError "file:line: the text is no XML ..."; the text is UTF-16, or binary.
 const tinyxml2::XMLElement& parse_xml(tinyxml2::XMLDocument& document, std::string_view text,
                                       std::string_view root, const std::string& file);
 
