@@ -91,6 +91,65 @@ TEST_SUITE("tools.collada_import") {
                    "part:3: a second root element <COLLADA> stands behind the first"));
   }
 
+  TEST_CASE(
+      "shapes of rigid bodies are read where no node has a mesh, at the node and their place") {
+    if (is_collada_skipped()) return;
+    const auto physics = [](const std::string& shapes, const std::string& target) {
+      const std::string bare = exchanged(tetrahedron_dae(), "<instance_geometry url=\"#g\"/>",
+                                         "<translate>5 0 0</translate>");
+      REQUIRE(!contains(bare, "instance_geometry"));
+      return exchanged(
+          exchanged(bare, "mesh>", "convex_mesh>"), "<scene>",
+          "<library_physics_models><physics_model id=\"m\"><rigid_body sid=\"b\">"
+          "<technique_common>" +
+              shapes +
+              "</technique_common></rigid_body></physics_model>"
+              "</library_physics_models>\n<library_physics_scenes><physics_scene id=\"p\">"
+              "<instance_physics_model url=\"#m\"><instance_rigid_body target=\"" +
+              target +
+              "\" body=\"b\"/></instance_physics_model></physics_scene></library_physics_scenes>"
+              "<scene>");
+    };
+    const std::string still =
+        "<shape><translate>0 0 0</translate><rotate>1 0 0 0</rotate>"
+        "<instance_geometry url=\"g\"/></shape>";
+    const std::string moved =
+        "<shape><translate>0 0 7</translate><rotate>0 0 1 180</rotate>"
+        "<instance_geometry url=\"#g\"/></shape>";
+    const RawMesh mesh = collada(physics(still + moved, "#n")).mesh;
+    CHECK(mesh.faces.size() == 8);
+    REQUIRE(mesh.warnings.size() == 1);
+    CHECK(mesh.warnings[0] ==
+          "no node has a mesh of its own; the shapes of the rigid bodies are taken");
+    for (const Point3& corner :
+         {Point3{6, 0, 0}, Point3{5, 0, 1}, Point3{5, 0, 8}, Point3{4, 0, 7}}) {
+      CHECK(has_corner_at(mesh, corner, 1e-6));
+    }
+    CHECK(contains(collada_refusal(physics(still, "#x")),
+                   "part:3: <instance_rigid_body> names node '#x' and body 'b', and one of them"));
+    CHECK(contains(collada_refusal(physics("<shape><box/></shape>", "#n")),
+                   "a shape of a rigid body is no mesh"));
+    CHECK(contains(collada_refusal(physics(exchanged(still, "\"g\"", "\"h\""), "#n")),
+                   "<instance_geometry> names geometry '#h', which is not in the file"));
+  }
+
+  TEST_CASE("pictures and materials that are not there do not matter to a mesh") {
+    if (is_collada_skipped()) return;
+    const std::string looks =
+        "<library_images><image id=\"i\"><init_from/></image></library_images>"
+        "<library_effects><effect id=\"e\"/></library_effects>"
+        "<library_materials><material id=\"m\"><instance_effect url=\"#x\"/></material>"
+        "</library_materials>";
+    const std::string bound =
+        "<instance_geometry url=\"#g\"><bind_material><technique_common><instance_material "
+        "symbol=\"s\" target=\"#y\"/></technique_common></bind_material></instance_geometry>";
+    const std::string text =
+        exchanged(exchanged(tetrahedron_dae(), "<instance_geometry url=\"#g\"/>", bound),
+                  "<library_geometries>", looks + "<library_geometries>");
+    REQUIRE(contains(text, "bind_material"));
+    CHECK(collada(text).mesh.faces.size() == 4);
+  }
+
   TEST_CASE("geometries that are not there, or are no mesh, are refused with their line") {
     if (is_collada_skipped()) return;
     const auto of = [](const std::string& geometries) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/tools/import/import_files.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 namespace haptic::tools::test {
@@ -55,6 +57,12 @@ const char* const kCorners[4] = {"0 0 0", "1 0 0", "0 1 0", "0 0 1"};
 constexpr unsigned kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
 }  // namespace
+
+bool has_corner_at(const RawMesh& mesh, const Point3& corner, double within) {
+  return std::ranges::any_of(mesh.vertices, [&](const Point3& p) {
+    return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < within;
+  });
+}
 
 std::string amf_object(const std::string& id, int volumes) {
   std::string text = "<object id=\"" + id + "\"><mesh><vertices>";

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "tools/graph_compiler/mesh/surface.hpp"
+
 namespace haptic::tools::test {
 
 /// How files stand in a ZIP archive: as they are, by deflate (in one block without compression), or
@@ -34,6 +36,8 @@ std::string metre_model_of_3mf(const std::string& resources, const std::string& 
                                const std::string& root = "");
 std::string archive_of_3mf(const std::string& model, Packing packing = Packing::kStored);
 /// The node's keys, such as "\"scale\":[1,1,-1],"; buffer as data in the text, or `buffer`.bin.
+/// `within`: a length; assimp's matrices are of single precision.
+bool has_corner_at(const RawMesh& mesh, const Point3& corner, double within = 1e-12);
 std::string tetrahedron_gltf(const std::string& node = "", const std::string& buffer = "");
 /// Nodes with "mesh":0, the tetrahedron; `roots`: the indices of those of the scene.
 std::string gltf_of_nodes(const std::string& nodes, const std::string& roots);

@@ -33,12 +33,6 @@ std::string threemf_refusal(const std::string& archive) {
   return {};
 }
 
-bool has_corner_at(const RawMesh& mesh, const Point3& corner) {
-  return std::ranges::any_of(mesh.vertices, [&](const Point3& p) {
-    return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < 1e-12;
-  });
-}
-
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }

@@ -26,6 +26,24 @@ XMLElement* following(XMLElement* element) {
   return nullptr;
 }
 
+/// True where the translations and rotations in the element move something.
+bool moves(const XMLElement& element, const std::string& file) {
+  bool found = false;
+  for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    const std::string_view name = e->Name();
+    if (name != "translate" && name != "rotate") continue;
+    LineScanner scanner(e->GetText() != nullptr ? e->GetText() : "", {.comments = false});
+    std::vector<std::string_view> words, all;
+    while (scanner.next(words)) all.insert(all.end(), words.begin(), words.end());
+    // Of a rotation the angle behind its axis.
+    const std::size_t first = name == "rotate" ? 3 : 0;
+    for (std::size_t k = first; k < all.size(); ++k) {
+      found = found || parse_number(all[k], file, line_of(*e), e->Name(), nullptr) != 0.0;
+    }
+  }
+  return found;
+}
+
 /// The id that a reference such as "#g" names; empty where it leads out of the file.
 std::string id_of(const std::string& reference) {
   return reference.starts_with('#') ? reference.substr(1) : "";
@@ -36,6 +54,8 @@ class ColladaRewrite {
   ColladaRewrite(XMLElement& root, const std::string& file, ColladaText& result)
       : file_(file), result_(result) {
     for (XMLElement* e = &root; e != nullptr; e = following(e)) collect(*e);
+    leave_out_looks(root);
+    if (instances_.empty()) take_rigid_bodies();
     for (XMLElement* instance : instances_) resolve(*instance);
     for (auto& [id, geometry] : geometries_) rename(*geometry);
   }
@@ -51,14 +71,80 @@ class ColladaRewrite {
                       " (skin or morph), which is not read",
                   "apply it to the mesh in the program that made the file, and export again");
     }
+    if (name == "bind_material") bound_.push_back(&element);
+    if (name == "node") nodes_.try_emplace(attribute(element, "id"), &element);
+    if (name == "rigid_body") bodies_.try_emplace(attribute(element, "sid"), &element);
+    if (name == "instance_rigid_body") moved_bodies_.push_back(&element);
     if (name == "geometry") geometries_.try_emplace(attribute(element, "id"), &element);
     const tinyxml2::XMLNode* parent = element.Parent();
     const XMLElement* above = parent != nullptr ? parent->ToElement() : nullptr;
-    // Physics has instances too, which are no part of the scene.
+    // Physics has instances too, which are no part of a scene that has its own.
     if (name == "instance_geometry" && above != nullptr &&
         above->Name() == std::string_view("node")) {
       instances_.push_back(&element);
     }
+  }
+
+  /// assimp refuses a mesh for a picture that is not there.
+  void leave_out_looks(XMLElement& root) {
+    for (XMLElement* bound : bound_) {
+      bound->Parent()->DeleteChild(bound);
+      is_changed_ = true;
+    }
+    for (const char* name : {"library_images", "library_effects", "library_materials"}) {
+      while (XMLElement* looks = root.FirstChildElement(name)) {
+        root.DeleteChild(looks);
+        is_changed_ = true;
+      }
+    }
+  }
+
+  /// Of a file whose nodes have no meshes: the shapes of the rigid bodies that move them.
+  void take_rigid_bodies() {
+    for (const XMLElement* at : moved_bodies_) {
+      const std::string target = attribute(*at, "target"), sid = attribute(*at, "body");
+      const auto node = nodes_.find(id_of(target));
+      const auto body = bodies_.find(sid);
+      if (node == nodes_.end() || body == bodies_.end()) {
+        refuse_line(file_, line_of(*at),
+                    "<instance_rigid_body> names node " + shown_word(target) + " and body " +
+                        shown_word(sid) + ", and one of them is not in the file",
+                    "export the part with its mesh at a node");
+      }
+      const XMLElement* common = body->second->FirstChildElement("technique_common");
+      const XMLElement* shape = common != nullptr ? common->FirstChildElement("shape") : nullptr;
+      for (; shape != nullptr; shape = shape->NextSiblingElement("shape")) {
+        take_shape(*shape, *node->second);
+      }
+    }
+    if (instances_.empty()) return;
+    is_changed_ = true;
+    result_.warnings.emplace_back(
+        "no node has a mesh of its own; the shapes of the rigid bodies are taken");
+  }
+  void take_shape(const XMLElement& shape, XMLElement& node) {
+    const XMLElement* named = shape.FirstChildElement("instance_geometry");
+    if (named == nullptr) {
+      refuse_line(file_, line_of(shape), "a shape of a rigid body is no mesh, which is not read",
+                  "export the part with its mesh at a node");
+    }
+    std::string reference = attribute(*named, "url");
+    if (!reference.starts_with('#')) reference.insert(0, "#");
+    static_cast<void>(geometry_of(*named, reference));
+    tinyxml2::XMLDocument& document = *node.GetDocument();
+    XMLElement* to = &node;
+    if (moves(shape, file_)) {
+      to = document.NewElement("node");
+      node.InsertEndChild(to);
+      for (const auto* e = shape.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+        const std::string_view name = e->Name();
+        if (name == "translate" || name == "rotate") to->InsertEndChild(e->DeepClone(&document));
+      }
+    }
+    XMLElement* instance = document.NewElement("instance_geometry");
+    instance->SetAttribute("url", reference.c_str());
+    to->InsertEndChild(instance);
+    instances_.push_back(instance);
   }
 
   XMLElement& geometry_of(const XMLElement& at, const std::string& reference) const {
@@ -132,7 +218,11 @@ class ColladaRewrite {
   const std::string& file_;
   ColladaText& result_;
   std::map<std::string, XMLElement*> geometries_;
+  std::map<std::string, XMLElement*> nodes_;
+  std::map<std::string, const XMLElement*> bodies_;
+  std::vector<const XMLElement*> moved_bodies_;
   std::vector<XMLElement*> instances_;
+  std::vector<XMLElement*> bound_;  ///< to their materials
   std::set<std::string> told_;
   bool is_changed_ = false;
 };

@@ -15,7 +15,9 @@ struct ColladaText {
 };
 
 /// assimp knows no <convex_mesh>: one with faces becomes a <mesh>. One that is to be the convex
-/// hull of another geometry is taken from there, with a warning, for no hull is made.
+/// hull of another geometry is taken from there, with a warning, for no hull is made. Where no node
+/// has a mesh the shapes of the rigid bodies become those of the nodes that they move, with a
+/// warning. Pictures, effects and materials are left out: assimp refuses a mesh for them.
 /// @throws InputError "file:line: defect; fix": no XML, a bad unit, a mesh that a controller bends;
 /// a node with a geometry that is not there, is given by points alone, or is no mesh (brep).
 /// Cost: linear in the text.
