@@ -3,14 +3,17 @@
 /// within a deflection that is measured afterwards.
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
+#include <BRepGProp.hxx>
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
+#include <GProp_GProps.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_Printer.hxx>
 #include <Poly_Triangulation.hxx>
+#include <Precision.hxx>
 #include <STEPConstruct_UnitContext.hxx>
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
@@ -27,6 +30,7 @@
 #include <array>
 #include <cmath>
 #include <istream>
+#include <limits>
 #include <set>
 #include <streambuf>
 #include <string>
@@ -136,6 +140,11 @@ class Facets {
   }
   /// Largest distance found between a middle of a triangle, or of an edge of it, and the face.
   [[nodiscard]] double deviation() const { return deviation_; }
+  /// Where the first face is that has an area and no triangles: Open CASCADE may fail at one
+  /// deflection and not at another. Empty: there is none.
+  [[nodiscard]] const std::string& missing() const { return missing_; }
+  /// Faces without area, and so without triangles.
+  [[nodiscard]] std::size_t slivers() const { return slivers_; }
 
  private:
   void begin_group(std::uint32_t node) {
@@ -153,10 +162,7 @@ class Facets {
   void add_face(const TopoDS_Face& face) {
     TopLoc_Location location;
     const Handle(Poly_Triangulation) facets = BRep_Tool::Triangulation(face, location);
-    if (facets.IsNull() || facets->NbTriangles() == 0) {
-      refuse_export(mesh_.file,
-                    "face " + std::to_string(faces_) + " of the part cannot be made of triangles");
-    }
+    if (facets.IsNull() || facets->NbTriangles() == 0) return miss(face);
     if (mesh_.vertices.size() + static_cast<std::size_t>(facets->NbNodes()) > kMaxMeshVertices ||
         mesh_.faces.size() + static_cast<std::size_t>(facets->NbTriangles()) > kMaxMeshFaces) {
       refuse_file(mesh_.file, "it has more than " + std::to_string(kMaxMeshFaces) + " triangles",
@@ -186,6 +192,22 @@ class Facets {
     }
   }
 
+  void miss(const TopoDS_Face& face) {
+    Bnd_Box box;
+    BRepBndLib::Add(face, box, Standard_False);
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(face, properties);
+    const double size = box.IsVoid() || box.IsOpen() ? 0.0 : std::sqrt(box.SquareExtent());
+    if (std::abs(properties.Mass()) <= Precision::Confusion() * size) {
+      ++slivers_;
+      return;
+    }
+    if (!missing_.empty()) return;
+    const Point3 low = point_of(box.CornerMin()), high = point_of(box.CornerMax());
+    missing_ = formatted("face %zu of the part, near (%.6g, %.6g, %.6g) mm,", faces_,
+                         (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
+  }
+
   void measure(const Poly_Triangulation& facets, const BRepAdaptor_Surface& surface,
                const std::array<Standard_Integer, 3>& corner, std::uint32_t first) {
     ShellInterior::Triangle triangle;
@@ -206,6 +228,8 @@ class Facets {
   std::size_t& faces_;  ///< of the file so far, for messages
   std::uint32_t group_ = 0;
   double deviation_ = 0.0;
+  std::string missing_;
+  std::size_t slivers_ = 0;
 };
 
 double diagonal_of(const TopoDS_Shape& shape, const std::string& file) {
@@ -218,17 +242,17 @@ double diagonal_of(const TopoDS_Shape& shape, const std::string& file) {
 
 /// The facets of a product [mm], made finer until they are within what is asked.
 /// @param is_made  the faces have triangles already, as those of a further instance.
+/// @param slivers  grows by the faces that have no area and are left out.
 Deflection add_facets(const StepProduct& product, bool is_made, const ImportOptions& options,
-                      std::size_t& faces, RawMesh& mesh) {
+                      std::size_t& faces, std::size_t& slivers, RawMesh& mesh) {
   const double asked =
       options.deflection_m
           ? *options.deflection_m / kReaderUnit_m
           : kDeflectionShare *
                 diagonal_of(product.shape.Moved(product.place.Inverted()), mesh.file);
-  double deflection = asked, found = 0.0;
   const std::size_t first_vertex = mesh.vertices.size(), first_face = mesh.faces.size(),
                     first_group = mesh.group_nodes.size(), first_of_file = faces;
-  for (int k = 0;; ++k, deflection /= 2) {
+  const auto made_with = [&](double deflection) {
     if (!is_made) {
       BRepTools::Clean(product.shape);
       const BRepMesh_IncrementalMesh made(product.shape, deflection, Standard_False, kMostTurn_rad);
@@ -237,9 +261,24 @@ Deflection add_facets(const StepProduct& product, bool is_made, const ImportOpti
     mesh.faces.resize(first_face);
     mesh.group_nodes.resize(first_group);
     faces = first_of_file;
-    found = Facets(product, faces, mesh).deviation();
+    return Facets(product, faces, mesh);
+  };
+  double deflection = asked, found = std::numeric_limits<double>::infinity(), best = 0.0;
+  std::string missing;
+  std::size_t more_slivers = 0;
+  for (int k = 0;; ++k, deflection /= 2) {
+    const Facets made = made_with(deflection);
+    if (made.missing().empty() && made.deviation() < found) {
+      found = made.deviation();
+      best = deflection;
+      more_slivers = made.slivers();
+    }
+    missing = made.missing();
     if (found <= asked || k == kMostRefinements || is_made) break;
   }
+  if (best == 0.0) refuse_export(mesh.file, missing + " cannot be made of triangles");
+  if (best != deflection) static_cast<void>(made_with(best));
+  slivers += more_slivers;
   return {asked * kReaderUnit_m, found * kReaderUnit_m};
 }
 
@@ -261,15 +300,20 @@ ImportedMesh read_parts(std::span<const char> bytes, const std::string& file,
   imported.deflection = Deflection{};
   imported.node_deflections.resize(mesh.nodes.size());
   std::set<const Standard_Transient*> made;
-  std::size_t faces = 0;
+  std::size_t faces = 0, slivers = 0;
   for (const StepProduct& product : products) {
     const bool is_made = product.definition != nullptr && !made.insert(product.definition).second;
-    const Deflection deflection = add_facets(product, is_made, options, faces, mesh);
+    const Deflection deflection = add_facets(product, is_made, options, faces, slivers, mesh);
     imported.deflection->asked_m = std::max(imported.deflection->asked_m, deflection.asked_m);
     imported.deflection->found_m = std::max(imported.deflection->found_m, deflection.found_m);
     for (const std::uint32_t node : product.nodes()) imported.node_deflections[node] = deflection;
   }
   for (Point3& p : mesh.vertices) p = vec::scaled(p, kReaderUnit_m);
+  if (slivers > 0) {
+    mesh.warnings.push_back("left out: " + std::to_string(slivers) +
+                            (slivers == 1 ? " face" : " faces") +
+                            " without area, narrower than 1e-10 m");
+  }
   return imported;
 }
 
