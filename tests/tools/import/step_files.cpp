@@ -215,6 +215,20 @@ std::string step_box(const std::array<double, 3>& size, const std::string& unit)
   return step.file();
 }
 
+std::string step_box_with_sliver() {
+  StepText step;
+  step.begin(kStepMillimetre);
+  std::vector<std::string> faces = box_faces(step, {0, 0, 0}, {10, 20, 30});
+  const std::string from = step.vertex(step.point({0, 0, 30})),
+                    to = step.vertex(step.point({10, 0, 30}));
+  const std::string edge = step.edge(from, to, step.line({0, 0, 30}, {1, 0, 0}, 10));
+  faces.push_back(
+      step.face({step.oriented(edge, true), step.oriented(edge, false)},
+                step.add("PLANE(''," + step.axes({0, 0, 30}, {0, 0, 1}, {1, 0, 0}) + ")")));
+  step.solids("part", {faces});
+  return step.file();
+}
+
 std::string step_bodies() {
   StepText step;
   step.begin(kStepMillimetre);

@@ -15,6 +15,8 @@ inline constexpr const char* kStepInch = "INCH";
 
 /// A box from the origin to `size`, in units of the file. Empty `unit`: the file states none.
 std::string step_box(const std::array<double, 3>& size, const std::string& unit = kStepMillimetre);
+/// A box of 10 x 20 x 30 mm with one more face, of no width, along an edge.
+std::string step_box_with_sliver();
 /// A cylinder about z from 0 to `height`: a round face with a seam, and two discs.
 std::string step_cylinder(double radius, double height, const std::string& unit = kStepMillimetre);
 

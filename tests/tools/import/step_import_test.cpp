@@ -121,6 +121,15 @@ TEST_SUITE("tools.step_import") {
     }
   }
 
+  TEST_CASE("a face without area is left out, and told") {
+    if (is_step_skipped()) return;
+    const ImportedMesh imported = import(step_box_with_sliver());
+    CHECK(imported.mesh.faces.size() == 12);
+    CHECK(volume(clean(imported.mesh)) == doctest::Approx(6e-6).epsilon(1e-9));
+    REQUIRE(imported.mesh.warnings.size() == 1);
+    CHECK(imported.mesh.warnings[0] == "left out: 1 face without area, narrower than 1e-10 m");
+  }
+
   TEST_CASE("a cylinder is as near to its round face as asked, and finer where asked for less") {
     if (is_step_skipped()) return;
     const std::string text = step_cylinder(10, 30);
