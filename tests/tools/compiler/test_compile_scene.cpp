@@ -191,6 +191,23 @@ TEST_SUITE("tools.compile_scene") {
     CHECK(state.find("bytes of state") != std::string::npos);
   }
 
+  TEST_CASE("a facet near the origin of its body is merged as flat as its coordinates are") {
+    // Two triangles with a fold of 4e-15 m, in the middle of a sheet of a metre.
+    const ScratchFolder folder("flat");
+    std::ofstream(folder.file("sheet.obj"))
+        << "v -1e-3 -1e-3 0\nv 1e-3 -1e-3 4e-15\nv 1e-3 1e-3 0\nv -1e-3 1e-3 4e-15\n"
+           "v 0.5 0.5 0\nv 0.5 0.4 0\nv 0.4 0.5 0\nv -0.5 -0.5 0\nv -0.5 -0.4 0\nv -0.4 -0.5 0\n"
+           "f 1 2 3\nf 1 3 4\nf 5 6 7\nf 8 9 10\n";
+    std::ofstream(folder.file("scene.toml"))
+        << "format = 1\nname = \"flat\"\n[moving]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.01]\n"
+           "position_m = [0, 0, 0.1]\n[[static]]\nmesh = \"sheet.obj\"\nscale_to_m = 1\n"
+           "[rendering]\nk_f_n_per_m = 800\n";
+    const CompiledScene compiled = compile_file(folder.file("scene.toml"));
+    REQUIRE(compiled.parts[1].surface);
+    CHECK(compiled.parts[1].surface->facets == 4);
+    facts_of_compiled(compiled);
+  }
+
   TEST_CASE("the report holds the promised keys and repeats except for its timing") {
     const std::string path = std::string(HAPTIC_SCENES_DIR) + "/square_peg_five/scene.toml";
     Json first = Json::parse(report_as_json(compile_file(path)));

@@ -247,11 +247,15 @@ void check_geometry(const BodyGeometry& geometry, std::size_t index, const Piece
     for (std::size_t v = 0; v < vertices.size(); ++v) {
       const Wide height = dot(n, vertices[v]) - offset;
       if (!(height <= tolerance) || (on_face[v] && !(height >= -tolerance))) {
-        throw InputError(place + ": vertex " + std::to_string(v) +
-                         (on_face[v] ? " lies off the plane of its face " : " is outside face ") +
-                         std::to_string(f) + " by " + metres(static_cast<double>(height)) +
-                         " (rounding allows " + metres(static_cast<double>(tolerance)) +
-                         "); the piece is not convex, or its numbers carry too few digits");
+        const std::string text =
+            place + ": vertex " + std::to_string(v) +
+            (on_face[v] ? " lies off the plane of its face " : " is outside face ") +
+            std::to_string(f) + " by " + metres(static_cast<double>(height)) +
+            " (rounding allows " + metres(static_cast<double>(tolerance)) +
+            "); the piece is not convex, or its numbers carry too few digits";
+        // Both sides of a facet hold all its vertices.
+        if (topology.faces.size() <= 2) throw FacetNotFlat(text);
+        throw InputError(text);
       }
     }
     Wide3 area{0, 0, 0};

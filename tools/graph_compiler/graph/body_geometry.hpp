@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
+#include "tools/common/error.hpp"
 #include "tools/graph_compiler/graph/piece_topology.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
@@ -52,10 +53,16 @@ void set_held_part(HeldPartParameters& held, const PlacedBody& placed,
 std::array<long double, 4> unit_quaternion(const std::array<double, 4>& wxyz,
                                            const std::string& place);
 
+/// A facet that is flat to within the rounding of its part's size, and not of its own coordinates.
+class FacetNotFlat : public InputError {
+ public:
+  explicit FacetNotFlat(const std::string& text) : InputError(text) {}
+};
+
 /// Checks the rounded geometry by the rule of SceneView::open, with words: finite, planes unit,
 /// every vertex within rounding of its own planes and inside all others, loops counter-clockwise.
 /// `place` starts the messages.
-/// @throws InputError naming piece, face, vertex and distance. Cost: O(F V).
+/// @throws InputError naming piece, face, vertex and distance; FacetNotFlat. Cost: O(F V).
 void check_geometry(const BodyGeometry& geometry, std::size_t piece, const PieceTopology& topology,
                     const std::string& place);
 

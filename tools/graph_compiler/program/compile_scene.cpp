@@ -16,6 +16,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
+#include "tools/graph_compiler/graph/body_geometry.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/program/flush_faces.hpp"
@@ -265,11 +266,12 @@ std::string defect_of(const std::string& refusal, const std::string& file) {
 
 /// `why` is what the mesh lacks for a solid; empty where a surface was asked for.
 SurfacePart compile_surface(const PartMesh& source, const std::string& why,
-                            std::optional<double> tolerance_m, const Tell& tell,
+                            std::optional<double> tolerance_m, double flat_share, const Tell& tell,
                             PartReport& report) {
   Stopwatch watch;
   tell("making facets", 0.0);
   SurfaceOptions surface_options;
+  surface_options.flat_share = flat_share;
   surface_options.scale_to_m = source.scale_to_m;
   SurfaceAccount account;
   SurfacePart surface;
@@ -369,7 +371,8 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
   if (part.kind != PartKind::kSurface && is_cut_apart) {
     report.warnings.push_back("a surface part has no solids to cut apart");
   }
-  result.shape = compile_surface(source, why, tolerance_of(part, options), tell, report);
+  result.shape =
+      compile_surface(source, why, tolerance_of(part, options), options.flat_share, tell, report);
   if (!planes) return result;
   KindCost cost = cost_of_kinds(*planes + 1, report.surface->facets, scene);
   const char* about = "about ";
@@ -670,8 +673,9 @@ WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartR
 
 }  // namespace
 
-CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
-  Stopwatch total;
+namespace {
+
+CompiledScene compiled_with(const SceneFile& scene, const CompileOptions& options) {
   CompiledScene result;
   result.scene = scene;
   SceneDescription description;
@@ -767,8 +771,27 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   add_contact_cost(scene, options, view, result);
   if (options.progress) options.progress(scene.name, "sampling the steady work", 0.0);
   result.steady = steady_work(view);
-  result.total_s = total.lap();
   return result;
+}
+
+}  // namespace
+
+CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
+  // A merged facet is flat to within the rounding of its part's size. Near the origin of its body
+  // coordinates round by less, so that it may not be flat to within that: then fewer are merged.
+  constexpr int kMostTries = 4;
+  constexpr double kLess = 1.0 / 16;
+  Stopwatch total;
+  CompileOptions tried = options;
+  for (int k = 1;; ++k, tried.flat_share *= kLess) {
+    try {
+      CompiledScene result = compiled_with(scene, tried);
+      result.total_s = total.lap();
+      return result;
+    } catch (const FacetNotFlat&) {
+      if (k == kMostTries) throw;
+    }
+  }
 }
 
 }  // namespace haptic::tools

@@ -82,6 +82,7 @@ struct CompileOptions {
   bool propose_tolerance = false;           ///< try which one meets the budget of the rate
   bool for_questions = false;               ///< about places: start shapes are kept
   bool image = false;                       ///< for a core that is compiled for this scene
+  double flat_share = 1.0e-14;              ///< of a surface's diagonal (surface_part.hpp)
   /// Called during long work with the part's mesh, what is being done, and the fraction done in [0,
   /// 1].
   std::function<void(const std::string& mesh, const char* step, double fraction)> progress;

@@ -405,9 +405,9 @@ SurfacePart PartMaker::facets() {
     source.push_back(t.source);
   }
   if (options_.merge) {
-    merge_facets(
-        points_, loops, source,
-        {kFlatShare * account_.diagonal_m, std::max<std::size_t>(options_.most_corners, 3)});
+    merge_facets(points_, loops, source,
+                 {options_.flat_share * account_.diagonal_m,
+                  std::max<std::size_t>(options_.most_corners, 3)});
   }
   SurfacePart part;
   std::vector<std::uint32_t> renumbered(points_.size(), kNone);

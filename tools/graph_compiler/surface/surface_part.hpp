@@ -83,6 +83,7 @@ struct SurfaceOptions {
   /// (cleaning.hpp).
   std::optional<double> weld_radius_m = std::nullopt;
   bool merge = true;              ///< false: keep the triangles
+  double flat_share = 1.0e-14;    ///< of the diagonal: merged facets are flat to within it
   std::size_t most_corners = 24;  ///< of a merged facet
   bool count_crossings = true;    ///< false: leave self_intersections absent
 };
