@@ -192,6 +192,41 @@ bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
   return true;
 }
 
+/// Where rows run out: of the first so many rows and cones those stay that hold the last program,
+/// or hardly leave room. A point that comes back is imposed again. False: all of them do.
+bool Proxy::make_room(std::uint32_t rows, std::uint32_t cones, const PoseError& error) noexcept {
+  if (!has_friction()) return false;
+  constexpr std::uint8_t kDropped = UINT8_MAX;
+  const PoseError motion = asked(last_qp_.z, error);
+  std::array<std::uint8_t, kMaxFrictionCones> cone_now;
+  std::uint32_t kept = 0;
+  for (std::uint32_t c = 0; c < cones; ++c) {
+    bool stays = !(rise_of(cones_[c], motion) - cones_[c].least_m > parameters_.scale.tolerance_m);
+    for (std::uint32_t k = 0; k < last_qp_.active_count && !stays; ++k) {
+      stays = row_cone_[last_qp_.active[k]] == c;
+    }
+    cone_now[c] = stays ? static_cast<std::uint8_t>(kept) : kDropped;
+    if (stays) cones_[kept++] = cones_[c];
+  }
+  if (kept == cones) return false;
+  cones_.truncate(kept);
+  std::uint32_t to = 0;
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    const std::uint8_t cone = row_cone_[row];
+    const bool is_of_cone = cone < kMaxFrictionCones;
+    if (is_of_cone && cone_now[cone] == kDropped) continue;
+    for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
+      if (last_qp_.active[k] == row) last_qp_.active[k] = static_cast<std::uint8_t>(to);
+    }
+    rows_[to] = rows_[row];
+    row_plane_[to] = row_plane_[row];
+    row_cone_[to] = is_of_cone ? cone_now[cone] : cone;
+    ++to;
+  }
+  rows_.truncate(to);
+  return true;
+}
+
 /// Pairs that a step lets slide do so from the next pass on.
 void Proxy::note_slip(const Step& step) noexcept {
   const Real least = kSlipShare * parameters_.scale.still_m;

@@ -418,6 +418,8 @@ class Proxy {
                                                ProxyTick& tick) noexcept;
   [[nodiscard]] bool impose(std::uint32_t number, const Step& step, const PoseError& error,
                             ProxyTick& tick) noexcept;
+  [[nodiscard]] bool make_room(std::uint32_t rows, std::uint32_t cones,
+                               const PoseError& error) noexcept;
   [[nodiscard]] const PlaneRegion& region_at_p(std::uint32_t pair, const PlaneId& id,
                                                SupportPair support, ProxyTick& tick) noexcept;
   void find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& region,

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tools/common/formatted.hpp"
+#include "tools/common/named_file.hpp"
 
 namespace haptic::tools {
 namespace {
