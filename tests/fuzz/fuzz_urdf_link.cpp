@@ -11,7 +11,8 @@
 
 namespace {
 
-void check_reading(const std::function<haptic::tools::RawMesh()>& read) {
+/// `size`: of the input, of which each byte may be shown by four in a name.
+void check_reading(std::size_t size, const std::function<haptic::tools::RawMesh()>& read) {
   try {
     const haptic::tools::RawMesh mesh = read();
     haptic::fuzz::check_raw_mesh(mesh);
@@ -20,7 +21,7 @@ void check_reading(const std::function<haptic::tools::RawMesh()>& read) {
     const std::string refusal = error.what();
     // A mesh of the link may be what is wrong.
     const bool is_of_mesh = refusal.starts_with(HAPTIC_FUZZ_MESH_DIR);
-    haptic::fuzz::check_refusal(is_of_mesh ? "fuzz: " + refusal : refusal);
+    haptic::fuzz::check_refusal(is_of_mesh ? "fuzz: " + refusal : refusal, 4 * size);
   }
 }
 
@@ -29,10 +30,12 @@ void check_reading(const std::function<haptic::tools::RawMesh()>& read) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace haptic::tools;
   const std::string text(reinterpret_cast<const char*>(data), size);
-  check_reading(
-      [&] { return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kLink); });
-  check_reading(
-      [&] { return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kRobot); });
-  check_reading([&] { return robot_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR); });
+  check_reading(size, [&] {
+    return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kLink);
+  });
+  check_reading(size, [&] {
+    return link_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR, "a", LinkFrame::kRobot);
+  });
+  check_reading(size, [&] { return robot_mesh_of(text, "fuzz", HAPTIC_FUZZ_MESH_DIR); });
   return 0;
 }

@@ -66,11 +66,12 @@ inline void check_raw_mesh(const tools::RawMesh& mesh) {
   check_nodes(mesh);
 }
 
-/// The text of an InputError about the file "fuzz".
-inline void check_refusal(std::string_view text) {
+/// The text of an InputError about the file "fuzz"; `names`: characters of names in it, which are
+/// never cut.
+inline void check_refusal(std::string_view text, std::size_t names = 0) {
   require(text.starts_with("fuzz:"), "a refusal begins with the file");
   require(text.find("; ") != std::string_view::npos, "a refusal names the fix");
-  require(text.size() < 1000, "a refusal is readable");
+  require(text.size() < 1000 + names, "a refusal is readable");
 }
 
 }  // namespace haptic::fuzz

@@ -150,6 +150,13 @@ TEST_SUITE("tools.collada_import") {
     CHECK(collada(text).mesh.faces.size() == 4);
   }
 
+  TEST_CASE("a geometry with several meshes is refused") {
+    if (is_collada_skipped()) return;
+    const std::string refusal =
+        collada_refusal(exchanged(tetrahedron_dae(), "</mesh>", "</mesh><convex_mesh/>"));
+    CHECK(refusal.find("geometry 'g' has several meshes; export each") != std::string::npos);
+  }
+
   TEST_CASE("geometries that are not there, or are no mesh, are refused with their line") {
     if (is_collada_skipped()) return;
     const auto of = [](const std::string& geometries) {

@@ -170,6 +170,7 @@ class ColladaRewrite {
         refuse_line(file_, line_of(*brep), "a geometry is given by <brep>, which is not read",
                     "export the part as a mesh");
       }
+      check_one_mesh(geometry);
       const XMLElement* convex = geometry.FirstChildElement(kConvex);
       if (convex == nullptr) break;
       const std::string hull_of = attribute(*convex, "convex_hull_of");
@@ -208,11 +209,29 @@ class ColladaRewrite {
                 "make the hull in the program that made the file, and export its triangles");
   }
 
+  /// COLLADA has one, and which one of several assimp takes it does not say.
+  void check_one_mesh(const XMLElement& geometry) const {
+    const XMLElement* found = nullptr;
+    for (const auto* e = geometry.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (e->Name() != std::string_view("mesh") && e->Name() != std::string_view(kConvex)) continue;
+      if (found != nullptr) {
+        refuse_line(file_, line_of(*e),
+                    "geometry " + shown_word(attribute(geometry, "id")) + " has several meshes",
+                    "export each in a geometry of its own");
+      }
+      found = e;
+    }
+  }
+
   void rename(XMLElement& geometry) {
-    XMLElement* convex = geometry.FirstChildElement(kConvex);
-    if (convex == nullptr || convex->Attribute("convex_hull_of") != nullptr) return;
-    convex->SetName("mesh");
-    is_changed_ = true;
+    for (XMLElement* e = geometry.FirstChildElement(kConvex); e != nullptr;) {
+      XMLElement* const next = e->NextSiblingElement(kConvex);
+      if (e->Attribute("convex_hull_of") == nullptr) {
+        e->SetName("mesh");
+        is_changed_ = true;
+      }
+      e = next;
+    }
   }
 
   const std::string& file_;
