@@ -10,6 +10,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/friction/friction_studies.hpp"
 #include "host_sim/report/campaign_text.hpp"
+#include "rt_core/scene/proxy_limits.hpp"
 #include "tools/common/file_roles.hpp"
 
 namespace haptic::sim {
@@ -18,12 +19,13 @@ namespace {
 struct FrictionArguments {
   std::string study = "fits", out, fault;
   bool is_short = false;
+  std::uint32_t work_units = 0;
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
 int do_friction(const FrictionArguments& o) {
   tools::claim_folder(o.out, "--out", {o.study + ".csv", o.study + ".md"});
-  FrictionSize size{o.is_short, {}};
+  FrictionSize size{o.is_short, {}, o.work_units};
   if (!o.fault.empty()) size.fault = friction_fault_named(o.fault);
   const RunOptions options{o.threads, true};
   const PartReport report = o.study == "fits"    ? fit_study(size, options)
@@ -47,6 +49,9 @@ Command add_friction_command(CLI::App& program) {
       ->check(CLI::IsMember({"fits", "stops", "loops", "threads"}));
   app->add_flag("--short", o->is_short, "a few cells of it");
   app->add_option("-o,--out", o->out, "folder for a table (.csv) and a report (.md)");
+  app->add_option("--work-units", o->work_units,
+                  "of a tick (default: the compiler's), to tell what is late from what is wrong")
+      ->check(CLI::Range(kLeastWorkUnits, kMostWorkUnits));
   app->add_option("--threads", o->threads, "cells at once (default: one per processor)")
       ->check(CLI::Range(1, 256));
   app->add_option("--fault", o->fault,

@@ -100,7 +100,7 @@ std::vector<FitCell> run_setting(const FitSetting& setting, const FrictionSize& 
   const FitScene fit = fit_scene(setting.kind, setting.clearance_m);
   TriedScene tried(
       scene_text(fit.text, kFitStiffness_n_per_m, setting.friction * (more ? kTooMuch : 1),
-                 setting.passes, size.fault == FrictionFault::kBudget ? kFewUnits : 0),
+                 setting.passes, size.units(kFewUnits)),
       fit.files);
   std::vector<FitCell> cells;
   for (const double speed : speeds) {

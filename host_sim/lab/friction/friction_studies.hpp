@@ -26,6 +26,11 @@ enum class FrictionFault : std::uint8_t {
 struct FrictionSize {
   bool is_short = false;
   std::optional<FrictionFault> fault;
+  std::uint32_t work_units = 0;  ///< of a tick; 0: the compiler's default
+  /// Of a tick, with `few` where their lack is the fault.
+  [[nodiscard]] std::uint32_t units(std::uint32_t few) const {
+    return fault == FrictionFault::kBudget ? few : work_units;
+  }
 };
 
 /// fits.csv: slot, square hole, tube, dovetail, V grooves and corner, 1 um to 1 mm of clearance,

@@ -68,9 +68,9 @@ double work_j(const MotionSample& from, const MotionSample& to, const PlayedTick
 }
 
 void run_loop(const WanderScene& scene, const FrictionSize& size, LoopCell& cell) {
-  TriedScene tried(scene_text(scene.text, kFitStiffness_n_per_m, cell.friction, 0,
-                              size.fault == FrictionFault::kBudget ? kLeastWorkUnits : 0),
-                   scene.files);
+  TriedScene tried(
+      scene_text(scene.text, kFitStiffness_n_per_m, cell.friction, 0, size.units(kLeastWorkUnits)),
+      scene.files);
   const std::vector<MotionSample> motion = closed_loops(scene, cell.seed);
   const std::vector<PlayedTick> ticks = tried.play(motion);
   const std::size_t late = size.fault == FrictionFault::kLate ? kLateTicks : 0;

@@ -143,7 +143,7 @@ PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
       [&](int, std::size_t k) {
         const WanderScene& scene = scenes[k / of_scene];
         TriedScene tried(scene_text(scene.text, kFitStiffness_n_per_m, cells[k].friction, 0,
-                                    size.fault == FrictionFault::kBudget ? kLeastWorkUnits : 0),
+                                    size.units(kLeastWorkUnits)),
                          scene.files);
         run_stops(tried, scene, size.fault == FrictionFault::kCreep, cells[k]);
       });

@@ -55,10 +55,10 @@ std::string nut_text(const ThreadCell& cell) {
 
 ThreadCell run_thread(ThreadCell cell, const FrictionSize& size) {
   const bool more = size.fault == FrictionFault::kCoefficient;
-  TriedScene tried(scene_text(nut_text(cell), kThreadStiffness_n_per_m,
-                              more ? 4 * cell.friction + 0.5 : cell.friction, 0,
-                              size.fault == FrictionFault::kBudget ? kLeastWorkUnits : 0),
-                   {});
+  TriedScene tried(
+      scene_text(nut_text(cell), kThreadStiffness_n_per_m,
+                 more ? 4 * cell.friction + 0.5 : cell.friction, 0, size.units(kLeastWorkUnits)),
+      {});
   std::vector<MotionSample> motion;
   const auto turned_rad = [&](double t) {
     return cell.speed_rad_per_s * std::max(t - kTurns_s, 0.0);
