@@ -96,18 +96,7 @@ PartReport loop_study(const FrictionSize& size, const RunOptions& options) {
     frictions = {0.3};
     seeds = {1};
   }
-  std::vector<LoopCell> cells;
-  for (const WanderScene& scene : scenes) {
-    for (const double friction : frictions) {
-      for (const std::uint64_t seed : seeds) {
-        LoopCell cell;
-        cell.scene = scene.name;
-        cell.friction = friction;
-        cell.seed = seed;
-        cells.push_back(cell);
-      }
-    }
-  }
+  auto cells = cells_of<LoopCell>(scenes, frictions, seeds);
   const std::size_t of_scene = frictions.size() * seeds.size();
   run_shards(
       cells.size(), options, "loops", [] { return 0; },

@@ -125,18 +125,7 @@ PartReport stop_study(const FrictionSize& size, const RunOptions& options) {
     frictions = {0.3};
     seeds = {1};
   }
-  std::vector<StopCell> cells;
-  for (const WanderScene& scene : scenes) {
-    for (const double friction : frictions) {
-      for (const std::uint64_t seed : seeds) {
-        StopCell cell;
-        cell.scene = scene.name;
-        cell.friction = friction;
-        cell.seed = seed;
-        cells.push_back(cell);
-      }
-    }
-  }
+  auto cells = cells_of<StopCell>(scenes, frictions, seeds);
   const std::size_t of_scene = frictions.size() * seeds.size();
   run_shards(
       cells.size(), options, "stops", [] { return 0; },
