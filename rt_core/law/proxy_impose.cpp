@@ -190,7 +190,9 @@ bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& erro
   plane.dtheta_rad = step.dtheta_rad;
   const std::uint32_t rows = rows_.size(), cones = cones_.size();
   if (add_rows(at, step, error, plane.times > 1, tick)) return true;
-  return make_room(rows, cones, error) && add_rows(at, step, error, plane.times > 1, tick);
+  // Its region is looked for a second time.
+  return has_budget(tick) && make_room(rows, cones, error) &&
+         add_rows(at, step, error, plane.times > 1, tick);
 }
 
 /// Of the planes of a pair that certify it at p, one whose features touch there, where the one that
