@@ -99,7 +99,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   Real end_j = start_j;
   const auto affordable = [&](const Step& step) {
     end_j = potential_j(spring, error_of(goal, step.q));
-    return end_j <= limit_j;
+    return end_j <= limit_j || (end_j == 0 && start_j > 0);  // what arrives is done
   };
 
   Step step;
